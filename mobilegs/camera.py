@@ -1,0 +1,71 @@
+"""A pinhole camera: where a picture was taken from, and how rays meet its pixels.
+
+Conventions, for the whole package: OpenCV axes (x right, y down, z forward), world-to-camera
+`viewmat`, pixel centres at +0.5 (the pixel in column 3 covers [3, 4) and its centre is 3.5).
+Depth is the z of camera space, not the distance to the eye.
+"""
+
+from dataclasses import dataclass, replace
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+NEAR = 0.2  # 3DGS's near plane, in the units of a scene whose cameras spread over about one unit
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera without distortion.
+
+    Attributes:
+        viewmat: world-to-camera transform, `[4, 4]`, OpenCV axes.
+        K: intrinsics in pixels, `[3, 3]`: focal lengths on the diagonal, principal point in the
+            last column, measured from the corner of the image (so `cx = width / 2` is central).
+        width, height: size of the image in pixels.
+        near: Gaussians whose centre has camera-space `z <= near` are not drawn (world units).
+    """
+
+    viewmat: Float[Tensor, "4 4"]
+    K: Float[Tensor, "3 3"]
+    width: int
+    height: int
+    near: float = NEAR
+
+    @property
+    def position(self) -> Float[Tensor, "3"]:
+        """The camera's centre in world space."""
+        rotation, translation = self.viewmat[:3, :3], self.viewmat[:3, 3]
+        return -(rotation.T @ translation)
+
+    def to(self, device: torch.device | str | None = None, dtype: torch.dtype | None = None) -> "Camera":
+        """The same camera with its matrices on `device` and in `dtype`."""
+        return replace(
+            self, viewmat=self.viewmat.to(device, dtype), K=self.K.to(device, dtype)
+        )
+
+    def resized(self, width: int, height: int) -> "Camera":
+        """The same view sampled with another number of pixels; each axis scales by itself."""
+        factor = torch.tensor(
+            [width / self.width, height / self.height, 1.0],
+            dtype=self.K.dtype,
+            device=self.K.device,
+        )
+        return replace(self, K=self.K * factor[:, None], width=width, height=height)
+
+
+def look_at(
+    eye: Float[Tensor, "3"], target: Float[Tensor, "3"], up: Float[Tensor, "3"]
+) -> Float[Tensor, "4 4"]:
+    """World-to-camera matrix of a camera at `eye` that looks at `target`.
+
+    `up` is the world direction that points up in the picture (towards negative camera y); it
+    must not be parallel to the viewing direction.
+    """
+    forward = torch.nn.functional.normalize(target - eye, dim=0)
+    right = torch.nn.functional.normalize(torch.linalg.cross(forward, up), dim=0)
+    down = torch.linalg.cross(forward, right)
+    viewmat = torch.eye(4, dtype=eye.dtype, device=eye.device)
+    viewmat[:3, :3] = torch.stack([right, down, forward])
+    viewmat[:3, 3] = -(viewmat[:3, :3] @ eye)
+    return viewmat

@@ -1,0 +1,63 @@
+"""The noun that carries a scene: a set of 3D Gaussians, in the raw form that training moves."""
+
+from dataclasses import dataclass, fields
+
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor
+
+
+@dataclass
+class Gaussians:
+    """3D Gaussians as 3DGS parameterises them.
+
+    Attributes:
+        means: centres in world space, `[n, 3]`.
+        quats: rotations as quaternions wxyz, not necessarily of length 1, `[n, 4]`.
+        log_scales: logarithm of the standard deviations along the rotated axes, `[n, 3]`.
+        logit_opacities: opacity before the sigmoid, `[n]`.
+        sh: spherical harmonics of the colour, `[n, (degree + 1)^2, 3]`; the colour seen from
+            a direction is `max(0, 0.5 + sum(sh * basis))`.
+    """
+
+    means: Float[Tensor, "n 3"]
+    quats: Float[Tensor, "n 4"]
+    log_scales: Float[Tensor, "n 3"]
+    logit_opacities: Float[Tensor, "n"]
+    sh: Float[Tensor, "n k 3"]
+
+    def __len__(self) -> int:
+        return self.means.shape[0]
+
+    @property
+    def scales(self) -> Float[Tensor, "n 3"]:
+        """Standard deviations in world units."""
+        return self.log_scales.exp()
+
+    @property
+    def opacities(self) -> Float[Tensor, "n"]:
+        """Opacities in (0, 1)."""
+        return self.logit_opacities.sigmoid()
+
+    @property
+    def sh_degree(self) -> int:
+        """Degree of the colour's spherical harmonics, 0 to 3."""
+        return round(self.sh.shape[1] ** 0.5) - 1
+
+    def tensors(self) -> dict[str, Tensor]:
+        """The five tensors by name, in the order of the fields."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def select(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"] | slice) -> "Gaussians":
+        """The Gaussians that `rows` (a mask, indices or a slice) picks."""
+        return Gaussians(**{name: value[rows] for name, value in self.tensors().items()})
+
+    def to(
+        self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
+    ) -> "Gaussians":
+        """The same Gaussians on `device` and in `dtype`."""
+        return Gaussians(**{name: v.to(device, dtype) for name, v in self.tensors().items()})
+
+    def detached(self) -> "Gaussians":
+        """The same values, cut from the graph of gradients."""
+        return Gaussians(**{name: value.detach() for name, value in self.tensors().items()})

@@ -1,0 +1,151 @@
+"""The definition of projection: 3D Gaussians to ellipses on the picture.
+
+Everything here is plain PyTorch and differentiable; it *is* the mathematics that the kernels
+reproduce. Source: EWA splatting (Zwicker et al. 2001) as 3DGS uses it (Kerbl et al. 2023).
+"""
+
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor
+
+from mobilegs.camera import Camera
+from mobilegs.spherical_harmonics import sh_colors
+
+BLUR = 0.3  # px^2 added to both variances, so that no splat is thinner than a pixel
+ALPHA_MIN = 1 / 255  # contributions below are dropped
+ALPHA_MAX = 0.99  # contributions are clamped to this
+JACOBIAN_MARGIN = 0.3  # the linearisation point stays within 1.3 times the half field of view
+
+
+class Projected(NamedTuple):
+    """What a picture needs to know of each Gaussian.
+
+    Attributes:
+        means2d: centres in pixels, `[n, 2]`.
+        conics: inverse 2D covariances `(A, B, C)`, in 1 / px^2, `[n, 3]`: a Gaussian's falloff
+            at offset (x, y) is `exp(-(A x^2 + 2 B x y + C y^2) / 2)`.
+        depths: camera-space z of the centres, `[n]`.
+        colors: colours seen from the camera, at least 0, `[n, 3]`.
+        radii: half width and height, in pixels, of the box around the ellipse on which alpha
+            reaches 1/255, `[n, 2]`; no gradient.
+        visible: whether the Gaussian can touch the picture, `[n]`. Behind the near plane, off
+            the picture, too faint (opacity <= 1/255), with a value that is not finite or a
+            quaternion of length 0: not visible, and of gradient 0.
+    """
+
+    means2d: Float[Tensor, "n 2"]
+    conics: Float[Tensor, "n 3"]
+    depths: Float[Tensor, "n"]
+    colors: Float[Tensor, "n 3"]
+    radii: Float[Tensor, "n 2"]
+    visible: Bool[Tensor, "n"]
+
+
+def rotation_matrices(quats: Float[Tensor, "n 4"]) -> Float[Tensor, "n 3 3"]:
+    """Rotation matrices of quaternions wxyz of any length but 0."""
+    w, x, y, z = torch.nn.functional.normalize(quats, dim=-1).unbind(-1)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return torch.stack([torch.stack(row, dim=-1) for row in rows], dim=-2)
+
+
+def jacobian_limits(camera: Camera) -> tuple[float, float, float, float]:
+    """Range of x/z and of y/z, as (x low, x high, y low, y high), for the linearisation.
+
+    Beyond the picture's edge the affine approximation explodes; 3DGS clamps its ray to 1.3
+    half fields of view. This form also holds for a principal point off the centre.
+    """
+    fx, fy = float(camera.K[0, 0]), float(camera.K[1, 1])
+    cx, cy = float(camera.K[0, 2]), float(camera.K[1, 2])
+    margin_x = JACOBIAN_MARGIN * 0.5 * camera.width / fx
+    margin_y = JACOBIAN_MARGIN * 0.5 * camera.height / fy
+    return (
+        -cx / fx - margin_x,
+        (camera.width - cx) / fx + margin_x,
+        -cy / fy - margin_y,
+        (camera.height - cy) / fy + margin_y,
+    )
+
+
+def project(
+    means: Float[Tensor, "n 3"],
+    quats: Float[Tensor, "n 4"],
+    scales: Float[Tensor, "n 3"],
+    opacities: Float[Tensor, "n"],
+    sh: Float[Tensor, "n k 3"],
+    *,
+    camera: Camera,
+) -> Projected:
+    """Project activated Gaussians (scales in world units, opacities in [0, 1]) into `camera`."""
+    rotation, translation = camera.viewmat[:3, :3], camera.viewmat[:3, 3]
+    focal = camera.K.diagonal()[:2]
+    drawn = (
+        torch.cat([means, quats, scales, opacities[:, None], sh.flatten(1)], dim=1)
+        .isfinite()
+        .all(1)
+    )
+    drawn &= (quats.detach() ** 2).sum(1) > 0
+    drawn &= opacities.detach() > ALPHA_MIN
+    # rows that are not drawn get harmless values, so that neither they nor 0 * inf reach a sum
+    means = torch.where(drawn[:, None], means, camera.position)
+    quats = torch.where(drawn[:, None], quats, quats.new_tensor([1.0, 0, 0, 0]))
+    scales = torch.where(drawn[:, None], scales, 1.0)
+    sh = torch.where(drawn[:, None, None], sh, 0.0)
+    points = means @ rotation.T + translation  # [n, 3] camera space
+    drawn = drawn & (points[:, 2].detach() > camera.near)
+    x, y, z = torch.where(drawn[:, None], points, 1.0).unbind(1)
+
+    x_low, x_high, y_low, y_high = jacobian_limits(camera)
+    u = (x / z).clamp(x_low, x_high)
+    v = (y / z).clamp(y_low, y_high)
+    axes = rotation @ rotation_matrices(quats) * scales[:, None, :]  # [n, 3, 3] camera space
+    row_x = (focal[0] / z)[:, None] * (axes[:, 0] - u[:, None] * axes[:, 2])  # [n, 3]
+    row_y = (focal[1] / z)[:, None] * (axes[:, 1] - v[:, None] * axes[:, 2])
+    var_x = (row_x * row_x).sum(1) + BLUR
+    var_y = (row_y * row_y).sum(1) + BLUR
+    cov = (row_x * row_y).sum(1)
+    # Cauchy-Binet: the determinant as a sum of squares, which cannot cancel to 0 or below
+    cross = torch.linalg.cross(row_x, row_y)
+    det = (cross * cross).sum(1) + BLUR * (var_x + var_y - BLUR)
+    conics = torch.stack([var_y, -cov, var_x], dim=1) / det[:, None]
+    means2d = torch.stack([x / z, y / z], dim=1) * focal + camera.K[:2, 2]
+
+    safe = torch.where(drawn[:, None], means - camera.position, 1.0)
+    colors = sh_colors(sh, torch.nn.functional.normalize(safe, dim=1))
+
+    with torch.no_grad():
+        reach = 2 * torch.log((opacities * 255).clamp_min(1))  # squared Mahalanobis radius
+        radii = torch.stack([reach * var_x, reach * var_y], dim=1).sqrt()
+        radii = torch.where(drawn[:, None], radii, 0.0)
+        size = means2d.new_tensor([camera.width, camera.height])
+        first = torch.ceil(means2d - radii - 0.5)
+        last = torch.floor(means2d + radii - 0.5)
+        inside = ((last >= 0) & (first < size) & (last >= first)).all(1)
+        visible = drawn & inside & conics.isfinite().all(1) & means2d.isfinite().all(1)
+    return Projected(means2d, conics, z, colors, radii, visible)
+
+
+def pair_alphas(
+    projected: Projected, opacities: Float[Tensor, "n"], camera: Camera
+) -> Float[Tensor, "pixels n"]:
+    """Alpha of every Gaussian at every pixel, row by row; 0 where it does not contribute.
+
+    `alpha = min(0.99, o exp(-q / 2))`, and 0 below 1/255. The clamp stops the gradient.
+    """
+    like = projected.means2d
+    ys, xs = torch.meshgrid(
+        torch.arange(camera.height, dtype=like.dtype, device=like.device) + 0.5,
+        torch.arange(camera.width, dtype=like.dtype, device=like.device) + 0.5,
+        indexing="ij",
+    )
+    dx = xs.reshape(-1, 1) - like[:, 0]  # [pixels, n]
+    dy = ys.reshape(-1, 1) - like[:, 1]
+    a, b, c = projected.conics.unbind(1)
+    alphas = opacities * torch.exp(-0.5 * (a * dx * dx + c * dy * dy) - b * dx * dy)
+    counts = (alphas >= ALPHA_MIN) & projected.visible
+    return torch.where(counts, alphas.clamp_max(ALPHA_MAX), 0.0)

@@ -1,0 +1,107 @@
+"""The definition of order-independent blending, and the weights that take the order's place."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from mobilegs.camera import Camera
+from mobilegs.errors import InputError
+from mobilegs.render.project import pair_alphas, project
+from mobilegs.render.rendered import Rendered
+
+WeightingName = Literal["mobile_gs", "no_depth", "no_scale", "sort_free_gs"]
+WEIGHTINGS: tuple[WeightingName, ...] = get_args(WeightingName)
+WEIGHT_MIN = 1e-12  # a pixel whose weights sum to less shows the background
+
+
+@dataclass(frozen=True)
+class Weighting:
+    """How much a Gaussian counts in the order-free mean; part of the scene's file."""
+
+    name: WeightingName = "mobile_gs"
+    """`mobile_gs` is the paper's Eq. 3; `no_depth` and `no_scale` drop its second or third
+    term (the paper's ablations); `sort_free_gs` is Eq. 1, with phi as the learned v."""
+    exponent_max: float = 8.0
+    """Ceiling of `s_max / d` in the exponential: half-float renderers must not overflow."""
+    sigma: float = 10.0
+    """Depth, in world units, at which a Gaussian of `sort_free_gs` stops counting."""
+    background_weight: float = 0.0
+    """Weight of the background in the mean of `sort_free_gs`; 0 for all others."""
+
+    def __post_init__(self) -> None:
+        if self.name not in WEIGHTINGS:
+            raise InputError(f"unknown weighting '{self.name}': use one of {', '.join(WEIGHTINGS)}")
+        if not 0 < self.exponent_max <= 80:
+            raise InputError(f"exponent_max must lie in (0, 80], not {self.exponent_max}")
+
+    def weights(
+        self, depths: Float[Tensor, "n"], s_max: Float[Tensor, "n"], phi: Float[Tensor, "n"]
+    ) -> Float[Tensor, "n"]:
+        """Weights w from depth (> 0), largest scale and phi (>= 0), all in world units.
+
+        Paper Eq. 3: `w = phi^2 + phi / d^2 + exp(s_max / d)`, the exponent clamped; Eq. 1
+        (SortFreeGS, Hou et al. 2024): `w = max(0, 1 - d / sigma) v`.
+        """
+        if self.name == "sort_free_gs":
+            return (1 - depths / self.sigma).clamp_min(0) * phi
+        w = phi * phi
+        if self.name != "no_depth":
+            w = w + phi / (depths * depths)
+        if self.name != "no_scale":
+            w = w + torch.exp((s_max / depths).clamp_max(self.exponent_max))
+        return w
+
+
+def render_sortfree(
+    means: Float[Tensor, "n 3"],
+    quats: Float[Tensor, "n 4"],
+    scales: Float[Tensor, "n 3"],
+    opacities: Float[Tensor, "n"],
+    sh: Float[Tensor, "n k 3"],
+    phi: Float[Tensor, "n"],
+    *,
+    camera: Camera,
+    background: Float[Tensor, "3"],
+    weighting: Weighting = Weighting(),  # noqa: B008 - frozen
+) -> Rendered:
+    """Blend in any order: `C = (1 - T) sum(c a w) / sum(a w) + T bg`, `T = prod(1 - a)`.
+
+    Paper Eq. 2; a pixel that nothing touches shows the background. Gradients reach depth and
+    the largest scale through w. `depth` is the same mean with z in the place of c, so that
+    depth / alpha is the weighted mean depth. With `sort_free_gs` the picture is Eq. 1:
+    `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. A Gaussian whose phi is not finite is not
+    drawn.
+    """
+    fine = phi.isfinite()
+    phi = torch.where(fine, phi, 0.0)
+    projected = project(means, quats, scales, opacities, sh, camera=camera)
+    projected = projected._replace(visible=projected.visible & fine)
+    alphas = pair_alphas(projected, opacities, camera)  # [pixels, n]
+    s_max = scales.max(dim=1).values if len(scales) else scales.sum(1)
+    s_max = torch.where(projected.visible, s_max, 0.0)
+    aw = alphas * torch.where(
+        projected.visible, weighting.weights(projected.depths, s_max, phi), 0.0
+    )
+    log_passed = torch.log1p(-alphas).sum(1, keepdim=True)
+    light = torch.exp(log_passed)  # [pixels, 1], T
+    total = aw.sum(1, keepdim=True)
+    touched = total > WEIGHT_MIN
+    safe = torch.where(touched, total, 1.0)
+    color, depth = aw @ projected.colors, aw @ projected.depths
+    if weighting.name == "sort_free_gs":
+        behind = weighting.background_weight
+        image = (behind * background + color) / torch.where(touched, total + behind, 1.0)
+    else:
+        image = (1 - light) * color / safe + light * background
+    image = torch.where(touched, image, background.expand_as(image))
+    depth = torch.where(touched, (1 - light) * depth[:, None] / safe, 0.0)
+    size = (camera.height, camera.width)
+    return Rendered(
+        image.reshape(*size, 3),
+        (1 - light).reshape(size),
+        depth.reshape(size),
+        projected.radii.amax(1) * projected.visible,
+    )

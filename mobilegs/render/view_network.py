@@ -1,0 +1,56 @@
+"""The paper's view-dependence network: opacity and weight of a Gaussian, seen from a direction."""
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+from torch.nn.functional import normalize
+
+
+class ViewNetwork(nn.Module):
+    """22 -> 256 -> 128 -> 64 -> (phi, opacity), 47,170 parameters (paper section 3.2).
+
+    There is no activation after the 64-wide layer, and the two heads are linear, as in the
+    authors' release. `phi = relu(head)` starts at 1 everywhere; the opacity's head starts at 0
+    here, because its output is added to a base logit that each Gaussian brings from the teacher
+    (the release throws the teacher's opacities away and learns them anew).
+    """
+
+    def __init__(self, generator: torch.Generator | None = None) -> None:
+        super().__init__()
+        self.hidden1 = nn.Linear(22, 256)
+        self.hidden2 = nn.Linear(256, 128)
+        self.hidden3 = nn.Linear(128, 64)
+        self.phi = nn.Linear(64, 1)
+        self.opacity = nn.Linear(64, 1)
+        with torch.no_grad():
+            for layer in (self.hidden1, self.hidden2, self.hidden3):
+                bound = layer.in_features**-0.5  # torch's default, drawn from our generator
+                layer.weight.uniform_(-bound, bound, generator=generator)
+                layer.bias.uniform_(-bound, bound, generator=generator)
+            self.phi.weight.zero_()
+            self.phi.bias.fill_(1.0)
+            self.opacity.weight.zero_()
+            self.opacity.bias.zero_()
+
+    def forward(
+        self,
+        sh: Float[Tensor, "n 4 3"],
+        directions: Float[Tensor, "n 3"],
+        scales: Float[Tensor, "n 3"],
+        quats: Float[Tensor, "n 4"],
+    ) -> tuple[Float[Tensor, "n"], Float[Tensor, "n"]]:
+        """phi (>= 0) and what is added to the base opacity's logit.
+
+        `directions` are unit vectors from the eye to the Gaussians in world space, `scales` are
+        activated: only their proportions are an input.
+        """
+        inputs = torch.cat(
+            [normalize(sh.flatten(1), dim=1), directions, normalize(scales, dim=1), normalize(quats, dim=1)],
+            dim=1,
+        )  # [n, 22]
+        hidden = torch.relu(self.hidden2(torch.relu(self.hidden1(inputs))))
+        # two linear maps in a row are one: the 64-wide layer is folded into the heads
+        heads = torch.cat([self.phi.weight, self.opacity.weight])  # [2, 64]
+        bias = torch.cat([self.phi.bias, self.opacity.bias])
+        out = hidden @ (heads @ self.hidden3.weight).T + heads @ self.hidden3.bias + bias
+        return torch.relu(out[:, 0]), out[:, 1]
