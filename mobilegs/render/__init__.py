@@ -7,15 +7,34 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.errors import InputError
 from mobilegs.render import sorted as sorted_definition
 from mobilegs.render import sortfree as sortfree_definition
+from mobilegs.render.kernels.cpu import CpuRaster, project_radii
+from mobilegs.render.kernels.view import kernel_view
 from mobilegs.render.project import project
 from mobilegs.render.rendered import Rendered
 from mobilegs.render.sortfree import Weighting
 
 __all__ = ["Rendered", "Weighting", "render_sorted", "render_sortfree", "visible_rows"]
 
-Backend = Literal["auto", "definition", "cpu", "cuda"]
+Backend = Literal["auto", "definition", "kernel"]
+
+
+def _chosen(backend: Backend, means: Tensor) -> Backend:
+    if backend != "auto":
+        return backend
+    return "kernel" if means.dtype == torch.float32 else "definition"
+
+
+def _raster(means: Tensor) -> type[torch.autograd.Function]:
+    if means.dtype != torch.float32:
+        raise InputError(f"the kernels draw float32, not {means.dtype}: use backend='definition'")
+    if means.is_cuda:
+        from mobilegs.render.kernels.cuda import CudaRaster
+
+        return CudaRaster
+    return CpuRaster
 
 
 def render_sorted(
@@ -37,9 +56,14 @@ def render_sorted(
     the backward pass) the gradient of each centre's position on the picture, in 1 / px.
     `auto` takes the kernel of the tensors' device for float32, the definition for float64.
     """
-    return sorted_definition.render_sorted(
-        means, quats, scales, opacities, sh, camera=camera, background=background
-    )
+    if _chosen(backend, means) == "definition":
+        drawn = sorted_definition.render_sorted(
+            means, quats, scales, opacities, sh, camera=camera, background=background
+        )
+        return drawn if depth else drawn._replace(depth=None)
+    view = kernel_view(camera, background, Weighting(), sh.shape[1])
+    tensors = (means, quats, scales, opacities, sh, None)
+    return Rendered(*_raster(means).apply(view, screen_grads, depth, *tensors))
 
 
 def render_sortfree(
@@ -58,17 +82,22 @@ def render_sortfree(
     backend: Backend = "auto",
 ) -> Rendered:
     """Order-independent blending; `sortfree.render_sortfree` is its definition."""
-    return sortfree_definition.render_sortfree(
-        means,
-        quats,
-        scales,
-        opacities,
-        sh,
-        phi,
-        camera=camera,
-        background=background,
-        weighting=weighting,
-    )
+    if _chosen(backend, means) == "definition":
+        drawn = sortfree_definition.render_sortfree(
+            means,
+            quats,
+            scales,
+            opacities,
+            sh,
+            phi,
+            camera=camera,
+            background=background,
+            weighting=weighting,
+        )
+        return drawn if depth else drawn._replace(depth=None)
+    view = kernel_view(camera, background, weighting, sh.shape[1])
+    tensors = (means, quats, scales, opacities, sh, phi)
+    return Rendered(*_raster(means).apply(view, screen_grads, depth, *tensors))
 
 
 @torch.no_grad()
@@ -82,4 +111,11 @@ def visible_rows(
     """Indices of the Gaussians that could touch the picture, whatever their opacity."""
     ones = torch.ones_like(means[:, 0])
     black = torch.zeros_like(means[:, None, :])
-    return project(means, quats, scales, ones, black, camera=camera).visible.nonzero()[:, 0]
+    if _chosen("auto", means) == "definition":
+        visible = project(means, quats, scales, ones, black, camera=camera).visible
+    elif means.is_cuda:
+        raise NotImplementedError
+    else:
+        view = kernel_view(camera, black[0, 0], Weighting(), 1)
+        visible = project_radii(view, means, quats, scales, ones, black) > 0
+    return visible.nonzero()[:, 0]

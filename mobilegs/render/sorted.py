@@ -30,11 +30,12 @@ def render_sorted(
     projected = project(means, quats, scales, opacities, sh, camera=camera)
     order = torch.argsort(projected.depths, stable=True)
     alphas = pair_alphas(projected, opacities, camera)[:, order]  # [pixels, n]
+    ones = alphas.new_ones(alphas.shape[0], 1)
     passed = torch.cumprod(1 - alphas, dim=1)
-    before = torch.cat([torch.ones_like(alphas[:, :1]), passed], dim=1)[:, :-1]
+    before = torch.cat([ones, passed], dim=1)[:, :-1]
     alphas = torch.where(before >= TRANSMITTANCE_MIN, alphas, 0.0)
     passed = torch.cumprod(1 - alphas, dim=1)
-    light = torch.cat([torch.ones_like(alphas[:, :1]), passed], dim=1)  # [pixels, n + 1]
+    light = torch.cat([ones, passed], dim=1)  # [pixels, n + 1]
     weights = alphas * light[:, :-1]
     image = weights @ projected.colors[order] + light[:, -1:] * background
     depth = weights @ projected.depths[order]

@@ -1,0 +1,217 @@
+"""Times both renderers, forward and backward, on the synthetic scene of the kernel study.
+
+    python bench/kernels.py [--json OUT] [--spike FOLDER] [--counts 100000 400000]
+
+Where FOLDER holds the study's own C++ kernels (`gs_cpu_vec.cpp`), they are built into a temporary
+folder and timed beside ours, in turns, in the same process, on the same scene.
+"""
+
+import argparse
+import ctypes
+import json
+import math
+import os
+import platform
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from mobilegs.camera import Camera
+from mobilegs.render import render_sorted, render_sortfree
+from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.render.project import ALPHA_MIN
+
+WIDTH, HEIGHT, FOCAL = 800, 533, 700.0
+BACKGROUND = (0.1, 0.2, 0.3)
+NAMES = ("means", "quats", "scales", "opacities", "sh", "phi")
+
+
+def study_scene(count: int) -> tuple[dict[str, torch.Tensor], Camera]:
+    """The study's scene: depth log-uniform over 1..20, projected sigma about 3 px, SH degree 1."""
+    g = np.random.default_rng(0)
+    z = np.exp(g.uniform(0, np.log(20.0), count))
+    u = g.uniform(-0.03 * WIDTH, 1.03 * WIDTH, count)
+    v = g.uniform(-0.03 * HEIGHT, 1.03 * HEIGHT, count)
+    means = np.stack([(u - WIDTH / 2) / FOCAL * z, (v - HEIGHT / 2) / FOCAL * z, z], 1)
+    sigma = np.minimum(3 * np.exp(0.8 * g.standard_normal(count)), 60.0)
+    scales = sigma[:, None] * z[:, None] / FOCAL * np.exp(0.35 * g.standard_normal((count, 3)))
+    quats = g.standard_normal((count, 4))
+    sh = [g.normal(0.3, 0.8, (count, 1, 3)), g.normal(0, 0.15, (count, 3, 3))]
+    opacities = 1 / (1 + np.exp(-g.normal(0, 1.5, count)))
+    phi = np.maximum(g.normal(1, 0.4, count), 0)
+    c, s = math.cos(0.3), math.sin(0.3)
+    rotation, shift = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([0.2, -0.1, 0.5])
+    viewmat = np.eye(4)
+    viewmat[:3, :3], viewmat[:3, 3] = rotation, shift
+    k = [[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1]]
+    values = ((means - shift) @ rotation, quats, scales, opacities, np.concatenate(sh, 1), phi)
+    scene = {n: torch.tensor(x, dtype=torch.float32) for n, x in zip(NAMES, values, strict=True)}
+    return scene, Camera(torch.tensor(viewmat).float(), torch.tensor(k), WIDTH, HEIGHT)
+
+
+class Ours:
+    """Our kernels behind the public functions, autograd included."""
+
+    def __init__(self, scene: dict[str, torch.Tensor], camera: Camera, grad: torch.Tensor) -> None:
+        self.leaves = {name: value.clone().requires_grad_() for name, value in scene.items()}
+        self.camera, self.grad = camera, grad
+        self.background = torch.tensor(BACKGROUND)
+
+    def forward(self, path: str) -> torch.Tensor:
+        names = NAMES if path == "sortfree" else NAMES[:5]
+        render = render_sortfree if path == "sortfree" else render_sorted
+        inputs = [self.leaves[name] for name in names]
+        return render(*inputs, camera=self.camera, background=self.background).image
+
+    def both(self, path: str) -> dict[str, torch.Tensor]:
+        for leaf in self.leaves.values():
+            leaf.grad = None
+        self.forward(path).backward(self.grad)
+        return {n: leaf.grad for n, leaf in self.leaves.items() if leaf.grad is not None}
+
+
+class Spike:
+    """The study's C++ kernels, through ctypes."""
+
+    class View(ctypes.Structure):
+        _fields_ = [  # noqa: RUF012
+            ("rotation", ctypes.c_float * 9),
+            ("translation", ctypes.c_float * 3),
+            ("intrinsics", ctypes.c_float * 5),
+            ("size", ctypes.c_int * 2),
+            ("background", ctypes.c_float * 3),
+        ]
+
+    ORDER = ("means", "scales", "quats", "sh", "opacities", "phi")
+    PREFIX = {"sortfree": "oit", "sorted": "srt"}  # noqa: RUF012
+
+    def __init__(self, built: Path, scene, camera: Camera, grad: torch.Tensor) -> None:
+        self.library = ctypes.CDLL(str(built))
+        self.library.gs_new.restype = ctypes.c_void_p
+        view = self.View()
+        view.rotation[:] = camera.viewmat[:3, :3].flatten().tolist()
+        view.translation[:] = camera.viewmat[:3, 3].tolist()
+        view.intrinsics[:] = [FOCAL, FOCAL, WIDTH / 2, HEIGHT / 2, 0.2]
+        view.size[:] = [WIDTH, HEIGHT]
+        view.background[:] = BACKGROUND
+        self.scene, self.grad = scene, grad
+        self.image = torch.empty(HEIGHT, WIDTH, 3)
+        self.handle = ctypes.c_void_p(self.library.gs_new(ctypes.byref(view)))
+
+    def _inputs(self) -> list:
+        pointers = [ctypes.c_void_p(self.scene[name].data_ptr()) for name in self.ORDER]
+        return [self.handle, len(self.scene["means"]), *pointers]
+
+    def forward(self, path: str) -> torch.Tensor:
+        run = getattr(self.library, f"{self.PREFIX[path]}_fwd")
+        run(*self._inputs(), ctypes.c_void_p(self.image.data_ptr()))
+        return self.image
+
+    def both(self, path: str) -> dict[str, torch.Tensor]:
+        self.forward(path)
+        grads = {name: torch.empty_like(self.scene[name]) for name in self.ORDER}
+        out = [ctypes.c_void_p(grads[name].data_ptr()) for name in self.ORDER]
+        run = getattr(self.library, f"{self.PREFIX[path]}_bwd")
+        run(*self._inputs(), ctypes.c_void_p(self.grad.data_ptr()), *out)
+        return grads
+
+
+def build_spike(source: Path, folder: str) -> Path:
+    built = Path(folder) / "spike.so"
+    flags = "-O3 -march=native -ffast-math -fopenmp -std=c++17 -fPIC -shared".split()
+    subprocess.run(["g++", *flags, str(source / "gs_cpu_vec.cpp"), "-o", str(built)], check=True)
+    return built
+
+
+def contributing_pairs(scene: dict[str, torch.Tensor], camera: Camera) -> int:
+    """(pixel, Gaussian) pairs with alpha >= 1/255: the area of all ellipses, inside the picture."""
+    from mobilegs.render.project import project
+
+    flat = [scene[name] for name in NAMES[:5]]
+    total = 0.0
+    for start in range(0, len(flat[0]), 50000):
+        part = project(*[x[start : start + 50000] for x in flat], camera=camera)
+        a, b, c = part.conics.double().unbind(1)
+        reach = 2 * torch.log(flat[3][start : start + 50000].double() / ALPHA_MIN)
+        area = math.pi * reach / (a * c - b * b).sqrt()
+        low = (part.means2d - part.radii).clamp_min(0)
+        size = part.means2d.new_tensor([camera.width, camera.height])
+        high = torch.minimum(part.means2d + part.radii, size)
+        share = (high - low).clamp_min(0).prod(1) / (2 * part.radii).prod(1).clamp_min(1e-9)
+        total += (area * share)[part.visible].sum().item()
+    return int(total)
+
+
+def times(candidates: dict, call, rounds: int) -> dict[str, list[float]]:
+    """Milliseconds of `call(candidate)`, all candidates in turn within every round."""
+    for candidate in candidates.values():
+        call(candidate)
+    found = {name: [] for name in candidates}
+    for _ in range(rounds):
+        for name, candidate in candidates.items():
+            start = time.perf_counter()
+            call(candidate)
+            found[name].append((time.perf_counter() - start) * 1e3)
+    return found
+
+
+def measure(count: int, spike: Path | None, rounds: int) -> list[dict]:
+    scene, camera = study_scene(count)
+    grad = torch.randn(HEIGHT, WIDTH, 3, generator=torch.Generator().manual_seed(7))
+    candidates = {"ours": Ours(scene, camera, grad)}
+    if spike:
+        candidates["spike"] = Spike(spike, scene, camera, grad)
+    pairs, rows = contributing_pairs(scene, camera), []
+    for path in ("sortfree", "sorted"):
+        for kind in ("forward", "both"):
+            found = times(candidates, lambda c, k=kind, p=path: getattr(c, k)(p), rounds)
+            row = {"gaussians": count, "path": path, "kind": kind, "pairs": pairs}
+            for name, samples in found.items():
+                median = float(np.median(samples))
+                row[f"{name}_ms"] = round(median, 2)
+                row[f"{name}_min_ms"] = round(min(samples), 2)
+                if path == "sortfree":  # the sorted path stops early: it sees fewer pairs
+                    row[f"{name}_ns_per_pair"] = round(median * 1e6 / pairs, 3)
+            if spike:
+                ratios = [a / b for a, b in zip(found["ours"], found["spike"], strict=True)]
+                row["ratio"] = round(float(np.median(ratios)), 3)
+            row["peak_memory_mib"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+            print(json.dumps(row), flush=True)
+            rows.append(row)
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path, help="write the figures here")
+    default = Path(os.environ.get("MOBILEGS_DATA", ".")).parent / "spike"
+    parser.add_argument("--spike", type=Path, default=default, help="folder of gs_cpu_vec.cpp")
+    parser.add_argument("--counts", type=int, nargs="+", default=[100_000, 400_000])
+    parser.add_argument("--rounds", type=int, default=9)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        present = (options.spike / "gs_cpu_vec.cpp").exists()
+        spike = build_spike(options.spike, folder) if present else None
+        rows = []
+        for count in options.counts:
+            rows += measure(count, spike, options.rounds)
+    result = {
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",
+        "torch": torch.__version__,
+        "python": sys.version.split()[0],
+        "size": [WIDTH, HEIGHT],
+        "rows": rows,
+    }
+    if options.json:
+        options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The fast implementations of the definitions: one arithmetic (core.h), two loops."""

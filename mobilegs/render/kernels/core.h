@@ -1,0 +1,466 @@
+// The arithmetic of both renderers, shared by cpu.cpp and cuda.cu: projection and its adjoint for
+// one Gaussian, and the forward and adjoint of one (pixel, Gaussian) pair. The definitions are
+// render/project.py, sorted.py and sortfree.py; every function here is compared with them.
+#pragma once
+#include "lanes.h"
+
+#define TILE 16
+#define ALPHA_MIN (1.0f / 255.0f)
+#define ALPHA_MAX 0.99f
+#define TRANSMITTANCE_MIN 1e-4f
+#define WEIGHT_MIN 1e-12f
+#define BLUR 0.3f
+#define LOG2_E 1.4426950408889634f
+
+enum WeightingKind { MOBILE_GS = 0, NO_DEPTH = 1, NO_SCALE = 2, SORT_FREE_GS = 3 };
+
+// Mirrored field by field in bind.py.
+struct View {
+  float rotation[9], translation[3], position[3];  // world to camera; the camera's centre
+  float focal[2], center[2];                       // pixels
+  float limits[4];                                 // range of x/z and y/z in the Jacobian
+  float near_plane;
+  float background[3];
+  float exponent_max, sigma, background_weight;  // of the weighting
+  int width, height;
+  int weighting;
+  int sh_size;  // coefficients per colour: 1, 4, 9 or 16
+};
+
+// One projected Gaussian: a cache line.
+struct alignas(64) Splat {
+  float x, y;          // centre, pixels
+  float A, B, C;       // conic, 1 / px^2
+  float opacity;       //
+  float weight;        // w of sort-free blending
+  float r, g, b;       // colour, at least 0
+  float z;             // camera-space depth
+  float reach;         // squared Mahalanobis radius at which alpha is 1/255
+  short x0, x1, y0, y1;  // pixels of the ellipse's box, [x0, x1) x [y0, y1); empty: not visible
+  float det;             // of the conic, from a sum of squares: A C - B^2 would cancel
+  float log2_opacity;
+};
+
+// dL/d of what pixels read of a Splat.
+struct SplatGrad {
+  float x, y, A, B, C, opacity, weight, r, g, b, z;
+};
+
+MGS_FN float square(float a) { return a * a; }
+MGS_FN float clamp(float a, float low, float high) { return max_of(low, min_of(a, high)); }
+// min and max of integers that arrive as floats, NaN-safe and within short
+MGS_FN short pixel(float a, int limit) { return (short)clamp(a, 0.0f, (float)limit); }
+
+// ---------------------------------------------------------------- weights (paper Eq. 1 and 3)
+MGS_FN float weight_of(const View& v, float d, float s_max, float phi) {
+  if (v.weighting == SORT_FREE_GS) return max_of(0.0f, 1 - d / v.sigma) * phi;
+  float w = phi * phi;
+  if (v.weighting != NO_DEPTH) w += phi / (d * d);
+  if (v.weighting != NO_SCALE) w += expf(min_of(s_max / d, v.exponent_max));
+  return w;
+}
+
+struct WeightGrad {
+  float d, s_max, phi;
+};
+
+MGS_FN WeightGrad weight_adjoint(const View& v, float d, float s_max, float phi, float grad) {
+  WeightGrad out = {0, 0, 0};
+  if (v.weighting == SORT_FREE_GS) {
+    float near_share = 1 - d / v.sigma;
+    out.phi = grad * max_of(0.0f, near_share);
+    out.d = near_share > 0 ? -grad * phi / v.sigma : 0.0f;
+    return out;
+  }
+  float inverse = 1 / d;
+  out.phi = grad * 2 * phi;
+  if (v.weighting != NO_DEPTH) {
+    out.phi += grad * inverse * inverse;
+    out.d -= grad * 2 * phi * inverse * inverse * inverse;
+  }
+  float exponent = s_max * inverse;
+  if (v.weighting != NO_SCALE && exponent <= v.exponent_max) {
+    float e = grad * expf(exponent) * inverse;
+    out.s_max = e;
+    out.d -= e * exponent;
+  }
+  return out;
+}
+
+// ---------------------------------------------------------------- spherical harmonics
+MGS_FN void sh_basis(int size, float x, float y, float z, float* out) {
+  out[0] = 0.28209479177387814f;
+  if (size < 4) return;
+  const float c1 = 0.4886025119029199f;
+  out[1] = -c1 * y, out[2] = c1 * z, out[3] = -c1 * x;
+  if (size < 9) return;
+  float xx = x * x, yy = y * y, zz = z * z;
+  out[4] = 1.0925484305920792f * x * y;
+  out[5] = -1.0925484305920792f * y * z;
+  out[6] = 0.31539156525252005f * (2 * zz - xx - yy);
+  out[7] = -1.0925484305920792f * x * z;
+  out[8] = 0.5462742152960396f * (xx - yy);
+  if (size < 16) return;
+  out[9] = -0.5900435899266435f * y * (3 * xx - yy);
+  out[10] = 2.890611442640554f * x * y * z;
+  out[11] = -0.4570457994644658f * y * (4 * zz - xx - yy);
+  out[12] = 0.3731763325901154f * z * (2 * zz - 3 * xx - 3 * yy);
+  out[13] = -0.4570457994644658f * x * (4 * zz - xx - yy);
+  out[14] = 1.445305721320277f * z * (xx - yy);
+  out[15] = -0.5900435899266435f * x * (xx - 3 * yy);
+}
+
+// Gradient of sum(k[i] basis[i]) with respect to the direction (x, y, z).
+MGS_FN void sh_basis_adjoint(int size, float x, float y, float z, const float* k, float* g) {
+  g[0] = g[1] = g[2] = 0;
+  if (size < 4) return;
+  const float c1 = 0.4886025119029199f;
+  g[0] = -c1 * k[3], g[1] = -c1 * k[1], g[2] = c1 * k[2];
+  if (size < 9) return;
+  const float c2 = 1.0925484305920792f, c20 = 0.31539156525252005f, c22 = 0.5462742152960396f;
+  g[0] += c2 * (y * k[4] - z * k[7]) - 2 * c20 * x * k[6] + 2 * c22 * x * k[8];
+  g[1] += c2 * (x * k[4] - z * k[5]) - 2 * c20 * y * k[6] - 2 * c22 * y * k[8];
+  g[2] += c2 * (-y * k[5] - x * k[7]) + 4 * c20 * z * k[6];
+  if (size < 16) return;
+  float xx = x * x, yy = y * y, zz = z * z;
+  const float c33 = 0.5900435899266435f, c32 = 2.890611442640554f, c31 = 0.4570457994644658f;
+  const float c30 = 0.3731763325901154f, c34 = 1.445305721320277f;
+  g[0] += -c33 * 6 * x * y * k[9] + c32 * y * z * k[10] + c31 * 2 * x * y * k[11] -
+          c30 * 6 * x * z * k[12] - c31 * (4 * zz - 3 * xx - yy) * k[13] + c34 * 2 * x * z * k[14] -
+          c33 * 3 * (xx - yy) * k[15];
+  g[1] += -c33 * 3 * (xx - yy) * k[9] + c32 * x * z * k[10] - c31 * (4 * zz - xx - 3 * yy) * k[11] -
+          c30 * 6 * y * z * k[12] + c31 * 2 * x * y * k[13] - c34 * 2 * y * z * k[14] +
+          c33 * 6 * x * y * k[15];
+  g[2] += c32 * x * y * k[10] - c31 * 8 * y * z * k[11] + c30 * (6 * zz - 3 * xx - 3 * yy) * k[12] -
+          c31 * 8 * x * z * k[13] + c34 * (xx - yy) * k[14];
+}
+
+// ---------------------------------------------------------------- projection
+// Quantities that projection and its adjoint both need.
+struct Geometry {
+  float x, y, z;                   // camera space
+  float tx, ty, u, v;              // x/z and y/z, and both clamped
+  float rotation[9];               // of the Gaussian, row by row
+  float inverse_length;            // of the quaternion
+  float axes[9];                   // camera rotation times Gaussian rotation, unscaled
+  float px[3], py[3];              // rows of the projected square root of the covariance
+  float direction[3], inverse_distance;  // from the camera to the Gaussian, world space
+};
+
+MGS_FN void rotation_of(const float* q, float inverse_length, float* m) {
+  float w = q[0] * inverse_length, x = q[1] * inverse_length;
+  float y = q[2] * inverse_length, z = q[3] * inverse_length;
+  m[0] = 1 - 2 * (y * y + z * z), m[1] = 2 * (x * y - w * z), m[2] = 2 * (x * z + w * y);
+  m[3] = 2 * (x * y + w * z), m[4] = 1 - 2 * (x * x + z * z), m[5] = 2 * (y * z - w * x);
+  m[6] = 2 * (x * z - w * y), m[7] = 2 * (y * z + w * x), m[8] = 1 - 2 * (x * x + y * y);
+}
+
+// False where the Gaussian is behind the near plane or its quaternion has no direction.
+MGS_FN bool geometry_of(const View& view, const float* mean, const float* q, const float* scale,
+                        Geometry& g) {
+  const float* r = view.rotation;
+  g.z = r[6] * mean[0] + r[7] * mean[1] + r[8] * mean[2] + view.translation[2];
+  if (!(g.z > view.near_plane)) return false;
+  g.x = r[0] * mean[0] + r[1] * mean[1] + r[2] * mean[2] + view.translation[0];
+  g.y = r[3] * mean[0] + r[4] * mean[1] + r[5] * mean[2] + view.translation[1];
+  float norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  if (!(norm > 0)) return false;
+  g.inverse_length = 1 / sqrtf(norm);
+  rotation_of(q, g.inverse_length, g.rotation);
+  float inverse_z = 1 / g.z;
+  g.tx = g.x * inverse_z, g.ty = g.y * inverse_z;
+  g.u = clamp(g.tx, view.limits[0], view.limits[1]);
+  g.v = clamp(g.ty, view.limits[2], view.limits[3]);
+  float jx = view.focal[0] * inverse_z, jy = view.focal[1] * inverse_z;
+  for (int n = 0; n < 3; n++) {
+    for (int k = 0; k < 3; k++)
+      g.axes[3 * k + n] = r[3 * k] * g.rotation[n] + r[3 * k + 1] * g.rotation[3 + n] +
+                          r[3 * k + 2] * g.rotation[6 + n];
+    g.px[n] = jx * (g.axes[n] - g.u * g.axes[6 + n]) * scale[n];
+    g.py[n] = jy * (g.axes[3 + n] - g.v * g.axes[6 + n]) * scale[n];
+  }
+  float d[3] = {mean[0] - view.position[0], mean[1] - view.position[1], mean[2] - view.position[2]};
+  g.inverse_distance = 1 / sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  for (int k = 0; k < 3; k++) g.direction[k] = d[k] * g.inverse_distance;
+  return true;
+}
+
+MGS_FN float largest(const float* s) { return max_of(s[0], max_of(s[1], s[2])); }
+
+// False, with an empty box, where the Gaussian cannot touch the picture.
+MGS_FN bool project(const View& view, const float* mean, const float* q, const float* scale,
+                    float opacity, const float* sh, float phi, Splat& s) {
+  s.x0 = s.x1 = s.y0 = s.y1 = 0;
+  s.z = 0;
+  Geometry g = {};
+  if (!(opacity > ALPHA_MIN) || !geometry_of(view, mean, q, scale, g)) return false;
+  float var_x = BLUR, var_y = BLUR, cov = 0;
+  for (int n = 0; n < 3; n++) {
+    var_x += g.px[n] * g.px[n];
+    var_y += g.py[n] * g.py[n];
+    cov += g.px[n] * g.py[n];
+  }
+  // Cauchy-Binet: the determinant as a sum of squares cannot cancel
+  float c0 = g.px[1] * g.py[2] - g.px[2] * g.py[1], c1 = g.px[2] * g.py[0] - g.px[0] * g.py[2];
+  float c2 = g.px[0] * g.py[1] - g.px[1] * g.py[0];
+  float det = c0 * c0 + c1 * c1 + c2 * c2 + BLUR * (var_x + var_y - BLUR);
+  float inverse_det = 1 / det;
+  s.det = inverse_det;
+  s.A = var_y * inverse_det, s.B = -cov * inverse_det, s.C = var_x * inverse_det;
+  s.x = view.focal[0] * g.tx + view.center[0], s.y = view.focal[1] * g.ty + view.center[1];
+  s.z = g.z;
+  s.opacity = opacity;
+  s.log2_opacity = log2f(opacity);
+  s.reach = (2 / LOG2_E) * (s.log2_opacity + 7.994353437f);  // 2 ln(255 o)
+  s.weight = weight_of(view, g.z, largest(scale), phi);
+
+  float basis[16], color[3] = {0.5f, 0.5f, 0.5f};
+  sh_basis(view.sh_size, g.direction[0], g.direction[1], g.direction[2], basis);
+  for (int i = 0; i < view.sh_size; i++)
+    for (int k = 0; k < 3; k++) color[k] += basis[i] * sh[3 * i + k];
+  s.r = max_of(color[0], 0.0f), s.g = max_of(color[1], 0.0f), s.b = max_of(color[2], 0.0f);
+  // one test catches everything that is not finite: x - x is 0 for numbers only
+  float check = s.A + s.B + s.C + s.x + s.y + s.weight + color[0] + color[1] + color[2] + opacity;
+  check += scale[0] + scale[1] + scale[2];
+  if (!(check - check == 0)) return false;
+  float rx = sqrtf(s.reach * var_x), ry = sqrtf(s.reach * var_y);
+  s.x0 = pixel(ceilf(s.x - rx - 0.5f), view.width);
+  s.x1 = pixel(floorf(s.x + rx - 0.5f) + 1, view.width);
+  s.y0 = pixel(ceilf(s.y - ry - 0.5f), view.height);
+  s.y1 = pixel(floorf(s.y + ry - 0.5f) + 1, view.height);
+  if (s.x1 > s.x0 && s.y1 > s.y0) return true;
+  s.x0 = s.x1 = s.y0 = s.y1 = 0;
+  return false;
+}
+
+MGS_FN float radius_of(const Splat& s) {
+  return sqrtf(s.reach / s.det * max_of(s.A, s.C));
+}
+
+// Gradient of the rotation matrix (row by row) back to a quaternion of any length.
+MGS_FN void quaternion_adjoint(const float* q, float inverse_length, const float* m, float* out) {
+  float w = q[0] * inverse_length, x = q[1] * inverse_length;
+  float y = q[2] * inverse_length, z = q[3] * inverse_length;
+  float gw = 2 * (x * (m[7] - m[5]) + y * (m[2] - m[6]) + z * (m[3] - m[1]));
+  float gx = 2 * (y * (m[1] + m[3]) + z * (m[2] + m[6]) + w * (m[7] - m[5]) - 2 * x * (m[4] + m[8]));
+  float gy = 2 * (x * (m[1] + m[3]) + z * (m[5] + m[7]) + w * (m[2] - m[6]) - 2 * y * (m[0] + m[8]));
+  float gz = 2 * (x * (m[2] + m[6]) + y * (m[5] + m[7]) + w * (m[3] - m[1]) - 2 * z * (m[0] + m[4]));
+  float along = gw * w + gx * x + gy * y + gz * z;  // moving along q changes nothing
+  out[0] = (gw - along * w) * inverse_length, out[1] = (gx - along * x) * inverse_length;
+  out[2] = (gy - along * y) * inverse_length, out[3] = (gz - along * z) * inverse_length;
+}
+
+// Adjoint of project for a visible Gaussian: writes every gradient once.
+MGS_FN void project_adjoint(const View& view, const float* mean, const float* q, const float* scale,
+                            const float* sh, float phi, const Splat& s, const SplatGrad& d,
+                            float* g_mean, float* g_quat, float* g_scale, float* g_opacity,
+                            float* g_sh, float* g_phi) {
+  Geometry g = {};
+  geometry_of(view, mean, q, scale, g);
+  const float* r = view.rotation;
+  float inverse_z = 1 / g.z, jx = view.focal[0] * inverse_z, jy = view.focal[1] * inverse_z;
+  // conic K = inverse of the covariance: dSigma = -K dK K, the off-diagonal counted once
+  float half_b = 0.5f * d.B;
+  float m00 = d.A * s.A + half_b * s.B, m01 = d.A * s.B + half_b * s.C;
+  float m10 = half_b * s.A + d.C * s.B, m11 = half_b * s.B + d.C * s.C;
+  float g_xx = -(s.A * m00 + s.B * m10), g_yy = -(s.B * m01 + s.C * m11);
+  float g_xy = -(s.A * m01 + s.B * m11) - (s.B * m00 + s.C * m10);
+
+  WeightGrad gw = weight_adjoint(view, g.z, largest(scale), phi, d.weight);
+  int widest = scale[0] >= scale[1] ? (scale[0] >= scale[2] ? 0 : 2) : (scale[1] >= scale[2] ? 1 : 2);
+  float g_u = 0, g_v = 0, g_z = d.z + gw.d, g_m[9];
+  for (int n = 0; n < 3; n++) {
+    float gp = 2 * g_xx * g.px[n] + g_xy * g.py[n], gq = g_xy * g.px[n] + 2 * g_yy * g.py[n];
+    g_z -= (gp * g.px[n] + gq * g.py[n]) * inverse_z;
+    float ax = gp * jx, ay = gq * jy, az = -ax * g.u - ay * g.v;  // towards the scaled axis
+    g_scale[n] = ax * g.axes[n] + ay * g.axes[3 + n] + az * g.axes[6 + n];
+    if (n == widest) g_scale[n] += gw.s_max;
+    g_u -= ax * g.axes[6 + n] * scale[n];
+    g_v -= ay * g.axes[6 + n] * scale[n];
+    for (int k = 0; k < 3; k++)
+      g_m[3 * k + n] = scale[n] * (r[k] * ax + r[3 + k] * ay + r[6 + k] * az);
+  }
+  quaternion_adjoint(q, g.inverse_length, g_m, g_quat);
+  float g_tx = d.x * view.focal[0] + (g.u == g.tx ? g_u : 0.0f);
+  float g_ty = d.y * view.focal[1] + (g.v == g.ty ? g_v : 0.0f);
+  float g_x = g_tx * inverse_z, g_y = g_ty * inverse_z;
+  g_z -= g_x * g.tx + g_y * g.ty;
+  *g_opacity = d.opacity;
+  *g_phi = gw.phi;
+
+  float basis[16], inner[16], g_dir[3];
+  float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
+  sh_basis(view.sh_size, g.direction[0], g.direction[1], g.direction[2], basis);
+  for (int i = 0; i < view.sh_size; i++) {
+    inner[i] = gc[0] * sh[3 * i] + gc[1] * sh[3 * i + 1] + gc[2] * sh[3 * i + 2];
+    for (int k = 0; k < 3; k++) g_sh[3 * i + k] = basis[i] * gc[k];
+  }
+  sh_basis_adjoint(view.sh_size, g.direction[0], g.direction[1], g.direction[2], inner, g_dir);
+  float along = 0;
+  for (int k = 0; k < 3; k++) along += g_dir[k] * g.direction[k];
+  for (int k = 0; k < 3; k++)
+    g_mean[k] = r[k] * g_x + r[3 + k] * g_y + r[6 + k] * g_z +
+                (g_dir[k] - along * g.direction[k]) * g.inverse_distance;
+}
+
+// ---------------------------------------------------------------- tiles
+// Columns [left, right] (in pixels, relative to nothing) that the ellipse alpha >= 1/255 covers
+// on the rows whose centres lie in [y_first, y_last].
+MGS_FN void row_span(const Splat& s, float y_first, float y_last, float& left, float& right) {
+  float inverse_a = 1 / s.A, det = s.det;
+  float top = sqrtf(s.reach * s.A / det);              // half height of the ellipse
+  float half = sqrtf(s.reach * s.C / det);             // half width, reached at ...
+  float at = -s.B / s.C * half;                        // ... this dy on the right side
+  float dy0 = max_of(y_first - s.y, -top), dy1 = min_of(y_last - s.y, top);
+  float root0 = sqrtf(max_of(0.0f, s.reach * s.A - det * dy0 * dy0));
+  float root1 = sqrtf(max_of(0.0f, s.reach * s.A - det * dy1 * dy1));
+  right = at >= dy0 && at <= dy1
+              ? half
+              : max_of((-s.B * dy0 + root0) * inverse_a, (-s.B * dy1 + root1) * inverse_a);
+  left = -at >= dy0 && -at <= dy1
+             ? -half
+             : min_of((-s.B * dy0 - root0) * inverse_a, (-s.B * dy1 - root1) * inverse_a);
+  left += s.x;
+  right += s.x;
+}
+
+// Calls visit(tile) for every tile that the ellipse of a visible splat may touch.
+template <class F>
+MGS_FN void for_tiles(const Splat& s, int tiles_x, F visit) {
+  for (int ty = s.y0 / TILE; ty <= (s.y1 - 1) / TILE; ty++) {
+    float left, right;
+    int y_first = s.y0 > ty * TILE ? s.y0 : ty * TILE;
+    int y_last = s.y1 - 1 < ty * TILE + TILE - 1 ? s.y1 - 1 : ty * TILE + TILE - 1;
+    row_span(s, y_first + 0.5f, y_last + 0.5f, left, right);
+    float first = max_of((float)s.x0, ceilf(left - 0.51f));
+    float last = min_of((float)(s.x1 - 1), floorf(right - 0.49f));
+    if (!(first <= last)) continue;
+    for (int tx = (int)first / TILE; tx <= (int)last / TILE; tx++) visit(ty * tiles_x + tx);
+  }
+}
+
+// ---------------------------------------------------------------- one pair
+// What a row of pixels needs to evaluate alpha along x: alpha = 2^(dx (dx a + b) + c).
+struct Row {
+  float a, b, c;
+};
+
+MGS_FN Row row_of(const Splat& s, float dy) {
+  Row row;
+  row.a = -0.5f * LOG2_E * s.A;
+  row.b = -LOG2_E * s.B * dy;
+  row.c = -0.5f * LOG2_E * s.C * dy * dy + s.log2_opacity;
+  return row;
+}
+
+// Alpha before its ceiling, 0 where it does not count.
+template <class V>
+MGS_FN V pair_alpha(V dx, const Row& row) {
+  V alpha = exp2_of(dx * (dx * row.a + row.b) + row.c);
+  return select(alpha < ALPHA_MIN, splat_value(alpha, 0.0f), alpha);
+}
+
+// Sums over the pixels of one Gaussian, from which its gradients follow.
+template <class V>
+struct Sums {
+  V r, g, b, z, w;              // of what multiplies colour, depth and weight
+  V q, qx, qy, qxx, qxy, qyy;   // of alpha dL/dalpha, and its moments
+};
+
+template <class V>
+MGS_FN void add_moments(Sums<V>& sums, V gq, V dx, float dy) {
+  V gx = gq * dx, gy = gq * dy;
+  sums.q += gq;
+  sums.qx += gx;
+  sums.qy += gy;
+  sums.qxx += gx * dx;
+  sums.qxy += gx * dy;
+  sums.qyy += gy * dy;
+}
+
+// Adjoint of one sort-free pair. `g` is dL/d of the pixel's sums: num r, g, b, (z), den, and
+// dL/dT * T.
+template <bool DEPTH, class V>
+MGS_FN void sortfree_pair_adjoint(Sums<V>& sums, const Splat& s, V raw, V dx, float dy, V g_r, V g_g,
+                                  V g_b, V g_z, V g_w, V g_t) {
+  V alpha = min_of(raw, splat_value(raw, ALPHA_MAX));
+  sums.r += alpha * g_r;
+  sums.g += alpha * g_g;
+  sums.b += alpha * g_b;
+  sums.w += alpha * g_w;
+  V inner = g_r * s.r + g_g * s.g + g_b * s.b + g_w;
+  if (DEPTH) {
+    sums.z += alpha * g_z;
+    inner += g_z * s.z;
+  }
+  V g_alpha = inner * s.weight - g_t * reciprocal(1.0f - alpha);
+  add_moments(sums, select(raw > ALPHA_MAX, splat_value(raw, 0.0f), g_alpha * alpha), dx, dy);
+}
+
+// Turns finished sums into the gradient of the splat; `weight` scales the colour's part.
+MGS_FN SplatGrad splat_grad(const Sums<float>& sums, const Splat& s, bool sortfree) {
+  SplatGrad d;
+  float share = sortfree ? s.weight : 1.0f;
+  d.r = share * sums.r, d.g = share * sums.g, d.b = share * sums.b, d.z = share * sums.z;
+  d.weight =
+      sortfree ? s.r * sums.r + s.g * sums.g + s.b * sums.b + s.z * sums.z + sums.w : 0.0f;
+  d.opacity = sums.q / s.opacity;
+  d.x = s.A * sums.qx + s.B * sums.qy;
+  d.y = s.B * sums.qx + s.C * sums.qy;
+  d.A = -0.5f * sums.qxx, d.B = -sums.qxy, d.C = -0.5f * sums.qyy;
+  return d;
+}
+
+// Sums of one pixel after all Gaussians of sort-free blending.
+struct Pixel {
+  float r, g, b, z, w, t;
+};
+
+// dL/d of the sums of one pixel; `t` is dL/dT * T.
+MGS_FN Pixel sortfree_pixel_adjoint(const View& view, const Pixel& p, const float* g_image,
+                                    float g_alpha, float g_depth) {
+  Pixel d = {0, 0, 0, 0, 0, 0};
+  float g_s = g_alpha;
+  if (p.w > WEIGHT_MIN) {
+    float inverse = 1 / p.w, seen = 1 - p.t;
+    float mean_z = p.z * inverse;
+    d.z = g_depth * seen * inverse;
+    d.w = -g_depth * mean_z * seen * inverse;
+    g_s += g_depth * mean_z;
+    const float num[3] = {p.r, p.g, p.b};
+    float* out[3] = {&d.r, &d.g, &d.b};
+    for (int k = 0; k < 3; k++) {
+      if (view.weighting == SORT_FREE_GS) {
+        float total = 1 / (view.background_weight + p.w);
+        float value = (view.background_weight * view.background[k] + num[k]) * total;
+        *out[k] = g_image[k] * total;
+        d.w -= g_image[k] * value * total;
+      } else {
+        float mean = num[k] * inverse;
+        *out[k] = g_image[k] * seen * inverse;
+        d.w -= g_image[k] * mean * seen * inverse;
+        g_s += g_image[k] * (mean - view.background[k]);
+      }
+    }
+  }
+  d.t = -g_s * p.t;
+  return d;
+}
+
+MGS_FN void sortfree_resolve(const View& view, const Pixel& p, float* image, float* alpha,
+                             float* depth) {
+  *alpha = 1 - p.t;
+  bool touched = p.w > WEIGHT_MIN;
+  float inverse = touched ? 1 / p.w : 0.0f;
+  if (depth) *depth = (1 - p.t) * p.z * inverse;
+  const float num[3] = {p.r, p.g, p.b};
+  for (int k = 0; k < 3; k++) {
+    float back = view.background[k];
+    if (!touched)
+      image[k] = back;
+    else if (view.weighting == SORT_FREE_GS)
+      image[k] = (view.background_weight * back + num[k]) / (view.background_weight + p.w);
+    else
+      image[k] = (1 - p.t) * num[k] * inverse + p.t * back;
+  }
+}

@@ -1,0 +1,154 @@
+"""The CPU kernels: cpu.cpp, built with the package for several instruction sets."""
+
+import ctypes
+from functools import cache
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView
+
+# newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
+LEVELS = {
+    "v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
+    "v3": {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"},
+    "v2": {"sse4_2", "ssse3", "popcnt"},
+    "portable": set(),
+}
+
+
+class _Pointers(ctypes.Structure):
+    def __init__(self, tensors: list[Tensor | None]) -> None:
+        super().__init__(*[None if t is None else t.data_ptr() for t in tensors])
+
+
+class Inputs(_Pointers):
+    """Pointers to means, quats, scales, opacities, sh and phi (None when sorted)."""
+
+    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(6)]  # noqa: RUF012
+
+
+class Gradients(_Pointers):
+    """Pointers to what the backward pass fills: as Inputs, and the screen gradients."""
+
+    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(7)]  # noqa: RUF012
+
+
+def cpu_flags() -> set[str]:
+    """Instruction sets of this CPU by their Linux names; empty where the system does not say."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return set()
+    for line in text.splitlines():
+        if line.startswith("flags"):
+            return set(line.split(":", 1)[1].split())
+    return set()
+
+
+def kernel_level() -> str:
+    """The newest built level that this CPU runs; raises ImportError where none was built."""
+    flags, folder = cpu_flags(), Path(__file__).parent
+    for level, needed in LEVELS.items():
+        if needed <= flags and (folder / f"libmobilegs_{level}.so").exists():
+            return level
+    raise ImportError(
+        "mobilegs was installed without its CPU kernels: reinstall it where a C++ compiler is "
+        "at hand (pip install --force-reinstall mobilegs)"
+    )
+
+
+@cache
+def library(level: str | None = None) -> ctypes.CDLL:
+    """The kernels of `level` (default: the best for this CPU), with their struct sizes checked."""
+    path = Path(__file__).parent / f"libmobilegs_{level or kernel_level()}.so"
+    loaded = ctypes.CDLL(str(path))
+    if loaded.mgs_view_bytes() != ctypes.sizeof(KernelView):
+        raise ImportError(f"{path.name} is of another version than the package: reinstall it")
+    if loaded.mgs_splat_bytes() != SPLAT_BYTES:
+        raise ImportError(f"{path.name} is of another version than the package: reinstall it")
+    loaded.mgs_sorted_forward.restype = ctypes.c_void_p
+    return loaded
+
+
+class _Bins:
+    """Owns the tile lists of one sorted picture until its backward pass is done."""
+
+    def __init__(self, kernels: ctypes.CDLL, pointer: int) -> None:
+        self.kernels, self.pointer = kernels, pointer
+
+    def __del__(self) -> None:
+        self.kernels.mgs_bins_free(ctypes.c_void_p(self.pointer))
+
+
+def _address(tensor: Tensor | None) -> ctypes.c_void_p:
+    return ctypes.c_void_p(None if tensor is None else tensor.data_ptr())
+
+
+class CpuRaster(torch.autograd.Function):
+    """Both renderers on the CPU: `phi` None means sorted blending."""
+
+    @staticmethod
+    def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, phi):
+        kernels, count = library(), len(means)
+        held = [means, quats, scales, opacities, sh, phi]
+        held = [None if t is None else t.detach().contiguous() for t in held]
+        shape = (view.height, view.width)
+        image, alpha = torch.empty(*shape, 3), torch.empty(shape)
+        depths = torch.empty(shape) if depth else None
+        splats = torch.empty(count, SPLAT_BYTES, dtype=torch.uint8)
+        radii = torch.empty(count)
+        padded = [(side + 15) // 16 * 16 for side in shape]
+        if phi is None:
+            sums = torch.empty(padded[0] * padded[1] * (4 + depth))
+            run = kernels.mgs_sorted_forward
+        else:
+            sums = torch.empty(shape[0] * shape[1] * (5 + depth))
+            run = kernels.mgs_sortfree_forward
+        outputs = [_address(t) for t in (splats, radii, sums, image, alpha, depths)]
+        bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(held)), *outputs)
+        ctx.bins = _Bins(kernels, bins) if phi is None else None
+        ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
+        ctx.save_for_backward(*held, splats, sums)
+        ctx.mark_non_differentiable(radii)
+        ctx.set_materialize_grads(False)
+        return image, alpha, depths, radii
+
+    @staticmethod
+    def backward(ctx, *grads):
+        *held, splats, sums = ctx.saved_tensors
+        view, kernels, count = ctx.view, library(), len(held[0])
+        shape = (view.height, view.width)
+        g_image = torch.zeros(*shape, 3) if grads[0] is None else grads[0].contiguous()
+        g_alpha = torch.zeros(shape) if grads[1] is None else grads[1].contiguous()
+        g_depth = None
+        if ctx.depth:
+            g_depth = torch.zeros(shape) if grads[2] is None else grads[2].contiguous()
+        out = [None if t is None else torch.empty_like(t) for t in held]
+        given = [_address(t) for t in (sums, g_image, g_alpha, g_depth)]
+        args = [ctypes.byref(view), count, ctypes.byref(Inputs(held)), _address(splats)]
+        filled = ctypes.byref(Gradients([*out, ctx.screen_grads]))
+        if ctx.bins is None:
+            kernels.mgs_sortfree_backward(*args, *given, filled)
+        else:
+            bins = ctypes.c_void_p(ctx.bins.pointer)
+            kernels.mgs_sorted_backward(*args, bins, *given, filled)
+        return None, None, None, *out
+
+
+def project_radii(
+    view: KernelView, means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, sh: Tensor
+) -> Tensor:
+    """Radii in pixels, 0 for what the picture cannot show."""
+    held = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
+    splats = torch.empty(len(means), SPLAT_BYTES, dtype=torch.uint8)
+    radii = torch.empty(len(means))
+    library().mgs_project(
+        ctypes.byref(view),
+        len(means),
+        ctypes.byref(Inputs([*held, None])),
+        _address(splats),
+        _address(radii),
+    )
+    return radii

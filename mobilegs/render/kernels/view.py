@@ -1,0 +1,66 @@
+"""The structs that cross the C interface, mirrored field by field from core.h."""
+
+import ctypes
+
+import torch
+
+from mobilegs.camera import Camera
+from mobilegs.errors import InputError
+from mobilegs.render.project import jacobian_limits
+from mobilegs.render.sortfree import WEIGHTINGS, Weighting
+
+SPLAT_BYTES = 64
+SIZE_MAX = 32767  # pixel boxes are 16-bit
+
+
+class KernelView(ctypes.Structure):
+    """Camera, background and weighting, as core.h's View."""
+
+    _fields_ = [  # noqa: RUF012 - ctypes reads it
+        ("rotation", ctypes.c_float * 9),
+        ("translation", ctypes.c_float * 3),
+        ("position", ctypes.c_float * 3),
+        ("focal", ctypes.c_float * 2),
+        ("center", ctypes.c_float * 2),
+        ("limits", ctypes.c_float * 4),
+        ("near_plane", ctypes.c_float),
+        ("background", ctypes.c_float * 3),
+        ("exponent_max", ctypes.c_float),
+        ("sigma", ctypes.c_float),
+        ("background_weight", ctypes.c_float),
+        ("width", ctypes.c_int),
+        ("height", ctypes.c_int),
+        ("weighting", ctypes.c_int),
+        ("sh_size", ctypes.c_int),
+    ]
+
+
+def kernel_view(
+    camera: Camera, background: torch.Tensor, weighting: Weighting, sh_size: int
+) -> KernelView:
+    """The struct for one picture; refuses pictures and harmonics that the kernels cannot draw."""
+    if not (0 < camera.width <= SIZE_MAX and 0 < camera.height <= SIZE_MAX):
+        raise InputError(
+            f"a picture of {camera.width}x{camera.height} pixels cannot be drawn: "
+            f"each side must lie between 1 and {SIZE_MAX}"
+        )
+    if sh_size not in (1, 4, 9, 16):
+        raise InputError(f"{sh_size} spherical harmonics per colour: use 1, 4, 9 or 16")
+    viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
+    rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
+    view = KernelView()
+    view.rotation[:] = rotation.flatten().tolist()
+    view.translation[:] = translation.tolist()
+    view.position[:] = (-(rotation.T @ translation)).tolist()
+    view.focal[:] = [float(k[0, 0]), float(k[1, 1])]
+    view.center[:] = [float(k[0, 2]), float(k[1, 2])]
+    view.limits[:] = jacobian_limits(camera)
+    view.near_plane = camera.near
+    view.background[:] = background.detach().tolist()
+    view.exponent_max = weighting.exponent_max
+    view.sigma = weighting.sigma
+    view.background_weight = weighting.background_weight
+    view.width, view.height = camera.width, camera.height
+    view.weighting = WEIGHTINGS.index(weighting.name)
+    view.sh_size = sh_size
+    return view

@@ -1,0 +1,105 @@
+"""Small random scenes for comparing renderers, and the comparison itself."""
+
+import torch
+from torch import Tensor
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.render.project import pair_alphas, project
+
+NAMES = ("means", "quats", "scales", "opacities", "sh", "phi")
+
+
+def camera(
+    width: int = 45, height: int = 37, *, center: tuple[float, float] = (0.47, 0.55)
+) -> Camera:
+    """A camera 4 units from the origin, with unequal focal lengths and an odd centre."""
+    eye = torch.tensor([1.1, -0.7, -3.8], dtype=torch.float64)
+    up = torch.tensor([0.1, -1.0, 0.05], dtype=torch.float64)
+    k = torch.tensor(
+        [[1.1 * width, 0, center[0] * width], [0, 1.3 * width, center[1] * height], [0, 0, 1]],
+        dtype=torch.float64,
+    )
+    viewmat = look_at(eye, torch.zeros(3, dtype=torch.float64), up)
+    return Camera(viewmat, k, width, height)
+
+
+def random_scene(
+    count: int, *, degree: int = 1, seed: int = 0, spread: float = 1.0
+) -> dict[str, Tensor]:
+    """Activated inputs of `count` Gaussians around the origin, float64."""
+    generator = torch.Generator().manual_seed(seed)
+
+    def normal(*shape: int) -> Tensor:
+        return torch.randn(*shape, generator=generator, dtype=torch.float64)
+
+    return {
+        "means": spread * normal(count, 3),
+        "quats": normal(count, 4),
+        "scales": torch.exp(0.7 * normal(count, 3) - 2.2),
+        "opacities": torch.sigmoid(1.5 * normal(count)),
+        "sh": torch.cat([normal(count, 1, 3), 0.3 * normal(count, (degree + 1) ** 2 - 1, 3)], 1),
+        "phi": (1 + 0.6 * normal(count)).clamp_min(0),
+    }
+
+
+def as_float32(scene: dict[str, Tensor]) -> dict[str, Tensor]:
+    """The scene rounded to float32 and back, so that both precisions see the same numbers."""
+    return {name: value.float().double() for name, value in scene.items()}
+
+
+def near_threshold(scene: dict[str, Tensor], view: Camera, margin: float = 2e-5) -> Tensor:
+    """Pixels `[h, w]` where some alpha lies so close to 1/255 that rounding decides."""
+    shapes = [scene[name] for name in NAMES[:5]]
+    projected = project(*shapes, camera=view)
+    faint = projected._replace(visible=projected.visible)
+    o = scene["opacities"]
+    low = pair_alphas(faint, o * (1 - margin), view) > 0
+    high = pair_alphas(faint, o * (1 + margin), view) > 0
+    return (low != high).any(1).reshape(view.height, view.width)
+
+
+def render_with_grads(render, scene, view, *, dtype, backend, cotangents, **options):
+    """Image, alpha, depth and the gradient of every input, by name."""
+    leaves = {k: v.detach().to(dtype).clone().requires_grad_() for k, v in scene.items()}
+    names = NAMES if "weighting" in options else NAMES[:5]
+    drawn = render(
+        *[leaves[name] for name in names],
+        camera=view.to(dtype=dtype),
+        background=torch.tensor([0.1, 0.2, 0.35], dtype=dtype),
+        depth=True,
+        backend=backend,
+        **options,
+    )
+    parts = {"image": drawn.image, "alpha": drawn.alpha, "depth": drawn.depth}
+    loss = sum((parts[name] * cotangents[name].to(dtype)).sum() for name in cotangents)
+    if loss.requires_grad:
+        loss.backward()
+    outputs = {name: value.detach().double() for name, value in parts.items()}
+    zero = {name: torch.zeros_like(leaves[name]) for name in names}
+    grads = {
+        name: leaves[name].grad if leaves[name].grad is not None else zero[name] for name in names
+    }
+    return outputs, {name: value.double() for name, value in grads.items()}
+
+
+def cotangents(view: Camera, *, seed: int = 7, avoid: Tensor | None = None) -> dict[str, Tensor]:
+    """Random dL/d of the outputs, zero on the pixels to avoid."""
+    generator = torch.Generator().manual_seed(seed)
+    keep = torch.ones(view.height, view.width, dtype=torch.float64)
+    if avoid is not None:
+        keep[avoid] = 0
+    shape = (view.height, view.width)
+    return {
+        "image": torch.randn(*shape, 3, generator=generator, dtype=torch.float64) * keep[..., None],
+        "alpha": torch.randn(shape, generator=generator, dtype=torch.float64) * keep,
+        "depth": 0.1 * torch.randn(shape, generator=generator, dtype=torch.float64) * keep,
+    }
+
+
+def assert_close(name: str, reference: Tensor, value: Tensor, *, ratio: float, floor: float) -> None:
+    """L2 error below `ratio` of the reference, plus `floor`; prints the figure even on success."""
+    assert value.isfinite().all(), f"{name} is not finite"
+    size = reference.norm().item()
+    error = (value - reference).norm().item()
+    print(f"{name:10s} relative L2 {error / max(size, 1e-30):.2e} (norm {size:.2e})")
+    assert error <= ratio * size + floor, f"{name}: {error} against {size}"
