@@ -80,7 +80,7 @@ class Spike:
     """The study's C++ kernels, through ctypes."""
 
     class View(ctypes.Structure):
-        _fields_ = [  # noqa: RUF012
+        _fields_ = [
             ("rotation", ctypes.c_float * 9),
             ("translation", ctypes.c_float * 3),
             ("intrinsics", ctypes.c_float * 5),

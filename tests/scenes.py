@@ -96,7 +96,9 @@ def cotangents(view: Camera, *, seed: int = 7, avoid: Tensor | None = None) -> d
     }
 
 
-def assert_close(name: str, reference: Tensor, value: Tensor, *, ratio: float, floor: float) -> None:
+def assert_close(
+    name: str, reference: Tensor, value: Tensor, *, ratio: float, floor: float
+) -> None:
     """L2 error below `ratio` of the reference, plus `floor`; prints the figure even on success."""
     assert value.isfinite().all(), f"{name} is not finite"
     size = reference.norm().item()

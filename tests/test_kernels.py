@@ -48,7 +48,7 @@ CASES = {
     "opaque": (_with(BASE, opacities=(slice(0, 40), 1.0)), camera()),
     "too faint": (_with(BASE, opacities=(slice(0, 30), 1 / 300)), camera()),
     "zero size": (_with(BASE, scales=(slice(0, 20), 0.0)), camera()),
-    "needles": (_with(BASE, scales=(slice(0, 20), [2.0, 1e-5, 1e-5])), camera()),
+    "needles": (_with(BASE, scales=(slice(0, 20), [0.7, 1e-5, 1e-5])), camera()),
     "huge": (_with(BASE, scales=(slice(0, 3), 30.0)), camera()),
     "equal scales": (_with(BASE, scales=(slice(None), 0.1)), camera()),
     "equal depths": (_with(BASE, means=(slice(0, 20), [0.1, 0.1, 0.2])), camera()),
@@ -101,11 +101,10 @@ def test_kernel_agrees_with_its_definition(case, renderer):
 def test_every_built_instruction_set_agrees(level, monkeypatch):
     if not cpu.LEVELS[level] <= cpu.cpu_flags():
         pytest.skip(f"this CPU does not run {level}")
-    try:
-        kernels = cpu.library(level)
-    except OSError:
+    if cpu.built_library(level) is None:
         pytest.skip(f"{level} is not built on this kind of machine")
-    monkeypatch.setattr(cpu, "library", lambda: kernels)
+    native = cpu.library(level)
+    monkeypatch.setattr(cpu, "library", lambda: native)
     for case in ("random, degree 3", "several tiles", "around the camera"):
         for renderer in ("sorted", "mobile_gs"):
             compare(case, renderer)

@@ -1,7 +1,6 @@
 """The definition of order-independent blending, and the weights that take the order's place."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import torch
 from jaxtyping import Float
@@ -12,8 +11,7 @@ from mobilegs.errors import InputError
 from mobilegs.render.project import pair_alphas, project
 from mobilegs.render.rendered import Rendered
 
-WeightingName = Literal["mobile_gs", "no_depth", "no_scale", "sort_free_gs"]
-WEIGHTINGS: tuple[WeightingName, ...] = get_args(WeightingName)
+WEIGHTINGS = ("mobile_gs", "no_depth", "no_scale", "sort_free_gs")
 WEIGHT_MIN = 1e-12  # a pixel whose weights sum to less shows the background
 
 
@@ -21,7 +19,7 @@ WEIGHT_MIN = 1e-12  # a pixel whose weights sum to less shows the background
 class Weighting:
     """How much a Gaussian counts in the order-free mean; part of the scene's file."""
 
-    name: WeightingName = "mobile_gs"
+    name: str = "mobile_gs"
     """`mobile_gs` is the paper's Eq. 3; `no_depth` and `no_scale` drop its second or third
     term (the paper's ablations); `sort_free_gs` is Eq. 1, with phi as the learned v."""
     exponent_max: float = 8.0
@@ -65,7 +63,7 @@ def render_sortfree(
     *,
     camera: Camera,
     background: Float[Tensor, "3"],
-    weighting: Weighting = Weighting(),  # noqa: B008 - frozen
+    weighting: Weighting = Weighting(),
 ) -> Rendered:
     """Blend in any order: `C = (1 - T) sum(c a w) / sum(a w) + T bg`, `T = prod(1 - a)`.
 

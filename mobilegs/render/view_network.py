@@ -45,7 +45,12 @@ class ViewNetwork(nn.Module):
         activated: only their proportions are an input.
         """
         inputs = torch.cat(
-            [normalize(sh.flatten(1), dim=1), directions, normalize(scales, dim=1), normalize(quats, dim=1)],
+            [
+                normalize(sh.flatten(1), dim=1),
+                directions,
+                normalize(scales, dim=1),
+                normalize(quats, dim=1),
+            ],
             dim=1,
         )  # [n, 22]
         hidden = torch.relu(self.hidden2(torch.relu(self.hidden1(inputs))))

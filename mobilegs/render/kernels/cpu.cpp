@@ -49,8 +49,6 @@ struct Tiles {
 struct Bins {
   std::vector<int64> start;  // [tiles + 1]
   Buffer<int> ids;           // Gaussian of each entry
-  std::vector<int64> first;  // [n + 1] a Gaussian's slots; sorted blending only
-  Buffer<int64> entry;       // entry of each slot
 };
 
 bool visible(const Splat& s) { return s.x1 > s.x0; }
@@ -64,7 +62,6 @@ Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* o
   int64 many = order ? (int64)order->size() : n;
   std::vector<int64> cursor((size_t)threads * tiles.count, 0);
   bins.start.assign(tiles.count + 1, 0);
-  if (order) bins.first.assign(n + 1, 0);
 #pragma omp parallel num_threads(threads)
   {
     int t = omp_get_thread_num();
@@ -73,9 +70,7 @@ Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* o
     for (int64 i = from; i < to; i++) {
       int id = order ? (*order)[i] : (int)i;
       if (!visible(splats[id])) continue;
-      int64 touched = 0;
-      for_tiles(splats[id], tiles.across, [&](int tile) { mine[tile]++, touched++; });
-      if (order) bins.first[id + 1] = touched;
+      for_tiles(splats[id], tiles.across, [&](int tile) { mine[tile]++; });
     }
 #pragma omp barrier
 #pragma omp single
@@ -91,20 +86,11 @@ Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* o
       }
       bins.start[tiles.count] = total;
       bins.ids = Buffer<int>(total);
-      if (order) {
-        for (int i = 0; i < n; i++) bins.first[i + 1] += bins.first[i];
-        bins.entry = Buffer<int64>(total);
-      }
     }
     for (int64 i = from; i < to; i++) {
       int id = order ? (*order)[i] : (int)i;
       if (!visible(splats[id])) continue;
-      int64 slot = order ? bins.first[id] : 0;
-      for_tiles(splats[id], tiles.across, [&](int tile) {
-        int64 place = mine[tile]++;
-        bins.ids[place] = id;
-        if (order) bins.entry[slot++] = place;
-      });
+      for_tiles(splats[id], tiles.across, [&](int tile) { bins.ids[mine[tile]++] = id; });
     }
   }
   return bins;
@@ -173,6 +159,12 @@ void finish_unseen(const View& view, int64 i, const Gradients& out) {
 MGS_FN Sums<float> reduce(const Sums<vfloat>& v) {
   return {sum_of(v.r),  sum_of(v.g),  sum_of(v.b),   sum_of(v.z),   sum_of(v.w),  sum_of(v.q),
           sum_of(v.qx), sum_of(v.qy), sum_of(v.qxx), sum_of(v.qxy), sum_of(v.qyy)};
+}
+
+void add(Sums<float>& total, const Sums<float>& part) {
+  float* to = &total.r;
+  const float* from = &part.r;
+  for (size_t k = 0; k < sizeof(part) / sizeof(float); k++) to[k] += from[k];
 }
 
 // ---------------------------------------------------------------- sort-free
@@ -318,19 +310,23 @@ void sortfree_backward(const View& view, int n, const Inputs& in, const Splat* s
   int stride = view.width + LANES;
   Buffer<float> grads = pixel_gradients<DEPTH>(view, sums, g_image, g_alpha, g_depth, stride);
   std::vector<int> order = screen_order(view, n, splats);
+  Buffer<Sums<float>> totals(n);
 #pragma omp parallel
   {
     FlushDenormals flush;
 #pragma omp for schedule(dynamic, 256)
     for (int k = 0; k < n; k++) {
-      int i = order[k];
-      const Splat& s = splats[i];
-      if (!visible(s)) {
+      const Splat& s = splats[order[k]];
+      if (k + 4 < n) __builtin_prefetch(&splats[order[k + 4]]);
+      if (visible(s)) totals[order[k]] = sortfree_gather<DEPTH>(s, grads.get(), stride);
+    }
+    // by index again: the inputs and their gradients are then read and written in one sweep
+#pragma omp for schedule(static)
+    for (int i = 0; i < n; i++) {
+      if (visible(splats[i]))
+        finish(view, i, in, splats[i], splat_grad(totals[i], splats[i], true), out);
+      else
         finish_unseen(view, i, out);
-        continue;
-      }
-      Sums<float> total = sortfree_gather<DEPTH>(s, grads.get(), stride);
-      finish(view, i, in, s, splat_grad(total, s, true), out);
     }
   }
 }
@@ -477,45 +473,50 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
                      const float* g_alpha, const float* g_depth, const Gradients& out) {
   constexpr int C = sorted_channels<DEPTH>;
   Tiles tiles(view);
-  int64 entries = bins.start[tiles.count];
-  // each entry's sums have a place of their own, in tile order: written once, then added up per
-  // Gaussian in the order of its tiles
-  Buffer<Sums<float>> partial(entries);
-  Buffer<unsigned char> reached(entries);
+  int rows = (view.height + TILE - 1) / TILE;
+  // Each (Gaussian, row of tiles) has a slot of its own. One thread walks a row of tiles from left
+  // to right, so a slot's sums are added in one order; a Gaussian then adds its slots downwards.
+  std::vector<int> first(n + 1, 0);
+  for (int i = 0; i < n; i++) {
+    const Splat& s = splats[i];
+    first[i + 1] = first[i] + (visible(s) ? (s.y1 - 1) / TILE - s.y0 / TILE + 1 : 0);
+  }
+  Buffer<Sums<float>> partial(first[n]);
+  std::vector<unsigned char> reached(first[n], 0);
 #pragma omp parallel
   {
     FlushDenormals flush;
-#pragma omp for schedule(dynamic, 4)
-    for (int tile = 0; tile < tiles.count; tile++) {
+#pragma omp for schedule(dynamic, 1)
+    for (int row = 0; row < rows; row++) {
       alignas(64) float walk[TILE * WALK * TILE];
-      int left = tile % tiles.across * TILE, top = tile / tiles.across * TILE;
-      start_walk<DEPTH>(view, sums + (int64)tile * TILE * C * TILE, left, top, g_image, g_alpha,
-                        g_depth, walk);
-      int alive = (1 << TILE) - 1;
-      int64 e = bins.start[tile], end = bins.start[tile + 1];
-      for (; e < end && alive; e++) {
-        Sums<vfloat> mine = {};
-        alive = sorted_entry_adjoint<DEPTH>(splats[bins.ids[e]], left, top, alive, walk, mine);
-        partial[e] = reduce(mine);
-        reached[e] = 1;
+      for (int tile = row * tiles.across; tile < (row + 1) * tiles.across; tile++) {
+        int left = tile % tiles.across * TILE, top = row * TILE;
+        start_walk<DEPTH>(view, sums + (int64)tile * TILE * C * TILE, left, top, g_image, g_alpha,
+                          g_depth, walk);
+        int alive = (1 << TILE) - 1;
+        int64 end = bins.start[tile + 1];
+        for (int64 e = bins.start[tile]; e < end && alive; e++) {
+          int id = bins.ids[e];
+          const Splat& s = splats[id];
+          Sums<vfloat> mine = {};
+          alive = sorted_entry_adjoint<DEPTH>(s, left, top, alive, walk, mine);
+          Sums<float> found = reduce(mine);
+          int slot = first[id] + row - s.y0 / TILE;
+          if (reached[slot]) add(partial[slot], found);
+          else partial[slot] = found, reached[slot] = 1;
+        }
       }
-      std::memset(&reached[e], 0, end - e);
     }
 #pragma omp for schedule(dynamic, 1024)
     for (int i = 0; i < n; i++) {
-      const Splat& s = splats[i];
-      if (!visible(s)) {
+      if (!visible(splats[i])) {
         finish_unseen(view, i, out);
         continue;
       }
       Sums<float> total = {};
-      for (int64 slot = bins.first[i]; slot < bins.first[i + 1]; slot++) {
-        int64 e = bins.entry[slot];
-        if (!reached[e]) continue;
-        const float* from = (const float*)&partial[e];
-        for (int k = 0; k < 11; k++) ((float*)&total)[k] += from[k];
-      }
-      finish(view, i, in, s, splat_grad(total, s, false), out);
+      for (int slot = first[i]; slot < first[i + 1]; slot++)
+        if (reached[slot]) add(total, partial[slot]);
+      finish(view, i, in, splats[i], splat_grad(total, splats[i], false), out);
     }
   }
 }

@@ -1,6 +1,7 @@
 """The CPU kernels: cpu.cpp, built with the package for several instruction sets."""
 
 import ctypes
+import sysconfig
 from functools import cache
 from pathlib import Path
 
@@ -26,13 +27,13 @@ class _Pointers(ctypes.Structure):
 class Inputs(_Pointers):
     """Pointers to means, quats, scales, opacities, sh and phi (None when sorted)."""
 
-    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(6)]  # noqa: RUF012
+    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(6)]
 
 
 class Gradients(_Pointers):
     """Pointers to what the backward pass fills: as Inputs, and the screen gradients."""
 
-    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(7)]  # noqa: RUF012
+    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(7)]
 
 
 def cpu_flags() -> set[str]:
@@ -47,11 +48,20 @@ def cpu_flags() -> set[str]:
     return set()
 
 
+def built_library(level: str) -> Path | None:
+    """Where the kernels of `level` lie; an editable install keeps them apart from the sources."""
+    installed = Path(sysconfig.get_path("platlib"), "mobilegs", "render", "kernels")
+    for folder in (Path(__file__).parent, installed):
+        if (folder / f"libmobilegs_{level}.so").exists():
+            return folder / f"libmobilegs_{level}.so"
+    return None
+
+
 def kernel_level() -> str:
     """The newest built level that this CPU runs; raises ImportError where none was built."""
-    flags, folder = cpu_flags(), Path(__file__).parent
+    flags = cpu_flags()
     for level, needed in LEVELS.items():
-        if needed <= flags and (folder / f"libmobilegs_{level}.so").exists():
+        if needed <= flags and built_library(level):
             return level
     raise ImportError(
         "mobilegs was installed without its CPU kernels: reinstall it where a C++ compiler is "
@@ -62,7 +72,10 @@ def kernel_level() -> str:
 @cache
 def library(level: str | None = None) -> ctypes.CDLL:
     """The kernels of `level` (default: the best for this CPU), with their struct sizes checked."""
-    path = Path(__file__).parent / f"libmobilegs_{level or kernel_level()}.so"
+    level = level or kernel_level()
+    path = built_library(level)
+    if path is None:
+        raise ImportError(f"the kernels of level {level} were not built on this machine")
     loaded = ctypes.CDLL(str(path))
     if loaded.mgs_view_bytes() != ctypes.sizeof(KernelView):
         raise ImportError(f"{path.name} is of another version than the package: reinstall it")
@@ -75,11 +88,11 @@ def library(level: str | None = None) -> ctypes.CDLL:
 class _Bins:
     """Owns the tile lists of one sorted picture until its backward pass is done."""
 
-    def __init__(self, kernels: ctypes.CDLL, pointer: int) -> None:
-        self.kernels, self.pointer = kernels, pointer
+    def __init__(self, native: ctypes.CDLL, pointer: int) -> None:
+        self.native, self.pointer = native, pointer
 
     def __del__(self) -> None:
-        self.kernels.mgs_bins_free(ctypes.c_void_p(self.pointer))
+        self.native.mgs_bins_free(ctypes.c_void_p(self.pointer))
 
 
 def _address(tensor: Tensor | None) -> ctypes.c_void_p:
@@ -91,7 +104,7 @@ class CpuRaster(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, phi):
-        kernels, count = library(), len(means)
+        native, count = library(), len(means)
         held = [means, quats, scales, opacities, sh, phi]
         held = [None if t is None else t.detach().contiguous() for t in held]
         shape = (view.height, view.width)
@@ -102,13 +115,13 @@ class CpuRaster(torch.autograd.Function):
         padded = [(side + 15) // 16 * 16 for side in shape]
         if phi is None:
             sums = torch.empty(padded[0] * padded[1] * (4 + depth))
-            run = kernels.mgs_sorted_forward
+            run = native.mgs_sorted_forward
         else:
             sums = torch.empty(shape[0] * shape[1] * (5 + depth))
-            run = kernels.mgs_sortfree_forward
+            run = native.mgs_sortfree_forward
         outputs = [_address(t) for t in (splats, radii, sums, image, alpha, depths)]
         bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(held)), *outputs)
-        ctx.bins = _Bins(kernels, bins) if phi is None else None
+        ctx.bins = _Bins(native, bins) if phi is None else None
         ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
         ctx.save_for_backward(*held, splats, sums)
         ctx.mark_non_differentiable(radii)
@@ -118,7 +131,7 @@ class CpuRaster(torch.autograd.Function):
     @staticmethod
     def backward(ctx, *grads):
         *held, splats, sums = ctx.saved_tensors
-        view, kernels, count = ctx.view, library(), len(held[0])
+        view, native, count = ctx.view, library(), len(held[0])
         shape = (view.height, view.width)
         g_image = torch.zeros(*shape, 3) if grads[0] is None else grads[0].contiguous()
         g_alpha = torch.zeros(shape) if grads[1] is None else grads[1].contiguous()
@@ -130,10 +143,10 @@ class CpuRaster(torch.autograd.Function):
         args = [ctypes.byref(view), count, ctypes.byref(Inputs(held)), _address(splats)]
         filled = ctypes.byref(Gradients([*out, ctx.screen_grads]))
         if ctx.bins is None:
-            kernels.mgs_sortfree_backward(*args, *given, filled)
+            native.mgs_sortfree_backward(*args, *given, filled)
         else:
             bins = ctypes.c_void_p(ctx.bins.pointer)
-            kernels.mgs_sorted_backward(*args, bins, *given, filled)
+            native.mgs_sorted_backward(*args, bins, *given, filled)
         return None, None, None, *out
 
 

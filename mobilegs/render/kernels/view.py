@@ -16,7 +16,7 @@ SIZE_MAX = 32767  # pixel boxes are 16-bit
 class KernelView(ctypes.Structure):
     """Camera, background and weighting, as core.h's View."""
 
-    _fields_ = [  # noqa: RUF012 - ctypes reads it
+    _fields_ = [
         ("rotation", ctypes.c_float * 9),
         ("translation", ctypes.c_float * 3),
         ("position", ctypes.c_float * 3),
