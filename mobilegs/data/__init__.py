@@ -1,0 +1,59 @@
+"""A capture on disk -> Dataset: posed photos, held-back photos, and sparse points."""
+
+from pathlib import Path
+
+from mobilegs.data import images
+from mobilegs.data.blender import load_blender
+from mobilegs.data.colmap import find_model, load_colmap
+from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_view
+from mobilegs.data.nerfstudio import load_nerfstudio
+from mobilegs.errors import InputError
+
+__all__ = ["Dataset", "Frame", "View", "ViewLoader", "load_capture", "load_view"]
+
+
+def load_capture(
+    path: Path | str,
+    *,
+    downscale: int | None = None,
+    background: Color | None = None,
+    masks: bool = True,
+) -> Dataset:
+    """Read a capture: a folder of COLMAP's, nerfstudio's or NeRF-synthetic's kind.
+
+    `downscale` divides the size of the photos (a folder `images_N` is used where it is there);
+    None makes them at most 1600 pixels wide. `background` is RGB in [0, 1]; None is white for
+    renders with transparency, black otherwise. `masks=False` ignores masks that lie beside the
+    photos. Photos are not decoded yet. Raises `InputError`.
+    """
+    path = Path(path)
+    if downscale is not None and downscale < 1:
+        raise InputError(f"a downscale of {downscale} would enlarge the photos; give 1 or more")
+    if background is not None and not all(0 <= channel <= 1 for channel in background):
+        raise InputError(f"the background {background} is outside of 0..1")
+    if not path.exists():
+        raise InputError(f"there is no capture at {path}: no such folder")
+    if not path.is_dir():
+        raise InputError(f"{path} is a file; give the folder that holds the photos and their poses")
+    if find_model(path) is not None:
+        load = load_colmap
+    elif (path / "transforms_train.json").is_file():
+        load = load_blender
+    elif (path / "transforms.json").is_file():
+        load = load_nerfstudio
+    else:
+        raise InputError(_no_poses(path))
+    return load(path, downscale=downscale, background=background, masks=masks)
+
+
+def _no_poses(path: Path) -> str:
+    for folder in (path / "images", path):
+        if images.list_images(folder):
+            return (
+                f"{folder} has photos but {path} has no camera poses; make them first with `colmap "
+                f"automatic_reconstructor --workspace_path {path} --image_path {folder}`"
+            )
+    return (
+        f"{path} is not a capture: it has no sparse/0 (COLMAP), no transforms.json (nerfstudio) "
+        "and no transforms_train.json (Blender)"
+    )

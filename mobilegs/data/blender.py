@@ -1,0 +1,39 @@
+"""NeRF-synthetic captures: `transforms_train.json` and `transforms_test.json`, RGBA renders."""
+
+from pathlib import Path
+
+import numpy as np
+
+from mobilegs.data.dataset import Color, Dataset, assemble, split_every_eighth
+from mobilegs.data.nerfstudio import read_frames
+
+
+def load_blender(
+    path: Path,
+    *,
+    downscale: int | None = None,
+    background: Color | None = None,
+    masks: bool = True,
+) -> Dataset:
+    """Read a Blender capture: renders composited over `background` (white by default), no points.
+
+    Without `transforms_test.json` every eighth view by name is held back. Raises `InputError`.
+    """
+    background = background or (1.0, 1.0, 1.0)
+    train = read_frames(
+        path, "transforms_train.json", downscale=downscale, background=background, masks=masks
+    )
+    if (path / "transforms_test.json").is_file():
+        test = read_frames(
+            path, "transforms_test.json", downscale=downscale, background=background, masks=masks
+        )
+    else:
+        train, test = split_every_eighth(train)
+    return assemble(
+        path.resolve().name,
+        train,
+        test,
+        points=np.zeros((0, 3)),
+        colors=np.zeros((0, 3)),
+        background=background,
+    )

@@ -1,0 +1,164 @@
+"""COLMAP captures: `images/` with `sparse/0/` beside it, as its reconstruction leaves them."""
+
+from pathlib import Path, PurePosixPath
+from typing import Literal
+
+import numpy as np
+import torch
+from jaxtyping import Float
+
+from mobilegs.camera import Camera
+from mobilegs.data import images
+from mobilegs.data.colmap_files import (
+    ColmapCamera,
+    ColmapImage,
+    read_cameras,
+    read_images,
+    read_points,
+)
+from mobilegs.data.dataset import Color, Dataset, Frame, assemble, posed_frame, split_every_eighth
+from mobilegs.errors import InputError
+
+MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0")
+
+
+def find_model(path: Path) -> Path | None:
+    """The folder inside the capture that holds the COLMAP model, if there is one."""
+    for folder in MODEL_FOLDERS:
+        if any((path / folder / f"{noun}.{kind}").exists() for noun, kind in _FIRST_FILES):
+            return path / folder
+    return None
+
+
+_FIRST_FILES = [(noun, kind) for noun in ("images", "cameras") for kind in ("bin", "txt")]
+
+
+def load_colmap(
+    path: Path,
+    *,
+    downscale: int | None = None,
+    background: Color | None = None,
+    masks: bool = True,
+) -> Dataset:
+    """Read a COLMAP capture; every eighth photo by name is held back.
+
+    `background` is black by default; `masks` uses the folder `masks/` if there is one. Lens
+    distortion is undone when photos are decoded. Raises `InputError`.
+    """
+    model = find_model(path)
+    if model is None:
+        raise InputError(f"{path} has no COLMAP model: neither {' nor '.join(MODEL_FOLDERS)} in it")
+    cameras = read_cameras(_model_file(model, "cameras"))
+    registered = read_images(_model_file(model, "images"))
+    if not registered:
+        raise InputError(f"{model} has no registered photo; reconstruct it again with more overlap")
+    points = read_points(_model_file(model, "points3D"))
+    files, factor = _photo_files(path, [image.name for image in registered], downscale)
+    frames = [
+        _frame(
+            image,
+            cameras,
+            files[image.name],
+            downscale=factor,
+            mask_path=mask_file(path / "masks", image.name) if masks else None,
+            background=background or (0.0, 0.0, 0.0),
+            model=model,
+        )
+        for image in registered
+    ]
+    train, test = split_every_eighth(frames)
+    return assemble(
+        path.resolve().name,
+        train,
+        test,
+        points=points.xyz,
+        colors=points.rgb / 255,
+        background=background or (0.0, 0.0, 0.0),
+    )
+
+
+def mask_file(folder: Path, name: str) -> Path | None:
+    """The mask of photo `name`: `NAME.png`, NAME with `.png` for its suffix, or NAME itself."""
+    if not folder.is_dir():
+        return None
+    candidates = (folder / f"{name}.png", (folder / name).with_suffix(".png"), folder / name)
+    return next((path for path in candidates if images.is_file(path)), None)
+
+
+def _model_file(model: Path, noun: Literal["cameras", "images", "points3D"]) -> Path:
+    for suffix in (".bin", ".txt"):
+        if (model / f"{noun}{suffix}").is_file():
+            return model / f"{noun}{suffix}"
+    raise InputError(
+        f"{model} has neither {noun}.bin nor {noun}.txt; export the COLMAP model again"
+    )
+
+
+def _photo_files(
+    path: Path, names: list[str], downscale: int | None
+) -> tuple[dict[str, Path], int | None]:
+    """The file of every photo, and by how much it is still to be reduced (None: automatic)."""
+    folder = path / "images"
+    for name in names:
+        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+            raise InputError(f"the COLMAP model of {path} names {name!r}, outside of its images")
+    reduced = images.reduced_files(folder, names, downscale)
+    if reduced is not None:
+        return reduced, 1
+    if not folder.is_dir():
+        raise InputError(f"{path} has a COLMAP model but no folder images/ with the photos")
+    missing = [name for name in names if not images.is_file(folder / name)]
+    if missing:
+        raise InputError(
+            f"{folder} lacks {missing[0]}, one of {len(missing)} of {len(names)} photos that the "
+            "COLMAP model names; put them back or reconstruct again without them"
+        )
+    return {name: folder / name for name in names}, downscale
+
+
+def _frame(
+    image: ColmapImage,
+    cameras: dict[int, ColmapCamera],
+    file: Path,
+    *,
+    downscale: int | None,
+    mask_path: Path | None,
+    background: Color,
+    model: Path,
+) -> Frame:
+    if image.camera_id not in cameras:
+        raise InputError(
+            f"{model}: photo {image.name} refers to camera {image.camera_id}, which is not there"
+        )
+    lens = cameras[image.camera_id]
+    fx, fy, cx, cy = lens.intrinsics
+    camera = Camera(
+        viewmat=torch.from_numpy(_viewmat(image)).float(),
+        K=torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
+        width=lens.width,
+        height=lens.height,
+    )
+    return posed_frame(
+        image.name,
+        camera,
+        image_path=file,
+        downscale=downscale,
+        mask_path=mask_path,
+        distortion=lens.distortion,
+        background=background,
+    )
+
+
+def _viewmat(image: ColmapImage) -> Float[np.ndarray, "4 4"]:
+    """World-to-camera matrix; COLMAP's axes are already OpenCV's."""
+    quat = np.array(image.quat)
+    quat = quat / np.abs(quat).max()  # so that squares of hostile values stay finite
+    w, x, y, z = quat / np.linalg.norm(quat)
+    viewmat = np.eye(4)
+    viewmat[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    viewmat[:3, 3] = image.translation
+    return viewmat

@@ -1,0 +1,310 @@
+"""The three files of a COLMAP model, binary or text: cameras, images, points3D.
+
+Layouts from COLMAP's documentation of its output format. The bytes are not trusted: every
+count is compared with the size of the file before anything is allocated for it.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from mobilegs.data.distortion import Distortion
+from mobilegs.errors import InputError
+
+MODELS = {  # id: (name, number of parameters)
+    0: ("SIMPLE_PINHOLE", 3),
+    1: ("PINHOLE", 4),
+    2: ("SIMPLE_RADIAL", 4),
+    3: ("RADIAL", 5),
+    4: ("OPENCV", 8),
+    5: ("OPENCV_FISHEYE", 8),
+    6: ("FULL_OPENCV", 12),
+    7: ("FOV", 5),
+    8: ("SIMPLE_RADIAL_FISHEYE", 4),
+    9: ("RADIAL_FISHEYE", 5),
+    10: ("THIN_PRISM_FISHEYE", 12),
+    11: ("RAD_TAN_THIN_PRISM_FISHEYE", 16),
+}
+LARGEST_SIDE = 1 << 16  # pixels
+
+
+class ColmapCamera(NamedTuple):
+    """Size in pixels, (fx, fy, cx, cy), and what the lens does to it."""
+
+    width: int
+    height: int
+    intrinsics: tuple[float, float, float, float]
+    distortion: Distortion
+
+
+class ColmapImage(NamedTuple):
+    """A registered photo: world-to-camera rotation as a quaternion wxyz, and translation."""
+
+    name: str
+    camera_id: int
+    quat: tuple[float, ...]
+    translation: tuple[float, ...]
+
+
+class ColmapPoints(NamedTuple):
+    """`xyz [m, 3]` in world units, `rgb [m, 3]`; tracks and errors are skipped."""
+
+    xyz: Float[np.ndarray, "m 3"]
+    rgb: UInt8[np.ndarray, "m 3"]
+
+
+@dataclass
+class _Bytes:
+    """A binary file read from front to back."""
+
+    path: Path
+    data: bytes
+    offset: int = 0
+
+    @classmethod
+    def of(cls, path: Path) -> "_Bytes":
+        return cls(path, read_bytes(path))
+
+    @property
+    def left(self) -> int:
+        return len(self.data) - self.offset
+
+    def take(self, layout: struct.Struct) -> tuple:
+        if self.left < layout.size:
+            raise self.damaged(f"ends at byte {len(self.data)} in the middle of a record")
+        values = layout.unpack_from(self.data, self.offset)
+        self.offset += layout.size
+        return values
+
+    def count(self, smallest: int, noun: str) -> int:
+        """A number of records of at least `smallest` bytes each, which must fit in the file."""
+        (count,) = self.take(_COUNT)
+        if count * smallest > self.left:
+            raise self.damaged(
+                f"says at byte {self.offset - 8} that {count} {noun} follow, "
+                f"but only {self.left} bytes do"
+            )
+        return count
+
+    def finish(self) -> None:
+        if self.left:
+            raise self.damaged(f"goes on for {self.left} bytes after its last record")
+
+    def damaged(self, what: str) -> InputError:
+        return InputError(f"{self.path} {what}; copy it again or rebuild the model")
+
+
+_COUNT = struct.Struct("<Q")
+_CAMERA = struct.Struct("<IiQQ")
+_IMAGE = struct.Struct("<I7dI")
+_OBSERVATION_BYTES = 24
+_POINT = np.dtype(
+    [("id", "<u8"), ("xyz", "<f8", 3), ("rgb", "u1", 3), ("error", "<f8"), ("track", "<u8")]
+)  # packed, 51 bytes
+
+
+def read_bytes(path: Path) -> bytes:
+    """The file's content; `InputError` where it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+
+
+def read_cameras(path: Path) -> dict[int, ColmapCamera]:
+    """Cameras by id, from `cameras.bin` or `cameras.txt`; fisheye models are refused."""
+    cameras = {}
+    for number, model, width, height, parameters in (
+        _binary_cameras(path) if path.suffix == ".bin" else _text_cameras(path)
+    ):
+        where = f"{path}: camera {number}"
+        if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE):
+            raise InputError(f"{where} is {width}x{height} pixels, which no photo is")
+        cameras[number] = _camera(where, model, width, height, parameters)
+    return cameras
+
+
+def read_images(path: Path) -> list[ColmapImage]:
+    """Registered photos, from `images.bin` or `images.txt`; 2D observations are skipped."""
+    found = list(_binary_images(path) if path.suffix == ".bin" else _text_images(path))
+    for image in found:
+        if not image.name.isprintable() or not image.name:
+            raise InputError(f"{path} holds the file name {image.name!r}, which no photo has")
+        if not np.isfinite([*image.quat, *image.translation]).all() or not any(image.quat):
+            raise InputError(f"{path}: the pose of {image.name} is not finite numbers")
+    return found
+
+
+def read_points(path: Path) -> ColmapPoints:
+    """Points, from `points3D.bin` or `points3D.txt`."""
+    return _binary_points(path) if path.suffix == ".bin" else _text_points(path)
+
+
+def _camera(
+    where: str, model: str, width: int, height: int, parameters: tuple[float, ...]
+) -> ColmapCamera:
+    if not np.isfinite(parameters).all():
+        raise InputError(f"{where} has parameters that are not finite numbers")
+    p = parameters
+    match model:
+        case "SIMPLE_PINHOLE":
+            intrinsics, lens = (p[0], p[0], p[1], p[2]), Distortion()
+        case "PINHOLE":
+            intrinsics, lens = (p[0], p[1], p[2], p[3]), Distortion()
+        case "SIMPLE_RADIAL" | "RADIAL":
+            k2 = p[4] if model == "RADIAL" else 0.0
+            intrinsics, lens = (p[0], p[0], p[1], p[2]), Distortion((p[3], k2, 0.0, 0.0))
+        case "OPENCV":
+            intrinsics = (p[0], p[1], p[2], p[3])
+            lens = Distortion((p[4], p[5], 0.0, 0.0), tangential=(p[6], p[7]))
+        case "FULL_OPENCV":
+            intrinsics = (p[0], p[1], p[2], p[3])
+            lens = Distortion((p[4], p[5], p[8], 0.0), (p[9], p[10], p[11]), (p[6], p[7]))
+        case _:
+            raise InputError(
+                f"{where} has the lens model {model}, which is not read here; run `colmap "
+                "image_undistorter --image_path images --input_path sparse/0 --output_path DIR` "
+                "in the capture's folder and give DIR"
+            )
+    if min(intrinsics[:2]) <= 0:
+        raise InputError(f"{where} has a focal length that is not positive")
+    return ColmapCamera(width, height, intrinsics, lens)
+
+
+_RawCamera = tuple[int, str, int, int, tuple[float, ...]]
+
+
+def _binary_cameras(path: Path) -> Iterator[_RawCamera]:
+    file = _Bytes.of(path)
+    for _ in range(file.count(_CAMERA.size, "cameras")):
+        number, model, width, height = file.take(_CAMERA)
+        if model not in MODELS:
+            raise InputError(
+                f"{path}: camera {number} has the unknown lens model {model} at byte "
+                f"{file.offset - 20}; export with SIMPLE_PINHOLE, PINHOLE or OPENCV cameras"
+            )
+        name, parameters = MODELS[model]
+        yield number, name, width, height, file.take(struct.Struct(f"<{parameters}d"))
+    file.finish()
+
+
+def _binary_images(path: Path) -> Iterator[ColmapImage]:
+    file = _Bytes.of(path)
+    for _ in range(file.count(_IMAGE.size + 1 + _COUNT.size, "images")):
+        _, *pose, camera_id = file.take(_IMAGE)
+        end = file.data.find(b"\0", file.offset)
+        if end < 0:
+            raise file.damaged(f"ends inside the file name that begins at byte {file.offset}")
+        try:
+            name = file.data[file.offset : end].decode()
+        except UnicodeDecodeError as error:
+            raise file.damaged(
+                f"has a file name at byte {file.offset} that is not UTF-8"
+            ) from error
+        file.offset = end + 1
+        observations = file.count(_OBSERVATION_BYTES, "observations")
+        file.offset += observations * _OBSERVATION_BYTES
+        yield ColmapImage(name, camera_id, tuple(pose[:4]), tuple(pose[4:]))
+    file.finish()
+
+
+def _binary_points(path: Path) -> ColmapPoints:
+    file = _Bytes.of(path)
+    count = file.count(_POINT.itemsize, "points")
+    data, size, at = file.data, len(file.data), file.offset
+    length = _COUNT.unpack_from
+    starts = []  # records differ in length: walk over them here, read all of them at once below
+    for _ in range(count):
+        starts.append(at)
+        at += _POINT.itemsize
+        if at > size:
+            break
+        at += 8 * length(data, at - 8)[0]
+    if at > size:
+        raise file.damaged(f"ends at byte {size} inside the point that begins at byte {starts[-1]}")
+    file.offset = at
+    file.finish()
+    if not starts:
+        return ColmapPoints(np.zeros((0, 3)), np.zeros((0, 3), np.uint8))
+    rows = np.lib.stride_tricks.sliding_window_view(np.frombuffer(data, np.uint8), _POINT.itemsize)
+    records = rows[np.array(starts)].view(_POINT)[:, 0]
+    return ColmapPoints(records["xyz"].copy(), records["rgb"].copy())
+
+
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    """(number, text) of each line that is no comment."""
+    try:
+        text = read_bytes(path).decode()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not UTF-8 text at byte {error.start}") from error
+    for number, line in enumerate(text.split("\n"), start=1):
+        if not line.startswith("#"):
+            yield number, line.strip()
+
+
+def _bad_line(path: Path, number: int, layout: str) -> InputError:
+    return InputError(f"{path}, line {number} should read `{layout}`; copy or export it again")
+
+
+def _text_cameras(path: Path) -> Iterator[_RawCamera]:
+    known = {name: parameters for name, parameters in MODELS.values()}
+    for line_number, line in _lines(path):
+        if not line:
+            continue
+        try:
+            number, model, width, height, *values = line.split()
+            parsed = int(number), model, int(width), int(height), tuple(map(float, values))
+        except ValueError as error:
+            layout = "CAMERA_ID MODEL WIDTH HEIGHT PARAMS..."
+            raise _bad_line(path, line_number, layout) from error
+        if model not in known:
+            raise InputError(
+                f"{path}, line {line_number} has the unknown lens model {model!r}; "
+                "export with SIMPLE_PINHOLE, PINHOLE or OPENCV cameras"
+            )
+        if len(values) != known[model]:
+            layout = f"CAMERA_ID {model} WIDTH HEIGHT and {known[model]} numbers"
+            raise _bad_line(path, line_number, layout)
+        yield parsed
+
+
+def _text_images(path: Path) -> Iterator[ColmapImage]:
+    lines = _lines(path)
+    for number, line in lines:
+        if not line:
+            continue
+        fields = line.split(maxsplit=9)
+        try:
+            _, *pose, camera_id, name = fields
+            values = tuple(map(float, pose))
+            image = ColmapImage(name, int(camera_id), values[:4], values[4:])
+        except ValueError as error:
+            raise _bad_line(path, number, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME") from error
+        if len(values) != 7:
+            raise _bad_line(path, number, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME")
+        next(lines, None)  # the photo's observations, often an empty line
+        yield image
+
+
+def _text_points(path: Path) -> ColmapPoints:
+    xyz, rgb = [], []
+    for number, line in _lines(path):
+        if not line:
+            continue
+        fields = line.split(maxsplit=8)
+        try:
+            position, color = [float(value) for value in fields[1:4]], bytes(map(int, fields[4:7]))
+        except ValueError as error:
+            raise _bad_line(path, number, "POINT3D_ID X Y Z R G B ERROR TRACK...") from error
+        if len(color) != 3:
+            raise _bad_line(path, number, "POINT3D_ID X Y Z R G B ERROR TRACK...")
+        xyz.append(position)
+        rgb.append(tuple(color))
+    return ColmapPoints(
+        np.array(xyz, np.float64).reshape(-1, 3), np.array(rgb, np.uint8).reshape(-1, 3)
+    )

@@ -1,0 +1,236 @@
+"""Captures described by a `transforms.json`: nerfstudio's, instant-ngp's, and Blender's kin.
+
+Poses are camera-to-world with OpenGL axes (x right, y up, z back). An `applied_transform`
+is left alone: it has been applied to the poses and the points alike.
+"""
+
+import json
+import math
+from collections.abc import Sequence
+from os.path import commonpath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from jaxtyping import Float
+
+from mobilegs.camera import Camera
+from mobilegs.data import images
+from mobilegs.data.colmap_files import LARGEST_SIDE, read_bytes
+from mobilegs.data.dataset import Color, Dataset, Frame, assemble, posed_frame, split_every_eighth
+from mobilegs.data.distortion import Distortion
+from mobilegs.data.points import read_points_ply
+from mobilegs.errors import InputError
+
+LENSES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
+
+
+def load_nerfstudio(
+    path: Path,
+    *,
+    downscale: int | None = None,
+    background: Color | None = None,
+    masks: bool = True,
+) -> Dataset:
+    """Read `transforms.json`. The test views are those the file names, or every eighth by name.
+
+    Transparent photos are composited over `background`: white by default where there are any,
+    else black. Raises `InputError`.
+    """
+    meta = read_transforms(path / "transforms.json")
+    files = frame_files(path, meta, path / "transforms.json")
+    if background is None:
+        see_through = any(images.has_alpha(file) for file in files)
+        background = (1.0, 1.0, 1.0) if see_through else (0.0, 0.0, 0.0)
+    options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
+    frames = read_frames(path, "transforms.json", **options)
+    if (path / "transforms_test.json").is_file():
+        train, test = frames, read_frames(path, "transforms_test.json", **options)
+    elif "train_filenames" in meta and ("test_filenames" in meta or "val_filenames" in meta):
+        train = _named(path, meta, "train_filenames", files, frames)
+        held = "test_filenames" if meta.get("test_filenames") else "val_filenames"
+        test = _named(path, meta, held, files, frames)
+    else:
+        train, test = split_every_eighth(frames)
+    points, colors = _points(path, meta)
+    return assemble(
+        path.resolve().name, train, test, points=points, colors=colors, background=background
+    )
+
+
+def read_transforms(path: Path) -> dict[str, Any]:
+    """The JSON object of a transforms file, with a list `frames` of objects in it."""
+    try:
+        meta = json.loads(read_bytes(path))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is not JSON ({error})") from error
+    frames = meta.get("frames") if isinstance(meta, dict) else None
+    if not isinstance(frames, list) or not all(isinstance(frame, dict) for frame in frames):
+        raise InputError(f"{path} has no list `frames` of posed photos")
+    if not frames:
+        raise InputError(f"{path} lists no photo")
+    return meta
+
+
+def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
+    """The photo of every frame; a missing suffix is looked for."""
+    files = []
+    for index, frame in enumerate(meta["frames"]):
+        name = frame.get("file_path")
+        if not isinstance(name, str) or not name:
+            raise InputError(f"{source}: frame {index} has no file_path")
+        suffixes = ("", *images.SUFFIXES, *(suffix.upper() for suffix in images.SUFFIXES))
+        candidates = [path / f"{name}{suffix}" for suffix in suffixes]
+        found = next((file for file in candidates if images.is_file(file)), None)
+        if found is None:
+            raise InputError(f"{source}: the photo {name!r} of frame {index} is not in {path}")
+        files.append(found)
+    return files
+
+
+def read_frames(
+    path: Path, file: str, *, downscale: int | None, background: Color, masks: bool = True
+) -> list[Frame]:
+    """The posed photos of one transforms file in `path`, in the file's order."""
+    source = path / file
+    meta = read_transforms(source)
+    photos = frame_files(path, meta, source)
+    root = Path(commonpath([photo.parent for photo in photos]))
+    reduced = images.reduced_files(
+        root, [photo.relative_to(root).as_posix() for photo in photos], downscale
+    )
+    frames = []
+    for index, (entry, photo) in enumerate(zip(meta["frames"], photos, strict=True)):
+        name = photo.relative_to(root).as_posix()
+        where = f"{source}: frame {index} ({name})"
+        values = {**meta, **entry}
+        frames.append(
+            posed_frame(
+                name,
+                _camera(where, values, images.image_size(photo)),
+                image_path=photo if reduced is None else reduced[name],
+                downscale=downscale if reduced is None else 1,
+                mask_path=_mask(where, path, entry) if masks else None,
+                distortion=_distortion(where, values),
+                alpha="over",
+                background=background,
+            )
+        )
+    return frames
+
+
+def _number(
+    where: str, values: dict[str, Any], key: str, default: int | float | None = None
+) -> float:
+    value = values.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e30:
+        raise InputError(f"{where} should have a finite number {key}, not {value!r}")
+    return float(value)
+
+
+def _camera(where: str, values: dict[str, Any], size: tuple[int, int]) -> Camera:
+    width, height = (
+        round(_number(where, values, key, default)) for key, default in zip("wh", size, strict=True)
+    )
+    if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE):
+        raise InputError(f"{where} is {width}x{height} pixels, which no photo is")
+    fx = _focal(where, values, "x", width)
+    fy = fx
+    if "fl_y" in values or "camera_angle_y" in values:
+        fy = _focal(where, values, "y", height)
+    cx = _number(where, values, "cx", width / 2)
+    cy = _number(where, values, "cy", height / 2)
+    return Camera(
+        viewmat=torch.from_numpy(_viewmat(where, values.get("transform_matrix"))).float(),
+        K=torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
+        width=width,
+        height=height,
+    )
+
+
+def _focal(where: str, values: dict[str, Any], axis: str, side: int) -> float:
+    """Focal length in pixels along one axis, from `fl_x` or from the field of view in radians."""
+    if f"fl_{axis}" in values or f"camera_angle_{axis}" not in values:
+        focal = _number(where, values, f"fl_{axis}")
+    else:
+        angle = _number(where, values, f"camera_angle_{axis}")
+        focal = side / (2 * math.tan(angle / 2)) if 0 < angle < math.pi else 0.0
+    if not focal > 0:
+        raise InputError(f"{where} has a focal length or field of view that no camera has")
+    return focal
+
+
+def _viewmat(where: str, matrix: Any) -> Float[np.ndarray, "4 4"]:
+    """World-to-camera with OpenCV axes from camera-to-world with OpenGL's.
+
+    A uniform scale that a modelling tool left in the rotation is divided out.
+    """
+    try:
+        pose = np.array(matrix, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pose = np.zeros(0)
+    if pose.shape not in ((4, 4), (3, 4)) or not (np.abs(pose) < 1e30).all():
+        raise InputError(f"{where} has no transform_matrix of 4 x 4 finite numbers")
+    rotation, eye = pose[:3, :3] * [1, -1, -1], pose[:3, 3]
+    rotation = rotation / max(np.linalg.norm(rotation[:, 0]), 1e-30)
+    if np.abs(rotation.T @ rotation - np.eye(3)).max() > 1e-2 or np.linalg.det(rotation) < 0:
+        raise InputError(f"{where} has a transform_matrix that is not a rotation and a shift")
+    viewmat = np.eye(4)
+    viewmat[:3, :3] = rotation.T
+    viewmat[:3, 3] = -rotation.T @ eye
+    return viewmat
+
+
+def _distortion(where: str, values: dict[str, Any]) -> Distortion:
+    model = values.get("camera_model", "OPENCV")
+    if model not in LENSES or values.get("is_fisheye"):
+        raise InputError(
+            f"{where} has the camera model {model!r}, which is not read here; undistort the photos "
+            "to pinhole ones first, for instance with `colmap image_undistorter`"
+        )
+    k1, k2, k3, k4, p1, p2 = (
+        _number(where, values, key, 0.0) for key in ("k1", "k2", "k3", "k4", "p1", "p2")
+    )
+    return Distortion((k1, k2, k3, k4), tangential=(p1, p2))
+
+
+def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
+    name = entry.get("mask_path")
+    if name is None:
+        return None
+    if not isinstance(name, str) or not images.is_file(path / name):
+        raise InputError(f"{where} names the mask {name!r}, which is not in {path}")
+    return path / name
+
+
+def _named(
+    path: Path, meta: dict[str, Any], key: str, files: Sequence[Path], frames: Sequence[Frame]
+) -> list[Frame]:
+    """The frames that a list of file names in the transforms file picks, in the frames' order."""
+    names = meta[key]
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InputError(f"{path / 'transforms.json'} has {key} that are not a list of file names")
+    wanted = {path / name for name in names}
+    picked = [
+        frame
+        for frame, file, entry in zip(frames, files, meta["frames"], strict=True)
+        if file in wanted or path / entry["file_path"] in wanted
+    ]
+    if len(picked) < len(wanted):
+        raise InputError(
+            f"{path / 'transforms.json'}: {key} names {len(wanted)} photos, of which only "
+            f"{len(picked)} are among the frames"
+        )
+    return picked
+
+
+def _points(
+    path: Path, meta: dict[str, Any]
+) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
+    name = meta.get("ply_file_path")
+    if name is None:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    if not isinstance(name, str) or not images.is_file(path / name):
+        raise InputError(f"{path / 'transforms.json'} names the points {name!r}, not in {path}")
+    return read_points_ply(path / name)

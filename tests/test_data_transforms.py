@@ -1,0 +1,313 @@
+"""Captures described by transforms.json: nerfstudio's and Blender's."""
+
+import json
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from mobilegs.camera import look_at
+from mobilegs.data import load_capture, load_view
+from mobilegs.data.points import read_points_ply
+from mobilegs.errors import InputError
+
+REAL = Path(os.environ["MOBILEGS_DATA"]) if "MOBILEGS_DATA" in os.environ else None
+needs_data = pytest.mark.skipif(REAL is None, reason="MOBILEGS_DATA is not set")
+
+SHARED = {"fl_x": 20.0, "fl_y": 21.0, "cx": 6.5, "cy": 4.5, "w": 12, "h": 8}
+
+
+def viewmat_of(index):
+    eye = torch.tensor([2.0 * math.cos(index), 2.0 * math.sin(index), 1.0 + 0.1 * index])
+    return look_at(eye, torch.zeros(3), torch.tensor([0.0, 0.0, 1.0])).double()
+
+
+def pose_of(index):
+    """Camera-to-world with OpenGL axes: right, up and back as columns."""
+    to_world = torch.linalg.inv(viewmat_of(index))
+    right, down, forward, eye = to_world.T
+    return torch.stack([right, -down, -forward, eye], dim=1).tolist()
+
+
+def capture(root, *, views=9, meta=SHARED, file="transforms.json", folder="images", **entry):
+    """A capture of one-coloured pictures; `entry` goes into every frame."""
+    (root / folder).mkdir(parents=True, exist_ok=True)
+    frames = []
+    for index in range(views):
+        name = f"{folder}/f{index:02d}.png"
+        Image.new("RGB", (12, 8), (10 * index, 20, 30)).save(root / name)
+        frames.append({"file_path": name, "transform_matrix": pose_of(index), **entry})
+    (root / file).write_text(json.dumps({**meta, "frames": frames}))
+    return root
+
+
+def edit(root, change, file="transforms.json"):
+    meta = json.loads((root / file).read_text())
+    change(meta)
+    (root / file).write_text(json.dumps(meta))
+    return root
+
+
+def refusal(path):
+    with pytest.raises(InputError) as caught:
+        load_capture(path)
+    return str(caught.value)
+
+
+def test_opengl_poses_become_opencv_world_to_camera(tmp_path):
+    dataset = load_capture(capture(tmp_path))
+    for index, frame in zip([1, 2, 3, 4, 5, 6, 7], dataset.train, strict=True):
+        torch.testing.assert_close(
+            frame.camera.viewmat.double(), viewmat_of(index), atol=1e-6, rtol=0
+        )
+    assert [frame.name for frame in dataset.test] == ["f00.png", "f08.png"]
+
+
+def test_intrinsics_are_shared_unless_a_frame_has_its_own(tmp_path):
+    root = edit(capture(tmp_path), lambda meta: meta["frames"][2].update(fl_x=33.0, cx=5.0))
+    first, second = load_capture(root).train[:2]
+    assert first.camera.K.tolist() == [[20, 0, 6.5], [0, 21, 4.5], [0, 0, 1]]
+    assert second.camera.K.tolist() == [[33, 0, 5], [0, 21, 4.5], [0, 0, 1]]
+
+
+def test_a_field_of_view_gives_the_focal_length_and_a_central_axis(tmp_path):
+    frame = load_capture(capture(tmp_path, meta={"camera_angle_x": math.pi / 2})).train[0]
+    np.testing.assert_allclose(frame.camera.K, [[6, 0, 6], [0, 6, 4], [0, 0, 1]], rtol=1e-6)
+
+
+def test_downscale_divides_size_and_intrinsics(tmp_path):
+    camera = load_capture(capture(tmp_path), downscale=2).train[0].camera
+    assert (camera.width, camera.height) == (6, 4)
+    assert camera.K.tolist() == [[10, 0, 3.25], [0, 10.5, 2.25], [0, 0, 1]]
+
+
+def test_a_uniform_scale_in_the_matrix_is_divided_out(tmp_path):
+    def enlarge(meta):
+        for frame in meta["frames"]:
+            pose = np.array(frame["transform_matrix"])
+            pose[:3, :3] *= 2.5
+            frame["transform_matrix"] = pose.tolist()
+
+    camera = load_capture(edit(capture(tmp_path), enlarge)).train[0].camera
+    torch.testing.assert_close(camera.viewmat.double(), viewmat_of(1), atol=1e-6, rtol=0)
+
+
+def test_lists_of_file_names_decide_the_split(tmp_path):
+    names = {
+        "train_filenames": [f"images/f{i:02d}.png" for i in (0, 1, 2, 3)],
+        "test_filenames": ["images/f05.png"],
+    }
+    dataset = load_capture(edit(capture(tmp_path), lambda meta: meta.update(names)))
+    assert [frame.name for frame in dataset.train] == [f"f{i:02d}.png" for i in (0, 1, 2, 3)]
+    assert [frame.name for frame in dataset.test] == ["f05.png"]
+
+
+def test_a_transforms_test_file_decides_the_split(tmp_path):
+    capture(tmp_path, views=2, file="transforms_test.json", folder="held")
+    dataset = load_capture(capture(tmp_path, views=4))
+    assert (len(dataset.train), len(dataset.test)) == (4, 2)
+
+
+def test_masks_of_frames_are_used(tmp_path):
+    Image.new("L", (12, 8), 0).save(tmp_path / "m.png")
+    view = load_view(load_capture(capture(tmp_path, mask_path="m.png")).train[0])
+    assert view.mask is not None and view.mask.sum() == 0
+
+
+def test_distortion_is_undone_on_load(tmp_path):
+    root = capture(tmp_path, k1=2.0, p1=0.01)
+    ramp = np.tile(np.arange(12, dtype=np.uint8) * 20, (8, 1))
+    Image.fromarray(np.stack([ramp] * 3, axis=2)).save(root / "images/f01.png")
+    view = load_view(load_capture(root).train[0])
+    assert (view.image[..., 0] * 255 - torch.from_numpy(ramp)).abs().max() > 1
+    assert view.mask is not None and view.mask[0, 0] == 0
+
+
+def test_transparent_renders_lie_over_the_background(tmp_path):
+    root = capture(tmp_path / "c", file="transforms_train.json", folder="train")
+    rgba = np.zeros((8, 12, 4), np.uint8)
+    rgba[:, :, 0], rgba[:, :6, 3], rgba[:, 6:, 3] = 200, 255, 51
+    Image.fromarray(rgba).save(root / "train/f01.png")
+    dataset = load_capture(root)
+    image = load_view(dataset.train[0]).image
+    assert dataset.background.tolist() == [1, 1, 1]
+    assert (image[0, 0] * 255).round().tolist() == [200, 0, 0]
+    np.testing.assert_allclose(image[0, 9] * 255, [0.2 * 200 + 0.8 * 255] + [204] * 2, atol=0.51)
+    dark = load_capture(root, background=(0.0, 0.0, 1.0))
+    np.testing.assert_allclose(load_view(dark.train[0]).image[0, 9] * 255, [40, 0, 204], atol=0.51)
+
+
+def test_blender_files_need_no_suffix_and_carry_their_own_split(tmp_path):
+    meta = {"camera_angle_x": 0.7}
+    capture(tmp_path, meta=meta, views=5, file="transforms_train.json", folder="train")
+    capture(tmp_path, meta=meta, views=3, file="transforms_test.json", folder="test")
+
+    def strip(meta):
+        for frame in meta["frames"]:
+            frame["file_path"] = "./" + frame["file_path"].removesuffix(".png")
+            frame["rotation"] = 0.1
+
+    for file in ("transforms_train.json", "transforms_test.json"):
+        edit(tmp_path, strip, file)
+    dataset = load_capture(tmp_path)
+    assert [frame.name for frame in dataset.train] == [f"f{i:02d}.png" for i in range(5)]
+    assert [frame.name for frame in dataset.test] == [f"f{i:02d}.png" for i in range(3)]
+    assert len(dataset.points) == 0
+
+
+HEADER = """ply
+format {} 1.0
+comment made by hand
+element vertex 2
+property float x
+property float y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+element face 0
+property list uchar int vertex_indices
+end_header
+"""
+ROWS = [((1.0, 2.0, 3.0), (255, 0, 51)), ((-1.0, 0.5, 0.25), (0, 102, 255))]
+
+
+def ply(kind):
+    head = HEADER.format(kind).encode()
+    if kind == "ascii":
+        return (
+            head + "".join(f"{x} {y} {z} {r} {g} {b}\n" for (x, y, z), (r, g, b) in ROWS).encode()
+        )
+    order = "<" if kind == "binary_little_endian" else ">"
+    layout = [("xyz", order + "f4", 3), ("rgb", "u1", 3)]
+    return head + np.array(ROWS, dtype=layout).tobytes()
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_points_come_from_the_ply_file(tmp_path, kind):
+    root = capture(tmp_path, meta={**SHARED, "ply_file_path": "points.ply"})
+    (root / "points.ply").write_bytes(ply(kind))
+    dataset = load_capture(root)
+    assert dataset.points.tolist() == [list(xyz) for xyz, _ in ROWS]
+    np.testing.assert_allclose(dataset.colors * 255, [rgb for _, rgb in ROWS], atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_ply_is_refused_or_read_but_nothing_else(tmp_path, kind, data):
+    content = bytearray(ply(kind))
+    content[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    path = tmp_path / "points.ply"
+    path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
+    try:
+        read_points_ply(path)
+    except InputError as error:
+        assert "points.ply" in str(error)
+
+
+def test_every_refusal_is_one_sentence_that_names_the_culprit(tmp_path):
+    def broken(name, change):
+        return refusal(edit(capture(tmp_path / name), change))
+
+    first = lambda meta: meta["frames"][1]  # noqa: E731
+    assert "gone.png" in broken("a", lambda m: first(m).update(file_path="gone.png"))
+    assert "file_path" in broken("b", lambda m: first(m).pop("file_path"))
+    assert "transform_matrix" in broken("c", lambda m: first(m).pop("transform_matrix"))
+    assert "rotation" in broken("d", lambda m: first(m).update(transform_matrix=[[1.0] * 4] * 4))
+    assert "OPENCV_FISHEYE" in broken("e", lambda m: m.update(camera_model="OPENCV_FISHEYE"))
+    assert "fl_x" in broken("f", lambda m: m.pop("fl_x"))
+    assert "no.ply" in broken("g", lambda m: m.update(ply_file_path="no.ply"))
+    assert "no.png" in broken("h", lambda m: first(m).update(mask_path="no.png"))
+    assert "frames" in broken("i", lambda m: m.update(frames="none"))
+    assert "single view" in refusal(capture(tmp_path / "j", views=1))
+    root = capture(tmp_path / "k")
+    (root / "transforms.json").write_text("{")
+    assert "not JSON" in refusal(root)
+
+
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    key=st.sampled_from([*SHARED, "k1", "camera_model", "ply_file_path", "train_filenames"]),
+    place=st.sampled_from(["shared", "frame"]),
+    value=st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner),
+        max_leaves=4,
+    ),
+)
+def test_strange_values_are_refused_or_read_but_nothing_else(tmp_path, key, place, value):
+    root = tmp_path if (tmp_path / "images").exists() else capture(tmp_path, views=2)
+    original = (root / "transforms.json").read_text()
+
+    def change(meta):
+        (meta if place == "shared" else meta["frames"][1])[key] = value
+
+    try:
+        load_capture(edit(root, change))
+    except InputError as error:
+        assert "transforms.json" in str(error)
+    finally:
+        (root / "transforms.json").write_text(original)
+
+
+@pytest.mark.parametrize("folder", [".", "images"])
+def test_bare_photos_are_refused_with_the_way_to_poses(tmp_path, folder):
+    (tmp_path / folder).mkdir(exist_ok=True)
+    Image.new("RGB", (4, 4)).save(tmp_path / folder / "a.jpg")
+    assert "colmap" in refusal(tmp_path)
+
+
+def test_what_is_no_capture_is_refused(tmp_path):
+    assert "no such folder" in refusal(tmp_path / "nowhere")
+    assert "not a capture" in refusal(tmp_path)
+    (tmp_path / "file").write_text("")
+    assert "is a file" in refusal(tmp_path / "file")
+
+
+@needs_data
+@pytest.mark.parametrize("name, train, test", [("tiny_lego", 40, 8), ("lego", 100, 25)])
+def test_silhouettes_of_lego_agree_on_one_solid(name, train, test):
+    """The visual hull carved by some views must explain the silhouettes of others."""
+    assert REAL is not None
+    dataset = load_capture(REAL / name, downscale=8 if name == "lego" else 1)
+    assert (len(dataset.train), len(dataset.test)) == (train, test)
+    assert dataset.center.norm() < 0.05 and dataset.background.tolist() == [1, 1, 1]
+    ticks = torch.linspace(-1.4, 1.4, 57)
+    solid = torch.stack(torch.meshgrid(ticks, ticks, ticks, indexing="ij"), -1).reshape(-1, 3)
+    assert frame_cover(solid, dataset.train[0]) is not None
+    for frame in dataset.train[:24]:
+        rows, columns = pixels_of(solid, frame.camera)
+        solid = solid[silhouette(frame)[rows, columns]]
+    assert len(solid) > 1000
+    for frame in dataset.test[:4]:
+        covered, filled = frame_cover(solid, frame)
+        assert covered > 0.9 and filled > 0.75
+
+
+def silhouette(frame):
+    return (load_view(frame).image < 0.98).any(-1)
+
+
+def pixels_of(points, camera):
+    local = points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    assert (local[:, 2] > 0).all()
+    pixels = local @ camera.K.T
+    columns = (pixels[:, 0] / pixels[:, 2]).long().clamp(0, camera.width - 1)
+    return (pixels[:, 1] / pixels[:, 2]).long().clamp(0, camera.height - 1), columns
+
+
+def frame_cover(points, frame):
+    """(share of points inside the silhouette, share of the silhouette that points fill)."""
+    inside = silhouette(frame)
+    rows, columns = pixels_of(points, frame.camera)
+    drawn = torch.zeros(1, 1, *inside.shape)
+    drawn[0, 0, rows, columns] = 1
+    drawn = torch.nn.functional.max_pool2d(drawn, 5, 1, 2)[0, 0] > 0
+    return inside[rows, columns].float().mean(), drawn[inside].float().mean()
