@@ -38,11 +38,11 @@ class Camera:
         rotation, translation = self.viewmat[:3, :3], self.viewmat[:3, 3]
         return -(rotation.T @ translation)
 
-    def to(self, device: torch.device | str | None = None, dtype: torch.dtype | None = None) -> "Camera":
+    def to(
+        self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
+    ) -> "Camera":
         """The same camera with its matrices on `device` and in `dtype`."""
-        return replace(
-            self, viewmat=self.viewmat.to(device, dtype), K=self.K.to(device, dtype)
-        )
+        return replace(self, viewmat=self.viewmat.to(device, dtype), K=self.K.to(device, dtype))
 
     def resized(self, width: int, height: int) -> "Camera":
         """The same view sampled with another number of pixels; each axis scales by itself."""

@@ -6,7 +6,13 @@ from torch import Tensor
 
 C0 = 0.28209479177387814
 C1 = 0.4886025119029199
-C2 = (1.0925484305920792, -1.0925484305920792, 0.31539156525252005, -1.0925484305920792, 0.5462742152960396)
+C2 = (
+    1.0925484305920792,
+    -1.0925484305920792,
+    0.31539156525252005,
+    -1.0925484305920792,
+    0.5462742152960396,
+)
 C3 = (
     -0.5900435899266435,
     2.890611442640554,
@@ -51,9 +57,7 @@ def sh_basis(directions: Float[Tensor, "n 3"], degree: int) -> Float[Tensor, "n 
     return torch.stack(columns, dim=-1)
 
 
-def sh_colors(
-    sh: Float[Tensor, "n k 3"], directions: Float[Tensor, "n 3"]
-) -> Float[Tensor, "n 3"]:
+def sh_colors(sh: Float[Tensor, "n k 3"], directions: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3"]:
     """Colours seen along unit `directions` (from the eye to the Gaussian), at least 0."""
     basis = sh_basis(directions, round(sh.shape[1] ** 0.5) - 1)
     return (0.5 + (basis[:, :, None] * sh).sum(1)).clamp_min(0)

@@ -1,4 +1,4 @@
-"""Gaussians + Camera -> image, alpha, depth: the definitions and the kernels behind one signature."""
+"""Gaussians + Camera -> image, alpha, depth: definitions and kernels behind one signature."""
 
 from typing import Literal
 

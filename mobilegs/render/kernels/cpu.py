@@ -95,7 +95,8 @@ class _Bins:
         self.native.mgs_bins_free(ctypes.c_void_p(self.pointer))
 
 
-def _address(tensor: Tensor | None) -> ctypes.c_void_p:
+def address(tensor: Tensor | None) -> ctypes.c_void_p:
+    """The tensor's memory as a C pointer; None becomes a null pointer."""
     return ctypes.c_void_p(None if tensor is None else tensor.data_ptr())
 
 
@@ -119,7 +120,7 @@ class CpuRaster(torch.autograd.Function):
         else:
             sums = torch.empty(shape[0] * shape[1] * (5 + depth))
             run = native.mgs_sortfree_forward
-        outputs = [_address(t) for t in (splats, radii, sums, image, alpha, depths)]
+        outputs = [address(t) for t in (splats, radii, sums, image, alpha, depths)]
         bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(held)), *outputs)
         ctx.bins = _Bins(native, bins) if phi is None else None
         ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
@@ -139,8 +140,8 @@ class CpuRaster(torch.autograd.Function):
         if ctx.depth:
             g_depth = torch.zeros(shape) if grads[2] is None else grads[2].contiguous()
         out = [None if t is None else torch.empty_like(t) for t in held]
-        given = [_address(t) for t in (sums, g_image, g_alpha, g_depth)]
-        args = [ctypes.byref(view), count, ctypes.byref(Inputs(held)), _address(splats)]
+        given = [address(t) for t in (sums, g_image, g_alpha, g_depth)]
+        args = [ctypes.byref(view), count, ctypes.byref(Inputs(held)), address(splats)]
         filled = ctypes.byref(Gradients([*out, ctx.screen_grads]))
         if ctx.bins is None:
             native.mgs_sortfree_backward(*args, *given, filled)
@@ -161,7 +162,7 @@ def project_radii(
         ctypes.byref(view),
         len(means),
         ctypes.byref(Inputs([*held, None])),
-        _address(splats),
-        _address(radii),
+        address(splats),
+        address(radii),
     )
     return radii

@@ -1,0 +1,58 @@
+# Two commands: `make demo` and `make test`. Both make .venv first, if it is missing or stale.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+# what an installation depends on; Python sources are used where they lie
+SOURCES := pyproject.toml constraints.txt CMakeLists.txt \
+	$(shell find mobilegs -name "*.cpp" -o -name "*.h")
+
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# pyright would ask the network whether it is the newest
+export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+
+.PHONY: help demo test lint install clean
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make demo   render a small capture, train on it, compress, evaluate: see demo/"
+	@echo "make test   formatting, lint, types, tests"
+	@echo "make lint   formatting, lint, types"
+	@echo "make clean  remove what was built and installed, runs and demo excepted"
+
+demo: $(VENV)/installed
+	$(BIN)/mobilegs demo --output demo
+
+# everything runs even if something failed, and pytest's summary comes last
+test: $(VENV)/installed
+	@failed=0; $(MAKE) --no-print-directory lint || failed=1; \
+	$(BIN)/python -m pytest $(PYTEST_ARGS) || failed=1; exit $$failed
+
+lint: $(VENV)/installed
+	@failed=0; \
+	$(BIN)/ruff format --check --quiet . || { echo "run: ruff format ." >&2; failed=1; }; \
+	$(BIN)/ruff check --quiet . || failed=1; \
+	$(BIN)/pyright || failed=1; exit $$failed
+
+install: $(VENV)/installed
+
+# build tools come first, from the constraints: without isolation CMake builds only what changed
+$(VENV)/installed: $(SOURCES) | $(VENV)/bin/pip
+	$(BIN)/python -m pip install --quiet -c constraints.txt scikit-build-core cmake ninja
+	$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[dev]"
+	@touch $@
+
+$(VENV)/bin/pip:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "mobilegs needs Python 3.11 or newer: make PYTHON=/path/to/python3.11 ..." >&2; exit 1; }
+	@command -v c++ >/dev/null || { \
+		echo "mobilegs needs a C++ compiler: apt-get install g++" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { \
+		echo "no python3-venv here, trying apt-get"; rm -rf $(VENV); \
+		apt-get update -qq && apt-get install -y -qq python3-venv && $(PYTHON) -m venv $(VENV); \
+	} || { rm -rf $(VENV); \
+		echo "this Python cannot make a venv: apt-get install python3-venv (as root)" >&2; exit 1; }
+
+clean:
+	rm -rf $(VENV) build .pytest_cache .ruff_cache .hypothesis

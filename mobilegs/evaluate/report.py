@@ -1,0 +1,154 @@
+"""From scenes and held-back photos to figures: per view, in the mean, side by side."""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from mobilegs.atomic import atomic_write
+from mobilegs.data.dataset import Dataset, View, load_view
+from mobilegs.errors import InputError
+from mobilegs.evaluate.lpips import LPIPS_NAMES, LpipsSuite
+from mobilegs.evaluate.metrics import as_displayed, psnr, ssim
+from mobilegs.render.scene import Scene
+
+METRICS = ("psnr", "ssim", *LPIPS_NAMES)
+
+
+def evaluate(
+    scene: Scene,
+    dataset: Dataset,
+    *,
+    lpips: LpipsSuite | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
+    """Figures of one scene on the held-back views; `evaluate_side_by_side` has the details."""
+    return evaluate_side_by_side({"scene": scene}, dataset, lpips=lpips, progress=progress)["scene"]
+
+
+@torch.inference_mode()
+def evaluate_side_by_side(
+    scenes: Mapping[str, Scene],
+    dataset: Dataset,
+    *,
+    lpips: LpipsSuite | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Render the held-back views of every scene and compare them with the photos.
+
+    Renders are rounded to 8 bits; pixels that a view's mask leaves out do not count. Each
+    scene's result has `psnr`, `ssim` and the four `lpips_*` as means over the views (None where
+    there is no figure), and the same by photo in `views`. Scenes share the photos' features,
+    so two cost less than twice one. `progress` is called with views done and in all.
+
+    Raises InputError if the capture holds no view back.
+    """
+    frames = dataset.test
+    if not frames:
+        raise InputError("the capture holds no view back for evaluation: it needs more photos")
+    views: dict[str, list[dict[str, Any]]] = {name: [] for name in scenes}
+    for done, frame in enumerate(frames, start=1):
+        for name, row in compare_view(scenes, load_view(frame), lpips).items():
+            views[name].append(row)
+        if progress:
+            progress(done, len(frames))
+    return {name: summary(rows) for name, rows in views.items()}
+
+
+def compare_view(
+    scenes: Mapping[str, Scene], view: View, lpips: LpipsSuite | None
+) -> dict[str, dict[str, Any]]:
+    """Every scene's figures for one photo."""
+    results: dict[str, dict[str, Any]] = {}
+    images = []
+    target, mask = view.image, view.mask
+    for name, scene in scenes.items():
+        device = scene.gaussians.means.device
+        target = view.image.to(device)
+        mask = None if view.mask is None else view.mask.to(device) > 0.5
+        image = as_displayed(scene.render(view.camera.to(device)).image)
+        if mask is not None:  # what does not count equals the photo, also inside windows
+            image = torch.where(mask[..., None], image, target)
+        images.append(image)
+        results[name] = {
+            "name": view.name,
+            "psnr": psnr(image, target, mask),
+            "ssim": ssim(image, target, mask),
+            **dict.fromkeys(LPIPS_NAMES),
+        }
+    if lpips is not None:
+        for row, distances in zip(results.values(), lpips.distances(target, images), strict=True):
+            row.update(distances)
+    return results
+
+
+def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Means over the views, every view alike, and the views themselves."""
+    result: dict[str, Any] = {}
+    for metric in METRICS:
+        values = [row[metric] for row in rows]
+        result[metric] = None if None in values else sum(values) / len(values)
+    return result | {"views": list(rows)}
+
+
+def write_metrics(
+    path: Path | str,
+    *,
+    teacher: Mapping[str, Any],
+    student: Mapping[str, Any],
+    file_bytes: int,
+    gaussians: int,
+    seconds: Mapping[str, float],
+    more: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Write a run's `metrics.json` and return its contents.
+
+    `teacher` and `student` are results of `evaluate_side_by_side`; `file_bytes` and
+    `gaussians` are the student's; `seconds` are by stage. Peak memory is this process's own.
+    `more` adds entries at the top level.
+    """
+    content = {
+        "teacher": dict(teacher),
+        "student": {"file_bytes": file_bytes, "gaussians": gaussians, **student},
+        "seconds": dict(seconds),
+        "peak_memory_mib": peak_memory_mib(),
+        **(more or {}),
+    }
+    atomic_write(path, to_json(content) + "\n")
+    return content
+
+
+def to_json(content: Any) -> str:
+    """Indented JSON; figures that are not finite, which JSON cannot say, become null."""
+    return json.dumps(finite(content), indent=2, allow_nan=False)
+
+
+def finite(content: Any) -> Any:
+    """The same tree with None for every float that is not finite."""
+    if isinstance(content, float):
+        return content if math.isfinite(content) else None
+    if isinstance(content, Mapping):
+        return {key: finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [finite(value) for value in content]
+    return content
+
+
+def peak_memory_mib() -> float | None:
+    """The most memory this process ever held, in MiB, the GPU's (as torch saw it) included.
+
+    None on Windows, which does not tell in the same way.
+    """
+    try:
+        import resource
+    except ImportError:
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # KiB, but bytes on macOS
+    mib = peak / (1 << 20 if sys.platform == "darwin" else 1 << 10)
+    if torch.cuda.is_available():
+        mib += torch.cuda.max_memory_allocated() / (1 << 20)
+    return round(mib, 1)

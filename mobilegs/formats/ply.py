@@ -1,0 +1,239 @@
+"""3DGS scenes as PLY, in the layout of INRIA's release that every splatting tool reads.
+
+One row a Gaussian: centre, (unused) normal, degree-0 colour `f_dc_*`, the higher harmonics
+`f_rest_*` channel by channel (all of red, then green, then blue), the opacity's logit, the
+scales' logarithms, the rotation wxyz. Axes are OpenCV's, as they come from the capture.
+"""
+
+import logging
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from mobilegs.atomic import atomic_path
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+
+log = logging.getLogger(__name__)
+
+HEADER_MAX = 1 << 16  # bytes; a 3DGS header has about 1500
+SH_DEGREES = {0: 0, 9: 1, 24: 2, 45: 3}  # number of f_rest properties -> degree
+FORMATS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
+    "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
+    "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
+}  # fmt: skip
+MEANS = ["x", "y", "z"]
+BASE_COLOR = ["f_dc_0", "f_dc_1", "f_dc_2"]
+SCALES = ["scale_0", "scale_1", "scale_2"]
+ROTATION = ["rot_0", "rot_1", "rot_2", "rot_3"]
+
+
+@dataclass(frozen=True)
+class Element:
+    """One table of a PLY file: its name, its number of rows, its columns."""
+
+    name: str
+    count: int
+    columns: dict[str, str]  # name -> numpy type without byte order
+    has_lists: bool = False
+
+    def dtype(self, order: str) -> np.dtype:
+        """The row as numpy reads it, in byte order `order` (`<`, `>` or `=`)."""
+        return np.dtype([(name, order + kind) for name, kind in self.columns.items()])
+
+
+@dataclass(frozen=True)
+class Header:
+    """What stands before the numbers."""
+
+    order: str
+    ascii: bool
+    elements: list[Element]
+    length: int  # bytes up to the first number
+    render_mode: str
+
+
+def read_ply(path: Path | str) -> Gaussians:
+    """Read a 3DGS scene: text, little- or big-endian, properties in any order.
+
+    Properties that 3DGS does not use are skipped; the harmonics' degree (0 to 3) follows from
+    the number of `f_rest_*`. Rows with a value that is not finite are left out, with their
+    number in a logged warning. The result is float32 on the CPU.
+
+    Raises:
+        InputError: the file is missing, is no PLY, is cut off, claims more rows than it has
+            bytes for, or lacks a property of 3DGS.
+    """
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            header = parse_header(file.read(HEADER_MAX), path)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    if header.render_mode != "default":
+        log.warning(
+            "%s was made for '%s' rendering and is drawn as plain 3DGS, which may look different",
+            path,
+            header.render_mode,
+        )
+    vertex, before = find_vertex(header, path)
+    rest = check_properties(vertex, path)
+    rows = read_rows(path, size, header, vertex, before)
+    return gaussians_from_rows(rows, rest, path)
+
+
+def parse_header(head: bytes, path: Path) -> Header:
+    """The header at the start of `head`; `path` is for messages only."""
+    if not re.match(rb"ply\r?\n", head):
+        raise InputError(f"{path} is not a PLY file: it does not begin with 'ply'")
+    end = re.search(rb"\nend_header\r?\n", head)
+    if end is None:
+        raise InputError(f"{path} has no complete PLY header in its first {HEADER_MAX} bytes")
+    elements: list[Element] = []
+    kind, mode = "", "default"
+    for line in head[: end.start()].decode("ascii", "replace").splitlines()[1:]:
+        match line.split():
+            case ["format", kind, *_]:
+                pass
+            case ["comment", "SplatRenderMode:", mode, *_]:
+                pass
+            case ["element", name, count] if re.fullmatch(r"\d{1,18}", count):
+                elements.append(Element(name, int(count), {}))
+            case ["property", "list", *_] if elements:
+                elements[-1] = Element(elements[-1].name, elements[-1].count, {}, True)
+            case ["property", type_, name] if elements and type_ in TYPES:
+                if name in elements[-1].columns:
+                    raise InputError(f"{path} declares the property '{name}' twice")
+                elements[-1].columns[name] = TYPES[type_]
+            case ["comment" | "obj_info", *_] | []:
+                pass
+            case _:
+                raise InputError(f"{path} has a header line that is not PLY: '{line[:80]}'")
+    if kind not in FORMATS:
+        raise InputError(f"{path} has the PLY format '{kind[:40]}', which is not one of the three")
+    return Header(FORMATS[kind], kind == "ascii", elements, end.end(), mode[:40])
+
+
+def find_vertex(header: Header, path: Path) -> tuple[Element, list[Element]]:
+    """The table of Gaussians, and the tables that stand before it in the file."""
+    for index, element in enumerate(header.elements):
+        if element.name == "vertex":
+            before = header.elements[:index]
+            if element.has_lists or (not header.ascii and any(e.has_lists for e in before)):
+                raise InputError(f"{path} has lists in or before its vertices: it is no 3DGS scene")
+            return element, before
+    raise InputError(f"{path} has no 'vertex' element: it is no 3DGS scene")
+
+
+def check_properties(vertex: Element, path: Path) -> list[str]:
+    """Names of the `f_rest_*` properties, once everything that 3DGS needs is known to be there."""
+    if "packed_position" in vertex.columns:
+        raise InputError(f"{path} is a compressed PLY: convert it to a plain 3DGS .ply first")
+    needed = [*MEANS, *BASE_COLOR, "opacity", *SCALES, *ROTATION]
+    missing = [name for name in needed if name not in vertex.columns]
+    if missing:
+        raise InputError(f"{path} is no 3DGS scene: its vertices lack {', '.join(missing)}")
+    count = sum(name.startswith("f_rest_") for name in vertex.columns)
+    rest = [f"f_rest_{i}" for i in range(count)]
+    if count not in SH_DEGREES or any(name not in vertex.columns for name in rest):
+        raise InputError(f"{path} has {count} f_rest properties: a 3DGS scene has 0, 9, 24 or 45")
+    return rest
+
+
+def read_rows(
+    path: Path, size: int, header: Header, vertex: Element, before: list[Element]
+) -> np.ndarray:
+    """The vertices as a structured array `[n]`; nothing is allocated before `size` allows it."""
+    width = len(vertex.columns)
+    if header.ascii:
+        least = max(0, 2 * vertex.count * width - 1)  # a digit and a separator each
+        if header.length + least > size:
+            raise cut_off(path, vertex.count)
+        skipped = sum(element.count for element in before)
+        with path.open("rb") as file:
+            file.seek(header.length)
+            lines = file.read().splitlines()[skipped : skipped + vertex.count]
+        words = b" ".join(lines).split()
+        if len(lines) < vertex.count or len(words) != vertex.count * width:
+            raise cut_off(path, vertex.count)
+        try:
+            table = np.array(words, dtype=np.float64).reshape(vertex.count, width)
+        except ValueError:
+            raise InputError(f"{path} has something among its vertices that is no number") from None
+        return table.view([(name, "f8") for name in vertex.columns])[:, 0]
+    dtype = vertex.dtype(header.order)
+    start = header.length + sum(e.count * e.dtype(header.order).itemsize for e in before)
+    if start + vertex.count * dtype.itemsize > size:
+        raise cut_off(path, vertex.count)
+    return np.fromfile(path, dtype, count=vertex.count, offset=start)
+
+
+def cut_off(path: Path, count: int) -> InputError:
+    """What to say of a file that is shorter than its header says."""
+    return InputError(f"{path} is cut off: its header promises {count} vertices")
+
+
+def gaussians_from_rows(rows: np.ndarray, rest: list[str], path: Path) -> Gaussians:
+    """Turn rows of named properties into tensors, leaving out rows that are not finite."""
+    names = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR, *rest]
+    with np.errstate(over="ignore", invalid="ignore"):  # doubles may not fit into float32
+        table = columns(rows, names)
+    finite = np.isfinite(table).all(axis=1)
+    if not finite.all():
+        lost = int((~finite).sum())
+        log.warning("%s: %d of %d Gaussians are not finite and left out", path, lost, len(rows))
+        table = table[finite]
+    means, quats, log_scales, opacities, base, others = np.split(table, [3, 7, 10, 11, 14], axis=1)
+    higher = others.reshape(len(table), 3, len(rest) // 3).transpose(0, 2, 1)  # [n, k - 1, 3]
+    sh = np.concatenate([base[:, None], higher], axis=1)
+    arrays = (means, quats, log_scales, opacities[:, 0], sh)
+    return Gaussians(*(torch.from_numpy(np.ascontiguousarray(array)) for array in arrays))
+
+
+def columns(rows: np.ndarray, names: list[str]) -> np.ndarray:
+    """Some columns of a structured array as float32 `[n, len(names)]`."""
+    kinds = {rows.dtype[name] for name in rows.dtype.names or ()}
+    if len(kinds) == 1:  # the usual file is a plain matrix, and gathering from one is 3x faster
+        order = {name: index for index, name in enumerate(rows.dtype.names or ())}
+        matrix = rows.view(kinds.pop()).reshape(len(rows), len(order))
+        return matrix[:, [order[name] for name in names]].astype(np.float32)
+    return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
+
+
+def write_ply(path: Path | str, gaussians: Gaussians) -> None:
+    """Write a scene in INRIA's order of properties, little-endian float32, whole or not at all.
+
+    Only a scene that is meant for sorted blending belongs into a PLY; the header says so with
+    `comment SplatRenderMode: default`, which other tools understand.
+    """
+    count, coefficients = gaussians.sh.shape[:2]
+    rest = [f"f_rest_{i}" for i in range(3 * (coefficients - 1))]
+    normal = ["nx", "ny", "nz"]
+    names = [*MEANS, *normal, *BASE_COLOR, *rest, "opacity", *SCALES, *ROTATION]
+    parts = [
+        gaussians.means,
+        torch.zeros_like(gaussians.means),
+        gaussians.sh[:, 0],
+        gaussians.sh[:, 1:].transpose(1, 2).reshape(count, len(rest)),
+        gaussians.logit_opacities[:, None],
+        gaussians.log_scales,
+        gaussians.quats,
+    ]
+    table = torch.cat([part.detach().cpu().float() for part in parts], dim=1).numpy()
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment SplatRenderMode: default",
+        f"element vertex {count}",
+        *(f"property float {name}" for name in names),
+        "end_header\n",
+    ]
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        file.write("\n".join(header).encode())
+        file.write(table.astype("<f4", copy=False).tobytes())

@@ -1,0 +1,94 @@
+"""The tree is the data's way: who may import whom, and how large a module may grow."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / "mobilegs"
+# docs/architecture.md: a module imports from its own level and from levels above it
+LEVELS: list[set[str]] = [
+    {"errors", "atomic"},
+    {"camera", "gaussians", "spherical_harmonics"},
+    {"render"},
+    {"data"},
+    {"formats"},
+    {"compress"},
+    {"evaluate"},
+    {"scene_file"},
+    {"train"},
+    {"view"},
+    {"doctor"},
+    {"cli"},
+]
+# each reads another tool's format; nothing of ours is between them
+SIBLINGS_APART = {"formats"}
+LINES_MAX = 400
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+
+def part(name: str) -> str:
+    """The level's name for a dotted module: `mobilegs.data.colmap` -> `data`."""
+    return [*name.split("."), ""][1]
+
+
+def dotted(path: Path) -> str:
+    relative = path.relative_to(PACKAGE.parent).with_suffix("")
+    return ".".join(relative.parts).removesuffix(".__init__")
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Dotted names of our own modules that a file imports, those inside functions included."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative imports hide the direction"
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        yield from (name for name in names if name.split(".")[0] == "mobilegs")
+
+
+def level(name: str) -> int:
+    return next(index for index, names in enumerate(LEVELS) if name in names)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=dotted)
+def test_a_module_imports_only_from_above(path: Path) -> None:
+    own = part(dotted(path))
+    if not own:  # the package itself holds the version and imports nothing
+        assert not list(imported(path))
+        return
+    for name in imported(path):
+        if part(name) == "__version__":
+            continue
+        assert level(part(name)) <= level(own), f"{dotted(path)} must not import {name}"
+        if own in SIBLINGS_APART and part(name) == own:
+            assert name.startswith(dotted(path)), f"{dotted(path)} must not import {name}"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=dotted)
+def test_a_module_fits_into_one_head(path: Path) -> None:
+    assert len(path.read_text().splitlines()) <= LINES_MAX
+
+
+def test_no_module_is_a_drawer() -> None:
+    names = {path.stem for path in MODULES} | {path.parent.name for path in MODULES}
+    assert not names & {"utils", "util", "helpers", "misc", "common"}
+
+
+def test_a_picture_of_the_levels_is_in_the_docs() -> None:
+    text = (PACKAGE.parent / "docs" / "architecture.md").read_text()
+    diagram = [line.strip() for line in text.splitlines() if line.startswith("    ")]
+    places = [
+        next(
+            (i for i, line in enumerate(diagram) if f"{name}/" in line or f"{name}.py" in line), -1
+        )
+        for names in LEVELS
+        for name in sorted(names)[:1]
+        if name not in {"doctor", "scene_file"}
+    ]
+    assert -1 not in places
+    assert places == sorted(places)

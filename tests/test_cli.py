@@ -1,0 +1,288 @@
+"""The command line: what it prints, what it writes, how it refuses."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from mobilegs import cli, doctor
+from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.scene import Scene
+from mobilegs.spherical_harmonics import rgb_to_sh0
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Twelve photos in COLMAP's layout, of noise, from a line of cameras; 0 and 8 are held back."""
+    folder = tmp_path_factory.mktemp("capture")
+    (folder / "images").mkdir()
+    (folder / "sparse" / "0").mkdir(parents=True)
+    rng = np.random.default_rng(0)
+    images = []
+    for i in range(12):
+        name = f"view_{i:03d}.JPG"
+        pixels = rng.integers(0, 256, (36, 48, 3), dtype=np.uint8)
+        Image.fromarray(pixels).save(folder / "images" / name)
+        images.append(f"{i + 1} 1 0 0 0 {0.1 * i - 0.5} 0 3 1 {name}\n\n")
+    texts = {
+        "cameras": "1 PINHOLE 48 36 40 40 24 18\n",
+        "images": "".join(images),
+        "points3D": "".join(f"{i + 1} {0.1 * i} 0 0 200 100 50 0.5\n" for i in range(5)),
+    }
+    for noun, text in texts.items():
+        (folder / "sparse" / "0" / f"{noun}.txt").write_text(text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def scene(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plain 3DGS scene in the capture's place: one blob a corner of a cube."""
+    corners = torch.cartesian_prod(*[torch.tensor([-0.5, 0.5])] * 3)
+    n = len(corners)
+    gaussians = Gaussians(
+        corners,
+        torch.tensor([[1.0, 0, 0, 0]]).expand(n, 4),
+        torch.full((n, 3), -1.5),
+        torch.full((n,), 2.0),
+        rgb_to_sh0(corners + 0.5)[:, None],
+    )
+    path = tmp_path_factory.mktemp("scene") / "scene.ply"
+    write_ply(path, gaussians)
+    return path
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
+    """The sentence with which a command line is refused, with exit code 2 and nothing printed."""
+    assert cli.main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    return printed.err
+
+
+def test_help_names_every_verb_and_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from mobilegs.cli import main; main(['--help']);"
+        "assert not {'torch', 'scipy', 'PIL'} & sys.modules.keys()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for verb in ("demo", "train", "eval", "render", "info", "doctor"):
+        assert f"\n  {verb} " in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("verb", "options"),
+    [
+        ("demo", ["--output", "-o", "--seed"]),
+        ("train", ["-o", "--preset", "--downscale", "--steps", "--seed", "--resume"]),
+        ("train", ["--lpips-weights", "--teacher", "--max-splats", "--background"]),
+        ("render", ["SCENE", "--capture", "--split", "-o", "--downscale"]),
+        ("eval", ["SCENE", "--capture", "--json", "--downscale", "--lpips-weights"]),
+        ("info", ["SCENE", "--json"]),
+        ("doctor", ["--json"]),
+    ],
+)
+def test_the_help_of_a_verb_explains_its_options(
+    verb: str, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        cli.main([verb, "--help"])
+    assert caught.value.code == 0
+    text = capsys.readouterr().out
+    assert [option for option in options if option not in text] == []
+
+
+def test_no_verb_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([]) == 2
+    assert "mobilegs VERB --help" in capsys.readouterr().out
+
+
+def test_an_unknown_verb_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "no verb 'tarin': use one of demo, train" in refusal(capsys, "tarin")
+
+
+def test_an_unknown_option_exits_with_2() -> None:
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["info", "scene.ply", "--loud"])
+    assert caught.value.code == 2
+
+
+def test_ctrl_c_is_one_line_and_130(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(doctor, "examine", interrupted)
+    assert cli.main(["doctor"]) == 130
+    assert capsys.readouterr().err == "mobilegs: interrupted\n"
+
+
+def test_demo_trains_on_the_built_in_capture_and_says_what_came_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from mobilegs.data import sample
+    from mobilegs.train import loop
+
+    runs: list[loop.TrainRun] = []
+
+    def train_run(run: loop.TrainRun) -> dict[str, dict[str, float]]:
+        runs.append(run)
+        return {
+            "student": {"psnr": 27.125, "gaussians": 12345, "file_bytes": 67890},
+            "teacher": {"psnr": 27.5},
+        }
+
+    written: list[Path] = []
+    monkeypatch.setattr(sample, "write_sample", written.append)
+    monkeypatch.setattr(loop, "train_run", train_run)
+    assert cli.main(["demo", "-o", str(tmp_path / "demo"), "--seed", "3"]) == 0
+    [run] = runs
+    assert written == [run.capture] == [tmp_path / "demo" / "capture"]
+    assert (run.output, run.preset, run.seed) == (tmp_path / "demo", "demo", 3)
+    said = capsys.readouterr().out
+    assert "12,345 Gaussians, 67,890 bytes" in said
+    assert "27.12 dB (teacher 27.50 dB)" in said
+
+
+def test_an_interrupted_training_says_how_to_go_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from mobilegs.train import loop
+
+    def train_run(run: loop.TrainRun) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(loop, "train_run", train_run)
+    assert cli.main(["train", str(tmp_path), "-o", "there"]) == 130
+    assert capsys.readouterr().err == "mobilegs: interrupted: add --resume to continue there\n"
+
+
+def test_render_writes_a_png_under_each_photos_name(
+    scene: Path, capture: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "new" / "folder"
+    assert cli.main(["render", str(scene), "--capture", str(capture), "-o", str(out)]) == 0
+    assert sorted(path.name for path in out.iterdir()) == ["view_000.png", "view_008.png"]
+    dataset = cli.open_both(scene, capture, None, "cpu")[1]
+    drawn = Scene(read_ply(scene)).render(dataset.test[1].camera).image
+    written = np.array(Image.open(out / "view_008.png"))
+    np.testing.assert_array_equal(written, to_bytes(drawn).numpy())
+    assert written.std() > 5
+
+
+def test_render_of_the_other_split_at_half_size(scene: Path, capture: Path, tmp_path: Path) -> None:
+    words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
+    assert cli.main([*words, "--split", "train", "--downscale", "2"]) == 0
+    assert len(list(tmp_path.iterdir())) == 10
+    with Image.open(tmp_path / "view_001.png") as picture:
+        assert picture.size == (24, 18)
+
+
+def test_photos_keep_their_folders_but_never_leave_the_output() -> None:
+    photos = ["left/a.JPG", "../../b.jpg", "/etc/c.png", "d.jpg", "d.png", "v1.2.jpeg"]
+    names = cli.png_names(photos)
+    assert [str(names[photo]) for photo in photos] == [
+        "left/a.png", "b.png", "etc/c.png", "d.jpg.png", "d.png.png", "v1.2.png",
+    ]  # fmt: skip
+
+
+def test_eval_prints_json_and_nothing_else(
+    scene: Path,
+    capture: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delenv("MOBILEGS_LPIPS", raising=False)
+    assert cli.main(["eval", str(scene), "--capture", str(capture), "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert 3 < figures["psnr"] < 40
+    assert figures["psnr"] == pytest.approx(np.mean([v["psnr"] for v in figures["views"]]))
+    assert figures["lpips_vgg"] is None
+    assert (figures["gaussians"], figures["blend"]) == (8, "sorted")
+    assert figures["file_bytes"] == scene.stat().st_size
+
+
+def test_eval_without_json_prints_a_table(
+    scene: Path, capture: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["eval", str(scene), "--capture", str(capture)]) == 0
+    text = capsys.readouterr().out
+    assert "view_008.JPG" in text
+    assert "mean" in text
+
+
+def test_info_counts_a_ply(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["info", str(scene), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["gaussians"], found["sh_degree"], found["blend"]) == (8, 0, "sorted")
+    assert found["bytes_per_gaussian"] == found["file_bytes"] / 8
+
+
+def test_doctor_looks_at_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["doctor", "--json"]) == 0
+    findings = {finding["what"]: finding for finding in json.loads(capsys.readouterr().out)}
+    assert findings["PyTorch"]["found"].startswith(torch.__version__)
+    assert all(f["remedy"] for f in findings.values() if f["state"] == "no")
+    assert {"CPU kernels", "GPU", "CUDA kernels", "LPIPS weights"} <= findings.keys()
+    assert cli.main(["doctor"]) == 0
+    assert "CPU kernels" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("scene.obj", b"", "neither a .mgs nor a .ply"),
+        ("scene.ply", b"ply", "is not a PLY file"),
+        ("scene.mgs", b"ply", "scene.mgs|not a"),
+        ("gone.ply", None, "cannot read"),
+        ("gone.mgs", None, "cannot read|cannot be read"),
+    ],
+)
+@pytest.mark.parametrize("verb", ["info", "eval", "render"])
+def test_a_file_that_is_no_scene_is_refused_in_one_sentence(
+    verb: str,
+    name: str,
+    content: bytes | None,
+    sentence: str,
+    capture: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    more = {"info": [], "eval": ["--capture", capture], "render": ["--capture", capture]}[verb]
+    if verb == "render":
+        more += ["-o", tmp_path / "out"]
+    said = refusal(capsys, verb, tmp_path / name, *more)
+    assert any(part in said for part in sentence.split("|"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_is_no_capture_is_refused(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "is not a capture" in refusal(capsys, "eval", scene, "--capture", tmp_path)
+
+
+def test_missing_lpips_weights_are_refused_before_any_work(
+    scene: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["eval", scene, "--capture", capture, "--lpips-weights", tmp_path]
+    assert "no LPIPS weights" in refusal(capsys, *words)
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU here")
+def test_a_gpu_that_is_not_there_is_refused(
+    scene: Path, capture: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["eval", scene, "--capture", capture, "--device", "cuda"]
+    assert "mobilegs doctor" in refusal(capsys, *words)

@@ -1,0 +1,337 @@
+"""Figures: against other people's code, and what becomes of them in a run's report."""
+
+import http.server
+import json
+import math
+import threading
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+from torch import Tensor, nn
+from torchmetrics.functional.image import lpips as other_lpips
+from torchmetrics.functional.image import (
+    peak_signal_noise_ratio,
+    structural_similarity_index_measure,
+)
+
+from mobilegs.camera import Camera
+from mobilegs.data.dataset import Dataset, Frame
+from mobilegs.errors import InputError
+from mobilegs.evaluate.contact_sheet import contact_sheet
+from mobilegs.evaluate.lpips import (
+    BACKBONES,
+    LPIPS_NAMES,
+    Lpips,
+    LpipsSuite,
+    Net,
+    expected_shapes,
+    fetch_weights,
+    lpips_from,
+)
+from mobilegs.evaluate.metrics import as_displayed, psnr, ssim, ssim_map
+from mobilegs.evaluate.report import evaluate, evaluate_side_by_side, write_metrics
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.scene import Scene
+from mobilegs.spherical_harmonics import rgb_to_sh0
+
+
+def pictures(generator: torch.Generator, h: int = 48, w: int = 64) -> tuple[Tensor, Tensor]:
+    one = torch.rand(h, w, 3, generator=generator)
+    return one, (one + 0.1 * torch.randn(h, w, 3, generator=generator)).clamp(0, 1)
+
+
+def batched(image: Tensor) -> Tensor:
+    return image.permute(2, 0, 1)[None]
+
+
+def test_psnr_is_that_of_torchmetrics(generator: torch.Generator) -> None:
+    image, target = pictures(generator)
+    assert psnr(image, target) == pytest.approx(
+        float(peak_signal_noise_ratio(image, target, data_range=1.0)), abs=1e-4
+    )
+
+
+def test_equal_pictures_have_infinite_psnr_and_ssim_1(generator: torch.Generator) -> None:
+    image, _ = pictures(generator)
+    assert psnr(image, image) == math.inf
+    assert ssim(image, image) == pytest.approx(1)
+
+
+def test_ssim_inside_the_border_is_that_of_torchmetrics(generator: torch.Generator) -> None:
+    image, target = pictures(generator)
+    _, reference = structural_similarity_index_measure(
+        batched(image), batched(target), data_range=1.0, return_full_image=True
+    )
+    ours = batched(ssim_map(image, target))
+    assert torch.allclose(ours[..., 5:-5, 5:-5], reference[..., 5:-5, 5:-5], atol=1e-4)
+
+
+def test_ssim_sees_zeros_beyond_the_border(generator: torch.Generator) -> None:
+    image, target = pictures(generator)
+    framed = [nn.functional.pad(picture, (0, 0, 5, 5, 5, 5)) for picture in (image, target)]
+    assert torch.allclose(ssim_map(*framed)[5:-5, 5:-5], ssim_map(image, target), atol=1e-5)
+
+
+def test_ssim_can_be_differentiated(generator: torch.Generator) -> None:
+    image, target = (picture[:6, :7].double() for picture in pictures(generator))
+    assert torch.autograd.gradcheck(ssim_map, (image.requires_grad_(), target))
+
+
+def test_a_mask_leaves_pixels_out_of_psnr_and_ssim(generator: torch.Generator) -> None:
+    image, target = pictures(generator)
+    mask = torch.zeros(48, 64, dtype=torch.bool)
+    mask[:20] = True
+    spoiled = torch.where(mask[..., None], image, 1 - target)
+    assert psnr(spoiled, target, mask) == pytest.approx(psnr(image[:20], target[:20]))
+    assert ssim(image, target, mask) == pytest.approx(float(ssim_map(image, target)[:20].mean()))
+
+
+def test_what_a_screen_shows_is_in_range_and_in_steps_of_a_255th() -> None:
+    image = torch.tensor([[[-1.0, 0.5, 7.0], [torch.nan, 0.1, 1.0]]])
+    shown = as_displayed(image) * 255
+    assert torch.allclose(shown, torch.tensor([[[0.0, 128.0, 255.0], [0.0, 26.0, 255.0]]]))
+
+
+# --- LPIPS ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def weights_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Weights of both networks, random but of a size that keeps signals alive."""
+    folder = tmp_path_factory.mktemp("lpips")
+    rng = np.random.default_rng(0)
+    for backbone in BACKBONES.values():
+        arrays = {}
+        for name, shape in expected_shapes(backbone).items():
+            fan_in = math.prod(shape[1:])
+            spread = math.sqrt(2 / fan_in) if name.endswith("weight") else 0.1
+            values = spread * rng.standard_normal(shape, dtype=np.float32)
+            arrays[name] = (np.abs(values) if name.startswith("lin") else values).astype(np.float16)
+        np.savez(folder / backbone.file, **arrays)
+    return folder
+
+
+VGG = "C C P C C P C C C P C C C P C C C P".split()
+ALEX = "C P C P C C C P".split()
+
+
+def torchvision_features(net: Net, folder: Path) -> nn.Sequential:
+    """The backbone as torchvision would lay it out, with our weights."""
+    backbone = BACKBONES[net]
+    layers: list[nn.Module] = []
+    convolutions = iter(backbone.layers)
+    with np.load(folder / backbone.file) as arrays:
+        for kind in {"vgg": VGG, "alex": ALEX}[net]:
+            if kind == "P":
+                layers.append(nn.MaxPool2d({"vgg": 2, "alex": 3}[net], 2))
+                continue
+            layer = next(convolutions)
+            out, into, side = layer.shape
+            i = sum(isinstance(module, nn.Conv2d) for module in layers)
+            conv = nn.Conv2d(into, out, side, layer.stride, layer.padding)
+            conv.weight.data = torch.from_numpy(arrays[f"conv{i}.weight"].astype(np.float32))
+            conv.bias.data = torch.from_numpy(arrays[f"conv{i}.bias"].astype(np.float32))
+            layers += [conv, nn.ReLU()]
+    return nn.Sequential(*layers)
+
+
+@pytest.mark.parametrize("net", ["vgg", "alex"])
+@pytest.mark.parametrize("rescale", [False, True])
+def test_lpips_is_that_of_torchmetrics(
+    net: Net,
+    rescale: bool,
+    weights_dir: Path,
+    generator: torch.Generator,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    features = torchvision_features(net, weights_dir)
+    monkeypatch.setattr(other_lpips, "_get_tv_model_features", lambda *_: features)
+    reference = other_lpips._LPIPS(pretrained=False, net=net, use_dropout=False)
+    metric = Lpips(net, weights_dir)
+    for layer, head in zip(reference.lins, metric.heads, strict=True):
+        layer.model[-1].weight.data = head.view(1, -1, 1, 1)
+    target, image = pictures(generator)
+    expected = float(reference(batched(target), batched(image), normalize=rescale))
+    same, found = metric.distances(target, [target, image], rescale=rescale)
+    assert same == 0
+    assert expected > 1e-3
+    assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_four_lpips_figures_differ(weights_dir: Path, generator: torch.Generator) -> None:
+    target, image = pictures(generator)
+    [figures] = LpipsSuite(weights_dir).distances(target, [image])
+    assert tuple(figures) == LPIPS_NAMES
+    assert len(set(figures.values())) == 4
+
+
+def test_a_picture_too_small_for_the_networks_has_no_lpips(weights_dir: Path) -> None:
+    tiny = torch.zeros(31, 40, 3)
+    assert LpipsSuite(weights_dir).distances(tiny, [tiny]) == [dict.fromkeys(LPIPS_NAMES)]
+
+
+def test_without_weights_there_is_no_lpips(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MOBILEGS_LPIPS", raising=False)
+    assert lpips_from(None) is None
+
+
+def test_weights_of_another_network_are_refused(weights_dir: Path, tmp_path: Path) -> None:
+    (tmp_path / "lpips_vgg16.npz").symlink_to(weights_dir / "lpips_alexnet.npz")
+    with pytest.raises(InputError, match="lacks an array"):
+        Lpips("vgg", tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no zip", b"{}"])
+def test_damaged_weights_are_refused(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "lpips_alexnet.npz").write_bytes(content)
+    with pytest.raises(InputError, match="damaged"):
+        Lpips("alex", tmp_path)
+
+
+def test_missing_weights_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--lpips-weights"):
+        Lpips("alex", tmp_path)
+
+
+class QuietHandler(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+def test_weights_come_from_an_address_once(
+    weights_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    handler = partial(QuietHandler, directory=str(weights_dir))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}/"
+        folder = fetch_weights(address)
+        server.shutdown()
+    assert fetch_weights(address) == folder  # the server is gone
+    for backbone in BACKBONES.values():
+        assert (folder / backbone.file).read_bytes() == (weights_dir / backbone.file).read_bytes()
+
+
+def test_an_address_that_does_not_answer_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    with pytest.raises(InputError, match="cannot download LPIPS weights"):
+        fetch_weights("http://127.0.0.1:9/weights")
+    assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_lpips_with_real_weights_grows_with_noise(
+    data_dir: Path, generator: torch.Generator
+) -> None:
+    photo = Image.open(data_dir / "tiny_fern" / "images" / first_photo(data_dir)).crop(
+        (0, 0, 96, 64)
+    )
+    target = torch.from_numpy(np.array(photo)).float() / 255
+    noise = torch.randn(target.shape, generator=generator)
+    images = [(target + level * noise).clamp(0, 1) for level in (0.02, 0.1, 0.3)]
+    for net in BACKBONES:
+        near, middle, far = Lpips(net, data_dir / "lpips").distances(target, images, rescale=True)
+        assert 0 < near < middle < far < 1.5
+
+
+def first_photo(data_dir: Path) -> str:
+    return min(path.name for path in (data_dir / "tiny_fern" / "images").iterdir())
+
+
+# --- the report ----------------------------------------------------------------------------------
+
+CAMERA = Camera(torch.eye(4), torch.tensor([[40.0, 0, 20], [0, 40, 16], [0, 0, 1]]), 40, 32)
+
+
+def blob(color: float) -> Scene:
+    """One opaque Gaussian in the middle of the picture, on black."""
+    return Scene(
+        Gaussians(
+            torch.tensor([[0.0, 0, 2]]),
+            torch.tensor([[1.0, 0, 0, 0]]),
+            torch.full((1, 3), -2.0),
+            torch.tensor([3.0]),
+            rgb_to_sh0(torch.full((1, 3), color))[:, None],
+        )
+    )
+
+
+def photos_of(scene: Scene, *, masked: bool = False) -> Dataset:
+    pixels = (scene.render(CAMERA).image * 255).round().to(torch.uint8)
+    frames = [Frame(f"photo_{i}.jpg", CAMERA, pixels=pixels) for i in range(3)]
+    return Dataset(
+        "blob", frames[:1], frames[1:], torch.zeros(0, 3), torch.zeros(0, 3), 1.0, torch.zeros(3),
+        torch.zeros(3), 0.2,
+    )  # fmt: skip
+
+
+def test_a_scene_that_is_the_photo_has_the_best_figures_and_another_has_not() -> None:
+    dataset = photos_of(blob(0.8))
+    results = evaluate_side_by_side({"teacher": blob(0.8), "student": blob(0.4)}, dataset)
+    assert results["teacher"]["psnr"] == math.inf
+    assert results["teacher"]["ssim"] == pytest.approx(1)
+    assert 10 < results["student"]["psnr"] < 40
+    assert [view["name"] for view in results["student"]["views"]] == ["photo_1.jpg", "photo_2.jpg"]
+    assert results["student"]["lpips_vgg"] is None
+
+
+def test_lpips_of_the_report_is_the_mean_over_views(weights_dir: Path) -> None:
+    result = evaluate(blob(0.4), photos_of(blob(0.8)), lpips=LpipsSuite(weights_dir))
+    for name in LPIPS_NAMES:
+        assert result[name] == pytest.approx(np.mean([view[name] for view in result["views"]]))
+
+
+def test_pixels_that_a_mask_leaves_out_do_not_count(
+    tmp_path: Path, generator: torch.Generator
+) -> None:
+    photo = (blob(0.8).render(CAMERA).image * 255).round().to(torch.uint8)
+    mask = torch.zeros(32, 40, dtype=torch.uint8)
+    mask[:, :30] = 255
+    photo[:, 30:] = 200  # spoiled where it does not count
+    Image.fromarray(photo.numpy()).save(tmp_path / "photo.png")
+    Image.fromarray(mask.numpy()).save(tmp_path / "mask.png")
+    frame = Frame("photo.png", CAMERA, tmp_path / "photo.png", tmp_path / "mask.png")
+    dataset = photos_of(blob(0.8))
+    dataset.test[:] = [frame]
+    result = evaluate(blob(0.8), dataset)
+    assert result["psnr"] == math.inf
+    assert result["ssim"] == pytest.approx(1)
+
+
+def test_a_capture_without_held_back_views_is_refused() -> None:
+    dataset = photos_of(blob(0.8))
+    dataset.test.clear()
+    with pytest.raises(InputError, match="holds no view back"):
+        evaluate(blob(0.8), dataset)
+
+
+def test_metrics_json_has_what_scripts_rely_on(tmp_path: Path) -> None:
+    dataset = photos_of(blob(0.8))
+    results = evaluate_side_by_side({"teacher": blob(0.8), "student": blob(0.4)}, dataset)
+    write_metrics(
+        tmp_path / "metrics.json", **results, file_bytes=1234, gaussians=1, seconds={"teacher": 1.5}
+    )
+    written = json.loads((tmp_path / "metrics.json").read_text())
+    assert written["teacher"]["psnr"] is None  # infinite, which JSON cannot say
+    assert written["student"]["psnr"] == pytest.approx(results["student"]["psnr"])
+    assert {"psnr", "ssim", "lpips_vgg"} <= written["teacher"].keys()
+    assert (written["student"]["file_bytes"], written["student"]["gaussians"]) == (1234, 1)
+    assert written["seconds"] == {"teacher": 1.5}
+    assert written["peak_memory_mib"] > 50
+
+
+def test_the_contact_sheet_shows_photo_teacher_student_and_error(tmp_path: Path) -> None:
+    contact_sheet(tmp_path / "sheet.png", photos_of(blob(0.8)), blob(0.8), blob(0.4), views=2)
+    sheet = np.array(Image.open(tmp_path / "sheet.png"))
+    cell, row = sheet.shape[1] // 4, sheet.shape[0] // 2
+    center = [tuple(sheet[row // 2 - 10, i * cell + cell // 2].tolist()) for i in range(4)]
+    photo, teacher, student, error = center
+    assert photo == teacher
+    assert max(student) < min(photo)
+    assert min(error) > max(student)  # amplified four times

@@ -1,0 +1,180 @@
+"""Scenes as PLY: what is read, what is written, and what is refused."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from mobilegs.errors import InputError
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.gaussians import Gaussians
+
+NAMES = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3".split()
+
+
+def random_gaussians(n: int, degree: int, generator: torch.Generator) -> Gaussians:
+    shapes = [(n, 3), (n, 4), (n, 3), (n,), (n, (degree + 1) ** 2, 3)]
+    return Gaussians(*(torch.randn(shape, generator=generator) for shape in shapes))
+
+
+def assert_equal(one: Gaussians, other: Gaussians) -> None:
+    for name, value in one.tensors().items():
+        assert torch.equal(value, other.tensors()[name]), name
+
+
+def header(
+    kind: str, names: list[str], count: int, type_: str = "float", before: str = ""
+) -> bytes:
+    properties = "".join(f"property {type_} {name}\n" for name in names)
+    text = f"ply\nformat {kind} 1.0\n{before}element vertex {count}\n{properties}end_header\n"
+    return text.encode()
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+def test_a_scene_survives_writing_and_reading_exactly(
+    degree: int, tmp_path: Path, generator: torch.Generator
+) -> None:
+    gaussians = random_gaussians(17, degree, generator)
+    write_ply(tmp_path / "scene.ply", gaussians)
+    assert_equal(read_ply(tmp_path / "scene.ply"), gaussians)
+
+
+def test_an_empty_scene_survives_too(tmp_path: Path, generator: torch.Generator) -> None:
+    write_ply(tmp_path / "empty.ply", random_gaussians(0, 1, generator))
+    assert len(read_ply(tmp_path / "empty.ply")) == 0
+
+
+def test_the_written_header_has_the_order_and_the_comment_that_other_tools_expect(
+    tmp_path: Path, generator: torch.Generator
+) -> None:
+    write_ply(tmp_path / "scene.ply", random_gaussians(3, 1, generator))
+    lines = (tmp_path / "scene.ply").read_bytes().split(b"end_header\n")[0].decode().splitlines()
+    assert "comment SplatRenderMode: default" in lines
+    names = [line.split()[2] for line in lines if line.startswith("property")]
+    rest = [f"f_rest_{i}" for i in range(9)]
+    expected = [*NAMES[:3], "nx", "ny", "nz", *NAMES[3:6], *rest, *NAMES[6:]]
+    assert names == expected
+
+
+def test_higher_harmonics_are_stored_channel_by_channel(
+    tmp_path: Path, generator: torch.Generator
+) -> None:
+    gaussians = random_gaussians(2, 1, generator)
+    write_ply(tmp_path / "scene.ply", gaussians)
+    body = (tmp_path / "scene.ply").read_bytes().split(b"end_header\n", 1)[1]
+    rows = np.frombuffer(body, "<f4").reshape(2, -1)
+    red = gaussians.sh[:, 1:, 0].numpy()
+    np.testing.assert_array_equal(rows[:, 9:12], red)
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("type_", ["float", "double"])
+def test_any_encoding_and_any_order_of_properties_is_read(
+    kind: str, type_: str, tmp_path: Path, generator: torch.Generator
+) -> None:
+    names = [*reversed(NAMES), "segment"]  # the last one is not 3DGS's and is skipped
+    table = torch.randn(5, len(names), generator=generator).numpy()
+    order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(kind)
+    if order:
+        body = table.astype(order + {"float": "f4", "double": "f8"}[type_]).tobytes()
+    else:
+        body = "\n".join(" ".join(f"{x:.9g}" for x in row) for row in table).encode()
+    (tmp_path / "scene.ply").write_bytes(header(kind, names, 5, type_) + body)
+    gaussians = read_ply(tmp_path / "scene.ply")
+    np.testing.assert_array_equal(gaussians.means[:, 0].numpy(), table[:, names.index("x")])
+    np.testing.assert_array_equal(gaussians.quats[:, 3].numpy(), table[:, names.index("rot_3")])
+
+
+def test_properties_of_mixed_types_and_tables_before_the_vertices_are_read(tmp_path: Path) -> None:
+    row = np.dtype([("label", "u1"), *((name, "<f4") for name in NAMES)])
+    rows = np.zeros(4, row)
+    rows["y"] = [1, 2, 3, 4]
+    properties = "property uchar label\n" + "".join(f"property float {n}\n" for n in NAMES)
+    text = (
+        "ply\r\nformat binary_little_endian 1.0\r\ncomment made by hand\r\n"
+        "element camera 2\r\nproperty double t\r\n"
+        f"element vertex 4\r\n{properties}end_header\r\n"
+    )
+    (tmp_path / "scene.ply").write_bytes(text.encode() + bytes(16) + rows.tobytes())
+    assert read_ply(tmp_path / "scene.ply").means[:, 1].tolist() == [1, 2, 3, 4]
+
+
+def test_rows_that_are_not_finite_are_left_out_and_counted(
+    tmp_path: Path, generator: torch.Generator, caplog: pytest.LogCaptureFixture
+) -> None:
+    gaussians = random_gaussians(6, 0, generator)
+    gaussians.means[1, 2] = torch.nan
+    gaussians.log_scales[4, 0] = torch.inf
+    write_ply(tmp_path / "scene.ply", gaussians)
+    with caplog.at_level(logging.WARNING):
+        assert_equal(read_ply(tmp_path / "scene.ply"), gaussians.select(torch.tensor([0, 2, 3, 5])))
+    assert "2 of 6 Gaussians are not finite" in caplog.text
+
+
+BINARY = "binary_little_endian"
+REFUSED = {
+    "no PLY file": (b"PK\x03\x04 a zip", "is not a PLY file"),
+    "empty": (b"", "is not a PLY file"),
+    "no end of header": (b"ply\nformat ascii 1.0\n", "no complete PLY header"),
+    "a huge count": (header(BINARY, NAMES, 10**17), "cut off"),
+    "a huge count in text": (header("ascii", NAMES, 10**17), "cut off"),
+    "a count beyond all": (header(BINARY, NAMES, 10**30), "no 3DGS scene|not PLY"),
+    "one byte short": (header(BINARY, NAMES, 1) + bytes(55), "cut off"),
+    "too few numbers": (header("ascii", NAMES, 2) + b"0 " * 14 + b"\n" + b"0 " * 13, "cut off"),
+    "words": (header("ascii", NAMES, 1) + b"0 " * 13 + b"nought", "no number"),
+    "no opacity": (header(BINARY, NAMES[:6] + NAMES[7:], 0), "lack opacity"),
+    "a point cloud": (header(BINARY, ["x", "y", "z"], 0), "no 3DGS scene"),
+    "half a harmonic": (header(BINARY, [*NAMES, "f_rest_0"], 0), "has 1 f_rest"),
+    "twice the same": (header(BINARY, [*NAMES, "x"], 0), "'x' twice"),
+    "an unknown type": (header(BINARY, NAMES, 0, "half"), "not PLY"),
+    "an unknown format": (header("binary_middle_endian", NAMES, 0), "not one of the three"),
+    "no vertices": (b"ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no 'vertex'"),
+    "lists before": (
+        header(BINARY, NAMES, 0, before="element face 1\nproperty list uchar int i\n"),
+        "lists",
+    ),
+    "a compressed one": (header(BINARY, ["packed_position"], 0, "uint"), "compressed PLY"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_file_that_is_no_3dgs_scene_is_refused_in_one_sentence(case: str, tmp_path: Path) -> None:
+    content, sentence = REFUSED[case]
+    (tmp_path / "scene.ply").write_bytes(content)
+    with pytest.raises(InputError, match=sentence) as caught:
+        read_ply(tmp_path / "scene.ply")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot read"):
+        read_ply(tmp_path / "nowhere.ply")
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(place=st.floats(0, 1, exclude_max=True), byte=st.integers(0, 255), cut=st.integers(0, 60))
+def test_a_damaged_file_is_read_or_refused_but_never_crashes(
+    place: float, byte: int, cut: int, tmp_path: Path
+) -> None:
+    content = bytearray(header(BINARY, NAMES, 2) + bytes(112))
+    content[int(place * len(content))] = byte
+    (tmp_path / "scene.ply").write_bytes(content[: len(content) - cut])
+    try:
+        gaussians = read_ply(tmp_path / "scene.ply")
+    except InputError:
+        return
+    assert len(gaussians) <= 2
+
+
+@pytest.mark.parametrize(
+    ("name", "count"), [("flowers_lod1", 210_422), ("playbot_125k_sh3pad", 125_000)]
+)
+def test_real_scenes_are_read(name: str, count: int, data_dir: Path) -> None:
+    gaussians = read_ply(data_dir / "splats" / f"{name}.ply")
+    assert len(gaussians) == count
+    assert gaussians.sh_degree == 3
+    assert all(value.isfinite().all() for value in gaussians.tensors().values())
