@@ -58,28 +58,28 @@ def near_threshold(scene: dict[str, Tensor], view: Camera, margin: float = 2e-5)
     return (low != high).any(1).reshape(view.height, view.width)
 
 
-def render_with_grads(render, scene, view, *, dtype, backend, cotangents, **options):
-    """Image, alpha, depth and the gradient of every input, by name."""
-    leaves = {k: v.detach().to(dtype).clone().requires_grad_() for k, v in scene.items()}
+def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device="cpu", **options):
+    """Image, alpha, depth and the gradient of every input, by name, drawn on `device`."""
+    leaves = {k: v.detach().to(device, dtype, copy=True).requires_grad_() for k, v in scene.items()}
     names = NAMES if "weighting" in options else NAMES[:5]
     drawn = render(
         *[leaves[name] for name in names],
         camera=view.to(dtype=dtype),
-        background=torch.tensor([0.1, 0.2, 0.35], dtype=dtype),
+        background=torch.tensor([0.1, 0.2, 0.35], dtype=dtype, device=device),
         depth=True,
         backend=backend,
         **options,
     )
     parts = {"image": drawn.image, "alpha": drawn.alpha, "depth": drawn.depth}
-    loss = sum((parts[name] * cotangents[name].to(dtype)).sum() for name in cotangents)
+    loss = sum((parts[name] * cotangents[name].to(device, dtype)).sum() for name in cotangents)
     if loss.requires_grad:
         loss.backward()
-    outputs = {name: value.detach().double() for name, value in parts.items()}
+    outputs = {name: value.detach().double().cpu() for name, value in parts.items()}
     zero = {name: torch.zeros_like(leaves[name]) for name in names}
     grads = {
         name: leaves[name].grad if leaves[name].grad is not None else zero[name] for name in names
     }
-    return outputs, {name: value.double() for name, value in grads.items()}
+    return outputs, {name: value.double().cpu() for name, value in grads.items()}
 
 
 def cotangents(view: Camera, *, seed: int = 7, avoid: Tensor | None = None) -> dict[str, Tensor]:

@@ -25,7 +25,7 @@ for _name in WEIGHTINGS:
     RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
 
 
-def _with(scene, **changes):
+def with_rows(scene, **changes):
     """The scene with rows of some inputs replaced."""
     scene = {name: value.clone() for name, value in scene.items()}
     for name, (rows, value) in changes.items():
@@ -44,17 +44,17 @@ CASES = {
     "one Gaussian": (random_scene(1, seed=9, spread=0.1), camera()),
     "empty scene": (random_scene(0), camera()),
     "around the camera": (random_scene(120, seed=8, spread=4.0), camera()),
-    "nothing in view": (_with(BASE, means=(slice(None), [0.0, 0.0, -50.0])), camera()),
-    "opaque": (_with(BASE, opacities=(slice(0, 40), 1.0)), camera()),
-    "too faint": (_with(BASE, opacities=(slice(0, 30), 1 / 300)), camera()),
-    "zero size": (_with(BASE, scales=(slice(0, 20), 0.0)), camera()),
-    "needles": (_with(BASE, scales=(slice(0, 20), [0.7, 1e-5, 1e-5])), camera()),
-    "huge": (_with(BASE, scales=(slice(0, 3), 30.0)), camera()),
-    "equal scales": (_with(BASE, scales=(slice(None), 0.1)), camera()),
-    "equal depths": (_with(BASE, means=(slice(0, 20), [0.1, 0.1, 0.2])), camera()),
-    "no direction": (_with(BASE, quats=(slice(0, 5), 0.0)), camera()),
-    "long quaternions": (_with(BASE, quats=(slice(0, 5), [30.0, -10.0, 20.0, 5.0])), camera()),
-    "phi zero": (_with(BASE, phi=(slice(0, 30), 0.0)), camera()),
+    "nothing in view": (with_rows(BASE, means=(slice(None), [0.0, 0.0, -50.0])), camera()),
+    "opaque": (with_rows(BASE, opacities=(slice(0, 40), 1.0)), camera()),
+    "too faint": (with_rows(BASE, opacities=(slice(0, 30), 1 / 300)), camera()),
+    "zero size": (with_rows(BASE, scales=(slice(0, 20), 0.0)), camera()),
+    "needles": (with_rows(BASE, scales=(slice(0, 20), [0.7, 1e-5, 1e-5])), camera()),
+    "huge": (with_rows(BASE, scales=(slice(0, 3), 30.0)), camera()),
+    "equal scales": (with_rows(BASE, scales=(slice(None), 0.1)), camera()),
+    "equal depths": (with_rows(BASE, means=(slice(0, 20), [0.1, 0.1, 0.2])), camera()),
+    "no direction": (with_rows(BASE, quats=(slice(0, 5), 0.0)), camera()),
+    "long quaternions": (with_rows(BASE, quats=(slice(0, 5), [30.0, -10.0, 20.0, 5.0])), camera()),
+    "phi zero": (with_rows(BASE, phi=(slice(0, 30), 0.0)), camera()),
 }
 BAD = {
     "NaN mean": {"means": ([0, 3], float("nan"))},
@@ -67,7 +67,7 @@ BAD = {
 }
 
 
-def compare(case: str, renderer: str) -> None:
+def compare(case: str, renderer: str, *, device: str = "cpu") -> None:
     scene, view = CASES[case]
     scene = as_float32(scene)
     view = view.to(dtype=torch.float32).to(dtype=torch.float64)
@@ -79,7 +79,9 @@ def compare(case: str, renderer: str) -> None:
     expected = render_with_grads(
         render, scene, view, dtype=torch.float64, backend="definition", **given
     )
-    found = render_with_grads(render, scene, view, dtype=torch.float32, backend="kernel", **given)
+    found = render_with_grads(
+        render, scene, view, dtype=torch.float32, backend="kernel", device=device, **given
+    )
     for name in ("image", "alpha", "depth"):
         error = (found[0][name] - expected[0][name])[~avoid].abs()
         print(f"{name:10s} max {error.max() if error.numel() else 0:.2e}")
@@ -115,7 +117,7 @@ def test_every_built_instruction_set_agrees(level, monkeypatch):
 def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
     render, options = RENDERERS[renderer]
     view, scene = camera(), as_float32(BASE)
-    broken = _with(scene, **BAD[bad])
+    broken = with_rows(scene, **BAD[bad])
     rows = torch.ones(60, dtype=torch.bool)
     rows[next(iter(BAD[bad].values()))[0]] = False
     rest = {name: value[rows] for name, value in scene.items()}

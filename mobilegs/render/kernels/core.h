@@ -216,7 +216,7 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
 
   float basis[16], color[3] = {0.5f, 0.5f, 0.5f};
   sh_basis(view.sh_size, g.direction[0], g.direction[1], g.direction[2], basis);
-  for (int i = 0; i < view.sh_size; i++)
+  FOR_EACH_SH(i, view.sh_size)
     for (int k = 0; k < 3; k++) color[k] += basis[i] * sh[3 * i + k];
   s.r = max_of(color[0], 0.0f), s.g = max_of(color[1], 0.0f), s.b = max_of(color[2], 0.0f);
   // one test catches everything that is not finite: x - x is 0 for numbers only
@@ -291,7 +291,7 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   float basis[16], inner[16], g_dir[3];
   float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
   sh_basis(view.sh_size, g.direction[0], g.direction[1], g.direction[2], basis);
-  for (int i = 0; i < view.sh_size; i++) {
+  FOR_EACH_SH(i, view.sh_size) {
     inner[i] = gc[0] * sh[3 * i] + gc[1] * sh[3 * i + 1] + gc[2] * sh[3 * i + 2];
     for (int k = 0; k < 3; k++) g_sh[3 * i + k] = basis[i] * gc[k];
   }

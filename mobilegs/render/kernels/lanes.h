@@ -5,12 +5,15 @@
 
 #if defined(__CUDACC_RTC__) || defined(__CUDACC__)
 #define MGS_FN __device__ __forceinline__
+#define UNROLL _Pragma("unroll")
+// a loop of unknown length would move the arrays that it indexes out of the registers
+#define FOR_EACH_SH(i, size) UNROLL for (int i = 0; i < 16; i++) if (i < size)
 typedef long long int64;
 MGS_FN float select(bool mask, float a, float b) { return mask ? a : b; }
 MGS_FN float min_of(float a, float b) { return fminf(a, b); }
 MGS_FN float max_of(float a, float b) { return fmaxf(a, b); }
 MGS_FN float exp2_of(float x) { return exp2f(x); }
-MGS_FN float reciprocal(float x) { return 1.0f / x; }
+MGS_FN float reciprocal(float x) { return __fdividef(1.0f, x); }
 MGS_FN float splat_value(float, float x) { return x; }
 #else
 #include <math.h>
@@ -19,6 +22,7 @@ MGS_FN float splat_value(float, float x) { return x; }
 #include <immintrin.h>
 #endif
 #define MGS_FN static inline __attribute__((always_inline))
+#define FOR_EACH_SH(i, size) for (int i = 0; i < size; i++)
 typedef int64_t int64;
 #ifndef LANES
 #define LANES 4

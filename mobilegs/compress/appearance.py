@@ -1,0 +1,162 @@
+"""Colour from six numbers per Gaussian: the small networks that decode degree-1 harmonics."""
+
+import math
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+from torch.nn.functional import leaky_relu, linear
+
+from mobilegs.compress.halves import round_half
+
+OCTAVES = 16
+ENCODED = 2 * 3 * OCTAVES
+CONTEXT = 13
+LATENTS = 3  # each of the static and the view latents
+HIDDEN = 64
+SLOPE = 0.01  # of the leaky ReLUs
+CHUNK = 65536
+LEARNING_RATE = 2e-3  # of the regression, falling to 0
+
+
+def contract(positions: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3"]:
+    """All of space into [0, 1]^3: the unit ball keeps its shape, the rest shrinks around it.
+
+    `|x| > 1 -> (2 - 1 / |x|) x / |x|` (Mip-NeRF 360's Eq. 10), then `x / 4 + 1/2`. Every
+    operation is one float32 rounding, in this order: the encoding multiplies what comes out by
+    up to 2^15, so a decoder elsewhere must find the same bits.
+    """
+    x, y, z = positions.unbind(1)
+    # torch's float32 root is off by a bit now and then; a rounded float64 one is not
+    length = (x * x + y * y + z * z).double().sqrt().to(x.dtype).clamp_min(1)[:, None]
+    return (2 - 1 / length) * (positions / length) * 0.25 + 0.5
+
+
+def encode_frequencies(unit: Float[Tensor, "n 3"]) -> Float[Tensor, "n 96"]:
+    """`sin(2^k pi u)` of all axes and k = 0 .. 15 (k runs faster), then all the cosines.
+
+    Angles are reduced before the product with pi, which is exact for powers of 2, so the
+    highest octave is as accurate as the lowest.
+    """
+    octaves = torch.exp2(torch.arange(-1, OCTAVES - 1, device=unit.device, dtype=unit.dtype))
+    angles = (unit[:, :, None] * octaves).flatten(1)  # in whole turns, [n, 48]
+    angles.sub_(angles.round()).mul_(2 * math.pi)
+    encoded = unit.new_empty(len(unit), ENCODED)
+    torch.sin(angles, out=encoded[:, : ENCODED // 2])
+    torch.cos(angles, out=encoded[:, ENCODED // 2 :])
+    return encoded
+
+
+class AppearanceDecoder(nn.Module):
+    """Position and latents -> degree-1 spherical harmonics (paper's MLP_d and MLP_v).
+
+    Encoded position 96 -> 64 ReLU -> 13 numbers of context; context and static latents
+    16 -> 64 LeakyReLU -> 3 (degree 0); context and view latents 16 -> 64 LeakyReLU -> 9
+    (degree 1, coefficient-major). No biases, 9,792 weights, Xavier-uniform at first. Always
+    computes with its weights rounded to half precision, as they are stored.
+    """
+
+    def __init__(self, generator: torch.Generator) -> None:
+        super().__init__()
+
+        def weights(rows: int, columns: int) -> nn.Parameter:
+            bound = math.sqrt(6 / (rows + columns))
+            drawn = torch.rand(rows, columns, generator=generator)
+            return nn.Parameter((2 * drawn - 1) * bound)
+
+        self.context1 = weights(HIDDEN, ENCODED)
+        self.context2 = weights(CONTEXT, HIDDEN)
+        self.static1 = weights(HIDDEN, CONTEXT + LATENTS)
+        self.static2 = weights(3, HIDDEN)
+        self.view1 = weights(HIDDEN, CONTEXT + LATENTS)
+        self.view2 = weights(9, HIDDEN)
+
+    def forward(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n 3"],
+    ) -> Float[Tensor, "n 4 3"]:
+        """Spherical harmonics of the colour.
+
+        `positions` are the stored ones, normalised (`Frame.normalised`): no gradient reaches
+        them.
+        """
+        encoded = encode_frequencies(contract(positions.detach()))
+        hidden = torch.relu_(linear(encoded, round_half(self.context1)))
+        context = linear(hidden, round_half(self.context2))
+        # both heads as one, twice as wide: memory, not arithmetic, is what takes the time
+        of_static = self.static1.split([CONTEXT, LATENTS], dim=1)
+        of_view = self.view1.split([CONTEXT, LATENTS], dim=1)
+        of_latents = torch.block_diag(of_static[1], of_view[1])
+        first = torch.cat([torch.cat([of_static[0], of_view[0]]), of_latents], dim=1)  # [128, 19]
+        last = torch.block_diag(self.static2, self.view2)  # [12, 128]
+        hidden = linear(torch.cat([context, static, view], dim=1), round_half(first))
+        out = linear(leaky_relu(hidden, SLOPE, inplace=True), round_half(last))
+        return out.unflatten(1, (4, 3))
+
+    @torch.no_grad()
+    def decode(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n 3"],
+    ) -> Float[Tensor, "n 4 3"]:
+        """`forward` without gradients, in chunks that bound its memory."""
+        chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
+        return torch.cat([self(*chunk) for chunk in chunks])
+
+    @torch.no_grad()
+    def start_linear(self, directions: Float[Tensor, "9 3"]) -> None:
+        """Make the output `[static, directions @ view]`, whatever the position.
+
+        A pair of hidden units with opposite signs makes a leaky ReLU linear:
+        `leaky(a) - leaky(-a) = (1 + slope) a`. Six of the 64 units are set so; the others keep
+        random inputs and start without a voice.
+        """
+        for first, last, out in (
+            (self.static1, self.static2, torch.eye(3)),
+            (self.view1, self.view2, directions),
+        ):
+            pair = torch.cat([torch.eye(LATENTS), -torch.eye(LATENTS)]).to(first)
+            first[: 2 * LATENTS] = 0
+            first[: 2 * LATENTS, CONTEXT:] = pair
+            last.zero_()
+            last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
+
+
+def fit_appearance(
+    decoder: AppearanceDecoder,
+    positions: Float[Tensor, "n 3"],
+    sh: Float[Tensor, "n 4 3"],
+    *,
+    generator: torch.Generator,
+    steps: int = 400,
+    batch: int = 4096,
+) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 3"]]:
+    """Latents, and weights in `decoder`, that reproduce given harmonics as well as they can.
+
+    The static latents are the degree-0 coefficients, the view latents the projection of the
+    nine others on their three principal directions: distances between latents are distances
+    between colours, which is what k-means needs. The decoder starts as the best linear one and
+    is then regressed (Adam on random batches), so that position tells it some of what three
+    numbers cannot. Moving the latents afterwards gained nothing on real scenes. Returns
+    (static, view) without gradients. Draws from `generator`, a CPU one.
+    """
+    target = sh.detach()
+    rest = target[:, 1:].flatten(1)  # [n, 9]
+    gram = (rest.T.double() @ rest.double()).cpu()
+    directions = torch.linalg.eigh(gram).eigenvectors[:, -LATENTS:].flip(1)
+    directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
+    decoder.start_linear(directions.float())
+    static, view = target[:, 0], rest @ directions.to(rest)
+    optimizer = torch.optim.Adam(decoder.parameters(), lr=LEARNING_RATE, eps=1e-15)
+    for step in range(steps):
+        optimizer.param_groups[0]["lr"] = LEARNING_RATE * (1 - step / steps)
+        rows = torch.randint(len(sh), (batch,), generator=generator).to(sh.device)
+        # harmonics are orthonormal: this is the colour's mean squared error over directions
+        loss = (decoder(positions[rows], static[rows], view[rows]) - target[rows]).square().mean()
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+    return static.clone(), view

@@ -1,0 +1,131 @@
+"""Vectors cut into short sub-vectors, each one replaced by the nearest entry of a codebook."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor, nn
+from torch.nn.functional import embedding, normalize
+
+from mobilegs.compress.halves import round_half
+from mobilegs.compress.kmeans import kmeans, nearest_centers
+from mobilegs.errors import InputError
+
+Attribute = Literal["scale", "rotation", "appearance", "opacity"]
+SIZE_MAX = 4096  # entries of one codebook: indices take 12 bits, coder tables 14
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How an attribute is cut: `count` sub-vectors of `length` numbers each."""
+
+    count: int
+    length: int
+
+
+CUTS: dict[Attribute, Cut] = {
+    "scale": Cut(3, 1),  # log-scales
+    "rotation": Cut(2, 2),  # (w, x), (y, z) of the canonical quaternion
+    "appearance": Cut(3, 2),  # (s0, s1), (s2, v0), (v1, v2) of the static and view latents
+    "opacity": Cut(1, 1),  # the base opacity's logit; the paper stores none
+}
+
+
+@dataclass(frozen=True)
+class CodebookSizes:
+    """Entries of each attribute's codebooks, at most 4096."""
+
+    scale: int = 64
+    """For each of the three log-scales."""
+    rotation: int = 512
+    """For each half of the quaternion."""
+    appearance: int = 1024
+    """For each of three pairs of the six latent numbers of the colour."""
+    opacity: int = 64
+    """For the base opacity, which the view network's output is added to."""
+
+    def __post_init__(self) -> None:
+        for name in CUTS:
+            if not 1 <= getattr(self, name) <= SIZE_MAX:
+                raise InputError(
+                    f"the {name} codebook cannot have {getattr(self, name)} entries: "
+                    f"choose 1 to {SIZE_MAX}"
+                )
+
+
+def canonical_quats(quats: Float[Tensor, "n 4"]) -> Float[Tensor, "n 4"]:
+    """The same rotations as unit quaternions (wxyz) with w >= 0; differentiable.
+
+    q and -q are one rotation: with the sign fixed, codebook entries serve half a sphere.
+    """
+    unit = normalize(quats, dim=1)
+    return torch.where(unit[:, :1] < 0, -unit, unit)
+
+
+def look_up(
+    centers: Float[Tensor, "s k length"], indices: Int[Tensor, "n s"]
+) -> Float[Tensor, "n d"]:
+    """The vectors that `indices` stand for, d = s * length; differentiable to the centres."""
+    count, size, length = centers.shape
+    starts = torch.arange(count, device=indices.device) * size
+    return embedding(indices.long() + starts, centers.reshape(-1, length)).flatten(1)
+
+
+class SubVectorCodebooks(nn.Module):
+    """An attribute `[n, s * length]` held as `s` codebooks and one index per row in each.
+
+    Attributes:
+        centers: the codebooks' entries, `[s, k, length]`, a parameter.
+        indices: which entry each row takes from each book, `[n, s]`, a buffer.
+    """
+
+    indices: Tensor
+
+    def __init__(self, centers: Float[Tensor, "s k length"], indices: Int[Tensor, "n s"]) -> None:
+        super().__init__()
+        self.centers = nn.Parameter(centers.detach().clone())
+        self.register_buffer("indices", indices.detach().long())
+
+    @classmethod
+    def fit(
+        cls, values: Float[Tensor, "n d"], *, length: int, size: int, generator: torch.Generator
+    ) -> "SubVectorCodebooks":
+        """Codebooks of `size` entries for `values`, by k-means on each sub-vector.
+
+        Raises:
+            InputError: `values` has no rows, or some that are not finite.
+        """
+        pairs = [kmeans(part, size, generator=generator) for part in values.split(length, dim=1)]
+        books = cls(
+            torch.stack([centers for centers, _ in pairs]),
+            torch.stack([nearest for _, nearest in pairs], dim=1),
+        )
+        books.reassign(values)  # to the centres as they are stored
+        return books
+
+    @property
+    def stored_centers(self) -> Float[Tensor, "s k length"]:
+        """The centres rounded to half precision, with the gradient of the unrounded ones."""
+        return round_half(self.centers)
+
+    def forward(
+        self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"] | slice | None = None
+    ) -> Float[Tensor, "m d"]:
+        """The values as the file will hold them, of all rows or of those that `rows` picks."""
+        indices = self.indices if rows is None else self.indices[rows]
+        return look_up(self.stored_centers, indices)
+
+    @torch.no_grad()
+    def reassign(self, values: Float[Tensor, "n d"]) -> None:
+        """Give every row the entries nearest to its new value."""
+        parts = values.split(self.centers.shape[2], dim=1)
+        found = [
+            nearest_centers(part, centers)
+            for part, centers in zip(parts, self.stored_centers, strict=True)
+        ]
+        self.indices = torch.stack(found, dim=1)
+
+    def select(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:
+        """Keep only the rows that `rows` picks; the centres stay."""
+        self.indices = self.indices[rows]

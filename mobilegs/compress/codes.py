@@ -1,0 +1,275 @@
+"""The quantised scene: exactly what a `.mgs` file holds, and what it decodes to."""
+
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import torch
+from jaxtyping import Float, Float16, Int16
+from torch import Tensor
+
+from mobilegs.camera import NEAR, Camera
+from mobilegs.compress.appearance import LATENTS, AppearanceDecoder
+from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, SubVectorCodebooks, look_up
+from mobilegs.compress.halves import to_half
+from mobilegs.compress.positions import Frame, morton_codes
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.render import Weighting
+from mobilegs.render.scene import Scene
+from mobilegs.render.view_network import ViewNetwork
+
+COUNT_MAX = 1 << 26
+VIEWS_MAX = 64
+SIDE_MAX = 1 << 16  # of a view, in pixels
+META_MAX = 64
+TEXT_MAX = 4096
+WORLD_MIN, WORLD_MAX = 1e-20, 1e20  # lengths: the farthest half stays finite in float32
+EXPONENT_MAX = 14
+LOG_SCALE_MAX = 80.0  # exp of it is finite in float32
+MetaValue = str | int | float | bool | None
+
+
+@dataclass(eq=False)
+class CodedScene:
+    """A sort-free scene as codes. Compare two with `same`.
+
+    Attributes:
+        positions: centres of the Gaussians as stored in `frame`, `[n, 3]`.
+        frame: where they lie in the world.
+        indices: per attribute, which codebook entry each sub-vector is, `[n, count]`.
+        codebooks: per attribute, `[count, k, length]`.
+        decoder: the appearance decoder's weights, by the names of its parameters.
+        network: the view network's weights, likewise; None means phi = 1 and the base opacity
+            from everywhere.
+        weighting, background, near: as in `Scene`; the background lies in [0, 1].
+        views: cameras from which the scene is worth a first look; they take over `near`.
+        meta: who made this and how, for people: scalars only, and no times, so that equal
+            scenes are equal files.
+    """
+
+    positions: Float16[Tensor, "n 3"]
+    frame: Frame
+    indices: dict[Attribute, Int16[Tensor, "n _"]]
+    codebooks: dict[Attribute, Float16[Tensor, "_ _ _"]]
+    decoder: dict[str, Float16[Tensor, "..."]]
+    network: dict[str, Float16[Tensor, "..."]] | None
+    weighting: Weighting = field(default_factory=Weighting)
+    background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
+    near: float = NEAR
+    views: list[Camera] = field(default_factory=list)
+    meta: dict[str, MetaValue] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.near = float(self.near)
+        self.background = self.background.cpu().float()
+        self.views = [replace(view.to("cpu", torch.float32), near=self.near) for view in self.views]
+
+    def __len__(self) -> int:
+        return self.positions.shape[0]
+
+    def sorted(self) -> "CodedScene":
+        """The same scene in the order of the file: by Morton code, ties as they were."""
+        codes = torch.from_numpy(morton_codes(self.positions).astype("int64"))
+        order = torch.argsort(codes, stable=True)
+        return replace(
+            self,
+            positions=self.positions[order],
+            indices={name: rows[order] for name, rows in self.indices.items()},
+        )
+
+    def decode(self, device: torch.device | str = "cpu") -> Scene:
+        """The scene that these codes mean; the networks that make its colours run once, here."""
+        positions = self.positions.to(device)
+        values = {
+            name: look_up(self.codebooks[name].to(device).float(), self.indices[name].to(device))
+            for name in CUTS
+        }
+        decoder = AppearanceDecoder(torch.Generator()).to(device)
+        decoder.load_state_dict({name: value.float() for name, value in self.decoder.items()})
+        static, view = values["appearance"].split(LATENTS, dim=1)
+        gaussians = Gaussians(
+            means=self.frame.world(positions),
+            quats=values["rotation"],
+            log_scales=values["scale"],
+            logit_opacities=values["opacity"][:, 0],
+            sh=decoder.decode(self.frame.normalised(positions), static, view),
+        )
+        network = None
+        if self.network is not None:
+            with torch.device("meta"):  # no memory, no draws from the global random state
+                network = ViewNetwork()
+            weights = {name: value.to(device).float() for name, value in self.network.items()}
+            network.load_state_dict(weights, assign=True)
+            network.requires_grad_(False)
+        return Scene(
+            gaussians, "sortfree", network, self.weighting, self.background.to(device), self.near
+        )
+
+    def check(self) -> None:
+        """Raise `InputError` unless a file can hold this scene and a renderer can draw it."""
+        if not 1 <= len(self) <= COUNT_MAX:
+            raise InputError(f"the scene has {len(self)} Gaussians: 1 to {COUNT_MAX} are allowed")
+        if not self.positions.isfinite().all():
+            raise InputError("the scene has positions that are not finite")
+        center, radius, exponent = self.frame.center, self.frame.radius, self.frame.exponent
+        if not (center.abs() <= WORLD_MAX).all() or not WORLD_MIN <= radius <= WORLD_MAX:
+            raise InputError("the scene's centre or radius is out of range")
+        if not 0 <= exponent <= EXPONENT_MAX:
+            raise InputError(f"the exponent of positions is {exponent}: 0 to 14 are allowed")
+        if not 0 < self.near <= WORLD_MAX:
+            raise InputError(f"the scene's near plane {self.near} is out of range")
+        if not ((self.background >= 0) & (self.background <= 1)).all():
+            raise InputError("the scene's background colour lies outside of [0, 1]")
+        if not 0 < self.weighting.sigma <= WORLD_MAX or self.weighting.background_weight < 0:
+            raise InputError("the scene's weighting has a sigma or a background weight below 0")
+        for name in CUTS:
+            self._check_attribute(name)
+        _check_weights("appearance decoder", self.decoder, decoder_shapes())
+        if self.network is not None:
+            _check_weights("view network", self.network, network_shapes())
+        self._check_views()
+        check_meta(self.meta)
+
+    def _check_attribute(self, name: Attribute) -> None:
+        cut, book, rows = CUTS[name], self.codebooks.get(name), self.indices.get(name)
+        if book is None or rows is None:
+            raise InputError(f"the scene has no {name} codes")
+        size = book.shape[1]
+        if book.shape != (cut.count, size, cut.length) or not 1 <= size <= SIZE_MAX:
+            raise InputError(f"the {name} codebooks have the shape {tuple(book.shape)}")
+        if rows.shape != (len(self), cut.count):
+            raise InputError(f"the {name} indices have the shape {tuple(rows.shape)}")
+        if not book.isfinite().all() or (name == "scale" and book.max() > LOG_SCALE_MAX):
+            raise InputError(f"the {name} codebooks hold numbers that are out of range")
+        if rows.min() < 0 or rows.max() >= size:
+            raise InputError(f"the {name} indices point outside of their codebooks")
+
+    def _check_views(self) -> None:
+        if len(self.views) > VIEWS_MAX:
+            raise InputError(f"the scene has {len(self.views)} views: {VIEWS_MAX} are allowed")
+        for view in self.views:
+            if not 1 <= min(view.width, view.height) <= max(view.width, view.height) <= SIDE_MAX:
+                raise InputError(f"a view of {view.width} x {view.height} pixels is out of range")
+            for matrix in (view.viewmat, view.K):
+                last = torch.eye(len(matrix))[-1]
+                if not matrix.isfinite().all() or not torch.equal(matrix[-1], last):
+                    raise InputError("a view's matrices are not those of a camera")
+            if min(view.K[0, 0], view.K[1, 1]) <= 0:
+                raise InputError("a view's focal length is not positive")
+
+
+def check_meta(meta: dict[Any, Any]) -> None:
+    """Raise `InputError` unless all notes are short texts, numbers, truth values or None."""
+    if len(meta) > META_MAX:
+        raise InputError(f"the scene has {len(meta)} notes: {META_MAX} are allowed")
+    for name, value in meta.items():
+        number = isinstance(value, int | float) and abs(value) <= 2**53  # JavaScript's limit
+        text = isinstance(value, str) and len(value) <= TEXT_MAX
+        if not (number or text or value is None) or not isinstance(name, str):
+            raise InputError(f"the note '{str(name)[:40]}' is not a short text or a number")
+
+
+@cache
+def decoder_shapes() -> dict[str, torch.Size]:
+    """Shapes of the appearance decoder's weights by name, in the file's order."""
+    decoder = AppearanceDecoder(torch.Generator())
+    return {name: value.shape for name, value in decoder.named_parameters()}
+
+
+@cache
+def network_shapes() -> dict[str, torch.Size]:
+    """Shapes of the view network's weights by name, in the file's order."""
+    with torch.device("meta"):
+        return {name: value.shape for name, value in ViewNetwork().named_parameters()}
+
+
+def _check_weights(title: str, weights: dict[str, Tensor], shapes: dict[str, torch.Size]) -> None:
+    if {name: value.shape for name, value in weights.items()} != shapes:
+        raise InputError(f"the {title}'s weights do not have the shapes that they should")
+    if not all(value.isfinite().all() for value in weights.values()):
+        raise InputError(f"the {title} has weights that are not finite")
+
+
+def encode_scene(
+    means: Float[Tensor, "n 3"],
+    codebooks: dict[Attribute, SubVectorCodebooks],
+    *,
+    frame: Frame,
+    decoder: AppearanceDecoder,
+    network: ViewNetwork | None,
+    weighting: Weighting,
+    background: Float[Tensor, "3"],
+    near: float = NEAR,
+    views: list[Camera] | None = None,
+    meta: dict[str, MetaValue] | None = None,
+) -> CodedScene:
+    """The trained parts of a student as codes: everything rounded as stored.
+
+    `codebooks` holds `scale` (log-scales), `rotation` (quaternions), `appearance` (static and
+    view latents) and `opacity` (base logits).
+
+    Raises:
+        InputError: a part is missing, out of range or not finite.
+    """
+    coded = CodedScene(
+        positions=frame.store(means).cpu(),
+        frame=frame,
+        indices={name: book.indices.to("cpu", torch.int16) for name, book in codebooks.items()},
+        codebooks={name: _stored(book.centers) for name, book in codebooks.items()},
+        decoder={name: _stored(value) for name, value in decoder.named_parameters()},
+        network=None
+        if network is None
+        else {name: _stored(value) for name, value in network.named_parameters()},
+        weighting=weighting,
+        background=background,
+        near=near,
+        views=views or [],
+        meta=meta or {},
+    )
+    coded.check()
+    return coded
+
+
+def _stored(values: Tensor) -> Tensor:
+    return to_half(values.detach()).cpu()
+
+
+def same(a: CodedScene, b: CodedScene) -> bool:
+    """Whether two coded scenes are equal to the last bit, order included."""
+
+    def bits(coded: CodedScene) -> dict[str, Tensor]:
+        parts = {
+            "positions": coded.positions,
+            "center": coded.frame.center,
+            "background": coded.background,
+        }
+        for group in ("indices", "codebooks", "decoder", "network"):
+            parts |= {f"{group}.{k}": v for k, v in (getattr(coded, group) or {}).items()}
+        for i, view in enumerate(coded.views):
+            parts |= {f"viewmat.{i}": view.viewmat, f"K.{i}": view.K}
+        return {
+            name: part.view(torch.int16 if part.element_size() == 2 else torch.int32)
+            for name, part in parts.items()
+        }
+
+    def rest(coded: CodedScene) -> tuple:
+        sizes = [(view.width, view.height) for view in coded.views]
+        notes = {name: (type(value), value) for name, value in coded.meta.items()}
+        frame = coded.frame
+        return (
+            frame.radius,
+            frame.exponent,
+            coded.near,
+            coded.weighting,
+            sizes,
+            notes,
+            coded.network is None,
+        )
+
+    left, right = bits(a), bits(b)
+    return (
+        rest(a) == rest(b)
+        and left.keys() == right.keys()
+        and all(torch.equal(left[name], right[name]) for name in left)
+    )

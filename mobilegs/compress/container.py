@@ -1,0 +1,221 @@
+"""`.mgs` files: a coded scene to bytes and back, exactly. docs/format.md is the specification."""
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from mobilegs.atomic import atomic_write
+from mobilegs.compress.codebooks import CUTS, Attribute
+from mobilegs.compress.codes import CodedScene, decoder_shapes, network_shapes
+from mobilegs.compress.envelope import VERSION, Stream, seal, unseal
+from mobilegs.compress.header import Header, describe, parse
+from mobilegs.compress.positions import decode_positions, encode_positions
+from mobilegs.compress.streams import (
+    decode_halves,
+    decode_indices,
+    encode_halves,
+    encode_indices,
+    index_width,
+)
+from mobilegs.errors import InputError
+
+FILE_MAX = 1 << 32
+GAUSSIANS_PER_BYTE = 8  # no real scene comes near; a small file must not ask for much memory
+
+
+def pack(coded: CodedScene) -> bytes:
+    """The scene as the bytes of a `.mgs`: equal scenes give equal bytes.
+
+    Raises:
+        InputError: the scene holds something that a file cannot (see `CodedScene.check`).
+    """
+    coded.check()
+    coded = coded.sorted()
+    streams: list[Stream] = []
+    if coded.network is not None:
+        streams.append(_pack_halves("view-network", coded.network, network_shapes()))
+    streams.append(_pack_halves("appearance-decoder", coded.decoder, decoder_shapes()))
+    streams.append(_pack_halves("codebooks", coded.codebooks, CUTS))
+    streams.append(Stream("positions", "morton-class", encode_positions(coded.positions)))
+    for name in CUTS:
+        symbols = coded.indices[name].numpy().astype(np.uint16)
+        size = coded.codebooks[name].shape[1]
+        streams += [
+            encode_indices(f"{name}.{i}", column, size) for i, column in enumerate(symbols.T)
+        ]
+    data = seal(describe(coded), streams)
+    if len(coded) > GAUSSIANS_PER_BYTE * len(data):
+        raise InputError(f"{len(coded)} Gaussians in {len(data)} bytes: they are all the same")
+    return data
+
+
+def unpack(data: bytes) -> CodedScene:
+    """The scene in the bytes of a `.mgs`: `unpack(pack(scene))` equals `scene.sorted()`.
+
+    Raises:
+        InputError: the bytes are not a `.mgs`, are damaged, or ask for what is not known here.
+    """
+    fields, streams = unseal(data)
+    header = parse(fields)
+    _check_count(header, data)
+
+    def stream(name: str) -> Stream:
+        if name not in streams:
+            raise InputError(f"the .mgs file lacks its stream '{name}'")
+        return streams[name]
+
+    def indices(name: Attribute) -> Tensor:
+        columns = [
+            decode_indices(stream(f"{name}.{i}"), header.count, header.sizes[name])
+            for i in range(CUTS[name].count)
+        ]
+        return torch.from_numpy(np.stack(columns, axis=1).astype(np.int16))
+
+    books = _unpack_halves(stream("codebooks"), _codebook_shapes(header))
+    places = stream("positions")
+    if places.codec != "morton-class":
+        raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
+    coded = CodedScene(
+        positions=decode_positions(places.data, header.count),
+        frame=header.frame,
+        indices={name: indices(name) for name in CUTS},
+        codebooks={name: books[name] for name in CUTS},
+        decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes()),
+        network=_unpack_halves(stream("view-network"), network_shapes())
+        if header.network
+        else None,
+        weighting=header.weighting,
+        background=header.background,
+        near=header.near,
+        views=header.views,
+        meta=header.meta,
+    )
+    coded.check()
+    return coded
+
+
+def inspect(data: bytes) -> dict[str, Any]:
+    """What is in a `.mgs`, byte by byte, as JSON-ready values; the streams are not decoded.
+
+    `streams` lists name, codec, bytes, bytes per Gaussian and `raw_bytes` (packed without an
+    entropy coder; None for streams of a later version); with `header_bytes` and
+    `padding_bytes` they add up to `file_bytes`.
+    """
+    fields, streams = unseal(data)
+    header = parse(fields)
+    _check_count(header, data)
+    raw = _raw_bytes(header)
+    rows = [
+        {
+            "name": stream.name,
+            "codec": stream.codec,
+            "bytes": len(stream.data),
+            "bytes_per_gaussian": len(stream.data) / header.count,
+            "raw_bytes": raw.get(stream.name),
+        }
+        for stream in streams.values()
+    ]
+    content = sum(row["bytes"] for row in rows)
+    padding = sum(-row["bytes"] % 8 for row in rows)
+    return {
+        "version": "{}.{}".format(*VERSION.unpack_from(data, 8)),
+        "file_bytes": len(data),
+        "gaussians": header.count,
+        "bytes_per_gaussian": len(data) / header.count,
+        "header_bytes": len(data) - content - padding,
+        "padding_bytes": padding,
+        "streams": rows,
+        "codebook_sizes": header.sizes,
+        "views": len(header.views),
+        "near": header.near,
+        "weighting": fields["weighting"],
+        "meta": header.meta,
+    }
+
+
+def read_mgs(path: Path | str) -> CodedScene:
+    """The scene in a `.mgs` file.
+
+    Raises:
+        InputError: the file cannot be read, or is not a sound `.mgs`.
+    """
+    data = _read_bytes(path)
+    try:
+        return unpack(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def inspect_mgs(path: Path | str) -> dict[str, Any]:
+    """`inspect` of a `.mgs` file; raises like `read_mgs`."""
+    data = _read_bytes(path)
+    try:
+        return inspect(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def write_mgs(path: Path | str, coded: CodedScene) -> int:
+    """Write a scene to a `.mgs` file, whole or not at all; returns its size in bytes."""
+    data = pack(coded)
+    atomic_write(path, data)
+    return len(data)
+
+
+def _read_bytes(path: Path | str) -> bytes:
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        if size > FILE_MAX:
+            raise InputError(f"{path}: {size} bytes are too many for a .mgs scene")
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _pack_halves(name: str, parts: Mapping[Any, Tensor], order: Iterable[str]) -> Stream:
+    """Tensors of halves as one stream, one after the other, rows first."""
+    flat = torch.cat([parts[part].reshape(-1) for part in order])
+    return encode_halves(name, flat.numpy().view(np.uint16))
+
+
+def _unpack_halves(stream: Stream, shapes: Mapping[Any, tuple[int, ...]]) -> dict[Any, Tensor]:
+    """The tensors of `shapes`, in its order, from one stream."""
+    sizes = [math.prod(shape) for shape in shapes.values()]
+    flat = torch.from_numpy(decode_halves(stream, sum(sizes)).view(np.float16))
+    parts = zip(shapes.items(), flat.split(sizes), strict=True)
+    return {name: part.reshape(shape).clone() for (name, shape), part in parts}
+
+
+def _codebook_shapes(header: Header) -> dict[Attribute, tuple[int, ...]]:
+    return {name: (cut.count, header.sizes[name], cut.length) for name, cut in CUTS.items()}
+
+
+def _check_count(header: Header, data: bytes) -> None:
+    if header.count > GAUSSIANS_PER_BYTE * len(data):
+        raise InputError(
+            f"the .mgs file claims {header.count} Gaussians in {len(data)} bytes: it is damaged"
+        )
+
+
+def _raw_bytes(header: Header) -> dict[str, int]:
+    """Bytes of each known stream without an entropy coder."""
+
+    def halves(shapes: Iterable[tuple[int, ...]]) -> int:
+        return 2 * sum(math.prod(shape) for shape in shapes)
+
+    raw = {
+        "view-network": halves(network_shapes().values()),
+        "appearance-decoder": halves(decoder_shapes().values()),
+        "codebooks": halves(_codebook_shapes(header).values()),
+        "positions": 6 * header.count,
+    }
+    for name, cut in CUTS.items():
+        bits = index_width(header.sizes[name]) * header.count
+        raw |= {f"{name}.{i}": (bits + 7) // 8 for i in range(cut.count)}
+    return raw

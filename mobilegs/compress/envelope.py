@@ -1,0 +1,154 @@
+"""The outer layer of a `.mgs`: magic, version, header, and a row of checked streams."""
+
+import json
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+from mobilegs.errors import InputError
+
+MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: shows what a text-mode transfer does to it
+MAJOR, MINOR = 1, 0
+PREFIX = struct.Struct("<8sHHII")  # magic, major, minor, bytes of header, CRC-32
+VERSION = struct.Struct("<HH")  # at byte 8
+HEADER_MAX = 1 << 20
+STREAMS_MAX = 256
+FOREIGN = {
+    b"ply": "a PLY scene: train or compress it first",
+    b"PK\x03\x04": "a zip archive (perhaps .sog)",
+    b"\x1f\x8b": "a gzip file (perhaps .spz)",
+    b"NGSP": "an .spz scene",
+    b"glTF": "a binary glTF file",
+    b"\xfd7zXZ": "an xz file (perhaps another program's comp.xz)",
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"<": "a web page",
+    b"{": "a JSON text",
+}
+
+
+@dataclass(frozen=True)
+class Stream:
+    """A named piece of the file and the codec that reads it."""
+
+    name: str
+    codec: str
+    data: bytes | memoryview
+
+
+def seal(header: dict[str, Any], streams: list[Stream]) -> bytes:
+    """The file's bytes: `header` with the table of streams, then the streams.
+
+    Raises:
+        InputError: the header would be larger than 1 MiB.
+    """
+    table = [
+        {
+            "name": stream.name,
+            "codec": stream.codec,
+            "bytes": len(stream.data),
+            "crc32": zlib.crc32(stream.data),
+        }
+        for stream in streams
+    ]
+    text = json.dumps(
+        {**header, "streams": table}, sort_keys=True, separators=(",", ":"), allow_nan=False
+    ).encode()
+    text += b" " * (-(PREFIX.size + len(text)) % 8)
+    if len(text) > HEADER_MAX:
+        raise InputError(f"the header would take {len(text)} bytes: shorten the scene's notes")
+    head = PREFIX.pack(MAGIC, MAJOR, MINOR, len(text), 0)
+    head = PREFIX.pack(MAGIC, MAJOR, MINOR, len(text), _checksum(head, text))
+    padded = (bytes(stream.data) + bytes(-len(stream.data) % 8) for stream in streams)
+    return b"".join([head, text, *padded])
+
+
+def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
+    """The header without its table, and the streams by name; all checksums have been checked.
+
+    Raises:
+        InputError: this is not a `.mgs`, is of an unknown version, or is damaged.
+    """
+    length = _check_prefix(data)
+    text = data[PREFIX.size : PREFIX.size + length]
+    try:
+        header = json.loads(text.decode(), parse_constant=_no_constant)
+    except (ValueError, RecursionError):
+        raise InputError("the header of the .mgs file is not valid JSON") from None
+    if not isinstance(header, dict):
+        raise InputError("the header of the .mgs file is not a JSON object")
+    table = header.pop("streams", None)
+    if not isinstance(table, list) or len(table) > STREAMS_MAX:
+        raise InputError("the header of the .mgs file lacks a table of streams")
+    streams: dict[str, Stream] = {}
+    start = PREFIX.size + length
+    for row in table:
+        name, codec, size, crc = _check_row(row)
+        if name in streams:
+            raise InputError(f"the .mgs file has two streams called '{name}'")
+        if start + size > len(data):
+            raise InputError(
+                f"the .mgs file ends inside its stream '{name}': it has been cut short"
+            )
+        content = memoryview(data)[start : start + size]
+        start += size + -size % 8
+        if zlib.crc32(content) != crc:
+            raise InputError(f"the stream '{name}' of the .mgs file is damaged (wrong checksum)")
+        if any(data[start - (-size % 8) : start]) or start > len(data):
+            raise InputError(f"the .mgs file is damaged after its stream '{name}'")
+        streams[name] = Stream(name, codec, content)
+    if start != len(data):
+        raise InputError(f"the .mgs file has {len(data) - start} bytes too many at its end")
+    return header, streams
+
+
+def _check_prefix(data: bytes) -> int:
+    """Length of the header, once magic, version and checksum are right."""
+    if data[: len(MAGIC)] != MAGIC:
+        raise InputError(_not_ours(data))
+    if len(data) < PREFIX.size:
+        raise InputError("the .mgs file ends inside its first bytes: it has been cut short")
+    _, major, minor, length, checksum = PREFIX.unpack_from(data)
+    if major != MAJOR:
+        raise InputError(
+            f"the .mgs file is of version {major}.{minor}, this program reads {MAJOR}.x: "
+            "use the mobilegs that wrote it, or a newer one"
+        )
+    if length > HEADER_MAX:
+        raise InputError(f"the header of the .mgs file claims {length} bytes: it is damaged")
+    if len(data) < PREFIX.size + length:
+        raise InputError("the .mgs file ends inside its header: it has been cut short")
+    if (PREFIX.size + length) % 8 or checksum != _checksum(data, data[PREFIX.size :][:length]):
+        raise InputError("the header of the .mgs file is damaged (wrong checksum)")
+    return length
+
+
+def _checksum(prefix: bytes, text: bytes) -> int:
+    """CRC-32 of version, header length and header: nothing before the streams goes unchecked."""
+    return zlib.crc32(text, zlib.crc32(prefix[8:16]))
+
+
+def _check_row(row: Any) -> tuple[str, str, int, int]:
+    if isinstance(row, dict):
+        name, codec, size, crc = (row.get(key) for key in ("name", "codec", "bytes", "crc32"))
+        texts = all(isinstance(value, str) and len(value) <= 64 for value in (name, codec))
+        numbers = all(type(value) is int and 0 <= value < 1 << 40 for value in (size, crc))
+        if texts and numbers:
+            return name, codec, size, crc  # pyright: ignore[reportReturnType]
+    raise InputError("the header of the .mgs file has a broken table of streams")
+
+
+def _not_ours(data: bytes) -> str:
+    if not data:
+        return "the file is empty, not a .mgs scene"
+    if data[:3] == MAGIC[:3] or MAGIC.startswith(data):
+        return "the first bytes of the .mgs file are damaged: transfer it again, in binary mode"
+    for start, what in FOREIGN.items():
+        if data.startswith(start):
+            return f"this is not a .mgs scene but looks like {what}"
+    return "this is not a .mgs scene"
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is not JSON")

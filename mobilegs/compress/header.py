@@ -1,0 +1,193 @@
+"""The numbers of a scene that the header of a `.mgs` carries as JSON."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from mobilegs.camera import Camera
+from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute
+from mobilegs.compress.codes import (
+    COUNT_MAX,
+    EXPONENT_MAX,
+    SIDE_MAX,
+    VIEWS_MAX,
+    CodedScene,
+    MetaValue,
+    check_meta,
+)
+from mobilegs.compress.positions import Frame
+from mobilegs.errors import InputError
+from mobilegs.render import Weighting
+
+MODE = "nvq"
+BLEND = "sortfree"
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a decoder must know before it reads the streams; fields as in `CodedScene`."""
+
+    count: int
+    sizes: dict[Attribute, int]
+    frame: Frame
+    network: bool
+    weighting: Weighting
+    background: Tensor
+    near: float
+    views: list[Camera]
+    meta: dict[str, MetaValue]
+
+
+def describe(coded: CodedScene) -> dict[str, Any]:
+    """The header of a scene, ready for JSON."""
+    return {
+        "background": _listed(coded.background),
+        "blend": BLEND,
+        "codebooks": {
+            name: {"count": cut.count, "length": cut.length, "size": coded.codebooks[name].shape[1]}
+            for name, cut in CUTS.items()
+        },
+        "count": len(coded),
+        "meta": coded.meta,
+        "mode": MODE,
+        "near": coded.near,
+        "network": coded.network is not None,
+        "positions": {
+            "center": _listed(coded.frame.center),
+            "exponent": coded.frame.exponent,
+            "radius": _listed(torch.tensor([coded.frame.radius]))[0],
+        },
+        "sh_degree": 1,
+        "views": [
+            {
+                "K": _listed(view.K),
+                "height": view.height,
+                "viewmat": _listed(view.viewmat),
+                "width": view.width,
+            }
+            for view in coded.views
+        ],
+        "weighting": {
+            "background_weight": coded.weighting.background_weight,
+            "exponent_max": coded.weighting.exponent_max,
+            "name": coded.weighting.name,
+            "sigma": coded.weighting.sigma,
+        },
+    }
+
+
+def parse(fields: dict[str, Any]) -> Header:
+    """What `describe` wrote; fields that are not known are ignored.
+
+    Raises:
+        InputError: a field is missing, of another type, out of range, or asks for something
+            that this program cannot do.
+    """
+    for name, known in (("mode", MODE), ("blend", BLEND), ("sh_degree", 1)):
+        if fields.get(name) != known:
+            raise InputError(
+                f"the .mgs file has {name} {str(fields.get(name))[:40]!r}, which this program "
+                "does not know: a newer mobilegs may"
+            )
+    near = _number(fields, "near")
+    places = _object(fields, "positions")
+    views = _field(fields, "views", list)
+    if len(views) > VIEWS_MAX:
+        raise _broken("views")
+    meta = _object(fields, "meta")
+    check_meta(meta)
+    return Header(
+        count=_integer(fields, "count", 1, COUNT_MAX),
+        sizes=_parse_codebooks(_object(fields, "codebooks")),
+        frame=Frame(
+            _floats(places, "center", 3),
+            _number(places, "radius"),
+            _integer(places, "exponent", 0, EXPONENT_MAX),
+        ),
+        network=_field(fields, "network", bool),
+        weighting=_parse_weighting(_object(fields, "weighting")),
+        background=_floats(fields, "background", 3),
+        near=near,
+        views=[_parse_view(view, near) for view in views],
+        meta=meta,
+    )
+
+
+def _parse_codebooks(fields: dict[str, Any]) -> dict[Attribute, int]:
+    for name, cut in CUTS.items():
+        book = _object(fields, name)
+        if (book.get("count"), book.get("length")) != (cut.count, cut.length):
+            raise _broken(f"codebooks.{name}")
+    return {name: _integer(fields[name], "size", 1, SIZE_MAX) for name in CUTS}
+
+
+def _parse_weighting(fields: dict[str, Any]) -> Weighting:
+    return Weighting(
+        name=_field(fields, "name", str),
+        exponent_max=_number(fields, "exponent_max"),
+        sigma=_number(fields, "sigma"),
+        background_weight=_number(fields, "background_weight"),
+    )
+
+
+def _parse_view(fields: Any, near: float) -> Camera:
+    if not isinstance(fields, dict):
+        raise _broken("views")
+    return Camera(
+        _floats(fields, "viewmat", 16).reshape(4, 4),
+        _floats(fields, "K", 9).reshape(3, 3),
+        _integer(fields, "width", 1, SIDE_MAX),
+        _integer(fields, "height", 1, SIDE_MAX),
+        near,
+    )
+
+
+def _listed(values: Tensor) -> list[float]:
+    """float32 values as the shortest decimals that lead back to them."""
+    exact = values.detach().cpu().float().reshape(-1).numpy()
+    short = [float(str(value)) for value in exact]
+    return [s if np.float32(s) == e else float(e) for s, e in zip(short, exact, strict=True)]
+
+
+def _field(fields: dict[str, Any], name: str, kind: type) -> Any:
+    value = fields.get(name)
+    if type(value) is not kind:
+        raise _broken(name)
+    return value
+
+
+def _object(fields: dict[str, Any], name: str) -> dict[str, Any]:
+    return _field(fields, name, dict)
+
+
+def _integer(fields: dict[str, Any], name: str, smallest: int, largest: int) -> int:
+    value = _field(fields, name, int)
+    if not smallest <= value <= largest:
+        raise _broken(name)
+    return value
+
+
+def _number(fields: dict[str, Any], name: str) -> float:
+    return _finite(fields.get(name), name)
+
+
+def _floats(fields: dict[str, Any], name: str, count: int) -> Tensor:
+    values = _field(fields, name, list)
+    if len(values) != count:
+        raise _broken(name)
+    return torch.tensor([_finite(value, name) for value in values], dtype=torch.float32)
+
+
+def _finite(value: Any, name: str) -> float:
+    # 3e38 is about the largest float32; beyond it a double would become infinite
+    if type(value) not in (int, float) or not abs(value) <= 3e38 or not math.isfinite(value):
+        raise _broken(name)
+    return float(value)
+
+
+def _broken(name: str) -> InputError:
+    return InputError(f"the field '{name}' in the header of the .mgs file is missing or invalid")

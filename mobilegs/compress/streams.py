@@ -1,0 +1,78 @@
+"""The codecs of single streams, and the choice between them: whichever takes fewer bytes."""
+
+import struct
+
+import numpy as np
+from jaxtyping import UInt16
+
+from mobilegs.compress import rans
+from mobilegs.compress.bits import pack_bits, unpack_bits
+from mobilegs.compress.envelope import Stream
+from mobilegs.errors import InputError
+
+
+def index_width(size: int) -> int:
+    """Bits of an index into `size` entries: 0 if there is but one."""
+    return (size - 1).bit_length()
+
+
+def encode_indices(name: str, symbols: UInt16[np.ndarray, "n"], size: int) -> Stream:
+    """Indices below `size` (1 to 4096): `rans`, or `bits` of fixed width."""
+    widths = np.full(len(symbols), index_width(size))
+    plain = Stream(name, "bits", pack_bits(symbols.astype(np.uint64), widths))
+    coded = Stream(name, "rans", rans.encode(symbols, size))
+    return min(plain, coded, key=lambda stream: len(stream.data))
+
+
+def decode_indices(stream: Stream, count: int, size: int) -> UInt16[np.ndarray, "n"]:
+    """The indices in a stream; InputError if it is damaged or one is too large."""
+    if stream.codec == "rans":
+        return rans.decode(stream.data, count, size)
+    if stream.codec != "bits":
+        raise _unknown(stream)
+    symbols = unpack_bits(stream.data, np.full(count, index_width(size)))
+    if symbols.max(initial=0) >= size:
+        raise InputError(f"the stream '{stream.name}' points outside of its codebook")
+    return symbols.astype(np.uint16)
+
+
+def encode_halves(name: str, halves: UInt16[np.ndarray, "n"]) -> Stream:
+    """Bit patterns of halves: `halves` (the upper bytes as rANS symbols), or `raw`.
+
+    Sign, exponent and the first two digits are worth about 5 of their 8 bits in trained
+    weights; the rest is noise.
+    """
+    upper = rans.encode(halves >> 8, 256)
+    lower = (halves & 255).astype(np.uint8).tobytes()
+    coded = Stream(name, "halves", struct.pack("<I", len(upper)) + upper + lower)
+    plain = Stream(name, "raw", halves.astype("<u2").tobytes())
+    return min(plain, coded, key=lambda stream: len(stream.data))
+
+
+def decode_halves(stream: Stream, count: int) -> UInt16[np.ndarray, "n"]:
+    """The `count` halves in a stream; InputError if it is damaged."""
+    data = stream.data
+    if stream.codec == "raw":
+        if len(data) != 2 * count:
+            raise _wrong_length(stream)
+        return np.frombuffer(data, dtype="<u2").astype(np.uint16)
+    if stream.codec != "halves":
+        raise _unknown(stream)
+    if len(data) < 4:
+        raise _wrong_length(stream)
+    (length,) = struct.unpack_from("<I", data)
+    if len(data) != 4 + length + count:
+        raise _wrong_length(stream)
+    upper = rans.decode(data[4 : 4 + length], count, 256)
+    return upper << 8 | np.frombuffer(data[4 + length :], dtype=np.uint8)
+
+
+def _unknown(stream: Stream) -> InputError:
+    return InputError(
+        f"the stream '{stream.name}' of the .mgs file uses the codec '{stream.codec}', which "
+        "this program does not know"
+    )
+
+
+def _wrong_length(stream: Stream) -> InputError:
+    return InputError(f"the stream '{stream.name}' of the .mgs file has a wrong length")

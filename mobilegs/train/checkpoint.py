@@ -1,0 +1,73 @@
+"""A checkpoint: the whole state of a run in one file, safetensors with JSON in its header."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+
+from mobilegs.atomic import atomic_path
+from mobilegs.errors import InputError
+
+VERSION = 1
+TENSOR = "$tensor"  # in the JSON, {"$tensor": name} stands for a tensor
+
+
+def save_checkpoint(path: Path | str, state: dict[str, Any]) -> None:
+    """Write `state`, nested dicts and lists of tensors and JSON values, to `path`, atomically.
+
+    Keys are strings. Floats keep every bit. A process killed at any moment leaves either the
+    previous file or the new one.
+    """
+    tensors: dict[str, torch.Tensor] = {}
+    tree = _without_tensors({"version": VERSION, "state": state}, "", tensors)
+    with atomic_path(path) as temporary:
+        save_file(tensors, temporary, metadata={"checkpoint": json.dumps(tree)})
+
+
+def load_checkpoint(path: Path | str) -> dict[str, Any]:
+    """The state that `save_checkpoint` wrote, its tensors on the CPU.
+
+    Raises InputError if the file is not a whole checkpoint of this version.
+    """
+    try:
+        with safe_open(str(path), framework="pt") as file:
+            tree = json.loads((file.metadata() or {})["checkpoint"])
+            if tree["version"] != VERSION:
+                raise InputError(
+                    f"{path} is a checkpoint of version {tree['version']}, this program reads "
+                    f"version {VERSION}: continue the run with the program that started it"
+                )
+            names = set(file.keys())
+            return _with_tensors(tree["state"], {name: file.get_tensor(name) for name in names})
+    except FileNotFoundError as error:
+        raise InputError(f"there is no checkpoint at {path}: start the run anew") from error
+    except (SafetensorError, KeyError, TypeError, ValueError, OSError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{path} is not a whole checkpoint ({error}): delete the run's folder and start anew"
+        ) from error
+
+
+def _without_tensors(value: Any, place: str, tensors: dict[str, torch.Tensor]) -> Any:
+    if isinstance(value, torch.Tensor):
+        tensors[place] = value.detach().cpu().contiguous().clone()
+        return {TENSOR: place}
+    if isinstance(value, dict):
+        return {key: _without_tensors(v, f"{place}/{key}", tensors) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_tensors(v, f"{place}/{i}", tensors) for i, v in enumerate(value)]
+    return value
+
+
+def _with_tensors(value: Any, tensors: dict[str, torch.Tensor]) -> Any:
+    if isinstance(value, dict):
+        if TENSOR in value:
+            return tensors[value[TENSOR]]
+        return {key: _with_tensors(v, tensors) for key, v in value.items()}
+    if isinstance(value, list):
+        return [_with_tensors(v, tensors) for v in value]
+    return value

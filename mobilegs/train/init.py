@@ -1,0 +1,107 @@
+"""Where the Gaussians begin: at the capture's points, or at random in front of the cameras."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.spatial import KDTree
+from torch import Tensor
+
+from mobilegs.camera import Camera
+from mobilegs.data.dataset import Dataset
+from mobilegs.gaussians import Gaussians
+from mobilegs.spherical_harmonics import rgb_to_sh0
+
+NEIGHBOURS = 3
+MIN_SQUARED_DISTANCE = 1e-7  # of 3DGS, world units: coinciding points still get a size
+
+
+def initial_gaussians(
+    dataset: Dataset, *, count: int, opacity: float, sh_degree: int, generator: torch.Generator
+) -> Gaussians:
+    """At most `count` Gaussians at the capture's points, or `count` random ones if it has none.
+
+    Of more points than that a random choice is taken.
+    """
+    points, colors = dataset.points, dataset.colors
+    if len(points) == 0:
+        points = random_points(
+            [frame.camera for frame in dataset.train],
+            dataset.center,
+            dataset.extent,
+            count=count,
+            generator=generator,
+        )
+        colors = torch.full_like(points, 0.5)
+    elif len(points) > count:
+        chosen = torch.randperm(len(points), generator=generator)[:count].sort().values
+        points, colors = points[chosen], colors[chosen]
+    return gaussians_at(points, colors, opacity=opacity, sh_degree=sh_degree)
+
+
+def gaussians_at(
+    points: Float[Tensor, "n 3"],
+    colors: Float[Tensor, "n 3"],
+    *,
+    opacity: float,
+    sh_degree: int,
+) -> Gaussians:
+    """Round Gaussians at `points` (world units) with `colors` in [0, 1], all of one opacity.
+
+    The standard deviation is the root mean square of the distances to the three nearest
+    neighbours (3DGS, section 5.1); a lone point gets 1% of a world unit.
+    """
+    count = len(points)
+    sh = torch.zeros(count, (sh_degree + 1) ** 2, 3)
+    sh[:, 0] = rgb_to_sh0(colors)
+    quats = torch.zeros(count, 4)
+    quats[:, 0] = 1
+    log_scales = neighbour_distances(points).log()[:, None].expand(count, 3).contiguous()
+    logit = math.log(opacity / (1 - opacity))
+    return Gaussians(points.clone(), quats, log_scales, torch.full((count,), logit), sh)
+
+
+def neighbour_distances(points: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
+    """Root mean square distance of each point to its three nearest neighbours, world units."""
+    if len(points) < 2:
+        return torch.full((len(points),), 0.01)
+    nearest = min(NEIGHBOURS, len(points) - 1)
+    array = points.numpy().astype(np.float64)
+    distances, _ = KDTree(array).query(array, k=nearest + 1)
+    squared = (np.atleast_2d(distances)[:, 1:] ** 2).mean(axis=1)
+    return torch.from_numpy(np.sqrt(np.maximum(squared, MIN_SQUARED_DISTANCE))).float()
+
+
+def random_points(
+    cameras: Sequence[Camera],
+    center: Float[Tensor, "3"],
+    extent: float,
+    *,
+    count: int,
+    generator: torch.Generator,
+) -> Float[Tensor, "n 3"]:
+    """`count` points, uniform in a cube where the cameras look.
+
+    Cameras that look inwards at `center` (an object capture) leave a cube as large as what
+    they can all see of it: half its side is the median over the cameras of the distance times
+    the tangent of half the narrower field of view; for NeRF's synthetic scenes that is 1.45.
+    Otherwise (looking outwards, or in parallel) the cube reaches 3 extents to each side of the
+    point one extent in front of the cameras' mean.
+    """
+    eyes = torch.stack([camera.position for camera in cameras])
+    axes = torch.stack([camera.viewmat[2, :3] for camera in cameras])
+    ahead = ((center - eyes) * axes).sum(1)  # depth of the centre in each camera
+    if (ahead > 0.5 * extent).float().mean() > 0.9:
+        tangents = torch.tensor(
+            [
+                min(camera.width / float(camera.K[0, 0]), camera.height / float(camera.K[1, 1])) / 2
+                for camera in cameras
+            ]
+        )
+        middle, half = center, float((ahead * tangents).median())
+    else:
+        middle, half = eyes.mean(0) + axes.mean(0) * extent, 3 * extent
+    unit = torch.rand(count, 3, generator=generator)
+    return middle + (2 * unit - 1) * half

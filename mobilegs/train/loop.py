@@ -1,0 +1,291 @@
+"""From a capture to a measured `scene.mgs`: teacher, student, file, figures."""
+
+import json
+import time
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import torch
+from PIL import Image
+from tyro.conf import Positional, arg
+
+from mobilegs import __version__
+from mobilegs.atomic import atomic_path
+from mobilegs.camera import Camera
+from mobilegs.compress.codes import MetaValue
+from mobilegs.compress.container import read_mgs, write_mgs
+from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
+from mobilegs.errors import InputError
+from mobilegs.evaluate.contact_sheet import contact_sheet
+from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
+from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
+from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.render.scene import Scene
+from mobilegs.train.progress import Monitor
+from mobilegs.train.recipes import RECIPES, PresetName, Recipe, with_setting, with_steps
+from mobilegs.train.run_folder import RunFolder, stopping_between_steps
+from mobilegs.train.stage import Stage, view_order
+from mobilegs.train.student import Student
+from mobilegs.train.teacher import Teacher
+
+PREVIEWS = 8  # pictures a stage leaves
+PREFETCH = 8  # views decoded ahead
+FIRST_LOOKS = 4  # cameras that go into the file, for viewers to begin at
+BETWEEN_SESSIONS = ("capture", "output", "resume", "lpips_weights", "device", "checkpoint_seconds")
+
+
+@dataclass(frozen=True)
+class TrainRun:
+    """Train a capture: photos with poses in, a phone-sized scene.mgs out.
+
+    RUN then holds scene.mgs, teacher.ply, metrics.json, contact_sheet.png, and on the way
+    metrics.jsonl, previews and a checkpoint. Ctrl-C leaves a run that --resume continues.
+    """
+
+    capture: Annotated[Positional[Path], arg(metavar="CAPTURE")]
+    """Folder of the photos and their poses: COLMAP, nerfstudio's transforms.json, or
+    NeRF-synthetic."""
+    output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
+    """Folder for the run; it is made if it is missing."""
+    preset: PresetName | None = None
+    """How long and how many: cpu is meant for two cores and some 25 minutes, gpu has the
+    paper's 30,000 + 30,000 steps, demo is small. Without it, gpu where there is one."""
+    downscale: Annotated[int | None, arg(metavar="N")] = None
+    """Divide the photos' size by this. Without it they are at most 1600 pixels wide."""
+    steps: Annotated[int | None, arg(metavar="N")] = None
+    """Steps of teacher and student together; all schedules scale with it."""
+    seed: int = 0
+    """Start of all random choices."""
+    resume: bool = False
+    """Continue the run that RUN holds; begin one if there is none."""
+    teacher: Annotated[Path | None, arg(metavar="PLY")] = None
+    """A 3DGS scene in INRIA's layout that is the teacher, instead of training one."""
+    max_splats: Annotated[int | None, arg(metavar="N")] = None
+    """The teacher never has more Gaussians than this."""
+    views_per_step: Annotated[int | None, arg(metavar="N")] = None
+    """Photos in one step of the student."""
+    background: tuple[float, float, float] | None = None
+    """Colour behind everything, RGB in 0..1. Without it, white for renders with transparency,
+    black otherwise."""
+    lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
+    """Folder or http(s) address of LPIPS weights; MOBILEGS_LPIPS says the same."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Where to compute; auto takes a GPU if there is one."""
+    checkpoint_seconds: float = 60.0
+    """Time between two checkpoints."""
+    settings: Annotated[tuple[str, ...], arg(name="set", metavar="PATH=VALUE")] = ()
+    """Any field of the recipe in config.json, like student.opacity_rate=0.02."""
+
+
+def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
+    """Go the whole way, or what is left of it, and return the contents of `metrics.json`.
+
+    `recipe` takes the place of the preset's. Raises InputError before anything is written if
+    an input cannot be used, and KeyboardInterrupt, after a checkpoint, if told to stop.
+    """
+    folder = RunFolder(run.output)
+    resuming = run.resume and folder.config.exists()
+    if resuming and folder.metrics.exists():
+        return json.loads(folder.metrics.read_text())
+    device = chosen_device(run.device)
+    if resuming:
+        options, recipe = folder.continued()
+        run = with_saved(run, options)
+    else:
+        recipe = resolved(run, recipe)
+    lpips = lpips_from(run.lpips_weights)
+    dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
+    if not dataset.test:
+        raise InputError(f"{run.capture} holds no photo back for the test: it needs more photos")
+    given = None
+    if run.teacher is not None and not folder.teacher.exists():
+        given = read_ply(run.teacher)
+    if not resuming:
+        folder.begin(options=as_options(run), recipe=recipe)
+    if given is not None:
+        write_ply(folder.teacher, given)
+    saved = folder.saved() or {"stage": None, "seconds": {}, "journal": []}
+    with (
+        ViewLoader(dataset.train) as loader,
+        Monitor(folder.journal, saved["journal"], saved["seconds"]) as monitor,
+    ):
+        session = Session(run, folder, dataset, loader, monitor, device, saved)
+        if not folder.teacher.exists():
+            train_teacher(session, recipe)
+        scene = Scene(
+            read_ply(folder.teacher).to(device),
+            background=dataset.background.to(device),
+            near=dataset.near,
+        )
+        if not folder.scene.exists():
+            train_student(session, recipe, scene)
+    return measure(session, scene, lpips)
+
+
+@dataclass(frozen=True)
+class Session:
+    """What both stages need of the process that trains them."""
+
+    run: TrainRun
+    folder: RunFolder
+    dataset: Dataset
+    loader: ViewLoader
+    monitor: Monitor
+    device: torch.device
+    saved: dict[str, Any]
+    """The checkpoint that this session continues; its stage is None if there was none."""
+
+
+def train_teacher(session: Session, recipe: Recipe) -> None:
+    """Leave `teacher.ply`."""
+    stage = Teacher(recipe.teacher, session.dataset, seed=session.run.seed, device=session.device)
+    run_stage(stage, session, order_seed=2 * session.run.seed)
+    write_ply(session.folder.teacher, stage.gaussians())
+
+
+def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
+    """Leave `scene.mgs`."""
+    dataset = session.dataset
+    stage = Student(recipe.student, teacher, extent=dataset.extent, seed=session.run.seed)
+    run_stage(stage, session, order_seed=2 * session.run.seed + 1)
+    frames = dataset.train[:: max(1, len(dataset.train) // FIRST_LOOKS)]
+    meta: dict[str, MetaValue] = {"generator": f"mobilegs {__version__}", "capture": dataset.name}
+    views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
+    write_mgs(session.folder.scene, stage.coded(views=views, meta=meta))
+
+
+def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:
+    """Train `stage` to its end, from the session's checkpoint if that is one of this stage."""
+    loader, monitor, folder = session.loader, session.monitor, session.folder
+    if session.saved["stage"] == stage.name:
+        stage.restore(session.saved["state"])
+    monitor.begin(stage)
+    number, preview_every = stage.views_per_step, max(1, stage.steps // PREVIEWS)
+    saved_at = time.monotonic()
+    with stopping_between_steps() as stop:
+        while stage.done < stage.steps:
+            first = stage.done * number
+            order = view_order(len(loader), first, number + PREFETCH, order_seed)
+            loader.prefetch(order[number:])
+            views = [(index, loader.get(index).to(session.device)) for index in order[:number]]
+            monitor.after_step(stage, stage.advance(views))
+            if stage.done % preview_every == 0:
+                preview(stage, session)
+            late = time.monotonic() - saved_at > session.run.checkpoint_seconds
+            if late or stop or stage.done == stage.steps:
+                folder.save(stage.name, stage.state(), seconds=monitor.seconds, rows=monitor.rows)
+                saved_at = time.monotonic()
+            if stop:
+                raise KeyboardInterrupt
+
+
+@torch.no_grad()
+def preview(stage: Stage, session: Session) -> None:
+    """Draw the first held-back view as it looks now, and note its PSNR."""
+    view = load_view(session.dataset.test[0]).to(session.device)
+    image = as_displayed(stage.scene().render(view.camera).image)
+    with atomic_path(session.folder.previews / f"{stage.name}_{stage.done:06}.png") as path:
+        Image.fromarray(to_bytes(image).cpu().numpy()).save(path, format="PNG")
+    mask = None if view.mask is None else view.mask > 0.5
+    session.monitor.note(
+        stage=stage.name, step=stage.done, preview_psnr=psnr(image, view.image, mask)
+    )
+
+
+def measure(session: Session, teacher: Scene, lpips: LpipsSuite | None) -> dict[str, Any]:
+    """Leave `contact_sheet.png` and `metrics.json`, from the files alone."""
+    folder, dataset, run = session.folder, session.dataset, session.run
+    started = time.monotonic()
+    student = read_mgs(folder.scene).decode(session.device)
+    figures = evaluate_side_by_side({"teacher": teacher, "student": student}, dataset, lpips=lpips)
+    contact_sheet(folder.contact_sheet, dataset, teacher, student)
+    camera = dataset.test[0].camera
+    seconds = {**session.monitor.seconds, "evaluation": time.monotonic() - started}
+    metrics = write_metrics(
+        folder.metrics,
+        teacher={
+            "file_bytes": folder.teacher.stat().st_size,
+            "gaussians": len(teacher.gaussians),
+            **figures["teacher"],
+        },
+        student=figures["student"],
+        file_bytes=folder.scene.stat().st_size,
+        gaussians=len(student.gaussians),
+        seconds=seconds,
+        more={
+            "capture": dataset.name,
+            "image_size": [camera.width, camera.height],
+            "views": {"train": len(dataset.train), "test": len(dataset.test)},
+            "seed": run.seed,
+            "device": str(session.device),
+        },
+    )
+    folder.finish()
+    return metrics
+
+
+def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
+    """The recipe that the options of a new run ask for."""
+    if recipe is None:
+        recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
+    if run.steps is not None:
+        recipe = with_steps(recipe, run.steps)
+    if run.max_splats is not None:
+        if run.max_splats < 1:
+            raise InputError(f"max_splats is {run.max_splats}: a scene needs a Gaussian")
+        recipe = replace(recipe, teacher=replace(recipe.teacher, max_splats=run.max_splats))
+    if run.views_per_step is not None:
+        student = replace(recipe.student, views_per_step=run.views_per_step)
+        recipe = replace(recipe, student=student)
+    for setting in run.settings:
+        recipe = with_setting(recipe, setting)
+    return recipe
+
+
+def as_options(run: TrainRun) -> dict[str, Any]:
+    """The options as JSON holds them."""
+    values = {field.name: getattr(run, field.name) for field in fields(run)}
+    return {
+        name: str(value)
+        if isinstance(value, Path)
+        else list(value)
+        if isinstance(value, tuple)
+        else value
+        for name, value in values.items()
+    }
+
+
+def with_saved(run: TrainRun, saved: dict[str, Any]) -> TrainRun:
+    """The options of a session that continues a run: those of the run.
+
+    Raises InputError if an option is given that contradicts the run's.
+    """
+    given = as_options(run)
+    for field in fields(run):
+        name = field.name
+        if name in BETWEEN_SESSIONS or given[name] == saved.get(name):
+            continue
+        if getattr(run, name) != field.default:
+            raise InputError(
+                f"the run in {run.output} was begun with {name} {saved.get(name)}, not "
+                f"{given[name]}: leave the option out to resume, or start another run"
+            )
+    background = saved["background"]
+    return replace(
+        run,
+        teacher=None if saved["teacher"] is None else Path(saved["teacher"]),
+        downscale=saved["downscale"],
+        seed=saved["seed"],
+        background=None if background is None else tuple(background),
+    )
+
+
+def chosen_device(name: str) -> torch.device:
+    """The device that the option names."""
+    if name == "cuda" and not torch.cuda.is_available():
+        raise InputError("this machine offers no CUDA device: leave out --device cuda")
+    if name == "auto":
+        name = "cuda" if torch.cuda.is_available() else "cpu"
+    return torch.device(name)

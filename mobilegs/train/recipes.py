@@ -1,0 +1,134 @@
+"""Recipes: how long, how many, how fast, for a two-core laptop, a GPU, or a demonstration."""
+
+import json
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, Literal
+
+from mobilegs.errors import InputError
+from mobilegs.train.densify import DensifyConfig
+from mobilegs.train.prune import VoteConfig
+from mobilegs.train.student import StudentConfig
+from mobilegs.train.teacher import TeacherConfig
+
+PresetName = Literal["cpu", "gpu", "demo"]
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that decides what a training does, the capture and the seed aside."""
+
+    teacher: TeacherConfig = field(default_factory=TeacherConfig)
+    """The teacher's training."""
+    student: StudentConfig = field(default_factory=StudentConfig)
+    """The student's training."""
+
+
+def gpu_recipe() -> Recipe:
+    """The paper's lengths, 30,000 + 30,000 steps, for a graphics card."""
+    return Recipe(
+        TeacherConfig(),
+        StudentConfig(net_fraction=5 / 30, final_rate=0.3, decay_from=0.65),
+    )
+
+
+def cpu_recipe() -> Recipe:
+    """Two cores, some 25 minutes for photos of 400x266: 5,000 + 3,500 steps, 60,000 Gaussians."""
+    return Recipe(
+        TeacherConfig(steps=5000, max_splats=60_000, init_splats=40_000),
+        StudentConfig(
+            steps=3500,
+            position_rate=1.6e-5,
+            votes=VoteConfig(votes_per_interval=8),
+        ),
+    )
+
+
+def demo_recipe() -> Recipe:
+    """Minutes on two cores, for the small capture that the package renders itself."""
+    return Recipe(
+        TeacherConfig(
+            steps=2000,
+            max_splats=20_000,
+            init_splats=15_000,
+            densify=DensifyConfig(min_interval=40),
+        ),
+        StudentConfig(
+            steps=1200,
+            position_rate=3e-5,
+            codebooks=replace(StudentConfig().codebooks, rotation=256, appearance=512),
+            votes=VoteConfig(votes_per_interval=4),
+        ),
+    )
+
+
+RECIPES: dict[PresetName, Callable[[], Recipe]] = {
+    "cpu": cpu_recipe,
+    "gpu": gpu_recipe,
+    "demo": demo_recipe,
+}
+
+
+def with_steps(recipe: Recipe, steps: int) -> Recipe:
+    """The recipe made longer or shorter: `steps` in all, shared out as they were.
+
+    Raises InputError if that leaves a stage without a step.
+    """
+    if steps < 2:
+        raise InputError(f"{steps} steps are too few: teacher and student need one each")
+    before = recipe.teacher.steps + recipe.student.steps
+    teacher = min(max(1, round(steps * recipe.teacher.steps / before)), steps - 1)
+    return Recipe(
+        replace(recipe.teacher, steps=teacher), replace(recipe.student, steps=steps - teacher)
+    )
+
+
+def with_setting(recipe: Recipe, setting: str) -> Recipe:
+    """The recipe with one field changed by its path, as in `student.opacity_rate=0.02`.
+
+    Raises InputError if there is no such field, or the value is not of its kind.
+    """
+    path, equals, text = setting.partition("=")
+    if not equals:
+        raise InputError(f"'{setting}' sets nothing: write it like student.opacity_rate=0.02")
+    try:
+        value = json.loads(text)
+    except json.JSONDecodeError:
+        value = text
+    return _replaced(recipe, path.strip().replace("-", "_").split("."), value, setting)
+
+
+def _replaced(config: Any, path: list[str], value: Any, setting: str) -> Any:
+    if not is_dataclass(config) or isinstance(config, type):
+        raise InputError(f"'{setting}' names no setting: nothing is called '{path[0]}' there")
+    known = [f.name for f in fields(config)]
+    if path[0] not in known:
+        raise InputError(f"'{setting}' names no setting: '{path[0]}' is none of {', '.join(known)}")
+    old = getattr(config, path[0])
+    if len(path) > 1:
+        return replace(config, **{path[0]: _replaced(old, path[1:], value, setting)})
+    right = type(old) is type(value) or (type(old), type(value)) == (float, int)
+    if is_dataclass(old) or not right:
+        raise InputError(f"'{setting}' is not of the kind of its default, {old!r}")
+    return replace(config, **{path[0]: type(old)(value)})
+
+
+def from_json(kind: type, content: Any) -> Any:
+    """A dataclass from what `dataclasses.asdict` made of it and JSON brought back.
+
+    Raises InputError if fields are missing or unknown: another version wrote it.
+    """
+    names = {f.name for f in fields(kind)}
+    if not isinstance(content, dict) or content.keys() != names:
+        raise InputError(
+            f"a {kind.__name__} of another version of this program was saved here: "
+            "continue the run with the version that started it"
+        )
+    hints = typing.get_type_hints(kind)
+    return kind(
+        **{
+            name: from_json(hints[name], value) if is_dataclass(hints[name]) else value
+            for name, value in content.items()
+        }
+    )

@@ -1,0 +1,137 @@
+"""The folder of a run: what it will hold, where it stands, and what stopping leaves behind."""
+
+import json
+import signal
+import threading
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from mobilegs.atomic import atomic_write
+from mobilegs.errors import InputError
+from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
+from mobilegs.train.recipes import Recipe, from_json
+
+
+class RunFolder:
+    """Names in the folder of a run. Every file appears whole or not at all.
+
+    How far a run is follows from what is there: `teacher.ply` once the teacher is trained,
+    `scene.mgs` once the student is, `metrics.json` once all is done; between these the
+    checkpoint.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.config = path / "config.json"
+        self.checkpoint = path / "checkpoint.safetensors"
+        self.teacher = path / "teacher.ply"
+        self.scene = path / "scene.mgs"
+        self.metrics = path / "metrics.json"
+        self.journal = path / "metrics.jsonl"
+        self.contact_sheet = path / "contact_sheet.png"
+        self.previews = path / "previews"
+
+    def begin(self, *, options: dict[str, Any], recipe: Recipe) -> None:
+        """Write down what the new run does.
+
+        Raises InputError if the folder holds a run already, or something of the name of its
+        files; anything else there stays as it is.
+        """
+        if self.path.exists() and not self.path.is_dir():
+            raise InputError(f"{self.path} is a file: give a folder for the run")
+        if self.config.exists():
+            raise InputError(
+                f"{self.path} already holds a run: add --resume to continue it, or give another "
+                "folder"
+            )
+        for file in (self.checkpoint, self.teacher, self.scene, self.metrics):
+            if file.exists():
+                raise InputError(f"{file} would be overwritten: give another folder for the run")
+        content = {"options": options, "recipe": asdict(recipe)}
+        atomic_write(self.config, json.dumps(content, indent=2) + "\n")
+
+    def continued(self) -> tuple[dict[str, Any], Recipe]:
+        """Options and recipe of the run that this folder holds."""
+        try:
+            content = json.loads(self.config.read_text())
+            return content["options"], from_json(Recipe, content["recipe"])
+        except (OSError, KeyError, TypeError, json.JSONDecodeError) as error:
+            raise InputError(
+                f"{self.config} is damaged ({error}): delete the folder and start anew"
+            ) from error
+
+    def save(self, stage: str, state: dict, *, seconds: dict[str, float], rows: list) -> None:
+        """Write the checkpoint: a stage's state, seconds by stage, and the journal's rows."""
+        save_checkpoint(
+            self.checkpoint,
+            {
+                "stage": stage,
+                "state": state,
+                "teacher_crc": self._teacher_crc() if stage == "student" else None,
+                "seconds": seconds,
+                "journal": rows,
+            },
+        )
+
+    def saved(self) -> dict[str, Any] | None:
+        """What `save` wrote last, or None.
+
+        Raises InputError if it is damaged, or the teacher is no longer the one it began with.
+        """
+        if not self.checkpoint.exists():
+            return None
+        content = load_checkpoint(self.checkpoint)
+        if content["stage"] == "student" and content["teacher_crc"] != self._teacher_crc():
+            raise InputError(
+                f"{self.teacher} is not the one that this run's student learns from: put it "
+                "back, or start anew"
+            )
+        return content
+
+    def finish(self) -> None:
+        """Drop what only resuming needs."""
+        self.checkpoint.unlink(missing_ok=True)
+
+    def _teacher_crc(self) -> int | None:
+        return zlib.crc32(self.teacher.read_bytes()) if self.teacher.exists() else None
+
+
+class StopRequest:
+    """Set once somebody asked the process to stop; true in a condition."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def __bool__(self) -> bool:
+        return self.asked
+
+
+@contextmanager
+def stopping_between_steps() -> Iterator[StopRequest]:
+    """Turn Ctrl-C and SIGTERM into a request that the loop honours after the current step.
+
+    A second signal stops at once. Outside of the main thread signals stay as they are.
+    """
+    request = StopRequest()
+    if threading.current_thread() is not threading.main_thread():
+        yield request
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        request.asked = True
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+    for number in before:
+        signal.signal(number, ask)
+    try:
+        yield request
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,266 @@
+"""The student: learns to look like the photos and the teacher without sorting, and to be small."""
+
+from dataclasses import dataclass, field
+
+import torch
+
+from mobilegs.camera import Camera
+from mobilegs.compress.codebooks import CodebookSizes
+from mobilegs.compress.codes import CodedScene, MetaValue, encode_scene
+from mobilegs.data.dataset import View
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.render import Weighting
+from mobilegs.render.scene import Scene
+from mobilegs.train.distill import TeacherPictures
+from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
+from mobilegs.train.optim import log_linear
+from mobilegs.train.prune import Ballot, VoteConfig, vote
+from mobilegs.train.stage import StepResult
+from mobilegs.train.student_model import Phase, StudentModel
+from mobilegs.train.teacher import squared_error
+
+
+@dataclass(frozen=True)
+class StudentConfig:
+    """How the student is trained. Times are fractions of the run, rates those of Adam."""
+
+    steps: int = 30_000
+    """Number of steps."""
+    views_per_step: int = 1
+    """Photos of a step; their losses are summed."""
+    weighting: Weighting = field(default_factory=Weighting)
+    """The weights that take the place of the order."""
+    net_fraction: float = 5 / 30
+    """When six latents and two small networks replace the harmonics (paper: 5,000 of 30,000)."""
+    codes_fraction: float = 0.65
+    """When codebooks replace what they stand for. (The release: 29,000 of 30,000, with
+    codebooks that do not learn; these do, and profit from time.)"""
+    ssim_weight: float = 0.2
+    """Share of D-SSIM in the distance to the photo, the rest is L1."""
+    distill_weight: float = 1.0
+    """Weight of the L1 distance to the teacher's picture."""
+    depth_weight: float = 0.1
+    """Weight of the scale-invariant log-depth distance to the teacher."""
+    position_rate: float = 1.6e-6
+    """Rate of the centres, in extents of the scene."""
+    quat_rate: float = 1e-3
+    """Rate of the quaternions."""
+    scale_rate: float = 5e-3
+    """Rate of the scales' logarithms."""
+    opacity_rate: float = 0.01
+    """Rate of the base opacities' logits, which the network's output is added to."""
+    sh0_rate: float = 2.5e-3
+    """Rate of the colour's constant part, while explicit."""
+    sh_rest_rate: float = 1.25e-4
+    """Rate of its view-dependent part, while explicit."""
+    network_rate: float = 1e-3
+    """Rate of the view network."""
+    latent_rate: float = 2.5e-3
+    """Rate of the colour's latents."""
+    decoder_rate: float = 1e-3
+    """Rate of the networks that decode them."""
+    codebook_rate: float = 1e-3
+    """Rate of the codebooks of scales and opacities."""
+    rotation_codebook_rate: float = 5e-4
+    """Rate of the codebooks of rotations."""
+    appearance_codebook_rate: float = 1e-3
+    """Rate of the codebooks of latents."""
+    free_share: float = 0.5
+    """With codes, what is left of the rates of what they stand for."""
+    reassign_every: int = 25
+    """With codes, steps between two choices of the nearest codebook entries."""
+    final_rate: float = 0.1
+    """What is left of every rate at the end; it falls geometrically from `decay_from` on."""
+    decay_from: float = 0.5
+    """Fraction of the run from which the rates fall."""
+    regression_steps: int = 400
+    """Steps that fit the decoding networks to the harmonics they replace."""
+    codebooks: CodebookSizes = field(default_factory=CodebookSizes)
+    """Sizes of the codebooks."""
+    votes: VoteConfig = field(default_factory=VoteConfig)
+    """Pruning."""
+    cache_mib: int = 2048
+    """Memory for the teacher's pictures; what does not fit is drawn again."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.net_fraction <= self.codes_fraction <= 1:
+            raise InputError(
+                "net_fraction and codes_fraction must rise in this order within 0 to 1, not "
+                f"{self.net_fraction} and {self.codes_fraction}"
+            )
+        if self.views_per_step < 1:
+            raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
+
+
+class Student:
+    """The stage that turns a teacher into a sort-free, coded scene (paper sections 3.2 to 3.5)."""
+
+    name = "student"
+
+    def __init__(self, config: StudentConfig, teacher: Scene, *, extent: float, seed: int) -> None:
+        """`teacher` is drawn as its blend says; `extent` is the scene's, in world units."""
+        self.config = config
+        self.steps = config.steps
+        self.views_per_step = config.views_per_step
+        self.done = 0
+        self.extent = extent
+        self.near = teacher.near
+        self.background = teacher.background
+        self.generator = torch.Generator().manual_seed(seed)
+        self.pictures = TeacherPictures(teacher, cache_bytes=config.cache_mib << 20)
+        self.model = StudentModel(teacher.gaussians, self._rates(), self.generator)
+        device = teacher.gaussians.means.device
+        self.ballot = Ballot(config.votes, config.steps, len(self.model), device)
+
+    @property
+    def phase(self) -> Phase:
+        """`explicit`, `networks` or `codes`: the form the next step works on."""
+        progress = self.done / self.steps
+        if progress >= self.config.codes_fraction:
+            return "codes"
+        return "networks" if progress >= self.config.net_fraction else "explicit"
+
+    @property
+    def count(self) -> int:
+        """Number of Gaussians."""
+        return len(self.model)
+
+    def advance(self, views: list[tuple[int, View]]) -> StepResult:
+        """One step on the sum of the views' losses; the result holds their means."""
+        self._enter(self.phase)
+        self.model.set_rates(self._rates())
+        results = [self._pull(index, view) for index, view in views]
+        self.model.step()
+        self.done += 1
+        if self.model.phase == "codes" and self.done % self.config.reassign_every == 0:
+            self.model.reassign()
+        if self.ballot.votes_in(self.done):
+            for _, view in views:
+                self._vote(view.camera)
+        if self.ballot.prunes_after(self.done):
+            self._prune()
+        losses, errors = zip(*results, strict=True)
+        return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
+
+    def scene(self) -> Scene:
+        """The student as it stands; once it is coded, exactly what its file would show."""
+        if self.model.phase == "codes":
+            return self.coded().decode(self.background.device)
+        with torch.no_grad():
+            gaussians = self.model.gaussians()
+        return Scene(
+            gaussians.detached(),
+            "sortfree",
+            network=self.model.network,
+            weighting=self.config.weighting,
+            background=self.background,
+            near=self.near,
+        )
+
+    def coded(
+        self, *, views: list[Camera] | None = None, meta: dict[str, MetaValue] | None = None
+    ) -> CodedScene:
+        """What the file holds; codes are made now if training has not come so far.
+
+        `views` and `meta` go into the file as they are.
+        """
+        self._enter("codes")
+        model = self.model
+        assert model.decoder is not None and model.frame is not None
+        return encode_scene(
+            model.rows.tensors["means"],
+            model.codebooks,
+            frame=model.frame,
+            decoder=model.decoder,
+            network=model.network,
+            weighting=self.config.weighting,
+            background=self.background,
+            near=self.near,
+            views=views,
+            meta=meta,
+        )
+
+    def state(self) -> dict:
+        """Everything the rest of the training depends on, the teacher aside."""
+        return {
+            "done": self.done,
+            "generator": self.generator.get_state(),
+            "model": self.model.state(),
+            "ballot": self.ballot.state(),
+        }
+
+    def restore(self, state: dict) -> None:
+        """Continue from what `state()` gave; only into a student that has not begun."""
+        self.done = state["done"]
+        self.generator.set_state(state["generator"])
+        self.model.restore(state["model"])
+        self.ballot.restore(state["ballot"])
+
+    def _enter(self, phase: Phase) -> None:
+        if phase != "explicit" and self.model.phase == "explicit":
+            self.model.use_networks(
+                regression_steps=self.config.regression_steps, generator=self.generator
+            )
+        if phase == "codes" and self.model.phase == "networks":
+            self.model.use_codes(self.config.codebooks, generator=self.generator)
+
+    def _pull(self, index: int, view: View) -> StepResult:
+        """Add one view's gradients."""
+        config = self.config
+        drawn = self.model.draw(
+            view.camera,
+            background=self.background,
+            weighting=config.weighting,
+            depth=config.depth_weight > 0,
+        )
+        loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
+        if config.distill_weight or config.depth_weight:
+            teacher = self.pictures.get(index, view.camera)
+            loss = loss + config.distill_weight * color_distillation_loss(
+                drawn.image, teacher.image, mask=view.mask
+            )
+            if drawn.depth is not None:
+                loss = loss + config.depth_weight * depth_distillation_loss(
+                    drawn.depth, drawn.alpha, teacher.depth, mask=view.mask
+                )
+        loss.backward()
+        return StepResult(loss.detach(), squared_error(drawn.image, view))
+
+    @torch.no_grad()
+    def _vote(self, camera: Camera) -> None:
+        everything: Gaussians = self.model.gaussians()
+        _, opacities = self.model.seen(everything, camera)
+        self.ballot.cast(vote(opacities, everything.scales, quantile=self.config.votes.quantile))
+
+    def _prune(self) -> None:
+        keep = self.ballot.verdict()
+        if keep.any() and not keep.all():
+            self.model.keep_rows(keep)
+        self.ballot.clear(len(self.model))
+
+    def _rates(self) -> dict[str, float]:
+        config, progress = self.config, self.done / self.steps
+        rest = (progress - config.decay_from) / max(1 - config.decay_from, 1e-9)
+        decay = log_linear(1.0, config.final_rate, rest)
+        rates = {
+            "means": config.position_rate * self.extent,
+            "quats": config.quat_rate,
+            "log_scales": config.scale_rate,
+            "logit_opacities": config.opacity_rate,
+            "sh0": config.sh0_rate,
+            "sh_rest": config.sh_rest_rate,
+            "static": config.latent_rate,
+            "view": config.latent_rate,
+            "network": config.network_rate,
+            "decoder": config.decoder_rate,
+            "scale": config.codebook_rate,
+            "opacity": config.codebook_rate,
+            "rotation": config.rotation_codebook_rate,
+            "appearance": config.appearance_codebook_rate,
+            "free_scale": config.scale_rate * config.free_share,
+            "free_opacity": config.opacity_rate * config.free_share,
+            "free_rotation": config.quat_rate * config.free_share,
+            "free_appearance": config.latent_rate * config.free_share,
+        }
+        return {name: rate * decay for name, rate in rates.items()}

@@ -1,0 +1,194 @@
+"""The teacher: a plain 3DGS scene, trained with sorted blending."""
+
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+from mobilegs.data.dataset import Dataset, View
+from mobilegs.gaussians import Gaussians
+from mobilegs.render import render_sorted
+from mobilegs.render.scene import Scene
+from mobilegs.train.densify import CloneSplit, DensifyConfig
+from mobilegs.train.init import initial_gaussians
+from mobilegs.train.losses import photo_loss
+from mobilegs.train.optim import NamedAdam, log_linear
+from mobilegs.train.stage import StepResult
+
+
+@dataclass(frozen=True)
+class TeacherConfig:
+    """How the teacher is trained. Times are fractions of the run, rates those of Adam."""
+
+    steps: int = 30_000
+    """Number of steps, one photo each."""
+    max_splats: int = 1_000_000
+    """Never more Gaussians than this."""
+    init_splats: int = 200_000
+    """At most so many to begin with; of more points a random choice is taken."""
+    init_opacity: float = 0.1
+    """Opacity of all Gaussians at the start."""
+    sh_degree: int = 3
+    """Degree that the colour's spherical harmonics reach, 0 to 3."""
+    sh_interval: float = 1 / 30
+    """Fraction of the run between two raises of that degree, beginning at 0."""
+    ssim_weight: float = 0.2
+    """Share of D-SSIM in the loss, the rest is L1."""
+    position_rate: float = 1.6e-4
+    """Rate of the centres at the start, in extents of the scene."""
+    position_rate_end: float = 1.6e-6
+    """Rate of the centres at the end; in between it falls geometrically."""
+    sh0_rate: float = 2.5e-3
+    """Rate of the colour's constant part."""
+    sh_rest_rate: float = 1.25e-4
+    """Rate of its view-dependent part."""
+    opacity_rate: float = 0.05
+    """Rate of the opacities' logits."""
+    scale_rate: float = 5e-3
+    """Rate of the scales' logarithms."""
+    quat_rate: float = 1e-3
+    """Rate of the quaternions."""
+    densify: DensifyConfig = field(default_factory=DensifyConfig)
+    """How Gaussians are added and removed."""
+
+
+class Teacher:
+    """The stage that trains the teacher (3DGS, Kerbl et al. 2023)."""
+
+    name = "teacher"
+    views_per_step = 1
+
+    def __init__(
+        self, config: TeacherConfig, dataset: Dataset, *, seed: int, device: torch.device
+    ) -> None:
+        """Start from the capture's points, or random ones; `seed` decides all that is random."""
+        self.config = config
+        self.steps = config.steps
+        self.done = 0
+        self.extent = dataset.extent
+        self.near = dataset.near
+        self.background = dataset.background.to(device)
+        self.generator = torch.Generator().manual_seed(seed)
+        start = initial_gaussians(
+            dataset,
+            count=min(config.init_splats, config.max_splats),
+            opacity=config.init_opacity,
+            sh_degree=config.sh_degree,
+            generator=self.generator,
+        )
+        tensors = start.to(device).tensors()
+        sh = tensors.pop("sh")
+        self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": sh[:, 1:]}, self._rates())
+        self.densifier = None
+        if config.densify.strategy == "clone_split":
+            self.densifier = CloneSplit(
+                config.densify,
+                steps=config.steps,
+                extent=self.extent,
+                max_splats=config.max_splats,
+                count=len(start),
+                device=device,
+            )
+
+    @property
+    def phase(self) -> str:
+        """`densify` while Gaussians may still be added, then `refine`."""
+        growing = self.densifier is not None and self.done < self.densifier.schedule.stop
+        return "densify" if growing else "refine"
+
+    @property
+    def count(self) -> int:
+        """Number of Gaussians."""
+        return len(self.adam.tensors["means"])
+
+    @property
+    def sh_degree(self) -> int:
+        """Degree of the harmonics that the next step uses."""
+        interval = max(1, round(self.config.sh_interval * self.steps))
+        return min(self.config.sh_degree, self.done // interval)
+
+    def advance(self, views: list[tuple[int, View]]) -> StepResult:
+        """One step on one view."""
+        [(_, view)] = views
+        for name, rate in self._rates().items():
+            self.adam.set_rate(name, rate)
+        shown = self._gaussians(self.sh_degree)
+        screen_grads = torch.zeros_like(shown.means[:, :2])
+        drawn = render_sorted(
+            shown.means,
+            shown.quats,
+            shown.scales,
+            shown.opacities,
+            shown.sh,
+            camera=view.camera,
+            background=self.background,
+            screen_grads=screen_grads,
+        )
+        loss = photo_loss(
+            drawn.image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight
+        )
+        loss.backward()
+        self.adam.step()
+        self.done += 1
+        if self.densifier is not None and self.phase == "densify":
+            self.densifier.observe(screen_grads, drawn.radii, view.camera)
+            self.densifier.after_step(self.done, self.adam, self.generator)
+        return StepResult(loss.detach(), squared_error(drawn.image, view))
+
+    def gaussians(self) -> Gaussians:
+        """The teacher as it stands, with harmonics of the full degree."""
+        return self._gaussians(self.config.sh_degree).detached()
+
+    def scene(self) -> Scene:
+        """The teacher as it stands, to be drawn sorted."""
+        return Scene(self.gaussians(), "sorted", background=self.background, near=self.near)
+
+    def state(self) -> dict:
+        """Everything the rest of the training depends on."""
+        return {
+            "done": self.done,
+            "generator": self.generator.get_state(),
+            "adam": self.adam.state(),
+            "densifier": None if self.densifier is None else self.densifier.state(),
+        }
+
+    def restore(self, state: dict) -> None:
+        """Continue from what `state()` gave."""
+        self.done = state["done"]
+        self.generator.set_state(state["generator"])
+        self.adam.restore(state["adam"])
+        if self.densifier is not None:
+            self.densifier.restore(state["densifier"])
+
+    def _gaussians(self, degree: int) -> Gaussians:
+        tensors = self.adam.tensors
+        return Gaussians(
+            means=tensors["means"],
+            quats=tensors["quats"],
+            log_scales=tensors["log_scales"],
+            logit_opacities=tensors["logit_opacities"],
+            sh=torch.cat([tensors["sh0"], tensors["sh_rest"][:, : (degree + 1) ** 2 - 1]], dim=1),
+        )
+
+    def _rates(self) -> dict[str, float]:
+        config = self.config
+        position = log_linear(
+            config.position_rate, config.position_rate_end, self.done / self.steps
+        )
+        return {
+            "means": position * self.extent,
+            "quats": config.quat_rate,
+            "log_scales": config.scale_rate,
+            "logit_opacities": config.opacity_rate,
+            "sh0": config.sh0_rate,
+            "sh_rest": config.sh_rest_rate,
+        }
+
+
+@torch.no_grad()
+def squared_error(image: Tensor, view: View) -> Tensor:
+    """Mean squared difference to the photo over the pixels that count."""
+    error = (image - view.image).square().mean(2)
+    if view.mask is None:
+        return error.mean()
+    return (error * view.mask).sum() / view.mask.sum().clamp_min(1)

@@ -1,0 +1,120 @@
+"""The networks that decode colour."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from mobilegs.compress.appearance import (
+    SLOPE,
+    AppearanceDecoder,
+    contract,
+    encode_frequencies,
+    fit_appearance,
+)
+
+
+def seeded(seed: int = 0) -> torch.Generator:
+    return torch.Generator().manual_seed(seed)
+
+
+def smooth_harmonics(positions: torch.Tensor) -> torch.Tensor:
+    """Colours that depend on three hidden numbers and a little on the place."""
+    hidden = torch.randn(len(positions), 3, generator=seeded(7))
+    rest = hidden @ torch.randn(3, 9, generator=seeded(8)) * 0.1
+    rest = rest + 0.05 * torch.sin(3 * positions[:, :1])
+    dc = torch.randn(len(positions), 1, 3, generator=seeded(9))
+    return torch.cat([dc, rest.reshape(-1, 3, 3)], dim=1)
+
+
+def test_contraction_keeps_the_unit_ball_and_bounds_the_rest() -> None:
+    inside = torch.tensor([[0.5, -0.25, 0.1], [1.0, 0.0, 0.0]])
+    assert torch.equal(contract(inside), inside / 4 + 0.5)
+    far = torch.tensor([[3.0, 0.0, 0.0], [0.0, -1e9, 0.0]])
+    expected = torch.tensor([[(2 - 1 / 3) / 4 + 0.5, 0.5, 0.5], [0.5, 0.0, 0.5]])
+    assert torch.allclose(contract(far), expected)
+
+
+def test_contraction_is_float32_arithmetic_that_can_be_repeated_elsewhere() -> None:
+    positions = 3 * torch.randn(500, 3, generator=seeded())
+    f = np.float32
+    for row, found in zip(positions.numpy(), contract(positions).numpy(), strict=True):
+        x, y, z = row
+        length = max(f(1), np.sqrt(x * x + y * y + z * z))
+        factor = f(2) - f(1) / length
+        assert found.tolist() == [float(factor * (c / length) * f(0.25) + f(0.5)) for c in row]
+
+
+def test_the_highest_octave_is_as_accurate_as_the_lowest() -> None:
+    unit = torch.rand(1000, 3, generator=seeded())
+    encoded = encode_frequencies(unit)
+    angles = unit.double()[:, :, None] * 2.0 ** torch.arange(16) * math.pi
+    expected = torch.cat([angles.flatten(1).sin(), angles.flatten(1).cos()], dim=1)
+    assert (encoded - expected).abs().max() < 1e-6
+
+
+def test_the_decoder_is_three_networks_as_described() -> None:
+    decoder = AppearanceDecoder(seeded())
+    assert sum(p.numel() for p in decoder.parameters()) == 9792
+    positions = torch.randn(20, 3, generator=seeded(1))
+    static, view = torch.randn(2, 20, 3, generator=seeded(2))
+    w = {name: p.detach().half().float() for name, p in decoder.named_parameters()}
+    hidden = (encode_frequencies(contract(positions)) @ w["context1"].T).relu()
+    context = hidden @ w["context2"].T
+
+    def head(name: str, latents: torch.Tensor) -> torch.Tensor:
+        hidden = torch.cat([context, latents], 1) @ w[f"{name}1"].T
+        return torch.where(hidden > 0, hidden, SLOPE * hidden) @ w[f"{name}2"].T
+
+    out = decoder(positions, static, view)
+    assert torch.allclose(out[:, 0], head("static", static), atol=1e-5)
+    assert torch.allclose(out[:, 1:].flatten(1), head("view", view), atol=1e-5)
+    assert torch.allclose(decoder.decode(positions, static, view), out, atol=1e-6)
+
+
+def test_weights_start_within_xaviers_bound_and_follow_the_generator() -> None:
+    one, other = AppearanceDecoder(seeded(3)), AppearanceDecoder(seeded(3))
+    assert torch.equal(one.context1, other.context1)
+    bound = math.sqrt(6 / (64 + 96))
+    assert 0.98 * bound < one.context1.abs().max() <= bound
+
+
+def test_gradients_reach_weights_and_latents_but_not_positions() -> None:
+    decoder = AppearanceDecoder(seeded())
+    positions = torch.randn(30, 3, generator=seeded()).requires_grad_()
+    static, view = (torch.randn(30, 3, generator=seeded(i)).requires_grad_() for i in (1, 2))
+    decoder(positions, static, view).square().sum().backward()
+    assert positions.grad is None
+    for part in (static, view, *decoder.parameters()):
+        assert part.grad is not None and part.grad.abs().max() > 0
+
+
+def test_a_linear_start_passes_the_latents_through() -> None:
+    decoder = AppearanceDecoder(seeded())
+    directions = torch.randn(9, 3, generator=seeded(1))
+    decoder.start_linear(directions)
+    positions, static, view = torch.randn(3, 50, 3, generator=seeded(2))
+    out = decoder(positions, static, view)
+    assert torch.allclose(out[:, 0], static, atol=2e-3)  # 11 binary digits
+    assert torch.allclose(out[:, 1:].flatten(1), view @ directions.T, atol=1e-2)
+
+
+def test_fitting_reproduces_the_colours_and_uses_what_position_tells() -> None:
+    positions = torch.randn(3000, 3, generator=seeded())
+    sh = smooth_harmonics(positions)
+    errors = []
+    for steps in (0, 200):
+        decoder = AppearanceDecoder(seeded())
+        latents = fit_appearance(decoder, positions, sh, generator=seeded(), steps=steps, batch=512)
+        errors.append((decoder.decode(positions, *latents) - sh).square().mean().sqrt())
+    assert errors[0] < 0.2 * sh[:, 1:].square().mean().sqrt()
+    assert errors[1] < 0.7 * errors[0]
+
+
+def test_fitting_copes_with_one_gaussian_without_view_dependence() -> None:
+    decoder = AppearanceDecoder(seeded())
+    sh = torch.zeros(1, 4, 3)
+    sh[:, 0] = 0.7
+    latents = fit_appearance(decoder, torch.zeros(1, 3), sh, generator=seeded(), steps=3)
+    assert decoder.decode(torch.zeros(1, 3), *latents) == pytest.approx(sh, abs=0.05)

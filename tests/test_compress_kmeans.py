@@ -1,0 +1,92 @@
+"""K-means for codebooks."""
+
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mobilegs.compress.kmeans import kmeans, nearest_centers
+from mobilegs.errors import InputError
+
+
+def seeded(seed: int = 0) -> torch.Generator:
+    return torch.Generator().manual_seed(seed)
+
+
+def mean_error(points: torch.Tensor, centers: torch.Tensor, nearest: torch.Tensor) -> float:
+    return float((points - centers[nearest]).square().sum(1).mean())
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_every_point_goes_to_its_nearest_center(d: int) -> None:
+    points = torch.randn(500, d, generator=seeded())
+    centers, nearest = kmeans(points, 17, generator=seeded(1))
+    assert torch.equal(nearest, torch.cdist(points, centers).argmin(1))
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_well_separated_clusters_are_found(d: int) -> None:
+    truth = 10 * torch.arange(12.0)[:, None].expand(12, d)
+    points = truth.repeat(40, 1) + 0.01 * torch.randn(480, d, generator=seeded())
+    centers, nearest = kmeans(points, 12, generator=seeded(1))
+    assert torch.allclose(centers[centers[:, 0].argsort()], truth, atol=0.02)
+    assert mean_error(points, centers, nearest) < 1e-3
+
+
+def test_the_error_on_a_line_is_near_the_optimal_quantiser_of_a_gaussian() -> None:
+    points = torch.randn(100_000, 1, generator=seeded())
+    centers, nearest = kmeans(points, 16, generator=seeded())
+    assert mean_error(points, centers, nearest) == pytest.approx(0.009497, rel=0.03)  # Max 1960
+
+
+def test_the_error_in_a_plane_is_near_the_hexagonal_bound() -> None:
+    points = torch.rand(200_000, 2, generator=seeded())
+    centers, nearest = kmeans(points, 256, generator=seeded())
+    hexagonal = 0.1604 / 256  # second moment of hexagons that tile the unit square
+    assert hexagonal * 0.99 < mean_error(points, centers, nearest) < hexagonal * 1.08
+
+
+def test_the_same_seed_gives_the_same_centers() -> None:
+    points = torch.randn(3000, 2, generator=seeded())
+    one, other = (kmeans(points, 40, generator=seeded(5)) for _ in range(2))
+    assert torch.equal(one[0], other[0]) and torch.equal(one[1], other[1])
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.lists(st.sampled_from([-2.0, 0.0, 0.5, 7.0, 1e4]), min_size=1, max_size=40),
+    st.integers(1, 2),
+    st.integers(1, 12),
+)
+def test_as_many_centers_as_distinct_points_leave_no_error(
+    values: list[float], d: int, k: int
+) -> None:
+    points = torch.tensor(values)[:, None].expand(-1, d).contiguous()
+    centers, nearest = kmeans(points, k, generator=seeded())
+    assert centers.shape == (k, d) and centers.isfinite().all()
+    if k >= len(set(values)):
+        assert mean_error(points, centers, nearest) == 0
+
+
+def test_a_far_outlier_gets_a_center_of_its_own() -> None:
+    points = torch.cat([torch.randn(5000, 2, generator=seeded()), torch.tensor([[1e4, 1e4]])])
+    centers, nearest = kmeans(points, 8, generator=seeded())
+    assert torch.allclose(centers[nearest[-1]], points[-1])
+
+
+def test_every_center_is_used_when_there_are_enough_points() -> None:
+    points = torch.cat([torch.zeros(20_000, 2), torch.randn(600, 2, generator=seeded())])
+    _, nearest = kmeans(points, 256, generator=seeded())
+    assert len(nearest.unique()) == 256
+
+
+@pytest.mark.parametrize("bad", [torch.zeros(0, 2), torch.tensor([[1.0], [torch.nan]])])
+def test_nothing_and_not_a_number_are_refused(bad: torch.Tensor) -> None:
+    with pytest.raises(InputError):
+        kmeans(bad, 4, generator=seeded())
+
+
+def test_points_on_a_border_between_equal_centers_are_assigned() -> None:
+    centers = torch.tensor([[0.0], [2.0], [2.0]])
+    nearest = nearest_centers(torch.tensor([[0.9], [1.1], [2.0]]), centers)
+    assert nearest[0] == 0 and (nearest[1:] > 0).all()

@@ -1,0 +1,146 @@
+"""The CUDA kernels and what launches them, executed on the CPU, against the definitions.
+
+What this cannot show: races between blocks or within a warp, the GPU's own rounding, speed.
+"""
+
+import pytest
+import torch
+from cuda_on_host import COMPILER, HostKernels
+from scenes import NAMES, as_float32, camera, cotangents, random_scene, render_with_grads
+from test_kernels import BAD, BASE, CASES, RENDERERS, compare, with_rows
+
+import mobilegs.render
+from mobilegs.errors import InputError
+from mobilegs.render import render_sorted, render_sortfree, visible_rows
+from mobilegs.render.kernels import cuda
+
+EVERYTHING = ["sorted", "mobile_gs"]
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory) -> HostKernels:
+    if COMPILER is None:
+        pytest.skip("no C++ compiler to build the kernels with")
+    return HostKernels(tmp_path_factory.mktemp("cuda_on_host"))
+
+
+@pytest.fixture(autouse=True)
+def kernels(built, monkeypatch):
+    """Draws with the emulated kernels; every unwritten number is NaN or huge."""
+    monkeypatch.setattr(mobilegs.render, "_raster", lambda means: cuda.CudaRaster)
+    monkeypatch.setattr(cuda, "kernels_for", lambda tensor: built)
+    torch.use_deterministic_algorithms(True)
+    built.launched.clear()
+    yield built
+    built.reverse(False)
+    torch.use_deterministic_algorithms(False)
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+@pytest.mark.parametrize("case", CASES)
+def test_cuda_kernel_agrees_with_its_definition(case, renderer):
+    compare(case, renderer)
+
+
+@pytest.mark.parametrize("renderer", [name for name in RENDERERS if name not in EVERYTHING])
+def test_cuda_kernel_agrees_for_every_weighting(renderer):
+    compare("several tiles", renderer)
+
+
+def draw(scene, view, renderer, **options):
+    render, more = RENDERERS[renderer]
+    given = {"cotangents": cotangents(view), "backend": "kernel", **more, **options}
+    outputs, grads = render_with_grads(render, scene, view, dtype=torch.float32, **given)
+    return {**outputs, **grads}
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
+    # several batches a tile, boxes that take a whole block, light that ends before the lists do
+    scene, view = as_float32(random_scene(1500, seed=11)), camera(120, 90)
+    scene["scales"][:3] = 3.0
+    scene["opacities"][3:60] = 1.0
+    found = draw(scene, view, renderer)
+    monkeypatch.undo()
+    expected = draw(scene, view, renderer)
+    assert not torch.equal(found["sh"], expected["sh"]), "compared with itself"
+    for name, value in expected.items():
+        error = (found[name] - value).norm() / value.norm()
+        print(f"{name:10s} relative L2 {error:.2e}")
+        assert error < 2e-4, name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_results_do_not_depend_on_the_order_of_threads(renderer, kernels):
+    scene, view = as_float32(random_scene(900, seed=12)), camera(104, 80)
+    scene["scales"][:3] = 3.0
+    first = draw(scene, view, renderer)
+    kernels.reverse(True)
+    second = draw(scene, view, renderer)
+    for name, value in first.items():
+        assert torch.equal(value, second[name]), name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+@pytest.mark.parametrize("bad", BAD)
+def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
+    view, scene = camera(), as_float32(BASE)
+    broken = with_rows(scene, **BAD[bad])
+    rows = torch.ones(60, dtype=torch.bool)
+    rows[next(iter(BAD[bad].values()))[0]] = False
+    expected = draw({name: value[rows] for name, value in scene.items()}, view, renderer)
+    found = draw(broken, view, renderer)
+    for name, value in expected.items():
+        part = found[name][rows] if name in NAMES else found[name]
+        torch.testing.assert_close(part, value, rtol=1e-5, atol=1e-6)
+        assert name not in NAMES or (found[name][~rows] == 0).all(), name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_without_depth_nothing_else_changes(renderer):
+    scene, view = as_float32(random_scene(80, seed=13)), camera()
+    render, options = RENDERERS[renderer]
+    names = NAMES if options else NAMES[:5]
+    found = []
+    for depth in (False, True):
+        leaves = [scene[name].float().requires_grad_() for name in names]
+        screen = torch.full((80, 2), float("nan"))
+        given = {"camera": view.to(dtype=torch.float32), "background": torch.ones(3), **options}
+        drawn = render(*leaves, depth=depth, screen_grads=screen, **given)
+        assert (drawn.depth is not None) == depth
+        drawn.image.square().sum().backward()
+        found.append([drawn.image, drawn.alpha, screen, *[leaf.grad for leaf in leaves]])
+    for without, with_depth in zip(*found, strict=True):
+        torch.testing.assert_close(without, with_depth, rtol=1e-5, atol=1e-6)
+
+
+def test_every_kernel_is_executed(kernels):
+    scene, view = as_float32(random_scene(5)), camera()
+    for depth in (False, True):
+        for render, names in ((render_sorted, NAMES[:5]), (render_sortfree, NAMES)):
+            leaves = [scene[name].float().requires_grad_() for name in names]
+            given = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
+            render(*leaves, depth=depth, **given).image.sum().backward()
+    _, log = cuda.compile_kernels("sm_90")
+    compiled = {line.split("'")[1] for line in log.splitlines() if "Compiling entry" in line}
+    assert set(kernels.launched) == compiled
+
+
+def test_radii_are_those_of_the_cpu_kernels(monkeypatch):
+    scene, view = as_float32(random_scene(300, seed=14, spread=4.0)), camera()
+    flat = [scene[name].float() for name in NAMES[:5]]
+    options = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
+    found = render_sorted(*flat, **options).radii
+    monkeypatch.undo()
+    torch.testing.assert_close(found, render_sorted(*flat, **options).radii, rtol=1e-5, atol=1e-5)
+
+
+def test_inputs_on_different_devices_are_refused():
+    scene = {name: value.float() for name, value in as_float32(BASE).items()}
+    scene["sh"] = scene["sh"].to("meta")
+    with pytest.raises(InputError, match="meta"):
+        render_sorted(
+            *[scene[n] for n in NAMES[:5]],
+            camera=camera().to(dtype=torch.float32),
+            background=torch.zeros(3),
+        )

@@ -1,0 +1,128 @@
+"""The losses against their formulas, their masks, and their gradients."""
+
+import pytest
+import torch
+from torch import Tensor
+
+from mobilegs.evaluate import metrics
+from mobilegs.train.losses import (
+    color_distillation_loss,
+    depth_distillation_loss,
+    photo_loss,
+    ssim_map,
+)
+
+
+@pytest.fixture
+def pictures(generator: torch.Generator) -> tuple[Tensor, Tensor]:
+    """An image and a photo, 13 x 17, float64, in [0, 1]."""
+    shape = (13, 17, 3)
+    first = torch.rand(shape, generator=generator, dtype=torch.float64)
+    return first, (first + 0.3 * torch.rand(shape, generator=generator)).clamp(0, 1)
+
+
+@pytest.fixture
+def mask() -> Tensor:
+    """1 on the left, 0 on the right of column 9."""
+    mask = torch.zeros(13, 17, dtype=torch.float64)
+    mask[:, :9] = 1
+    return mask
+
+
+def test_ssim_of_training_is_that_of_evaluation(pictures: tuple[Tensor, Tensor]) -> None:
+    ours = ssim_map(*pictures)
+    torch.testing.assert_close(ours, metrics.ssim_map(*pictures), atol=1e-12, rtol=0)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (3, 40), (13, 17), (40, 7)])
+def test_the_kernel_of_ssim_agrees_with_its_definition(
+    size: tuple[int, int], generator: torch.Generator
+) -> None:
+    image, photo, pull = torch.rand(3, *size, 3, generator=generator, dtype=torch.float64)
+    results = []
+    for dtype in (torch.float32, torch.float64):
+        leaf = image.to(dtype).requires_grad_()
+        score = ssim_map(leaf, photo.to(dtype))
+        score.backward(pull.to(dtype))
+        assert leaf.grad is not None
+        results.append((score.detach().double(), leaf.grad.double()))
+    for kernel, definition in zip(*results, strict=True):
+        assert (kernel - definition).norm() <= 1e-4 * definition.norm()
+
+
+def test_ssim_of_a_picture_with_itself_is_one(pictures: tuple[Tensor, Tensor]) -> None:
+    torch.testing.assert_close(
+        ssim_map(pictures[0], pictures[0]), torch.ones(13, 17, 3, dtype=torch.float64)
+    )
+
+
+def test_the_adjoint_of_ssim_passes_gradcheck(pictures: tuple[Tensor, Tensor]) -> None:
+    image, photo = (picture[:6, :5] for picture in pictures)
+    assert torch.autograd.gradcheck(
+        lambda x: ssim_map(x, photo).sum(2), image.clone().requires_grad_()
+    )
+
+
+def test_photo_loss_weighs_l1_and_dissimilarity(pictures: tuple[Tensor, Tensor]) -> None:
+    image, photo = pictures
+    expected = 0.8 * (image - photo).abs().mean() + 0.2 * (1 - metrics.ssim(image, photo))
+    torch.testing.assert_close(photo_loss(image, photo), expected)
+
+
+def test_a_mask_of_ones_changes_nothing(pictures: tuple[Tensor, Tensor]) -> None:
+    ones = torch.ones(13, 17, dtype=torch.float64)
+    for loss in (photo_loss, color_distillation_loss):
+        torch.testing.assert_close(loss(*pictures, mask=ones), loss(*pictures))
+
+
+@pytest.mark.parametrize("loss", [photo_loss, color_distillation_loss])
+def test_masked_pixels_neither_count_nor_receive_a_gradient(loss, pictures, mask) -> None:
+    image, photo = pictures
+    image = image.clone().requires_grad_()
+    value = loss(image, photo, mask=mask)
+    [gradient] = torch.autograd.grad(value, image)
+    assert (gradient[:, 9:] == 0).all()
+    assert (gradient[:, :9] != 0).any()
+    other = image.detach().clone()
+    other[:, 9:] = 7
+    assert loss(other, photo, mask=mask) == value
+
+
+@pytest.mark.parametrize("loss", [photo_loss, color_distillation_loss])
+def test_a_mask_without_a_pixel_gives_zero(loss, pictures) -> None:
+    assert loss(*pictures, mask=torch.zeros(13, 17, dtype=torch.float64)) == 0
+
+
+def test_depth_loss_does_not_see_a_common_factor(generator: torch.Generator) -> None:
+    teacher = 1 + torch.rand(6, 7, generator=generator)
+    alpha = torch.full_like(teacher, 0.8)
+    assert depth_distillation_loss(2.5 * teacher * alpha, alpha, teacher) < 1e-9
+
+
+def test_depth_loss_is_the_variance_of_the_log_error(generator: torch.Generator) -> None:
+    teacher, depth = 1 + torch.rand(2, 6, 7, generator=generator)
+    alpha = torch.full_like(teacher, 0.8)
+    error = depth.log() - teacher.log()
+    torch.testing.assert_close(
+        depth_distillation_loss(depth * alpha, alpha, teacher), error.var(correction=0)
+    )
+
+
+def test_depth_loss_counts_only_pixels_that_both_cover() -> None:
+    alpha = torch.tensor([[0.9, 0.9, 0.9, 0.4]], requires_grad=True)
+    teacher = torch.tensor([[1.0, 2.0, 0.0, 5.0]])
+    depth = torch.tensor([[0.9, 3.6, 0.1, 0.1]], requires_grad=True)
+    loss = depth_distillation_loss(depth, alpha, teacher)
+    loss.backward()
+    errors = torch.tensor([1.0, 2.0]).log()  # 0.9 / 0.9 over 1, 3.6 / 0.9 over 2
+    torch.testing.assert_close(loss.detach(), errors.var(correction=0))
+    assert depth.grad is not None and alpha.grad is not None
+    assert depth.grad[0, 2:].tolist() == [0, 0]
+    assert alpha.grad.isfinite().all()
+
+
+def test_depth_loss_without_a_common_pixel_is_zero_with_finite_gradients() -> None:
+    depth = torch.zeros(2, 2, requires_grad=True)
+    loss = depth_distillation_loss(depth, torch.zeros(2, 2), torch.zeros(2, 2))
+    loss.backward()
+    assert loss == 0 and depth.grad is not None and (depth.grad == 0).all()

@@ -1,0 +1,94 @@
+"""Rows and their Adam moments change together."""
+
+import pytest
+import torch
+from torch import Tensor
+
+from mobilegs.train.optim import NamedAdam, log_linear
+
+
+@pytest.fixture
+def adam(generator: torch.Generator) -> NamedAdam:
+    """Five rows of two tensors, after three steps in which every row has its own gradient."""
+    tensors = {"a": torch.zeros(5, 2), "b": torch.zeros(5)}
+    adam = NamedAdam(tensors, {"a": 0.1, "b": 0.2})
+    for _ in range(3):
+        pull(adam, generator)
+    return adam
+
+
+def pull(adam: NamedAdam, generator: torch.Generator, rows: Tensor | None = None) -> None:
+    """A step with random gradients, those of `rows` if given."""
+    for tensor in adam.tensors.values():
+        full = torch.randn(5, *tensor.shape[1:], generator=generator)
+        tensor.grad = full[: len(tensor)] if rows is None else full[rows]
+    adam.step()
+
+
+def test_rates_fall_geometrically() -> None:
+    assert log_linear(1e-2, 1e-4, 0.0) == pytest.approx(1e-2)
+    assert log_linear(1e-2, 1e-4, 0.5) == pytest.approx(1e-3)
+    assert log_linear(1e-2, 1e-4, 2.0) == pytest.approx(1e-4)
+
+
+def test_rows_that_are_kept_move_as_if_the_others_were_still_there(adam: NamedAdam) -> None:
+    rows = torch.tensor([True, False, True, True, False])
+    other = NamedAdam({"a": torch.zeros(5, 2), "b": torch.zeros(5)}, {"a": 0.1, "b": 0.2})
+    other.restore(adam.state())
+    adam.keep_rows(rows)
+    pull(adam, torch.Generator().manual_seed(1), rows)
+    pull(other, torch.Generator().manual_seed(1))
+    for name, tensor in adam.tensors.items():
+        torch.testing.assert_close(tensor, other.tensors[name][rows], atol=0, rtol=0)
+
+
+def test_appended_rows_have_their_values_and_no_momentum(adam: NamedAdam) -> None:
+    before = {name: tensor.detach().clone() for name, tensor in adam.tensors.items()}
+    adam.append_rows({"a": torch.ones(2, 2), "b": torch.full((2,), 3.0)})
+    for name, tensor in adam.tensors.items():
+        assert torch.equal(tensor[:5], before[name])
+        state = adam.adam.state[tensor]
+        assert (state["exp_avg"][:5] != 0).all() and (state["exp_avg"][5:] == 0).all()
+        assert state["exp_avg_sq"].shape == tensor.shape
+    assert adam.tensors["b"][5:].tolist() == [3, 3]
+
+
+def test_a_reset_forgets_the_momentum_of_one_tensor_only(adam: NamedAdam) -> None:
+    adam.reset("b", torch.full((5,), 7.0))
+    assert adam.tensors["b"].tolist() == [7] * 5
+    assert (adam.adam.state[adam.tensors["b"]]["exp_avg"] == 0).all()
+    assert (adam.adam.state[adam.tensors["a"]]["exp_avg"] != 0).all()
+
+
+def test_dropping_and_adding_leaves_the_other_moments(adam: NamedAdam) -> None:
+    before = adam.adam.state[adam.tensors["a"]]["exp_avg"].clone()
+    adam.drop("b")
+    adam.add("c", torch.ones(5, 4), 0.3)
+    assert list(adam.tensors) == ["a", "c"]
+    assert torch.equal(adam.adam.state[adam.tensors["a"]]["exp_avg"], before)
+    pull(adam, torch.Generator().manual_seed(1))
+    assert (adam.tensors["c"] != 1).all()
+
+
+def test_a_restored_optimiser_moves_on_alike_whatever_it_held_before(adam: NamedAdam) -> None:
+    adam.drop("b")
+    adam.add("c", torch.ones(5), 0.3)
+    other = NamedAdam({"a": torch.zeros(2, 2), "b": torch.zeros(2)}, {"a": 0.9, "b": 0.9})
+    other.restore(adam.state())
+    for each in (adam, other):
+        pull(each, torch.Generator().manual_seed(2))
+    assert adam.tensors.keys() == other.tensors.keys()
+    for name, tensor in adam.tensors.items():
+        assert torch.equal(tensor, other.tensors[name])
+
+
+def test_a_networks_parameters_stay_its_own() -> None:
+    layer = torch.nn.Linear(2, 1)
+    adam = NamedAdam(dict(layer.named_parameters()), {"weight": 0.1, "bias": 0.1})
+    state = adam.state()
+    saved = {name: {**entry, "value": entry["value"].clone()} for name, entry in state.items()}
+    layer(torch.ones(1, 2)).sum().backward()
+    adam.step()
+    assert not torch.equal(layer.weight, saved["weight"]["value"])
+    adam.restore(saved)
+    assert torch.equal(layer.weight, saved["weight"]["value"])

@@ -1,0 +1,312 @@
+"""Teacher and student on a tiny capture: they learn, and they go on where they were stopped."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import torch
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.compress.codebooks import CodebookSizes
+from mobilegs.compress.container import pack
+from mobilegs.data.dataset import Dataset, Frame, load_view
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.scene import Scene
+from mobilegs.train.densify import DensifyConfig
+from mobilegs.train.distill import TeacherPictures
+from mobilegs.train.init import gaussians_at
+from mobilegs.train.stage import Stage, view_order
+from mobilegs.train.student import Student, StudentConfig
+from mobilegs.train.teacher import Teacher, TeacherConfig
+
+CPU = torch.device("cpu")
+TEACHER = TeacherConfig(
+    steps=40,
+    max_splats=60,
+    init_splats=40,
+    densify=DensifyConfig(min_interval=4, prune_scale=0.0),  # the points are sparse
+)
+STUDENT = StudentConfig(
+    steps=40,
+    regression_steps=5,
+    codebooks=CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
+)
+
+
+def blobs() -> Gaussians:
+    """Fifty opaque coloured blobs around the origin."""
+    generator = torch.Generator().manual_seed(5)
+    points = torch.randn(50, 3, generator=generator) * 0.5
+    made = gaussians_at(points, torch.rand(50, 3, generator=generator), opacity=0.8, sh_degree=1)
+    made.log_scales -= 0.7
+    made.sh[:, 1:] = 0.2 * torch.randn(50, 3, 3, generator=generator)
+    return made
+
+
+def cameras() -> list[Camera]:
+    K = torch.tensor([[28.0, 0, 12], [0, 28, 12], [0, 0, 1]])
+    eyes = torch.randn(7, 3, generator=torch.Generator().manual_seed(6))
+    up = torch.tensor([0.0, 0, 1])
+    return [Camera(look_at(3 * eye / eye.norm(), torch.zeros(3), up), K, 24, 24) for eye in eyes]
+
+
+@pytest.fixture(scope="session")
+def dataset() -> Dataset:
+    """Seven photos, 24 x 24, of the blobs; their centres, moved a little, are the points."""
+    truth = Scene(blobs())
+    frames = [
+        Frame(
+            f"{index}.png",
+            camera,
+            pixels=(truth.render(camera).image.clamp(0, 1) * 255).round().to(torch.uint8),
+        )
+        for index, camera in enumerate(cameras())
+    ]
+    noise = torch.randn(50, 3, generator=torch.Generator().manual_seed(7))
+    return Dataset(
+        name="blobs",
+        train=frames[1:],
+        test=frames[:1],
+        points=truth.gaussians.means + 0.05 * noise,
+        colors=torch.full((50, 3), 0.5),
+        extent=3.0,
+        center=torch.zeros(3),
+        background=torch.zeros(3),
+        near=0.2,
+    )
+
+
+@pytest.fixture
+def make_student(dataset: Dataset) -> Callable[..., Student]:
+    def make(config: StudentConfig = STUDENT, seed: int = 0) -> Student:
+        return Student(config, Scene(blobs(), near=0.2), extent=dataset.extent, seed=seed)
+
+    return make
+
+
+def train(stage: Stage, dataset: Dataset, until: int) -> list[float]:
+    """Steps up to number `until`; their losses."""
+    losses = []
+    while stage.done < until:
+        number = stage.views_per_step
+        order = view_order(len(dataset.train), stage.done * number, number, seed=3)
+        views = [(index, load_view(dataset.train[index])) for index in order]
+        losses.append(float(stage.advance(views).loss))
+    return losses
+
+
+def same_state(first: dict, second: dict) -> bool:
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(same_state(first[k], second[k]) for k in first)
+    if isinstance(first, torch.Tensor):
+        return torch.equal(first, second)
+    return first == second
+
+
+# --- the order of the views
+
+
+def test_every_pass_shows_every_view_once_in_another_order() -> None:
+    order = view_order(5, 0, 15, seed=1)
+    passes = [order[:5], order[5:10], order[10:]]
+    assert all(sorted(p) == [0, 1, 2, 3, 4] for p in passes)
+    assert len({tuple(p) for p in passes}) > 1
+
+
+@pytest.mark.parametrize("first", [0, 3, 5, 13])
+def test_the_order_is_the_same_wherever_one_starts_to_ask(first: int) -> None:
+    assert view_order(5, first, 9, seed=1) == view_order(5, 0, 40, seed=1)[first : first + 9]
+
+
+# --- the teacher
+
+
+def test_the_teacher_learns(dataset: Dataset) -> None:
+    losses = train(Teacher(TEACHER, dataset, seed=0, device=CPU), dataset, 40)
+    assert sum(losses[-6:]) < 0.8 * sum(losses[:6])
+
+
+def test_the_teacher_grows_up_to_its_cap(dataset: Dataset) -> None:
+    teacher = Teacher(TEACHER, dataset, seed=0, device=CPU)
+    assert teacher.count == 40
+    train(teacher, dataset, 20)
+    assert 40 < teacher.count <= 60
+
+
+def test_a_fixed_teacher_keeps_its_number(dataset: Dataset) -> None:
+    config = replace(TEACHER, densify=DensifyConfig(strategy="fixed"))
+    teacher = Teacher(config, dataset, seed=0, device=CPU)
+    train(teacher, dataset, 20)
+    assert teacher.count == 40 and teacher.phase == "refine"
+
+
+def test_harmonics_rise_with_the_run(dataset: Dataset) -> None:
+    teacher = Teacher(replace(TEACHER, sh_interval=0.1), dataset, seed=0, device=CPU)
+    degrees = []
+    for done in (0, 3, 4, 8, 12, 39):
+        teacher.done = done
+        degrees.append(teacher.sh_degree)
+    assert degrees == [0, 0, 1, 2, 3, 3]
+
+
+@pytest.mark.parametrize("stop", [1, 13])
+def test_a_teacher_that_was_stopped_ends_the_same(dataset: Dataset, stop: int) -> None:
+    whole = Teacher(TEACHER, dataset, seed=0, device=CPU)
+    train(whole, dataset, 24)
+    first = Teacher(TEACHER, dataset, seed=0, device=CPU)
+    train(first, dataset, stop)
+    second = Teacher(TEACHER, dataset, seed=9, device=CPU)
+    second.restore(first.state())
+    train(second, dataset, 24)
+    assert same_state(whole.state(), second.state())
+
+
+# --- the teacher's pictures
+
+
+def test_what_the_teacher_shows_does_not_depend_on_the_cache() -> None:
+    camera = cameras()[0]
+    kept = TeacherPictures(Scene(blobs()), cache_bytes=1 << 20)
+    drawn = TeacherPictures(Scene(blobs()), cache_bytes=0)
+    for _ in range(2):
+        for a, b in zip(kept.get(0, camera), drawn.get(0, camera), strict=True):
+            assert torch.equal(a, b)
+    assert kept.left == (1 << 20) - 24 * 24 * 8 and drawn.left == 0
+
+
+def test_the_teachers_depth_is_the_mean_where_it_covers() -> None:
+    camera = cameras()[0]
+    rendered = Scene(blobs()).render(camera, depth=True)
+    picture = TeacherPictures(Scene(blobs()), cache_bytes=0).get(0, camera)
+    assert rendered.depth is not None
+    covered = rendered.alpha > 0.5
+    assert covered.any() and not covered.all()
+    expected = rendered.depth[covered] / rendered.alpha[covered]
+    torch.testing.assert_close(picture.depth[covered], expected, rtol=1e-3, atol=0)
+    assert (picture.depth[~covered] == 0).all()
+
+
+# --- the student
+
+
+def test_the_student_starts_with_the_teachers_opacities(make_student) -> None:
+    student = make_student()
+    some = student.model.gaussians()
+    phi, opacities = student.model.seen(some, cameras()[0])
+    torch.testing.assert_close(opacities, blobs().opacities)
+    assert (phi == 1).all()
+
+
+def test_training_draws_what_evaluation_draws(dataset: Dataset, make_student) -> None:
+    student = make_student()
+    for until in (5, 20, 40):  # explicit, networks, codes
+        train(student, dataset, until)
+        drawn = student.model.draw(
+            cameras()[0], background=student.background, weighting=STUDENT.weighting, depth=True
+        )
+        again = student.scene().render(cameras()[0], depth=True)
+        torch.testing.assert_close(drawn.image, again.image, atol=1e-5, rtol=0)
+    assert student.model.phase == "codes"
+
+
+def test_the_student_learns_in_every_form(dataset: Dataset, make_student) -> None:
+    config = replace(STUDENT, net_fraction=0.25, codes_fraction=0.5)
+    losses = train(make_student(config), dataset, 40)
+    assert sum(losses[18:24]) < sum(losses[:6])
+    assert sum(losses[-6:]) < sum(losses[20:26])  # codebooks learn
+
+
+@pytest.mark.parametrize("stop", [3, 12, 30])
+def test_a_student_that_was_stopped_ends_in_the_same_bytes(
+    dataset: Dataset, make_student, stop: int
+) -> None:
+    whole, first, second = make_student(), make_student(), make_student(seed=9)
+    train(whole, dataset, 40)
+    train(first, dataset, stop)
+    assert first.model.phase == ("explicit", "networks", "codes")[(stop > 6) + (stop > 26)]
+    second.restore(first.state())
+    train(second, dataset, 40)
+    assert pack(second.coded()) == pack(whole.coded())
+
+
+def test_the_cache_of_the_teachers_pictures_does_not_change_training(
+    dataset: Dataset, make_student
+) -> None:
+    students = [make_student(replace(STUDENT, cache_mib=size)) for size in (0, 100)]
+    for student in students:
+        train(student, dataset, 12)
+    assert same_state(students[0].state(), students[1].state())
+
+
+def test_a_step_on_several_views_follows_the_sum_of_their_gradients(
+    dataset: Dataset, make_student
+) -> None:
+    views = [(index, load_view(dataset.train[index])) for index in range(3)]
+    apart, together = make_student(), make_student()
+    for index, view in views:
+        apart._pull(index, view)
+    expected = {name: t.grad.clone() for name, t in apart.model.rows.tensors.items()}
+    together.model.step = lambda: None
+    together.advance(views)
+    for name, tensor in together.model.rows.tensors.items():
+        assert torch.equal(tensor.grad, expected[name])
+        assert (tensor.grad != 0).any()
+
+
+def test_moments_survive_the_changes_of_form(dataset: Dataset, make_student) -> None:
+    student = make_student()
+    train(student, dataset, 6)
+    model = student.model
+    before = {n: model.rows.adam.state[model.rows.tensors[n]] for n in ("means", "quats")}
+    student._enter("networks")
+    for name, state in before.items():
+        assert model.rows.adam.state[model.rows.tensors[name]] is state
+    weights = model.shared.tensors["network.hidden1.weight"]
+    moments = model.shared.adam.state[weights]
+    student._enter("codes")
+    assert model.shared.adam.state[weights] is moments
+    assert set(model.rows.tensors) == {"means"}
+
+
+def test_votes_remove_what_is_faint_and_small(dataset: Dataset, make_student) -> None:
+    student = make_student()
+    with torch.no_grad():
+        student.model.rows.tensors["logit_opacities"][:4] = -4
+        student.model.rows.tensors["log_scales"][:4] = -5
+    train(student, dataset, 4)
+    assert student.count < 50
+    faint = student.model.rows.tensors["logit_opacities"] < -3
+    assert not faint.any()
+
+
+def test_pruning_in_coded_form_keeps_rows_and_indices_together(
+    dataset: Dataset, make_student
+) -> None:
+    student = make_student()
+    student._enter("codes")
+    before = student.model.gaussians()
+    keep = torch.arange(50) % 3 != 0
+    student.model.keep_rows(keep)
+    after = student.model.gaussians()
+    for name, value in before.tensors().items():
+        torch.testing.assert_close(after.tensors()[name], value[keep], atol=1e-6, rtol=0)
+
+
+def test_a_student_of_one_step_is_coded_in_the_end(dataset: Dataset, make_student) -> None:
+    student = make_student(replace(STUDENT, steps=1))
+    train(student, dataset, 1)
+    assert len(student.coded()) == student.count
+
+
+def test_a_teacher_of_another_degree_is_cut_or_filled_up(dataset: Dataset) -> None:
+    for coefficients in (1, 16):
+        teacher = replace(blobs(), sh=torch.ones(50, coefficients, 3))
+        model = Student(STUDENT, Scene(teacher), extent=3.0, seed=0).model
+        assert model.gaussians().sh.shape == (50, 4, 3)
+        assert (model.gaussians().sh[:, 1:] == (coefficients > 1)).all()
+
+
+def test_phases_out_of_order_are_refused() -> None:
+    with pytest.raises(InputError, match="codes_fraction must rise"):
+        StudentConfig(net_fraction=0.7, codes_fraction=0.5)
