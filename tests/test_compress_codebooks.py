@@ -33,6 +33,7 @@ def test_decoded_rows_are_those_of_the_whole(books: SubVectorCodebooks) -> None:
     assert torch.equal(books(rows), books()[rows])
     mask = torch.arange(400) % 3 == 0
     assert torch.equal(books(mask), books()[mask])
+    assert books(slice(0, 0)).shape == (0, 6)
 
 
 def test_more_entries_mean_less_error(values: torch.Tensor) -> None:

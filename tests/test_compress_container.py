@@ -246,7 +246,7 @@ def test_a_file_cut_anywhere_is_refused(data: bytes, choice: st.DataObject) -> N
         unpack(data[: choice.draw(st.integers(0, len(data) - 1))])
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=200)
 @given(st.data())
 def test_a_flipped_bit_anywhere_is_refused(data: bytes, choice: st.DataObject) -> None:
     bit = choice.draw(st.integers(0, 8 * len(data) - 1))

@@ -104,6 +104,7 @@ def test_ordered_numbers_follow_the_values_of_the_halves() -> None:
     assert (np.diff(values.astype(np.float64)) >= 0).all()
 
 
+@settings(deadline=None, max_examples=40)
 @given(halves)
 def test_morton_codes_interleave_bits_with_x_lowest(bits: np.ndarray) -> None:
     stored = torch.from_numpy(bits.view(np.float16))
@@ -117,7 +118,7 @@ def test_morton_codes_interleave_bits_with_x_lowest(bits: np.ndarray) -> None:
     assert torch.equal(from_morton(codes).view(torch.int16), stored.view(torch.int16))
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=50)
 @given(halves, st.integers(1, 4))
 def test_any_positions_come_back_duplicates_included(bits: np.ndarray, copies: int) -> None:
     stored = ordered(torch.from_numpy(np.repeat(bits, copies, axis=0).view(np.float16)))
@@ -133,7 +134,7 @@ def test_a_large_cloud_comes_back_in_under_half_its_bytes() -> None:
     assert torch.equal(decode_positions(coded, len(stored)), stored)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=60)
 @given(st.data())
 def test_damaged_positions_are_refused_or_finite(data: st.DataObject) -> None:
     coded = bytearray(encode_positions(ordered(frame().store(cloud(60)))))

@@ -78,6 +78,7 @@ def test_equal_symbols_give_equal_bytes() -> None:
     assert rans.encode(skewed(9000, 64), 64) == rans.encode(skewed(9000, 64), 64)
 
 
+@settings(deadline=None)
 @given(stnp.arrays(np.int64, st.integers(1, 500), elements=st.integers(0, 10**9)))
 def test_frequencies_sum_to_the_total_and_serve_every_symbol(counts: np.ndarray) -> None:
     frequencies = rans.normalise(counts)
@@ -92,34 +93,34 @@ def test_thousands_of_rare_symbols_still_fit_the_total() -> None:
     assert frequencies.sum() == rans.TOTAL and frequencies.min() == 1
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=80)
 @given(st.data())
 def test_damage_never_does_anything_but_refuse_or_decode(data: st.DataObject) -> None:
     contextual = data.draw(st.booleans())
-    symbols = skewed(500, 40, seed=data.draw(st.integers(0, 3)))
+    symbols = skewed(300, 40, seed=data.draw(st.integers(0, 3)))
     coded = bytearray(rans.encode(symbols, 40, contextual=contextual))
     for _ in range(data.draw(st.integers(1, 3))):
         coded[data.draw(st.integers(0, len(coded) - 1))] = data.draw(st.integers(0, 255))
     damaged = bytes(coded[: data.draw(st.integers(len(coded) - 2, len(coded)))])
     try:
-        out = rans.decode(damaged, 500, 40)
+        out = rans.decode(damaged, 300, 40)
     except InputError:
         return
-    assert out.shape == (500,) and out.max() < 40
+    assert out.shape == (300,) and out.max() < 40
 
 
 def test_most_flipped_bits_are_noticed_even_without_a_checksum() -> None:
     symbols = skewed(2000, 64)
     coded = rans.encode(symbols, 64)
     noticed = 0
-    for bit in range(len(coded) * 8 - 4000, len(coded) * 8, 40):
+    for bit in range(len(coded) * 8 - 4000, len(coded) * 8, 160):
         damaged = bytearray(coded)
         damaged[bit // 8] ^= 1 << bit % 8
         try:
             rans.decode(bytes(damaged), 2000, 64)
         except InputError:
             noticed += 1
-    assert noticed == 100
+    assert noticed == 25
 
 
 def test_a_wrong_number_of_symbols_is_refused() -> None:
@@ -155,6 +156,7 @@ def test_packed_bits_of_a_wrong_length_or_tail_are_refused(data: bytes) -> None:
         unpack_bits(data, np.array([3, 4]))
 
 
+@settings(deadline=None)
 @given(stnp.arrays(np.uint64, 20, elements=st.integers(0, 2**53 - 1)))
 def test_bit_lengths_are_pythons(values: np.ndarray) -> None:
     assert bit_lengths(values).tolist() == [int(value).bit_length() for value in values]

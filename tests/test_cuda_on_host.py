@@ -11,8 +11,9 @@ from test_kernels import BAD, BASE, CASES, RENDERERS, compare, with_rows
 
 import mobilegs.render
 from mobilegs.errors import InputError
-from mobilegs.render import render_sorted, render_sortfree, visible_rows
-from mobilegs.render.kernels import cuda
+from mobilegs.render import Weighting, render_sorted, render_sortfree
+from mobilegs.render.kernels import cpu, cuda
+from mobilegs.render.kernels.view import kernel_view
 
 EVERYTHING = ["sorted", "mobile_gs"]
 
@@ -20,7 +21,7 @@ EVERYTHING = ["sorted", "mobile_gs"]
 @pytest.fixture(scope="session")
 def built(tmp_path_factory) -> HostKernels:
     if COMPILER is None:
-        pytest.skip("no C++ compiler to build the kernels with")
+        pytest.skip("emulating the kernels needs Linux and a C++ compiler")
     return HostKernels(tmp_path_factory.mktemp("cuda_on_host"))
 
 
@@ -126,13 +127,46 @@ def test_every_kernel_is_executed(kernels):
     assert set(kernels.launched) == compiled
 
 
-def test_radii_are_those_of_the_cpu_kernels(monkeypatch):
+def test_radii_are_those_of_the_cpu_kernels():
     scene, view = as_float32(random_scene(300, seed=14, spread=4.0)), camera()
     flat = [scene[name].float() for name in NAMES[:5]]
-    options = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
-    found = render_sorted(*flat, **options).radii
-    monkeypatch.undo()
-    torch.testing.assert_close(found, render_sorted(*flat, **options).radii, rtol=1e-5, atol=1e-5)
+    given = kernel_view(view, torch.zeros(3), Weighting(), 4)
+    expected = cpu.project_radii(given, *flat)
+    assert (expected == 0).any() and (expected > 0).any()
+    torch.testing.assert_close(cuda.project_radii(given, *flat), expected, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_a_tile_counted_too_many_changes_nothing(renderer, monkeypatch):
+    scene, view = as_float32(random_scene(80, seed=15)), camera()
+    expected = draw(scene, view, renderer)
+    project = cuda._project
+
+    def generous(*arguments):
+        splats, radii, touched, homes = project(*arguments)
+        return splats, radii, touched + (touched > 0).int(), homes
+
+    monkeypatch.setattr(cuda, "_project", generous)
+    for name, value in draw(scene, view, renderer).items():
+        assert torch.equal(value, expected[name]), name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_a_tile_counted_too_few_stays_within_its_slots(renderer, monkeypatch):
+    scene, view = as_float32(random_scene(80, seed=15)), camera()
+    expected = draw(scene, view, renderer)
+    project = cuda._project
+
+    def mean(*arguments):
+        splats, radii, touched, homes = project(*arguments)
+        return splats, radii, touched - (touched == touched.max()).int(), homes
+
+    monkeypatch.setattr(cuda, "_project", mean)
+    found = draw(scene, view, renderer)
+    assert all(value.isfinite().all() for value in found.values())
+    # what is lost lies in the last tiles of the widest Gaussians, all else is as it was
+    assert not torch.equal(found["image"], expected["image"])
+    assert torch.equal(found["image"][:16], expected["image"][:16])
 
 
 def test_inputs_on_different_devices_are_refused():

@@ -248,9 +248,9 @@ def test_the_paper_has_thirty_thousand_steps_each() -> None:
 
 
 def test_steps_are_shared_out_as_the_recipe_has_them() -> None:
-    recipe = with_steps(RECIPES["cpu"](), 850)
-    assert (recipe.teacher.steps, recipe.student.steps) == (500, 350)
-    assert with_steps(RECIPES["cpu"](), 2).student.steps == 1
+    longer = with_steps(RECIPE, 300)
+    assert (longer.teacher.steps, longer.student.steps) == (120, 180)
+    assert with_steps(RECIPE, 2).student.steps == 1
 
 
 def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:

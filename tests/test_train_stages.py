@@ -29,6 +29,8 @@ TEACHER = TeacherConfig(
 )
 STUDENT = StudentConfig(
     steps=40,
+    net_fraction=1 / 6,
+    codes_fraction=0.65,
     regression_steps=5,
     codebooks=CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
 )
@@ -266,7 +268,7 @@ def test_moments_survive_the_changes_of_form(dataset: Dataset, make_student) -> 
     moments = model.shared.adam.state[weights]
     student._enter("codes")
     assert model.shared.adam.state[weights] is moments
-    assert set(model.rows.tensors) == {"means"}
+    assert "quats" not in model.rows.tensors and "means" in model.rows.tensors
 
 
 def test_votes_remove_what_is_faint_and_small(dataset: Dataset, make_student) -> None:
@@ -291,6 +293,18 @@ def test_pruning_in_coded_form_keeps_rows_and_indices_together(
     after = student.model.gaussians()
     for name, value in before.tensors().items():
         torch.testing.assert_close(after.tensors()[name], value[keep], atol=1e-6, rtol=0)
+
+
+def test_reassigning_follows_what_a_gaussian_has_learned_to_want(make_student) -> None:
+    model = make_student().model
+    model.use_networks(regression_steps=1, generator=torch.Generator().manual_seed(0))
+    model.use_codes(STUDENT.codebooks, generator=torch.Generator().manual_seed(0))
+    book = model.codebooks["scale"]
+    with torch.no_grad():
+        model.rows.tensors["scale"][7] = book.stored_centers[:, 3, 0]
+    assert book.indices[7].tolist() != [3, 3, 3]
+    model.reassign()
+    assert book.indices[7].tolist() == [3, 3, 3]
 
 
 def test_a_student_of_one_step_is_coded_in_the_end(dataset: Dataset, make_student) -> None:

@@ -69,7 +69,11 @@ def look_up(
     """The vectors that `indices` stand for, d = s * length; differentiable to the centres."""
     count, size, length = centers.shape
     starts = torch.arange(count, device=indices.device) * size
-    return embedding(indices.long() + starts, centers.reshape(-1, length)).flatten(1)
+    entries, rows = centers.reshape(-1, length), indices.long() + starts
+    if centers.is_cuda:
+        return embedding(rows, entries).flatten(1)  # its backward pass sorts: no atomics
+    # on the CPU its backward pass takes fourteen times as long as this one's
+    return entries.index_select(0, rows.reshape(-1)).reshape(len(rows), count * length)
 
 
 class SubVectorCodebooks(nn.Module):
@@ -89,17 +93,32 @@ class SubVectorCodebooks(nn.Module):
 
     @classmethod
     def fit(
-        cls, values: Float[Tensor, "n d"], *, length: int, size: int, generator: torch.Generator
+        cls,
+        values: Float[Tensor, "n d"],
+        *,
+        length: int,
+        size: int,
+        generator: torch.Generator,
+        weights: Float[Tensor, "n"] | None = None,
     ) -> "SubVectorCodebooks":
         """Codebooks of `size` entries for `values`, by k-means on each sub-vector.
+
+        `weights` (>= 0) say how much an error of each row matters: the rows that k-means sees
+        are drawn by them.
 
         Raises:
             InputError: `values` has no rows, or some that are not finite.
         """
-        pairs = [kmeans(part, size, generator=generator) for part in values.split(length, dim=1)]
+        seen = values
+        if weights is not None:
+            chances = weights.double().cpu().cumsum(0)
+            draws = torch.rand(len(values), generator=generator, dtype=torch.float64)
+            rows = torch.searchsorted(chances, draws * chances[-1]).clamp_max(len(values) - 1)
+            seen = values[rows.to(values.device)]
+        pairs = [kmeans(part, size, generator=generator) for part in seen.split(length, dim=1)]
         books = cls(
             torch.stack([centers for centers, _ in pairs]),
-            torch.stack([nearest for _, nearest in pairs], dim=1),
+            torch.zeros(len(values), len(pairs), dtype=torch.long, device=values.device),
         )
         books.reassign(values)  # to the centres as they are stored
         return books

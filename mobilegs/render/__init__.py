@@ -10,7 +10,7 @@ from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.render import sorted as sorted_definition
 from mobilegs.render import sortfree as sortfree_definition
-from mobilegs.render.kernels.cpu import CpuRaster, project_radii
+from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.view import kernel_view
 from mobilegs.render.project import project
 from mobilegs.render.rendered import Rendered
@@ -30,11 +30,7 @@ def _chosen(backend: Backend, means: Tensor) -> Backend:
 def _raster(means: Tensor) -> type[torch.autograd.Function]:
     if means.dtype != torch.float32:
         raise InputError(f"the kernels draw float32, not {means.dtype}: use backend='definition'")
-    if means.is_cuda:
-        from mobilegs.render.kernels.cuda import CudaRaster
-
-        return CudaRaster
-    return CpuRaster
+    return cuda.CudaRaster if means.is_cuda else cpu.CpuRaster
 
 
 def render_sorted(
@@ -113,9 +109,8 @@ def visible_rows(
     black = torch.zeros_like(means[:, None, :])
     if _chosen("auto", means) == "definition":
         visible = project(means, quats, scales, ones, black, camera=camera).visible
-    elif means.is_cuda:
-        raise NotImplementedError
     else:
         view = kernel_view(camera, black[0, 0], Weighting(), 1)
-        visible = project_radii(view, means, quats, scales, ones, black) > 0
+        kernels = cuda if means.is_cuda else cpu
+        visible = kernels.project_radii(view, means, quats, scales, ones, black) > 0
     return visible.nonzero()[:, 0]

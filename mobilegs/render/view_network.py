@@ -17,11 +17,11 @@ class ViewNetwork(nn.Module):
 
     def __init__(self, generator: torch.Generator | None = None) -> None:
         super().__init__()
-        self.hidden1 = nn.Linear(22, 256)
-        self.hidden2 = nn.Linear(256, 128)
-        self.hidden3 = nn.Linear(128, 64)
-        self.phi = nn.Linear(64, 1)
-        self.opacity = nn.Linear(64, 1)
+        self.hidden1 = _linear(22, 256)
+        self.hidden2 = _linear(256, 128)
+        self.hidden3 = _linear(128, 64)
+        self.phi = _linear(64, 1)
+        self.opacity = _linear(64, 1)
         with torch.no_grad():
             for layer in (self.hidden1, self.hidden2, self.hidden3):
                 bound = layer.in_features**-0.5  # torch's default, drawn from our generator
@@ -59,3 +59,8 @@ class ViewNetwork(nn.Module):
         bias = torch.cat([self.phi.bias, self.opacity.bias])
         out = hidden @ (heads @ self.hidden3.weight).T + heads @ self.hidden3.bias + bias
         return torch.relu(out[:, 0]), out[:, 1]
+
+
+def _linear(inputs: int, outputs: int) -> nn.Linear:
+    """A layer without values: torch would draw them from its global random state."""
+    return nn.Linear(inputs, outputs, device="meta").to_empty(device="cpu")

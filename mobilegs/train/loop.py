@@ -23,6 +23,7 @@ from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
 from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.render.scene import Scene
+from mobilegs.scene_file import choose_device
 from mobilegs.train.progress import Monitor
 from mobilegs.train.recipes import RECIPES, PresetName, Recipe, with_setting, with_steps
 from mobilegs.train.run_folder import RunFolder, stopping_between_steps
@@ -89,7 +90,7 @@ def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
     resuming = run.resume and folder.config.exists()
     if resuming and folder.metrics.exists():
         return json.loads(folder.metrics.read_text())
-    device = chosen_device(run.device)
+    device = choose_device(run.device)
     if resuming:
         options, recipe = folder.continued()
         run = with_saved(run, options)
@@ -280,12 +281,3 @@ def with_saved(run: TrainRun, saved: dict[str, Any]) -> TrainRun:
         seed=saved["seed"],
         background=None if background is None else tuple(background),
     )
-
-
-def chosen_device(name: str) -> torch.device:
-    """The device that the option names."""
-    if name == "cuda" and not torch.cuda.is_available():
-        raise InputError("this machine offers no CUDA device: leave out --device cuda")
-    if name == "auto":
-        name = "cuda" if torch.cuda.is_available() else "cpu"
-    return torch.device(name)

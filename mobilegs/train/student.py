@@ -33,7 +33,7 @@ class StudentConfig:
     """The weights that take the place of the order."""
     net_fraction: float = 5 / 30
     """When six latents and two small networks replace the harmonics (paper: 5,000 of 30,000)."""
-    codes_fraction: float = 0.65
+    codes_fraction: float = 0.7
     """When codebooks replace what they stand for. (The release: 29,000 of 30,000, with
     codebooks that do not learn; these do, and profit from time.)"""
     ssim_weight: float = 0.2
@@ -66,7 +66,7 @@ class StudentConfig:
     """Rate of the codebooks of rotations."""
     appearance_codebook_rate: float = 1e-3
     """Rate of the codebooks of latents."""
-    free_share: float = 0.5
+    free_share: float = 0.2
     """With codes, what is left of the rates of what they stand for."""
     reassign_every: int = 25
     """With codes, steps between two choices of the nearest codebook entries."""

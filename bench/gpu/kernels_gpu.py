@@ -1,0 +1,186 @@
+"""Times the CUDA kernels, forward and with backward, on the scene of bench/kernels.py.
+
+    python bench/gpu/kernels_gpu.py [--json OUT] [--counts 100000 400000 1000000]
+
+Each row also says what every kernel takes by itself; the rest of the time is torch's sorts and
+scans, and the launches. Where the package `gsplat` can be imported, its sorted rasteriser is timed
+on the same scene beside ours.
+"""
+
+import argparse
+import json
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import torch
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from kernels import BACKGROUND, NAMES, study_scene
+
+from mobilegs.camera import Camera
+from mobilegs.render import render_sorted, render_sortfree
+from mobilegs.render.kernels import cuda
+
+DEVICE = "cuda"
+SIZES = ((800, 533), (1600, 1066))
+WARM_UP = 3
+ROUNDS = 20
+
+
+class Ours:
+    """Our kernels behind the public functions, autograd included."""
+
+    def __init__(self, scene: dict[str, torch.Tensor], camera: Camera, grad: torch.Tensor) -> None:
+        self.leaves = {n: x.to(DEVICE).requires_grad_() for n, x in scene.items()}
+        self.camera, self.grad = camera, grad
+        self.background = torch.tensor(BACKGROUND)
+
+    def forward(self, path: str) -> torch.Tensor:
+        names = NAMES if path == "sortfree" else NAMES[:5]
+        render = render_sortfree if path == "sortfree" else render_sorted
+        inputs = [self.leaves[name] for name in names]
+        return render(*inputs, camera=self.camera, background=self.background).image
+
+    def both(self, path: str) -> None:
+        for leaf in self.leaves.values():
+            leaf.grad = None
+        self.forward(path).backward(self.grad)
+
+
+class Gsplat:
+    """The rasteriser of the package gsplat."""
+
+    def __init__(self, ours: Ours) -> None:
+        from gsplat import rasterization
+
+        self.rasterization, self.ours = rasterization, ours
+        self.viewmats = ours.camera.viewmat.to(DEVICE)[None]
+        self.intrinsics = ours.camera.K.float().to(DEVICE)[None]
+
+    def forward(self, path: str) -> torch.Tensor:
+        means, quats, scales, opacities, sh = (self.ours.leaves[name] for name in NAMES[:5])
+        camera = self.ours.camera
+        image, _, _ = self.rasterization(
+            means,
+            quats,
+            scales,
+            opacities,
+            sh,
+            self.viewmats,
+            self.intrinsics,
+            camera.width,
+            camera.height,
+            sh_degree=1,
+            packed=False,
+        )
+        return image[0]
+
+    both = Ours.both
+
+    @property
+    def leaves(self) -> dict[str, torch.Tensor]:
+        return self.ours.leaves
+
+    @property
+    def grad(self) -> torch.Tensor:
+        return self.ours.grad
+
+
+def timed(call: Callable[[], object]) -> list[float]:
+    """Milliseconds of each round between two events on the GPU, after a warm-up."""
+    for _ in range(WARM_UP):
+        call()
+    found = []
+    for _ in range(ROUNDS):
+        start, end = (torch.cuda.Event(enable_timing=True) for _ in range(2))
+        torch.cuda.synchronize()
+        start.record()
+        call()
+        end.record()
+        torch.cuda.synchronize()
+        found.append(start.elapsed_time(end))
+    return found
+
+
+def by_kernel(call: Callable[[], object]) -> dict[str, float]:
+    """Milliseconds of each kernel in one call, the median of some."""
+    kernels, samples = cuda.kernels_for(torch.empty(0, device=DEVICE)), {}
+    launch = kernels.launch
+
+    def watched(name: str, *arguments) -> None:
+        start, end = (torch.cuda.Event(enable_timing=True) for _ in range(2))
+        start.record()
+        launch(name, *arguments)
+        end.record()
+        samples.setdefault(name, []).append((start, end))
+
+    kernels.launch = watched
+    try:
+        for _ in range(5):
+            call()
+        torch.cuda.synchronize()
+    finally:
+        kernels.launch = launch
+    medians = {
+        name: statistics.median(start.elapsed_time(end) for start, end in events)
+        for name, events in samples.items()
+    }
+    return {name: round(value, 4) for name, value in medians.items()}
+
+
+def measure(count: int, width: int, height: int) -> list[dict]:
+    scene, camera = study_scene(count)
+    camera = camera.resized(width, height)
+    generator = torch.Generator().manual_seed(7)
+    grad = torch.randn(height, width, 3, generator=generator).to(DEVICE)
+    ours, rows = Ours(scene, camera, grad), []
+    for path in ("sortfree", "sorted"):
+        for kind in ("forward", "both"):
+            torch.cuda.reset_peak_memory_stats()
+            row = {"gaussians": count, "size": [width, height], "path": path, "kind": kind}
+            found = timed(lambda p=path, k=kind: getattr(ours, k)(p))
+            row |= {"ms": round(statistics.median(found), 3), "min_ms": round(min(found), 3)}
+            row["peak_memory_mib"] = torch.cuda.max_memory_allocated() // 2**20
+            row["kernels_ms"] = by_kernel(lambda p=path, k=kind: getattr(ours, k)(p))
+            if path == "sorted":
+                row |= gsplat_beside(ours, kind)
+            print(json.dumps(row), flush=True)
+            rows.append(row)
+    return rows
+
+
+def gsplat_beside(ours: Ours, kind: str) -> dict:
+    """gsplat's median on the same scene, or why there is none."""
+    try:
+        other = Gsplat(ours)
+        found = timed(lambda: getattr(other, kind)("sorted"))
+    except ImportError:
+        return {}
+    except Exception as error:  # whatever breaks another package must not end our measurement
+        return {"gsplat_error": f"{type(error).__name__}: {error}"[:300]}
+    return {"gsplat_ms": round(statistics.median(found), 3)}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path, help="write the figures here")
+    parser.add_argument("--counts", type=int, nargs="+", default=[100_000, 400_000, 1_000_000])
+    options = parser.parse_args()
+    result = {
+        "date": time.strftime("%Y-%m-%d"),
+        "device": torch.cuda.get_device_name(),
+        "torch": torch.__version__,
+        "rows": [],
+    }
+    for count in options.counts:
+        for width, height in SIZES:
+            result["rows"] += measure(count, width, height)
+            if options.json:  # after every scene: a run that is cut short leaves what it has
+                options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# Checks and times everything that needs a GPU, in under ten minutes: see README.md beside this.
+#     bench/gpu/run.sh OUT
+set -u
+out=${1:?usage: bench/gpu/run.sh OUT (a folder for the results)}
+mkdir -p "$out" && out=$(cd "$out" && pwd) || exit 1
+cd "$(dirname "$0")/../.." || exit 1
+python=${PYTHON:-python3}
+export PYTHONPATH="$PWD${PYTHONPATH:+:$PYTHONPATH}"
+export MOBILEGS_CACHE=${MOBILEGS_CACHE:-$out/cache}
+
+if ! "$python" -c 'import sys, torch; sys.exit(not torch.cuda.is_available())'; then
+  echo "this machine offers $python no CUDA device (PYTHON=... names another Python)" >&2
+  exit 1
+fi
+: >"$out/parts.txt"
+failed=0
+
+# part NAME SECONDS COMMAND...: runs it for at most so long, keeps its output and its exit code
+part() {
+  local name=$1 limit=$2 begun=$SECONDS code
+  shift 2
+  echo "== $name"
+  timeout --signal=INT --kill-after=20 "$limit" "$@" 2>&1 | tee "$out/$name.log"
+  code=${PIPESTATUS[0]}
+  echo "$name $code $((SECONDS - begun))" >>"$out/parts.txt"
+  if [ "$code" -ne 0 ]; then failed=1; fi
+}
+
+# another torch's warnings are no reason to stop here
+part tests 150 "$python" -m pytest -m gpu -q -W default --junitxml="$out/tests.xml" tests/test_cuda.py
+part kernels 120 "$python" bench/gpu/kernels_gpu.py --json "$out/kernels.json"
+if [ -d "${MOBILEGS_DATA:-}/bonsai" ]; then
+  part bonsai 270 "$python" -m mobilegs.cli train "$MOBILEGS_DATA/bonsai" -o "$out/bonsai" \
+    --preset gpu --downscale 2 --steps "${STEPS:-8000}"
+else
+  echo "== bonsai: left out, MOBILEGS_DATA names no folder with it"
+fi
+"$python" bench/gpu/collect.py "$out" --json "$out/result.json" || failed=1
+echo "== $(cat "$out/parts.txt" | tr '\n' ';') -> $out/result.json"
+exit $failed

@@ -1,0 +1,168 @@
+// What both CPU renderers need: memory, tile lists, the order of depth, the ends of the gradients.
+#pragma once
+#include "core.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <vector>
+#if defined(_OPENMP)
+#include <omp.h>
+#else
+static int omp_get_max_threads() { return 1; }
+static int omp_get_thread_num() { return 0; }
+#endif
+
+namespace {
+
+// Flushes denormals while it lives: transmittances under dense overlap are full of them (2x).
+struct FlushDenormals {
+#if defined(__x86_64__)
+  unsigned before = _mm_getcsr();
+  FlushDenormals() { _mm_setcsr(before | 0x8040); }
+  ~FlushDenormals() { _mm_setcsr(before); }
+#endif
+};
+
+// Uninitialised memory that frees itself.
+template <class T>
+struct Buffer {
+  std::unique_ptr<T[], void (*)(void*)> memory{nullptr, std::free};
+  explicit Buffer(size_t count = 0) {
+    size_t bytes = (count * sizeof(T) + 63) / 64 * 64;
+    memory.reset(static_cast<T*>(std::aligned_alloc(64, std::max<size_t>(bytes, 64))));
+  }
+  T* get() const { return memory.get(); }
+  T& operator[](size_t i) const { return memory[i]; }
+};
+
+struct Tiles {
+  int across, count;
+  explicit Tiles(const View& v)
+      : across((v.width + TILE - 1) / TILE), count(across * ((v.height + TILE - 1) / TILE)) {}
+};
+
+// Which Gaussians each tile must visit, in the order in which they were given.
+struct Bins {
+  std::vector<int64> start;  // [tiles + 1]
+  Buffer<int> ids;           // Gaussian of each entry
+};
+
+bool visible(const Splat& s) { return s.x1 > s.x0; }
+
+// `order` lists the Gaussians to bin, front first, or is null for all, by index. Threads take
+// contiguous shares and write behind one another, so entries keep the order.
+Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* order) {
+  Tiles tiles(view);
+  Bins bins;
+  int threads = omp_get_max_threads();
+  int64 many = order ? (int64)order->size() : n;
+  std::vector<int64> cursor((size_t)threads * tiles.count, 0);
+  bins.start.assign(tiles.count + 1, 0);
+#pragma omp parallel num_threads(threads)
+  {
+    int t = omp_get_thread_num();
+    int64 from = many * t / threads, to = many * (t + 1) / threads;
+    int64* mine = &cursor[(size_t)t * tiles.count];
+    for (int64 i = from; i < to; i++) {
+      int id = order ? (*order)[i] : (int)i;
+      if (!visible(splats[id])) continue;
+      for_tiles(splats[id], tiles.across, [&](int tile) { mine[tile]++; });
+    }
+#pragma omp barrier
+#pragma omp single
+    {
+      int64 total = 0;
+      for (int tile = 0; tile < tiles.count; tile++) {
+        bins.start[tile] = total;
+        for (int u = 0; u < threads; u++) {
+          int64 found = cursor[(size_t)u * tiles.count + tile];
+          cursor[(size_t)u * tiles.count + tile] = total;
+          total += found;
+        }
+      }
+      bins.start[tiles.count] = total;
+      bins.ids = Buffer<int>(total);
+    }
+    for (int64 i = from; i < to; i++) {
+      int id = order ? (*order)[i] : (int)i;
+      if (!visible(splats[id])) continue;
+      for_tiles(splats[id], tiles.across, [&](int tile) { bins.ids[mine[tile]++] = id; });
+    }
+  }
+  return bins;
+}
+
+// Visible Gaussians by depth, equal depths by index: a radix sort over the bits of positive floats.
+std::vector<int> depth_order(int n, const Splat* splats) {
+  std::vector<int> order, next;
+  std::vector<uint32_t> keys, next_keys;
+  order.reserve(n), keys.reserve(n);
+  for (int i = 0; i < n; i++) {
+    if (!visible(splats[i])) continue;
+    uint32_t bits;
+    std::memcpy(&bits, &splats[i].z, 4);
+    order.push_back(i), keys.push_back(bits);
+  }
+  next.resize(order.size()), next_keys.resize(order.size());
+  for (int shift = 0; shift < 32; shift += 11) {
+    int64 place[2049] = {0};
+    for (uint32_t key : keys) place[((key >> shift) & 2047) + 1]++;
+    for (int b = 0; b < 2048; b++) place[b + 1] += place[b];
+    for (size_t i = 0; i < order.size(); i++) {
+      int64 to = place[(keys[i] >> shift) & 2047]++;
+      next[to] = order[i], next_keys[to] = keys[i];
+    }
+    order.swap(next), keys.swap(next_keys);
+  }
+  return order;
+}
+
+struct Inputs {
+  const float *means, *quats, *scales, *opacities, *sh, *phi;
+};
+struct Gradients {
+  float *means, *quats, *scales, *opacities, *sh, *phi, *screen;
+};
+
+void project_all(const View& view, int n, const Inputs& in, Splat* splats, float* radii) {
+#pragma omp parallel for schedule(static)
+  for (int64 i = 0; i < n; i++) {
+    bool seen = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
+                        in.opacities[i], in.sh + 3 * view.sh_size * i, in.phi ? in.phi[i] : 0.0f,
+                        splats[i]);
+    radii[i] = seen ? radius_of(splats[i]) : 0.0f;
+  }
+}
+
+void finish(const View& view, int64 i, const Inputs& in, const Splat& s, const SplatGrad& d,
+            const Gradients& out) {
+  float unused;
+  project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
+                  in.sh + 3 * view.sh_size * i, in.phi ? in.phi[i] : 0.0f, s, d, out.means + 3 * i,
+                  out.quats + 4 * i, out.scales + 3 * i, out.opacities + i,
+                  out.sh + 3 * view.sh_size * i, out.phi ? out.phi + i : &unused);
+  if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
+}
+
+void finish_unseen(const View& view, int64 i, const Gradients& out) {
+  auto zero = [](float* p, int count) { std::memset(p, 0, sizeof(float) * count); };
+  zero(out.means + 3 * i, 3), zero(out.quats + 4 * i, 4), zero(out.scales + 3 * i, 3);
+  zero(out.opacities + i, 1), zero(out.sh + 3 * view.sh_size * i, 3 * view.sh_size);
+  if (out.phi) out.phi[i] = 0;
+  if (out.screen) out.screen[2 * i] = out.screen[2 * i + 1] = 0;
+}
+
+MGS_FN Sums<float> reduce(const Sums<vfloat>& v) {
+  return {sum_of(v.r),  sum_of(v.g),  sum_of(v.b),   sum_of(v.z),   sum_of(v.w),  sum_of(v.q),
+          sum_of(v.qx), sum_of(v.qy), sum_of(v.qxx), sum_of(v.qxy), sum_of(v.qyy)};
+}
+
+void add(Sums<float>& total, const Sums<float>& part) {
+  float* to = &total.r;
+  const float* from = &part.r;
+  for (size_t k = 0; k < sizeof(part) / sizeof(float); k++) to[k] += from[k];
+}
+
+}  // namespace
