@@ -58,9 +58,13 @@ def main() -> None:
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",
         "runs": {},
     }
+    if options.json and options.json.exists():  # figures of runs not asked for again stay
+        result["runs"] = json.loads(options.json.read_text())["runs"]
     for name in options.only:
         start = time.perf_counter()
         found = demo(options.runs) if name == "demo" else train(name, Path(data), options.runs)
+        for who in ("teacher", "student"):
+            found[who].pop("views")  # the means are enough here; metrics.json keeps each view's
         result["runs"][name] = {**found, "wall_seconds": round(time.perf_counter() - start)}
         if options.json:
             options.json.write_text(json.dumps(result, indent=1) + "\n")

@@ -48,7 +48,7 @@ def test_every_kernel_compiles_and_spills_nothing(arch):
 
 def test_a_kernel_that_spills_is_noticed():
     source = cuda.Path(cuda.__file__).with_name("cuda.cu").read_text()
-    greedy = source.replace("KERNEL(MANY, 3) mgs_finish", "KERNEL(MANY, 8) mgs_finish")
+    greedy = source.replace("KERNEL(MANY, 3)\nmgs_finish", "KERNEL(MANY, 8)\nmgs_finish")
     assert greedy != source
     assert spilling(resources(cuda.compile_kernels("sm_90", greedy)[1])) == {"mgs_finish"}
 

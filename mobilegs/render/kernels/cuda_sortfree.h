@@ -1,0 +1,118 @@
+// Sort-free blending on the GPU: forward per tile, backward per Gaussian.
+#pragma once
+#include "cuda_common.h"
+
+namespace {
+
+template <bool DEPTH>
+MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists& lists,
+                             const Picture& out) {
+  __shared__ Batch<MANY> batch;
+  Spot spot = spot_of(view);
+  float x = spot.x + 0.5f, y = spot.y + 0.5f;
+  Pixel p = {0, 0, 0, 0, 0, 1};
+  int64 end = lists.starts[blockIdx.x + 1];
+  for (int64 e = lists.starts[blockIdx.x]; e < end; e += MANY) {
+    int count = end - e < MANY ? (int)(end - e) : MANY;
+    __syncthreads();  // until then somebody may still read the previous batch
+    if ((int)threadIdx.x < count)
+      stage(batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], true);
+    __syncthreads();
+    for (int base = 0; base < count; base += WARP) {
+      unsigned left = touching(batch, base, count, spot.patch_x, spot.patch_y, 8, 4);
+      for (; left; left &= left - 1) {
+        int k = base + __ffs(left) - 1;
+        float4 place = batch.place[k], falloff = batch.falloff[k], color = batch.color[k];
+        float alpha = min_of(alpha_at(place, falloff, x - place.x, y - place.y), ALPHA_MAX);
+        p.r += alpha * color.x, p.g += alpha * color.y, p.b += alpha * color.z;
+        p.w += alpha * falloff.z;
+        p.t -= p.t * alpha;
+        if (DEPTH) p.z += alpha * color.w;
+      }
+    }
+  }
+  if (!spot.inside) return;
+  int64 at = index_of(view, spot), plane = (int64)view.width * view.height;
+  const float values[6] = {p.r, p.g, p.b, p.w, p.t, p.z};
+  UNROLL
+  for (int k = 0; k < (DEPTH ? 6 : 5); k++) out.sums[k * plane + at] = values[k];
+  sortfree_resolve(view, p, out.image + 3 * at, out.alpha + at, DEPTH ? out.depth + at : nullptr);
+}
+
+// dL/d of every pixel's sums, as (r, g, b, w) and (t, z): what a Gaussian asks of a pixel.
+template <bool DEPTH>
+MGS_FN void sortfree_pixels(const View& view, const float* sums, const PictureGradients& in,
+                            float4* colors, float2* others) {
+  int64 at = global_thread(), plane = (int64)view.width * view.height;
+  if (at >= plane) return;
+  const float* p = sums + at;
+  Pixel pixel = {p[0],         p[plane],    p[2 * plane], DEPTH ? p[5 * plane] : 0.0f,
+                 p[3 * plane], p[4 * plane]};
+  Pixel d = sortfree_pixel_adjoint(view, pixel, in.image + 3 * at, in.alpha[at],
+                                   DEPTH ? in.depth[at] : 0.0f);
+  colors[at] = make_float4(d.r, d.g, d.b, d.w);
+  others[at] = make_float2(d.t, d.z);
+}
+
+// Sums over every `step`-th pixel of a Gaussian's box, from the `first` on.
+template <bool DEPTH>
+MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const float4* colors,
+                              const float2* others, int first, int step) {
+  Sums<float> sums = {};
+  int width = s.x1 - s.x0, x = s.x0 + first % width, y = s.y0 + first / width;
+  int step_x = step % width, step_y = step / width;
+  while (y < s.y1) {
+    float dx = x + 0.5f - s.x, dy = y + 0.5f - s.y;
+    float raw = pair_alpha(dx, row_of(s, dy));
+    if (raw > 0) {
+      int64 at = (int64)y * view.width + x;
+      float4 c = colors[at];
+      float2 o = others[at];
+      sortfree_pair_adjoint<DEPTH>(sums, s, raw, dx, dy, c.x, c.y, c.z, o.y, c.w, o.x);
+    }
+    x += step_x, y += step_y;
+    if (x >= s.x1) x -= width, y++;
+  }
+  return sums;
+}
+
+// One warp per Gaussian, in the order given (by place in the picture, for the caches); those with
+// a large box wait for the whole block.
+template <bool DEPTH>
+MGS_FN void sortfree_gather(const View& view, int n, const Splat* splats, const int64* order,
+                            const float4* colors, const float2* others, float* totals) {
+  constexpr int WARPS = MANY / WARP;
+  __shared__ float parts[WARPS][SUMS];
+  __shared__ int large[WARPS];  // the Gaussian, or -1
+  int warp = warp_of_thread(), lane = lane_of_thread();
+  int64 k = (int64)blockIdx.x * WARPS + warp;
+  int64 i = k < n ? order[k] : -1;
+  bool seen = i >= 0 && visible(splats[i]);
+  if (lane == 0) large[warp] = -1;
+  if (seen) {
+    Splat s = splats[i];
+    if ((int64)(s.x1 - s.x0) * (s.y1 - s.y0) > LARGE) {
+      if (lane == 0) large[warp] = (int)i;
+    } else {
+      Total total = add_lanes(gather_box<DEPTH>(view, s, colors, others, lane, WARP));
+      if (total.mine >= 0) totals[i * SUMS + total.mine] = total.value;
+    }
+  }
+  __syncthreads();
+  for (int turn = 0; turn < WARPS; turn++) {
+    int64 id = large[turn];
+    if (id < 0) continue;
+    Splat s = splats[id];
+    Total total = add_lanes(gather_box<DEPTH>(view, s, colors, others, threadIdx.x, MANY));
+    if (total.mine >= 0) parts[warp][total.mine] = total.value;
+    __syncthreads();
+    if (threadIdx.x < SUMS) {
+      float sum = 0;
+      for (int w = 0; w < WARPS; w++) sum += parts[w][threadIdx.x];
+      totals[id * SUMS + threadIdx.x] = sum;
+    }
+    __syncthreads();
+  }
+}
+
+}  // namespace
