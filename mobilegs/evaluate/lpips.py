@@ -147,7 +147,7 @@ class Lpips:
 def tap_distances(
     features: Float[Tensor, "pictures c h w"], head: Float[Tensor, "c"]
 ) -> Float[Tensor, "m"]:
-    """Weighted squared distance of unit feature vectors from the first picture's, of all others (m).
+    """Weighted squared distance of unit feature vectors from the first picture's, of the others.
 
     One picture at a time: the first layers' features are the largest thing in memory.
     """

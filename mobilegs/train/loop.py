@@ -51,7 +51,7 @@ class TrainRun:
     output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
     """Folder for the run; it is made if it is missing."""
     preset: PresetName | None = None
-    """How long and how many: cpu is meant for two cores and some 25 minutes, gpu has the
+    """How long and how many: cpu is meant for two cores and some 15 minutes, gpu has the
     paper's 30,000 + 30,000 steps, demo is small. Without it, gpu where there is one."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
     """Divide the photos' size by this. Without it they are at most 1600 pixels wide."""

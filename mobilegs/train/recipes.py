@@ -34,7 +34,7 @@ def gpu_recipe() -> Recipe:
 
 
 def cpu_recipe() -> Recipe:
-    """Two cores, some 25 minutes for photos of 400x266: 5,000 + 6,000 steps, 60,000 Gaussians."""
+    """Two cores, some 15 minutes for photos of 400x266: 5,000 + 5,000 steps, 60,000 Gaussians."""
     return Recipe(
         TeacherConfig(
             steps=5000,
@@ -44,8 +44,13 @@ def cpu_recipe() -> Recipe:
             densify=DensifyConfig(prune_scale=0.0),
         ),
         StudentConfig(
-            steps=6000,
-            position_rate=1.6e-5,
+            steps=5000,
+            position_rate=1e-4,
+            quat_rate=2e-3,
+            sh_rest_rate=5e-4,
+            latent_rate=5e-3,
+            network_rate=4e-3,
+            free_share=0.5,
             votes=VoteConfig(votes_per_interval=8),
         ),
     )
@@ -61,8 +66,15 @@ def demo_recipe() -> Recipe:
             densify=DensifyConfig(min_interval=40, prune_scale=0.0),
         ),
         StudentConfig(
-            steps=1200,
-            position_rate=3e-5,
+            steps=3400,
+            # a short run needs a quick student
+            position_rate=3e-4,
+            scale_rate=0.01,
+            quat_rate=3e-3,
+            sh_rest_rate=1e-3,
+            latent_rate=5e-3,
+            network_rate=7e-3,
+            free_share=0.5,
             codebooks=replace(StudentConfig().codebooks, rotation=256, appearance=512),
             votes=VoteConfig(votes_per_interval=4),
         ),

@@ -1,6 +1,6 @@
 // What both CPU renderers need: memory, tile lists, the order of depth, the ends of the gradients.
 #pragma once
-#include "core.h"
+#include "pairs.h"
 
 #include <algorithm>
 #include <cstdlib>

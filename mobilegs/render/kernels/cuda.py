@@ -24,7 +24,15 @@ from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView
 
-SOURCES = ("cuda.cu", "cuda_common.h", "cuda_sorted.h", "cuda_sortfree.h", "core.h", "lanes.h")
+SOURCES = (
+    "cuda.cu",
+    "cuda_common.h",
+    "cuda_sorted.h",
+    "cuda_sortfree.h",
+    "pairs.h",
+    "core.h",
+    "lanes.h",
+)
 TILE = 16
 THREADS = 256  # of every kernel but the sorted backward walk
 WALKERS = 128

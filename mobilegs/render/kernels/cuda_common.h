@@ -1,6 +1,6 @@
 // What the GPU's two renderers share: arguments, adding up over a warp, tiles and their batches.
 #pragma once
-#include "core.h"
+#include "pairs.h"
 
 namespace {
 

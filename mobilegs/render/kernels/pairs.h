@@ -1,0 +1,166 @@
+// The second half of the shared arithmetic: which tiles a Gaussian touches, and the forward and
+// adjoint of one (pixel, Gaussian) pair, templated over the lane type of lanes.h.
+#pragma once
+#include "core.h"
+
+// ---------------------------------------------------------------- tiles
+// Columns [left, right] (in pixels, relative to nothing) that the ellipse alpha >= 1/255 covers
+// on the rows whose centres lie in [y_first, y_last].
+MGS_FN void row_span(const Splat& s, float y_first, float y_last, float& left, float& right) {
+  float inverse_a = 1 / s.A, det = s.det;
+  float top = sqrtf(s.reach * s.A / det);              // half height of the ellipse
+  float half = sqrtf(s.reach * s.C / det);             // half width, reached at ...
+  float at = -s.B / s.C * half;                        // ... this dy on the right side
+  float dy0 = max_of(y_first - s.y, -top), dy1 = min_of(y_last - s.y, top);
+  float root0 = sqrtf(max_of(0.0f, s.reach * s.A - det * dy0 * dy0));
+  float root1 = sqrtf(max_of(0.0f, s.reach * s.A - det * dy1 * dy1));
+  right = at >= dy0 && at <= dy1
+              ? half
+              : max_of((-s.B * dy0 + root0) * inverse_a, (-s.B * dy1 + root1) * inverse_a);
+  left = -at >= dy0 && -at <= dy1
+             ? -half
+             : min_of((-s.B * dy0 - root0) * inverse_a, (-s.B * dy1 - root1) * inverse_a);
+  left += s.x;
+  right += s.x;
+}
+
+// Calls visit(tile) for every tile that the ellipse of a visible splat may touch.
+template <class F>
+MGS_FN void for_tiles(const Splat& s, int tiles_x, F visit) {
+  for (int ty = s.y0 / TILE; ty <= (s.y1 - 1) / TILE; ty++) {
+    float left, right;
+    int y_first = s.y0 > ty * TILE ? s.y0 : ty * TILE;
+    int y_last = s.y1 - 1 < ty * TILE + TILE - 1 ? s.y1 - 1 : ty * TILE + TILE - 1;
+    row_span(s, y_first + 0.5f, y_last + 0.5f, left, right);
+    float first = max_of((float)s.x0, ceilf(left - 0.51f));
+    float last = min_of((float)(s.x1 - 1), floorf(right - 0.49f));
+    if (!(first <= last)) continue;
+    for (int tx = (int)first / TILE; tx <= (int)last / TILE; tx++) visit(ty * tiles_x + tx);
+  }
+}
+
+// ---------------------------------------------------------------- one pair
+// What a row of pixels needs to evaluate alpha along x: alpha = 2^(dx (dx a + b) + c).
+struct Row {
+  float a, b, c;
+};
+
+MGS_FN Row row_of(const Splat& s, float dy) {
+  Row row;
+  row.a = -0.5f * LOG2_E * s.A;
+  row.b = -LOG2_E * s.B * dy;
+  row.c = -0.5f * LOG2_E * s.C * dy * dy + s.log2_opacity;
+  return row;
+}
+
+// Alpha before its ceiling, 0 where it does not count.
+template <class V>
+MGS_FN V pair_alpha(V dx, const Row& row) {
+  V alpha = exp2_of(dx * (dx * row.a + row.b) + row.c);
+  return select(alpha < ALPHA_MIN, splat_value(alpha, 0.0f), alpha);
+}
+
+// Sums over the pixels of one Gaussian, from which its gradients follow.
+template <class V>
+struct Sums {
+  V r, g, b, z, w;              // of what multiplies colour, depth and weight
+  V q, qx, qy, qxx, qxy, qyy;   // of alpha dL/dalpha, and its moments
+};
+
+template <class V>
+MGS_FN void add_moments(Sums<V>& sums, V gq, V dx, float dy) {
+  V gx = gq * dx, gy = gq * dy;
+  sums.q += gq;
+  sums.qx += gx;
+  sums.qy += gy;
+  sums.qxx += gx * dx;
+  sums.qxy += gx * dy;
+  sums.qyy += gy * dy;
+}
+
+// Adjoint of one sort-free pair. `g` is dL/d of the pixel's sums: num r, g, b, (z), den, and
+// dL/dT * T.
+template <bool DEPTH, class V>
+MGS_FN void sortfree_pair_adjoint(Sums<V>& sums, const Splat& s, V raw, V dx, float dy, V g_r, V g_g,
+                                  V g_b, V g_z, V g_w, V g_t) {
+  V alpha = min_of(raw, splat_value(raw, ALPHA_MAX));
+  sums.r += alpha * g_r;
+  sums.g += alpha * g_g;
+  sums.b += alpha * g_b;
+  sums.w += alpha * g_w;
+  V inner = g_r * s.r + g_g * s.g + g_b * s.b + g_w;
+  if (DEPTH) {
+    sums.z += alpha * g_z;
+    inner += g_z * s.z;
+  }
+  V g_alpha = inner * s.weight - g_t * reciprocal(1.0f - alpha);
+  add_moments(sums, select(raw > ALPHA_MAX, splat_value(raw, 0.0f), g_alpha * alpha), dx, dy);
+}
+
+// Turns finished sums into the gradient of the splat; `weight` scales the colour's part.
+MGS_FN SplatGrad splat_grad(const Sums<float>& sums, const Splat& s, bool sortfree) {
+  SplatGrad d;
+  float share = sortfree ? s.weight : 1.0f;
+  d.r = share * sums.r, d.g = share * sums.g, d.b = share * sums.b, d.z = share * sums.z;
+  d.weight =
+      sortfree ? s.r * sums.r + s.g * sums.g + s.b * sums.b + s.z * sums.z + sums.w : 0.0f;
+  d.opacity = sums.q / s.opacity;
+  d.x = s.A * sums.qx + s.B * sums.qy;
+  d.y = s.B * sums.qx + s.C * sums.qy;
+  d.A = -0.5f * sums.qxx, d.B = -sums.qxy, d.C = -0.5f * sums.qyy;
+  return d;
+}
+
+// Sums of one pixel after all Gaussians of sort-free blending.
+struct Pixel {
+  float r, g, b, z, w, t;
+};
+
+// dL/d of the sums of one pixel; `t` is dL/dT * T.
+MGS_FN Pixel sortfree_pixel_adjoint(const View& view, const Pixel& p, const float* g_image,
+                                    float g_alpha, float g_depth) {
+  Pixel d = {0, 0, 0, 0, 0, 0};
+  float g_s = g_alpha;
+  if (p.w > WEIGHT_MIN) {
+    float inverse = 1 / p.w, seen = 1 - p.t;
+    float mean_z = p.z * inverse;
+    d.z = g_depth * seen * inverse;
+    d.w = -g_depth * mean_z * seen * inverse;
+    g_s += g_depth * mean_z;
+    const float num[3] = {p.r, p.g, p.b};
+    float* out[3] = {&d.r, &d.g, &d.b};
+    for (int k = 0; k < 3; k++) {
+      if (view.weighting == SORT_FREE_GS) {
+        float total = 1 / (view.background_weight + p.w);
+        float value = (view.background_weight * view.background[k] + num[k]) * total;
+        *out[k] = g_image[k] * total;
+        d.w -= g_image[k] * value * total;
+      } else {
+        float mean = num[k] * inverse;
+        *out[k] = g_image[k] * seen * inverse;
+        d.w -= g_image[k] * mean * seen * inverse;
+        g_s += g_image[k] * (mean - view.background[k]);
+      }
+    }
+  }
+  d.t = -g_s * p.t;
+  return d;
+}
+
+MGS_FN void sortfree_resolve(const View& view, const Pixel& p, float* image, float* alpha,
+                             float* depth) {
+  *alpha = 1 - p.t;
+  bool touched = p.w > WEIGHT_MIN;
+  float inverse = touched ? 1 / p.w : 0.0f;
+  if (depth) *depth = (1 - p.t) * p.z * inverse;
+  const float num[3] = {p.r, p.g, p.b};
+  for (int k = 0; k < 3; k++) {
+    float back = view.background[k];
+    if (!touched)
+      image[k] = back;
+    else if (view.weighting == SORT_FREE_GS)
+      image[k] = (view.background_weight * back + num[k]) / (view.background_weight + p.w);
+    else
+      image[k] = (1 - p.t) * num[k] * inverse + p.t * back;
+  }
+}
