@@ -20,8 +20,8 @@ from mobilegs.render.kernels.cpu import kernel_level
 # name: (folder of the data, options of `mobilegs train`)
 CAPTURES = {
     "bonsai": ("bonsai", ["--downscale", "2"]),
-    "horns": ("llff_horns", ["--downscale", "2"]),
-    "lego": ("tiny_lego", []),
+    "horns": ("llff_horns", ["--downscale", "2", "--max-splats", "30000"]),
+    "lego": ("tiny_lego", ["--max-splats", "20000"]),
 }
 
 

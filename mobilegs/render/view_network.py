@@ -63,4 +63,4 @@ class ViewNetwork(nn.Module):
 
 def _linear(inputs: int, outputs: int) -> nn.Linear:
     """A layer without values: torch would draw them from its global random state."""
-    return nn.Linear(inputs, outputs, device="meta").to_empty(device="cpu")
+    return nn.Linear(inputs, outputs, device="meta").to_empty(device=torch.get_default_device())
