@@ -26,8 +26,8 @@ def number(value: float | None, digits: int) -> str:
 
 def quality_rows(runs: dict) -> list[list[str]]:
     """Teacher and student of every capture, on the held-back photos."""
-    head = "capture, scene, PSNR dB, SSIM, LPIPS (VGG, [0, 1]), Gaussians, file MB, minutes"
-    rows = [head.split(", ")]
+    head = "capture | scene | PSNR dB | SSIM | LPIPS (VGG, [0, 1]) | Gaussians | file MB | minutes"
+    rows = [head.split(" | ")]
     for name, run in runs.items():
         size = "x".join(str(side) for side in run["image_size"])
         for who in ("teacher", "student"):
@@ -81,7 +81,8 @@ def main() -> None:
     text = "\n\n".join(
         [
             BEGIN,
-            f"`python bench/captures.py`, {captures['date']}, {captures['machine']}, CPU preset:",
+            f"`python bench/captures.py`, {captures['date']}, {captures['machine']}, CPU preset (the demo: "
+            "its own), minutes of training:",
             table(tables["quality"]),
             f"`python bench/kernels.py`, {kernels['date']}, {kernels['machine']} (the synthetic "
             "scene of the study that chose the kernels' technology, and the ratio to its own "
