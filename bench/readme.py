@@ -81,8 +81,8 @@ def main() -> None:
     text = "\n\n".join(
         [
             BEGIN,
-            f"`python bench/captures.py`, {captures['date']}, {captures['machine']}, CPU preset (the demo: "
-            "its own), minutes of training:",
+            f"`python bench/captures.py`, {captures['date']}, {captures['machine']}, the CPU "
+            "preset (the demo has its own), minutes of training:",
             table(tables["quality"]),
             f"`python bench/kernels.py`, {kernels['date']}, {kernels['machine']} (the synthetic "
             "scene of the study that chose the kernels' technology, and the ratio to its own "
