@@ -17,6 +17,7 @@ from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting, render_sorted, render_sortfree
 from mobilegs.render.kernels import cpu
+from mobilegs.render.kernels.view import kernel_view
 from mobilegs.render.sortfree import WEIGHTINGS
 
 RENDERERS = {"sorted": (render_sorted, {})}
@@ -218,3 +219,20 @@ def test_a_picture_too_large_for_the_kernels_is_refused():
             camera=view.to(dtype=torch.float32),
             background=torch.zeros(3),
         )
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("quats", lambda t: t.double(), "float32"),
+        ("sh", lambda t: t[:, :2], "expected"),
+        ("opacities", lambda t: t[:-1], "expected"),
+        ("phi", lambda t: t[:-1], "expected"),
+    ],
+)
+def test_inputs_that_do_not_belong_together_are_refused(name, change, message):
+    scene = {k: v.float() for k, v in BASE.items()}
+    view = kernel_view(camera(), torch.zeros(3), Weighting(), scene["sh"].shape[1])
+    scene[name] = change(scene[name])
+    with pytest.raises(InputError, match=message):
+        cpu.CpuRaster.apply(view, None, False, *[scene[n] for n in NAMES])

@@ -8,7 +8,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView
+from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView, refuse_strays
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 LEVELS = {
@@ -107,6 +107,7 @@ class CpuRaster(torch.autograd.Function):
     def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, phi):
         native, count = library(), len(means)
         held = [means, quats, scales, opacities, sh, phi]
+        refuse_strays(view, held, screen_grads)
         held = [None if t is None else t.detach().contiguous() for t in held]
         shape = (view.height, view.width)
         image, alpha = torch.empty(*shape, 3), torch.empty(shape)
@@ -155,6 +156,7 @@ def project_radii(
     view: KernelView, means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, sh: Tensor
 ) -> Tensor:
     """Radii in pixels, 0 for what the picture cannot show."""
+    refuse_strays(view, [means, quats, scales, opacities, sh, None], None)
     held = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
     splats = torch.empty(len(means), SPLAT_BYTES, dtype=torch.uint8)
     radii = torch.empty(len(means))

@@ -22,7 +22,7 @@ from torch import Tensor
 
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
-from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView
+from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView, refuse_strays
 
 SOURCES = (
     "cuda.cu",
@@ -239,17 +239,6 @@ class _Lists:
         return _pointers(self.starts, self.ids, self.slots)
 
 
-def _refuse_strays(means: Tensor, *others: Tensor | None) -> None:
-    """A kernel follows any pointer: what is not float32 on the GPU of `means` must not pass."""
-    for other in others:
-        if other is None or (other.device, other.dtype) == (means.device, torch.float32):
-            continue
-        raise InputError(
-            f"Gaussians on {means.device} cannot be drawn with {other.dtype} on {other.device}: "
-            "every input must be float32 on one device"
-        )
-
-
 def _suffixed(name: str, depth: bool) -> str:
     return f"{name}_depth" if depth else name
 
@@ -260,7 +249,7 @@ class CudaRaster(torch.autograd.Function):
     @staticmethod
     def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, phi):
         held = [means, quats, scales, opacities, sh, phi]
-        _refuse_strays(means, *held, screen_grads)
+        refuse_strays(view, held, screen_grads)
         kernels, shape = kernels_for(means), (view.height, view.width)
         held = [None if t is None else t.detach().contiguous() for t in held]
         image, alpha = means.new_empty(*shape, 3), means.new_empty(shape)
@@ -346,7 +335,7 @@ def project_radii(
 ) -> Tensor:
     """Radii in pixels, 0 for what the picture cannot show."""
     held = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
-    _refuse_strays(means, *held)
+    refuse_strays(view, [*held, None], None)
     kernels = kernels_for(means)
     with kernels.current():
         return _project(kernels, view, [*held, None])[1]

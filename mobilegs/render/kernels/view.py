@@ -64,3 +64,33 @@ def kernel_view(
     view.weighting = WEIGHTINGS.index(weighting.name)
     view.sh_size = sh_size
     return view
+
+
+def refuse_strays(
+    view: KernelView, held: list[torch.Tensor | None], extra: torch.Tensor | None
+) -> None:
+    """Raise InputError for tensors that a kernel, which follows any pointer, must not be given.
+
+    `held` lists means, quats, scales, opacities, sh and phi (None when sorted), `extra` is where
+    screen gradients go, or None. All must be float32 on the device of the means, with one row
+    per Gaussian.
+    """
+    means = held[0]
+    assert means is not None
+    count = len(means)
+    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, view.sh_size, 3), (count,)]
+    for tensor, shape in zip([*held, extra], [*shapes, (count, 2)], strict=True):
+        if tensor is None:
+            continue
+        if (tensor.device, tensor.dtype) != (means.device, torch.float32):
+            raise InputError(
+                f"Gaussians on {means.device} cannot be drawn with {tensor.dtype} on "
+                f"{tensor.device}: every input must be float32 on one device"
+            )
+        if tensor.shape != shape:
+            raise InputError(
+                f"an input of shape {list(tensor.shape)} does not belong to {count} Gaussians: "
+                f"{list(shape)} was expected"
+            )
+    if extra is not None and not extra.is_contiguous():
+        raise InputError("screen_grads must be contiguous: it is written where it lies")
