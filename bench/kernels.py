@@ -26,10 +26,15 @@ from mobilegs.camera import Camera
 from mobilegs.render import render_sorted, render_sortfree
 from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.project import ALPHA_MIN
+from mobilegs.spherical_harmonics import C0
 
 WIDTH, HEIGHT, FOCAL = 800, 533, 700.0
 BACKGROUND = (0.1, 0.2, 0.3)
-NAMES = ("means", "quats", "scales", "opacities", "sh", "phi")
+LOBE_DEGREE = 2  # what a student has; the study's kernels are given opacity and phi
+INPUTS = {
+    "sorted": ("means", "quats", "scales", "opacities", "sh"),
+    "sortfree": ("means", "quats", "scales", "lobes", "sh"),
+}
 
 
 def study_scene(count: int) -> tuple[dict[str, torch.Tensor], Camera]:
@@ -45,13 +50,23 @@ def study_scene(count: int) -> tuple[dict[str, torch.Tensor], Camera]:
     sh = [g.normal(0.3, 0.8, (count, 1, 3)), g.normal(0, 0.15, (count, 3, 3))]
     opacities = 1 / (1 + np.exp(-g.normal(0, 1.5, count)))
     phi = np.maximum(g.normal(1, 0.4, count), 0)
+    lobes = np.zeros((count, (LOBE_DEGREE + 1) ** 2, 2))
+    lobes[:, 0] = np.stack([np.log(opacities / (1 - opacities)), phi], 1) / C0
     c, s = math.cos(0.3), math.sin(0.3)
     rotation, shift = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([0.2, -0.1, 0.5])
     viewmat = np.eye(4)
     viewmat[:3, :3], viewmat[:3, 3] = rotation, shift
     k = [[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1]]
-    values = ((means - shift) @ rotation, quats, scales, opacities, np.concatenate(sh, 1), phi)
-    scene = {n: torch.tensor(x, dtype=torch.float32) for n, x in zip(NAMES, values, strict=True)}
+    values = {
+        "means": (means - shift) @ rotation,
+        "quats": quats,
+        "scales": scales,
+        "opacities": opacities,
+        "sh": np.concatenate(sh, 1),
+        "phi": phi,
+        "lobes": lobes,
+    }
+    scene = {name: torch.tensor(x, dtype=torch.float32) for name, x in values.items()}
     return scene, Camera(torch.tensor(viewmat).float(), torch.tensor(k), WIDTH, HEIGHT)
 
 
@@ -64,9 +79,8 @@ class Ours:
         self.background = torch.tensor(BACKGROUND)
 
     def forward(self, path: str) -> torch.Tensor:
-        names = NAMES if path == "sortfree" else NAMES[:5]
         render = render_sortfree if path == "sortfree" else render_sorted
-        inputs = [self.leaves[name] for name in names]
+        inputs = [self.leaves[name] for name in INPUTS[path]]
         return render(*inputs, camera=self.camera, background=self.background).image
 
     def both(self, path: str) -> dict[str, torch.Tensor]:
@@ -133,7 +147,7 @@ def contributing_pairs(scene: dict[str, torch.Tensor], camera: Camera) -> int:
     """(pixel, Gaussian) pairs with alpha >= 1/255: the area of all ellipses, inside the picture."""
     from mobilegs.render.project import project
 
-    flat = [scene[name] for name in NAMES[:5]]
+    flat = [scene[name] for name in INPUTS["sorted"]]
     total = 0.0
     for start in range(0, len(flat[0]), 50000):
         part = project(*[x[start : start + 50000] for x in flat], camera=camera)

@@ -4,9 +4,12 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
+from mobilegs.render.lobes import seen_along
 from mobilegs.render.project import pair_alphas, project
+from mobilegs.spherical_harmonics import C0
 
-NAMES = ("means", "quats", "scales", "opacities", "sh", "phi")
+SORTED = ("means", "quats", "scales", "opacities", "sh")
+SORTFREE = ("means", "quats", "scales", "lobes", "sh")
 
 
 def camera(
@@ -24,21 +27,24 @@ def camera(
 
 
 def random_scene(
-    count: int, *, degree: int = 1, seed: int = 0, spread: float = 1.0
+    count: int, *, degree: int = 1, lobe_degree: int = 2, seed: int = 0, spread: float = 1.0
 ) -> dict[str, Tensor]:
-    """Activated inputs of `count` Gaussians around the origin, float64."""
+    """Inputs of `count` Gaussians around the origin for both renderers, float64."""
     generator = torch.Generator().manual_seed(seed)
 
     def normal(*shape: int) -> Tensor:
         return torch.randn(*shape, generator=generator, dtype=torch.float64)
 
+    means, quats = spread * normal(count, 3), normal(count, 4)
+    lobes = 0.8 * normal(count, (lobe_degree + 1) ** 2, 2)
+    lobes[:, 0] = torch.stack([1.5 * normal(count), 1 + 0.6 * normal(count)], 1) / C0
     return {
-        "means": spread * normal(count, 3),
-        "quats": normal(count, 4),
+        "means": means,
+        "quats": quats,
         "scales": torch.exp(0.7 * normal(count, 3) - 2.2),
         "opacities": torch.sigmoid(1.5 * normal(count)),
         "sh": torch.cat([normal(count, 1, 3), 0.3 * normal(count, (degree + 1) ** 2 - 1, 3)], 1),
-        "phi": (1 + 0.6 * normal(count)).clamp_min(0),
+        "lobes": lobes,
     }
 
 
@@ -47,21 +53,25 @@ def as_float32(scene: dict[str, Tensor]) -> dict[str, Tensor]:
     return {name: value.float().double() for name, value in scene.items()}
 
 
-def near_threshold(scene: dict[str, Tensor], view: Camera, margin: float = 2e-5) -> Tensor:
+def near_threshold(
+    scene: dict[str, Tensor], view: Camera, *, names: tuple[str, ...], margin: float = 2e-5
+) -> Tensor:
     """Pixels `[h, w]` where some alpha lies so close to 1/255 that rounding decides."""
-    shapes = [scene[name] for name in NAMES[:5]]
-    projected = project(*shapes, camera=view)
-    faint = projected._replace(visible=projected.visible)
     o = scene["opacities"]
-    low = pair_alphas(faint, o * (1 - margin), view) > 0
-    high = pair_alphas(faint, o * (1 + margin), view) > 0
+    if names == SORTFREE:
+        offsets = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
+        o = seen_along(scene["lobes"], offsets)[0]
+    shapes = [scene[name] for name in SORTED[:3]]
+    projected = project(*shapes, o, scene["sh"], camera=view)
+    low = pair_alphas(projected, o * (1 - margin), view) > 0
+    high = pair_alphas(projected, o * (1 + margin), view) > 0
     return (low != high).any(1).reshape(view.height, view.width)
 
 
 def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device="cpu", **options):
     """Image, alpha, depth and the gradient of every input, by name, drawn on `device`."""
     leaves = {k: v.detach().to(device, dtype, copy=True).requires_grad_() for k, v in scene.items()}
-    names = NAMES if "weighting" in options else NAMES[:5]
+    names = SORTFREE if "weighting" in options else SORTED
     drawn = render(
         *[leaves[name] for name in names],
         camera=view.to(dtype=dtype),

@@ -21,12 +21,23 @@ from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
 from mobilegs.compress.codes import CodedScene, encode_scene, same
 from mobilegs.compress.container import inspect, inspect_mgs, pack, read_mgs, unpack, write_mgs
 from mobilegs.compress.envelope import PREFIX
+from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame, morton_codes
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
 from mobilegs.render.view_network import ViewNetwork
 
 SIZES: dict[Attribute, int] = {"scale": 5, "rotation": 16, "appearance": 37, "opacity": 1}
+
+
+# by name: what opacity and weight may come from
+SHAPES = {
+    "lobes": LobeShape(2, 6),
+    "decoded": LobeShape(1, 0, (7, 5)),
+    "all by latents": LobeShape(3, 6, (8,)),
+}
+SHAPE = {"degree": 2, "latents": 6, "hidden": []}  # the first of them in a header
+VIEWS = ["nothing", "network", *SHAPES]
 
 
 def seeded(seed: int = 0) -> torch.Generator:
@@ -39,19 +50,26 @@ def camera() -> Camera:
     return Camera(viewmat, K, 32, 24)
 
 
-def make_scene(count: int = 40, *, network: bool = True, seed: int = 0) -> CodedScene:
+def make_scene(count: int = 40, *, view: str = "lobes", seed: int = 0) -> CodedScene:
     g = seeded(seed)
+    decoder = LobeDecoder(SHAPES[view], g) if view in SHAPES else None
     books: dict[Attribute, SubVectorCodebooks] = {}
     for name, cut in CUTS.items():
         centers = 0.5 * torch.randn(cut.count, SIZES[name], cut.length, generator=g)
         indices = torch.randint(SIZES[name], (count, cut.count), generator=g)
         books[name] = SubVectorCodebooks(centers - 1.5 * (name == "scale"), indices)
+    if view in ("lobes", "all by latents"):
+        centers = torch.randn(SHAPES[view].latents // 2, 8, 2, generator=g)
+        books["lobes"] = SubVectorCodebooks(centers, torch.randint(8, (count, 3), generator=g))
+    if view == "all by latents":
+        books.pop("opacity")
     return encode_scene(
         torch.randn(count, 3, generator=g),
         books,
         frame=Frame(torch.tensor([0.1, -0.2, 0.3]), 1.7),
         decoder=AppearanceDecoder(g),
-        network=ViewNetwork(g) if network else None,
+        lobe_decoder=decoder,
+        network=ViewNetwork(g) if view == "network" else None,
         weighting=Weighting(exponent_max=6.5),
         background=torch.tensor([0.1, 0.5, 1.0]),
         near=0.05,
@@ -62,7 +80,7 @@ def make_scene(count: int = 40, *, network: bool = True, seed: int = 0) -> Coded
 
 @pytest.fixture(scope="module")
 def data() -> bytes:
-    return pack(make_scene(network=False))
+    return pack(make_scene())
 
 
 def split(data: bytes) -> tuple[dict[str, Any], bytes]:
@@ -70,7 +88,7 @@ def split(data: bytes) -> tuple[dict[str, Any], bytes]:
     return json.loads(data[PREFIX.size : PREFIX.size + length]), data[PREFIX.size + length :]
 
 
-def join(header: dict[str, Any] | str, body: bytes, version: tuple[int, int] = (1, 0)) -> bytes:
+def join(header: dict[str, Any] | str, body: bytes, version: tuple[int, int] = (2, 0)) -> bytes:
     """A file with valid checksums around any header."""
     text = (header if isinstance(header, str) else json.dumps(header)).encode()
     text += b" " * (-(PREFIX.size + len(text)) % 8)
@@ -84,11 +102,9 @@ def join(header: dict[str, Any] | str, body: bytes, version: tuple[int, int] = (
 
 
 @settings(deadline=None, max_examples=12)
-@given(st.integers(1, 300), st.booleans(), st.integers(0, 1000))
-def test_unpacking_gives_the_packed_scene_in_morton_order(
-    count: int, network: bool, seed: int
-) -> None:
-    scene = make_scene(count, network=network, seed=seed)
+@given(st.integers(1, 300), st.sampled_from(VIEWS), st.integers(0, 1000))
+def test_unpacking_gives_the_packed_scene_in_morton_order(count: int, view: str, seed: int) -> None:
+    scene = make_scene(count, view=view, seed=seed)
     assert same(unpack(pack(scene)), scene.sorted())
 
 
@@ -137,7 +153,10 @@ def test_every_detail_counts_when_scenes_are_compared() -> None:
         replace(scene, frame=replace(scene.frame, exponent=0)),
         replace(scene, codebooks=flipped),
         replace(scene, indices={**scene.indices, "scale": scene.indices["scale"].flip(0)}),
-        replace(scene, network=None),
+        replace(scene, lobe_decoder={**scene.lobe_decoder, "bias": -scene.lobe_decoder["bias"]}),
+        replace(scene, lobe_shape=LobeShape(2, 6, (5,))),
+        make_scene(10, view="nothing"),
+        make_scene(10, view="network"),
         replace(scene, weighting=Weighting(exponent_max=7.0)),
         replace(scene, background=torch.zeros(3)),
         replace(scene, near=0.1),
@@ -211,11 +230,14 @@ def test_the_bytes_of_the_table_add_up(tmp_path: Path) -> None:
     parts = sum(row["bytes"] for row in report["streams"])
     assert parts + report["header_bytes"] + report["padding_bytes"] == report["file_bytes"]
     assert report["gaussians"] == 100 and report["meta"]["psnr"] == 25.1
-    assert [row["name"] for row in report["streams"]][:4] == [
-        "view-network", "appearance-decoder", "codebooks", "positions",
-    ]  # fmt: skip
+    names = [row["name"] for row in report["streams"]]
+    assert names[:4] == ["lobe-decoder", "appearance-decoder", "codebooks", "positions"]
+    assert names[-4:] == ["opacity.0", "lobes.0", "lobes.1", "lobes.2"]
     assert all(row["bytes"] <= row["raw_bytes"] for row in report["streams"][:3])
+    assert report["lobes"] == SHAPE
     json.dumps(report)
+    network = inspect(pack(make_scene(100, view="network")))
+    assert network["streams"][0]["name"] == "view-network" and network["lobes"] is None
 
 
 def test_streams_start_at_multiples_of_eight_and_follow_the_order_of_use(data: bytes) -> None:
@@ -296,8 +318,8 @@ def test_foreign_files_are_recognised(start: bytes, sentence: str) -> None:
 
 def test_an_unknown_major_version_is_refused_by_name(data: bytes) -> None:
     header, body = split(data)
-    with pytest.raises(InputError, match=r"version 2\.0"):
-        unpack(join(header, body, version=(2, 0)))
+    with pytest.raises(InputError, match=r"version 3\.0"):
+        unpack(join(header, body, version=(3, 0)))
 
 
 def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
@@ -305,7 +327,7 @@ def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
     extra = b"something new"
     row = {"name": "new", "codec": "new", "bytes": 13, "crc32": zlib.crc32(extra)}
     later = {**header, "new": [1], "streams": [*header["streams"], row]}
-    file = join(later, body + extra + bytes(3), version=(1, 7))
+    file = join(later, body + extra + bytes(3), version=(2, 7))
     assert same(unpack(file), unpack(data))
     assert inspect(file)["streams"][-1]["raw_bytes"] is None
 
@@ -394,7 +416,7 @@ def test_a_header_that_is_not_ours_is_refused(text: str) -> None:
 
 def test_a_header_of_bytes_that_are_no_text_is_refused() -> None:
     text = b"\xff\xfe{}" + bytes(8)
-    fixed = struct.pack("<HHI", 1, 0, len(text))
+    fixed = struct.pack("<HHI", 2, 0, len(text))
     head = b"MGS\x1a\r\n\x00\x01" + fixed + struct.pack("<I", zlib.crc32(fixed + text))
     with pytest.raises(InputError, match="JSON"):
         unpack(head + text)
@@ -438,11 +460,34 @@ def test_a_header_that_claims_gigabytes_is_refused_at_once(data: bytes) -> None:
         ({"meta": {str(i): i for i in range(65)}}, "65 notes"),
         ({"decoder": {}}, "decoder"),
         ({"indices": {}}, "scale"),
+        ({"lobe_decoder": {}}, "lobe decoder"),
+        ({"lobe_shape": None, "lobe_decoder": {}}, "nothing decodes"),
+        ({"lobe_shape": LobeShape(2, 4)}, "lobe codebooks"),
+        ({"lobe_shape": LobeShape(2, 0)}, "nothing decodes"),
+        ({"network": make_scene(view="network").network}, "one of them must go"),
     ],
 )
 def test_a_scene_that_no_file_can_hold_is_refused(change: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         pack(replace(make_scene(), **change))
+
+
+@pytest.mark.parametrize(
+    "lobes",
+    [
+        0, [], {}, {**SHAPE, "degree": 4}, {**SHAPE, "degree": True}, {**SHAPE, "degree": 1},
+        {**SHAPE, "latents": 33}, {**SHAPE, "latents": 5}, {**SHAPE, "hidden": [0]},
+        {**SHAPE, "hidden": [9] * 4}, {**SHAPE, "hidden": [10**9]},
+    ],
+)  # fmt: skip
+def test_lobes_that_cannot_be_are_refused(data: bytes, lobes: Any) -> None:
+    header, body = split(data)
+    assert header["lobes"] == SHAPE
+    with pytest.raises(InputError):
+        unpack(join({**header, "lobes": lobes}, body))
+    del header["lobes"]
+    with pytest.raises(InputError, match="lobes"):
+        unpack(join(header, body))
 
 
 def test_an_empty_scene_is_refused() -> None:
@@ -452,10 +497,10 @@ def test_an_empty_scene_is_refused() -> None:
         pack(replace(scene, positions=scene.positions[:0], indices=nothing))
 
 
-@pytest.mark.parametrize("name", ["scale", "rotation", "appearance", "opacity"])
+@pytest.mark.parametrize("name", ["scale", "rotation", "appearance", "opacity", "lobes"])
 def test_codes_out_of_range_are_refused(name: Attribute) -> None:
     scene = make_scene()
-    scene.indices[name][3] = SIZES[name]
+    scene.indices[name][3] = scene.codebooks[name].shape[1]
     with pytest.raises(InputError, match=f"{name} indices"):
         pack(scene)
     scene = make_scene()

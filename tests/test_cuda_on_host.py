@@ -6,8 +6,8 @@ What this cannot show: races between blocks or within a warp, the GPU's own roun
 import pytest
 import torch
 from cuda_on_host import COMPILER, HostKernels
-from scenes import NAMES, as_float32, camera, cotangents, random_scene, render_with_grads
-from test_kernels import BAD, BASE, CASES, RENDERERS, compare, with_rows
+from scenes import SORTED, SORTFREE, as_float32, camera, cotangents, random_scene, render_with_grads
+from test_kernels import BAD, BASE, CASES, RENDERERS, compare, constant, names_of, with_rows
 
 import mobilegs.render
 from mobilegs.errors import InputError
@@ -61,6 +61,7 @@ def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
     scene, view = as_float32(random_scene(1500, seed=11)), camera(120, 90)
     scene["scales"][:3] = 3.0
     scene["opacities"][3:60] = 1.0
+    scene["lobes"][3:60] = constant(1 - 1e-15)
     found = draw(scene, view, renderer)
     monkeypatch.undo()
     expected = draw(scene, view, renderer)
@@ -92,16 +93,17 @@ def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
     expected = draw({name: value[rows] for name, value in scene.items()}, view, renderer)
     found = draw(broken, view, renderer)
     for name, value in expected.items():
-        part = found[name][rows] if name in NAMES else found[name]
+        is_input = name in names_of(renderer)
+        part = found[name][rows] if is_input else found[name]
         torch.testing.assert_close(part, value, rtol=1e-5, atol=1e-6)
-        assert name not in NAMES or (found[name][~rows] == 0).all(), name
+        assert not is_input or (found[name][~rows] == 0).all(), name
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
 def test_without_depth_nothing_else_changes(renderer):
     scene, view = as_float32(random_scene(80, seed=13)), camera()
     render, options = RENDERERS[renderer]
-    names = NAMES if options else NAMES[:5]
+    names = names_of(renderer)
     found = []
     for depth in (False, True):
         leaves = [scene[name].float().requires_grad_() for name in names]
@@ -118,7 +120,7 @@ def test_without_depth_nothing_else_changes(renderer):
 def test_every_kernel_is_executed(kernels):
     scene, view = as_float32(random_scene(5)), camera()
     for depth in (False, True):
-        for render, names in ((render_sorted, NAMES[:5]), (render_sortfree, NAMES)):
+        for render, names in ((render_sorted, SORTED), (render_sortfree, SORTFREE)):
             leaves = [scene[name].float().requires_grad_() for name in names]
             given = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
             render(*leaves, depth=depth, **given).image.sum().backward()
@@ -129,8 +131,8 @@ def test_every_kernel_is_executed(kernels):
 
 def test_radii_are_those_of_the_cpu_kernels():
     scene, view = as_float32(random_scene(300, seed=14, spread=4.0)), camera()
-    flat = [scene[name].float() for name in NAMES[:5]]
-    given = kernel_view(view, torch.zeros(3), Weighting(), 4)
+    flat = [scene[name].float() for name in SORTED]
+    given = kernel_view(view, torch.zeros(3), Weighting(), sh_size=4, lobe_size=0)
     expected = cpu.project_radii(given, *flat)
     assert (expected == 0).any() and (expected > 0).any()
     torch.testing.assert_close(cuda.project_radii(given, *flat), expected, rtol=1e-5, atol=1e-5)
@@ -174,7 +176,7 @@ def test_inputs_on_different_devices_are_refused():
     scene["sh"] = scene["sh"].to("meta")
     with pytest.raises(InputError, match="meta"):
         render_sorted(
-            *[scene[n] for n in NAMES[:5]],
+            *[scene[n] for n in SORTED],
             camera=camera().to(dtype=torch.float32),
             background=torch.zeros(3),
         )

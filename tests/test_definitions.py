@@ -4,12 +4,13 @@ import math
 
 import pytest
 import torch
-from scenes import NAMES, camera, near_threshold, random_scene
+from scenes import SORTED, SORTFREE, camera, near_threshold, random_scene
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting, render_sorted, render_sortfree, visible_rows
+from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.project import project, rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
@@ -19,35 +20,37 @@ from mobilegs.spherical_harmonics import rgb_to_sh0, sh_basis, sh_colors
 BACKGROUND = torch.tensor([0.1, 0.2, 0.35], dtype=torch.float64)
 
 
-def _gradcheck_scene(degree: int) -> tuple[list[torch.Tensor], Camera]:
+def _gradcheck_scene(
+    names: tuple[str, ...], *, degree: int = 1, lobe_degree: int = 2
+) -> tuple[list[torch.Tensor], Camera]:
     """Four Gaussians on 9x7 pixels, no alpha so near 1/255 that a step crosses it."""
     view = camera(9, 7)
     for seed in range(100):
-        scene = random_scene(4, degree=degree, seed=seed, spread=0.6)
+        scene = random_scene(4, degree=degree, lobe_degree=lobe_degree, seed=seed, spread=0.6)
         scene["scales"] = scene["scales"] * 2 + 0.1
-        if not near_threshold(scene, view, margin=1e-3).any():
-            return [scene[name].requires_grad_() for name in NAMES], view
+        if not near_threshold(scene, view, names=names, margin=1e-3).any():
+            return [scene[name].requires_grad_() for name in names], view
     raise AssertionError("no scene is clear of the threshold")
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
 def test_projection_passes_gradcheck(degree):
-    inputs, view = _gradcheck_scene(degree)
-    assert torch.autograd.gradcheck(lambda *x: project(*x, camera=view)[:4], inputs[:5])
+    inputs, view = _gradcheck_scene(SORTED, degree=degree)
+    assert torch.autograd.gradcheck(lambda *x: project(*x, camera=view)[:4], inputs)
 
 
 def test_sorted_blending_passes_gradcheck():
-    inputs, view = _gradcheck_scene(1)
+    inputs, view = _gradcheck_scene(SORTED)
 
     def render(*x):
         return render_sorted(*x, camera=view, background=BACKGROUND, depth=True)[:3]
 
-    assert torch.autograd.gradcheck(render, inputs[:5])
+    assert torch.autograd.gradcheck(render, inputs)
 
 
 @pytest.mark.parametrize("name", WEIGHTINGS)
 def test_sortfree_blending_passes_gradcheck(name):
-    inputs, view = _gradcheck_scene(1)
+    inputs, view = _gradcheck_scene(SORTFREE)
     weighting = Weighting(name, sigma=6.0, background_weight=0.4)
 
     def render(*x):
@@ -55,6 +58,14 @@ def test_sortfree_blending_passes_gradcheck(name):
         return render_sortfree(*x, depth=True, **options)[:3]
 
     assert torch.autograd.gradcheck(render, inputs)
+
+
+@pytest.mark.parametrize("lobe_degree", [0, 1, 3])
+def test_lobes_of_every_degree_pass_gradcheck(lobe_degree):
+    inputs, view = _gradcheck_scene(SORTFREE, degree=0, lobe_degree=lobe_degree)
+    assert torch.autograd.gradcheck(
+        lambda *x: render_sortfree(*x, camera=view, background=BACKGROUND).image, inputs
+    )
 
 
 def _on_axis(depths: list[float], opacities: list[float], phi: list[float], colors):
@@ -71,12 +82,14 @@ def _on_axis(depths: list[float], opacities: list[float], phi: list[float], colo
     quats = torch.tensor([[1.0, 0, 0, 0]], dtype=torch.float64).expand(n, 4)
     scales = torch.full((n, 3), 0.5, dtype=torch.float64)
     rest = [torch.tensor(x, dtype=torch.float64) for x in (opacities, colors, phi)]
-    return [means, quats, scales, rest[0], rgb_to_sh0(rest[1])[:, None, :], rest[2]], view
+    lobes = constant_lobes(rest[0].logit(), rest[2])
+    return [means, quats, scales, rest[0], rgb_to_sh0(rest[1])[:, None, :]], lobes, view
 
 
 def test_two_gaussians_blend_as_equations_2_and_3_say():
     colors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    inputs, view = _on_axis([2.0, 4.0], [0.5, 0.8], [1.5, 0.5], colors)
+    inputs, lobes, view = _on_axis([2.0, 4.0], [0.5, 0.8], [1.5, 0.5], colors)
+    inputs[3] = lobes
     image = render_sortfree(*inputs, camera=view, background=BACKGROUND).image[0, 0]
     w = [1.5**2 + 1.5 / 4 + math.exp(0.25), 0.5**2 + 0.5 / 16 + math.exp(0.125)]
     red, green = 0.5 * w[0], 0.8 * w[1]
@@ -87,16 +100,19 @@ def test_two_gaussians_blend_as_equations_2_and_3_say():
 
 
 def test_the_exponent_of_the_weight_is_clamped():
-    inputs, view = _on_axis([0.3, 4.0], [0.5, 0.5], [0.0, 0.0], [[1.0, 0, 0], [0, 1.0, 0]])
+    inputs, lobes, view = _on_axis([0.3, 4.0], [0.5, 0.5], [0.0, 0.0], [[1.0, 0, 0], [0, 1.0, 0]])
     inputs[2] = torch.tensor([[9.0] * 3, [0.1] * 3], dtype=torch.float64)  # s / d = 30
+    inputs[3] = lobes
     image = render_sortfree(*inputs, camera=view, background=BACKGROUND).image[0, 0]
     w = [math.exp(8.0), math.exp(0.025)]
     assert image[0].item() == pytest.approx(0.75 * w[0] / sum(w) + 0.25 * 0.1, rel=1e-9)
 
 
 def test_two_gaussians_blend_front_to_back_in_whatever_order_they_come():
-    inputs, view = _on_axis([4.0, 2.0], [0.8, 0.5], [1.0, 1.0], [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
-    drawn = render_sorted(*inputs[:5], camera=view, background=BACKGROUND, depth=True)
+    inputs, _, view = _on_axis(
+        [4.0, 2.0], [0.8, 0.5], [1.0, 1.0], [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+    )
+    drawn = render_sorted(*inputs, camera=view, background=BACKGROUND, depth=True)
     expected = torch.tensor([0.5, 0.5 * 0.8, 0.0], dtype=torch.float64) + 0.1 * BACKGROUND
     torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
     assert drawn.depth[0, 0].item() == pytest.approx(0.5 * 2 + 0.5 * 0.8 * 4)
@@ -106,10 +122,11 @@ def test_two_gaussians_blend_front_to_back_in_whatever_order_they_come():
 def test_transmittance_is_the_same_sorted_and_sortfree():
     scene, view = random_scene(40, seed=3), camera()
     scene["opacities"] = scene["opacities"] * 0.3  # nothing stops early
-    flat = [scene[name] for name in NAMES]
+    scene["lobes"] = constant_lobes(scene["opacities"].logit())
     options = {"camera": view, "background": BACKGROUND}
-    first = render_sorted(*flat[:5], **options).alpha
-    torch.testing.assert_close(first, render_sortfree(*flat, **options).alpha)
+    first = render_sorted(*[scene[name] for name in SORTED], **options).alpha
+    second = render_sortfree(*[scene[name] for name in SORTFREE], **options).alpha
+    torch.testing.assert_close(first, second)
 
 
 def test_harmonics_are_orthonormal():
@@ -164,20 +181,23 @@ def test_the_view_network_is_the_papers():
     assert sum(p.numel() for p in network.parameters()) == 47_170
     sh, scales = torch.randn(9, 4, 3), torch.rand(9, 3) + 0.1
     directions = torch.nn.functional.normalize(torch.randn(9, 3), dim=1)
-    quats = torch.randn(9, 4)
-    phi, change = network(sh, directions, scales, quats)
-    assert (phi == 1).all() and (change == 0).all()  # so a student starts as its teacher
+    quats, logits = torch.randn(9, 4), torch.randn(9)
+    some = Gaussians(torch.randn(9, 3), quats, scales.log(), logits, sh)
+    torch.testing.assert_close(network(some, directions), constant_lobes(logits))  # the teacher's
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.normal_(0, 0.2)
-        phi, change = network(sh, directions, scales, quats)
-        phi2, change2 = network(sh * 3, directions, scales * 5, -2 * -quats)
+        lobes = network(some, directions)
+        more = Gaussians(some.means, 2 * quats, (5 * scales).log(), logits, sh * 3)
         unit = [torch.nn.functional.normalize(x, dim=1) for x in (sh.flatten(1), scales, quats)]
         x = torch.cat([unit[0], directions, unit[1], unit[2]], 1)
         x = network.hidden3(torch.relu(network.hidden2(torch.relu(network.hidden1(x)))))
+    opacities, phi = seen_along(lobes, directions)
     torch.testing.assert_close(phi, torch.relu(network.phi(x))[:, 0])
-    torch.testing.assert_close(change, network.opacity(x)[:, 0])
-    torch.testing.assert_close((phi2, change2), (phi, change))  # only proportions count
+    torch.testing.assert_close(opacities, (logits + network.opacity(x)[:, 0]).sigmoid())
+    assert (phi == 0).any() and (phi > 0).any()
+    with torch.no_grad():
+        torch.testing.assert_close(network(more, directions), lobes)  # only proportions count
 
 
 def test_culling_first_does_not_change_a_sortfree_scene():
@@ -190,10 +210,10 @@ def test_culling_first_does_not_change_a_sortfree_scene():
     with torch.no_grad():
         network.opacity.weight.normal_(0, 0.5)
         network.phi.weight.normal_(0, 0.5)
-        drawn = Scene(Gaussians(*shapes), "sortfree", network).render(view, depth=True)
+        drawn = Scene(Gaussians(*shapes), "sortfree", network=network).render(view, depth=True)
         directions = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
-        phi, change = network(scene["sh"], directions, scene["scales"], scene["quats"])
-        flat = (*[scene[n] for n in NAMES[:3]], (logits + change).sigmoid(), scene["sh"], phi)
+        lobes = network(Gaussians(*shapes), directions)
+        flat = (*shapes[:2], scene["scales"], lobes, scene["sh"])
         whole = render_sortfree(*flat, camera=view, background=torch.zeros(3), depth=True)
     rows = visible_rows(scene["means"], scene["quats"], scene["scales"], camera=view)
     assert 0 < len(rows) < 200

@@ -3,7 +3,8 @@
 import pytest
 import torch
 from scenes import (
-    NAMES,
+    SORTED,
+    SORTFREE,
     as_float32,
     assert_close,
     camera,
@@ -18,12 +19,24 @@ from mobilegs.errors import InputError
 from mobilegs.render import Weighting, render_sorted, render_sortfree
 from mobilegs.render.kernels import cpu
 from mobilegs.render.kernels.view import kernel_view
+from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.sortfree import WEIGHTINGS
 
 RENDERERS = {"sorted": (render_sorted, {})}
 for _name in WEIGHTINGS:
     _weighting = Weighting(_name, sigma=4.0, background_weight=0.7, exponent_max=1.5)
     RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
+
+
+def names_of(renderer: str) -> tuple[str, ...]:
+    return SORTED if renderer == "sorted" else SORTFREE
+
+
+def constant(opacity: float, phi: float = 1.0) -> torch.Tensor:
+    """Lobes of degree 2 that look the same from everywhere."""
+    lobes = torch.zeros(9, 2, dtype=torch.float64)
+    lobes[:1] = constant_lobes(torch.tensor([opacity], dtype=torch.float64).logit(), phi)[0]
+    return lobes
 
 
 def with_rows(scene, **changes):
@@ -36,18 +49,26 @@ def with_rows(scene, **changes):
 
 BASE = random_scene(60)
 CASES = {
-    "random, degree 0": (random_scene(70, degree=0, seed=1), camera()),
-    "random, degree 1": (random_scene(70, degree=1, seed=2), camera()),
-    "random, degree 2": (random_scene(70, degree=2, seed=3), camera()),
-    "random, degree 3": (random_scene(70, degree=3, seed=4), camera()),
+    "random, degree 0": (random_scene(70, degree=0, lobe_degree=3, seed=1), camera()),
+    "random, degree 1": (random_scene(70, degree=1, lobe_degree=2, seed=2), camera()),
+    "random, degree 2": (random_scene(70, degree=2, lobe_degree=1, seed=3), camera()),
+    "random, degree 3": (random_scene(70, degree=3, lobe_degree=0, seed=4), camera()),
+    "both of degree 0": (random_scene(70, degree=0, lobe_degree=0, seed=11), camera()),
+    "both of degree 3": (random_scene(70, degree=3, lobe_degree=3, seed=12), camera()),
     "several tiles": (random_scene(150, seed=5), camera(83, 50)),
     "one pixel": (random_scene(40, seed=6, spread=0.3), camera(1, 1)),
     "one Gaussian": (random_scene(1, seed=9, spread=0.1), camera()),
     "empty scene": (random_scene(0), camera()),
     "around the camera": (random_scene(120, seed=8, spread=4.0), camera()),
     "nothing in view": (with_rows(BASE, means=(slice(None), [0.0, 0.0, -50.0])), camera()),
-    "opaque": (with_rows(BASE, opacities=(slice(0, 40), 1.0)), camera()),
-    "too faint": (with_rows(BASE, opacities=(slice(0, 30), 1 / 300)), camera()),
+    "opaque": (
+        with_rows(BASE, opacities=(slice(0, 40), 1.0), lobes=(slice(0, 40), constant(1 - 1e-15))),
+        camera(),
+    ),
+    "too faint": (
+        with_rows(BASE, opacities=(slice(0, 30), 1 / 300), lobes=(slice(0, 30), constant(1 / 300))),
+        camera(),
+    ),
     "zero size": (with_rows(BASE, scales=(slice(0, 20), 0.0)), camera()),
     "needles": (with_rows(BASE, scales=(slice(0, 20), [0.7, 1e-5, 1e-5])), camera()),
     "huge": (with_rows(BASE, scales=(slice(0, 3), 30.0)), camera()),
@@ -55,7 +76,8 @@ CASES = {
     "equal depths": (with_rows(BASE, means=(slice(0, 20), [0.1, 0.1, 0.2])), camera()),
     "no direction": (with_rows(BASE, quats=(slice(0, 5), 0.0)), camera()),
     "long quaternions": (with_rows(BASE, quats=(slice(0, 5), [30.0, -10.0, 20.0, 5.0])), camera()),
-    "phi zero": (with_rows(BASE, phi=(slice(0, 30), 0.0)), camera()),
+    "phi zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, 0.0))), camera()),
+    "phi below zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, -0.5))), camera()),
 }
 BAD = {
     "NaN mean": {"means": ([0, 3], float("nan"))},
@@ -63,7 +85,8 @@ BAD = {
     "NaN quaternion": {"quats": ([1], float("nan"))},
     "NaN scale": {"scales": ([1, 2], float("nan"))},
     "infinite scale": {"scales": ([1, 2], float("inf"))},
-    "NaN opacity": {"opacities": ([5], float("nan"))},
+    "NaN opacity or lobe": {"opacities": ([5], float("nan")), "lobes": ([5], float("nan"))},
+    "infinite opacity or lobe": {"opacities": ([5], float("inf")), "lobes": ([5], float("inf"))},
     "NaN colour": {"sh": ([6], float("nan"))},
 }
 
@@ -73,7 +96,7 @@ def compare(case: str, renderer: str, *, device: str = "cpu") -> None:
     scene = as_float32(scene)
     view = view.to(dtype=torch.float32).to(dtype=torch.float64)
     render, options = RENDERERS[renderer]
-    avoid = near_threshold(scene, view)
+    avoid = near_threshold(scene, view, names=names_of(renderer))
     assert avoid.sum() <= 0.02 * avoid.numel() + 1
     tangents = cotangents(view, avoid=avoid)
     given = {"cotangents": tangents, **options}
@@ -141,8 +164,10 @@ def test_a_pixel_that_nothing_touches_shows_the_background(backend):
     )
     background = torch.tensor([0.3, 0.5, 0.7])
     options = {"camera": view, "background": background, "backend": backend, "depth": True}
-    flat = [scene[name] for name in NAMES]
-    for drawn in (render_sorted(*flat[:5], **options), render_sortfree(*flat, **options)):
+    for drawn in (
+        render_sorted(*[scene[name] for name in SORTED], **options),
+        render_sortfree(*[scene[name] for name in SORTFREE], **options),
+    ):
         assert torch.equal(drawn.image, background.expand(view.height, view.width, 3))
         assert (drawn.alpha == 0).all() and (drawn.depth == 0).all() and (drawn.radii == 0).all()
 
@@ -152,8 +177,8 @@ def test_permuting_the_gaussians_leaves_the_sortfree_image_unchanged():
     scene, view = {k: v.float() for k, v in scene.items()}, view.to(dtype=torch.float32)
     order = torch.randperm(150, generator=torch.Generator().manual_seed(0))
     options = {"camera": view, "background": torch.zeros(3)}
-    first = render_sortfree(*[scene[n] for n in NAMES], **options)
-    second = render_sortfree(*[scene[n][order] for n in NAMES], **options)
+    first = render_sortfree(*[scene[n] for n in SORTFREE], **options)
+    second = render_sortfree(*[scene[n][order] for n in SORTFREE], **options)
     torch.testing.assert_close(first.image, second.image, rtol=0, atol=2e-6)
     torch.testing.assert_close(first.alpha, second.alpha, rtol=0, atol=2e-6)
 
@@ -178,10 +203,10 @@ def test_results_do_not_depend_on_the_number_of_threads(renderer):
 
 def test_screen_gradients_are_those_of_the_projected_centres():
     scene, view = as_float32(random_scene(50, seed=4)), camera()
-    tangents = cotangents(view, avoid=near_threshold(scene, view))
     for renderer in ("sorted", "mobile_gs"):
         render, options = RENDERERS[renderer]
-        names = NAMES if options else NAMES[:5]
+        names = names_of(renderer)
+        tangents = cotangents(view, avoid=near_threshold(scene, view, names=names))
         leaves = {name: scene[name].float().requires_grad_() for name in names}
         screen = torch.full((50, 2), float("nan"))
         drawn = render(
@@ -215,7 +240,7 @@ def test_a_picture_too_large_for_the_kernels_is_refused():
     scene, view = {k: v.float() for k, v in BASE.items()}, camera(40000, 2)
     with pytest.raises(InputError, match="40000x2"):
         render_sorted(
-            *[scene[n] for n in NAMES[:5]],
+            *[scene[n] for n in SORTED],
             camera=view.to(dtype=torch.float32),
             background=torch.zeros(3),
         )
@@ -226,13 +251,15 @@ def test_a_picture_too_large_for_the_kernels_is_refused():
     [
         ("quats", lambda t: t.double(), "float32"),
         ("sh", lambda t: t[:, :2], "expected"),
-        ("opacities", lambda t: t[:-1], "expected"),
-        ("phi", lambda t: t[:-1], "expected"),
+        ("lobes", lambda t: t[:-1], "expected"),
+        ("lobes", lambda t: None, "lobes"),
     ],
 )
 def test_inputs_that_do_not_belong_together_are_refused(name, change, message):
     scene = {k: v.float() for k, v in BASE.items()}
-    view = kernel_view(camera(), torch.zeros(3), Weighting(), scene["sh"].shape[1])
+    view = kernel_view(camera(), torch.zeros(3), Weighting(), sh_size=4, lobe_size=9)
     scene[name] = change(scene[name])
+    scene["opacities"] = None
     with pytest.raises(InputError, match=message):
-        cpu.CpuRaster.apply(view, None, False, *[scene[n] for n in NAMES])
+        names = (*SORTED, "lobes")
+        cpu.CpuRaster.apply(view, None, False, *[scene[name] for name in names])

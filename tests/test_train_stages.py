@@ -7,11 +7,12 @@ import pytest
 import torch
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.compress.codebooks import CodebookSizes
+from mobilegs.compress.codebooks import CUTS, CodebookSizes
 from mobilegs.compress.container import pack
 from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.lobes import seen_along
 from mobilegs.render.scene import Scene
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.distill import TeacherPictures
@@ -19,6 +20,7 @@ from mobilegs.train.init import gaussians_at
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student import Student, StudentConfig
 from mobilegs.train.teacher import Teacher, TeacherConfig
+from mobilegs.train.view_dependence import Kind, ViewDependence
 
 CPU = torch.device("cpu")
 TEACHER = TeacherConfig(
@@ -34,6 +36,11 @@ STUDENT = StudentConfig(
     regression_steps=5,
     codebooks=CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
 )
+KINDS: tuple[Kind, ...] = ("network", "fitted", "decoded", "latent", "projected", "free")
+
+
+def with_kind(kind: Kind) -> StudentConfig:
+    return replace(STUDENT, view=ViewDependence(kind=kind, size=16, fraction=0.3))
 
 
 def blobs() -> Gaussians:
@@ -82,7 +89,9 @@ def dataset() -> Dataset:
 @pytest.fixture
 def make_student(dataset: Dataset) -> Callable[..., Student]:
     def make(config: StudentConfig = STUDENT, seed: int = 0) -> Student:
-        return Student(config, Scene(blobs(), near=0.2), extent=dataset.extent, seed=seed)
+        seen_by = [frame.camera for frame in dataset.train]
+        teacher = Scene(blobs(), near=0.2)
+        return Student(config, teacher, seen_by, extent=dataset.extent, seed=seed)
 
     return make
 
@@ -192,16 +201,20 @@ def test_the_teachers_depth_is_the_mean_where_it_covers() -> None:
 # --- the student
 
 
-def test_the_student_starts_with_the_teachers_opacities(make_student) -> None:
-    student = make_student()
-    some = student.model.gaussians()
-    phi, opacities = student.model.seen(some, cameras()[0])
-    torch.testing.assert_close(opacities, blobs().opacities)
-    assert (phi == 1).all()
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_student_starts_with_the_teachers_opacities(kind: Kind, make_student) -> None:
+    model = make_student(with_kind(kind)).model
+    camera, (some, for_lobes) = cameras()[0], model.gaussians()
+    directions = torch.nn.functional.normalize(some.means - camera.position, dim=1)
+    opacities, phi = seen_along(model.lobes(some, for_lobes, camera), directions)
+    torch.testing.assert_close(opacities, blobs().opacities, atol=1e-4, rtol=0)
+    torch.testing.assert_close(model.opacities(camera), opacities)
+    torch.testing.assert_close(phi, torch.ones_like(phi), atol=1e-3, rtol=0)
 
 
-def test_training_draws_what_evaluation_draws(dataset: Dataset, make_student) -> None:
-    student = make_student()
+@pytest.mark.parametrize("kind", KINDS)
+def test_training_draws_what_evaluation_draws(kind: Kind, dataset: Dataset, make_student) -> None:
+    student = make_student(with_kind(kind))
     for until in (5, 20, 40):  # explicit, networks, codes
         train(student, dataset, until)
         drawn = student.model.draw(
@@ -213,17 +226,19 @@ def test_training_draws_what_evaluation_draws(dataset: Dataset, make_student) ->
 
 
 def test_the_student_learns_in_every_form(dataset: Dataset, make_student) -> None:
-    config = replace(STUDENT, net_fraction=0.25, codes_fraction=0.5)
+    config = replace(with_kind("projected"), net_fraction=0.25, codes_fraction=0.5)
     losses = train(make_student(config), dataset, 40)
     assert sum(losses[18:24]) < sum(losses[:6])
     assert sum(losses[-6:]) < sum(losses[20:26])  # codebooks learn
 
 
-@pytest.mark.parametrize("stop", [3, 12, 30])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("stop", [3, 12, 20, 30])
 def test_a_student_that_was_stopped_ends_in_the_same_bytes(
-    dataset: Dataset, make_student, stop: int
+    dataset: Dataset, make_student, stop: int, kind: Kind
 ) -> None:
-    whole, first, second = make_student(), make_student(), make_student(seed=9)
+    config = with_kind(kind)
+    whole, first, second = make_student(config), make_student(config), make_student(config, seed=9)
     train(whole, dataset, 40)
     train(first, dataset, stop)
     assert first.model.phase == ("explicit", "networks", "codes")[(stop > 6) + (stop > 26)]
@@ -257,7 +272,7 @@ def test_a_step_on_several_views_follows_the_sum_of_their_gradients(
 
 
 def test_moments_survive_the_changes_of_form(dataset: Dataset, make_student) -> None:
-    student = make_student()
+    student = make_student(with_kind("network"))
     train(student, dataset, 6)
     model = student.model
     before = {n: model.rows.adam.state[model.rows.tensors[n]] for n in ("means", "quats")}
@@ -272,7 +287,7 @@ def test_moments_survive_the_changes_of_form(dataset: Dataset, make_student) -> 
 
 
 def test_votes_remove_what_is_faint_and_small(dataset: Dataset, make_student) -> None:
-    student = make_student()
+    student = make_student(with_kind("decoded"))
     with torch.no_grad():
         student.model.rows.tensors["logit_opacities"][:4] = -4
         student.model.rows.tensors["log_scales"][:4] = -5
@@ -287,16 +302,19 @@ def test_pruning_in_coded_form_keeps_rows_and_indices_together(
 ) -> None:
     student = make_student()
     student._enter("codes")
-    before = student.model.gaussians()
+    assert set(student.model.codebooks) == {*CUTS, "lobes"}
+    before, latents = student.model.gaussians()
     keep = torch.arange(50) % 3 != 0
     student.model.keep_rows(keep)
-    after = student.model.gaussians()
+    after, fewer = student.model.gaussians()
+    assert latents.shape == (50, 6)
+    torch.testing.assert_close(fewer, latents[keep], atol=1e-6, rtol=0)
     for name, value in before.tensors().items():
         torch.testing.assert_close(after.tensors()[name], value[keep], atol=1e-6, rtol=0)
 
 
 def test_reassigning_follows_what_a_gaussian_has_learned_to_want(make_student) -> None:
-    model = make_student().model
+    model = make_student(with_kind("network")).model
     model.use_networks(regression_steps=1, generator=torch.Generator().manual_seed(0))
     model.use_codes(STUDENT.codebooks, generator=torch.Generator().manual_seed(0))
     book = model.codebooks["scale"]
@@ -316,9 +334,10 @@ def test_a_student_of_one_step_is_coded_in_the_end(dataset: Dataset, make_studen
 def test_a_teacher_of_another_degree_is_cut_or_filled_up(dataset: Dataset) -> None:
     for coefficients in (1, 16):
         teacher = replace(blobs(), sh=torch.ones(50, coefficients, 3))
-        model = Student(STUDENT, Scene(teacher), extent=3.0, seed=0).model
-        assert model.gaussians().sh.shape == (50, 4, 3)
-        assert (model.gaussians().sh[:, 1:] == (coefficients > 1)).all()
+        model = Student(STUDENT, Scene(teacher), cameras(), extent=3.0, seed=0).model
+        sh = model.gaussians()[0].sh
+        assert sh.shape == (50, 4, 3)
+        assert (sh[:, 1:] == (coefficients > 1)).all()
 
 
 def test_phases_out_of_order_are_refused() -> None:

@@ -18,7 +18,7 @@ from pathlib import Path
 import torch
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from kernels import BACKGROUND, NAMES, study_scene
+from kernels import BACKGROUND, INPUTS, study_scene
 
 from mobilegs.camera import Camera
 from mobilegs.render import render_sorted, render_sortfree
@@ -39,9 +39,8 @@ class Ours:
         self.background = torch.tensor(BACKGROUND)
 
     def forward(self, path: str) -> torch.Tensor:
-        names = NAMES if path == "sortfree" else NAMES[:5]
         render = render_sortfree if path == "sortfree" else render_sorted
-        inputs = [self.leaves[name] for name in names]
+        inputs = [self.leaves[name] for name in INPUTS[path]]
         return render(*inputs, camera=self.camera, background=self.background).image
 
     def both(self, path: str) -> None:
@@ -61,7 +60,7 @@ class Gsplat:
         self.intrinsics = ours.camera.K.float().to(DEVICE)[None]
 
     def forward(self, path: str) -> torch.Tensor:
-        means, quats, scales, opacities, sh = (self.ours.leaves[name] for name in NAMES[:5])
+        means, quats, scales, opacities, sh = (self.ours.leaves[name] for name in INPUTS["sorted"])
         camera = self.ours.camera
         image, _, _ = self.rasterization(
             means,

@@ -12,7 +12,7 @@ from mobilegs.compress.halves import round_half
 from mobilegs.compress.kmeans import kmeans, nearest_centers
 from mobilegs.errors import InputError
 
-Attribute = Literal["scale", "rotation", "appearance", "opacity"]
+Attribute = Literal["scale", "rotation", "appearance", "opacity", "lobes"]
 SIZE_MAX = 4096  # entries of one codebook: indices take 12 bits, coder tables 14
 
 
@@ -24,6 +24,7 @@ class Cut:
     length: int
 
 
+# the cut of the lobes' latents is the scene's own, and the last two need not be there
 CUTS: dict[Attribute, Cut] = {
     "scale": Cut(3, 1),  # log-scales
     "rotation": Cut(2, 2),  # (w, x), (y, z) of the canonical quaternion
@@ -43,7 +44,7 @@ class CodebookSizes:
     appearance: int = 1024
     """For each of three pairs of the six latent numbers of the colour."""
     opacity: int = 64
-    """For the base opacity, which the view network's output is added to."""
+    """For the base opacity, which all lobes start from."""
 
     def __post_init__(self) -> None:
         for name in CUTS:

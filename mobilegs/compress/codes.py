@@ -6,18 +6,27 @@ from typing import Any
 
 import torch
 from jaxtyping import Float, Float16, Int16
-from torch import Tensor
+from torch import Tensor, nn
 
 from mobilegs.camera import NEAR, Camera
 from mobilegs.compress.appearance import LATENTS, AppearanceDecoder
-from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, SubVectorCodebooks, look_up
+from mobilegs.compress.codebooks import (
+    CUTS,
+    SIZE_MAX,
+    Attribute,
+    Cut,
+    SubVectorCodebooks,
+    look_up,
+)
 from mobilegs.compress.halves import to_half
+from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame, morton_codes
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.spherical_harmonics import C0
 
 COUNT_MAX = 1 << 26
 VIEWS_MAX = 64
@@ -38,10 +47,14 @@ class CodedScene:
         positions: centres of the Gaussians as stored in `frame`, `[n, 3]`.
         frame: where they lie in the world.
         indices: per attribute, which codebook entry each sub-vector is, `[n, count]`.
-        codebooks: per attribute, `[count, k, length]`.
+        codebooks: per attribute, `[count, k, length]`. There may be no opacity, and there are
+            `lobes` only if the lobes' decoder takes latents.
         decoder: the appearance decoder's weights, by the names of its parameters.
-        network: the view network's weights, likewise; None means phi = 1 and the base opacity
-            from everywhere.
+        lobe_shape: of the decoder that gives lobes once, when the scene is opened; None means
+            that there is none.
+        lobe_decoder: its weights; empty if there is none.
+        network: the view network's weights, which gives opacity and phi for each view; None
+            means that there is none. With neither, phi = 1 and opacity is the base's.
         weighting, background, near: as in `Scene`; the background lies in [0, 1].
         views: cameras from which the scene is worth a first look; they take over `near`.
         meta: who made this and how, for people: scalars only, and no times, so that equal
@@ -53,6 +66,8 @@ class CodedScene:
     indices: dict[Attribute, Int16[Tensor, "n _"]]
     codebooks: dict[Attribute, Float16[Tensor, "_ _ _"]]
     decoder: dict[str, Float16[Tensor, "..."]]
+    lobe_shape: LobeShape | None
+    lobe_decoder: dict[str, Float16[Tensor, "..."]]
     network: dict[str, Float16[Tensor, "..."]] | None
     weighting: Weighting = field(default_factory=Weighting)
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
@@ -68,6 +83,17 @@ class CodedScene:
     def __len__(self) -> int:
         return self.positions.shape[0]
 
+    @property
+    def cuts(self) -> dict[Attribute, Cut]:
+        """How each attribute that there is is cut, in the file's order."""
+        cuts: dict[Attribute, Cut] = {
+            name: cut for name, cut in CUTS.items() if name in self.codebooks
+        }
+        if "lobes" in self.codebooks:
+            count, _, length = self.codebooks["lobes"].shape
+            cuts["lobes"] = Cut(count, length)
+        return cuts
+
     def sorted(self) -> "CodedScene":
         """The same scene in the order of the file: by Morton code, ties as they were."""
         codes = torch.from_numpy(morton_codes(self.positions).astype("int64"))
@@ -82,20 +108,27 @@ class CodedScene:
         """The scene that these codes mean; the networks that make its colours run once, here."""
         positions = self.positions.to(device)
         values = {
-            name: look_up(self.codebooks[name].to(device).float(), self.indices[name].to(device))
-            for name in CUTS
+            name: look_up(book.to(device).float(), self.indices[name].to(device))
+            for name, book in self.codebooks.items()
         }
         decoder = AppearanceDecoder(torch.Generator()).to(device)
         decoder.load_state_dict({name: value.float() for name, value in self.decoder.items()})
         static, view = values["appearance"].split(LATENTS, dim=1)
+        empty = torch.zeros(len(self), 1, device=device)
         gaussians = Gaussians(
             means=self.frame.world(positions),
             quats=values["rotation"],
             log_scales=values["scale"],
-            logit_opacities=values["opacity"][:, 0],
+            logit_opacities=values.get("opacity", empty)[:, 0],
             sh=decoder.decode(self.frame.normalised(positions), static, view),
         )
-        network = None
+        lobes = network = None
+        if self.lobe_shape is not None:
+            opening = LobeDecoder(self.lobe_shape, torch.Generator()).to(device)
+            opening.load_state_dict({name: v.float() for name, v in self.lobe_decoder.items()})
+            latents = values.get("lobes", empty[:, :0])
+            lobes = opening.decode(latents, gaussians, base="opacity" in values)
+            gaussians = replace(gaussians, logit_opacities=lobes[:, 0, 0] * C0)
         if self.network is not None:
             with torch.device("meta"):  # no memory, no draws from the global random state
                 network = ViewNetwork()
@@ -103,7 +136,13 @@ class CodedScene:
             network.load_state_dict(weights, assign=True)
             network.requires_grad_(False)
         return Scene(
-            gaussians, "sortfree", network, self.weighting, self.background.to(device), self.near
+            gaussians,
+            "sortfree",
+            lobes=lobes,
+            network=network,
+            weighting=self.weighting,
+            background=self.background.to(device),
+            near=self.near,
         )
 
     def check(self) -> None:
@@ -123,19 +162,34 @@ class CodedScene:
             raise InputError("the scene's background colour lies outside of [0, 1]")
         if not 0 < self.weighting.sigma <= WORLD_MAX or self.weighting.background_weight < 0:
             raise InputError("the scene's weighting has a sigma or a background weight below 0")
-        for name in CUTS:
+        shape = self.lobe_shape
+        needed: list[Attribute] = ["scale", "rotation", "appearance"]
+        if shape is None:
+            needed.append("opacity")
+        elif shape.latents:
+            needed.append("lobes")
+        if "lobes" in self.codebooks and "lobes" not in needed:
+            raise InputError("the scene has lobe codes that nothing decodes")
+        needed.extend(name for name in self.codebooks if name not in needed)
+        for name in needed:
             self._check_attribute(name)
+        if shape is not None and self.network is not None:
+            raise InputError("the scene has lobes and a view network: one of them must go")
         _check_weights("appearance decoder", self.decoder, decoder_shapes())
+        _check_weights("lobe decoder", self.lobe_decoder, lobe_shapes(shape))
         if self.network is not None:
             _check_weights("view network", self.network, network_shapes())
         self._check_views()
         check_meta(self.meta)
 
     def _check_attribute(self, name: Attribute) -> None:
-        cut, book, rows = CUTS[name], self.codebooks.get(name), self.indices.get(name)
+        book, rows = self.codebooks.get(name), self.indices.get(name)
         if book is None or rows is None:
             raise InputError(f"the scene has no {name} codes")
-        size = book.shape[1]
+        size, cut = book.shape[1], self.cuts[name]
+        latents = 0 if self.lobe_shape is None else self.lobe_shape.latents
+        if name == "lobes" and cut.count * cut.length != latents:
+            raise InputError(f"the lobe codebooks have the shape {tuple(book.shape)}")
         if book.shape != (cut.count, size, cut.length) or not 1 <= size <= SIZE_MAX:
             raise InputError(f"the {name} codebooks have the shape {tuple(book.shape)}")
         if rows.shape != (len(self), cut.count):
@@ -178,6 +232,15 @@ def decoder_shapes() -> dict[str, torch.Size]:
 
 
 @cache
+def lobe_shapes(shape: LobeShape | None) -> dict[str, torch.Size]:
+    """Shapes of a lobe decoder's weights by name, in the file's order; none for None."""
+    if shape is None:
+        return {}
+    decoder = LobeDecoder(shape, torch.Generator())
+    return {name: value.shape for name, value in decoder.named_parameters()}
+
+
+@cache
 def network_shapes() -> dict[str, torch.Size]:
     """Shapes of the view network's weights by name, in the file's order."""
     with torch.device("meta"):
@@ -197,7 +260,8 @@ def encode_scene(
     *,
     frame: Frame,
     decoder: AppearanceDecoder,
-    network: ViewNetwork | None,
+    lobe_decoder: LobeDecoder | None = None,
+    network: ViewNetwork | None = None,
     weighting: Weighting,
     background: Float[Tensor, "3"],
     near: float = NEAR,
@@ -207,7 +271,7 @@ def encode_scene(
     """The trained parts of a student as codes: everything rounded as stored.
 
     `codebooks` holds `scale` (log-scales), `rotation` (quaternions), `appearance` (static and
-    view latents) and `opacity` (base logits).
+    view latents), `opacity` (base logits) and `lobes` (the lobe decoder's latents).
 
     Raises:
         InputError: a part is missing, out of range or not finite.
@@ -217,10 +281,10 @@ def encode_scene(
         frame=frame,
         indices={name: book.indices.to("cpu", torch.int16) for name, book in codebooks.items()},
         codebooks={name: _stored(book.centers) for name, book in codebooks.items()},
-        decoder={name: _stored(value) for name, value in decoder.named_parameters()},
-        network=None
-        if network is None
-        else {name: _stored(value) for name, value in network.named_parameters()},
+        decoder=_weights(decoder),
+        lobe_shape=None if lobe_decoder is None else lobe_decoder.shape,
+        lobe_decoder={} if lobe_decoder is None else _weights(lobe_decoder),
+        network=None if network is None else _weights(network),
         weighting=weighting,
         background=background,
         near=near,
@@ -229,6 +293,10 @@ def encode_scene(
     )
     coded.check()
     return coded
+
+
+def _weights(module: nn.Module) -> dict[str, Tensor]:
+    return {name: _stored(value) for name, value in module.named_parameters()}
 
 
 def _stored(values: Tensor) -> Tensor:
@@ -244,7 +312,7 @@ def same(a: CodedScene, b: CodedScene) -> bool:
             "center": coded.frame.center,
             "background": coded.background,
         }
-        for group in ("indices", "codebooks", "decoder", "network"):
+        for group in ("indices", "codebooks", "decoder", "lobe_decoder", "network"):
             parts |= {f"{group}.{k}": v for k, v in (getattr(coded, group) or {}).items()}
         for i, view in enumerate(coded.views):
             parts |= {f"viewmat.{i}": view.viewmat, f"K.{i}": view.K}
@@ -264,6 +332,7 @@ def same(a: CodedScene, b: CodedScene) -> bool:
             coded.weighting,
             sizes,
             notes,
+            coded.lobe_shape,
             coded.network is None,
         )
 

@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from mobilegs.atomic import atomic_write
-from mobilegs.compress.codebooks import CUTS, Attribute
-from mobilegs.compress.codes import CodedScene, decoder_shapes, network_shapes
+from mobilegs.compress.codebooks import Attribute
+from mobilegs.compress.codes import CodedScene, decoder_shapes, lobe_shapes, network_shapes
 from mobilegs.compress.envelope import VERSION, Stream, seal, unseal
 from mobilegs.compress.header import Header, describe, parse
 from mobilegs.compress.positions import decode_positions, encode_positions
@@ -39,10 +39,13 @@ def pack(coded: CodedScene) -> bytes:
     streams: list[Stream] = []
     if coded.network is not None:
         streams.append(_pack_halves("view-network", coded.network, network_shapes()))
+    if coded.lobe_shape is not None:
+        shapes = lobe_shapes(coded.lobe_shape)
+        streams.append(_pack_halves("lobe-decoder", coded.lobe_decoder, shapes))
     streams.append(_pack_halves("appearance-decoder", coded.decoder, decoder_shapes()))
-    streams.append(_pack_halves("codebooks", coded.codebooks, CUTS))
+    streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
     streams.append(Stream("positions", "morton-class", encode_positions(coded.positions)))
-    for name in CUTS:
+    for name in coded.cuts:
         symbols = coded.indices[name].numpy().astype(np.uint16)
         size = coded.codebooks[name].shape[1]
         streams += [
@@ -72,7 +75,7 @@ def unpack(data: bytes) -> CodedScene:
     def indices(name: Attribute) -> Tensor:
         columns = [
             decode_indices(stream(f"{name}.{i}"), header.count, header.sizes[name])
-            for i in range(CUTS[name].count)
+            for i in range(header.cuts[name].count)
         ]
         return torch.from_numpy(np.stack(columns, axis=1).astype(np.int16))
 
@@ -83,9 +86,13 @@ def unpack(data: bytes) -> CodedScene:
     coded = CodedScene(
         positions=decode_positions(places.data, header.count),
         frame=header.frame,
-        indices={name: indices(name) for name in CUTS},
-        codebooks={name: books[name] for name in CUTS},
+        indices={name: indices(name) for name in header.cuts},
+        codebooks={name: books[name] for name in header.cuts},
         decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes()),
+        lobe_shape=header.lobes,
+        lobe_decoder={}
+        if header.lobes is None
+        else _unpack_halves(stream("lobe-decoder"), lobe_shapes(header.lobes)),
         network=_unpack_halves(stream("view-network"), network_shapes())
         if header.network
         else None,
@@ -131,6 +138,7 @@ def inspect(data: bytes) -> dict[str, Any]:
         "padding_bytes": padding,
         "streams": rows,
         "codebook_sizes": header.sizes,
+        "lobes": fields["lobes"],
         "views": len(header.views),
         "near": header.near,
         "weighting": fields["weighting"],
@@ -193,7 +201,7 @@ def _unpack_halves(stream: Stream, shapes: Mapping[Any, tuple[int, ...]]) -> dic
 
 
 def _codebook_shapes(header: Header) -> dict[Attribute, tuple[int, ...]]:
-    return {name: (cut.count, header.sizes[name], cut.length) for name, cut in CUTS.items()}
+    return {name: (cut.count, header.sizes[name], cut.length) for name, cut in header.cuts.items()}
 
 
 def _check_count(header: Header, data: bytes) -> None:
@@ -211,11 +219,12 @@ def _raw_bytes(header: Header) -> dict[str, int]:
 
     raw = {
         "view-network": halves(network_shapes().values()),
+        "lobe-decoder": halves(lobe_shapes(header.lobes).values()),
         "appearance-decoder": halves(decoder_shapes().values()),
         "codebooks": halves(_codebook_shapes(header).values()),
         "positions": 6 * header.count,
     }
-    for name, cut in CUTS.items():
+    for name, cut in header.cuts.items():
         bits = index_width(header.sizes[name]) * header.count
         raw |= {f"{name}.{i}": (bits + 7) // 8 for i in range(cut.count)}
     return raw

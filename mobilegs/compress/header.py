@@ -1,7 +1,7 @@
 """The numbers of a scene that the header of a `.mgs` carries as JSON."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute
+from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.codes import (
     COUNT_MAX,
     EXPONENT_MAX,
@@ -19,6 +19,7 @@ from mobilegs.compress.codes import (
     MetaValue,
     check_meta,
 )
+from mobilegs.compress.lobes import HIDDEN_LAYERS, HIDDEN_MAX, LATENTS_MAX, LobeShape
 from mobilegs.compress.positions import Frame
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
@@ -32,8 +33,10 @@ class Header:
     """What a decoder must know before it reads the streams; fields as in `CodedScene`."""
 
     count: int
+    cuts: dict[Attribute, Cut]
     sizes: dict[Attribute, int]
     frame: Frame
+    lobes: LobeShape | None
     network: bool
     weighting: Weighting
     background: Tensor
@@ -49,9 +52,12 @@ def describe(coded: CodedScene) -> dict[str, Any]:
         "blend": BLEND,
         "codebooks": {
             name: {"count": cut.count, "length": cut.length, "size": coded.codebooks[name].shape[1]}
-            for name, cut in CUTS.items()
+            for name, cut in coded.cuts.items()
         },
         "count": len(coded),
+        "lobes": None
+        if coded.lobe_shape is None
+        else {**asdict(coded.lobe_shape), "hidden": list(coded.lobe_shape.hidden)},
         "meta": coded.meta,
         "mode": MODE,
         "near": coded.near,
@@ -100,14 +106,18 @@ def parse(fields: dict[str, Any]) -> Header:
         raise _broken("views")
     meta = _object(fields, "meta")
     check_meta(meta)
+    books = _object(fields, "codebooks")
+    cuts = _parse_cuts(books)
     return Header(
         count=_integer(fields, "count", 1, COUNT_MAX),
-        sizes=_parse_codebooks(_object(fields, "codebooks")),
+        cuts=cuts,
+        sizes={name: _integer(books[name], "size", 1, SIZE_MAX) for name in cuts},
         frame=Frame(
             _floats(places, "center", 3),
             _number(places, "radius"),
             _integer(places, "exponent", 0, EXPONENT_MAX),
         ),
+        lobes=_parse_lobes(fields),
         network=_field(fields, "network", bool),
         weighting=_parse_weighting(_object(fields, "weighting")),
         background=_floats(fields, "background", 3),
@@ -117,12 +127,34 @@ def parse(fields: dict[str, Any]) -> Header:
     )
 
 
-def _parse_codebooks(fields: dict[str, Any]) -> dict[Attribute, int]:
+def _parse_cuts(fields: dict[str, Any]) -> dict[Attribute, Cut]:
+    cuts: dict[Attribute, Cut] = {}
     for name, cut in CUTS.items():
+        if name == "opacity" and name not in fields:
+            continue
         book = _object(fields, name)
         if (book.get("count"), book.get("length")) != (cut.count, cut.length):
             raise _broken(f"codebooks.{name}")
-    return {name: _integer(fields[name], "size", 1, SIZE_MAX) for name in CUTS}
+        cuts[name] = cut
+    if "lobes" in fields:
+        book = _object(fields, "lobes")
+        count, length = (_integer(book, part, 1, LATENTS_MAX) for part in ("count", "length"))
+        cuts["lobes"] = Cut(count, length)
+    return cuts
+
+
+def _parse_lobes(fields: dict[str, Any]) -> LobeShape | None:
+    if "lobes" in fields and fields["lobes"] is None:
+        return None
+    shape = _object(fields, "lobes")
+    widths = _field(shape, "hidden", list)
+    if len(widths) > HIDDEN_LAYERS or not all(
+        type(width) is int and 1 <= width <= HIDDEN_MAX for width in widths
+    ):
+        raise _broken("lobes.hidden")
+    return LobeShape(
+        _integer(shape, "degree", 0, 3), _integer(shape, "latents", 0, LATENTS_MAX), tuple(widths)
+    )
 
 
 def _parse_weighting(fields: dict[str, Any]) -> Weighting:

@@ -57,7 +57,7 @@ def render_sorted(
             means, quats, scales, opacities, sh, camera=camera, background=background
         )
         return drawn if depth else drawn._replace(depth=None)
-    view = kernel_view(camera, background, Weighting(), sh.shape[1])
+    view = kernel_view(camera, background, Weighting(), sh_size=sh.shape[1], lobe_size=0)
     tensors = (means, quats, scales, opacities, sh, None)
     return Rendered(*_raster(means).apply(view, screen_grads, depth, *tensors))
 
@@ -66,9 +66,8 @@ def render_sortfree(
     means: Float[Tensor, "n 3"],
     quats: Float[Tensor, "n 4"],
     scales: Float[Tensor, "n 3"],
-    opacities: Float[Tensor, "n"],
+    lobes: Float[Tensor, "n m 2"],
     sh: Float[Tensor, "n k 3"],
-    phi: Float[Tensor, "n"],
     *,
     camera: Camera,
     background: Float[Tensor, "3"],
@@ -83,16 +82,16 @@ def render_sortfree(
             means,
             quats,
             scales,
-            opacities,
+            lobes,
             sh,
-            phi,
             camera=camera,
             background=background,
             weighting=weighting,
         )
         return drawn if depth else drawn._replace(depth=None)
-    view = kernel_view(camera, background, weighting, sh.shape[1])
-    tensors = (means, quats, scales, opacities, sh, phi)
+    sizes = {"sh_size": sh.shape[1], "lobe_size": lobes.shape[1]}
+    view = kernel_view(camera, background, weighting, **sizes)
+    tensors = (means, quats, scales, None, sh, lobes)
     return Rendered(*_raster(means).apply(view, screen_grads, depth, *tensors))
 
 
@@ -110,7 +109,7 @@ def visible_rows(
     if _chosen("auto", means) == "definition":
         visible = project(means, quats, scales, ones, black, camera=camera).visible
     else:
-        view = kernel_view(camera, black[0, 0], Weighting(), 1)
+        view = kernel_view(camera, black[0, 0], Weighting(), sh_size=1, lobe_size=0)
         kernels = cuda if means.is_cuda else cpu
         visible = kernels.project_radii(view, means, quats, scales, ones, black) > 0
     return visible.nonzero()[:, 0]

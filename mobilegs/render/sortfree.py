@@ -8,6 +8,7 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
+from mobilegs.render.lobes import seen_along
 from mobilegs.render.project import pair_alphas, project
 from mobilegs.render.rendered import Rendered
 
@@ -57,9 +58,8 @@ def render_sortfree(
     means: Float[Tensor, "n 3"],
     quats: Float[Tensor, "n 4"],
     scales: Float[Tensor, "n 3"],
-    opacities: Float[Tensor, "n"],
+    lobes: Float[Tensor, "n m 2"],
     sh: Float[Tensor, "n k 3"],
-    phi: Float[Tensor, "n"],
     *,
     camera: Camera,
     background: Float[Tensor, "3"],
@@ -67,14 +67,18 @@ def render_sortfree(
 ) -> Rendered:
     """Blend in any order: `C = (1 - T) sum(c a w) / sum(a w) + T bg`, `T = prod(1 - a)`.
 
-    Paper Eq. 2; a pixel that nothing touches shows the background. Gradients reach depth and
-    the largest scale through w. `depth` is the same mean with z in the place of c, so that
-    depth / alpha is the weighted mean depth. With `sort_free_gs` the picture is Eq. 1:
-    `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. A Gaussian whose phi is not finite is not
-    drawn.
+    Paper Eq. 2; a pixel that nothing touches shows the background. `lobes` hold the opacity's
+    logit and phi before its ReLU as spherical harmonics of degree 0 to 3 (`lobes.py`). Gradients
+    reach depth and the largest scale through w. `depth` is the same mean with z in the place of
+    c, so that depth / alpha is the weighted mean depth. With `sort_free_gs` the picture is Eq. 1:
+    `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. A Gaussian with a lobe that is not finite
+    is not drawn.
     """
-    fine = phi.isfinite()
-    phi = torch.where(fine, phi, 0.0)
+    fine = lobes.flatten(1).isfinite().all(1) & means.isfinite().all(1)
+    fine &= (means.detach() != camera.position).any(1)  # no direction leads into the eye
+    offsets = torch.where(fine[:, None], means - camera.position, 1.0)
+    directions = torch.nn.functional.normalize(offsets, dim=1)
+    opacities, phi = seen_along(torch.where(fine[:, None, None], lobes, 0.0), directions)
     projected = project(means, quats, scales, opacities, sh, camera=camera)
     projected = projected._replace(visible=projected.visible & fine)
     alphas = pair_alphas(projected, opacities, camera)  # [pixels, n]

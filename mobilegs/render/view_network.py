@@ -5,14 +5,17 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import normalize
 
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.lobes import constant_lobes
+
 
 class ViewNetwork(nn.Module):
     """22 -> 256 -> 128 -> 64 -> (phi, opacity), 47,170 parameters (paper section 3.2).
 
     There is no activation after the 64-wide layer, and the two heads are linear, as in the
-    authors' release. `phi = relu(head)` starts at 1 everywhere; the opacity's head starts at 0
-    here, because its output is added to a base logit that each Gaussian brings from the teacher
-    (the release throws the teacher's opacities away and learns them anew).
+    authors' release; the ReLU of phi is the renderer's. phi starts at 1 everywhere. The opacity's
+    head starts at 0 here, because its output is added to a base logit that each Gaussian brings
+    from the teacher (the release throws the teacher's opacities away and learns them anew).
     """
 
     def __init__(self, generator: torch.Generator | None = None) -> None:
@@ -33,23 +36,20 @@ class ViewNetwork(nn.Module):
             self.opacity.bias.zero_()
 
     def forward(
-        self,
-        sh: Float[Tensor, "n 4 3"],
-        directions: Float[Tensor, "n 3"],
-        scales: Float[Tensor, "n 3"],
-        quats: Float[Tensor, "n 4"],
-    ) -> tuple[Float[Tensor, "n"], Float[Tensor, "n"]]:
-        """phi (>= 0) and what is added to the base opacity's logit.
+        self, gaussians: Gaussians, directions: Float[Tensor, "n 3"]
+    ) -> Float[Tensor, "n 1 2"]:
+        """The lobes for this view alone, of degree 0.
 
-        `directions` are unit vectors from the eye to the Gaussians in world space, `scales` are
-        activated: only their proportions are an input.
+        Opacity is the base's logit and what the network adds to it. `directions` are unit
+        vectors from the eye to the Gaussians in world space. Of harmonics (degree 1), scales and
+        quaternions only the proportions are an input.
         """
         inputs = torch.cat(
             [
-                normalize(sh.flatten(1), dim=1),
+                normalize(gaussians.sh.flatten(1), dim=1),
                 directions,
-                normalize(scales, dim=1),
-                normalize(quats, dim=1),
+                normalize(gaussians.scales, dim=1),
+                normalize(gaussians.quats, dim=1),
             ],
             dim=1,
         )  # [n, 22]
@@ -58,7 +58,7 @@ class ViewNetwork(nn.Module):
         heads = torch.cat([self.phi.weight, self.opacity.weight])  # [2, 64]
         bias = torch.cat([self.phi.bias, self.opacity.bias])
         out = hidden @ (heads @ self.hidden3.weight).T + heads @ self.hidden3.bias + bias
-        return torch.relu(out[:, 0]), out[:, 1]
+        return constant_lobes(gaussians.logit_opacities + out[:, 1], out[:, 0])
 
 
 def _linear(inputs: int, outputs: int) -> nn.Linear:

@@ -149,7 +149,13 @@ def train_teacher(session: Session, recipe: Recipe) -> None:
 def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
     """Leave `scene.mgs`."""
     dataset = session.dataset
-    stage = Student(recipe.student, teacher, extent=dataset.extent, seed=session.run.seed)
+    stage = Student(
+        recipe.student,
+        teacher,
+        [frame.camera for frame in dataset.train],
+        extent=dataset.extent,
+        seed=session.run.seed,
+    )
     run_stage(stage, session, order_seed=2 * session.run.seed + 1)
     frames = dataset.train[:: max(1, len(dataset.train) // FIRST_LOOKS)]
     meta: dict[str, MetaValue] = {"generator": f"mobilegs {__version__}", "capture": dataset.name}

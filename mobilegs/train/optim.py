@@ -37,7 +37,8 @@ class NamedAdam:
             {"params": [tensor], "lr": rates[name], "name": name}
             for name, tensor in self.tensors.items()
         ]
-        self.adam = torch.optim.Adam(groups, eps=eps, fused=True)
+        nothing = [{"params": [], "name": ""}]  # without any group, torch refuses to begin
+        self.adam = torch.optim.Adam(groups or nothing, eps=eps, fused=True)
 
     def set_rate(self, name: str, rate: float) -> None:
         """Give one tensor another learning rate."""

@@ -9,7 +9,6 @@ from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.codes import CodedScene, MetaValue, encode_scene
 from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
-from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting
 from mobilegs.render.scene import Scene
 from mobilegs.train.distill import TeacherPictures
@@ -19,6 +18,7 @@ from mobilegs.train.prune import Ballot, VoteConfig, vote
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student_model import Phase, StudentModel
 from mobilegs.train.teacher import squared_error
+from mobilegs.train.view_dependence import ViewDependence
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,8 @@ class StudentConfig:
     """Photos of a step; their losses are summed."""
     weighting: Weighting = field(default_factory=Weighting)
     """The weights that take the place of the order."""
+    view: ViewDependence = field(default_factory=ViewDependence)
+    """Where opacity and weight come from, seen from a direction."""
     net_fraction: float = 5 / 30
     """When six latents and two small networks replace the harmonics (paper: 5,000 of 30,000)."""
     codes_fraction: float = 0.7
@@ -49,13 +51,17 @@ class StudentConfig:
     scale_rate: float = 5e-3
     """Rate of the scales' logarithms."""
     opacity_rate: float = 0.01
-    """Rate of the base opacities' logits, which the network's output is added to."""
+    """Rate of the base opacities' logits, where lobes are not free."""
+    lobe_rate: float = 0.02
+    """Rate of the lobes, and of the latents that they become."""
+    lobe_basis_rate: float = 2e-3
+    """Rate of what turns latents into lobes, if that is linear; a network has network_rate."""
     sh0_rate: float = 2.5e-3
     """Rate of the colour's constant part, while explicit."""
     sh_rest_rate: float = 1.25e-4
     """Rate of its view-dependent part, while explicit."""
     network_rate: float = 1e-3
-    """Rate of the view network."""
+    """Rate of the networks that opacity and weight come from."""
     latent_rate: float = 2.5e-3
     """Rate of the colour's latents."""
     decoder_rate: float = 1e-3
@@ -65,7 +71,9 @@ class StudentConfig:
     rotation_codebook_rate: float = 5e-4
     """Rate of the codebooks of rotations."""
     appearance_codebook_rate: float = 1e-3
-    """Rate of the codebooks of latents."""
+    """Rate of the codebooks of the colour's latents."""
+    lobe_codebook_rate: float = 5e-3
+    """Rate of the codebooks of the lobes' latents."""
     free_share: float = 0.2
     """With codes, what is left of the rates of what they stand for."""
     reassign_every: int = 25
@@ -89,6 +97,14 @@ class StudentConfig:
                 "net_fraction and codes_fraction must rise in this order within 0 to 1, not "
                 f"{self.net_fraction} and {self.codes_fraction}"
             )
+        if self.view.fraction > self.codes_fraction and self.view.kind not in (
+            "network",
+            "decoded",
+        ):
+            raise InputError(
+                f"lobes must be settled (view.fraction {self.view.fraction}) before they are coded "
+                f"(codes_fraction {self.codes_fraction})"
+            )
         if self.views_per_step < 1:
             raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
 
@@ -98,8 +114,19 @@ class Student:
 
     name = "student"
 
-    def __init__(self, config: StudentConfig, teacher: Scene, *, extent: float, seed: int) -> None:
-        """`teacher` is drawn as its blend says; `extent` is the scene's, in world units."""
+    def __init__(
+        self,
+        config: StudentConfig,
+        teacher: Scene,
+        cameras: list[Camera],
+        *,
+        extent: float,
+        seed: int,
+    ) -> None:
+        """`teacher` is drawn as its blend says; `extent` is the scene's, in world units.
+
+        `cameras` are those that the photos of all steps were taken from.
+        """
         self.config = config
         self.steps = config.steps
         self.views_per_step = config.views_per_step
@@ -109,7 +136,8 @@ class Student:
         self.background = teacher.background
         self.generator = torch.Generator().manual_seed(seed)
         self.pictures = TeacherPictures(teacher, cache_bytes=config.cache_mib << 20)
-        self.model = StudentModel(teacher.gaussians, self._rates(), self.generator)
+        self.cameras = cameras
+        self.model = StudentModel(teacher.gaussians, config.view, self._rates(), self.generator)
         device = teacher.gaussians.means.device
         self.ballot = Ballot(config.votes, config.steps, len(self.model), device)
 
@@ -129,9 +157,13 @@ class Student:
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """One step on the sum of the views' losses; the result holds their means."""
         self._enter(self.phase)
+        if self.done >= self.steps * self.config.view.fraction:
+            self._settle()
         self.model.set_rates(self._rates())
         results = [self._pull(index, view) for index, view in views]
         self.model.step()
+        if self.config.view.decay:
+            self.model.forget_directions(self.config.view.decay)
         self.done += 1
         if self.model.phase == "codes" and self.done % self.config.reassign_every == 0:
             self.model.reassign()
@@ -147,12 +179,15 @@ class Student:
         """The student as it stands; once it is coded, exactly what its file would show."""
         if self.model.phase == "codes":
             return self.coded().decode(self.background.device)
+        model = self.model
         with torch.no_grad():
-            gaussians = self.model.gaussians()
+            gaussians, for_lobes = model.gaussians()
+            lobes = None if model.network else model.lobes(gaussians, for_lobes, None)
         return Scene(
             gaussians.detached(),
             "sortfree",
-            network=self.model.network,
+            lobes=None if lobes is None else lobes.detach(),
+            network=model.network,
             weighting=self.config.weighting,
             background=self.background,
             near=self.near,
@@ -173,6 +208,7 @@ class Student:
             model.codebooks,
             frame=model.frame,
             decoder=model.decoder,
+            lobe_decoder=model.lobe_decoder,
             network=model.network,
             weighting=self.config.weighting,
             background=self.background,
@@ -203,7 +239,16 @@ class Student:
                 regression_steps=self.config.regression_steps, generator=self.generator
             )
         if phase == "codes" and self.model.phase == "networks":
+            self._settle()
             self.model.use_codes(self.config.codebooks, generator=self.generator)
+
+    def _settle(self) -> None:
+        if not self.model.settled:
+            self.model.settle(
+                self.cameras,
+                regression_steps=self.config.regression_steps,
+                generator=self.generator,
+            )
 
     def _pull(self, index: int, view: View) -> StepResult:
         """Add one view's gradients."""
@@ -229,9 +274,8 @@ class Student:
 
     @torch.no_grad()
     def _vote(self, camera: Camera) -> None:
-        everything: Gaussians = self.model.gaussians()
-        _, opacities = self.model.seen(everything, camera)
-        self.ballot.cast(vote(opacities, everything.scales, quantile=self.config.votes.quantile))
+        opacities, scales = self.model.opacities(camera), self.model.gaussians()[0].scales
+        self.ballot.cast(vote(opacities, scales, quantile=self.config.votes.quantile))
 
     def _prune(self) -> None:
         keep = self.ballot.verdict()
@@ -248,6 +292,11 @@ class Student:
             "quats": config.quat_rate,
             "log_scales": config.scale_rate,
             "logit_opacities": config.opacity_rate,
+            "explicit_lobes": config.lobe_rate,
+            "lobe_latents": config.lobe_rate,
+            "lobe_decoder": config.network_rate
+            if config.view.kind in ("decoded", "latent")
+            else config.lobe_basis_rate,
             "sh0": config.sh0_rate,
             "sh_rest": config.sh_rest_rate,
             "static": config.latent_rate,
@@ -258,9 +307,11 @@ class Student:
             "opacity": config.codebook_rate,
             "rotation": config.rotation_codebook_rate,
             "appearance": config.appearance_codebook_rate,
+            "lobes": config.lobe_codebook_rate,
             "free_scale": config.scale_rate * config.free_share,
             "free_opacity": config.opacity_rate * config.free_share,
             "free_rotation": config.quat_rate * config.free_share,
+            "free_lobes": config.lobe_rate * config.free_share,
             "free_appearance": config.latent_rate * config.free_share,
         }
         return {name: rate * decay for name, rate in rates.items()}

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.autograd.function import FunctionCtx
 from torch.func import functional_call
-from torch.nn.functional import normalize
+from torch.nn.functional import normalize, pad
 
 from mobilegs.camera import Camera
 from mobilegs.compress.appearance import AppearanceDecoder, fit_appearance
@@ -21,29 +21,38 @@ from mobilegs.compress.codebooks import (
     canonical_quats,
 )
 from mobilegs.compress.halves import rounded_parameters
+from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.positions import Frame
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, Weighting, render_sortfree, visible_rows
+from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.spherical_harmonics import C0
 from mobilegs.train.optim import NamedAdam
+from mobilegs.train.view_dependence import LOGIT_MAX, ViewDependence, settled
 
 Phase = Literal["explicit", "networks", "codes"]
-LOGIT_MAX = 8.0  # surer opacities of a teacher would stretch the codebook for nothing
+OF_LOBES = ("explicit_lobes", "logit_opacities", "lobe_latents")
 COEFFICIENTS = 4  # spherical harmonics of degree 1
 
 
 class StudentModel:
-    """Gaussians that a network gives opacity and weight, seen from a direction.
+    """Gaussians whose opacity and weight depend on the direction they are seen from.
 
     It begins `explicit`: the tensors of 3DGS with harmonics of degree 1. With `networks` the
     harmonics become six latent numbers that an `AppearanceDecoder` turns back into harmonics,
     and positions are seen rounded as the file stores them. With `codes` all but the positions
-    become indices into codebooks whose entries go on learning, and the view network computes
-    with halves: what is drawn is now what the file will hold.
+    become indices into codebooks whose entries go on learning, and the networks compute with
+    halves: what is drawn is now what the file will hold.
+
+    Apart from this, lobes that begin free are `settled` at some time before the codes: from
+    then on a `LobeDecoder` makes them from the latents that will be coded.
 
     Attributes:
         rows: what is free and has a row per Gaussian, with its Adam.
-        network: gives phi and a change of the base opacity's logit, per direction.
+        view: how the lobes come about.
+        network: gives lobes for each view; None if nothing depends on it (any more).
+        lobe_decoder: latents to lobes; None while they are free, or where there is a network.
         decoder: latents to harmonics; None while explicit.
         codebooks: by attribute; empty until `codes`.
         shared: the Adam of networks and codebooks.
@@ -51,69 +60,120 @@ class StudentModel:
     """
 
     def __init__(
-        self, teacher: Gaussians, rates: Mapping[str, float], generator: torch.Generator
+        self,
+        teacher: Gaussians,
+        view: ViewDependence,
+        rates: Mapping[str, float],
+        generator: torch.Generator,
     ) -> None:
         """Start as the teacher cut to harmonics of degree 1, its opacities as the base."""
-        sh = torch.zeros(len(teacher), COEFFICIENTS, 3, device=teacher.means.device)
+        device = teacher.means.device
+        sh = torch.zeros(len(teacher), COEFFICIENTS, 3, device=device)
         kept = min(COEFFICIENTS, teacher.sh.shape[1])
         sh[:, :kept] = teacher.sh[:, :kept]
+        logits = teacher.logit_opacities.clamp(-LOGIT_MAX, LOGIT_MAX)
         tensors = {
             "means": teacher.means,
             "quats": teacher.quats,
             "log_scales": teacher.log_scales,
-            "logit_opacities": teacher.logit_opacities.clamp(-LOGIT_MAX, LOGIT_MAX),
             "sh0": sh[:, :1],
             "sh_rest": sh[:, 1:],
         }
         self.phase: Phase = "explicit"
-        self.rates = dict(rates)
-        self.rows = NamedAdam(tensors, rates)
-        self.network = ViewNetwork(generator).to(teacher.means.device)
+        self.view = view
+        self.network: ViewNetwork | None = None
+        self.lobe_decoder: LobeDecoder | None = None
         self.decoder: AppearanceDecoder | None = None
         self.codebooks: dict[Attribute, SubVectorCodebooks] = {}
         self.frame: Frame | None = None
-        weights = {f"network.{name}": p for name, p in self.network.named_parameters()}
-        self.shared = NamedAdam(weights, dict.fromkeys(weights, rates["network"]))
+        self.rates = dict(rates)
+        self.shared = NamedAdam({}, {})
+        if view.kind in ("network", "fitted"):
+            self.network = ViewNetwork(generator).to(device)
+            self._share("network", self.network)
+        if view.kind == "decoded":
+            assert view.shape is not None
+            self.lobe_decoder = LobeDecoder(view.shape, generator).to(device)
+            self._share("lobe_decoder", self.lobe_decoder)
+        if self.network is None and self.lobe_decoder is None:
+            more = (view.degree + 1) ** 2 - 1
+            tensors["explicit_lobes"] = pad(constant_lobes(logits), (0, 0, 0, more))
+        else:
+            tensors["logit_opacities"] = logits
+        self.rows = NamedAdam(tensors, rates)
 
     def __len__(self) -> int:
         return len(self.rows.tensors["means"])
 
-    def gaussians(self, rows: Int[Tensor, "m"] | None = None) -> Gaussians:
-        """The Gaussians that `rows` picks, each at most once, differentiable; None means all."""
+    @property
+    def settled(self) -> bool:
+        """Whether the lobes have the form that the file will have them in."""
+        return self.view.kind == "network" or self.lobe_decoder is not None
+
+    def gaussians(
+        self, rows: Int[Tensor, "m"] | None = None
+    ) -> tuple[Gaussians, Float[Tensor, "m ..."]]:
+        """The Gaussians that `rows` picks, each at most once, differentiable; None means all.
+
+        Beside them, what `lobes` makes their lobes from: free lobes, or latents.
+        """
 
         def free(name: str) -> Tensor:
             tensor = self.rows.tensors[name]
             return tensor if rows is None else _TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
 
-        means = free("means")
-        if self.phase == "explicit":
-            sh = torch.cat([free("sh0"), free("sh_rest")], dim=1)
-            quats = canonical_quats(free("quats"))
-            return Gaussians(means, quats, free("log_scales"), free("logit_opacities"), sh)
-        assert self.decoder is not None and self.frame is not None
-        stored = self.frame.normalised(self.frame.store(means))
-        if self.phase == "networks":
-            quats, log_scales = canonical_quats(free("quats")), free("log_scales")
-            logits, latents = free("logit_opacities"), torch.cat([free("static"), free("view")], 1)
-        else:
+        means, coded = free("means"), {}
+        if self.phase == "codes":
             coded = {
                 name: book(rows) + pass_through(free(name)) for name, book in self.codebooks.items()
             }
             quats, log_scales = coded["rotation"], coded["scale"]
-            logits, latents = coded["opacity"][:, 0], coded["appearance"]
-        decode = self.decoder.decode if rows is None else self.decoder
-        sh = decode(stored, latents[:, :3], latents[:, 3:])
-        return Gaussians(self.frame.round(means), quats, log_scales, logits, sh)
-
-    def seen(self, gaussians: Gaussians, camera: Camera) -> tuple[Tensor, Tensor]:
-        """phi and opacity of each of some Gaussians, as `camera` sees them, `[n]` both."""
-        directions = normalize(gaussians.means - camera.position, dim=1)
-        inputs = (gaussians.sh, directions, gaussians.scales, gaussians.quats)
-        if self.phase == "codes":
-            phi, change = functional_call(self.network, rounded_parameters(self.network), inputs)
         else:
-            phi, change = self.network(*inputs)
-        return phi, (gaussians.logit_opacities + change).sigmoid()
+            quats, log_scales = canonical_quats(free("quats")), free("log_scales")
+        if self.phase == "explicit":
+            sh = torch.cat([free("sh0"), free("sh_rest")], dim=1)
+        else:
+            assert self.decoder is not None and self.frame is not None
+            stored = self.frame.normalised(self.frame.store(means))
+            means = self.frame.round(means)
+            latents = coded.get("appearance")
+            if latents is None:
+                latents = torch.cat([free("static"), free("view")], dim=1)
+            decode = self.decoder.decode if rows is None else self.decoder
+            sh = decode(stored, latents[:, :3], latents[:, 3:])
+        kept = coded or {name: free(name) for name in OF_LOBES if name in self.rows.tensors}
+        for_lobes = kept.get("explicit_lobes", kept.get("lobe_latents", coded.get("lobes")))
+        logits = kept.get("logit_opacities", coded["opacity"][:, 0] if "opacity" in coded else None)
+        if for_lobes is None:
+            for_lobes = means.new_zeros(len(means), 0)
+        if logits is None:
+            logits = C0 * for_lobes[:, 0, 0] if for_lobes.ndim == 3 else means.new_zeros(len(means))
+        return Gaussians(means, quats, log_scales, logits, sh), for_lobes
+
+    def lobes(
+        self, gaussians: Gaussians, for_lobes: Float[Tensor, "m ..."], camera: Camera | None
+    ) -> Float[Tensor, "m k 2"]:
+        """Lobes of what `gaussians` returned, `[m, k, 2]`.
+
+        A network needs a camera, and what it says holds for that one alone.
+        """
+        if self.network is not None:
+            assert camera is not None
+            directions = normalize(gaussians.means - camera.position, dim=1)
+            if self.phase != "codes":
+                return self.network(gaussians, directions)
+            weights = rounded_parameters(self.network)
+            return functional_call(self.network, weights, (gaussians, directions))
+        if self.lobe_decoder is None:
+            return for_lobes
+        return self.lobe_decoder(for_lobes, gaussians, base=self.view.base)
+
+    @torch.no_grad()
+    def opacities(self, camera: Camera) -> Float[Tensor, "n"]:
+        """Of all Gaussians, as `camera` sees them."""
+        gaussians, for_lobes = self.gaussians()
+        directions = normalize(gaussians.means - camera.position, dim=1)
+        return seen_along(self.lobes(gaussians, for_lobes, camera), directions)[0]
 
     def draw(
         self,
@@ -128,15 +188,13 @@ class StudentModel:
         `radii` are those of the Gaussians drawn, not of all.
         """
         rows = self.visible(camera)
-        some = self.gaussians(rows)
-        phi, opacities = self.seen(some, camera)
+        some, for_lobes = self.gaussians(rows)
         return render_sortfree(
             some.means,
             some.quats,
             some.scales,
-            opacities,
+            self.lobes(some, for_lobes, camera),
             some.sh,
-            phi,
             camera=camera,
             background=background,
             weighting=weighting,
@@ -175,22 +233,57 @@ class StudentModel:
         self._share("decoder", self.decoder)
         self.phase = "networks"
 
+    def settle(
+        self, cameras: list[Camera], *, regression_steps: int, generator: torch.Generator
+    ) -> None:
+        """Lobes, free so far or a network's, become latents and a decoder.
+
+        `cameras` are those of training: directions that none of them looks along count little.
+        """
+        assert not self.settled and self.phase != "codes"
+        with torch.no_grad():
+            everything, lobes = self.gaussians()
+        found = settled(
+            self.view,
+            everything.detached(),
+            self.network or lobes.detach(),
+            cameras,
+            regression_steps=regression_steps,
+            generator=generator,
+        )
+        if self.network is not None:
+            for name, _ in self.network.named_parameters():
+                self.shared.drop(f"network.{name}")
+            self.network = None
+        for name in OF_LOBES:
+            if name in self.rows.tensors:
+                self.rows.drop(name)
+        if self.view.base:
+            self.rows.add("logit_opacities", found.logits, self.rates["logit_opacities"])
+        if found.decoder.shape.latents:
+            self.rows.add("lobe_latents", found.latents, self.rates["lobe_latents"])
+        self.lobe_decoder = found.decoder
+        self._share("lobe_decoder", self.lobe_decoder)
+
     def use_codes(self, sizes: CodebookSizes, *, generator: torch.Generator) -> None:
         """From `networks` to `codes`: k-means of every attribute but the positions."""
-        assert self.phase == "networks"
+        assert self.phase == "networks" and self.settled
         take = self.rows.drop
         values: dict[Attribute, Tensor] = {
             "scale": take("log_scales"),
             "rotation": canonical_quats(take("quats")),
             "appearance": torch.cat([take("static"), take("view")], dim=1),
-            "opacity": take("logit_opacities")[:, None],
         }
+        if self.view.base:
+            values["opacity"] = take("logit_opacities")[:, None]
+        if self.view.cut is not None:
+            values["lobes"] = take("lobe_latents")
         for name, value in values.items():
-            size = min(getattr(sizes, name), len(self))
+            size = self.view.size if name == "lobes" else getattr(sizes, name)
             self.codebooks[name] = SubVectorCodebooks.fit(
                 value,
-                length=CUTS[name].length,
-                size=size,
+                length=self.view.length if name == "lobes" else CUTS[name].length,
+                size=min(size, len(self)),
                 generator=generator,
                 weights=apparent_size(values["scale"]) if name == "scale" else None,
             )
@@ -222,10 +315,20 @@ class StudentModel:
         for books in self.codebooks.values():
             books.select(rows)
 
+    @torch.no_grad()
+    def forget_directions(self, share: float) -> None:
+        """Shrink by `share` what depends on the direction in lobes that are still free.
+
+        What photos keep asking for comes back; what no camera looks along goes to the mean.
+        """
+        if "explicit_lobes" in self.rows.tensors:
+            self.rows.tensors["explicit_lobes"][:, 1:] *= 1 - share
+
     def state(self) -> dict:
         """Everything that training goes on from."""
         return {
             "phase": self.phase,
+            "settled": self.settled,
             "rows": self.rows.state(),
             "shared": self.shared.state(),
             "frame": None if self.frame is None else asdict(self.frame),
@@ -237,6 +340,11 @@ class StudentModel:
         assert self.phase == "explicit"
         device = self.rows.tensors["means"].device
         self.phase = state["phase"]
+        if state["settled"] and not self.settled:
+            assert self.view.shape is not None
+            self.network = None
+            self.lobe_decoder = LobeDecoder(self.view.shape, torch.Generator()).to(device)
+            self._share("lobe_decoder", self.lobe_decoder)
         if state["frame"] is not None:
             self.frame = Frame(**state["frame"])
             self.decoder = AppearanceDecoder(torch.Generator()).to(device)

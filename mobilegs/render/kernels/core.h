@@ -24,7 +24,8 @@ struct View {
   float exponent_max, sigma, background_weight;  // of the weighting
   int width, height;
   int weighting;
-  int sh_size;  // coefficients per colour: 1, 4, 9 or 16
+  int sh_size;    // coefficients per colour: 1, 4, 9 or 16
+  int lobe_size;  // coefficients of opacity and phi, likewise; 0: sorted, opacities are given
 };
 
 // One projected Gaussian: a cache line.
@@ -135,6 +136,23 @@ MGS_FN void sh_basis_adjoint(int size, float x, float y, float z, const float* k
           c31 * 8 * x * z * k[13] + c34 * (xx - yy) * k[14];
 }
 
+// ---------------------------------------------------------------- lobes
+// The opacity's logit and phi before its ReLU, as a direction sees them.
+struct Seen {
+  float logit, raw_phi;
+};
+
+MGS_FN Seen seen_along(const View& view, const float* lobes, const float* basis) {
+  Seen seen = {0, 0};
+  FOR_EACH_SH(i, view.lobe_size) {
+    seen.logit += basis[i] * lobes[2 * i];
+    seen.raw_phi += basis[i] * lobes[2 * i + 1];
+  }
+  return seen;
+}
+
+MGS_FN int larger(int a, int b) { return a > b ? a : b; }
+
 // ---------------------------------------------------------------- projection
 // Quantities that projection and its adjoint both need.
 struct Geometry {
@@ -187,13 +205,23 @@ MGS_FN bool geometry_of(const View& view, const float* mean, const float* q, con
 
 MGS_FN float largest(const float* s) { return max_of(s[0], max_of(s[1], s[2])); }
 
-// False, with an empty box, where the Gaussian cannot touch the picture.
+// False, with an empty box, where the Gaussian cannot touch the picture. Opacity and phi come from
+// `lobes` if there are any; sorted blending has none, and an `opacity`.
 MGS_FN bool project(const View& view, const float* mean, const float* q, const float* scale,
-                    float opacity, const float* sh, float phi, Splat& s) {
+                    float opacity, const float* sh, const float* lobes, Splat& s) {
   s.x0 = s.x1 = s.y0 = s.y1 = 0;
   s.z = 0;
   Geometry g = {};
-  if (!(opacity > ALPHA_MIN) || !geometry_of(view, mean, q, scale, g)) return false;
+  if (!geometry_of(view, mean, q, scale, g)) return false;
+  float basis[16];
+  sh_basis(larger(view.sh_size, view.lobe_size), g.direction[0], g.direction[1], g.direction[2],
+           basis);
+  Seen seen = {0, 0};
+  if (view.lobe_size) {
+    seen = seen_along(view, lobes, basis);
+    opacity = 1 / (1 + expf(-seen.logit));
+  }
+  if (!(opacity > ALPHA_MIN)) return false;
   float var_x = BLUR, var_y = BLUR, cov = 0;
   for (int n = 0; n < 3; n++) {
     var_x += g.px[n] * g.px[n];
@@ -212,16 +240,15 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
   s.opacity = opacity;
   s.log2_opacity = log2f(opacity);
   s.reach = (2 / LOG2_E) * (s.log2_opacity + 7.994353437f);  // 2 ln(255 o)
-  s.weight = weight_of(view, g.z, largest(scale), phi);
+  s.weight = weight_of(view, g.z, largest(scale), max_of(seen.raw_phi, 0.0f));
 
-  float basis[16], color[3] = {0.5f, 0.5f, 0.5f};
-  sh_basis(view.sh_size, g.direction[0], g.direction[1], g.direction[2], basis);
+  float color[3] = {0.5f, 0.5f, 0.5f};
   FOR_EACH_SH(i, view.sh_size)
     for (int k = 0; k < 3; k++) color[k] += basis[i] * sh[3 * i + k];
   s.r = max_of(color[0], 0.0f), s.g = max_of(color[1], 0.0f), s.b = max_of(color[2], 0.0f);
   // one test catches everything that is not finite: x - x is 0 for numbers only
   float check = s.A + s.B + s.C + s.x + s.y + s.weight + color[0] + color[1] + color[2] + opacity;
-  check += scale[0] + scale[1] + scale[2];
+  check += scale[0] + scale[1] + scale[2] + seen.logit + seen.raw_phi;
   if (!(check - check == 0)) return false;
   float rx = sqrtf(s.reach * var_x), ry = sqrtf(s.reach * var_y);
   s.x0 = pixel(ceilf(s.x - rx - 0.5f), view.width);
@@ -250,11 +277,12 @@ MGS_FN void quaternion_adjoint(const float* q, float inverse_length, const float
   out[2] = (gy - along * y) * inverse_length, out[3] = (gz - along * z) * inverse_length;
 }
 
-// Adjoint of project for a visible Gaussian: writes every gradient once.
+// Adjoint of project for a visible Gaussian: writes every gradient once, that of the opacity or of
+// the lobes, whichever was given.
 MGS_FN void project_adjoint(const View& view, const float* mean, const float* q, const float* scale,
-                            const float* sh, float phi, const Splat& s, const SplatGrad& d,
-                            float* g_mean, float* g_quat, float* g_scale, float* g_opacity,
-                            float* g_sh, float* g_phi) {
+                            const float* sh, const float* lobes, const Splat& s,
+                            const SplatGrad& d, float* g_mean, float* g_quat, float* g_scale,
+                            float* g_opacity, float* g_sh, float* g_lobes) {
   Geometry g = {};
   geometry_of(view, mean, q, scale, g);
   const float* r = view.rotation;
@@ -266,7 +294,11 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   float g_xx = -(s.A * m00 + s.B * m10), g_yy = -(s.B * m01 + s.C * m11);
   float g_xy = -(s.A * m01 + s.B * m11) - (s.B * m00 + s.C * m10);
 
-  WeightGrad gw = weight_adjoint(view, g.z, largest(scale), phi, d.weight);
+  int size = larger(view.sh_size, view.lobe_size);
+  float basis[16];
+  sh_basis(size, g.direction[0], g.direction[1], g.direction[2], basis);
+  Seen seen = seen_along(view, lobes, basis);
+  WeightGrad gw = weight_adjoint(view, g.z, largest(scale), max_of(seen.raw_phi, 0.0f), d.weight);
   int widest = scale[0] >= scale[1] ? (scale[0] >= scale[2] ? 0 : 2) : (scale[1] >= scale[2] ? 1 : 2);
   float g_u = 0, g_v = 0, g_z = d.z + gw.d, g_m[9];
   for (int n = 0; n < 3; n++) {
@@ -285,17 +317,23 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   float g_ty = d.y * view.focal[1] + (g.v == g.ty ? g_v : 0.0f);
   float g_x = g_tx * inverse_z, g_y = g_ty * inverse_z;
   g_z -= g_x * g.tx + g_y * g.ty;
-  *g_opacity = d.opacity;
-  *g_phi = gw.phi;
 
-  float basis[16], inner[16], g_dir[3];
+  float inner[16], g_dir[3];
   float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
-  sh_basis(view.sh_size, g.direction[0], g.direction[1], g.direction[2], basis);
+  // 1 - o as a sigmoid of its own: the difference would lose what is left near o = 1
+  float g_logit = d.opacity * s.opacity / (1 + expf(seen.logit));
+  float g_phi = seen.raw_phi > 0 ? gw.phi : 0.0f;
+  FOR_EACH_SH(i, size) inner[i] = 0;
   FOR_EACH_SH(i, view.sh_size) {
     inner[i] = gc[0] * sh[3 * i] + gc[1] * sh[3 * i + 1] + gc[2] * sh[3 * i + 2];
     for (int k = 0; k < 3; k++) g_sh[3 * i + k] = basis[i] * gc[k];
   }
-  sh_basis_adjoint(view.sh_size, g.direction[0], g.direction[1], g.direction[2], inner, g_dir);
+  FOR_EACH_SH(i, view.lobe_size) {
+    inner[i] += g_logit * lobes[2 * i] + g_phi * lobes[2 * i + 1];
+    g_lobes[2 * i] = basis[i] * g_logit, g_lobes[2 * i + 1] = basis[i] * g_phi;
+  }
+  if (g_opacity) *g_opacity = d.opacity;
+  sh_basis_adjoint(size, g.direction[0], g.direction[1], g.direction[2], inner, g_dir);
   float along = 0;
   for (int k = 0; k < 3; k++) along += g_dir[k] * g.direction[k];
   for (int k = 0; k < 3; k++)

@@ -101,12 +101,12 @@ def address(tensor: Tensor | None) -> ctypes.c_void_p:
 
 
 class CpuRaster(torch.autograd.Function):
-    """Both renderers on the CPU: `phi` None means sorted blending."""
+    """Both renderers on the CPU: opacities or `lobes`, the other is None."""
 
     @staticmethod
-    def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, phi):
+    def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, lobes):
         native, count = library(), len(means)
-        held = [means, quats, scales, opacities, sh, phi]
+        held = [means, quats, scales, opacities, sh, lobes]
         refuse_strays(view, held, screen_grads)
         held = [None if t is None else t.detach().contiguous() for t in held]
         shape = (view.height, view.width)
@@ -115,7 +115,7 @@ class CpuRaster(torch.autograd.Function):
         splats = torch.empty(count, SPLAT_BYTES, dtype=torch.uint8)
         radii = torch.empty(count)
         padded = [(side + 15) // 16 * 16 for side in shape]
-        if phi is None:
+        if lobes is None:
             sums = torch.empty(padded[0] * padded[1] * (4 + depth))
             run = native.mgs_sorted_forward
         else:
@@ -123,7 +123,7 @@ class CpuRaster(torch.autograd.Function):
             run = native.mgs_sortfree_forward
         outputs = [address(t) for t in (splats, radii, sums, image, alpha, depths)]
         bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(held)), *outputs)
-        ctx.bins = _Bins(native, bins) if phi is None else None
+        ctx.bins = _Bins(native, bins) if lobes is None else None
         ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
         ctx.save_for_backward(*held, splats, sums)
         ctx.mark_non_differentiable(radii)

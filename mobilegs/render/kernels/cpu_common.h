@@ -119,38 +119,40 @@ std::vector<int> depth_order(int n, const Splat* splats) {
   return order;
 }
 
+// Sorted blending is given opacities, order-independent blending lobes; the other is null.
 struct Inputs {
-  const float *means, *quats, *scales, *opacities, *sh, *phi;
+  const float *means, *quats, *scales, *opacities, *sh, *lobes;
 };
 struct Gradients {
-  float *means, *quats, *scales, *opacities, *sh, *phi, *screen;
+  float *means, *quats, *scales, *opacities, *sh, *lobes, *screen;
 };
 
 void project_all(const View& view, int n, const Inputs& in, Splat* splats, float* radii) {
 #pragma omp parallel for schedule(static)
   for (int64 i = 0; i < n; i++) {
     bool seen = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                        in.opacities[i], in.sh + 3 * view.sh_size * i, in.phi ? in.phi[i] : 0.0f,
-                        splats[i]);
+                        in.opacities ? in.opacities[i] : 0.0f, in.sh + 3 * view.sh_size * i,
+                        in.lobes + 2 * view.lobe_size * i, splats[i]);
     radii[i] = seen ? radius_of(splats[i]) : 0.0f;
   }
 }
 
 void finish(const View& view, int64 i, const Inputs& in, const Splat& s, const SplatGrad& d,
             const Gradients& out) {
-  float unused;
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                  in.sh + 3 * view.sh_size * i, in.phi ? in.phi[i] : 0.0f, s, d, out.means + 3 * i,
-                  out.quats + 4 * i, out.scales + 3 * i, out.opacities + i,
-                  out.sh + 3 * view.sh_size * i, out.phi ? out.phi + i : &unused);
+                  in.sh + 3 * view.sh_size * i, in.lobes + 2 * view.lobe_size * i, s, d,
+                  out.means + 3 * i, out.quats + 4 * i, out.scales + 3 * i,
+                  out.opacities ? out.opacities + i : nullptr, out.sh + 3 * view.sh_size * i,
+                  out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
 
 void finish_unseen(const View& view, int64 i, const Gradients& out) {
   auto zero = [](float* p, int count) { std::memset(p, 0, sizeof(float) * count); };
   zero(out.means + 3 * i, 3), zero(out.quats + 4 * i, 4), zero(out.scales + 3 * i, 3);
-  zero(out.opacities + i, 1), zero(out.sh + 3 * view.sh_size * i, 3 * view.sh_size);
-  if (out.phi) out.phi[i] = 0;
+  zero(out.sh + 3 * view.sh_size * i, 3 * view.sh_size);
+  if (out.opacities) out.opacities[i] = 0;
+  if (out.lobes) zero(out.lobes + 2 * view.lobe_size * i, 2 * view.lobe_size);
   if (out.screen) out.screen[2 * i] = out.screen[2 * i + 1] = 0;
 }
 

@@ -19,8 +19,9 @@ mgs_project(GIVEN View view, int n, GIVEN Inputs in, Splat* splats, float* radii
   int64 i = global_thread();
   if (i >= n) return;
   Splat s = {};
-  bool seen = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i, in.opacities[i],
-                      in.sh + 3 * view.sh_size * i, in.phi ? in.phi[i] : 0.0f, s);
+  bool seen = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
+                      in.opacities ? in.opacities[i] : 0.0f, in.sh + 3 * view.sh_size * i,
+                      in.lobes + 2 * view.lobe_size * i, s);
   int across = tiles_across(view), touched = 0, home = tile_count(view);
   if (seen) {
     for_tiles(s, across, [&](int) { touched++; });
@@ -80,22 +81,21 @@ mgs_finish(GIVEN View view, int n, GIVEN Inputs in, const Splat* splats, const f
   int64 i = global_thread();
   if (i >= n) return;
   Splat s = splats[i];
-  float g_phi = 0;
   if (!visible(s)) {
     for (int k = 0; k < 3; k++) out.means[3 * i + k] = out.scales[3 * i + k] = 0;
     for (int k = 0; k < 4; k++) out.quats[4 * i + k] = 0;
     for (int k = 0; k < 3 * view.sh_size; k++) out.sh[3 * view.sh_size * i + k] = 0;
-    out.opacities[i] = 0;
-    if (out.phi) out.phi[i] = 0;
+    for (int k = 0; k < 2 * view.lobe_size; k++) out.lobes[2 * view.lobe_size * i + k] = 0;
+    if (out.opacities) out.opacities[i] = 0;
     if (out.screen) out.screen[2 * i] = out.screen[2 * i + 1] = 0;
     return;
   }
   SplatGrad d = splat_grad(load_sums(totals + i * SUMS), s, sortfree);
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                  in.sh + 3 * view.sh_size * i, in.phi ? in.phi[i] : 0.0f, s, d, out.means + 3 * i,
-                  out.quats + 4 * i, out.scales + 3 * i, out.opacities + i,
-                  out.sh + 3 * view.sh_size * i, &g_phi);
-  if (out.phi) out.phi[i] = g_phi;
+                  in.sh + 3 * view.sh_size * i, in.lobes + 2 * view.lobe_size * i, s, d,
+                  out.means + 3 * i, out.quats + 4 * i, out.scales + 3 * i,
+                  out.opacities ? out.opacities + i : nullptr, out.sh + 3 * view.sh_size * i,
+                  out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
 

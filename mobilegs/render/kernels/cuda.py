@@ -244,25 +244,25 @@ def _suffixed(name: str, depth: bool) -> str:
 
 
 class CudaRaster(torch.autograd.Function):
-    """Both renderers on a GPU: `phi` None means sorted blending."""
+    """Both renderers on a GPU: opacities or `lobes`, the other is None."""
 
     @staticmethod
-    def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, phi):
-        held = [means, quats, scales, opacities, sh, phi]
+    def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, lobes):
+        held = [means, quats, scales, opacities, sh, lobes]
         refuse_strays(view, held, screen_grads)
         kernels, shape = kernels_for(means), (view.height, view.width)
         held = [None if t is None else t.detach().contiguous() for t in held]
         image, alpha = means.new_empty(*shape, 3), means.new_empty(shape)
         depths = means.new_empty(shape) if depth else None
-        sums = means.new_empty((4 if phi is None else 5) + depth, *shape)
+        sums = means.new_empty((4 if lobes is None else 5) + depth, *shape)
         with kernels.current():
             splats, radii, touched, homes = _project(kernels, view, held)
-            lists = _Lists(kernels, view, splats, touched, by_depth=phi is None)
-            name = "mgs_sorted_forward" if phi is None else "mgs_sortfree_forward"
+            lists = _Lists(kernels, view, splats, touched, by_depth=lobes is None)
+            name = "mgs_sorted_forward" if lobes is None else "mgs_sortfree_forward"
             arguments = [view, _pointer(splats), lists.pointers()]
             arguments.append(_pointers(sums, image, alpha, depths))
             kernels.launch(_suffixed(name, depth), _tiles(view), THREADS, *arguments)
-        ctx.lists, ctx.homes = (lists, None) if phi is None else (None, homes)
+        ctx.lists, ctx.homes = (lists, None) if lobes is None else (None, homes)
         ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
         ctx.save_for_backward(*held, splats, sums)
         ctx.mark_non_differentiable(radii)

@@ -12,11 +12,12 @@ constexpr int WALK_BATCH = 64;  // entries that they take at a time
 constexpr int SUMS = 12;        // floats a Gaussian or an entry: 11 sums, in three float4
 constexpr int64 LARGE = 8192;   // pixels of a box beyond which a whole block takes the Gaussian
 
+// Sorted blending is given opacities, order-independent blending lobes; the other is null.
 struct Inputs {
-  const float *means, *quats, *scales, *opacities, *sh, *phi;  // phi is null for sorted blending
+  const float *means, *quats, *scales, *opacities, *sh, *lobes;
 };
 struct Gradients {
-  float *means, *quats, *scales, *opacities, *sh, *phi, *screen;  // the last two may be null
+  float *means, *quats, *scales, *opacities, *sh, *lobes, *screen;  // screen may be null, too
 };
 // Which Gaussians each tile must visit: entries [starts[tile], starts[tile + 1]).
 struct Lists {

@@ -32,13 +32,22 @@ class KernelView(ctypes.Structure):
         ("height", ctypes.c_int),
         ("weighting", ctypes.c_int),
         ("sh_size", ctypes.c_int),
+        ("lobe_size", ctypes.c_int),
     ]
 
 
 def kernel_view(
-    camera: Camera, background: torch.Tensor, weighting: Weighting, sh_size: int
+    camera: Camera,
+    background: torch.Tensor,
+    weighting: Weighting,
+    *,
+    sh_size: int,
+    lobe_size: int,
 ) -> KernelView:
-    """The struct for one picture; refuses pictures and harmonics that the kernels cannot draw."""
+    """The struct for one picture; refuses pictures and harmonics that the kernels cannot draw.
+
+    `lobe_size` is 0 for sorted blending.
+    """
     if not (0 < camera.width <= SIZE_MAX and 0 < camera.height <= SIZE_MAX):
         raise InputError(
             f"a picture of {camera.width}x{camera.height} pixels cannot be drawn: "
@@ -46,6 +55,8 @@ def kernel_view(
         )
     if sh_size not in (1, 4, 9, 16):
         raise InputError(f"{sh_size} spherical harmonics per colour: use 1, 4, 9 or 16")
+    if lobe_size not in (0, 1, 4, 9, 16):
+        raise InputError(f"{lobe_size} spherical harmonics per lobe: use 1, 4, 9 or 16")
     viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
     rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
     view = KernelView()
@@ -62,7 +73,7 @@ def kernel_view(
     view.background_weight = weighting.background_weight
     view.width, view.height = camera.width, camera.height
     view.weighting = WEIGHTINGS.index(weighting.name)
-    view.sh_size = sh_size
+    view.sh_size, view.lobe_size = sh_size, lobe_size
     return view
 
 
@@ -71,15 +82,18 @@ def refuse_strays(
 ) -> None:
     """Raise InputError for tensors that a kernel, which follows any pointer, must not be given.
 
-    `held` lists means, quats, scales, opacities, sh and phi (None when sorted), `extra` is where
-    screen gradients go, or None. All must be float32 on the device of the means, with one row
-    per Gaussian.
+    `held` lists means, quats, scales, opacities, sh and lobes, of which either the opacities or
+    the lobes are None; `extra` is where screen gradients go, or None. All must be float32 on the
+    device of the means, with one row per Gaussian.
     """
     means = held[0]
     assert means is not None
     count = len(means)
-    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, view.sh_size, 3), (count,)]
-    for tensor, shape in zip([*held, extra], [*shapes, (count, 2)], strict=True):
+    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, view.sh_size, 3)]
+    shapes += [(count, view.lobe_size, 2), (count, 2)]
+    if (held[3] is None) == (held[5] is None) or (held[5] is None) == (view.lobe_size > 0):
+        raise InputError("sorted blending needs opacities and no lobes, sort-free blending lobes")
+    for tensor, shape in zip([*held, extra], shapes, strict=True):
         if tensor is None:
             continue
         if (tensor.device, tensor.dtype) != (means.device, torch.float32):

@@ -1,0 +1,198 @@
+"""Lobes from a few numbers per Gaussian: what a file stores of the dependence on the view."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+from torch.nn.functional import linear, normalize
+
+from mobilegs.compress.halves import round_half
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.spherical_harmonics import C0
+
+LATENTS_MAX = 32
+HIDDEN_MAX = 256
+HIDDEN_LAYERS = 3
+STATICS = 19  # the inputs of the paper's network without the direction
+LEARNING_RATE = 2e-3  # of the regression, falling to 0
+CHUNK = 65536
+
+
+@dataclass(frozen=True)
+class LobeShape:
+    """What a `LobeDecoder` is made of."""
+
+    degree: int
+    """Degree of the lobes' harmonics, 0 to 3."""
+    latents: int
+    """Numbers per Gaussian beside the base opacity."""
+    hidden: tuple[int, ...] = ()
+    """Widths of hidden layers that also look at the Gaussian's other attributes; none: linear."""
+
+    def __post_init__(self) -> None:
+        sound = 0 <= self.degree <= 3 and 0 <= self.latents <= LATENTS_MAX
+        sound &= len(self.hidden) <= HIDDEN_LAYERS and all(
+            1 <= width <= HIDDEN_MAX for width in self.hidden
+        )
+        if not sound:
+            raise InputError(f"lobes cannot be decoded with {self}")
+
+    @property
+    def outputs(self) -> int:
+        """Numbers in the lobes of a Gaussian."""
+        return 2 * (self.degree + 1) ** 2
+
+
+class LobeDecoder(nn.Module):
+    """Latents -> lobes: `bias + latents @ basis`, and a small network's word beside it.
+
+    The network, if there is one, sees what the paper's sees (harmonics, proportions of the
+    scales, rotation) with the latents in the place of the direction; ReLU between its layers,
+    zero at first. The base opacity's logit is added to the constant part of the opacity's lobe.
+    Always computes with weights rounded to half precision, as they are stored.
+    """
+
+    def __init__(self, shape: LobeShape, generator: torch.Generator) -> None:
+        super().__init__()
+        self.shape = shape
+        self.bias = nn.Parameter(torch.zeros(shape.outputs))
+        with torch.no_grad():
+            self.bias[1] = 1 / C0  # phi = 1
+        start = torch.randn(shape.outputs, shape.latents, generator=generator)
+        self.basis = nn.Parameter(torch.linalg.qr(start).Q.T.contiguous())
+        self.weights, self.offsets = nn.ParameterList(), nn.ParameterList()
+        if not shape.hidden:
+            return
+        widths = (STATICS + shape.latents, *shape.hidden)
+        for inputs, outputs in pairwise(widths):
+            bound = math.sqrt(6 / inputs)
+            drawn = torch.rand(outputs, inputs, generator=generator)
+            self.weights.append(nn.Parameter((2 * drawn - 1) * bound))
+            self.offsets.append(nn.Parameter(torch.zeros(outputs)))
+        self.weights.append(nn.Parameter(torch.zeros(shape.outputs, widths[-1])))
+
+    def forward(
+        self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
+    ) -> Float[Tensor, "n m 2"]:
+        """The lobes; `base` says whether the opacities of `gaussians` are to be added.
+
+        Without it the constant part of the opacity, too, comes from latents and network.
+        """
+        lobes = latents @ round_half(self.basis) + round_half(self.bias)
+        if self.shape.hidden:
+            hidden = torch.cat([statics(gaussians), latents], dim=1)
+            for weight, offset in zip(self.weights, self.offsets, strict=False):
+                hidden = linear(hidden, round_half(weight), round_half(offset)).relu_()
+            lobes = lobes + linear(hidden, round_half(self.weights[-1]))
+        if base:
+            lobes = torch.cat(
+                [lobes[:, :1] + gaussians.logit_opacities[:, None] / C0, lobes[:, 1:]], 1
+            )
+        return lobes.unflatten(1, (-1, 2))
+
+    @torch.no_grad()
+    def decode(
+        self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
+    ) -> Float[Tensor, "n m 2"]:
+        """`forward` without gradients, in chunks that bound its memory."""
+        parts = [
+            self(
+                latents[start : start + CHUNK],
+                gaussians.select(slice(start, start + CHUNK)),
+                base=base,
+            )
+            for start in range(0, len(latents), CHUNK)
+        ]
+        return torch.cat(parts)
+
+
+def statics(gaussians: Gaussians) -> Float[Tensor, "n 19"]:
+    """What the paper's network knows of a Gaussian beside the direction it is seen from."""
+    parts = [gaussians.sh.flatten(1), gaussians.scales, gaussians.quats]
+    return torch.cat([normalize(part, dim=1) for part in parts], dim=1)
+
+
+def fit_lobes(
+    decoder: LobeDecoder,
+    lobes: Float[Tensor, "n m 2"],
+    gaussians: Gaussians,
+    *,
+    metric: Float[Tensor, "m m"],
+    base: bool,
+    rotated: bool,
+    generator: torch.Generator,
+    steps: int = 400,
+    batch: int = 4096,
+) -> Float[Tensor, "n l"]:
+    """Latents, and weights in `decoder`, that reproduce given lobes as well as they can.
+
+    The basis becomes the lobes' first principal directions, the latents the coordinates along
+    them; without `rotated`, the latents are the coefficients themselves, all of them. A network,
+    if there is one, is then regressed to what they leave (Adam, random batches). `metric` is the
+    mean product of the harmonics over the directions that matter: what is never looked at counts
+    less. With `base` the opacities of `gaussians` are the constant part of the opacity's lobe,
+    and only the rest is fitted. Draws from `generator`, a CPU one. Returns the latents, without
+    gradients.
+    """
+    shape, target = decoder.shape, lobes.detach().flatten(1)
+    if base:
+        target = target.clone()
+        target[:, 0] = 0
+    mean = target.mean(0)
+    if rotated:
+        root, inverse = _roots(metric, target.device)
+        whitened = (target - mean).double() @ root
+        found = torch.linalg.eigh(whitened.T @ whitened).eigenvectors.flip(1)
+        directions = found[:, : shape.latents]
+        directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
+        basis, latents = (inverse @ directions).T, whitened @ directions
+    else:
+        basis = torch.eye(shape.outputs, device=target.device)[int(base) :]
+        latents = (target - mean) @ basis.T
+    spare = shape.latents - len(basis)  # sub-vectors may be longer than what is left for them
+    with torch.no_grad():
+        decoder.bias.copy_(mean)
+        decoder.basis.copy_(torch.cat([basis, basis.new_zeros(spare, shape.outputs)]))
+    latents = torch.cat([latents.to(target), target.new_zeros(len(target), spare)], dim=1)
+    if shape.hidden:
+        root = _roots(metric, target.device)[0].to(target)
+        _regress(decoder, latents, lobes.detach(), gaussians, root, base, generator, steps, batch)
+    return latents
+
+
+def _regress(
+    decoder: LobeDecoder,
+    latents: Tensor,
+    lobes: Tensor,
+    gaussians: Gaussians,
+    root: Tensor,
+    base: bool,
+    generator: torch.Generator,
+    steps: int,
+    batch: int,
+) -> None:
+    optimizer = torch.optim.Adam(decoder.parameters(), lr=LEARNING_RATE, eps=1e-15)
+    for step in range(steps):
+        optimizer.param_groups[0]["lr"] = LEARNING_RATE * (1 - step / steps)
+        rows = torch.randint(len(lobes), (batch,), generator=generator).to(lobes.device)
+        found = decoder(latents[rows], gaussians.select(rows), base=base)
+        loss = ((found - lobes[rows]).flatten(1) @ root).square().mean()
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+
+
+def _roots(metric: Tensor, device: torch.device) -> tuple[Tensor, Tensor]:
+    """Square root of the metric for both columns of the lobes, of mean 1, and its inverse."""
+    metric = metric.double().cpu()
+    metric = metric * (len(metric) / metric.trace())
+    values, vectors = torch.linalg.eigh(metric)
+    values = values.clamp_min(1e-2).sqrt()  # what is never seen is not free either
+    root = vectors * values @ vectors.T
+    inverse = vectors / values @ vectors.T
+    both = torch.eye(2, dtype=torch.float64)
+    return torch.kron(root, both).to(device), torch.kron(inverse, both).to(device)

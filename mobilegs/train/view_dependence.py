@@ -1,0 +1,185 @@
+"""How a student learns what depends on the view: six ways to the same lobes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+from torch.nn.functional import normalize
+
+from mobilegs.camera import Camera
+from mobilegs.compress.codebooks import SIZE_MAX, Cut
+from mobilegs.compress.lobes import LATENTS_MAX, LobeDecoder, LobeShape, fit_lobes
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.render import visible_rows
+from mobilegs.render.lobes import constant_lobes
+from mobilegs.render.view_network import ViewNetwork
+from mobilegs.spherical_harmonics import C0, sh_basis
+
+Kind = Literal["network", "fitted", "decoded", "latent", "projected", "free"]
+DECODED = (256, 128)  # the paper's layers; its linear 64-wide one adds nothing before the output
+CAMERAS = 64  # that directions are taken from
+LOGIT_MAX = 8.0  # surer opacities of a teacher would stretch the codebook for nothing
+RIDGE = 0.05  # of the fit to a network, in directions: flat where nobody looks
+
+
+@dataclass(frozen=True)
+class ViewDependence:
+    """Where opacity and phi come from, and what the file stores of them.
+
+    `network`: the paper's network, asked for every view. `fitted`: the same until `fraction`,
+    then lobes fitted to it, which go on as `projected`. `decoded`: a network of the same size and
+    information, without the direction, gives lobes once. `free`, `projected` and `latent` begin
+    with lobes that each Gaussian learns for itself. At `fraction` of the run they become numbers
+    to be quantised: the coefficients themselves; coordinates along the principal directions of
+    all lobes; the same with a small network that corrects them by the other attributes.
+    """
+
+    kind: Kind = "projected"
+    """`network`, `fitted`, `decoded`, `latent`, `projected` or `free`."""
+    degree: int = 2
+    """Degree of the lobes, 0 to 3."""
+    latents: int = 7
+    """Numbers stored per Gaussian, a base opacity among them, for `latent`, `projected` and
+    `fitted`. 0 stores not even that: then only `latent` can tell opacities apart."""
+    hidden: int = 64
+    """Width of the network of `latent`."""
+    fraction: float = 0.35
+    """When free lobes become latents, as a fraction of the run."""
+    length: int = 2
+    """Latents (the base aside) that share a codebook entry."""
+    size: int = 256
+    """Entries of each of those codebooks."""
+    decay: float = 0.0
+    """Share of what depends on the direction that free lobes forget in a step."""
+
+    def __post_init__(self) -> None:
+        if self.kind not in Kind.__args__:  # pyright: ignore[reportAttributeAccessIssue]
+            raise InputError(f"unknown view dependence '{self.kind}'")
+        if not 0 <= self.degree <= 3:
+            raise InputError(f"lobes have degree 0 to 3, not {self.degree}")
+        if not 0 <= self.latents <= LATENTS_MAX:
+            raise InputError(f"0 to {LATENTS_MAX} latents can be stored, not {self.latents}")
+        if not (1 <= self.length <= 4 and 1 <= self.size <= SIZE_MAX):
+            raise InputError(
+                f"codebooks of {self.size} entries for {self.length} latents at a time: choose "
+                f"up to {SIZE_MAX} entries and 1 to 4 latents"
+            )
+        if not (0 <= self.fraction <= 1 and 0 <= self.decay < 1):
+            raise InputError(
+                f"fraction and decay must lie within 0 to 1, not {self.fraction} and {self.decay}"
+            )
+
+    @property
+    def base(self) -> bool:
+        """Whether a base opacity is stored."""
+        return self.kind in ("network", "decoded", "free") or self.latents > 0
+
+    @property
+    def shape(self) -> LobeShape | None:
+        """Of the decoder; None for the network, which has none."""
+        if self.kind == "network":
+            return None
+        if self.kind == "decoded":
+            return LobeShape(self.degree, 0, DECODED)
+        count = 2 * (self.degree + 1) ** 2 - 1
+        if self.kind != "free":
+            count = min(max(0, self.latents - 1), count)
+        count = -(-count // self.length) * self.length
+        return LobeShape(self.degree, count, (self.hidden,) if self.kind == "latent" else ())
+
+    @property
+    def cut(self) -> Cut | None:
+        """Of the latents' codebooks; None where there are no latents."""
+        count = self.shape.latents if self.shape else 0
+        return Cut(count // self.length, self.length) if count else None
+
+
+@torch.no_grad()
+def seen_directions(
+    gaussians: Gaussians, cameras: list[Camera]
+) -> Iterator[tuple[Tensor, Float[Tensor, "m 3"]]]:
+    """Rows seen and the directions they are seen along, for up to 64 cameras out of all."""
+    chosen = cameras[:: max(1, len(cameras) // CAMERAS)]
+    for camera in chosen:
+        camera = camera.to(gaussians.means.device)
+        rows = visible_rows(gaussians.means, gaussians.quats, gaussians.scales, camera=camera)
+        yield rows, normalize(gaussians.means[rows] - camera.position, dim=1)
+
+
+@torch.no_grad()
+def seen_metric(gaussians: Gaussians, cameras: list[Camera], degree: int) -> Float[Tensor, "m m"]:
+    """Mean product of the harmonics over the directions from which cameras see Gaussians."""
+    size = (degree + 1) ** 2
+    total = torch.zeros(size, size, dtype=torch.float64)
+    for _, directions in seen_directions(gaussians, cameras):
+        basis = sh_basis(directions, degree).double()
+        total += (basis.T @ basis).cpu()
+    if total.trace() == 0:
+        return torch.eye(size, dtype=torch.float64)
+    return total / total.trace() * size
+
+
+@torch.no_grad()
+def fit_to_network(
+    network: ViewNetwork, gaussians: Gaussians, cameras: list[Camera], degree: int
+) -> Float[Tensor, "n m 2"]:
+    """Lobes nearest to what `network` says along the directions from which cameras see each.
+
+    Weighted least squares: a direction counts as often as it is looked along, and a ridge keeps
+    all but the constant parts small where that leaves a choice. Gaussians that no camera sees
+    keep their base opacity and phi = 1.
+    """
+    count, size = len(gaussians), (degree + 1) ** 2
+    like = gaussians.means
+    gram, moment = like.new_zeros(count, size, size), like.new_zeros(count, size, 2)
+    for rows, directions in seen_directions(gaussians, cameras):
+        basis = sh_basis(directions, degree)
+        values = C0 * network(gaussians.select(rows), directions)  # [k, 1, 2]
+        gram.index_add_(0, rows, basis[:, :, None] * basis[:, None, :])
+        moment.index_add_(0, rows, basis[:, :, None] * values)
+    weight = torch.full((size,), RIDGE, dtype=like.dtype, device=like.device)
+    weight[0] = 1e-4
+    gram += torch.diag(weight)
+    moment[:, :1] += weight[0] * constant_lobes(gaussians.logit_opacities)
+    return torch.linalg.solve(gram, moment)
+
+
+class Settled(NamedTuple):
+    """What lobes have become: `decoder` makes them from `latents` and the opacity `logits`."""
+
+    decoder: LobeDecoder
+    logits: Float[Tensor, "n"]
+    latents: Float[Tensor, "n l"]
+
+
+def settled(
+    view: ViewDependence,
+    gaussians: Gaussians,
+    source: ViewNetwork | Float[Tensor, "n m 2"],
+    cameras: list[Camera],
+    *,
+    regression_steps: int,
+    generator: torch.Generator,
+) -> Settled:
+    """The form that a file will hold of lobes which `source` gives, as cameras see them."""
+    assert view.shape is not None
+    lobes = source
+    if isinstance(lobes, ViewNetwork):
+        lobes = fit_to_network(lobes, gaussians, cameras, view.degree)
+    logits = (C0 * lobes[:, 0, 0]).clamp(-LOGIT_MAX, LOGIT_MAX)
+    decoder = LobeDecoder(view.shape, generator).to(lobes.device)
+    latents = fit_lobes(
+        decoder,
+        lobes,
+        replace(gaussians, logit_opacities=logits),
+        metric=seen_metric(gaussians, cameras, view.degree),
+        base=view.base,
+        rotated=view.kind != "free",
+        generator=generator,
+        steps=regression_steps,
+    )
+    return Settled(decoder, logits, latents)
