@@ -162,8 +162,19 @@ struct Geometry {
   float inverse_length;            // of the quaternion
   float axes[9];                   // camera rotation times Gaussian rotation, unscaled
   float px[3], py[3];              // rows of the projected square root of the covariance
-  float direction[3], inverse_distance;  // from the camera to the Gaussian, world space
 };
+
+// Unit vector from the camera to the Gaussian, in world space.
+struct Direction {
+  float x, y, z, inverse_distance;
+};
+
+MGS_FN Direction direction_of(const View& view, const float* mean) {
+  float x = mean[0] - view.position[0], y = mean[1] - view.position[1];
+  float z = mean[2] - view.position[2];
+  float inverse = 1 / sqrtf(x * x + y * y + z * z);
+  return {x * inverse, y * inverse, z * inverse, inverse};
+}
 
 MGS_FN void rotation_of(const float* q, float inverse_length, float* m) {
   float w = q[0] * inverse_length, x = q[1] * inverse_length;
@@ -197,9 +208,6 @@ MGS_FN bool geometry_of(const View& view, const float* mean, const float* q, con
     g.px[n] = jx * (g.axes[n] - g.u * g.axes[6 + n]) * scale[n];
     g.py[n] = jy * (g.axes[3 + n] - g.v * g.axes[6 + n]) * scale[n];
   }
-  float d[3] = {mean[0] - view.position[0], mean[1] - view.position[1], mean[2] - view.position[2]};
-  g.inverse_distance = 1 / sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  for (int k = 0; k < 3; k++) g.direction[k] = d[k] * g.inverse_distance;
   return true;
 }
 
@@ -214,8 +222,8 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
   Geometry g = {};
   if (!geometry_of(view, mean, q, scale, g)) return false;
   float basis[16];
-  sh_basis(larger(view.sh_size, view.lobe_size), g.direction[0], g.direction[1], g.direction[2],
-           basis);
+  Direction way = direction_of(view, mean);
+  sh_basis(larger(view.sh_size, view.lobe_size), way.x, way.y, way.z, basis);
   Seen seen = {0, 0};
   if (view.lobe_size) {
     seen = seen_along(view, lobes, basis);
@@ -283,6 +291,33 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
                             const float* sh, const float* lobes, const Splat& s,
                             const SplatGrad& d, float* g_mean, float* g_quat, float* g_scale,
                             float* g_opacity, float* g_sh, float* g_lobes) {
+  // what depends on the direction comes first: its registers are free before the geometry's fill
+  Direction way = direction_of(view, mean);
+  int size = larger(view.sh_size, view.lobe_size);
+  float basis[16], inner[16], g_dir[3];
+  sh_basis(size, way.x, way.y, way.z, basis);
+  Seen seen = seen_along(view, lobes, basis);
+  WeightGrad gw = weight_adjoint(view, s.z, largest(scale), max_of(seen.raw_phi, 0.0f), d.weight);
+  float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
+  // 1 - o as a sigmoid of its own: the difference would lose what is left near o = 1
+  float g_logit = d.opacity * s.opacity / (1 + expf(seen.logit));
+  float g_phi = seen.raw_phi > 0 ? gw.phi : 0.0f;
+  FOR_EACH_SH(i, size) inner[i] = 0;
+  FOR_EACH_SH(i, view.sh_size) {
+    inner[i] = gc[0] * sh[3 * i] + gc[1] * sh[3 * i + 1] + gc[2] * sh[3 * i + 2];
+    for (int k = 0; k < 3; k++) g_sh[3 * i + k] = basis[i] * gc[k];
+  }
+  FOR_EACH_SH(i, view.lobe_size) {
+    inner[i] += g_logit * lobes[2 * i] + g_phi * lobes[2 * i + 1];
+    g_lobes[2 * i] = basis[i] * g_logit, g_lobes[2 * i + 1] = basis[i] * g_phi;
+  }
+  if (g_opacity) *g_opacity = d.opacity;
+  sh_basis_adjoint(size, way.x, way.y, way.z, inner, g_dir);
+  float along = g_dir[0] * way.x + g_dir[1] * way.y + g_dir[2] * way.z;
+  const float towards[3] = {(g_dir[0] - along * way.x) * way.inverse_distance,
+                            (g_dir[1] - along * way.y) * way.inverse_distance,
+                            (g_dir[2] - along * way.z) * way.inverse_distance};
+
   Geometry g = {};
   geometry_of(view, mean, q, scale, g);
   const float* r = view.rotation;
@@ -294,11 +329,6 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   float g_xx = -(s.A * m00 + s.B * m10), g_yy = -(s.B * m01 + s.C * m11);
   float g_xy = -(s.A * m01 + s.B * m11) - (s.B * m00 + s.C * m10);
 
-  int size = larger(view.sh_size, view.lobe_size);
-  float basis[16];
-  sh_basis(size, g.direction[0], g.direction[1], g.direction[2], basis);
-  Seen seen = seen_along(view, lobes, basis);
-  WeightGrad gw = weight_adjoint(view, g.z, largest(scale), max_of(seen.raw_phi, 0.0f), d.weight);
   int widest = scale[0] >= scale[1] ? (scale[0] >= scale[2] ? 0 : 2) : (scale[1] >= scale[2] ? 1 : 2);
   float g_u = 0, g_v = 0, g_z = d.z + gw.d, g_m[9];
   for (int n = 0; n < 3; n++) {
@@ -317,26 +347,6 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   float g_ty = d.y * view.focal[1] + (g.v == g.ty ? g_v : 0.0f);
   float g_x = g_tx * inverse_z, g_y = g_ty * inverse_z;
   g_z -= g_x * g.tx + g_y * g.ty;
-
-  float inner[16], g_dir[3];
-  float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
-  // 1 - o as a sigmoid of its own: the difference would lose what is left near o = 1
-  float g_logit = d.opacity * s.opacity / (1 + expf(seen.logit));
-  float g_phi = seen.raw_phi > 0 ? gw.phi : 0.0f;
-  FOR_EACH_SH(i, size) inner[i] = 0;
-  FOR_EACH_SH(i, view.sh_size) {
-    inner[i] = gc[0] * sh[3 * i] + gc[1] * sh[3 * i + 1] + gc[2] * sh[3 * i + 2];
-    for (int k = 0; k < 3; k++) g_sh[3 * i + k] = basis[i] * gc[k];
-  }
-  FOR_EACH_SH(i, view.lobe_size) {
-    inner[i] += g_logit * lobes[2 * i] + g_phi * lobes[2 * i + 1];
-    g_lobes[2 * i] = basis[i] * g_logit, g_lobes[2 * i + 1] = basis[i] * g_phi;
-  }
-  if (g_opacity) *g_opacity = d.opacity;
-  sh_basis_adjoint(size, g.direction[0], g.direction[1], g.direction[2], inner, g_dir);
-  float along = 0;
-  for (int k = 0; k < 3; k++) along += g_dir[k] * g.direction[k];
   for (int k = 0; k < 3; k++)
-    g_mean[k] = r[k] * g_x + r[3 + k] * g_y + r[6 + k] * g_z +
-                (g_dir[k] - along * g.direction[k]) * g.inverse_distance;
+    g_mean[k] = r[k] * g_x + r[3 + k] * g_y + r[6 + k] * g_z + towards[k];
 }
