@@ -196,7 +196,6 @@ def test_the_view_network_is_the_papers():
     opacities, phi = seen_along(lobes, directions)
     torch.testing.assert_close(phi, torch.relu(network.phi(x))[:, 0])
     torch.testing.assert_close(opacities, (logits + network.opacity(x)[:, 0]).sigmoid())
-    assert (phi == 0).any() and (phi > 0).any()
     with torch.no_grad():
         torch.testing.assert_close(network(more, directions), lobes)  # only proportions count
 

@@ -62,8 +62,9 @@ class LobeDecoder(nn.Module):
         self.bias = nn.Parameter(torch.zeros(shape.outputs))
         with torch.no_grad():
             self.bias[1] = 1 / C0  # phi = 1
-        start = torch.randn(shape.outputs, shape.latents, generator=generator)
-        self.basis = nn.Parameter(torch.linalg.qr(start).Q.T.contiguous())
+        start = torch.linalg.qr(torch.randn(shape.outputs, shape.latents, generator=generator)).Q
+        spare = shape.latents - start.shape[1]  # more latents than there are directions idle
+        self.basis = nn.Parameter(torch.cat([start.T, start.new_zeros(spare, shape.outputs)]))
         self.weights, self.offsets = nn.ParameterList(), nn.ParameterList()
         if not shape.hidden:
             return

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import torch
 from jaxtyping import Float
@@ -11,7 +11,7 @@ from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.compress.codebooks import SIZE_MAX, Cut
-from mobilegs.compress.lobes import LATENTS_MAX, LobeDecoder, LobeShape, fit_lobes
+from mobilegs.compress.lobes import HIDDEN_MAX, LATENTS_MAX, LobeDecoder, LobeShape, fit_lobes
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import visible_rows
@@ -19,7 +19,7 @@ from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0, sh_basis
 
-Kind = Literal["network", "fitted", "decoded", "latent", "projected", "free"]
+KINDS = ("network", "fitted", "decoded", "latent", "projected", "free")
 DECODED = (256, 128)  # the paper's layers; its linear 64-wide one adds nothing before the output
 CAMERAS = 64  # that directions are taken from
 LOGIT_MAX = 8.0  # surer opacities of a teacher would stretch the codebook for nothing
@@ -38,8 +38,8 @@ class ViewDependence:
     all lobes; the same with a small network that corrects them by the other attributes.
     """
 
-    kind: Kind = "projected"
-    """`network`, `fitted`, `decoded`, `latent`, `projected` or `free`."""
+    kind: str = "projected"
+    """One of `KINDS`."""
     degree: int = 2
     """Degree of the lobes, 0 to 3."""
     latents: int = 7
@@ -57,12 +57,16 @@ class ViewDependence:
     """Share of what depends on the direction that free lobes forget in a step."""
 
     def __post_init__(self) -> None:
-        if self.kind not in Kind.__args__:  # pyright: ignore[reportAttributeAccessIssue]
-            raise InputError(f"unknown view dependence '{self.kind}'")
+        if self.kind not in KINDS:
+            raise InputError(
+                f"unknown view dependence '{self.kind}': use one of {', '.join(KINDS)}"
+            )
         if not 0 <= self.degree <= 3:
             raise InputError(f"lobes have degree 0 to 3, not {self.degree}")
         if not 0 <= self.latents <= LATENTS_MAX:
             raise InputError(f"0 to {LATENTS_MAX} latents can be stored, not {self.latents}")
+        if not 1 <= self.hidden <= HIDDEN_MAX:
+            raise InputError(f"a hidden layer is 1 to {HIDDEN_MAX} wide, not {self.hidden}")
         if not (1 <= self.length <= 4 and 1 <= self.size <= SIZE_MAX):
             raise InputError(
                 f"codebooks of {self.size} entries for {self.length} latents at a time: choose "

@@ -1,0 +1,320 @@
+"""What the dependence on the view is worth, and what it costs: variants x captures x seeds.
+
+    python bench/view_dependence.py [--json OUT] [--runs FOLDER] [--captures ...] [--variants ...]
+                                    [--seeds 0 1] [--steps 1500]
+    python bench/view_dependence.py --speed [--json OUT] [--runs FOLDER]
+
+Every student of a capture starts from the same teacher (kept under FOLDER) and takes the same
+number of steps; `sorted-1` and `sorted-3` are that teacher, cut to harmonics of degree 1 or 3,
+trained on for as long with the same losses and rates, and not coded. Figures are of held-back
+photos, students drawn from their files. Cells that OUT has already are not repeated, so the study
+can be stopped and taken up again. `--speed` times training steps instead: all variants in turns,
+in one process. bench/view_dependence_report.py makes the table and the plot.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import torch
+
+from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.data import Dataset, load_capture, load_view
+from mobilegs.data.dataset import View
+from mobilegs.data.sample import sample_capture
+from mobilegs.evaluate.lpips import lpips_from
+from mobilegs.evaluate.report import evaluate
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.render import render_sorted
+from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.render.scene import Scene
+from mobilegs.train.distill import TeacherPictures
+from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
+from mobilegs.train.optim import NamedAdam, log_linear
+from mobilegs.train.recipes import cpu_recipe, demo_recipe
+from mobilegs.train.stage import view_order
+from mobilegs.train.student import Student, StudentConfig
+from mobilegs.train.teacher import Teacher
+from mobilegs.train.view_dependence import ViewDependence
+
+LPIPS_EVERY = 4  # of the held-back photos: VGG on a CPU takes longer than the rest together
+TIMED_EVERY = 8  # of the training photos: what is timed
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Where photos come from, and how many Gaussians their scene may have."""
+
+    folder: str | None
+    downscale: int
+    max_splats: int
+
+
+CAPTURES = {
+    "bonsai": Capture("bonsai", 2, 60_000),
+    "horns": Capture("llff_horns", 2, 30_000),
+    "lego": Capture("lego", 4, 30_000),
+    "sample": Capture(None, 1, 20_000),
+}
+
+
+def variants() -> dict[str, ViewDependence | int]:
+    """By name; a number is the degree of a sorted scene's harmonics."""
+    chosen = StudentConfig().view
+    found: dict[str, ViewDependence | int] = {
+        "sorted-1": 1,
+        "sorted-3": 3,
+        "network": ViewDependence("network"),
+        "fitted": replace(chosen, kind="fitted"),
+        "chosen": chosen,
+    }
+    for degree in (1, 2, 3):
+        found[f"decoded-{degree}"] = ViewDependence("decoded", degree)
+    for degree in (0, 1, 2, 3):
+        found[f"free-{degree}"] = replace(chosen, kind="free", degree=degree)
+    for latents in (1, 3, 5, 7, 9, 13):
+        found[f"projected-{latents}"] = replace(chosen, kind="projected", latents=latents)
+    for latents in (0, 1, 3, 5, 9):
+        found[f"latent-{latents}"] = replace(chosen, kind="latent", latents=latents)
+    found["latent-9-scratch"] = replace(chosen, kind="latent", latents=9, fraction=0.0)
+    found["projected-9-scratch"] = replace(chosen, latents=9, fraction=0.0)
+    found["projected-9-late"] = replace(chosen, latents=9, fraction=0.6)
+    found["free-2-vq3"] = replace(chosen, kind="free", length=3, size=1024)
+    found["klt-scalar"] = replace(chosen, latents=18, length=1, size=16)
+    for degree in (1, 3):
+        found[f"projected-9-degree-{degree}"] = replace(chosen, latents=9, degree=degree)
+    return found
+
+
+def open_capture(name: str, data: Path) -> Dataset:
+    capture = CAPTURES[name]
+    if capture.folder is None:
+        return sample_capture()
+    return load_capture(data / capture.folder, downscale=capture.downscale)
+
+
+def recipe_of(name: str):
+    recipe = demo_recipe() if CAPTURES[name].folder is None else cpu_recipe()
+    teacher = replace(recipe.teacher, max_splats=CAPTURES[name].max_splats)
+    return replace(recipe, teacher=teacher)
+
+
+def teacher_of(name: str, dataset: Dataset, views: list[View], runs: Path) -> Scene:
+    """The capture's teacher, from FOLDER or trained now."""
+    path = runs / f"{name}.ply"
+    if not path.exists():
+        stage = Teacher(recipe_of(name).teacher, dataset, seed=0, device=torch.device("cpu"))
+        while stage.done < stage.steps:
+            [index] = view_order(len(views), stage.done, 1, 0)
+            stage.advance([(index, views[index])])
+            if stage.done % 500 == 0:
+                print(f"{name}: teacher {stage.done} / {stage.steps}", flush=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_ply(path, stage.gaussians())
+    return Scene(read_ply(path), background=dataset.background, near=dataset.near)
+
+
+class SortedStudent:
+    """The bar: the teacher's Gaussians, blended sorted, with the student's losses and rates."""
+
+    def __init__(self, config: StudentConfig, teacher: Scene, extent: float, degree: int) -> None:
+        self.config, self.teacher, self.extent = config, teacher, extent
+        self.done, self.steps = 0, config.steps
+        self.pictures = TeacherPictures(teacher, cache_bytes=config.cache_mib << 20)
+        given = teacher.gaussians
+        kept = min((degree + 1) ** 2, given.sh.shape[1])
+        tensors = {**given.tensors(), "sh0": given.sh[:, :1], "sh_rest": given.sh[:, 1:kept]}
+        del tensors["sh"]
+        self.adam = NamedAdam(tensors, dict.fromkeys(tensors, 0.0))
+
+    def scene(self) -> Scene:
+        tensors = {name: tensor.detach() for name, tensor in self.adam.tensors.items()}
+        sh = torch.cat([tensors.pop("sh0"), tensors.pop("sh_rest")], dim=1)
+        return replace(self.teacher, gaussians=replace(self.teacher.gaussians, **tensors, sh=sh))
+
+    def advance(self, views: list[tuple[int, View]]) -> None:
+        [(index, view)] = views
+        config, tensors = self.config, self.adam.tensors
+        past = self.done / self.steps - config.decay_from
+        decay = log_linear(1.0, config.final_rate, past / (1 - config.decay_from))
+        rates = {
+            "means": config.position_rate * self.extent,
+            "quats": config.quat_rate,
+            "log_scales": config.scale_rate,
+            "logit_opacities": config.opacity_rate,
+            "sh0": config.sh0_rate,
+            "sh_rest": config.sh_rest_rate,
+        }
+        for name, rate in rates.items():
+            self.adam.set_rate(name, rate * decay)
+        drawn = render_sorted(
+            tensors["means"],
+            tensors["quats"],
+            tensors["log_scales"].exp(),
+            tensors["logit_opacities"].sigmoid(),
+            torch.cat([tensors["sh0"], tensors["sh_rest"]], dim=1),
+            camera=view.camera,
+            background=self.teacher.background,
+            depth=True,
+        )
+        picture = self.pictures.get(index, view.camera)
+        loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
+        loss = loss + config.distill_weight * color_distillation_loss(
+            drawn.image, picture.image, mask=view.mask
+        )
+        loss = loss + config.depth_weight * depth_distillation_loss(
+            drawn.depth, drawn.alpha, picture.depth, mask=view.mask
+        )
+        loss.backward()
+        self.adam.step()
+        self.done += 1
+
+
+def train(stage, views: list[View], *, seed: int) -> float:
+    """All steps; returns the processor's seconds for one."""
+    started = time.process_time()
+    while stage.done < stage.steps:
+        [index] = view_order(len(views), stage.done, 1, 2 * seed + 1)
+        stage.advance([(index, views[index])])
+    return (time.process_time() - started) / stage.steps
+
+
+def multiply_adds(view: ViewDependence | int) -> int:
+    """Per Gaussian and frame, for opacity and phi from the direction."""
+    if isinstance(view, int):
+        return 0
+    if view.kind == "network":
+        return 22 * 256 + 256 * 128 + 128 * 64 + 64 * 2
+    return (0, 3, 17, 38)[view.degree] + 2 * (view.degree + 1) ** 2  # harmonics, dot products
+
+
+def cell(name: str, view: ViewDependence | int, seed: int, steps: int, world: tuple, lpips) -> dict:
+    """One student from the teacher to its figures."""
+    dataset, views, teacher = world
+    config = replace(recipe_of(name).student, steps=steps)
+    found: dict = {"steps": steps, "multiply_adds": multiply_adds(view)}
+    if isinstance(view, int):
+        stage = SortedStudent(config, teacher, dataset.extent, view)
+        found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
+        scene = stage.scene()
+    else:
+        cameras = [frame.camera for frame in dataset.train]
+        config = replace(config, view=view)
+        stage = Student(config, teacher, cameras, extent=dataset.extent, seed=seed)
+        found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
+        data = pack(stage.coded())
+        report = inspect(data)
+        rows = {row["name"].split(".")[0]: 0 for row in report["streams"]}
+        for row in report["streams"]:
+            rows[row["name"].split(".")[0]] += row["bytes"]
+        found |= {"file_bytes": len(data), "streams": rows}
+        scene = unpack(data).decode()
+    found["gaussians"] = len(scene.gaussians)
+    found |= {key: value for key, value in evaluate(scene, dataset).items() if key != "views"}
+    if lpips is not None:
+        some = replace(dataset, test=dataset.test[::LPIPS_EVERY])
+        found["lpips_vgg"] = evaluate(scene, some, lpips=lpips)["lpips_vgg"]
+    return found
+
+
+def study(options: argparse.Namespace, result: dict, save: Callable[[], None]) -> None:
+    data = Path(os.environ.get("MOBILEGS_DATA", "."))
+    lpips = lpips_from(str(data / "lpips")) if (data / "lpips").exists() else None
+    wanted = variants()
+    for name in options.captures:
+        dataset = open_capture(name, data)
+        views = [load_view(frame) for frame in dataset.train]
+        world = (dataset, views, teacher_of(name, dataset, views, options.runs))
+        if f"{name}/teacher" not in result["cells"]:
+            figures = evaluate(world[2], dataset)
+            figures.pop("views")
+            size = [dataset.train[0].camera.width, dataset.train[0].camera.height]
+            count = len(world[2].gaussians)
+            result["cells"][f"{name}/teacher"] = {**figures, "image_size": size, "gaussians": count}
+        for variant in options.variants or wanted:
+            for seed in options.seeds:
+                key = f"{name}/{variant}/{seed}"
+                if key in result["cells"]:
+                    continue
+                found = cell(name, wanted[variant], seed, options.steps, world, lpips)
+                result["cells"][key] = found
+                save()
+                print(key, json.dumps(found), flush=True)
+
+
+def speed(options: argparse.Namespace, result: dict) -> None:
+    """Milliseconds of a step of each variant in each form, all in turns, votes included."""
+    data = Path(os.environ.get("MOBILEGS_DATA", "."))
+    dataset = open_capture("bonsai", data)
+    views = [load_view(frame) for frame in dataset.train[::TIMED_EVERY]]
+    teacher = teacher_of("bonsai", dataset, views, options.runs)
+    cameras = [frame.camera for frame in dataset.train]
+    forms = {
+        "explicit": {},
+        "networks": {"net_fraction": 0.0},
+        "codes": {"net_fraction": 0.0, "codes_fraction": 0.0},
+    }
+    for form, changes in forms.items():
+        students = {}
+        for name in options.variants or ["network", "decoded-2", "chosen", "free-2", "latent-9"]:
+            view = variants()[name]
+            assert isinstance(view, ViewDependence)
+            if form == "codes":
+                view = replace(view, fraction=0.0)
+            config = replace(cpu_recipe().student, view=view, **changes)
+            students[name] = Student(config, teacher, cameras, extent=dataset.extent, seed=0)
+        times = {name: [] for name in students}
+        for index, view in enumerate(views):
+            for name, student in students.items():
+                student.pictures.get(index, view.camera)
+                started = time.perf_counter()
+                student.advance([(index, view)])
+                times[name].append(1e3 * (time.perf_counter() - started))
+        for name, found in times.items():
+            row = {"ms": round(statistics.median(found[3:]), 1)}
+            row["of_network"] = round(
+                statistics.median(
+                    a / b for a, b in zip(found[3:], times["network"][3:], strict=True)
+                ),
+                3,
+            )
+            result["speed"][f"{form}/{name}"] = row
+            print(form, name, row, flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path, default=Path("view_dependence.json"))
+    parser.add_argument("--runs", type=Path, default=Path("runs/view_dependence"))
+    parser.add_argument("--captures", nargs="+", default=list(CAPTURES), choices=CAPTURES)
+    parser.add_argument("--variants", nargs="+", choices=variants())
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1])
+    parser.add_argument("--steps", type=int, default=1500)
+    parser.add_argument("--speed", action="store_true", help="time training steps instead")
+    options = parser.parse_args()
+    result: dict = {"cells": {}, "speed": {}}
+    if options.json.exists():
+        result = json.loads(options.json.read_text())
+
+    def save() -> None:
+        result["date"] = time.strftime("%Y-%m-%d")
+        result["machine"] = f"{platform.machine()}, {os.cpu_count()} cores, {kernel_level()}"
+        result["torch"] = torch.__version__
+        cells = dict(sorted(result["cells"].items()))
+        options.json.write_text(json.dumps({**result, "cells": cells}, indent=1) + "\n")
+
+    if options.speed:
+        speed(options, result)
+    else:
+        study(options, result, save)
+    save()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""Writes the table and the plot of docs/view_dependence.md from the study's JSON.
+
+    python bench/view_dependence_report.py [--json bench/results/view_dependence.json]
+
+Needs matplotlib (`pip install 'mobilegs[bench]'`).
+"""
+
+import argparse
+import json
+from pathlib import Path
+from statistics import mean
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "view_dependence.md"
+PLOT = ROOT / "docs" / "view_dependence.png"
+CAPTURES = ("bonsai", "horns", "lego", "sample")
+
+
+def by_variant(cells: dict, capture: str) -> dict[str, list[dict]]:
+    """Cells of all seeds of a capture, by variant."""
+    found: dict[str, list[dict]] = {}
+    for key, cell in cells.items():
+        name, _, rest = key.partition("/")
+        if name == capture and rest != "teacher":
+            found.setdefault(rest.rpartition("/")[0], []).append(cell)
+    return found
+
+
+def row_of(variant: str, cells: list[dict], network: list[dict] | None) -> list[str]:
+    def average(field: str) -> float | None:
+        values = [cell.get(field) for cell in cells]
+        return None if None in values else mean(values)
+
+    def number(value: float | None, digits: int) -> str:
+        return "-" if value is None else f"{value:.{digits}f}"
+
+    psnrs = [cell["psnr"] for cell in cells]
+    spread = f" ± {(max(psnrs) - min(psnrs)) / 2:.2f}" if len(psnrs) > 1 else ""
+    bytes_each = None
+    if "file_bytes" in cells[0]:
+        bytes_each = mean(cell["file_bytes"] / cell["gaussians"] for cell in cells)
+    against = None
+    if network and all("psnr" in cell for cell in network):
+        against = mean(psnrs) - mean(cell["psnr"] for cell in network)
+    return [
+        variant,
+        number(mean(psnrs), 2) + spread,
+        "-" if against is None else f"{against:+.2f}",
+        number(average("ssim"), 4),
+        number(average("lpips_vgg"), 3),
+        number(bytes_each, 2),
+        number(1e3 * mean(cell["cpu_seconds_per_step"] for cell in cells), 0),
+        f"{cells[0]['multiply_adds']:,}",
+        str(len(cells)),
+    ]
+
+
+def table(cells: dict, capture: str) -> str:
+    head = (
+        "variant | PSNR dB | against network | SSIM | LPIPS (VGG) | bytes per Gaussian | "
+        "CPU ms per step | multiply-adds | seeds"
+    ).split(" | ")
+    found = by_variant(cells, capture)
+    rows = [row_of(name, some, found.get("network")) for name, some in found.items()]
+    rows.sort(key=lambda row: -float(row[1].split()[0]))
+    lines = ["| " + " | ".join(row) + " |" for row in [head, *rows]]
+    lines.insert(1, "|" + "---|" * len(head))
+    return "\n".join(lines)
+
+
+def plot(cells: dict, path: Path) -> None:
+    """Quality against bytes, one panel a capture; the sorted bars as lines."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(1, len(CAPTURES), figsize=(16, 4.6), layout="constrained")
+    for axis, capture in zip(axes, CAPTURES, strict=True):
+        for variant, some in by_variant(cells, capture).items():
+            quality = mean(cell["psnr"] for cell in some)
+            if variant.startswith("sorted"):
+                style = "--" if variant.endswith("1") else ":"
+                axis.axhline(quality, color="gray", linestyle=style, linewidth=1)
+                axis.annotate(
+                    variant, (0.02, quality), xycoords=("axes fraction", "data"), fontsize=7
+                )
+                continue
+            size = mean(cell["file_bytes"] / cell["gaussians"] for cell in some)
+            color = COLORS.get(variant.split("-")[0], "black")
+            axis.scatter(size, quality, s=70 if variant == "chosen" else 22, color=color)
+            axis.annotate(
+                variant, (size, quality), fontsize=6, xytext=(3, 3), textcoords="offset points"
+            )
+        axis.set_title(capture)
+        axis.set_xlabel("bytes per Gaussian, whole file")
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("held-back PSNR, dB")
+    figure.savefig(path, dpi=110)
+
+
+COLORS = {
+    "network": "tab:red",
+    "fitted": "tab:orange",
+    "decoded": "tab:purple",
+    "latent": "tab:green",
+    "projected": "tab:blue",
+    "klt": "tab:cyan",
+    "free": "tab:brown",
+    "chosen": "tab:pink",
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    default = ROOT / "bench" / "results" / "view_dependence.json"
+    parser.add_argument("--json", type=Path, default=default)
+    options = parser.parse_args()
+    result = json.loads(options.json.read_text())
+    cells = result["cells"]
+    sections = []
+    for capture in CAPTURES:
+        if not by_variant(cells, capture):
+            continue
+        teacher = cells[f"{capture}/teacher"]
+        width, height = teacher["image_size"]
+        steps = {c["steps"] for some in by_variant(cells, capture).values() for c in some}
+        sections.append(
+            f"### {capture}, {width}x{height}\n\nTeacher: {teacher['gaussians']:,} Gaussians, "
+            f"{teacher['psnr']:.2f} dB. {', '.join(map(str, sorted(steps)))} steps each.\n\n"
+            + table(cells, capture)
+        )
+    if result["speed"]:
+        lines = ["| form | variant | ms per step | of network's |", "|---|---|---|---|"]
+        for key, row in result["speed"].items():
+            form, _, name = key.partition("/")
+            lines.append(f"| {form} | {name} | {row['ms']} | {row['of_network']} |")
+        sections.append("### Time of a training step, bonsai 400x267\n\n" + "\n".join(lines))
+    text = PAGE.read_text()
+    head, _, rest = text.partition("<!-- BEGIN:study -->")
+    _, _, tail = rest.partition("<!-- END:study -->")
+    made = "\n\n".join(sections)
+    note = f"{result['date']}, {result['machine']}, torch {result['torch']}."
+    PAGE.write_text(f"{head}<!-- BEGIN:study -->\n\n{note}\n\n{made}\n\n<!-- END:study -->{tail}")
+    plot(cells, PLOT)
+
+
+if __name__ == "__main__":
+    main()
