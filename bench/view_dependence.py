@@ -37,7 +37,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
 from mobilegs.train.optim import NamedAdam, log_linear
-from mobilegs.train.recipes import cpu_recipe, demo_recipe
+from mobilegs.train.recipes import cpu_recipe, demo_recipe, with_setting
 from mobilegs.train.stage import view_order
 from mobilegs.train.student import Student, StudentConfig
 from mobilegs.train.teacher import Teacher
@@ -64,32 +64,31 @@ CAPTURES = {
 }
 
 
-def variants() -> dict[str, ViewDependence | int]:
-    """By name; a number is the degree of a sorted scene's harmonics."""
-    chosen = StudentConfig().view
-    found: dict[str, ViewDependence | int] = {
-        "sorted-1": 1,
-        "sorted-3": 3,
-        "network": ViewDependence("network"),
-        "fitted": replace(chosen, kind="fitted"),
-        "chosen": chosen,
-    }
-    for degree in (1, 2, 3):
-        found[f"decoded-{degree}"] = ViewDependence("decoded", degree)
-    for degree in (0, 1, 2, 3):
-        found[f"free-{degree}"] = replace(chosen, kind="free", degree=degree)
-    for latents in (1, 3, 5, 7, 9, 13):
-        found[f"projected-{latents}"] = replace(chosen, kind="projected", latents=latents)
-    for latents in (0, 1, 3, 5, 9):
-        found[f"latent-{latents}"] = replace(chosen, kind="latent", latents=latents)
-    found["latent-9-scratch"] = replace(chosen, kind="latent", latents=9, fraction=0.0)
-    found["projected-9-scratch"] = replace(chosen, latents=9, fraction=0.0)
-    found["projected-9-late"] = replace(chosen, latents=9, fraction=0.6)
-    found["free-2-vq3"] = replace(chosen, kind="free", length=3, size=1024)
-    found["klt-scalar"] = replace(chosen, latents=18, length=1, size=16)
-    for degree in (1, 3):
-        found[f"projected-9-degree-{degree}"] = replace(chosen, latents=9, degree=degree)
-    return found
+FREE = ["view.kind=free", "view.fraction=0.7"]  # free until they are coded
+KLT = ["view.latents=18", "view.length=1", "view.size=16"]
+VARIANTS: dict[str, list[str]] = {
+    # name: what differs from the preset's student, as for `mobilegs train --set`
+    "sorted-1": [],
+    "sorted-3": [],
+    "chosen": [],
+    "network": ["view.kind=network"],
+    "fitted": ["view.kind=fitted", "view.fraction=0.5"],
+    **{f"decoded-{d}": ["view.kind=decoded", f"view.degree={d}"] for d in (1, 2, 3)},
+    **{f"free-{d}": [*FREE, f"view.degree={d}"] for d in (0, 1, 2, 3)},
+    **{f"latent-{k}": ["view.kind=latent", f"view.latents={k}"] for k in (0, 1, 3, 5, 7, 9, 13)},
+    **{f"latent-9-degree-{d}": ["view.latents=9", f"view.degree={d}"] for d in (1, 3)},
+    **{f"projected-{k}": ["view.kind=projected", f"view.latents={k}"] for k in (5, 9, 13)},
+    # latents that start along the principal directions of lobes that were free so far
+    "latent-9-principal": ["view.latents=9", "view.fraction=0.35"],
+    "projected-9-principal": ["view.kind=projected", "view.latents=9", "view.fraction=0.35"],
+    # other ways to store free lobes
+    "free-2-vq3": [*FREE, "view.length=3", "view.size=1024"],
+    "klt-scalar": ["view.kind=projected", "view.fraction=0.35", *KLT],
+    # the form of the weight
+    "exponent-3": ["weighting.exponent_max=3"],
+    "exponent-14": ["weighting.exponent_max=14"],
+    "free-2-decay": [*FREE, "view.decay=0.001"],
+}
 
 
 def open_capture(name: str, data: Path) -> Dataset:
@@ -185,35 +184,41 @@ def train(stage, views: list[View], *, seed: int) -> float:
     return (time.process_time() - started) / stage.steps
 
 
-def multiply_adds(view: ViewDependence | int) -> int:
+def config_of(capture: str, variant: str) -> StudentConfig:
+    """The student's preset with what differs in a variant."""
+    recipe = recipe_of(capture)
+    for setting in VARIANTS[variant]:
+        recipe = with_setting(recipe, f"student.{setting}")
+    return recipe.student
+
+
+def multiply_adds(view: ViewDependence) -> int:
     """Per Gaussian and frame, for opacity and phi from the direction."""
-    if isinstance(view, int):
-        return 0
     if view.kind == "network":
         return 22 * 256 + 256 * 128 + 128 * 64 + 64 * 2
     return (0, 3, 17, 38)[view.degree] + 2 * (view.degree + 1) ** 2  # harmonics, dot products
 
 
-def cell(name: str, view: ViewDependence | int, seed: int, steps: int, world: tuple, lpips) -> dict:
+def cell(name: str, variant: str, seed: int, steps: int, world: tuple, lpips) -> dict:
     """One student from the teacher to its figures."""
     dataset, views, teacher = world
-    config = replace(recipe_of(name).student, steps=steps)
-    found: dict = {"steps": steps, "multiply_adds": multiply_adds(view)}
-    if isinstance(view, int):
-        stage = SortedStudent(config, teacher, dataset.extent, view)
+    config = replace(config_of(name, variant), steps=steps)
+    found: dict = {"steps": steps}
+    if variant.startswith("sorted"):
+        stage = SortedStudent(config, teacher, dataset.extent, int(variant[-1]))
         found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
         scene = stage.scene()
     else:
         cameras = [frame.camera for frame in dataset.train]
-        config = replace(config, view=view)
         stage = Student(config, teacher, cameras, extent=dataset.extent, seed=seed)
         found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
+        found["multiply_adds"] = multiply_adds(config.view)
         data = pack(stage.coded())
-        report = inspect(data)
-        rows = {row["name"].split(".")[0]: 0 for row in report["streams"]}
-        for row in report["streams"]:
-            rows[row["name"].split(".")[0]] += row["bytes"]
-        found |= {"file_bytes": len(data), "streams": rows}
+        streams: dict[str, int] = {}
+        for row in inspect(data)["streams"]:
+            part = row["name"].split(".")[0]
+            streams[part] = streams.get(part, 0) + row["bytes"]
+        found |= {"file_bytes": len(data), "streams": streams}
         scene = unpack(data).decode()
     found["gaussians"] = len(scene.gaussians)
     found |= {key: value for key, value in evaluate(scene, dataset).items() if key != "views"}
@@ -226,7 +231,6 @@ def cell(name: str, view: ViewDependence | int, seed: int, steps: int, world: tu
 def study(options: argparse.Namespace, result: dict, save: Callable[[], None]) -> None:
     data = Path(os.environ.get("MOBILEGS_DATA", "."))
     lpips = lpips_from(str(data / "lpips")) if (data / "lpips").exists() else None
-    wanted = variants()
     for name in options.captures:
         dataset = open_capture(name, data)
         views = [load_view(frame) for frame in dataset.train]
@@ -237,12 +241,12 @@ def study(options: argparse.Namespace, result: dict, save: Callable[[], None]) -
             size = [dataset.train[0].camera.width, dataset.train[0].camera.height]
             count = len(world[2].gaussians)
             result["cells"][f"{name}/teacher"] = {**figures, "image_size": size, "gaussians": count}
-        for variant in options.variants or wanted:
+        for variant in options.variants or VARIANTS:
             for seed in options.seeds:
                 key = f"{name}/{variant}/{seed}"
                 if key in result["cells"]:
                     continue
-                found = cell(name, wanted[variant], seed, options.steps, world, lpips)
+                found = cell(name, variant, seed, options.steps, world, lpips)
                 result["cells"][key] = found
                 save()
                 print(key, json.dumps(found), flush=True)
@@ -262,12 +266,11 @@ def speed(options: argparse.Namespace, result: dict) -> None:
     }
     for form, changes in forms.items():
         students = {}
-        for name in options.variants or ["network", "decoded-2", "chosen", "free-2", "latent-9"]:
-            view = variants()[name]
-            assert isinstance(view, ViewDependence)
+        for name in options.variants or ["network", "decoded-2", "chosen", "free-2"]:
+            config = config_of("bonsai", name)
             if form == "codes":
-                view = replace(view, fraction=0.0)
-            config = replace(cpu_recipe().student, view=view, **changes)
+                changes = {**changes, "view": replace(config.view, fraction=0.0)}
+            config = replace(config, **changes)
             students[name] = Student(config, teacher, cameras, extent=dataset.extent, seed=0)
         times = {name: [] for name in students}
         for index, view in enumerate(views):
@@ -293,7 +296,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("view_dependence.json"))
     parser.add_argument("--runs", type=Path, default=Path("runs/view_dependence"))
     parser.add_argument("--captures", nargs="+", default=list(CAPTURES), choices=CAPTURES)
-    parser.add_argument("--variants", nargs="+", choices=variants())
+    parser.add_argument("--variants", nargs="+", choices=VARIANTS)
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1])
     parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--speed", action="store_true", help="time training steps instead")

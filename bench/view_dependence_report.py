@@ -50,7 +50,7 @@ def row_of(variant: str, cells: list[dict], network: list[dict] | None) -> list[
         number(average("lpips_vgg"), 3),
         number(bytes_each, 2),
         number(1e3 * mean(cell["cpu_seconds_per_step"] for cell in cells), 0),
-        f"{cells[0]['multiply_adds']:,}",
+        f"{cells[0]['multiply_adds']:,}" if "multiply_adds" in cells[0] else "-",
         str(len(cells)),
     ]
 

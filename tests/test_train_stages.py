@@ -259,7 +259,7 @@ def test_a_step_on_several_views_follows_the_sum_of_their_gradients(
     dataset: Dataset, make_student
 ) -> None:
     views = [(index, load_view(dataset.train[index])) for index in range(3)]
-    apart, together = make_student(), make_student()
+    apart, together = (make_student(with_kind("projected")) for _ in range(2))
     for index, view in views:
         apart._pull(index, view)
     expected = {name: t.grad.clone() for name, t in apart.model.rows.tensors.items()}
@@ -306,7 +306,7 @@ def test_pruning_in_coded_form_keeps_rows_and_indices_together(
     keep = torch.arange(50) % 3 != 0
     student.model.keep_rows(keep)
     after, fewer = student.model.gaussians()
-    assert latents.shape == (50, 6)
+    assert latents.shape == (50, 12)
     torch.testing.assert_close(fewer, latents[keep], atol=1e-6, rtol=0)
     for name, value in before.tensors().items():
         torch.testing.assert_close(after.tensors()[name], value[keep], atol=1e-6, rtol=0)

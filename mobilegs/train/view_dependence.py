@@ -38,20 +38,20 @@ class ViewDependence:
     all lobes; the same with a small network that corrects them by the other attributes.
     """
 
-    kind: str = "projected"
+    kind: str = "latent"
     """One of `KINDS`."""
     degree: int = 2
     """Degree of the lobes, 0 to 3."""
-    latents: int = 7
+    latents: int = 13
     """Numbers stored per Gaussian, a base opacity among them, for `latent`, `projected` and
     `fitted`. 0 stores not even that: then only `latent` can tell opacities apart."""
     hidden: int = 64
     """Width of the network of `latent`."""
-    fraction: float = 0.35
+    fraction: float = 0.0
     """When free lobes become latents, as a fraction of the run."""
     length: int = 2
     """Latents (the base aside) that share a codebook entry."""
-    size: int = 256
+    size: int = 64
     """Entries of each of those codebooks."""
     decay: float = 0.0
     """Share of what depends on the direction that free lobes forget in a step."""
