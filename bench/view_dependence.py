@@ -243,7 +243,7 @@ def study(options: argparse.Namespace, result: dict, save: Callable[[], None]) -
             result["cells"][f"{name}/teacher"] = {**figures, "image_size": size, "gaussians": count}
         for variant in options.variants or VARIANTS:
             for seed in options.seeds:
-                key = f"{name}/{variant}/{seed}"
+                key = f"{name}/{options.steps}/{variant}/{seed}"
                 if key in result["cells"]:
                     continue
                 found = cell(name, variant, seed, options.steps, world, lpips)

@@ -16,14 +16,20 @@ PLOT = ROOT / "docs" / "view_dependence.png"
 CAPTURES = ("bonsai", "horns", "lego", "sample")
 
 
-def by_variant(cells: dict, capture: str) -> dict[str, list[dict]]:
-    """Cells of all seeds of a capture, by variant."""
+def by_variant(cells: dict, capture: str, steps: int) -> dict[str, list[dict]]:
+    """Cells of all seeds of a capture after so many steps, by variant."""
     found: dict[str, list[dict]] = {}
     for key, cell in cells.items():
-        name, _, rest = key.partition("/")
-        if name == capture and rest != "teacher":
-            found.setdefault(rest.rpartition("/")[0], []).append(cell)
+        parts = key.split("/")
+        if parts[:2] == [capture, str(steps)]:
+            found.setdefault(parts[2], []).append(cell)
     return found
+
+
+def lengths(cells: dict) -> list[int]:
+    """The numbers of steps that there are cells of, the usual one first."""
+    found = [cell["steps"] for cell in cells.values() if "steps" in cell]
+    return sorted(set(found), key=lambda steps: -found.count(steps))
 
 
 def row_of(variant: str, cells: list[dict], network: list[dict] | None) -> list[str]:
@@ -55,12 +61,11 @@ def row_of(variant: str, cells: list[dict], network: list[dict] | None) -> list[
     ]
 
 
-def table(cells: dict, capture: str) -> str:
+def table(found: dict[str, list[dict]]) -> str:
     head = (
         "variant | PSNR dB | against network | SSIM | LPIPS (VGG) | bytes per Gaussian | "
         "CPU ms per step | multiply-adds | seeds"
     ).split(" | ")
-    found = by_variant(cells, capture)
     rows = [row_of(name, some, found.get("network")) for name, some in found.items()]
     rows.sort(key=lambda row: -float(row[1].split()[0]))
     lines = ["| " + " | ".join(row) + " |" for row in [head, *rows]]
@@ -68,7 +73,7 @@ def table(cells: dict, capture: str) -> str:
     return "\n".join(lines)
 
 
-def plot(cells: dict, path: Path) -> None:
+def plot(cells: dict, steps: int, path: Path) -> None:
     """Quality against bytes, one panel a capture; the sorted bars as lines."""
     import matplotlib
 
@@ -77,7 +82,7 @@ def plot(cells: dict, path: Path) -> None:
 
     figure, axes = pyplot.subplots(1, len(CAPTURES), figsize=(16, 4.6), layout="constrained")
     for axis, capture in zip(axes, CAPTURES, strict=True):
-        for variant, some in by_variant(cells, capture).items():
+        for variant, some in by_variant(cells, capture, steps).items():
             quality = mean(cell["psnr"] for cell in some)
             if variant.startswith("sorted"):
                 style = "--" if variant.endswith("1") else ":"
@@ -119,17 +124,17 @@ def main() -> None:
     result = json.loads(options.json.read_text())
     cells = result["cells"]
     sections = []
-    for capture in CAPTURES:
-        if not by_variant(cells, capture):
-            continue
-        teacher = cells[f"{capture}/teacher"]
-        width, height = teacher["image_size"]
-        steps = {c["steps"] for some in by_variant(cells, capture).values() for c in some}
-        sections.append(
-            f"### {capture}, {width}x{height}\n\nTeacher: {teacher['gaussians']:,} Gaussians, "
-            f"{teacher['psnr']:.2f} dB. {', '.join(map(str, sorted(steps)))} steps each.\n\n"
-            + table(cells, capture)
-        )
+    for steps in lengths(cells):
+        for capture in CAPTURES:
+            found = by_variant(cells, capture, steps)
+            if not found:
+                continue
+            teacher = cells[f"{capture}/teacher"]
+            width, height = teacher["image_size"]
+            sections.append(
+                f"### {capture}, {width}x{height}, {steps:,} steps\n\nTeacher: "
+                f"{teacher['gaussians']:,} Gaussians, {teacher['psnr']:.2f} dB.\n\n" + table(found)
+            )
     if result["speed"]:
         lines = ["| form | variant | ms per step | of network's |", "|---|---|---|---|"]
         for key, row in result["speed"].items():
@@ -142,7 +147,7 @@ def main() -> None:
     made = "\n\n".join(sections)
     note = f"{result['date']}, {result['machine']}, torch {result['torch']}."
     PAGE.write_text(f"{head}<!-- BEGIN:study -->\n\n{note}\n\n{made}\n\n<!-- END:study -->{tail}")
-    plot(cells, PLOT)
+    plot(cells, lengths(cells)[0], PLOT)
 
 
 if __name__ == "__main__":

@@ -274,7 +274,7 @@ class Student:
 
     @torch.no_grad()
     def _vote(self, camera: Camera) -> None:
-        opacities, scales = self.model.opacities(camera), self.model.gaussians()[0].scales
+        opacities, scales = self.model.seen_from(camera)
         self.ballot.cast(vote(opacities, scales, quantile=self.config.votes.quantile))
 
     def _prune(self) -> None:

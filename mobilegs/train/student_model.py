@@ -169,11 +169,12 @@ class StudentModel:
         return self.lobe_decoder(for_lobes, gaussians, base=self.view.base)
 
     @torch.no_grad()
-    def opacities(self, camera: Camera) -> Float[Tensor, "n"]:
-        """Of all Gaussians, as `camera` sees them."""
+    def seen_from(self, camera: Camera) -> tuple[Float[Tensor, "n"], Float[Tensor, "n 3"]]:
+        """Opacity, as `camera` sees it, and scales of all Gaussians."""
         gaussians, for_lobes = self.gaussians()
         directions = normalize(gaussians.means - camera.position, dim=1)
-        return seen_along(self.lobes(gaussians, for_lobes, camera), directions)[0]
+        opacities, _ = seen_along(self.lobes(gaussians, for_lobes, camera), directions)
+        return opacities, gaussians.scales
 
     def draw(
         self,
