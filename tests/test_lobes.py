@@ -15,7 +15,8 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes, lobe_degree, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0, sh_basis
-from mobilegs.train.view_dependence import ViewDependence, fit_to_network, seen_metric
+from mobilegs.train.directions import fit_to_network, seen_metric
+from mobilegs.train.view_dependence import ViewDependence
 
 
 def seeded(seed: int = 0) -> torch.Generator:

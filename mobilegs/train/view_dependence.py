@@ -1,29 +1,24 @@
 """How a student learns what depends on the view: six ways to the same lobes."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
-from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.compress.codebooks import SIZE_MAX, Cut
 from mobilegs.compress.lobes import HIDDEN_MAX, LATENTS_MAX, LobeDecoder, LobeShape, fit_lobes
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import visible_rows
-from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.view_network import ViewNetwork
-from mobilegs.spherical_harmonics import C0, sh_basis
+from mobilegs.spherical_harmonics import C0
+from mobilegs.train.directions import fit_to_network, seen_metric
 
 KINDS = ("network", "fitted", "decoded", "latent", "projected", "free")
 DECODED = (256, 128)  # the paper's layers; its linear 64-wide one adds nothing before the output
-CAMERAS = 64  # that directions are taken from
 LOGIT_MAX = 8.0  # surer opacities of a teacher would stretch the codebook for nothing
-RIDGE = 0.05  # of the fit to a network, in directions: flat where nobody looks
 
 
 @dataclass(frozen=True)
@@ -100,56 +95,6 @@ class ViewDependence:
         """Of the latents' codebooks; None where there are no latents."""
         count = self.shape.latents if self.shape else 0
         return Cut(count // self.length, self.length) if count else None
-
-
-@torch.no_grad()
-def seen_directions(
-    gaussians: Gaussians, cameras: list[Camera]
-) -> Iterator[tuple[Tensor, Float[Tensor, "m 3"]]]:
-    """Rows seen and the directions they are seen along, for up to 64 cameras out of all."""
-    chosen = cameras[:: max(1, len(cameras) // CAMERAS)]
-    for camera in chosen:
-        camera = camera.to(gaussians.means.device)
-        rows = visible_rows(gaussians.means, gaussians.quats, gaussians.scales, camera=camera)
-        yield rows, normalize(gaussians.means[rows] - camera.position, dim=1)
-
-
-@torch.no_grad()
-def seen_metric(gaussians: Gaussians, cameras: list[Camera], degree: int) -> Float[Tensor, "m m"]:
-    """Mean product of the harmonics over the directions from which cameras see Gaussians."""
-    size = (degree + 1) ** 2
-    total = torch.zeros(size, size, dtype=torch.float64)
-    for _, directions in seen_directions(gaussians, cameras):
-        basis = sh_basis(directions, degree).double()
-        total += (basis.T @ basis).cpu()
-    if total.trace() == 0:
-        return torch.eye(size, dtype=torch.float64)
-    return total / total.trace() * size
-
-
-@torch.no_grad()
-def fit_to_network(
-    network: ViewNetwork, gaussians: Gaussians, cameras: list[Camera], degree: int
-) -> Float[Tensor, "n m 2"]:
-    """Lobes nearest to what `network` says along the directions from which cameras see each.
-
-    Weighted least squares: a direction counts as often as it is looked along, and a ridge keeps
-    all but the constant parts small where that leaves a choice. Gaussians that no camera sees
-    keep their base opacity and phi = 1.
-    """
-    count, size = len(gaussians), (degree + 1) ** 2
-    like = gaussians.means
-    gram, moment = like.new_zeros(count, size, size), like.new_zeros(count, size, 2)
-    for rows, directions in seen_directions(gaussians, cameras):
-        basis = sh_basis(directions, degree)
-        values = C0 * network(gaussians.select(rows), directions)  # [k, 1, 2]
-        gram.index_add_(0, rows, basis[:, :, None] * basis[:, None, :])
-        moment.index_add_(0, rows, basis[:, :, None] * values)
-    weight = torch.full((size,), RIDGE, dtype=like.dtype, device=like.device)
-    weight[0] = 1e-4
-    gram += torch.diag(weight)
-    moment[:, :1] += weight[0] * constant_lobes(gaussians.logit_opacities)
-    return torch.linalg.solve(gram, moment)
 
 
 class Settled(NamedTuple):
