@@ -8,7 +8,7 @@ import torch
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.compress.codebooks import CUTS, CodebookSizes
-from mobilegs.compress.container import pack
+from mobilegs.compress.container import pack, unpack
 from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
@@ -222,6 +222,26 @@ def test_training_draws_what_evaluation_draws(kind: str, dataset: Dataset, make_
         again = student.scene().render(cameras()[0], depth=True)
         torch.testing.assert_close(drawn.image, again.image, atol=1e-5, rtol=0)
     assert student.model.phase == "codes"
+
+
+@pytest.mark.parametrize(
+    ("latents", "streams"), [(0, {}), (1, {"opacity"}), (6, {"opacity", "lobes"})]
+)
+def test_as_many_numbers_are_stored_as_were_asked_for(
+    latents: int, streams: set[str], dataset: Dataset, make_student
+) -> None:
+    view = ViewDependence("latent", latents=latents, length=3, size=9, hidden=5)
+    student = make_student(replace(STUDENT, view=view))
+    train(student, dataset, 40)
+    coded = student.coded()
+    assert set(coded.codebooks) == {"scale", "rotation", "appearance", *streams}
+    if "lobes" in streams:
+        assert coded.codebooks["lobes"].shape == (2, 9, 3)
+    drawn = student.model.draw(
+        cameras()[0], background=student.background, weighting=STUDENT.weighting
+    )
+    opened = unpack(pack(coded)).decode().render(cameras()[0])
+    torch.testing.assert_close(drawn.image, opened.image, atol=1e-5, rtol=0)
 
 
 def test_the_student_learns_in_every_form(dataset: Dataset, make_student) -> None:

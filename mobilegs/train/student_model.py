@@ -122,32 +122,37 @@ class StudentModel:
             tensor = self.rows.tensors[name]
             return tensor if rows is None else _TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
 
-        means, coded = free("means"), {}
+        means = free("means")
+        nothing = means.new_zeros(len(means), 0)
         if self.phase == "codes":
             coded = {
                 name: book(rows) + pass_through(free(name)) for name, book in self.codebooks.items()
             }
             quats, log_scales = coded["rotation"], coded["scale"]
+            logits = coded["opacity"][:, 0] if "opacity" in coded else None
+            for_lobes = coded.get("lobes", nothing)
+            latents = coded["appearance"]
         else:
+            tensors = self.rows.tensors
             quats, log_scales = canonical_quats(free("quats")), free("log_scales")
-        if self.phase == "explicit":
+            logits = free("logit_opacities") if "logit_opacities" in tensors else None
+            for_lobes = free("lobe_latents") if "lobe_latents" in tensors else nothing
+            if "explicit_lobes" in tensors:
+                for_lobes = free("explicit_lobes")
+                logits = C0 * for_lobes[:, 0, 0]
+            latents = None
+            if self.phase == "networks":
+                latents = torch.cat([free("static"), free("view")], dim=1)
+        if logits is None:  # the lobe decoder knows them
+            logits = torch.zeros_like(means[:, 0])
+        if latents is None:
             sh = torch.cat([free("sh0"), free("sh_rest")], dim=1)
         else:
             assert self.decoder is not None and self.frame is not None
             stored = self.frame.normalised(self.frame.store(means))
             means = self.frame.round(means)
-            latents = coded.get("appearance")
-            if latents is None:
-                latents = torch.cat([free("static"), free("view")], dim=1)
             decode = self.decoder.decode if rows is None else self.decoder
             sh = decode(stored, latents[:, :3], latents[:, 3:])
-        kept = coded or {name: free(name) for name in OF_LOBES if name in self.rows.tensors}
-        for_lobes = kept.get("explicit_lobes", kept.get("lobe_latents", coded.get("lobes")))
-        logits = kept.get("logit_opacities", coded["opacity"][:, 0] if "opacity" in coded else None)
-        if for_lobes is None:
-            for_lobes = means.new_zeros(len(means), 0)
-        if logits is None:
-            logits = C0 * for_lobes[:, 0, 0] if for_lobes.ndim == 3 else means.new_zeros(len(means))
         return Gaussians(means, quats, log_scales, logits, sh), for_lobes
 
     def lobes(
