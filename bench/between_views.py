@@ -76,6 +76,8 @@ def main() -> None:
     parser.add_argument("--stops", type=int, default=12)
     parser.add_argument("--between", type=int, default=9)
     options = parser.parse_args()
+    if options.stops < 2 or options.between < 1:
+        parser.error("a path needs two stops and a frame between them")
     dataset = load_capture(options.capture, downscale=options.downscale)
     cameras = [frame.camera for frame in dataset.train]
     stops = cameras[:: max(1, len(cameras) // options.stops)]
@@ -90,7 +92,7 @@ def main() -> None:
             scene = replace(scene, background=dataset.background, near=dataset.near)
         frames = frames_of(scene, path)
         rows.append(torch.cat([frames[i] for i in shown], dim=1))
-        write_video(options.output / f"{file.stem}.mp4", frames)
+        write_video(options.output / f"{len(rows)}_{file.stem}.mp4", frames)
         if reference is None:
             reference = frames
             continue

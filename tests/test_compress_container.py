@@ -462,7 +462,7 @@ def test_a_header_that_claims_gigabytes_is_refused_at_once(data: bytes) -> None:
         ({"indices": {}}, "scale"),
         ({"lobe_decoder": {}}, "lobe decoder"),
         ({"lobe_shape": None, "lobe_decoder": {}}, "nothing decodes"),
-        ({"lobe_shape": LobeShape(2, 4)}, "lobe codebooks"),
+        ({"lobe_shape": LobeShape(2, 4)}, "do not make 4 latents"),
         ({"lobe_shape": LobeShape(2, 0)}, "nothing decodes"),
         ({"network": make_scene(view="network").network}, "one of them must go"),
     ],
@@ -477,7 +477,8 @@ def test_a_scene_that_no_file_can_hold_is_refused(change: dict[str, Any], senten
     [
         0, [], {}, {**SHAPE, "degree": 4}, {**SHAPE, "degree": True}, {**SHAPE, "degree": 1},
         {**SHAPE, "latents": 33}, {**SHAPE, "latents": 5}, {**SHAPE, "hidden": [0]},
-        {**SHAPE, "hidden": [9] * 4}, {**SHAPE, "hidden": [10**9]},
+        {**SHAPE, "hidden": [9] * 4}, {**SHAPE, "hidden": [10**9]}, {**SHAPE, "hidden": [5.0]},
+        {**SHAPE, "hidden": [True]}, {**SHAPE, "hidden": None}, None,
     ],
 )  # fmt: skip
 def test_lobes_that_cannot_be_are_refused(data: bytes, lobes: Any) -> None:
@@ -488,6 +489,32 @@ def test_lobes_that_cannot_be_are_refused(data: bytes, lobes: Any) -> None:
     del header["lobes"]
     with pytest.raises(InputError, match="lobes"):
         unpack(join(header, body))
+
+
+@pytest.mark.parametrize(
+    "book",
+    [None, [], {}, {"count": 33, "length": 1, "size": 8}, {"count": 3, "length": 1, "size": 8},
+     {"count": 3, "length": 2, "size": 0}, {"count": 3, "length": 2, "size": 5000}],
+)  # fmt: skip
+def test_lobe_codebooks_that_cannot_be_are_refused_from_the_header_alone(
+    data: bytes, book: Any
+) -> None:
+    header, body = split(data)
+    assert header["codebooks"]["lobes"] == {"count": 3, "length": 2, "size": 8}
+    with pytest.raises(InputError, match=r"lobes|count|length|size"):
+        inspect(join({**header, "codebooks": {**header["codebooks"], "lobes": book}}, body))
+    without = {name: b for name, b in header["codebooks"].items() if name != "lobes"}
+    with pytest.raises(InputError, match=r"codebooks\.lobes"):
+        inspect(join({**header, "codebooks": without}, body))
+
+
+def test_lobes_beside_a_network_and_no_opacity_at_all_are_refused(data: bytes) -> None:
+    header, body = split(data)
+    with pytest.raises(InputError, match="one of them"):
+        inspect(join({**header, "network": True}, body))
+    books = {name: b for name, b in header["codebooks"].items() if name not in ("opacity", "lobes")}
+    with pytest.raises(InputError, match="opacity"):
+        inspect(join({**header, "codebooks": books, "lobes": None}, body))
 
 
 def test_an_empty_scene_is_refused() -> None:

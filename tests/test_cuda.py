@@ -3,7 +3,7 @@
 import pytest
 import torch
 from scenes import SORTED, as_float32, camera, cotangents, random_scene, render_with_grads
-from test_kernels import BAD, BASE, CASES, RENDERERS, compare, with_rows
+from test_kernels import BAD, BASE, CASES, RENDERERS, compare, names_of, with_rows
 
 from mobilegs.render import render_sorted, visible_rows
 

@@ -9,11 +9,11 @@ from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.compress.codebooks import Cut
-from mobilegs.compress.lobes import LobeDecoder, LobeShape, fit_lobes, statics
+from mobilegs.compress.lobes import LobeDecoder, LobeShape, fit_lobes
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes, lobe_degree, seen_along
-from mobilegs.render.view_network import ViewNetwork
+from mobilegs.render.view_network import ViewNetwork, statics
 from mobilegs.spherical_harmonics import C0, sh_basis
 from mobilegs.train.directions import fit_to_network, seen_metric
 from mobilegs.train.view_dependence import ViewDependence
@@ -164,6 +164,20 @@ def test_as_many_latents_as_the_lobes_have_directions_are_enough() -> None:
     assert (fitted(lobes, LobeShape(2, 2)) - lobes).abs().max() > 0.3
 
 
+@pytest.mark.parametrize("hidden", [(), (8,)])
+def test_lobes_that_are_all_alike_leave_the_directions_as_they_were_drawn(hidden: tuple) -> None:
+    some, lobes = some_gaussians(), torch.zeros(300, 9, 2)
+    lobes[:, :1] = constant_lobes(some.logit_opacities)
+    decoder = LobeDecoder(LobeShape(2, 6, hidden), seeded())
+    drawn = decoder.basis.detach().clone()
+    options = {"metric": even_metric(2), "base": True, "rotated": True}
+    latents = fit_lobes(decoder, lobes, some, generator=seeded(8), **options)
+    assert torch.equal(decoder.basis, drawn) and (latents == 0).all()
+    torch.testing.assert_close(drawn @ drawn.T, torch.eye(6), atol=1e-5, rtol=0)
+    assert (drawn[:, 0] == 0).all()
+    torch.testing.assert_close(decoder(latents, some, base=True), lobes, atol=2e-3, rtol=0)
+
+
 def test_latents_beyond_the_last_direction_are_idle() -> None:
     lobes = some_lobes(degree=0)
     torch.testing.assert_close(fitted(lobes, LobeShape(0, 4)), lobes, atol=2e-2, rtol=0)
@@ -258,7 +272,12 @@ def test_the_metric_is_that_of_even_directions_where_cameras_stand_all_around() 
         (ViewDependence("projected", latents=7), LobeShape(2, 6), Cut(3, 2), True),
         (ViewDependence("projected", latents=1), LobeShape(2, 0), None, True),
         (ViewDependence("projected", latents=30), LobeShape(2, 18), Cut(9, 2), True),
-        (ViewDependence("fitted", latents=4, length=3), LobeShape(2, 3), Cut(1, 3), True),
+        (
+            ViewDependence("fitted", latents=4, length=3, fraction=0.5),
+            LobeShape(2, 3),
+            Cut(1, 3),
+            True,
+        ),
         (ViewDependence("latent", latents=0, hidden=9), LobeShape(2, 0, (9,)), None, False),
         (ViewDependence("free", 0, length=1), LobeShape(0, 1), Cut(1, 1), True),
     ],
@@ -270,7 +289,9 @@ def test_what_is_stored_follows_from_the_choice(view, shape, cut, base) -> None:
 @pytest.mark.parametrize(
     "wrong",
     [{"kind": "magic"}, {"degree": 4}, {"latents": 40}, {"length": 0}, {"size": 5000},
-     {"fraction": 1.5}, {"decay": 1.0}, {"hidden": 0}],
+     {"fraction": 1.5}, {"decay": 1.0}, {"hidden": 0}, {"kind": "fitted", "fraction": 0.0},
+     {"kind": "latent", "fraction": 0.0, "decay": 0.1}, {"kind": "network", "decay": 0.1},
+     {"kind": "free", "degree": 3, "length": 3}, {"latents": 32, "degree": 3, "length": 3}],
 )  # fmt: skip
 def test_choices_that_cannot_be_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError):

@@ -359,6 +359,28 @@ def test_a_teacher_of_another_degree_is_cut_or_filled_up(dataset: Dataset) -> No
         assert (sh[:, 1:] == (coefficients > 1)).all()
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_scene_with_lobes_says_their_mean_opacity(
+    kind: str, dataset: Dataset, make_student
+) -> None:
+    student = make_student(with_kind(kind))
+    for until in (5, 20, 40):
+        train(student, dataset, until)
+        scene = student.scene()
+        assert (scene.lobes is None) == (student.model.network is not None)
+        if scene.lobes is not None:
+            mean = 0.28209479177387814 * scene.lobes[:, 0, 0]
+            torch.testing.assert_close(scene.gaussians.logit_opacities, mean)
+
+
+def test_lobes_must_settle_before_they_are_coded() -> None:
+    late = {"fraction": 0.8}
+    with pytest.raises(InputError, match="settled"):
+        StudentConfig(codes_fraction=0.7, view=ViewDependence("projected", **late))
+    for kind in ("network", "decoded"):
+        StudentConfig(codes_fraction=0.7, view=ViewDependence(kind, **late))
+
+
 def test_phases_out_of_order_are_refused() -> None:
     with pytest.raises(InputError, match="codes_fraction must rise"):
         StudentConfig(net_fraction=0.7, codes_fraction=0.5)

@@ -1,7 +1,7 @@
 """The quantised scene: exactly what a `.mgs` file holds, and what it decodes to."""
 
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import torch
@@ -189,7 +189,9 @@ class CodedScene:
         size, cut = book.shape[1], self.cuts[name]
         latents = 0 if self.lobe_shape is None else self.lobe_shape.latents
         if name == "lobes" and cut.count * cut.length != latents:
-            raise InputError(f"the lobe codebooks have the shape {tuple(book.shape)}")
+            raise InputError(
+                f"the lobe codebooks {tuple(book.shape)} do not make {latents} latents"
+            )
         if book.shape != (cut.count, size, cut.length) or not 1 <= size <= SIZE_MAX:
             raise InputError(f"the {name} codebooks have the shape {tuple(book.shape)}")
         if rows.shape != (len(self), cut.count):
@@ -231,7 +233,7 @@ def decoder_shapes() -> dict[str, torch.Size]:
     return {name: value.shape for name, value in decoder.named_parameters()}
 
 
-@cache
+@lru_cache(maxsize=16)
 def lobe_shapes(shape: LobeShape | None) -> dict[str, torch.Size]:
     """Shapes of a lobe decoder's weights by name, in the file's order; none for None."""
     if shape is None:

@@ -25,7 +25,7 @@ from mobilegs.compress.streams import (
 from mobilegs.errors import InputError
 
 FILE_MAX = 1 << 32
-GAUSSIANS_PER_BYTE = 8  # no real scene comes near; a small file must not ask for much memory
+GAUSSIANS_PER_BYTE = 1  # no real scene comes near; a small file must not ask for much memory
 
 
 def pack(coded: CodedScene) -> bytes:

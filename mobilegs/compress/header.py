@@ -19,7 +19,7 @@ from mobilegs.compress.codes import (
     MetaValue,
     check_meta,
 )
-from mobilegs.compress.lobes import HIDDEN_LAYERS, HIDDEN_MAX, LATENTS_MAX, LobeShape
+from mobilegs.compress.lobes import LATENTS_MAX, LobeShape
 from mobilegs.compress.positions import Frame
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
@@ -106,8 +106,10 @@ def parse(fields: dict[str, Any]) -> Header:
         raise _broken("views")
     meta = _object(fields, "meta")
     check_meta(meta)
-    books = _object(fields, "codebooks")
-    cuts = _parse_cuts(books)
+    books, lobes = _object(fields, "codebooks"), _parse_lobes(fields)
+    cuts, network = _parse_cuts(books, lobes), _field(fields, "network", bool)
+    if network and lobes is not None:
+        raise InputError("the .mgs file has lobes and a view network: it can have one of them")
     return Header(
         count=_integer(fields, "count", 1, COUNT_MAX),
         cuts=cuts,
@@ -117,8 +119,8 @@ def parse(fields: dict[str, Any]) -> Header:
             _number(places, "radius"),
             _integer(places, "exponent", 0, EXPONENT_MAX),
         ),
-        lobes=_parse_lobes(fields),
-        network=_field(fields, "network", bool),
+        lobes=lobes,
+        network=network,
         weighting=_parse_weighting(_object(fields, "weighting")),
         background=_floats(fields, "background", 3),
         near=near,
@@ -127,19 +129,22 @@ def parse(fields: dict[str, Any]) -> Header:
     )
 
 
-def _parse_cuts(fields: dict[str, Any]) -> dict[Attribute, Cut]:
+def _parse_cuts(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribute, Cut]:
     cuts: dict[Attribute, Cut] = {}
     for name, cut in CUTS.items():
-        if name == "opacity" and name not in fields:
+        if name == "opacity" and name not in fields and lobes is not None:
             continue
         book = _object(fields, name)
         if (book.get("count"), book.get("length")) != (cut.count, cut.length):
             raise _broken(f"codebooks.{name}")
         cuts[name] = cut
+    latents = 0 if lobes is None else lobes.latents
     if "lobes" in fields:
         book = _object(fields, "lobes")
         count, length = (_integer(book, part, 1, LATENTS_MAX) for part in ("count", "length"))
         cuts["lobes"] = Cut(count, length)
+    if latents != (cuts["lobes"].count * cuts["lobes"].length if "lobes" in cuts else 0):
+        raise _broken("codebooks.lobes")
     return cuts
 
 
@@ -148,13 +153,10 @@ def _parse_lobes(fields: dict[str, Any]) -> LobeShape | None:
         return None
     shape = _object(fields, "lobes")
     widths = _field(shape, "hidden", list)
-    if len(widths) > HIDDEN_LAYERS or not all(
-        type(width) is int and 1 <= width <= HIDDEN_MAX for width in widths
-    ):
+    if any(type(width) is not int for width in widths):
         raise _broken("lobes.hidden")
-    return LobeShape(
-        _integer(shape, "degree", 0, 3), _integer(shape, "latents", 0, LATENTS_MAX), tuple(widths)
-    )
+    degree, latents = (_field(shape, part, int) for part in ("degree", "latents"))
+    return LobeShape(degree, latents, tuple(widths))
 
 
 def _parse_weighting(fields: dict[str, Any]) -> Weighting:

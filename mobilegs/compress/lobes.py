@@ -7,18 +7,19 @@ from itertools import pairwise
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
-from torch.nn.functional import linear, normalize
+from torch.nn.functional import linear, pad
 
 from mobilegs.compress.halves import round_half
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.view_network import STATICS, statics
 from mobilegs.spherical_harmonics import C0
 
 LATENTS_MAX = 32
 HIDDEN_MAX = 256
 HIDDEN_LAYERS = 3
-STATICS = 19  # the inputs of the paper's network without the direction
 LEARNING_RATE = 2e-3  # of the regression, falling to 0
+ALIKE = 1e-4  # differences of coefficients that tell nothing
 CHUNK = 65536
 
 
@@ -62,9 +63,11 @@ class LobeDecoder(nn.Module):
         self.bias = nn.Parameter(torch.zeros(shape.outputs))
         with torch.no_grad():
             self.bias[1] = 1 / C0  # phi = 1
-        start = torch.linalg.qr(torch.randn(shape.outputs, shape.latents, generator=generator)).Q
-        spare = shape.latents - start.shape[1]  # more latents than there are directions idle
-        self.basis = nn.Parameter(torch.cat([start.T, start.new_zeros(spare, shape.outputs)]))
+        # orthonormal directions; the constant part of the opacity, which comes first, has its base
+        start = torch.randn(shape.outputs - 1, shape.latents, generator=generator)
+        rows = torch.linalg.qr(start).Q.T
+        spare = shape.latents - len(rows)  # more latents than there are directions idle
+        self.basis = nn.Parameter(pad(rows, (1, 0, 0, spare)))
         self.weights, self.offsets = nn.ParameterList(), nn.ParameterList()
         if not shape.hidden:
             return
@@ -111,12 +114,6 @@ class LobeDecoder(nn.Module):
         return torch.cat(parts)
 
 
-def statics(gaussians: Gaussians) -> Float[Tensor, "n 19"]:
-    """What the paper's network knows of a Gaussian beside the direction it is seen from."""
-    parts = [gaussians.sh.flatten(1), gaussians.scales, gaussians.quats]
-    return torch.cat([normalize(part, dim=1) for part in parts], dim=1)
-
-
 def fit_lobes(
     decoder: LobeDecoder,
     lobes: Float[Tensor, "n m 2"],
@@ -133,17 +130,22 @@ def fit_lobes(
 
     The basis becomes the lobes' first principal directions, the latents the coordinates along
     them; without `rotated`, the latents are the coefficients themselves, all of them. A network,
-    if there is one, is then regressed to what they leave (Adam, random batches). `metric` is the
-    mean product of the harmonics over the directions that matter: what is never looked at counts
-    less. With `base` the opacities of `gaussians` are the constant part of the opacity's lobe,
-    and only the rest is fitted. Draws from `generator`, a CPU one. Returns the latents, without
-    gradients.
+    if there is one, is then regressed to what they leave (Adam, random batches). Lobes that are
+    all alike have no principal directions: the basis stays as it is, and the latents are 0.
+    `metric` is the mean product of the harmonics over the directions that matter: what is never
+    looked at counts less. With `base` the opacities of `gaussians` are the constant part of the
+    opacity's lobe, and only the rest is fitted. Draws from `generator`, a CPU one. Returns the
+    latents, without gradients.
     """
     shape, target = decoder.shape, lobes.detach().flatten(1)
     if base:
         target = target.clone()
         target[:, 0] = 0
     mean = target.mean(0)
+    if rotated and (target - mean).abs().max() < ALIKE:
+        with torch.no_grad():
+            decoder.bias.copy_(mean)
+        return target.new_zeros(len(target), shape.latents)
     if rotated:
         root, inverse = _roots(metric, target.device)
         whitened = (target - mean).double() @ root

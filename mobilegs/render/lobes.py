@@ -10,6 +10,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mobilegs.errors import InputError
 from mobilegs.spherical_harmonics import C0, sh_basis
 
 
@@ -23,7 +24,9 @@ def seen_along(
 
 
 def lobe_degree(lobes: Float[Tensor, "n m 2"]) -> int:
-    """Degree of the lobes' spherical harmonics, 0 to 3."""
+    """Degree of the lobes' spherical harmonics, 0 to 3; InputError for any other shape."""
+    if lobes.shape[1] not in (1, 4, 9, 16):
+        raise InputError(f"{lobes.shape[1]} spherical harmonics per lobe: use 1, 4, 9 or 16")
     return round(lobes.shape[1] ** 0.5) - 1
 
 

@@ -8,6 +8,8 @@ from torch.nn.functional import normalize
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes
 
+STATICS = 19  # numbers of `statics`
+
 
 class ViewNetwork(nn.Module):
     """22 -> 256 -> 128 -> 64 -> (phi, opacity), 47,170 parameters (paper section 3.2).
@@ -44,21 +46,20 @@ class ViewNetwork(nn.Module):
         vectors from the eye to the Gaussians in world space. Of harmonics (degree 1), scales and
         quaternions only the proportions are an input.
         """
-        inputs = torch.cat(
-            [
-                normalize(gaussians.sh.flatten(1), dim=1),
-                directions,
-                normalize(gaussians.scales, dim=1),
-                normalize(gaussians.quats, dim=1),
-            ],
-            dim=1,
-        )  # [n, 22]
+        color, shape = statics(gaussians).split([12, 7], dim=1)
+        inputs = torch.cat([color, directions, shape], dim=1)  # [n, 22]
         hidden = torch.relu(self.hidden2(torch.relu(self.hidden1(inputs))))
         # two linear maps in a row are one: the 64-wide layer is folded into the heads
         heads = torch.cat([self.phi.weight, self.opacity.weight])  # [2, 64]
         bias = torch.cat([self.phi.bias, self.opacity.bias])
         out = hidden @ (heads @ self.hidden3.weight).T + heads @ self.hidden3.bias + bias
         return constant_lobes(gaussians.logit_opacities + out[:, 1], out[:, 0])
+
+
+def statics(gaussians: Gaussians) -> Float[Tensor, "n 19"]:
+    """What the network knows of a Gaussian beside the direction: harmonics, scales, rotation."""
+    parts = [gaussians.sh.flatten(1), gaussians.scales, gaussians.quats]
+    return torch.cat([normalize(part, dim=1) for part in parts], dim=1)
 
 
 def _linear(inputs: int, outputs: int) -> nn.Linear:

@@ -22,9 +22,9 @@ RIDGE = 0.1  # of a fit, in directions: flat where nobody looks
 def looks(
     gaussians: Gaussians, cameras: list[Camera]
 ) -> Iterator[tuple[Int[Tensor, "k"], Float[Tensor, "k 3"]]]:
-    """For some 64 cameras at most, evenly chosen: rows seen, and unit directions towards them."""
+    """For at most 64 cameras, evenly chosen: rows seen, and unit directions towards them."""
     means = gaussians.means
-    for camera in cameras[:: max(1, len(cameras) // CAMERAS)]:
+    for camera in cameras[:: max(1, -(-len(cameras) // CAMERAS))]:
         camera = camera.to(means.device)
         rows = visible_rows(means, gaussians.quats, gaussians.scales, camera=camera)
         yield rows, normalize(means[rows] - camera.position, dim=1)

@@ -1,6 +1,6 @@
 """The student: learns to look like the photos and the teacher without sorting, and to be small."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import torch
 
@@ -11,6 +11,7 @@ from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
 from mobilegs.render.scene import Scene
+from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
 from mobilegs.train.optim import log_linear
@@ -182,11 +183,14 @@ class Student:
         model = self.model
         with torch.no_grad():
             gaussians, for_lobes = model.gaussians()
-            lobes = None if model.network else model.lobes(gaussians, for_lobes, None)
+            gaussians, lobes = gaussians.detached(), None
+            if model.network is None:
+                lobes = model.lobes(gaussians, for_lobes, None).detach()
+                gaussians = replace(gaussians, logit_opacities=C0 * lobes[:, 0, 0])
         return Scene(
-            gaussians.detached(),
+            gaussians,
             "sortfree",
-            lobes=None if lobes is None else lobes.detach(),
+            lobes=lobes,
             network=model.network,
             weighting=self.config.weighting,
             background=self.background,

@@ -27,10 +27,11 @@ class ViewDependence:
 
     `network`: the paper's network, asked for every view. `fitted`: the same until `fraction`,
     then lobes fitted to it, which go on as `projected`. `decoded`: a network of the same size and
-    information, without the direction, gives lobes once. `free`, `projected` and `latent` begin
-    with lobes that each Gaussian learns for itself. At `fraction` of the run they become numbers
-    to be quantised: the coefficients themselves; coordinates along the principal directions of
-    all lobes; the same with a small network that corrects them by the other attributes.
+    information, without the direction, gives lobes once. `free`, `projected` and `latent`: each
+    Gaussian learns numbers that will be quantised. They are its lobes' coefficients themselves;
+    or coordinates along directions that all lobes share and that learn, too; or the same with a
+    small network that corrects them by the other attributes. Until `fraction` of the run lobes
+    are free, and the directions begin as their principal ones; with 0 they begin random.
     """
 
     kind: str = "latent"
@@ -39,7 +40,8 @@ class ViewDependence:
     """Degree of the lobes, 0 to 3."""
     latents: int = 13
     """Numbers stored per Gaussian, a base opacity among them, for `latent`, `projected` and
-    `fitted`. 0 stores not even that: then only `latent` can tell opacities apart."""
+    `fitted`: at most as many as lobes have, and all but the base rounded up to a multiple of
+    `length`. 0 stores not even that: then only `latent` can tell opacities apart."""
     hidden: int = 64
     """Width of the network of `latent`."""
     fraction: float = 0.0
@@ -71,6 +73,15 @@ class ViewDependence:
             raise InputError(
                 f"fraction and decay must lie within 0 to 1, not {self.fraction} and {self.decay}"
             )
+        if self.kind == "fitted" and self.fraction == 0:
+            raise InputError(
+                "nothing can be fitted to a network that has not learned: set the fraction first"
+            )
+        if self.decay and (self.fraction == 0 or self.kind not in ("free", "projected", "latent")):
+            raise InputError(
+                "decay is for lobes that are free at first: set kind and fraction so before"
+            )
+        _ = self.shape  # refuses what cannot be stored
 
     @property
     def base(self) -> bool:
@@ -88,6 +99,11 @@ class ViewDependence:
         if self.kind != "free":
             count = min(max(0, self.latents - 1), count)
         count = -(-count // self.length) * self.length
+        if count > LATENTS_MAX:
+            raise InputError(
+                f"{count} latents, a multiple of length {self.length}, are more than the "
+                f"{LATENTS_MAX} that can be stored"
+            )
         return LobeShape(self.degree, count, (self.hidden,) if self.kind == "latent" else ())
 
     @property
@@ -119,7 +135,9 @@ def settled(
     lobes = source
     if isinstance(lobes, ViewNetwork):
         lobes = fit_to_network(lobes, gaussians, cameras, view.degree)
-    logits = (C0 * lobes[:, 0, 0]).clamp(-LOGIT_MAX, LOGIT_MAX)
+    lobes = lobes.clone()
+    lobes[:, 0, 0] = lobes[:, 0, 0].clamp(-LOGIT_MAX / C0, LOGIT_MAX / C0)
+    logits = C0 * lobes[:, 0, 0]
     decoder = LobeDecoder(view.shape, generator).to(lobes.device)
     latents = fit_lobes(
         decoder,
