@@ -86,7 +86,8 @@ VARIANTS: dict[str, list[str]] = {
     "free-2-vq3": [*FREE, "view.length=3", "view.size=1024"],
     "klt-scalar": ["view.kind=projected", "view.fraction=0.35", *KLT],
     # the form of the weight
-    "exponent-3": ["weighting.exponent_max=3"],
+    "exponent-2": ["weighting.exponent_max=2"],
+    "exponent-8": ["weighting.exponent_max=8"],
     "exponent-14": ["weighting.exponent_max=14"],
     "free-2-decay": [*FREE, "view.decay=0.001"],
 }

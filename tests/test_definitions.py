@@ -104,7 +104,7 @@ def test_the_exponent_of_the_weight_is_clamped():
     inputs[2] = torch.tensor([[9.0] * 3, [0.1] * 3], dtype=torch.float64)  # s / d = 30
     inputs[3] = lobes
     image = render_sortfree(*inputs, camera=view, background=BACKGROUND).image[0, 0]
-    w = [math.exp(8.0), math.exp(0.025)]
+    w = [math.exp(4.0), math.exp(0.025)]
     assert image[0].item() == pytest.approx(0.75 * w[0] / sum(w) + 0.25 * 0.1, rel=1e-9)
 
 
