@@ -73,6 +73,27 @@ def table(found: dict[str, list[dict]]) -> str:
     return "\n".join(lines)
 
 
+def where_table(found: dict) -> str:
+    """The student's squared error as a share of the sorted scene's, by quarters of the pixels."""
+    lines = ["| pixels by | first quarter | second | third | last |", "|---|---|---|---|---|"]
+    for name, quarters in found.items():
+        if name == "mse":
+            continue
+        cells = [
+            f"{q['student_mse'] / q['sorted_mse']:.2f} ({q['from']:.2f} to {q['to']:.2f})"
+            for q in quarters
+        ]
+        lines.append("| " + " | ".join([name, *cells]) + " |")
+    return "\n".join(lines)
+
+
+def between(text: str, name: str, content: str) -> str:
+    """The page with `content` between two of its markers."""
+    head, begin, rest = text.partition(f"<!-- BEGIN:{name} -->")
+    _, end, tail = rest.partition(f"<!-- END:{name} -->")
+    return f"{head}{begin}\n\n{content}\n\n{end}{tail}"
+
+
 def plot(cells: dict, steps: int, path: Path) -> None:
     """Quality against bytes, one panel a capture; the sorted bars as lines."""
     import matplotlib
@@ -120,6 +141,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     default = ROOT / "bench" / "results" / "view_dependence.json"
     parser.add_argument("--json", type=Path, default=default)
+    where = ROOT / "bench" / "results" / "where_loss_sits.json"
+    parser.add_argument("--where", type=Path, default=where)
     options = parser.parse_args()
     result = json.loads(options.json.read_text())
     cells = result["cells"]
@@ -141,12 +164,12 @@ def main() -> None:
             form, _, name = key.partition("/")
             lines.append(f"| {form} | {name} | {row['ms']} | {row['of_network']} |")
         sections.append("### Time of a training step, bonsai 400x267\n\n" + "\n".join(lines))
-    text = PAGE.read_text()
-    head, _, rest = text.partition("<!-- BEGIN:study -->")
-    _, _, tail = rest.partition("<!-- END:study -->")
     made = "\n\n".join(sections)
     note = f"{result['date']}, {result['machine']}, torch {result['torch']}."
-    PAGE.write_text(f"{head}<!-- BEGIN:study -->\n\n{note}\n\n{made}\n\n<!-- END:study -->{tail}")
+    text = between(PAGE.read_text(), "study", f"{note}\n\n{made}")
+    if options.where.exists():
+        text = between(text, "where", where_table(json.loads(options.where.read_text())))
+    PAGE.write_text(text)
     plot(cells, lengths(cells)[0], PLOT)
 
 
