@@ -7,8 +7,8 @@ The path leads through evenly chosen training cameras, in the order of their nam
 lines between the positions and the shortest rotations. FOLDER gets path.png (rows of frames, from
 the middle between two cameras: the teacher, then each scene) and path.json: for each scene, how
 its frames differ from the teacher's (PSNR, on the stops and between them), and flicker, the mean
-absolute difference between its change from one frame to the next and the teacher's, in 1/255. With
-PyAV installed, each scene also gets a video.
+absolute difference between its change from one frame to the next and the teacher's, in 1/255. Each
+scene also gets a video, as an animated WebP.
 """
 
 import argparse
@@ -52,19 +52,9 @@ def frames_of(scene: Scene, cameras: list[Camera]) -> list[torch.Tensor]:
 
 
 def write_video(path: Path, frames: list[torch.Tensor]) -> None:
-    try:
-        import av
-    except ImportError:
-        return
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("h264", rate=20)
-        height, width, _ = frames[0].shape
-        stream.width, stream.height = width - width % 2, height - height % 2
-        stream.pix_fmt = "yuv420p"
-        for image in frames:
-            frame = av.VideoFrame.from_ndarray(to_bytes(image).numpy(), format="rgb24")
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
+    """An animated WebP, which every browser plays."""
+    first, *others = [Image.fromarray(to_bytes(image).numpy()) for image in frames]
+    first.save(path, save_all=True, append_images=others, duration=50, loop=0, quality=80, method=2)
 
 
 def main() -> None:
@@ -92,7 +82,7 @@ def main() -> None:
             scene = replace(scene, background=dataset.background, near=dataset.near)
         frames = frames_of(scene, path)
         rows.append(torch.cat([frames[i] for i in shown], dim=1))
-        write_video(options.output / f"{len(rows)}_{file.stem}.mp4", frames)
+        write_video(options.output / f"{len(rows)}_{file.stem}.webp", frames)
         if reference is None:
             reference = frames
             continue

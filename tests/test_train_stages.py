@@ -160,6 +160,20 @@ def test_harmonics_rise_with_the_run(dataset: Dataset) -> None:
     assert degrees == [0, 0, 1, 2, 3, 3]
 
 
+@pytest.mark.parametrize("min_views", [1, 2])
+def test_what_too_few_cameras_see_is_gone_in_the_end(dataset: Dataset, min_views: int) -> None:
+    config = replace(TEACHER, min_views=min_views, densify=DensifyConfig(strategy="fixed"))
+    teacher = Teacher(replace(config, steps=2), dataset, seed=0, device=CPU)
+    with torch.no_grad():
+        before_one_eye = 0.85 * dataset.train[0].camera.position
+        teacher.adam.tensors["means"][0] = before_one_eye
+        teacher.adam.tensors["log_scales"][0] = -4
+    train(teacher, dataset, 1)
+    assert teacher.count == 40
+    train(teacher, dataset, 2)
+    assert teacher.count == (40 if min_views == 1 else 39)
+
+
 @pytest.mark.parametrize("stop", [1, 13])
 def test_a_teacher_that_was_stopped_ends_the_same(dataset: Dataset, stop: int) -> None:
     whole = Teacher(TEACHER, dataset, seed=0, device=CPU)

@@ -1,6 +1,5 @@
 """Lobes from a few numbers per Gaussian: what a file stores of the dependence on the view."""
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -73,10 +72,11 @@ class LobeDecoder(nn.Module):
             return
         widths = (STATICS + shape.latents, *shape.hidden)
         for inputs, outputs in pairwise(widths):
-            bound = math.sqrt(6 / inputs)
-            drawn = torch.rand(outputs, inputs, generator=generator)
-            self.weights.append(nn.Parameter((2 * drawn - 1) * bound))
-            self.offsets.append(nn.Parameter(torch.zeros(outputs)))
+            bound = inputs**-0.5  # torch's default
+            drawn = torch.rand(outputs, inputs + 1, generator=generator)
+            drawn = (2 * drawn - 1) * bound
+            self.weights.append(nn.Parameter(drawn[:, 1:].contiguous()))
+            self.offsets.append(nn.Parameter(drawn[:, 0].contiguous()))
         self.weights.append(nn.Parameter(torch.zeros(shape.outputs, widths[-1])))
 
     def forward(
@@ -86,16 +86,23 @@ class LobeDecoder(nn.Module):
 
         Without it the constant part of the opacity, too, comes from latents and network.
         """
-        lobes = latents @ round_half(self.basis) + round_half(self.bias)
+        numbers, rows = latents, round_half(self.basis)
+        if base:  # one more number, whose direction is known
+            numbers = torch.cat([latents, gaussians.logit_opacities[:, None]], dim=1)
+            known = torch.zeros_like(self.bias)[None]
+            known[0, 0] = 1 / C0
+            rows = torch.cat([rows, known])
+        lobes = torch.addmm(round_half(self.bias), numbers, rows)
         if self.shape.hidden:
-            hidden = torch.cat([statics(gaussians), latents], dim=1)
+            others = statics(gaussians)
+            if self.shape.latents:
+                # with numbers of its own, a Gaussian need not bend its colour and shape to be told
+                # from others; without this gradient a step is shorter
+                others = others.detach()
+            hidden = torch.cat([others, latents], dim=1)
             for weight, offset in zip(self.weights, self.offsets, strict=False):
                 hidden = linear(hidden, round_half(weight), round_half(offset)).relu_()
-            lobes = lobes + linear(hidden, round_half(self.weights[-1]))
-        if base:
-            lobes = torch.cat(
-                [lobes[:, :1] + gaussians.logit_opacities[:, None] / C0, lobes[:, 1:]], 1
-            )
+            lobes = torch.addmm(lobes, hidden, round_half(self.weights[-1]).T)
         return lobes.unflatten(1, (-1, 2))
 
     @torch.no_grad()

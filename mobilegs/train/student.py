@@ -291,6 +291,11 @@ class Student:
         config, progress = self.config, self.done / self.steps
         rest = (progress - config.decay_from) / max(1 - config.decay_from, 1e-9)
         decay = log_linear(1.0, config.final_rate, rest)
+        lobe_decoder = config.lobe_basis_rate
+        if config.view.kind == "latent":
+            lobe_decoder = config.network_rate
+        elif config.view.kind == "decoded":  # a lobe's constant counts only C0 = 0.28 in a picture
+            lobe_decoder = 2 * config.network_rate
         rates = {
             "means": config.position_rate * self.extent,
             "quats": config.quat_rate,
@@ -298,9 +303,7 @@ class Student:
             "logit_opacities": config.opacity_rate,
             "explicit_lobes": config.lobe_rate,
             "lobe_latents": config.lobe_rate,
-            "lobe_decoder": config.network_rate
-            if config.view.kind in ("decoded", "latent")
-            else config.lobe_basis_rate,
+            "lobe_decoder": lobe_decoder,
             "sh0": config.sh0_rate,
             "sh_rest": config.sh_rest_rate,
             "static": config.latent_rate,

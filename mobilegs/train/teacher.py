@@ -7,7 +7,7 @@ from torch import Tensor
 
 from mobilegs.data.dataset import Dataset, View
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import render_sorted
+from mobilegs.render import render_sorted, visible_rows
 from mobilegs.render.scene import Scene
 from mobilegs.train.densify import CloneSplit, DensifyConfig
 from mobilegs.train.init import initial_gaussians
@@ -50,6 +50,9 @@ class TeacherConfig:
     """Rate of the quaternions."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)
     """How Gaussians are added and removed."""
+    min_views: int = 2
+    """Gaussians that fewer of the training cameras see are removed in the last step: nothing has
+    told how far away they are, and from elsewhere they may be a veil before the eye."""
 
 
 class Teacher:
@@ -67,6 +70,7 @@ class Teacher:
         self.done = 0
         self.extent = dataset.extent
         self.near = dataset.near
+        self.cameras = [frame.camera for frame in dataset.train]
         self.background = dataset.background.to(device)
         self.generator = torch.Generator().manual_seed(seed)
         start = initial_gaussians(
@@ -133,6 +137,8 @@ class Teacher:
         if self.densifier is not None and self.phase == "densify":
             self.densifier.observe(screen_grads, drawn.radii, view.camera)
             self.densifier.after_step(self.done, self.adam, self.generator)
+        if self.done == self.steps:
+            self._remove_unsupported()
         return StepResult(loss.detach(), squared_error(drawn.image, view))
 
     def gaussians(self) -> Gaussians:
@@ -159,6 +165,18 @@ class Teacher:
         self.adam.restore(state["adam"])
         if self.densifier is not None:
             self.densifier.restore(state["densifier"])
+
+    @torch.no_grad()
+    def _remove_unsupported(self) -> None:
+        gaussians = self.gaussians()
+        views = torch.zeros(len(gaussians), dtype=torch.int32, device=gaussians.means.device)
+        for camera in self.cameras:
+            camera = camera.to(views.device)
+            quats, scales = gaussians.quats, gaussians.scales
+            views[visible_rows(gaussians.means, quats, scales, camera=camera)] += 1
+        keep = views >= min(self.config.min_views, len(self.cameras))
+        if keep.any() and not keep.all():
+            self.adam.keep_rows(keep)
 
     def _gaussians(self, degree: int) -> Gaussians:
         tensors = self.adam.tensors
