@@ -5,16 +5,23 @@ Nothing heavy is imported until a verb runs, so that `--help` answers at once.
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 from tyro.conf import FlagCreatePairsOff, Positional, arg
 
 from mobilegs import __version__
 from mobilegs.errors import InputError
+from mobilegs.terminal import (
+    console,
+    decibels,
+    escape,
+    print_contents,
+    print_figures,
+    progress_bar,
+)
 
 if TYPE_CHECKING:
     from mobilegs.data.dataset import Dataset
@@ -72,11 +79,6 @@ def run_training(run: "TrainRun") -> None:
     print(f"{run.output / 'contact_sheet.png'} shows them side by side")
 
 
-def decibels(figures: dict[str, Any]) -> str:
-    """PSNR as text; null stands for a picture without any error."""
-    return "without error" if figures["psnr"] is None else f"{figures['psnr']:.2f} dB"
-
-
 def render(
     scene: SceneFile,
     /,
@@ -86,6 +88,7 @@ def render(
     split: Split = "test",
     downscale: Downscale = None,
     device: Device = "auto",
+    backend: Literal["kernels", "gpu"] = "kernels",
 ) -> None:
     """Draw the views of a capture from a scene, one PNG a photo.
 
@@ -98,7 +101,9 @@ def render(
         output: Folder for the pictures; it is made if it is missing.
         split: The held-back photos (test), or those trained on (train).
         downscale: Divide the photos' size by this. Without it they are at most 1600 wide.
-        device: Where to draw; auto takes a GPU if there is one.
+        device: Where the kernels draw; auto takes an NVIDIA GPU if there is one.
+        backend: The kernels that training uses, or gpu: as the viewers draw, with half floats,
+            on any GPU that Vulkan, Metal or DirectX 12 reaches.
     """
     import torch
     from PIL import Image
@@ -106,15 +111,22 @@ def render(
     from mobilegs.atomic import atomic_path
     from mobilegs.evaluate.metrics import to_bytes
 
+    if backend == "gpu":
+        device = "cpu"  # where the scene is read; the renderer takes it from there
     opened, dataset = open_both(scene, capture, downscale, device)
     frames = dataset.test if split == "test" else dataset.train
     if not frames:
         raise InputError(f"{capture} has no {split} views to draw")
     names = png_names([frame.name for frame in frames])
+    draw = opened.render
+    if backend == "gpu":
+        from mobilegs.view.native import GpuRenderer
+
+        draw = GpuRenderer(opened).draw
     with torch.inference_mode(), progress_bar("drawing") as advance:
         for done, frame in enumerate(frames, start=1):
             camera = frame.camera.to(opened.gaussians.means.device)
-            pixels = to_bytes(opened.render(camera).image).cpu().numpy()
+            pixels = to_bytes(draw(camera).image).cpu().numpy()
             with atomic_path(output / names[frame.name]) as temporary:
                 Image.fromarray(pixels).save(temporary, format="PNG")
             advance(done, len(frames))
@@ -248,75 +260,6 @@ def png_names(photos: Sequence[str]) -> dict[str, Path]:
         else Path(*parts[photo][:-1], f"{parts[photo][-1]}.png")
         for photo, name in short.items()
     }
-
-
-def console() -> Any:
-    """Standard output, with colours where it is a terminal."""
-    from rich.console import Console
-
-    return Console()
-
-
-def escape(text: str) -> str:
-    """Text in which square brackets are no markup."""
-    from rich.markup import escape
-
-    return escape(text)
-
-
-@contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on standard error; yields what is to be called with done and total."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-    from rich.progress import TimeRemainingColumn as Remaining
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Remaining())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(what, total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
-
-
-def print_figures(about: dict[str, Any], result: dict[str, Any]) -> None:
-    """The figures of an evaluation as a table, a line a photo, the means last."""
-    from rich.table import Table
-
-    metrics = [name for name in result if name != "views" and result[name] is not None]
-    name = Path(about["scene"]).name
-    print(f"{name}: {about['gaussians']:,} Gaussians, {about['file_bytes']:,} bytes")
-    table = Table("photo", *(name.replace("_", " ") for name in metrics), box=None)
-    for view in result["views"]:
-        table.add_row(escape(view["name"]), *(f"{view[name]:.4f}" for name in metrics))
-    table.add_section()
-    table.add_row("mean", *(f"{result[name]:.4f}" for name in metrics))
-    console().print(table)
-
-
-def print_contents(found: dict[str, Any]) -> None:
-    """What is in a file: a line a value, and a table of its streams."""
-    from rich.table import Table
-
-    table = Table(box=None, show_header=False)
-    for key, value in found.items():
-        if isinstance(value, dict):
-            table.add_row(key, ", ".join(f"{name} {readable(v)}" for name, v in value.items()))
-        elif not isinstance(value, list):
-            table.add_row(key, readable(value))
-    console().print(table)
-    for rows in (value for value in found.values() if isinstance(value, list) and value):
-        table = Table(box=None)
-        for key in rows[0]:
-            table.add_column(key, justify="left" if key in ("name", "codec") else "right")
-        for row in rows:
-            table.add_row(*(readable(value) for value in row.values()))
-        console().print(table)
-
-
-def readable(value: Any) -> str:
-    """A value for people: thousands apart, three digits after the point."""
-    if isinstance(value, float):
-        return f"{value:,.3f}"
-    return f"{value:,}" if type(value) is int else escape(str(value))
 
 
 # --- the way in -----------------------------------------------------------------------------------

@@ -35,6 +35,7 @@ def examine() -> list[Finding]:
         cpu_kernels(),
         gpu(),
         gpu_kernels(),
+        gpu_renderer(),
         lpips_weights(),
     ]
 
@@ -113,6 +114,19 @@ def gpu_kernels() -> Finding:
     except Exception as error:  # whatever breaks a half-installed driver stack is worth showing
         return Finding("CUDA kernels", "no", f"NVRTC does not compile ({error})", remedy)
     return Finding("CUDA kernels", "yes", "NVRTC compiles them on first use")
+
+
+def gpu_renderer() -> Finding:
+    """Which device draws scenes as the viewers do."""
+    from mobilegs.errors import InputError
+    from mobilegs.view.gpu import adapter
+
+    try:
+        about = adapter().info
+    except InputError as error:
+        found, _, remedy = str(error).partition(": ")
+        return Finding("GPU renderer", "no", found, remedy)
+    return Finding("GPU renderer", "yes", f"{about['device']}, {about['backend_type']}")
 
 
 def lpips_weights() -> Finding:

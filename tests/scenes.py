@@ -4,12 +4,23 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
+from mobilegs.errors import InputError
 from mobilegs.render.lobes import seen_along
 from mobilegs.render.project import pair_alphas, project
 from mobilegs.spherical_harmonics import C0
+from mobilegs.view.gpu import adapter
 
 SORTED = ("means", "quats", "scales", "opacities", "sh")
 SORTFREE = ("means", "quats", "scales", "lobes", "sh")
+
+
+def no_gpu() -> str:
+    """Why nothing can be drawn through Vulkan, Metal or DirectX here; empty if something can."""
+    try:
+        adapter()
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def camera(

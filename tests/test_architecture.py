@@ -19,7 +19,7 @@ LEVELS: list[set[str]] = [
     {"scene_file"},
     {"train"},
     {"view"},
-    {"doctor"},
+    {"doctor", "terminal"},
     {"cli"},
 ]
 # each reads another tool's format; nothing of ours is between them

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
+from scenes import no_gpu
 
 from mobilegs import cli, doctor
 from mobilegs.evaluate.metrics import to_bytes
@@ -177,6 +178,16 @@ def test_render_writes_a_png_under_each_photos_name(
     written = np.array(Image.open(out / "view_008.png"))
     np.testing.assert_array_equal(written, to_bytes(drawn).numpy())
     assert written.std() > 5
+
+
+@pytest.mark.skipif(bool(no_gpu()), reason=no_gpu())
+def test_render_on_a_gpu_shows_the_same(scene: Path, capture: Path, tmp_path: Path) -> None:
+    words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
+    assert cli.main([*words, "--backend", "gpu"]) == 0
+    dataset = cli.open_both(scene, capture, None, "cpu")[1]
+    drawn = to_bytes(Scene(read_ply(scene)).render(dataset.test[1].camera).image).int()
+    written = torch.from_numpy(np.array(Image.open(tmp_path / "view_008.png"))).int()
+    assert (written - drawn).abs().max() <= 2 and written.float().std() > 5
 
 
 def test_render_of_the_other_split_at_half_size(scene: Path, capture: Path, tmp_path: Path) -> None:
