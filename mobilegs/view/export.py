@@ -1,0 +1,157 @@
+"""A scene with its viewer, for any host or none: one HTML file, or a folder that installs."""
+
+import base64
+import hashlib
+import html
+import io
+import json
+from pathlib import Path
+
+import torch
+from PIL import Image
+
+from mobilegs.atomic import atomic_write
+from mobilegs.camera import Camera, look_at
+from mobilegs.compress.container import read_mgs
+from mobilegs.errors import InputError
+from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.formats.ply import read_ply
+from mobilegs.render.scene import Scene
+from mobilegs.view.bundle import SHADERS, WEB, page_script
+
+POSTER = (1200, 630)  # pixels; what services that preview links ask for
+ICON = 512
+# of index.html, replaced by what an exported page has in their place
+TITLE = "<title>mobilegs</title>"
+LINK = '<link rel="icon" href="data:," />'
+ELEMENT = "<mobile-gs></mobile-gs>"
+SCRIPT = '<script type="module" src="page.js"></script>'
+
+
+def export_html(scene: Path, output: Path, *, title: str) -> int:
+    """Write one HTML file that holds viewer and scene and needs no server; returns its bytes."""
+    image = base64.b64encode(_jpeg(poster_of(scene))).decode()
+    data = base64.b64encode(scene.read_bytes()).decode()
+    page = _page(
+        {
+            TITLE: f"<title>{html.escape(title)}</title>",
+            ELEMENT: f'<mobile-gs poster="data:image/jpeg;base64,{image}"></mobile-gs>',
+            SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
+            f'    <script type="module">\n{page_script()}</script>',
+        }
+    )
+    atomic_write(output, page)
+    return len(page.encode())
+
+
+def export_site(scene: Path, output: Path, *, title: str) -> int:
+    """Write a folder for any web host; phones can install it and open it offline.
+
+    Returns the bytes in it. InputError if there is a folder that something else made.
+    """
+    if output.exists() and not (output / "sw.js").exists():
+        if not output.is_dir() or any(output.iterdir()):
+            raise InputError(f"{output} holds something else: give a new folder")
+    picture = poster_of(scene)
+    icon = io.BytesIO()
+    edge = (POSTER[0] - POSTER[1]) // 2
+    square = picture.crop((edge, 0, edge + POSTER[1], POSTER[1])).resize((ICON, ICON))
+    square.save(icon, format="PNG")
+    safe, name = html.escape(title), f"scene{scene.suffix.lower()}"
+    page = _page(
+        {
+            TITLE: f"<title>{safe}</title>\n"
+            f'    <meta property="og:title" content="{safe}" />\n'
+            '    <meta property="og:image" content="poster.jpg" />\n'
+            '    <link rel="manifest" href="manifest.webmanifest" />',
+            LINK: '<link rel="icon" href="icon.png" />\n'
+            '    <link rel="apple-touch-icon" href="icon.png" />',
+            ELEMENT: f'<mobile-gs src="{name}" poster="poster.jpg"></mobile-gs>',
+            SCRIPT: '<script type="module" src="web/page.js"></script>\n'
+            '    <script>navigator.serviceWorker?.register("sw.js");</script>',
+        }
+    )
+    manifest = {
+        "name": title,
+        "start_url": ".",
+        "display": "fullscreen",
+        "background_color": "#0d0f12",
+        "icons": [{"src": "icon.png", "sizes": f"{ICON}x{ICON}", "type": "image/png"}],
+    }
+    files = {
+        "index.html": page.encode(),
+        "manifest.webmanifest": json.dumps(manifest, indent=1).encode(),
+        "poster.jpg": _jpeg(picture),
+        "icon.png": icon.getvalue(),
+        name: scene.read_bytes(),
+    }
+    own = [path for folder in (WEB, SHADERS) for path in sorted(folder.rglob("*.*"))]
+    for path in own:
+        if path.suffix in (".js", ".wgsl", ".glsl") and path.name != "offline.js":
+            files[path.relative_to(WEB.parent).as_posix()] = path.read_bytes()
+    version = hashlib.sha256(b"".join(files.values())).hexdigest()[:16]
+    names = json.dumps([".", *files])
+    text = (WEB / "offline.js").read_text()
+    text = _replaced(
+        text, {'VERSION = ""': f'VERSION = "{version}"', "FILES = []": f"FILES = {names}"}
+    )
+    files["sw.js"] = text.encode()  # the last one: it stands for a folder that is complete
+    for file, content in files.items():
+        atomic_write(output / file, content)
+    return sum(len(content) for content in files.values())
+
+
+@torch.inference_mode()
+def poster_of(path: Path) -> Image.Image:
+    """What a visitor sees first, 1200 x 630: from a training camera, or from aside.
+
+    Reads the whole file. InputError for a scene that the web viewer does not show.
+    """
+    if path.suffix.lower() == ".mgs":
+        coded = read_mgs(path)
+        scene, views = coded.decode(), coded.views or []
+    elif path.suffix.lower() == ".ply":
+        scene, views = Scene(read_ply(path)), []
+    else:
+        raise InputError(f"{path} is neither a .mgs nor a .ply file")
+    if scene.network is not None:
+        raise InputError(
+            f"{path} asks a network for every Gaussian in every frame, which no viewer does: "
+            "train with --set student.view.kind=fitted"
+        )
+    camera = views[0] if views else _aside(scene)
+    width, height = POSTER
+    # as pose.js does: between all of the camera's field and only what fills the picture
+    focal = float(
+        (camera.K[0, 0] * width / camera.width * camera.K[1, 1] * height / camera.height) ** 0.5
+    )
+    k = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
+    drawn = scene.render(Camera(camera.viewmat, k, width, height, scene.near))
+    return Image.fromarray(to_bytes(drawn.image).numpy())
+
+
+def _aside(scene: Scene) -> Camera:
+    """From where pose.js looks at a scene without cameras."""
+    shares = torch.tensor([0.25, 0.5, 0.75])
+    low, middle, high = torch.quantile(scene.gaussians.means[:1_000_000], shares, dim=0)
+    size = float((high - low).max()) or 1.0
+    eye = middle + 2 * size * torch.tensor([0.0, -0.3, -1.0])
+    viewmat = look_at(eye, middle, torch.tensor([0.0, -1.0, 0.0]))
+    return Camera(viewmat, torch.tensor([[1.0, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]), 1, 1)
+
+
+def _page(changes: dict[str, str]) -> str:
+    return _replaced((WEB / "index.html").read_text(), changes)
+
+
+def _replaced(text: str, changes: dict[str, str]) -> str:
+    for old, new in changes.items():
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+def _jpeg(picture: Image.Image) -> bytes:
+    out = io.BytesIO()
+    picture.save(out, format="JPEG", quality=80, optimize=True)
+    return out.getvalue()

@@ -1,0 +1,18 @@
+/** Where the viewer's own files come from. A page that holds everything itself has another one. */
+
+/** The thread that reads scenes. @returns {Worker} */
+export function loadingWorker() {
+  return new Worker(new URL("./load/worker.js", import.meta.url), { type: "module" });
+}
+
+/** A shader's text. @param {string} file @returns {Promise<string>} */
+export async function shaderText(file) {
+  const response = await fetch(new URL(`../shaders/${file}`, import.meta.url));
+  if (!response.ok) throw new Error(`the viewer's own file ${file} is missing on the server`);
+  return response.text();
+}
+
+/** The scene that the page brings along. @returns {Blob | null} */
+export function ownScene() {
+  return null;
+}

@@ -1,0 +1,129 @@
+/** Plain 3DGS scenes in the layout of INRIA's `.ply`, to be drawn sorted. */
+
+/** @typedef {import("../render/types.js").SceneData} SceneData */
+
+const HEADER_MAX = 1 << 16;
+const C0 = 0.28209479177387814;
+const TYPES = new Map([
+  ["char", 1], ["int8", 1], ["uchar", 1], ["uint8", 1], ["short", 2], ["int16", 2], ["ushort", 2],
+  ["uint16", 2], ["int", 4], ["int32", 4], ["uint", 4], ["uint32", 4], ["float", 4], ["float32", 4],
+  ["double", 8], ["float64", 8],
+]); // prettier-ignore
+const NEEDED = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1"];
+NEEDED.push("scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
+
+/** Whether bytes begin as a PLY file does. @param {Uint8Array} bytes */
+export function isPly(bytes) {
+  return bytes[0] === 0x70 && bytes[1] === 0x6c && bytes[2] === 0x79;
+}
+
+/**
+ * The scene of a whole file; rows with numbers that are not finite are left out.
+ *
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @returns {SceneData}
+ */
+export function readPly(bytes) {
+  const { offsets, stride, rows, start } = parseHeader(bytes);
+  const view = new DataView(bytes.buffer, bytes.byteOffset + start);
+  const rest = [...offsets.keys()].filter((name) => /^f_rest_\d+$/.test(name)).length;
+  const shSize = rest / 3 + 1;
+  if (![1, 4, 9, 16].includes(shSize)) {
+    throw new Error(`the .ply file has ${rest} numbers f_rest_*: 0, 9, 24 or 45 were expected`);
+  }
+  const at = (/** @type {string} */ name) => /** @type {number} */ (offsets.get(name));
+  const order = ["x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"];
+  order.push("opacity", "f_dc_0", "f_dc_1", "f_dc_2");
+  // the file has all of red first, then green, then blue
+  for (let k = 0; k + 1 < shSize; k++) {
+    for (let c = 0; c < 3; c++) order.push(`f_rest_${c * (shSize - 1) + k}`);
+  }
+  const places = order.map(at);
+  const scene = {
+    count: 0,
+    shapes: new Float32Array(12 * rows),
+    colors: new Float32Array(3 * shSize * rows),
+    shSize,
+    lobes: new Float32Array(2 * rows),
+    lobeSize: 1,
+    sorted: true,
+    weighting: { index: 0, exponentMax: 4, sigma: 1, backgroundWeight: 0 },
+    background: /** @type {[number, number, number]} */ ([0, 0, 0]),
+  };
+  const row = new Float32Array(places.length);
+  for (let i = 0; i < rows; i++) {
+    let sum = 0;
+    for (let k = 0; k < row.length; k++) {
+      row[k] = view.getFloat32(i * stride + places[k], true);
+      sum += row[k] * 0; // NaN as soon as one number is not finite
+    }
+    if (sum === 0) addRow(scene, row);
+  }
+  const { count } = scene;
+  if (count === rows) return scene;
+  scene.shapes = scene.shapes.slice(0, 12 * count);
+  scene.colors = scene.colors.slice(0, 3 * shSize * count);
+  scene.lobes = scene.lobes.slice(0, 2 * count);
+  return scene;
+}
+
+/** @param {SceneData} scene @param {Float32Array} row */
+function addRow(scene, row) {
+  const [w, x, y, z] = [row[6], row[7], row[8], row[9]];
+  const length = w * w + x * x + y * y + z * z;
+  if (!(length > 0)) return; // a rotation that is none
+  const s = 2 / length;
+  const [a, b, c] = [Math.exp(row[3]), Math.exp(row[4]), Math.exp(row[5])];
+  if (!(a + b + c < 1e30)) return;
+  const i = scene.count++;
+  scene.shapes.set(
+    [
+      a * (1 - s * (y * y + z * z)), a * s * (x * y + w * z), a * s * (x * z - w * y), row[0],
+      b * s * (x * y - w * z), b * (1 - s * (x * x + z * z)), b * s * (y * z + w * x), row[1],
+      c * s * (x * z + w * y), c * s * (y * z - w * x), c * (1 - s * (x * x + y * y)), row[2],
+    ],
+    12 * i,
+  ); // prettier-ignore
+  scene.lobes[2 * i] = row[10] / C0;
+  scene.colors.set(row.subarray(11), 3 * scene.shSize * i);
+}
+
+/**
+ * @param {Uint8Array} bytes
+ * @returns {{offsets: Map<string, number>, stride: number, rows: number, start: number}}
+ */
+function parseHeader(bytes) {
+  const text = new TextDecoder("latin1").decode(bytes.subarray(0, HEADER_MAX));
+  const end = /\nend_header\r?\n/.exec(text);
+  if (!isPly(bytes) || end === null) throw new Error("this is not a PLY file, or its header is cut off");
+  const lines = text.slice(0, end.index).split(/\r?\n/).map((line) => line.trim().split(/\s+/));
+  const format = lines.find((words) => words[0] === "format")?.[1];
+  if (format !== "binary_little_endian") {
+    throw new Error(`the .ply file is '${format}': only binary_little_endian is read`);
+  }
+  const first = lines.findIndex((words) => words[0] === "element");
+  const element = lines[first] ?? [];
+  const rows = Number(element[2]);
+  if (element[1] !== "vertex" || !Number.isSafeInteger(rows) || rows < 0) {
+    throw new Error("the .ply file does not begin with its vertices, as those of 3DGS do");
+  }
+  const offsets = new Map();
+  let stride = 0;
+  for (const words of lines.slice(first + 1)) {
+    if (words[0] === "element") break;
+    if (words[0] !== "property") continue;
+    const size = TYPES.get(words[1]);
+    if (size === undefined) throw new Error(`the .ply file has a property of type '${words[1]}'`);
+    if (words[1] === "float" || words[1] === "float32") offsets.set(words[2], stride);
+    stride += size;
+  }
+  const missing = NEEDED.filter((name) => !offsets.has(name));
+  if (missing.length) {
+    throw new Error(`the .ply file is no Gaussian scene: it lacks ${missing.join(", ")} as floats`);
+  }
+  const start = end.index + end[0].length;
+  if (start + rows * stride > bytes.length) {
+    throw new Error(`the .ply file is cut off: ${rows} Gaussians were announced`);
+  }
+  return { offsets, stride, rows, start };
+}

@@ -1,0 +1,294 @@
+/** The numbers of a scene that the header carries as JSON. docs/format.md, section 2. */
+
+import { SceneError } from "./error.js";
+
+/** @typedef {"scale" | "rotation" | "appearance" | "opacity" | "lobes"} Attribute */
+/** @typedef {{ count: number, length: number, size: number }} Cut books, of entries of numbers */
+/** @typedef {{ center: Float32Array, radius: number, exponent: number }} Frame of the positions */
+/** @typedef {{ degree: number, latents: number, hidden: number[] }} LobeShape */
+/**
+ * @typedef {object} Weighting how much a Gaussian counts; docs/format.md, section 9
+ * @property {string} name
+ * @property {number} exponent_max
+ * @property {number} sigma
+ * @property {number} background_weight
+ */
+/**
+ * @typedef {object} View a camera for a first look
+ * @property {Float32Array} viewmat world to camera, 16 numbers row by row, OpenCV axes
+ * @property {Float32Array} K camera to pixels, 9 numbers row by row
+ * @property {number} width pixels
+ * @property {number} height pixels
+ */
+/** @typedef {string | number | boolean | null} MetaValue */
+/**
+ * @typedef {object} Header
+ * @property {number} count
+ * @property {Map<Attribute, Cut>} cuts in the file's order
+ * @property {Frame} frame
+ * @property {LobeShape | null} lobes
+ * @property {boolean} network
+ * @property {Weighting} weighting
+ * @property {Float32Array} background sRGB in [0, 1]
+ * @property {number} near world units
+ * @property {View[]} views
+ * @property {Record<string, MetaValue>} meta
+ */
+/** @typedef {Record<string, unknown>} Fields */
+
+const COUNT_MAX = 2 ** 26;
+const SIZE_MAX = 4096;
+const LATENTS_MAX = 32;
+const HIDDEN_MAX = 256;
+const HIDDEN_LAYERS = 3;
+const VIEWS_MAX = 64;
+const SIDE_MAX = 2 ** 16;
+const META_MAX = 64;
+const TEXT_MAX = 4096;
+const WORLD_MIN = 1e-20;
+const WORLD_MAX = 1e20;
+const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
+/** @type {[Attribute, number, number][]} */
+const CUTS = [
+  ["scale", 3, 1],
+  ["rotation", 2, 2],
+  ["appearance", 3, 2],
+  ["opacity", 1, 1],
+];
+
+/**
+ * The header's fields, each of the right type and in its range; others are ignored.
+ *
+ * @param {Fields} fields
+ * @param {number} bytes of the whole file
+ * @returns {Header}
+ */
+export function parseHeader(fields, bytes) {
+  for (const [name, known] of [["mode", "nvq"], ["blend", "sortfree"], ["sh_degree", 1]]) {
+    if (fields[name] !== known) {
+      throw new SceneError(
+        `the .mgs file has ${name} '${String(fields[name]).slice(0, 40)}', which this program ` +
+          "does not know: a newer one may",
+      );
+    }
+  }
+  const lobes = parseLobes(fields);
+  const network = fields.network;
+  if (typeof network !== "boolean") throw broken("network");
+  if (network && lobes !== null) {
+    throw new SceneError("the .mgs file has lobes and a view network: it can have one of them");
+  }
+  const header = {
+    count: integer(fields, "count", 1, COUNT_MAX),
+    cuts: parseCuts(object(fields, "codebooks"), lobes),
+    frame: parseFrame(object(fields, "positions")),
+    lobes,
+    network,
+    weighting: parseWeighting(object(fields, "weighting")),
+    background: floats(fields, "background", 3),
+    near: number(fields, "near"),
+    views: list(fields, "views").map(parseView),
+    meta: parseMeta(object(fields, "meta")),
+  };
+  if (header.count > bytes) {
+    throw new SceneError(
+      `the .mgs file claims ${header.count} Gaussians in ${bytes} bytes: it is damaged`,
+    );
+  }
+  if (header.background.some((value) => value < 0 || value > 1)) throw broken("background");
+  if (!(header.near > 0 && header.near <= WORLD_MAX)) throw broken("near");
+  if (header.views.length > VIEWS_MAX) throw broken("views");
+  return header;
+}
+
+/**
+ * Whether `text` is one, of at most `longest` characters; beyond 16 bits each counts once.
+ *
+ * @param {unknown} text
+ * @param {number} longest
+ */
+export function shortText(text, longest) {
+  if (typeof text !== "string" || text.length > 2 * longest) return false;
+  return text.length <= longest || [...text].length <= longest;
+}
+
+/**
+ * @param {Fields} fields
+ * @returns {LobeShape | null}
+ */
+function parseLobes(fields) {
+  if (fields.lobes === null) return null;
+  const shape = object(fields, "lobes");
+  const hidden = list(shape, "hidden");
+  if (hidden.length > HIDDEN_LAYERS) throw broken("lobes.hidden");
+  return {
+    degree: integer(shape, "degree", 0, 3),
+    latents: integer(shape, "latents", 0, LATENTS_MAX),
+    hidden: hidden.map((width) => integer({ hidden: width }, "hidden", 1, HIDDEN_MAX)),
+  };
+}
+
+/**
+ * @param {Fields} books
+ * @param {LobeShape | null} lobes
+ * @returns {Map<Attribute, Cut>}
+ */
+function parseCuts(books, lobes) {
+  /** @type {Map<Attribute, Cut>} */
+  const cuts = new Map();
+  for (const [name, count, length] of CUTS) {
+    if (name === "opacity" && !Object.hasOwn(books, name) && lobes !== null) continue;
+    const book = object(books, name);
+    if (book.count !== count || book.length !== length) throw broken(`codebooks.${name}`);
+    cuts.set(name, { count, length, size: integer(book, "size", 1, SIZE_MAX) });
+  }
+  let latents = 0;
+  if (Object.hasOwn(books, "lobes")) {
+    const book = object(books, "lobes");
+    const count = integer(book, "count", 1, LATENTS_MAX);
+    const length = integer(book, "length", 1, LATENTS_MAX);
+    cuts.set("lobes", { count, length, size: integer(book, "size", 1, SIZE_MAX) });
+    latents = count * length;
+  }
+  if (latents !== (lobes === null ? 0 : lobes.latents)) throw broken("codebooks.lobes");
+  return cuts;
+}
+
+/**
+ * @param {Fields} fields
+ * @returns {Frame}
+ */
+function parseFrame(fields) {
+  const center = floats(fields, "center", 3);
+  const radius = Math.fround(number(fields, "radius"));
+  if (center.some((value) => Math.abs(value) > WORLD_MAX)) throw broken("positions.center");
+  if (radius < WORLD_MIN || radius > WORLD_MAX) throw broken("positions.radius");
+  return { center, radius, exponent: integer(fields, "exponent", 0, 14) };
+}
+
+/**
+ * @param {Fields} fields
+ * @returns {Weighting}
+ */
+function parseWeighting(fields) {
+  const name = String(fields.name);
+  if (typeof fields.name !== "string" || !WEIGHTINGS.includes(name)) {
+    throw new SceneError(
+      `the .mgs file has the weighting '${name.slice(0, 40)}': known are ${WEIGHTINGS.join(", ")}`,
+    );
+  }
+  const weighting = {
+    name,
+    exponent_max: number(fields, "exponent_max"),
+    sigma: number(fields, "sigma"),
+    background_weight: number(fields, "background_weight"),
+  };
+  if (!(weighting.exponent_max > 0 && weighting.exponent_max <= 80)) throw broken("exponent_max");
+  if (!(weighting.sigma > 0 && weighting.sigma <= WORLD_MAX)) throw broken("sigma");
+  if (weighting.background_weight < 0) throw broken("background_weight");
+  return weighting;
+}
+
+/**
+ * @param {unknown} value
+ * @returns {View}
+ */
+function parseView(value) {
+  const fields = object({ views: value }, "views");
+  const viewmat = floats(fields, "viewmat", 16);
+  const K = floats(fields, "K", 9);
+  const affine = [0, 0, 0, 1].every((x, i) => viewmat[12 + i] === x);
+  if (!affine || ![0, 0, 1].every((x, i) => K[6 + i] === x) || K[0] <= 0 || K[4] <= 0) {
+    throw new SceneError("a view's matrices in the .mgs file are not those of a camera");
+  }
+  const width = integer(fields, "width", 1, SIDE_MAX);
+  return { viewmat, K, width, height: integer(fields, "height", 1, SIDE_MAX) };
+}
+
+/**
+ * @param {Fields} fields
+ * @returns {Record<string, MetaValue>}
+ */
+function parseMeta(fields) {
+  const notes = Object.entries(fields);
+  if (notes.length > META_MAX) {
+    throw new SceneError(`the .mgs file has ${notes.length} notes: ${META_MAX} are allowed`);
+  }
+  for (const [name, value] of notes) {
+    const plain = value === null || typeof value === "boolean" || shortText(value, TEXT_MAX);
+    if (!plain && !(typeof value === "number" && Math.abs(value) <= 2 ** 53)) {
+      throw new SceneError(`the note '${name.slice(0, 40)}' is not a short text or a number`);
+    }
+  }
+  return /** @type {Record<string, MetaValue>} */ (fields);
+}
+
+/**
+ * @param {Fields} fields
+ * @param {string} name
+ * @returns {Fields}
+ */
+function object(fields, name) {
+  const value = fields[name];
+  if (typeof value !== "object" || value === null || Array.isArray(value)) throw broken(name);
+  return /** @type {Fields} */ (value);
+}
+
+/**
+ * @param {Fields} fields
+ * @param {string} name
+ * @returns {unknown[]}
+ */
+function list(fields, name) {
+  const value = fields[name];
+  if (!Array.isArray(value)) throw broken(name);
+  return value;
+}
+
+/**
+ * @param {Fields} fields
+ * @param {string} name
+ * @param {number} smallest
+ * @param {number} largest
+ */
+function integer(fields, name, smallest, largest) {
+  const value = number(fields, name);
+  if (!Number.isInteger(value) || value < smallest || value > largest) throw broken(name);
+  return value;
+}
+
+/**
+ * @param {Fields} fields
+ * @param {string} name
+ */
+function number(fields, name) {
+  return finite(fields[name], name);
+}
+
+/**
+ * @param {Fields} fields
+ * @param {string} name
+ * @param {number} count
+ */
+function floats(fields, name, count) {
+  const values = list(fields, name);
+  if (values.length !== count) throw broken(name);
+  return Float32Array.from(values, (value) => finite(value, name));
+}
+
+/**
+ * @param {unknown} value
+ * @param {string} name
+ */
+function finite(value, name) {
+  // 3e38 is about the largest float32; beyond it rounding would make it infinite
+  if (typeof value !== "number" || !(Math.abs(value) <= 3e38)) throw broken(name);
+  return value;
+}
+
+/** @param {string} name */
+function broken(name) {
+  return new SceneError(
+    `the field '${name}' in the header of the .mgs file is missing or invalid`,
+  );
+}

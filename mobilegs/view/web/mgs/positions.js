@@ -1,0 +1,87 @@
+/** Positions: halves in a frame, in Morton order, as differences. docs/format.md, section 5. */
+
+import { exactBits, view } from "./bits.js";
+import { SceneError } from "./error.js";
+import { fromHalf, notFinite } from "./halves.js";
+import { decodeRans } from "./rans.js";
+
+/** @typedef {import("./header.js").Frame} Frame */
+
+const CLASSES = 49;
+const DIGITS = 24; // codes have two digits of so many bits: 48 do not fit into bit operations
+
+/**
+ * The bits of the stored positions, three halves for each of `count` Gaussians.
+ *
+ * @param {Uint8Array} data
+ * @param {number} count
+ * @returns {Uint16Array}
+ */
+export function decodePositions(data, count) {
+  const coded = data.length < 4 ? Infinity : 4 + view(data).getUint32(0, true);
+  if (coded > data.length) {
+    throw new SceneError("the stream of positions is too short to hold what its header says");
+  }
+  const classes = decodeRans(data.subarray(4, coded), count, CLASSES);
+  const total = classes.reduce((sum, width) => sum + Math.max(width - 1, 0), 0);
+  const bits = exactBits(data.subarray(coded), total);
+  const stored = new Uint16Array(3 * count);
+  let low = 0;
+  let high = 0;
+  for (let i = 0; i < count; i++) {
+    const width = classes[i] - 1; // bits below the leading one
+    if (width >= DIGITS) {
+      low += bits.take(DIGITS);
+      high += (1 << (width - DIGITS)) + bits.take(width - DIGITS);
+    } else if (width >= 0) {
+      low += (1 << width) + bits.take(width);
+    }
+    high += low >>> DIGITS;
+    low &= (1 << DIGITS) - 1;
+    if (high >>> DIGITS) throw new SceneError("the stream of positions leaves its 48-bit grid");
+    for (let axis = 0; axis < 3; axis++) {
+      const ordered = everyThird(low >>> axis) | (everyThird(high >>> axis) << 8);
+      const half = ordered & 0x8000 ? ordered & 0x7fff : ordered ^ 0xffff;
+      if (notFinite(half)) {
+        throw new SceneError("the stream of positions holds numbers that are not finite");
+      }
+      stored[3 * i + axis] = half;
+    }
+  }
+  return stored;
+}
+
+/** Bits 0, 3, ... 21 moved together. @param {number} code */
+function everyThird(code) {
+  code &= 0x249249;
+  code = (code | (code >>> 2)) & 0x0c30c3;
+  code = (code | (code >>> 4)) & 0x00f00f;
+  return (code | (code >>> 8)) & 0xff;
+}
+
+/**
+ * Stored positions in units of the radius, exact in float32.
+ *
+ * @param {Uint16Array} stored
+ * @param {Frame} frame
+ */
+export function normalised(stored, frame) {
+  const unit = 2 ** frame.exponent;
+  const places = new Float32Array(stored.length);
+  for (let i = 0; i < stored.length; i++) places[i] = fromHalf(stored[i]) * unit;
+  return places;
+}
+
+/**
+ * World positions of normalised ones: one rounded product and one rounded sum.
+ *
+ * @param {Float32Array} places
+ * @param {Frame} frame
+ */
+export function toWorld(places, { center, radius }) {
+  const means = new Float32Array(places.length);
+  for (let i = 0; i < places.length; i++) {
+    means[i] = center[i % 3] + Math.fround(radius * places[i]);
+  }
+  return means;
+}

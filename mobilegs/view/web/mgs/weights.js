@@ -1,0 +1,68 @@
+/** The matrices of the small networks, in the order of their streams. docs/format.md, 7 and 8. */
+
+/** @typedef {import("./header.js").LobeShape} LobeShape */
+/** @typedef {[name: string, rows: number, columns: number]} Shape of a matrix, row by row */
+/** @typedef {Record<string, Float32Array>} Weights */
+
+/** @type {Shape[]} */
+export const APPEARANCE = [
+  ["context1", 64, 96],
+  ["context2", 13, 64],
+  ["static1", 64, 16],
+  ["static2", 3, 64],
+  ["view1", 64, 16],
+  ["view2", 9, 64],
+];
+
+/** @type {Shape[]} */
+export const NETWORK = [
+  ["hidden1.weight", 256, 22],
+  ["hidden1.bias", 1, 256],
+  ["hidden2.weight", 128, 256],
+  ["hidden2.bias", 1, 128],
+  ["hidden3.weight", 64, 128],
+  ["hidden3.bias", 1, 64],
+  ["phi.weight", 1, 64],
+  ["phi.bias", 1, 1],
+  ["opacity.weight", 1, 64],
+  ["opacity.bias", 1, 1],
+];
+
+export const STATICS = 19; // inputs of a lobe decoder beside the latents
+
+/**
+ * @param {LobeShape} shape
+ * @returns {Shape[]}
+ */
+export function lobeShapes({ degree, latents, hidden }) {
+  const outputs = 2 * (degree + 1) ** 2;
+  const inputs = [STATICS + latents, ...hidden];
+  /** @type {Shape[]} */
+  const shapes = [["bias", 1, outputs], ["basis", latents, outputs]];
+  if (hidden.length === 0) return shapes;
+  [...hidden, outputs].forEach((rows, i) => shapes.push([`weights.${i}`, rows, inputs[i]]));
+  hidden.forEach((rows, i) => shapes.push([`offsets.${i}`, 1, rows]));
+  return shapes;
+}
+
+/** Numbers in all matrices. @param {Shape[]} shapes */
+export function weightNumbers(shapes) {
+  return shapes.reduce((sum, [, rows, columns]) => sum + rows * columns, 0);
+}
+
+/**
+ * The matrices by name, out of one row of numbers.
+ *
+ * @param {Float32Array} numbers
+ * @param {Shape[]} shapes
+ * @returns {Weights}
+ */
+export function splitWeights(numbers, shapes) {
+  let start = 0;
+  return Object.fromEntries(
+    shapes.map(([name, rows, columns]) => [
+      name,
+      numbers.subarray(start, (start += rows * columns)),
+    ]),
+  );
+}

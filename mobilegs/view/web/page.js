@@ -1,0 +1,67 @@
+/** The viewer's own page: a scene named in the address, the camera behind the #. */
+
+import "./element.js";
+import { ownScene } from "./files.js";
+import { planOf, runBench } from "./viewer/bench.js";
+import { readPose, writePose } from "./viewer/address.js";
+
+const QUIET = 400; // milliseconds without a change before the address follows
+
+const element = /** @type {import("./element.js").MobileGs} */ (document.querySelector("mobile-gs"));
+const wishes = new URLSearchParams(location.search);
+for (const name of ["renderer", "scale", "noui"]) {
+  const value = wishes.get(name);
+  if (value !== null) element.setAttribute(name, value);
+}
+// the element reads its attributes when it joins the page
+element.remove();
+document.body.append(element);
+const url = wishes.get("url");
+const own = ownScene();
+if (url) element.setAttribute("src", url);
+else if (own) void element.open(own);
+else if (!element.hasAttribute("src")) {
+  element.failed("no scene is named: drop a .mgs file here, or add ?url=... to the address");
+}
+
+const goTo = () => {
+  const pose = readPose(location.hash);
+  if (pose) element.viewer?.place(pose);
+};
+goTo();
+addEventListener("hashchange", goTo);
+
+let timer = 0;
+let shown = "";
+element.addEventListener("frame", () => {
+  clearTimeout(timer);
+  timer = setTimeout(() => {
+    const text = element.viewer ? writePose(element.viewer.pose) : "";
+    if (shown !== "" && text !== shown) history.replaceState(null, "", `#${text}`);
+    shown = text;
+  }, QUIET);
+});
+
+const asked = wishes.get("bench");
+if (asked !== null) {
+  element.addEventListener("load", async (event) => {
+    const { viewer } = element;
+    if (!viewer) return;
+    const screen = {
+      width: Math.round(innerWidth * devicePixelRatio),
+      height: Math.round(innerHeight * devicePixelRatio),
+    };
+    const found = await runBench(viewer, planOf(asked, screen), (share) => element.progress(share));
+    element.loaded(0);
+    element.report({
+      scene: element.getAttribute("src") ?? "own",
+      date: new Date().toISOString(),
+      gaussians: viewer.count,
+      milliseconds_to_load: Math.round(/** @type {CustomEvent} */ (event).detail.milliseconds),
+      ...found,
+      ...viewer.device,
+      browser: navigator.userAgent,
+      device_pixel_ratio: devicePixelRatio,
+    });
+  }, { once: true });
+}

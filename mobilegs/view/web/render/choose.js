@@ -1,0 +1,47 @@
+/** The best renderer that the browser has. */
+
+import { shaderText } from "../files.js";
+import { WebGlRenderer } from "./webgl.js";
+import { WebGpuRenderer } from "./webgpu.js";
+
+/** @typedef {WebGpuRenderer | WebGlRenderer} Renderer */
+/** @typedef {"auto" | "webgpu" | "webgl"} Choice */
+
+const WGSL = ["view.wgsl", "project.wgsl", "splat.wgsl", "resolve.wgsl"];
+
+/**
+ * A renderer for a canvas that nothing has drawn to.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {Choice} choice
+ * @returns {Promise<{name: "WebGPU" | "WebGL2", renderer: Renderer}>} rejects with one sentence
+ */
+export async function chooseRenderer(canvas, choice) {
+  let without = "";
+  if (choice !== "webgl") {
+    try {
+      const shaders = await texts(WGSL);
+      return { name: "WebGPU", renderer: await WebGpuRenderer.create(canvas, shaders) };
+    } catch (error) {
+      if (choice === "webgpu") throw error;
+      without = error instanceof Error ? error.message : String(error);
+    }
+  }
+  try {
+    return { name: "WebGL2", renderer: WebGlRenderer.create(canvas, await texts(WebGlRenderer.files)) };
+  } catch (error) {
+    const also = error instanceof Error ? error.message : String(error);
+    throw new Error(`this browser cannot draw the scene: ${without ? `${without}; ` : ""}${also}`);
+  }
+}
+
+/**
+ * Shaders by their names without the ending.
+ *
+ * @param {readonly string[]} files
+ * @returns {Promise<Record<string, string>>}
+ */
+async function texts(files) {
+  const pairs = files.map(async (file) => [file.replace(/\.[a-z]+$/, ""), await shaderText(file)]);
+  return Object.fromEntries(await Promise.all(pairs));
+}

@@ -1,0 +1,44 @@
+/** What the renderers of this folder share: what they are given. */
+
+/**
+ * A scene as GPUs take it. All numbers are finite.
+ *
+ * @typedef {object} SceneData
+ * @property {number} count number of Gaussians, at least 0
+ * @property {Float32Array} shapes 12 each, three rows of four: the half axes at one standard
+ *     deviation, in the world, and at each row's end x, y or z of the centre
+ * @property {Float32Array} colors `3 shSize` each: harmonics, r, g, b inside
+ * @property {number} shSize coefficients per colour: 1, 4, 9 or 16
+ * @property {Float32Array} lobes `2 lobeSize` each: harmonics, inside first for the opacity's
+ *     logit, then for phi before its ReLU
+ * @property {number} lobeSize coefficients of opacity and phi: 1, 4, 9 or 16
+ * @property {boolean} sorted whether Gaussians lie over one another, far ones first, or add up
+ * @property {Weighting} weighting of a scene that adds up
+ * @property {[number, number, number]} background sRGB in [0, 1]
+ */
+
+/**
+ * How much a Gaussian counts, as `render/sortfree.py` defines it.
+ *
+ * @typedef {object} Weighting
+ * @property {number} index of the formula: 0 mobile_gs, 1 no_depth, 2 no_scale, 3 sort_free_gs
+ * @property {number} exponentMax ceiling of the exponent
+ * @property {number} sigma depth at which a Gaussian stops counting, world units
+ * @property {number} backgroundWeight of the background in the mean
+ */
+
+/**
+ * A pinhole camera. Pixels are measured from the picture's top left corner.
+ *
+ * @typedef {object} Camera
+ * @property {ArrayLike<number>} viewmat 16 numbers, row by row: world to camera, OpenCV axes
+ * @property {number} fx focal lengths in pixels
+ * @property {number} fy
+ * @property {number} cx principal point in pixels
+ * @property {number} cy
+ * @property {number} width pixels
+ * @property {number} height
+ * @property {number} near Gaussians whose centre has z <= near are not drawn, world units
+ */
+
+export {};

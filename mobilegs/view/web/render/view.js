@@ -1,0 +1,37 @@
+/** What shaders know of a frame: view.wgsl's View, which view.glsl repeats. */
+
+/** @typedef {import("./types.js").Camera} Camera */
+/** @typedef {import("./types.js").SceneData} SceneData */
+
+export const VIEW_BYTES = 160;
+export const HALF_SCALE = 2 ** -6; // of weights, so that sums stay within halves
+const JACOBIAN_MARGIN = 0.3; // as project.py has it
+
+/**
+ * @param {SceneData} scene
+ * @param {Camera} camera
+ * @param {number} weightScale what weights are multiplied by; it cancels in the end
+ * @returns {Float32Array<ArrayBuffer>}
+ */
+export function packView(scene, { viewmat, fx, fy, cx, cy, width, height, near }, weightScale) {
+  const { background, weighting } = scene;
+  const marginX = (JACOBIAN_MARGIN * 0.5 * width) / fx;
+  const marginY = (JACOBIAN_MARGIN * 0.5 * height) / fy;
+  const position = [0, 1, 2].map(
+    (i) => -(viewmat[i] * viewmat[3] + viewmat[4 + i] * viewmat[7] + viewmat[8 + i] * viewmat[11]),
+  );
+  const floats = new Float32Array(VIEW_BYTES / 4);
+  floats.set([
+    ...Array.from(viewmat).slice(0, 12),
+    ...[...position, near],
+    ...[fx, fy, cx, cy],
+    ...[-cx / fx - marginX, (width - cx) / fx + marginX],
+    ...[-cy / fy - marginY, (height - cy) / fy + marginY],
+    ...[...background, weighting.exponentMax],
+    ...[width, height, weighting.sigma, weighting.backgroundWeight],
+    weightScale,
+  ]);
+  const integers = [scene.count, scene.shSize, scene.lobeSize, weighting.index];
+  new Int32Array(floats.buffer).set(integers, 33);
+  return floats;
+}

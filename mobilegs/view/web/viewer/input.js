@@ -1,0 +1,172 @@
+/** Pointers, wheel and keys: what moves the pose. */
+
+/** @typedef {import("./pose.js").Pose} Pose */
+/**
+ * @typedef {object} Moved what input acts on
+ * @property {() => Pose} pose
+ * @property {() => "orbit" | "fly"} mode
+ * @property {() => void} changed the pose is another one
+ * @property {(x: number, y: number) => void} focus look at what lies there, in CSS pixels
+ */
+
+const TURN = 0.006; // radians a pixel
+const WHEEL = 0.0012; // of the distance, a unit of the wheel
+const SPEED = 0.9; // distances to the target in a second, when flying with keys
+const TAP = 0.03; // seconds that the shortest press counts
+const FLYING = new Map([
+  ["KeyW", [0, 0, 1]],
+  ["KeyS", [0, 0, -1]],
+  ["KeyA", [-1, 0, 0]],
+  ["KeyD", [1, 0, 0]],
+  ["KeyQ", [0, 1, 0]],
+  ["KeyE", [0, -1, 0]],
+]);
+const TURNING = new Map([
+  ["ArrowLeft", [-1, 0]],
+  ["ArrowRight", [1, 0]],
+  ["ArrowUp", [0, -1]],
+  ["ArrowDown", [0, 1]],
+]);
+
+/** Listens on an element that can have the focus. */
+export class Input {
+  #element;
+  #moved;
+  #stop = new AbortController();
+  /** Where each finger or the mouse is. @type {Map<number, {x: number, y: number}>} */
+  #pointers = new Map();
+  /** @type {Set<string>} */
+  #keys = new Set();
+  #pressed = { x: 0, y: 0, time: 0 }; // of the tap before, for a double tap
+
+  /**
+   * @param {HTMLElement} element
+   * @param {Moved} moved
+   */
+  constructor(element, moved) {
+    this.#element = element;
+    this.#moved = moved;
+    const listen = (/** @type {string} */ kind, /** @type {(event: any) => void} */ act) =>
+      element.addEventListener(kind, act, { signal: this.#stop.signal, passive: false });
+    listen("pointerdown", (event) => this.#down(event));
+    listen("pointermove", (event) => this.#move(event));
+    listen("pointerup", (event) => this.#up(event));
+    listen("pointercancel", (event) => this.#up(event));
+    listen("wheel", (event) => this.#wheel(event));
+    listen("contextmenu", (event) => event.preventDefault());
+    listen("keydown", (event) => this.#key(event, true));
+    listen("keyup", (event) => this.#key(event, false));
+    listen("blur", () => this.#keys.clear());
+  }
+
+  /** Whether keys are held down that go on moving. */
+  get busy() {
+    return this.#keys.size > Number(this.#keys.has("ShiftLeft"));
+  }
+
+  /** Moves by the keys that are down. @param {number} seconds since the last call */
+  advance(seconds) {
+    if (!this.busy) return;
+    const pose = this.#moved.pose();
+    const step = SPEED * pose.reach * seconds * (this.#keys.has("ShiftLeft") ? 4 : 1);
+    for (const key of this.#keys) {
+      const way = FLYING.get(key);
+      if (way) pose.move(way[0] * step, way[1] * step, way[2] * step);
+      const turn = TURNING.get(key);
+      if (turn) this.#turn(turn[0] * 1.5 * seconds, turn[1] * 1.5 * seconds);
+    }
+    this.#moved.changed();
+  }
+
+  destroy() {
+    this.#stop.abort();
+  }
+
+  /** @param {number} across @param {number} down radians */
+  #turn(across, down) {
+    const pose = this.#moved.pose();
+    if (this.#moved.mode() === "orbit") pose.orbit(across, down);
+    else pose.look(across, down);
+  }
+
+  /** @param {PointerEvent} event */
+  #down(event) {
+    this.#element.focus({ preventScroll: true });
+    this.#element.setPointerCapture(event.pointerId);
+    this.#pointers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
+    const { x, y, time } = this.#pressed;
+    const close = Math.hypot(event.offsetX - x, event.offsetY - y) < 20;
+    if (this.#pointers.size === 1) {
+      if (close && event.timeStamp - time < 350) this.#moved.focus(event.offsetX, event.offsetY);
+      this.#pressed = { x: event.offsetX, y: event.offsetY, time: event.timeStamp };
+    }
+    event.preventDefault();
+  }
+
+  /** @param {PointerEvent} event */
+  #move(event) {
+    const last = this.#pointers.get(event.pointerId);
+    if (last === undefined) return;
+    const now = { x: event.offsetX, y: event.offsetY };
+    if (this.#pointers.size === 1) this.#drag(now.x - last.x, now.y - last.y, event);
+    else if (this.#pointers.size === 2) this.#pinch(event.pointerId, now);
+    this.#pointers.set(event.pointerId, now);
+    this.#moved.changed();
+  }
+
+  /** @param {PointerEvent} event */
+  #up(event) {
+    this.#pointers.delete(event.pointerId);
+  }
+
+  /** @param {number} dx @param {number} dy @param {PointerEvent} event */
+  #drag(dx, dy, event) {
+    const panning = event.buttons & 6 || event.shiftKey || event.ctrlKey;
+    if (panning) this.#pan(dx, dy);
+    else this.#turn(dx * TURN, dy * TURN);
+  }
+
+  /** Two fingers: their distance goes near and far, their middle pans. @param {number} id @param {{x: number, y: number}} now */
+  #pinch(id, now) {
+    const last = this.#pointers.get(id);
+    const other = [...this.#pointers].find(([key]) => key !== id)?.[1];
+    if (last === undefined || other === undefined) return;
+    const before = Math.hypot(last.x - other.x, last.y - other.y);
+    const after = Math.hypot(now.x - other.x, now.y - other.y);
+    if (before > 0 && after > 0) this.#moved.pose().dolly(before / after);
+    this.#pan((now.x - last.x) / 2, (now.y - last.y) / 2);
+  }
+
+  /** @param {number} dx @param {number} dy pixels */
+  #pan(dx, dy) {
+    const pose = this.#moved.pose();
+    const { clientHeight } = this.#element;
+    const away = Math.hypot(...pose.target.map((value, k) => value - pose.eye[k]));
+    const unit = away / Math.max(clientHeight, 1);
+    pose.move(-dx * unit, -dy * unit, 0);
+  }
+
+  /** @param {WheelEvent} event */
+  #wheel(event) {
+    event.preventDefault();
+    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+    const amount = event.deltaY * lines * WHEEL;
+    const pose = this.#moved.pose();
+    if (this.#moved.mode() === "orbit") pose.dolly(Math.exp(amount));
+    else pose.move(0, 0, -amount * pose.reach);
+    this.#moved.changed();
+  }
+
+  /** @param {KeyboardEvent} event @param {boolean} down */
+  #key(event, down) {
+    const { code } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!FLYING.has(code) && !TURNING.has(code) && code !== "ShiftLeft") return;
+    const fresh = down && !this.#keys.has(code);
+    if (down) this.#keys.add(code);
+    else this.#keys.delete(code);
+    if (fresh) this.advance(TAP); // a key may be up again before the next frame
+    this.#moved.changed();
+    event.preventDefault();
+  }
+}

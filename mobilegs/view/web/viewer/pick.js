@@ -1,0 +1,34 @@
+/** Which place of the scene lies under a pixel. */
+
+/** @typedef {import("../render/types.js").Camera} Camera */
+/** @typedef {import("./vector.js").Vector} Vector */
+
+const NEARBY = 12; // pixels around the pointer
+
+/**
+ * The nearest centre among those that lie about under a pixel and are not faint.
+ *
+ * @param {Float32Array} centers 3 each
+ * @param {Float32Array} logits of the mean opacity
+ * @param {Camera} camera
+ * @param {number} x pixels
+ * @param {number} y pixels
+ * @returns {Vector | null}
+ */
+export function placeUnder(centers, logits, camera, x, y) {
+  const { viewmat: m, fx, fy, cx, cy, near } = camera;
+  let best = -1;
+  let nearest = Infinity;
+  for (let i = 0; i < logits.length; i++) {
+    if (logits[i] < 0) continue;
+    const [a, b, c] = [centers[3 * i], centers[3 * i + 1], centers[3 * i + 2]];
+    const z = m[8] * a + m[9] * b + m[10] * c + m[11];
+    if (z <= near || z >= nearest) continue;
+    const dx = (fx * (m[0] * a + m[1] * b + m[2] * c + m[3])) / z + cx - x;
+    const dy = (fy * (m[4] * a + m[5] * b + m[6] * c + m[7])) / z + cy - y;
+    if (dx * dx + dy * dy > NEARBY * NEARBY) continue;
+    nearest = z;
+    best = i;
+  }
+  return best < 0 ? null : [centers[3 * best], centers[3 * best + 1], centers[3 * best + 2]];
+}

@@ -1,0 +1,152 @@
+"""Scenes that leave with their viewer: one HTML file, and a folder that opens offline."""
+
+import json
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import Chromium
+from PIL import Image
+from test_web_decoder import Case, make_scene
+from test_web_viewer import SETTLED
+
+from mobilegs import cli
+from mobilegs.compress.container import pack
+from mobilegs.compress.lobes import LobeShape
+from mobilegs.formats.ply import write_ply
+from mobilegs.view.bundle import WEB, bundle, page_script
+
+pytest_plugins = ["browser"]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("scene") / "garden.mgs"
+    path.write_bytes(pack(make_scene(Case(500, LobeShape(2, 12, (64,)), size=200))))
+    return path
+
+
+@pytest.fixture
+def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
+    """An exported folder, and where it is served."""
+    folder = tmp_path / "site"
+    words = ["export", str(scene), "--to", "site", "-o", str(folder), "--title", "A <garden>"]
+    assert cli.main(words) == 0
+
+    class Quiet(SimpleHTTPRequestHandler):
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(folder)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield folder, f"http://127.0.0.1:{server.server_port}/"
+    server.shutdown()
+    server.server_close()
+
+
+def test_the_html_file_opens_from_a_disk_without_a_network(
+    chromium: Chromium, scene: Path, tmp_path: Path
+) -> None:
+    page = tmp_path / "garden.html"
+    assert cli.main(["export", str(scene), "--to", "html", "-o", str(page)]) == 0
+    tab = chromium.tab()
+    asked: list[str] = []
+    tab.page.on("request", lambda request: asked.append(request.url))
+    tab.page.goto(f"{page.as_uri()}?scale=1")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.title() == "garden"
+    assert all(url.startswith(("file:", "blob:", "data:")) for url in asked), asked
+    tab.close()
+
+
+def test_a_plain_scene_goes_into_one_file_too(
+    chromium: Chromium, scene: Path, tmp_path: Path
+) -> None:
+    from mobilegs.compress.container import read_mgs
+
+    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
+    page = tmp_path / "plain.html"
+    words = ["export", str(tmp_path / "plain.ply"), "--to", "html", "-o", str(page)]
+    assert cli.main(words) == 0
+    tab = chromium.tab()
+    tab.page.goto(f"{page.as_uri()}?scale=1")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.close()
+
+
+def test_the_folder_opens_again_without_a_network(
+    chromium: Chromium, site: tuple[Path, str]
+) -> None:
+    _, address = site
+    tab = chromium.tab()
+    tab.page.goto(f"{address}?scale=1")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.title() == "A <garden>"
+    tab.page.wait_for_function("navigator.serviceWorker.ready.then(() => true)", timeout=30_000)
+    tab.page.wait_for_function("navigator.serviceWorker.controller !== null", timeout=30_000)
+    tab.page.context.set_offline(True)
+    tab.page.reload()
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.close()
+
+
+def test_the_folder_holds_what_it_names(site: tuple[Path, str], scene: Path) -> None:
+    folder, _ = site
+    assert (folder / "scene.mgs").read_bytes() == scene.read_bytes()
+    manifest = json.loads((folder / "manifest.webmanifest").read_text())
+    assert manifest["name"] == "A <garden>"
+    with Image.open(folder / manifest["icons"][0]["src"]) as icon:
+        assert icon.size == (512, 512)
+    with Image.open(folder / "poster.jpg") as poster:
+        assert poster.size == (1200, 630)
+        assert np.asarray(poster).std() > 5
+    listed = (folder / "sw.js").read_text().split("FILES = ", 1)[1].split("];", 1)[0] + "]"
+    files = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    assert set(json.loads(listed)) == files - {"sw.js"} | {"."}
+    assert "A &lt;garden&gt;" in (folder / "index.html").read_text()
+
+
+def test_a_folder_is_written_anew_but_no_other_one(
+    site: tuple[Path, str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, _ = site
+    before = (folder / "sw.js").read_text()
+    words = ["export", str(scene), "--to", "site", "-o"]
+    assert cli.main([*words, str(folder), "--title", "other"]) == 0
+    assert (folder / "sw.js").read_text() != before  # visitors get what has changed
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "thesis.txt").write_text("precious")
+    assert cli.main([*words, str(mine)]) == 2
+    assert "holds something else" in capsys.readouterr().err
+    assert [path.name for path in mine.iterdir()] == ["thesis.txt"]
+
+
+@pytest.mark.parametrize("to", ["html", "site"])
+def test_what_no_viewer_shows_is_refused(
+    to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    network = tmp_path / "network.mgs"
+    network.write_bytes(pack(make_scene(Case(20, network=True))))
+    (tmp_path / "broken.mgs").write_bytes(network.read_bytes()[:100])
+    (tmp_path / "photo.jpg").write_bytes(b"x")
+    for name, sentence in (
+        ("network.mgs", "asks a network"),
+        ("broken.mgs", "broken.mgs"),
+        ("photo.jpg", "neither a .mgs nor a .ply"),
+        ("gone.mgs", "gone.mgs"),
+    ):
+        words = ["export", str(tmp_path / name), "--to", to, "-o", str(tmp_path / "out")]
+        assert cli.main(words) in (1, 2)
+        assert sentence in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+
+
+def test_a_bundle_has_no_modules_left() -> None:
+    script = page_script()
+    assert "\nimport " not in script and "\nexport " not in script and "</" not in script
+    assert "import.meta" not in bundle(WEB / "load" / "worker.js", {})

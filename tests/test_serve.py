@@ -1,0 +1,108 @@
+"""The server of the viewer: what it gives away, and what it keeps."""
+
+import http.client
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from mobilegs import cli
+from mobilegs.errors import InputError
+from mobilegs.view.serve import FOLDER, Server, own_address
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """Serves a file of 3 MB with a name that an address cannot hold as it is."""
+    scene = tmp_path_factory.mktemp("scenes") / "my garden & co.mgs"
+    scene.write_bytes(bytes(range(256)) * 12_000)
+    (scene.parent / "secret.mgs").write_bytes(b"not yours")
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield server
+        server.shutdown()
+
+
+def get(server: Server, path: str) -> tuple[int, dict[str, str], bytes]:
+    """Status, headers and body of an answer; the path goes out as it is, dots and all."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection.request("GET", path)
+    answer = connection.getresponse()
+    found = answer.status, dict(answer.getheaders()), answer.read()
+    connection.close()
+    return found
+
+
+def test_the_scene_arrives_as_it_is(server: Server) -> None:
+    assert server.path_of_scene() == "/scene/my%20garden%20%26%20co.mgs"
+    status, headers, body = get(server, server.path_of_scene())
+    assert status == 200 and body == server.scene.read_bytes()
+    assert headers["Content-Length"] == str(len(body))
+
+
+def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
+    status, headers, _ = get(server, "/")
+    assert status == 302
+    assert headers["Location"] == f"/web/index.html?url={server.path_of_scene()}"
+    assert server.address("host").endswith(headers["Location"])
+    status, headers, body = get(server, headers["Location"])
+    assert status == 200 and b"<mobile-gs>" in body
+    assert headers["Content-Type"].startswith("text/html")
+
+
+@pytest.mark.parametrize("path", ["/web/page.js", "/web/mgs/reader.js", "/shaders/splat.wgsl"])
+def test_the_viewers_own_files_are_there(server: Server, path: str) -> None:
+    status, headers, body = get(server, path)
+    assert status == 200 and body == (FOLDER / path.lstrip("/")).read_bytes()
+    kind = "javascript" if path.endswith(".js") else "plain"
+    assert kind in headers["Content-Type"]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/scene/secret.mgs",
+        "/scene/",
+        "/serve.py",
+        "/web/../serve.py",
+        "/web/%2e%2e/serve.py",
+        "/../../pyproject.toml",
+        "//etc/passwd",
+        "/web/",
+        "/web",
+        "/web/gone.js",
+        "/web/nul\\..\\..\\serve.py",
+    ],
+)
+def test_nothing_else_is_served(server: Server, path: str) -> None:
+    assert get(server, path)[0] == 404
+
+
+def test_a_scene_that_has_gone_is_not_found(tmp_path: Path) -> None:
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(b"x")
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        scene.unlink()
+        assert get(server, server.path_of_scene())[0] == 404
+        server.shutdown()
+
+
+def test_it_listens_on_this_machine_alone_unless_asked(server: Server) -> None:
+    assert server.server_address[0] == "127.0.0.1"
+    assert own_address()
+
+
+def test_a_port_that_is_taken_is_told(server: Server, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=f"cannot listen on 127.0.0.1:{server.server_port}"):
+        Server(server.scene, port=server.server_port)
+    with pytest.raises(InputError, match="there is no such file"):
+        Server(tmp_path / "gone.mgs")
+
+
+def test_view_refuses_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["view", str(tmp_path / "gone.mgs")]) == 2
+    assert "there is no such file" in capsys.readouterr().err
+    assert cli.main(["view", str(tmp_path / "gone.mgs"), "--port", "70000"]) == 2
+    assert "a port lies between" in capsys.readouterr().err
