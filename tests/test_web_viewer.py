@@ -26,7 +26,7 @@ MGS = pack(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)))
 SETTLED = """() => {
   const element = document.querySelector("mobile-gs");
   const message = element?.shadowRoot.querySelector(".message");
-  if (message && !message.hidden) return message.textContent;
+  if (message && !message.hidden) return message.querySelector("p").textContent;
   return element?.getAttribute("data-state") === "loaded" ? "loaded" : null;
 }"""
 
@@ -218,3 +218,72 @@ def test_the_bench_reports_what_it_measured(tab: Tab, served: Any, renderer: str
     assert found["adapter"] and "Chrome" in found["browser"]
     if renderer == "webgpu":
         assert set(found["passes"]) == {"project", "splat", "resolve"}
+
+
+def test_a_key_that_ends_under_another_one_does_not_stick(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.focus("mobile-gs")
+    for key, act in (("w", "down"), ("Control", "down"), ("w", "up"), ("Control", "up")):
+        getattr(tab.page.keyboard, act)(key)
+    tab.page.wait_for_timeout(300)
+    first, _ = seen(tab, 16, 16)
+    tab.page.wait_for_timeout(300)
+    torch.testing.assert_close(seen(tab, 16, 16)[0].position, first.position)
+
+
+def test_a_bad_file_leaves_the_scene_that_is_shown(tab: Tab, served: Any, tmp_path: Path) -> None:
+    write_ply(tmp_path / "made.ply", unpack(MGS).decode().gaussians)
+    visit(tab, served("scene.ply", (tmp_path / "made.ply").read_bytes()))
+    tab.page.evaluate(
+        """() => document.querySelector("mobile-gs").open(new Blob(["no scene at all"]))"""
+    )
+    tab.page.wait_for_function("document.querySelector('mobile-gs').dataset.state === 'failed'")
+    tab.page.keyboard.press("Escape")
+    assert tab.page.evaluate(SETTLED.replace("loaded", "failed")) == "failed"  # no message is left
+    tab.page.evaluate("() => document.querySelector('mobile-gs').viewer.pose.orbit(3, 0)")
+    tab.page.evaluate("() => document.querySelector('mobile-gs').viewer.redraw()")
+    tab.page.wait_for_timeout(700)
+    camera, pixels = seen(tab, 160, 120)
+    expected = Scene(read_ply(tmp_path / "made.ply")).render(camera).image
+    assert expected.std() > 0.05 and psnr(pixels, expected) > 45  # in the new order
+
+
+def test_an_address_that_is_none_gets_a_sentence(tab: Tab, served: Any) -> None:
+    server = served("scene.mgs", MGS)
+    tab.page.goto(server.address("127.0.0.1").replace("url=/scene", "url=http://[&scale=1"))
+    said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
+    assert "cannot be opened" in said
+
+
+def test_a_lost_context_brings_its_scene_back(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS), "renderer=webgl")
+    before = screen(tab)
+    tab.page.evaluate(
+        """async () => {
+          const canvas = document.querySelector("mobile-gs").shadowRoot.querySelector("canvas");
+          const lose = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+          lose.loseContext();
+          await new Promise((resolve) => setTimeout(resolve, 300));
+          lose.restoreContext();
+        }"""
+    )
+    tab.page.wait_for_timeout(500)
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.wait_for_timeout(500)
+    assert np.abs(screen(tab).astype(int) - before).mean() < 2
+    tab.complaints.clear()  # the browser notes that the context was lost
+
+
+def test_one_page_takes_one_device(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        """const { requestDevice } = GPUAdapter.prototype;
+        window.devices = 0;
+        GPUAdapter.prototype.requestDevice = function (...given) {
+          window.devices += 1;
+          return requestDevice.apply(this, given);
+        };"""
+    )
+    assert visit(tab, served("scene.mgs", MGS), "renderer=webgpu") == "loaded"
+    assert tab.page.evaluate("window.devices") == 1
+    tab.close()

@@ -4,8 +4,9 @@ import json
 import re
 from pathlib import Path
 
-WEB = Path(__file__).parent / "web"
-SHADERS = Path(__file__).parent / "shaders"
+FOLDER = Path(__file__).resolve().parent
+WEB = FOLDER / "web"
+SHADERS = FOLDER / "shaders"
 IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"([^"]+)";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:async function|function|class|const) (\w+))", re.MULTILINE)
 NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
@@ -63,7 +64,9 @@ def page_script() -> str:
 const WORKER = {worker};
 const SHADERS = {shaders};
 export function loadingWorker() {{
-  return new Worker(URL.createObjectURL(new Blob([WORKER], {{ type: "text/javascript" }})));
+  const url = URL.createObjectURL(new Blob([WORKER], {{ type: "text/javascript" }}));
+  setTimeout(() => URL.revokeObjectURL(url), 60000);
+  return new Worker(url);
 }}
 export async function shaderText(file) {{
   return SHADERS[file];

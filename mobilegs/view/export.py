@@ -21,6 +21,7 @@ from mobilegs.view.bundle import SHADERS, WEB, page_script
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
 ICON = 512
+MARK = b"Keeps an exported site on the device"  # of a folder that was written here
 # of index.html, replaced by what an exported page has in their place
 TITLE = "<title>mobilegs</title>"
 LINK = '<link rel="icon" href="data:," />'
@@ -49,7 +50,8 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
 
     Returns the bytes in it. InputError if there is a folder that something else made.
     """
-    if output.exists() and not (output / "sw.js").exists():
+    ours = output / "sw.js"
+    if output.exists() and not (ours.is_file() and MARK in ours.read_bytes()):
         if not output.is_dir() or any(output.iterdir()):
             raise InputError(f"{output} holds something else: give a new folder")
     picture = poster_of(scene)
@@ -95,7 +97,7 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
     text = _replaced(
         text, {'VERSION = ""': f'VERSION = "{version}"', "FILES = []": f"FILES = {names}"}
     )
-    files["sw.js"] = text.encode()  # the last one: it stands for a folder that is complete
+    files = {"sw.js": text.encode(), **files}  # the mark comes first: an interrupted export goes on
     for file, content in files.items():
         atomic_write(output / file, content)
     return sum(len(content) for content in files.values())
@@ -132,6 +134,8 @@ def poster_of(path: Path) -> Image.Image:
 
 def _aside(scene: Scene) -> Camera:
     """From where pose.js looks at a scene without cameras."""
+    if not len(scene.gaussians):
+        raise InputError("the scene has no Gaussians: there is nothing to show")
     shares = torch.tensor([0.25, 0.5, 0.75])
     low, middle, high = torch.quantile(scene.gaussians.means[:1_000_000], shares, dim=0)
     size = float((high - low).max()) or 1.0

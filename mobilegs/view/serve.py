@@ -6,11 +6,12 @@ import webbrowser
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from urllib.parse import quote, urlsplit
+from urllib.parse import urlsplit
 
 from mobilegs.errors import InputError
 
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).resolve().parent
+SCENE = "/scene"  # what it is, its first bytes say
 SERVED = ("web", "shaders")  # of this folder, the only ones that leave it
 TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -40,14 +41,9 @@ class Server(ThreadingHTTPServer):
         except OSError as error:
             raise InputError(f"cannot listen on {host}:{port}: {error.strerror}") from None
 
-    def path_of_scene(self) -> str:
-        """The path that the scene is served under."""
-        return f"/scene/{quote(self.scene.name)}"
-
     def address(self, host: str) -> str:
         """What to open in a browser that reaches this machine as `host`."""
-        query = f"url={self.path_of_scene()}"
-        return f"http://{host}:{self.server_port}/web/index.html?{query}"
+        return f"http://{host}:{self.server_port}/web/index.html?url={SCENE}"
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -60,7 +56,7 @@ class Handler(BaseHTTPRequestHandler):
         path = urlsplit(self.path).path
         if path == "/":
             self.send_response(HTTPStatus.FOUND)
-            self.send_header("Location", f"/web/index.html?url={self.server.path_of_scene()}")
+            self.send_header("Location", f"/web/index.html?url={SCENE}")
             self.send_header("Content-Length", "0")
             self.end_headers()
             return
@@ -94,7 +90,7 @@ class Handler(BaseHTTPRequestHandler):
         pass
 
     def _file_of(self, path: str) -> Path | None:
-        if path == self.server.path_of_scene():
+        if path == SCENE:
             return self.server.scene
         file = FOLDER.joinpath(path.lstrip("/")).resolve()
         inside = any(file.is_relative_to(FOLDER / name) for name in SERVED)

@@ -41,13 +41,14 @@ const TEMPLATE = `
 </div>
 <div class="panel help" role="dialog" aria-label="Help" hidden><h2>Ways to move</h2><dl>
 ${HELP.map(([what, does]) => `<dt>${what}</dt><dd>${does}</dd>`).join("")}
-</dl></div>
+</dl><button data-act="close">Close</button></div>
 <div class="panel report" role="dialog" aria-label="Measured" hidden>
   <h2></h2>
   <textarea readonly rows="14" cols="44" aria-label="the figures as JSON"></textarea><br />
   <button data-act="copy">Copy</button> <button data-act="share">Share</button>
+  <button data-act="close">Close</button>
 </div>
-<div class="panel message" role="alert" hidden></div>
+<div class="panel message" hidden><p role="alert"></p><button data-act="close">Close</button></div>
 <div class="panel drop" hidden>Drop a scene to open it</div>`;
 const KEYS = new Map([
   ["KeyR", "reset"],
@@ -78,10 +79,11 @@ export class MobileGs extends HTMLElement {
       button.addEventListener("click", () => this.act(button.dataset.act ?? ""));
     }
     this.#root.addEventListener("keydown", (event) => {
-      const { code, ctrlKey, metaKey, altKey } = /** @type {KeyboardEvent} */ (event);
+      const { code, ctrlKey, metaKey, altKey, repeat, target } = /** @type {KeyboardEvent} */ (event);
       const act = KEYS.get(code);
-      if (act && !ctrlKey && !metaKey && !altKey) this.act(act);
-      if (code === "Escape") this.#toggle("help", false);
+      const typing = target instanceof HTMLTextAreaElement;
+      if (act && !ctrlKey && !metaKey && !altKey && !repeat && !typing) this.act(act);
+      if (code === "Escape") this.act("close");
     });
     this.addEventListener("dragover", (event) => {
       event.preventDefault();
@@ -97,6 +99,11 @@ export class MobileGs extends HTMLElement {
   }
 
   connectedCallback() {
+    // a script that comes with the element may still want to set attributes
+    queueMicrotask(() => this.isConnected && !this.viewer && this.#begin());
+  }
+
+  #begin() {
     this.#part("buttons").hidden = this.hasAttribute("noui");
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
     const scale = Number(this.getAttribute("scale"));
@@ -104,7 +111,10 @@ export class MobileGs extends HTMLElement {
     const choice = this.getAttribute("renderer") ?? "auto";
     this.#ready = this.viewer.begin(/** @type {Choice} */ (choice));
     const poster = this.getAttribute("poster");
-    if (poster) this.style.background = `center / cover no-repeat url("${encodeURI(poster)}")`;
+    if (poster) {
+      const { href } = new URL(poster, document.baseURI);
+      this.style.background = `center / cover no-repeat url("${href}")`;
+    }
     const source = this.getAttribute("src");
     if (source) this.open(source);
   }
@@ -114,7 +124,9 @@ export class MobileGs extends HTMLElement {
     this.viewer = null;
     // a canvas that was drawn to in one way cannot be drawn to in another
     const canvas = this.#root.querySelector("canvas");
+    canvas?.classList.remove("drawn");
     canvas?.replaceWith(canvas.cloneNode());
+    this.#showMode("orbit");
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
@@ -124,13 +136,19 @@ export class MobileGs extends HTMLElement {
 
   /** Opens a scene: an address, or a file of the visitor's. @param {string | Blob} source */
   async open(source) {
-    if (!(await this.#ready) || !this.viewer) return;
+    const viewer = this.viewer;
+    if (!(await this.#ready) || viewer === null || viewer !== this.viewer) return;
     this.#part("message").hidden = true;
     this.dataset.state = "loading";
     this.progress(NaN);
-    const request =
-      source instanceof Blob ? { file: source } : { url: new URL(source, document.baseURI).href };
-    this.viewer.load(request);
+    try {
+      const request =
+        source instanceof Blob ? { file: source } : { url: new URL(source, document.baseURI).href };
+      viewer.load(request);
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      this.failed(`the scene cannot be opened: ${why}`);
+    }
   }
 
   /** Does what a button or key stands for. @param {string} what */
@@ -149,9 +167,10 @@ export class MobileGs extends HTMLElement {
       else void this.requestFullscreen?.().catch(() => {});
     } else if (what === "mode") {
       viewer.mode = viewer.mode === "orbit" ? "fly" : "orbit";
-      const button = this.#root.querySelector("[data-act=mode]");
-      if (button) button.textContent = viewer.mode === "orbit" ? "Orbit" : "Fly";
-      button?.setAttribute("aria-pressed", String(viewer.mode === "fly"));
+      this.#showMode(viewer.mode);
+    } else if (what === "close") {
+      for (const name of ["help", "report", "message"]) this.#toggle(name, false);
+      this.focus({ preventScroll: true });
     }
     viewer.redraw();
   }
@@ -168,6 +187,7 @@ export class MobileGs extends HTMLElement {
   /** @param {number} milliseconds */
   loaded(milliseconds) {
     this.#part("bar").hidden = true;
+    this.#part("message").hidden = true;
     this.dataset.state = "loaded";
     this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds } }));
   }
@@ -176,7 +196,7 @@ export class MobileGs extends HTMLElement {
   failed(sentence) {
     this.#part("bar").hidden = true;
     const message = this.#part("message");
-    message.textContent = sentence;
+    /** @type {HTMLElement} */ (message.querySelector("p")).textContent = sentence;
     message.hidden = false;
     this.dataset.state = "failed";
     this.dispatchEvent(new CustomEvent("error", { detail: { sentence } }));
@@ -196,6 +216,7 @@ export class MobileGs extends HTMLElement {
 
   /** @param {Stats} stats */
   drawn(stats) {
+    this.#root.querySelector("canvas")?.classList.add("drawn");
     this.dispatchEvent(new CustomEvent("frame", { detail: stats }));
     const panel = this.#part("stats");
     if (panel.hidden) return;
@@ -232,6 +253,13 @@ export class MobileGs extends HTMLElement {
     part.hidden = shown === undefined ? !part.hidden : !shown;
     this.#root.querySelector(`[data-act=${name}]`)?.setAttribute("aria-expanded", String(!part.hidden));
     return !part.hidden;
+  }
+
+  /** @param {"orbit" | "fly"} mode */
+  #showMode(mode) {
+    const button = this.#root.querySelector("[data-act=mode]");
+    if (button) button.textContent = mode === "orbit" ? "Orbit" : "Fly";
+    button?.setAttribute("aria-pressed", String(mode === "fly"));
   }
 
   /** @param {string} name @returns {HTMLElement} */

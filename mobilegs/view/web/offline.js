@@ -5,12 +5,15 @@ const VERSION = "";
 const FILES = [];
 
 const worker = /** @type {any} */ (self);
+// other sites of the same host have caches of their own, which are not ours to touch
+const PREFIX = `mobilegs ${worker.registration.scope} `;
+const NAME = PREFIX + VERSION;
 
 worker.addEventListener("install", (/** @type {any} */ event) => {
   event.waitUntil(
     caches
-      .open(VERSION)
-      .then((cache) => cache.addAll(FILES))
+      .open(NAME)
+      .then((cache) => cache.addAll(FILES.map((file) => new Request(file, { cache: "reload" }))))
       .then(() => worker.skipWaiting()),
   );
 });
@@ -19,7 +22,8 @@ worker.addEventListener("activate", (/** @type {any} */ event) => {
   event.waitUntil(
     caches
       .keys()
-      .then((names) => Promise.all(names.filter((name) => name !== VERSION).map((name) => caches.delete(name))))
+      .then((names) => names.filter((name) => name.startsWith(PREFIX) && name !== NAME))
+      .then((old) => Promise.all(old.map((name) => caches.delete(name))))
       .then(() => worker.clients.claim()),
   );
 });
@@ -28,7 +32,8 @@ worker.addEventListener("fetch", (/** @type {any} */ event) => {
   if (event.request.method !== "GET") return;
   event.respondWith(
     caches
-      .match(event.request, { ignoreSearch: true })
+      .open(NAME)
+      .then((cache) => cache.match(event.request, { ignoreSearch: true }))
       .then((/** @type {Response | undefined} */ kept) => kept ?? fetch(event.request)),
   );
 });

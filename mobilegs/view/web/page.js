@@ -13,22 +13,23 @@ for (const name of ["renderer", "scale", "noui"]) {
   const value = wishes.get(name);
   if (value !== null) element.setAttribute(name, value);
 }
-// the element reads its attributes when it joins the page
-element.remove();
-document.body.append(element);
 const url = wishes.get("url");
-const own = ownScene();
 if (url) element.setAttribute("src", url);
-else if (own) void element.open(own);
-else if (!element.hasAttribute("src")) {
-  element.failed("no scene is named: drop a .mgs file here, or add ?url=... to the address");
-}
+// the element begins as soon as this script has come to its end
+setTimeout(() => {
+  const own = ownScene();
+  if (!url && own) void element.open(own);
+  else if (!element.hasAttribute("src")) {
+    element.failed("no scene is named: drop a .mgs file here, or add ?url=... to the address");
+  }
+  goTo();
+  element.focus({ preventScroll: true });
+}, 0);
 
 const goTo = () => {
   const pose = readPose(location.hash);
   if (pose) element.viewer?.place(pose);
 };
-goTo();
 addEventListener("hashchange", goTo);
 
 let timer = 0;

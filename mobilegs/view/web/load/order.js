@@ -1,4 +1,4 @@
-/** Far Gaussians first: a counting sort of depths, for scenes that are drawn sorted. */
+/** Far Gaussians first, for scenes that are drawn sorted: a radix sort of the bits of the depths. */
 
 const BINS = 1 << 16;
 
@@ -10,23 +10,23 @@ const BINS = 1 << 16;
 export function farFirst(centers, [fx, fy, fz]) {
   const count = centers.length / 3;
   const depths = new Float32Array(count);
-  let low = Infinity;
-  let high = -Infinity;
   for (let i = 0; i < count; i++) {
-    const depth = fx * centers[3 * i] + fy * centers[3 * i + 1] + fz * centers[3 * i + 2];
-    depths[i] = depth;
-    if (depth < low) low = depth;
-    if (depth > high) high = depth;
+    depths[i] = fx * centers[3 * i] + fy * centers[3 * i + 1] + fz * centers[3 * i + 2];
   }
-  const scale = high > low ? (BINS - 1) / (high - low) : 0;
-  const bins = new Uint16Array(count);
-  const starts = new Uint32Array(BINS + 1);
-  for (let i = 0; i < count; i++) {
-    bins[i] = BINS - 1 - Math.floor((depths[i] - low) * scale);
-    starts[bins[i] + 1] += 1;
+  // as integers, the bits of positive floats rise with them and those of negative ones fall
+  const keys = new Uint32Array(depths.buffer);
+  for (let i = 0; i < count; i++) keys[i] = keys[i] & 0x80000000 ? keys[i] : ~keys[i] & 0x7fffffff;
+  let order = Uint32Array.from({ length: count }, (_, i) => i);
+  let other = new Uint32Array(count);
+  for (const shift of [0, 16]) {
+    const starts = new Uint32Array(BINS + 1);
+    for (let i = 0; i < count; i++) starts[((keys[i] >>> shift) & 0xffff) + 1] += 1;
+    for (let bin = 0; bin < BINS; bin++) starts[bin + 1] += starts[bin];
+    for (let i = 0; i < count; i++) {
+      const row = order[i];
+      other[starts[(keys[row] >>> shift) & 0xffff]++] = row;
+    }
+    [order, other] = [other, order];
   }
-  for (let bin = 0; bin < BINS; bin++) starts[bin + 1] += starts[bin];
-  const order = new Uint32Array(count);
-  for (let i = 0; i < count; i++) order[starts[bins[i]]++] = i;
   return order;
 }

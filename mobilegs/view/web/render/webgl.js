@@ -29,6 +29,7 @@ import { HALF_SCALE, VIEW_BYTES, packView } from "./view.js";
 const ROW = 4096; // texels in a row of textures that hold Gaussians, as in view.glsl
 const BATCH = 128; // quads of an instance, as in view.glsl
 const VIEW_BINDING = 0;
+const NOTHING = new Float32Array(0);
 
 /** Each sampler has a texture unit of its own, so that nothing is ever bound anew. */
 const SAMPLERS = [
@@ -65,6 +66,8 @@ export class WebGlRenderer {
   lost = null;
   /** Called with a sentence when the context is lost. @type {(sentence: string) => void} */
   onLost = () => {};
+  /** Called when the context is back, but without a scene. @type {() => void} */
+  onRestored = () => {};
 
   #gl;
   #shaders;
@@ -85,6 +88,7 @@ export class WebGlRenderer {
     this.#scene = null; // one that was set in between has not arrived
     this.#fixed = makeFixed(this.#gl);
     this.lost = null;
+    this.onRestored();
   };
 
   /**
@@ -151,7 +155,8 @@ export class WebGlRenderer {
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
     });
     this.#check("three textures of 32-bit floats");
-    this.#scene = scene;
+    // the numbers are the GPU's now: a page on a phone cannot keep them as well
+    this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
     this.#size = [0, 0]; // whether there is a sum of weights depends on the scene
     if (scene.sorted) this.#upload("order", Uint32Array.from({ length: scene.count }, (_, i) => i));
   }
@@ -175,7 +180,8 @@ export class WebGlRenderer {
    * @param {Uint32Array} order
    */
   setOrder(order) {
-    if (order.length !== this.#scene?.count) {
+    if (this.#scene === null) return;
+    if (order.length !== this.#scene.count) {
       throw new Error(`an order of ${order.length} Gaussians does not suit this scene`);
     }
     this.#write("order", 0, order);

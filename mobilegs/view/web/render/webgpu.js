@@ -10,6 +10,7 @@ const BATCH = 128; // quads of an instance, as in view.wgsl
 const WORKGROUP = 64;
 const SPLAT_BYTES = 48;
 const DRAWN = [6 * BATCH, 0, 0, 0, 0, 0]; // project.wgsl's Drawn, before a frame
+const NOTHING = new Float32Array(0);
 const PASSES = ["project", "splat", "resolve"];
 
 /**
@@ -148,7 +149,8 @@ export class WebGpuRenderer {
       ? this.#device.createBuffer({ size: 4 * rows, usage: use.STORAGE | use.COPY_DST })
       : null;
     const last = order ? { binding: 3, buffer: order } : { binding: 2, buffer: this.#drawn };
-    this.#scene = scene;
+    // the numbers are the GPU's now: a page on a phone cannot keep them as well
+    this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
     this.#uploaded = {
       buffers: order ? [...parts, splats, order] : [...parts, splats],
       order,

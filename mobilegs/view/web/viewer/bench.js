@@ -25,7 +25,7 @@ const SPAN = 10; // seconds that each of the two rates is taken from, at most
  * @returns {Plan}
  */
 export function planOf(text, screen) {
-  const [, seconds, width, height] = /^(\d+)?(?:,?(\d+)x(\d+))?$/.exec(text) ?? [];
+  const [, seconds, width, height] = /^(?:(\d+)(?:,|$))?(?:(\d+)x(\d+))?$/.exec(text) ?? [];
   return {
     seconds: Math.min(Math.max(Number(seconds) || 60, 1), 3600),
     width: Math.min(Number(width) || screen.width, 8192),

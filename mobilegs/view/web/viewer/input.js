@@ -37,6 +37,7 @@ export class Input {
   #pointers = new Map();
   /** @type {Set<string>} */
   #keys = new Set();
+  #shift = false;
   #pressed = { x: 0, y: 0, time: 0 }; // of the tap before, for a double tap
 
   /**
@@ -61,14 +62,14 @@ export class Input {
 
   /** Whether keys are held down that go on moving. */
   get busy() {
-    return this.#keys.size > Number(this.#keys.has("ShiftLeft"));
+    return this.#keys.size > 0;
   }
 
   /** Moves by the keys that are down. @param {number} seconds since the last call */
   advance(seconds) {
     if (!this.busy) return;
     const pose = this.#moved.pose();
-    const step = SPEED * pose.reach * seconds * (this.#keys.has("ShiftLeft") ? 4 : 1);
+    const step = SPEED * pose.reach * seconds * (this.#shift ? 4 : 1);
     for (const key of this.#keys) {
       const way = FLYING.get(key);
       if (way) pose.move(way[0] * step, way[1] * step, way[2] * step);
@@ -160,8 +161,11 @@ export class Input {
   /** @param {KeyboardEvent} event @param {boolean} down */
   #key(event, down) {
     const { code } = event;
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (!FLYING.has(code) && !TURNING.has(code) && code !== "ShiftLeft") return;
+    this.#shift = event.shiftKey;
+    // with Cmd held, the end of another key is never told
+    if (!down && code.startsWith("Meta")) this.#keys.clear();
+    if (down && (event.ctrlKey || event.metaKey || event.altKey)) return;
+    if (!FLYING.has(code) && !TURNING.has(code)) return;
     const fresh = down && !this.#keys.has(code);
     if (down) this.#keys.add(code);
     else this.#keys.delete(code);

@@ -2,12 +2,15 @@
 export const STYLE = `
 :host {
   display: block; position: relative; overflow: hidden; contain: strict; color-scheme: light dark;
-  --paper: light-dark(#ffffffd9, #16181dd9); --ink: light-dark(#16181d, #f3f4f6);
-  --accent: light-dark(#0b62d6, #7db4ff);
-  background: light-dark(#e8eaee, #0d0f12); color: var(--ink);
+  --paper: #16181dd9; --ink: #f3f4f6; --accent: #7db4ff; --wall: #0d0f12;
+  background: var(--wall); color: var(--ink);
   font: 14px/1.4 system-ui, sans-serif; min-height: 120px;
 }
-canvas { display: block; width: 100%; height: 100%; touch-action: none; cursor: grab; outline: none; }
+@media (prefers-color-scheme: light) {
+  :host { --paper: #ffffffd9; --ink: #16181d; --accent: #0b62d6; --wall: #e8eaee; }
+}
+canvas { opacity: 0; display: block; width: 100%; height: 100%; touch-action: none; cursor: grab; outline: none; }
+canvas.drawn { opacity: 1; }
 canvas:active { cursor: grabbing; }
 canvas:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }
 [hidden] { display: none !important; }

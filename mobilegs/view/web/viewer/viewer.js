@@ -32,6 +32,7 @@ import { dot } from "./vector.js";
  * @property {Record<string, number> | null} passes milliseconds of the device, where it tells
  */
 
+const LINGER = 150; // milliseconds after an input in which things still count as moving
 const SAME_SIDE = Math.cos((0.5 * Math.PI) / 180); // an order serves all directions as near as that
 
 export class Viewer {
@@ -48,8 +49,13 @@ export class Viewer {
   /** @type {Renderer | null} */
   #renderer = null;
   #name = "";
-  /** @type {Worker | null} */
+  /** Of the scene that is shown. @type {Worker | null} */
   #worker = null;
+  /** Of the one that shall take its place. @type {Worker | null} */
+  #coming = null;
+  /** What was asked for last. @type {Request | null} */
+  #request = null;
+  #destroyed = false;
   #input;
   #start = this.pose;
   /** @type {View[]} */
@@ -67,6 +73,9 @@ export class Viewer {
   #placed = false; // the pose was set from outside
   #asked = 0; // animation frame
   #last = 0; // time of the last frame
+  #touched = -Infinity; // time of the last input
+  #moving = false; // whether the last frame followed input
+  #rest = 0; // timer that draws sharply when nothing moves any more
   #resize;
 
   /**
@@ -81,7 +90,10 @@ export class Viewer {
     this.#input = new Input(canvas, {
       pose: () => this.pose,
       mode: () => this.mode,
-      changed: () => this.redraw(),
+      changed: () => {
+        this.#touched = performance.now();
+        this.redraw();
+      },
       focus: (x, y) => this.#focus(x, y),
     });
     this.#resize = new ResizeObserver(() => this.redraw());
@@ -92,7 +104,14 @@ export class Viewer {
   async begin(choice) {
     try {
       const { name, renderer } = await chooseRenderer(this.#canvas, choice);
+      if (this.#destroyed) {
+        renderer.destroy();
+        return false;
+      }
       renderer.onLost = (sentence) => this.#listener.failed(sentence);
+      if ("onRestored" in renderer) {
+        renderer.onRestored = () => this.#request && this.load(this.#request);
+      }
       this.#renderer = renderer;
       this.#name = name;
       return true;
@@ -102,16 +121,21 @@ export class Viewer {
     }
   }
 
-  /** Loads a scene in the place of the one before. @param {Request} request */
+  /** Loads a scene in the place of the one before, which stays if that fails. @param {Request} request */
   load(request) {
-    this.#worker?.terminate();
+    this.#coming?.terminate();
+    if (this.#request && this.#request !== request) this.#placed = false; // that was another place
+    this.#request = request;
     const worker = loadingWorker();
-    worker.onmessage = ({ data }) => this.#receive(data);
+    worker.onmessage = ({ data }) => {
+      // what an old worker has sent before its end still arrives
+      if (worker === this.#coming || worker === this.#worker) this.#receive(data, worker);
+    };
     worker.onerror = (event) => {
       event.preventDefault();
       this.#listener.failed("the viewer's own files could not be loaded: reload the page");
     };
-    this.#worker = worker;
+    this.#coming = worker;
     worker.postMessage(request);
   }
 
@@ -183,7 +207,10 @@ export class Viewer {
   }
 
   destroy() {
+    this.#destroyed = true;
     cancelAnimationFrame(this.#asked);
+    clearTimeout(this.#rest);
+    this.#coming?.terminate();
     this.#worker?.terminate();
     this.#input.destroy();
     this.#resize.disconnect();
@@ -191,23 +218,27 @@ export class Viewer {
     this.#renderer = null;
   }
 
-  /** @param {Message} message */
-  #receive(message) {
+  /** @param {Message} message @param {Worker} worker that sent it */
+  #receive(message, worker) {
     if (message.kind === "failed") this.#listener.failed(message.sentence);
     else if (message.kind === "progress") this.#listener.progress(message.received / message.total);
-    else if (message.kind === "scene") this.#take(message);
+    else if (message.kind === "scene") this.#take(message, worker);
     else if (message.kind === "rows") this.#takeRows(message);
     else if (message.kind === "order") this.#takeOrder(message.order);
     else this.#listener.loaded(message.milliseconds);
   }
 
-  /** @param {Extract<Message, {kind: "scene"}>} message */
-  #take({ data, views, near }) {
+  /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
+  #take({ data, views, near }, worker) {
     const { count, shapes } = data;
+    this.#worker?.terminate();
+    this.#worker = worker;
+    this.#coming = null;
     try {
       this.#renderer?.setScene(data);
     } catch (error) {
-      this.#worker?.terminate();
+      worker.terminate();
+      this.#count = 0;
       this.#listener.failed(error instanceof Error ? error.message : String(error));
       return;
     }
@@ -236,7 +267,6 @@ export class Viewer {
 
   /** @param {Uint32Array<ArrayBuffer>} order */
   #takeOrder(order) {
-    if (order.length !== this.#count) return; // of the scene before
     this.#ordering = false;
     this.#renderer?.setOrder(order);
     this.redraw();
@@ -263,14 +293,17 @@ export class Viewer {
     this.#asked = 0;
     const since = time - this.#last;
     this.#last = time;
-    const moving = since < 250; // or frames do not follow one another
-    if (!moving) this.#resolution.pause();
-    else if (this.#resolution.note(since)) this.redraw();
+    const followed = this.#moving; // then the time between the two frames is that of one
+    this.#moving = performance.now() - this.#touched < LINGER || this.#input.busy;
+    if (!this.#moving) this.#resolution.pause();
+    else if (followed) this.#resolution.note(since);
     this.#input.advance(Math.min(since, 100) / 1000);
     const { width, height } = this.#draw();
+    clearTimeout(this.#rest);
+    if (this.#moving) this.#rest = setTimeout(() => this.redraw(), 2 * LINGER);
     if (this.#renderer && this.#count) {
       const passes = "milliseconds" in this.#renderer ? this.#renderer.milliseconds : null;
-      const milliseconds = moving ? since : 0;
+      const milliseconds = this.#moving && followed ? since : 0;
       this.#listener.drawn({ renderer: this.#name, count: this.#count, width, height, milliseconds, passes });
       if (this.timed && "time" in this.#renderer) void this.#renderer.time();
     }
@@ -280,7 +313,7 @@ export class Viewer {
   #draw() {
     const { clientWidth, clientHeight } = this.#canvas;
     this.#askOrder();
-    const size = this.#resolution.size(clientWidth, clientHeight, devicePixelRatio);
+    const size = this.#resolution.size(clientWidth, clientHeight, devicePixelRatio, this.#moving);
     if (clientWidth && clientHeight) this.#renderer?.draw(this.camera(size.width, size.height));
     return size;
   }
