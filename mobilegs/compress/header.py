@@ -94,7 +94,7 @@ def parse(fields: dict[str, Any]) -> Header:
             that this program cannot do.
     """
     for name, known in (("mode", MODE), ("blend", BLEND), ("sh_degree", 1)):
-        if fields.get(name) != known:
+        if type(fields.get(name)) is not type(known) or fields[name] != known:  # True == 1
             raise InputError(
                 f"the .mgs file has {name} {str(fields.get(name))[:40]!r}, which this program "
                 "does not know: a newer mobilegs may"
