@@ -65,3 +65,21 @@ test("a slow device draws less while it moves, and all of it at rest", () => {
   for (let i = 0; i < 60; i++) resolution.note(8);
   assert.equal(resolution.scale, 1);
 });
+
+test("the sky is above level cameras, however they are spread", () => {
+  const sky = /** @type {[number, number, number]} */ ([0.2, -0.9, 0.3]);
+  const size = Math.hypot(...sky);
+  const spreads = {
+    ring: [0, 0.4, 0.9, 1.1, 2.5, 4].map((a) => [3 * Math.cos(a), -1.5 - 0.3 * a, 3 * Math.sin(a)]),
+    row: [-1, -0.5, 0, 0.5, 1].map((x) => [x, 0.1 * x * x, -4]),
+  };
+  for (const [name, eyes] of Object.entries(spreads)) {
+    const views = eyes.map((eye) => {
+      const pose = new Pose(/** @type {any} */ (eye), [0, 0, 0], sky);
+      return { viewmat: Float32Array.from(pose.viewmat()), K: new Float32Array(9), width: 4, height: 3 };
+    });
+    const { up } = Pose.fromViews(views);
+    const cosine = up.reduce((sum, x, k) => sum + (x * sky[k]) / size, 0);
+    assert.ok(cosine > (name === "ring" ? 0.999 : 0.95), `${name}: ${cosine}`);
+  }
+});

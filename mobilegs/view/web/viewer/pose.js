@@ -7,6 +7,7 @@ import { cross, dot, length, minus, plus, turned, unit } from "./vector.js";
 /** @typedef {import("./vector.js").Vector} Vector */
 
 const POLE = 0.02; // radians that a view keeps from straight up or down
+const TRUST = 0.02; // in the mean upward direction of cameras
 const NEAREST = 1e-3; // of the starting distance, that a dolly may come close to its target
 
 /** An eye at a place, turned to a target, with a sky that stays where it is. */
@@ -31,7 +32,7 @@ export class Pose {
    */
   static fromViews(views, index = 0) {
     const axes = views.map(axesOf);
-    const up = unit(axes.reduce((sum, { down }) => minus(sum, down), /** @type {Vector} */ ([0, 0, 0])));
+    const up = skyOf(axes);
     const { eye, forward } = axes[index];
     const distance = Math.max(dot(minus(meeting(axes), eye), forward), 0);
     // cameras that look outwards or in parallel meet nowhere: then a step ahead
@@ -147,13 +148,33 @@ export function cameraOf(pose, view, width, height, near) {
   return { viewmat: pose.viewmat(), fx: focal, fy: focal, ...center, width, height, near };
 }
 
-/** @param {View} view @returns {{eye: Vector, forward: Vector, down: Vector}} */
+/**
+ * The direction of the sky: people hold cameras level, so it is square to what is right of them.
+ * Where all look the same way, that leaves a choice, and their mean upward direction decides.
+ *
+ * @param {{right: Vector, down: Vector}[]} axes
+ * @returns {Vector}
+ */
+function skyOf(axes) {
+  const mean = unit(axes.reduce((sum, { down }) => minus(sum, down), /** @type {Vector} */ ([0, 0, 0])));
+  let up = mean;
+  // power iteration: what has most of `(1 + TRUST) - mean of r r^T + TRUST mean mean^T`
+  for (let step = 0; step < 200; step++) {
+    /** @type {Vector} */
+    let next = plus([0, 0, 0], up, 1 + TRUST);
+    for (const { right } of axes) next = plus(next, right, -dot(right, up) / axes.length);
+    up = unit(plus(next, mean, TRUST * dot(mean, up)));
+  }
+  return up;
+}
+
+/** @param {View} view @returns {{eye: Vector, right: Vector, forward: Vector, down: Vector}} */
 function axesOf({ viewmat: m }) {
   const row = (/** @type {number} */ i) => /** @type {Vector} */ ([m[4 * i], m[4 * i + 1], m[4 * i + 2]]);
   const [right, down, forward] = [row(0), row(1), row(2)];
   let eye = plus([0, 0, 0], right, -m[3]);
   eye = plus(plus(eye, down, -m[7]), forward, -m[11]);
-  return { eye, forward, down };
+  return { eye, right, forward, down };
 }
 
 /**
