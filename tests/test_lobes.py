@@ -116,6 +116,30 @@ def test_decoding_is_what_the_format_says() -> None:
     torch.testing.assert_close(decoder(latents, some, base=True).flatten(1), expected)
 
 
+@pytest.mark.parametrize("latents", [0, 4])
+def test_gradients_of_decoding_are_those_of_the_numbers(latents: int) -> None:
+    decoder = LobeDecoder(LobeShape(2, latents, (8,)), seeded()).double()
+    with torch.no_grad():  # halves, so that rounding them changes nothing
+        for parameter in decoder.parameters():
+            parameter.copy_(torch.randn(parameter.shape, generator=seeded(4)).half())
+    some = some_gaussians(6).to(dtype=torch.float64)
+    numbers = torch.randn(6, latents, generator=seeded(6), dtype=torch.float64)
+    inputs = {"latents": numbers, **some.tensors()}
+    for tensor in inputs.values():
+        tensor.requires_grad_()
+
+    def decoded(numbers: Tensor, logits: Tensor) -> Tensor:
+        given = {**some.detached().tensors(), "logit_opacities": logits}
+        return decoder(numbers, Gaussians(**given), base=True)
+
+    assert torch.autograd.gradcheck(decoded, (inputs["latents"], inputs["logit_opacities"]))
+    decoder(numbers, some, base=True).square().sum().backward()
+    others = ("quats", "log_scales", "sh")
+    # with numbers of their own, Gaussians do not bend what else they are made of
+    assert all((inputs[name].grad is None) == (latents > 0) for name in others)
+    assert all(parameter.grad is not None for parameter in decoder.parameters())
+
+
 def test_chunks_do_not_change_what_is_decoded(monkeypatch) -> None:
     decoder = LobeDecoder(LobeShape(2, 4, (8,)), seeded())
     some, latents = some_gaussians(), torch.randn(300, 4, generator=seeded(6))
