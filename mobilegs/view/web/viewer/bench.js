@@ -40,7 +40,7 @@ export function planOf(text, screen) {
  * @param {Pose} start
  * @param {number} frame
  */
-export function poseAt(viewer, start, frame) {
+function poseAt(viewer, start, frame) {
   const { views } = viewer;
   if (views.length < 2) {
     const pose = start.copy();
