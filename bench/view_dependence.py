@@ -20,9 +20,12 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import torch
+from torch import Tensor
+from torch.nn.functional import normalize
 
 from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.data import Dataset, load_capture, load_view
@@ -33,7 +36,9 @@ from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.render import render_sorted
 from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.render.lobes import lobe_degree
 from mobilegs.render.scene import Scene
+from mobilegs.spherical_harmonics import C0, sh_basis
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
 from mobilegs.train.optim import NamedAdam, log_linear
@@ -90,7 +95,12 @@ VARIANTS: dict[str, list[str]] = {
     "exponent-8": ["weighting.exponent_max=8"],
     "exponent-14": ["weighting.exponent_max=14"],
     "free-2-decay": [*FREE, "view.decay=0.001"],
+    # lobes pulled back into bounds along random directions, most of which no camera looked along
+    "floor-2": [],
+    "phi-0-8": [],
 }
+BOUNDED = ("floor-2", "phi-0-8")
+PULL = 0.1  # weight of the mean distance from those bounds, beside a loss of about 0.1
 
 
 def open_capture(name: str, data: Path) -> Dataset:
@@ -177,6 +187,41 @@ class SortedStudent:
         self.done += 1
 
 
+def out_of_bounds(variant: str, lobes: Tensor, directions: Tensor) -> Tensor:
+    """How far each Gaussian's `lobes` [n, m, 2] are out of the variant's bounds: [n].
+
+    `floor-2`: the opacity's logit more than 2 below its mean over all directions. `phi-0-8`: phi
+    before its ReLU outside of 0 to 8.
+    """
+    basis = sh_basis(directions, lobe_degree(lobes))
+    logits, raw_phi = (basis[:, :, None] * lobes).sum(1).unbind(1)
+    if variant == "floor-2":
+        return (C0 * lobes[:, 0, 0] - 2 - logits).relu()
+    return (-raw_phi).relu() + (raw_phi - 8).relu()
+
+
+class BoundedStudent(Student):
+    """A student whose lobes are pulled into bounds along one random direction in each step."""
+
+    def __init__(self, variant: str, *given, seed: int, **named) -> None:
+        super().__init__(*given, seed=seed, **named)
+        directions = torch.Generator().manual_seed(seed)
+        lobes_of = self.model.lobes
+
+        def lobes(*inputs) -> Tensor:
+            found = lobes_of(*inputs)
+            if found.requires_grad:
+                free = found.detach().requires_grad_()
+                drawn = normalize(torch.randn(len(found), 3, generator=directions), dim=1)
+                with torch.enable_grad():
+                    distance = PULL * out_of_bounds(variant, free, drawn).mean()
+                [pull] = torch.autograd.grad(distance, free)
+                found.register_hook(lambda grad: grad + pull)
+            return found
+
+        self.model.lobes = lobes
+
+
 def train(stage, views: list[View], *, seed: int) -> float:
     """All steps; returns the processor's seconds for one."""
     started = time.process_time()
@@ -212,7 +257,8 @@ def cell(name: str, variant: str, seed: int, steps: int, world: tuple, lpips) ->
         scene = stage.scene()
     else:
         cameras = [frame.camera for frame in dataset.train]
-        stage = Student(config, teacher, cameras, extent=dataset.extent, seed=seed)
+        kind = partial(BoundedStudent, variant) if variant in BOUNDED else Student
+        stage = kind(config, teacher, cameras, extent=dataset.extent, seed=seed)
         found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
         found["multiply_adds"] = multiply_adds(config.view)
         data = pack(stage.coded())

@@ -2,8 +2,9 @@
 
 import pytest
 import torch
+from golden import BASE, CASES, RENDERERS, names_of, with_rows
 from scenes import SORTED, as_float32, camera, cotangents, random_scene, render_with_grads
-from test_kernels import BAD, BASE, CASES, RENDERERS, compare, names_of, with_rows
+from test_kernels import BAD, compare
 
 from mobilegs.render import render_sorted, visible_rows
 

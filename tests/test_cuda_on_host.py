@@ -6,8 +6,9 @@ What this cannot show: races between blocks or within a warp, the GPU's own roun
 import pytest
 import torch
 from cuda_on_host import COMPILER, HostKernels
+from golden import BASE, CASES, RENDERERS, constant, names_of, with_rows
 from scenes import SORTED, SORTFREE, as_float32, camera, cotangents, random_scene, render_with_grads
-from test_kernels import BAD, BASE, CASES, RENDERERS, compare, constant, names_of, with_rows
+from test_kernels import BAD, compare
 
 import mobilegs.render
 from mobilegs.errors import InputError

@@ -2,6 +2,7 @@
 
 import pytest
 import torch
+from golden import BASE, CASES, RENDERERS, inputs_of, names_of, with_rows
 from scenes import (
     SORTED,
     SORTFREE,
@@ -19,66 +20,7 @@ from mobilegs.errors import InputError
 from mobilegs.render import Weighting, render_sorted, render_sortfree
 from mobilegs.render.kernels import cpu
 from mobilegs.render.kernels.view import kernel_view
-from mobilegs.render.lobes import constant_lobes
-from mobilegs.render.sortfree import WEIGHTINGS
 
-RENDERERS = {"sorted": (render_sorted, {})}
-for _name in WEIGHTINGS:
-    _weighting = Weighting(_name, sigma=4.0, background_weight=0.7, exponent_max=1.5)
-    RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
-
-
-def names_of(renderer: str) -> tuple[str, ...]:
-    return SORTED if renderer == "sorted" else SORTFREE
-
-
-def constant(opacity: float, phi: float = 1.0) -> torch.Tensor:
-    """Lobes of degree 2 that look the same from everywhere."""
-    lobes = torch.zeros(9, 2, dtype=torch.float64)
-    lobes[:1] = constant_lobes(torch.tensor([opacity], dtype=torch.float64).logit(), phi)[0]
-    return lobes
-
-
-def with_rows(scene, **changes):
-    """The scene with rows of some inputs replaced."""
-    scene = {name: value.clone() for name, value in scene.items()}
-    for name, (rows, value) in changes.items():
-        scene[name][rows] = torch.as_tensor(value, dtype=torch.float64)
-    return scene
-
-
-BASE = random_scene(60)
-CASES = {
-    "random, degree 0": (random_scene(70, degree=0, lobe_degree=3, seed=1), camera()),
-    "random, degree 1": (random_scene(70, degree=1, lobe_degree=2, seed=2), camera()),
-    "random, degree 2": (random_scene(70, degree=2, lobe_degree=1, seed=3), camera()),
-    "random, degree 3": (random_scene(70, degree=3, lobe_degree=0, seed=4), camera()),
-    "both of degree 0": (random_scene(70, degree=0, lobe_degree=0, seed=11), camera()),
-    "both of degree 3": (random_scene(70, degree=3, lobe_degree=3, seed=12), camera()),
-    "several tiles": (random_scene(150, seed=5), camera(83, 50)),
-    "one pixel": (random_scene(40, seed=6, spread=0.3), camera(1, 1)),
-    "one Gaussian": (random_scene(1, seed=9, spread=0.1), camera()),
-    "empty scene": (random_scene(0), camera()),
-    "around the camera": (random_scene(120, seed=8, spread=4.0), camera()),
-    "nothing in view": (with_rows(BASE, means=(slice(None), [0.0, 0.0, -50.0])), camera()),
-    "opaque": (
-        with_rows(BASE, opacities=(slice(0, 40), 1.0), lobes=(slice(0, 40), constant(1 - 1e-15))),
-        camera(),
-    ),
-    "too faint": (
-        with_rows(BASE, opacities=(slice(0, 30), 1 / 300), lobes=(slice(0, 30), constant(1 / 300))),
-        camera(),
-    ),
-    "zero size": (with_rows(BASE, scales=(slice(0, 20), 0.0)), camera()),
-    "needles": (with_rows(BASE, scales=(slice(0, 20), [0.7, 1e-5, 1e-5])), camera()),
-    "huge": (with_rows(BASE, scales=(slice(0, 3), 30.0)), camera()),
-    "equal scales": (with_rows(BASE, scales=(slice(None), 0.1)), camera()),
-    "equal depths": (with_rows(BASE, means=(slice(0, 20), [0.1, 0.1, 0.2])), camera()),
-    "no direction": (with_rows(BASE, quats=(slice(0, 5), 0.0)), camera()),
-    "long quaternions": (with_rows(BASE, quats=(slice(0, 5), [30.0, -10.0, 20.0, 5.0])), camera()),
-    "phi zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, 0.0))), camera()),
-    "phi below zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, -0.5))), camera()),
-}
 BAD = {
     "NaN mean": {"means": ([0, 3], float("nan"))},
     "infinite mean": {"means": ([0, 3], float("inf"))},
@@ -92,9 +34,7 @@ BAD = {
 
 
 def compare(case: str, renderer: str, *, device: str = "cpu") -> None:
-    scene, view = CASES[case]
-    scene = as_float32(scene)
-    view = view.to(dtype=torch.float32).to(dtype=torch.float64)
+    scene, view = inputs_of(case)
     render, options = RENDERERS[renderer]
     avoid = near_threshold(scene, view, names=names_of(renderer))
     assert avoid.sum() <= 0.02 * avoid.numel() + 1

@@ -6,16 +6,18 @@ from pathlib import Path
 
 import pytest
 import torch
-from scenes import (
-    as_float32,
-    camera,
-    cotangents,
-    near_threshold,
-    no_gpu,
-    random_scene,
-    render_with_grads,
+from golden import (
+    BACKGROUND,
+    BASE,
+    CASES,
+    RENDERERS,
+    defined,
+    inputs_of,
+    names_of,
+    with_rows,
 )
-from test_kernels import BAD, BASE, CASES, RENDERERS, names_of, with_rows
+from scenes import as_float32, camera, near_threshold, no_gpu, random_scene
+from test_kernels import BAD
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
@@ -26,8 +28,6 @@ from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.view import gpu
 from mobilegs.view.native import GpuRenderer
-
-BACKGROUND = torch.tensor([0.1, 0.2, 0.35])
 
 
 def inria_camera(row: dict) -> Camera:
@@ -65,16 +65,12 @@ def as_scene(inputs: dict[str, torch.Tensor], renderer: str) -> Scene:
 @pytest.mark.parametrize("renderer", RENDERERS)
 @pytest.mark.parametrize("case", CASES)
 def test_the_gpu_agrees_with_the_definition(case: str, renderer: str) -> None:
-    inputs, view = CASES[case]
-    inputs = as_float32(inputs)
-    view = view.to(dtype=torch.float32).to(dtype=torch.float64)
+    inputs, view = inputs_of(case)
     drawn = GpuRenderer(as_scene(inputs, renderer), full_precision=True).draw(view)
-    render, options = RENDERERS[renderer]
-    given = {"cotangents": cotangents(view), "backend": "definition", **options}
-    expected, _ = render_with_grads(render, inputs, view, dtype=torch.float64, **given)
+    expected = defined(case, renderer)
     keep = ~near_threshold(inputs, view, names=names_of(renderer), margin=1e-4)
     for name, found in {"image": drawn.image, "alpha": drawn.alpha}.items():
-        error = (found.double() - expected[name])[keep]
+        error = (found.double() - getattr(expected, name))[keep]
         decibels = -10 * torch.log10(error.square().mean().clamp_min(1e-30)).item()
         worst = error.abs().max().item()
         print(f"{name} {decibels:.1f} dB, max {worst:.1e}")

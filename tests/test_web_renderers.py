@@ -11,11 +11,14 @@ import numpy as np
 import pytest
 import torch
 from browser import VIEW, Chromium, Tab
+from golden import BACKGROUND, BASE, CASES, RENDERERS, defined, inputs_of, names_of
 from scenes import as_float32, camera, near_threshold, random_scene
-from test_kernels import BASE, CASES, RENDERERS, names_of
-from test_native import BACKGROUND, as_scene, inria_camera
+from test_native import as_scene, inria_camera
+from test_web_decoder import Case, make_scene
 
 from mobilegs.camera import Camera
+from mobilegs.compress.container import pack
+from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.render.scene import Scene
@@ -44,7 +47,7 @@ const texts = await Promise.all(
 const shaders = Object.fromEntries(names.map((name, i) => [name, texts[i]]));
 const Renderer = (await import(`/web/render/${kind.module}`))[kind.name];
 window.canvas = document.createElement("canvas");
-window.renderer = await Renderer.create(canvas, shaders, { fullPrecision });
+window.renderer = await Renderer.create(canvas, shaders, { floats: fullPrecision });
 """
 SHOW = """
 renderer.setScene({ ...facts, shapes, colors, lobes });
@@ -82,6 +85,7 @@ class Painter:
         weighting = scene.weighting
         facts = {
             "count": len(shapes),
+            "packing": None,
             "shSize": colors.shape[1],
             "lobeSize": lobes.shape[1],
             "sorted": self._sorted,
@@ -129,11 +133,6 @@ def painters(chromium: Chromium) -> Iterator[Painters]:
         tab.close()
 
 
-def inputs_of(case: str) -> tuple[dict[str, torch.Tensor], Camera]:
-    inputs, view = CASES[case]
-    return as_float32(inputs), view.to(dtype=torch.float32).to(dtype=torch.float64)
-
-
 @cache
 def sure(case: str, names: tuple[str, ...]) -> torch.Tensor:
     """The pixels of a case where no rounding decides what is drawn."""
@@ -141,19 +140,7 @@ def sure(case: str, names: tuple[str, ...]) -> torch.Tensor:
     return ~near_threshold(inputs, view, names=names, margin=1e-4)
 
 
-@cache
-def defined(case: str, renderer: str) -> Picture:
-    """What the definition draws."""
-    inputs, view = inputs_of(case)
-    render, options = RENDERERS[renderer]
-    drawn = render(
-        *[inputs[name] for name in names_of(renderer)],
-        camera=view,
-        background=BACKGROUND.double(),
-        backend="definition",
-        **options,
-    )
-    return Picture(drawn.image, drawn.alpha)
+definition = cache(defined)
 
 
 def decibels(found: torch.Tensor, reference: torch.Tensor) -> float:
@@ -169,7 +156,7 @@ def test_a_browser_agrees_with_the_definition(
 ) -> None:
     inputs, view = inputs_of(case)
     drawn = painters(kind, full_precision=True).paint(view, as_scene(inputs, renderer))
-    reference, keep = defined(case, renderer), sure(case, names_of(renderer))
+    reference, keep = definition(case, renderer), sure(case, names_of(renderer))
     assert torch.cat([drawn.image.flatten(), drawn.alpha.flatten()]).isfinite().all()
     for name in ("image", "alpha"):
         found = decibels(getattr(drawn, name)[keep], getattr(reference, name)[keep])
@@ -190,6 +177,85 @@ def test_halves_are_enough_for_a_picture(kind: str, renderer: str, painters: Pai
     )
     print(f"halves {halves:.1f} dB, floats {floats:.1f} dB")
     assert halves >= 50 and floats >= 80
+
+
+OPEN_MGS = """
+const { openScene } = await import("/web/mgs/reader.js");
+const { packRows, packScene } = await import("/web/render/pack.js");
+const { header, scene: opened } = openScene(bytes);
+const neutral = packScene(header, opened);
+renderer.setScene(neutral);
+for (const part of ["shapes", "colors", "lobes"]) {
+  for (const [from, to] of [[0, 1], [1, 150], [150, opened.count]]) {
+    renderer.update(part, from, packRows(opened, part, from, to));
+  }
+}
+const { shapes, colors, lobes } = neutral;
+window.bytesEach = [shapes, colors, lobes].reduce((sum, part) => sum + part.byteLength, 0);
+return renderer.pixels(camera);
+"""
+SHAPES = {
+    "without lobes": None,
+    "degree 0": LobeShape(0, 2, (5,)),
+    "degree 1": LobeShape(1, 6),
+    "degree 2": LobeShape(2, 12, (64,)),
+    "degree 3": LobeShape(3, 4),
+}
+
+
+@pytest.mark.parametrize("strips", [False, True])
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_packed_scene_looks_like_its_file(
+    kind: str, name: str, strips: bool, painters: Painters
+) -> None:
+    coded = make_scene(Case(1200, SHAPES[name], exponent=4, spread=0.2))
+    view = camera(160, 120).to(dtype=torch.float32)
+    reference = coded.decode().render(view)
+    assert reference.image.std() > 0.05
+    painter = painters(kind, full_precision=True)
+    painter.tab.run("renderer.variant = { floats: true, strips };", strips=strips)
+    bytes_ = np.frombuffer(pack(coded), np.uint8)
+    found = painter.tab.run(OPEN_MGS, bytes=bytes_, camera=in_javascript(view))
+    painter.tab.run("renderer.variant = { floats: true, strips: false };")
+    pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())
+    decibels = psnr(pixels[..., :3], reference.image)
+    print(f"{decibels:.1f} dB")
+    assert decibels >= 50
+    each = painter.tab.run("return bytesEach;") / len(coded)
+    assert each + 8 < 64 or name == "degree 3"  # and 8 for what it looks like
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_fastest_way_to_draw_is_found_and_remembered(kind: str, painters: Painters) -> None:
+    painter = painters(kind, full_precision=False)
+    code = """
+    const { fastestVariant } = await import("/web/render/calibrate.js");
+    const kept = new Map();
+    const storage = { getItem: (key) => kept.get(key) ?? null, setItem: (k, v) => kept.set(k, v) };
+    const first = await fastestVariant(renderer, storage);
+    const draw = renderer.drawUnseen;
+    renderer.drawUnseen = () => assert.fail("measured again");
+    const again = await fastestVariant(renderer, storage);
+    renderer.drawUnseen = draw;
+    const made = {
+      variants: renderer.variants,
+      variant: {},
+      setScene() {},
+      drawUnseen() {
+        const { floats, strips } = this.variant;
+        return new Promise((done) => setTimeout(done, 6 + (floats ? 30 : 0) - (strips ? 5 : 0)));
+      },
+      describe: () => "made up",
+    };
+    const chosen = await fastestVariant(made, null);
+    renderer.variant = { floats: false, strips: false };
+    return [first, again, chosen, [...kept.keys()]];
+    """
+    first, again, chosen, keys = painter.tab.run(code)
+    assert first == again and set(first) == {"floats", "strips"}
+    assert chosen == {"floats": False, "strips": True}
+    assert len(keys) == 1 and keys[0].startswith("mobilegs variant")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -320,7 +386,7 @@ def test_a_gpu_that_lacks_something_is_refused(missing: str, message: str, tab: 
       return name === missing ? null : ask.call(this, name);
     };
     try {
-      WebGlRenderer.create(document.createElement("canvas"), {}, { fullPrecision: true });
+      WebGlRenderer.create(document.createElement("canvas"), {}, { floats: true });
     } catch (error) {
       return error.message;
     }

@@ -36,7 +36,8 @@ def adapter() -> Any:
     if found is None:
         raise InputError(
             "no GPU can be used here: install its Vulkan driver (on Debian and Ubuntu "
-            "mesa-vulkan-drivers, which also draws without a GPU), or draw with --backend kernels"
+            "mesa-vulkan-drivers, which also draws without a GPU), or use what needs none: "
+            "--backend kernels, the web viewer"
         )
     return found
 
@@ -121,10 +122,11 @@ class Program:
         return dict(zip(PASSES, (1e-6 * ticks).tolist(), strict=True))
 
     def _make_pipelines(self) -> None:
-        code = self.device.create_shader_module(code=shader("project"))
-        stage = {"module": code, "entry_point": "project_all", "constants": {"SORTED": self.sorted}}
+        constants = {"SORTED": self.sorted}
+        code = self.device.create_shader_module(code=shader("wide", "project"))
+        stage = {"module": code, "entry_point": "project_all", "constants": constants}
         self.project = self.device.create_compute_pipeline(layout="auto", compute=stage)
-        code = self.device.create_shader_module(code=shader("splat"))
+        code = self.device.create_shader_module(code=shader("wide", "splat"))
         color = {"src_factor": "one", "dst_factor": "one", "operation": "add"}
         alpha = {"src_factor": "zero", "dst_factor": "one-minus-src-alpha", "operation": "add"}
         if self.sorted:
@@ -132,10 +134,7 @@ class Program:
         blend = {"color": color, "alpha": alpha}
         self.splat = self.device.create_render_pipeline(
             layout="auto",
-            vertex={
-                "module": code,
-                "entry_point": "corner_sorted" if self.sorted else "corner_sortfree",
-            },
+            vertex={"module": code, "entry_point": "corner", "constants": constants},
             primitive={"topology": "triangle-list"},
             fragment={
                 "module": code,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, UInt32
 from torch import Tensor
 
 from mobilegs.camera import Camera
@@ -20,9 +20,8 @@ from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
 from mobilegs.view.gpu import program
 
-BATCH = 128  # quads of an instance, as in view.wgsl
-WORKGROUP = 64
-SPLAT_BYTES = 48
+BATCH = 128  # as in view.wgsl
+LOOK_BYTES = 32  # of wide.wgsl's StoredLook
 
 
 class Picture(NamedTuple):
@@ -83,19 +82,30 @@ class GpuRenderer:
         pixels = pixels.reshape(camera.height, camera.width, 4)
         return Picture(pixels[..., :3].contiguous(), pixels[..., 3].contiguous())
 
-    def draw_into(self, target: Any, target_format: str, camera: Camera) -> None:
-        """Draw into a texture view of the camera's size, in the given format."""
+    def far_first(self, camera: Camera) -> UInt32[np.ndarray, "n"]:
+        """The order in which a sorted scene is drawn from `camera`: rows, the farthest first."""
+        depths = self._means @ camera.viewmat[2, :3].double().cpu().numpy()
+        return np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
+
+    def draw_into(
+        self,
+        target: Any,
+        target_format: str,
+        camera: Camera,
+        *,
+        order: UInt32[np.ndarray, "n"] | None = None,
+    ) -> None:
+        """Draw into a texture view of the camera's size, in the given format.
+
+        A sorted scene is drawn in the given order, or in its own for this camera.
+        """
         self._refuse_size(camera)
         device = self.program.device
         queue = device.queue
         queue.write_buffer(self._view, 0, self._packed(camera))
         if self.program.sorted:
-            depths = self._means @ camera.viewmat[2, :3].double().cpu().numpy()
-            queue.write_buffer(
-                self._order, 0, np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
-            )
-        else:
-            queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0, 0))
+            queue.write_buffer(self._order, 0, self.far_first(camera) if order is None else order)
+        queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0))
         sums = self._sums_of(camera.width, camera.height)
         encoder = device.create_command_encoder()
         self._project(encoder)
@@ -121,7 +131,7 @@ class GpuRenderer:
         self._sizes = (colors.shape[1], lobes.shape[1])
         limits = device.limits
         most = min(limits["max-storage-buffer-binding-size"], limits["max-buffer-size"])
-        largest = max(shapes.nbytes, colors.nbytes, lobes.nbytes, SPLAT_BYTES * self.count)
+        largest = max(shapes.nbytes, colors.nbytes, lobes.nbytes, LOOK_BYTES * self.count)
         if largest > most:
             raise InputError(
                 f"{self.count:,} Gaussians need buffers of {largest >> 20} MiB, and this GPU "
@@ -131,22 +141,26 @@ class GpuRenderer:
             device.create_buffer_with_data(data=part, usage=use.STORAGE)
             for part in (shapes, colors, lobes)
         ]
-        splats = device.create_buffer(size=SPLAT_BYTES * self.count, usage=use.STORAGE)
+        looks = device.create_buffer(size=LOOK_BYTES * self.count, usage=use.STORAGE)
         self._view = device.create_buffer(size=_VIEW.size, usage=use.UNIFORM | use.COPY_DST)
         self._drawn = device.create_buffer(
             size=_DRAWN.size, usage=use.STORAGE | use.INDIRECT | use.COPY_DST
         )
-        last = {2: self._drawn}
+        usage = use.STORAGE | use.COPY_DST
+        batches = device.create_buffer(size=4 * -(-self.count // BATCH), usage=usage)
+        self._order = batches
         if self.program.sorted:
-            usage = use.STORAGE | use.COPY_DST
             self._order = device.create_buffer(size=4 * self.count, usage=usage)
-            last = {3: self._order}
         quad = np.array([0, 1, 2, 2, 1, 3], np.uint16)
         quads = (quad + 4 * np.arange(BATCH, dtype=np.uint16)[:, None]).flatten()
         self._corners = device.create_buffer_with_data(data=quads, usage=use.INDEX)
-        inputs = dict(enumerate([self._view, *scene, splats, self._drawn]))
-        self._to_project = self._bind(self.program.project, inputs)
-        self._to_splat = self._bind(self.program.splat, {0: self._view, 1: splats, **last})
+        self._to_project = self._bind(
+            self.program.project,
+            dict(enumerate([self._view, *scene, looks, batches, self._drawn])),
+        )
+        self._to_splat = self._bind(
+            self.program.splat, {0: self._view, 1: scene[0], 4: looks, 5: self._order}
+        )
 
     def _bind(self, pipeline: Any, buffers: dict[int, Any], textures: tuple = ()) -> Any:
         entries: list[dict] = [
@@ -190,7 +204,7 @@ class GpuRenderer:
         )
 
     def _project(self, encoder: Any) -> None:
-        groups = -(-self.count // WORKGROUP)
+        groups = -(-self.count // BATCH)
         across = min(groups, 65535)
         work = encoder.begin_compute_pass(timestamp_writes=self.program.stamps("project"))
         work.set_pipeline(self.program.project)
@@ -230,9 +244,9 @@ class GpuRenderer:
 
 
 # view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
-# size, sigma and background_weight, weight_scale, then the integers
-_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 12x")
-_DRAWN = struct.Struct("<6I")  # project.wgsl's Drawn
+# size, sigma and background_weight, weight_scale, then the integers; what packed scenes need is 0
+_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 44x")
+_DRAWN = struct.Struct("<5I")  # project.wgsl's Drawn
 
 
 @torch.no_grad()

@@ -1,5 +1,4 @@
 // From the sums of a pixel to its colour; alpha is what the Gaussians cover of the background.
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var colors: texture_2d<f32>;
 @group(0) @binding(2) var weights: texture_2d<f32>;
 

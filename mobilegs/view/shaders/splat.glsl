@@ -2,9 +2,6 @@
 // does. In the targets the picture's first row is row 0, so that gl_FragCoord counts as it does.
 #ifdef VERTEX
 
-uniform sampler2D splat_axes;    // as project.glsl writes them
-uniform sampler2D splat_places;
-uniform sampler2D splat_colors;
 #ifdef SORTED
 uniform usampler2D order;  // far ones first
 #endif
@@ -18,22 +15,37 @@ void main() {
   axes = vec4(0.0);
   color = vec4(0.0);
   center = vec3(0.0);
-  int place = gl_InstanceID * BATCH + gl_VertexID / 4;
-  if (place >= count) { return; }
-#ifdef SORTED
-  place = int(texelFetch(order, texel(place), 0).r);
+#ifdef STRIPS
+  int i = gl_InstanceID;
+#else
+  int i = gl_InstanceID * BATCH + gl_VertexID / 4;
 #endif
-  vec4 where = texelFetch(splat_places, texel(place), 0);
-  if (!(where.w > 0.0)) { return; }
-  vec4 halves = texelFetch(splat_axes, texel(place), 0);
-  vec2 lengths = vec2(dot(halves.xy, halves.xy), dot(halves.zw, halves.zw));
-  axes = halves / lengths.xxyy;
-  color = texelFetch(splat_colors, texel(place), 0);
-  center = where.xyz;
+  if (i >= count) { return; }
+#ifdef SORTED
+  i = int(texelFetch(order, texel(i), 0).r);
+#endif
+  Look look = look_of(i);
+  if (!(look.opacity > 0.0)) { return; }
+  Ellipse e = ellipse_of(shape_of(i));
+
+  // eigenvalues, the smaller one from the determinant; the sum that is the larger one does not cancel
+  float skew = 0.5 * (e.variance.x - e.variance.y);
+  float cov = e.covariance;
+  float root = sqrt(skew * skew + cov * cov);
+  float large = 0.5 * (e.variance.x + e.variance.y) + root;
+  vec2 way = vec2(1.0, 0.0);
+  if (root > 0.0) {
+    way = normalize(skew > 0.0 ? vec2(root + skew, cov) : vec2(cov, root - skew));
+  }
+  vec2 sizes = sqrt(vec2(large, e.determinant / large));
+  vec2 across = vec2(-way.y, way.x);
+  axes = vec4(way, across) / sizes.xxyy;
+  color = vec4(look.color, look.weight);
+  center = vec3(e.center, look.opacity);
   // a hair wider: rasterisers snap corners to fractions of a pixel
-  vec2 reach = where.w + 0.02 * inversesqrt(lengths);
-  vec2 side = reach * (vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
-  vec2 at = where.xy + side.x * halves.xy + side.y * halves.zw;
+  vec2 side = (reach_of(look.opacity) * sizes + 0.02) *
+      (vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
+  vec2 at = e.center + side.x * way + side.y * across;
   gl_Position = vec4(at / size.xy * 2.0 - 1.0, 0.0, 1.0);
 }
 

@@ -1,9 +1,10 @@
-// Draws each Splat as the quad around the ellipse where alpha is at least 1/255. Sort-free, both
+// Draws each Gaussian as the quad around the ellipse where alpha is at least 1/255. Sort-free, both
 // targets share one blend state: colours add up, alpha multiplies by one minus itself.
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> splats: array<Splat>;
-@group(0) @binding(2) var<storage, read> drawn: array<u32>;  // sort-free: its sixth is how many
-@group(0) @binding(3) var<storage, read> order: array<u32>;  // sorted: far ones first
+override SORTED = false;
+override STRIPS = false;  // an instance a quad; or a batch of quads: which is faster depends
+
+@group(0) @binding(4) var<storage, read> looks: array<StoredLook>;
+@group(0) @binding(5) var<storage, read> order: array<u32>;  // sorted: Gaussians, far ones first; or batches
 
 struct Corner {
   @builtin(position) position: vec4f,
@@ -12,42 +13,43 @@ struct Corner {
   @location(2) @interpolate(flat) center: vec3f,  // z: opacity
 }
 
-fn corner_of(splat: Splat, corner: u32) -> Corner {
-  var out: Corner;
-  let lengths = vec2f(dot(splat.major, splat.major), dot(splat.minor, splat.minor));
-  out.axes = vec4f(splat.major / lengths.x, splat.minor / lengths.y);
-  out.color = vec4f(splat.color, splat.weight);
-  out.center = vec3f(splat.center, splat.opacity);
-  // a hair wider: rasterisers snap corners to fractions of a pixel
-  let reach = splat.reach + 0.02 * inverseSqrt(lengths);
-  let side = reach * (vec2f(vec2u(corner & 1u, corner >> 1u)) * 2.0 - 1.0);
-  let at = splat.center + side.x * splat.major + side.y * splat.minor;
-  out.position = vec4f(at / view.size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
-  return out;
-}
-
-const NOWHERE = vec4f(2.0, 2.0, 2.0, 1.0);
-
 @vertex
-fn corner_sortfree(
-    @builtin(vertex_index) vertex: u32, @builtin(instance_index) batch: u32) -> Corner {
-  let place = batch * BATCH + vertex / 4u;
+fn corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
   var out: Corner;
-  out.position = NOWHERE;
-  if (place < drawn[5]) { out = corner_of(splats[place], vertex % 4u); }
-  return out;
-}
-
-@vertex
-fn corner_sorted(
-    @builtin(vertex_index) vertex: u32, @builtin(instance_index) batch: u32) -> Corner {
-  let place = batch * BATCH + vertex / 4u;
-  var out: Corner;
-  out.position = NOWHERE;
-  if (place < view.count) {
-    let splat = splats[order[place]];
-    if (splat.reach > 0.0) { out = corner_of(splat, vertex % 4u); }
+  out.position = vec4f(2.0, 2.0, 2.0, 1.0);  // nowhere
+  let place = select(instance * BATCH + vertex / 4u, instance, STRIPS);
+  var i = place;
+  if (SORTED) {
+    if (place >= view.count) { return out; }
+    i = order[place];
+  } else {
+    i = order[place / BATCH] * BATCH + place % BATCH;
+    if (i >= view.count) { return out; }
   }
+  let look = stored(looks[i]);
+  if (!(look.opacity > 0.0)) { return out; }
+  let ellipse = ellipse_of(shape_of(i));
+
+  // eigenvalues, the smaller one from the determinant; the sum that is the larger one does not cancel
+  let skew = 0.5 * (ellipse.variance.x - ellipse.variance.y);
+  let cov = ellipse.covariance;
+  let root = sqrt(skew * skew + cov * cov);
+  let large = 0.5 * (ellipse.variance.x + ellipse.variance.y) + root;
+  var way = vec2f(1.0, 0.0);
+  if (root > 0.0) {
+    way = normalize(select(vec2f(cov, root - skew), vec2f(root + skew, cov), skew > 0.0));
+  }
+  let lengths = vec2f(large, ellipse.determinant / large);
+  let sizes = sqrt(lengths);
+  let across = vec2f(-way.y, way.x);
+  out.axes = vec4f(way, across) / sizes.xxyy;
+  out.color = vec4f(look.color, look.weight);
+  out.center = vec3f(ellipse.center, look.opacity);
+  // a hair wider: rasterisers snap corners to fractions of a pixel
+  let side = (reach_of(look.opacity) * sizes + 0.02) *
+      (vec2f(vec2u(vertex & 1u, (vertex >> 1u) & 1u)) * 2.0 - 1.0);
+  let at = ellipse.center + side.x * way + side.y * across;
+  out.position = vec4f(at / view.size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
   return out;
 }
 

@@ -19,12 +19,61 @@ layout(std140) uniform View {
   int sh_size;         // coefficients per colour: 1, 4, 9 or 16
   int lobe_size;       // coefficients of opacity and phi, likewise
   int weighting;       // as WEIGHTINGS of sortfree.py
+  vec4 frame;          // of packed positions: the centre; w is the unit
+  vec4 log_scales;     // of packed scales: the least one, and the span
 };
 
 const float ALPHA_MIN = 1.0 / 255.0;
 const float ALPHA_MAX = 0.99;
 const float BLUR = 0.3;
-const int BATCH = 128;  // quads drawn as one instance: some devices pay dearly for instances
+const int BATCH = 128;  // quads drawn as one instance, unless STRIPS
 
 // Textures are 4096 wide, as ROW of webgl.js; what does not fit into a row goes on in the next.
 ivec2 texel(int i) { return ivec2(i & 4095, i >> 12); }
+
+// A Gaussian as the scene holds it; wide.glsl and packed.glsl give it.
+struct Shape {
+  vec3 mean;
+  mat3 axes;  // half axes at one standard deviation, in the world
+};
+
+// What a Gaussian looks like from the camera.
+struct Look {
+  vec3 color;
+  float weight;
+  float opacity;  // 0: it cannot touch the picture
+};
+
+// The ellipse of a Gaussian on the picture.
+struct Ellipse {
+  float depth;
+  vec2 center;    // pixels
+  vec2 variance;  // along x and y, pixels^2
+  float covariance;
+  float determinant;
+};
+
+// As project.py defines it; a depth of at most `near` means that there is none.
+Ellipse ellipse_of(Shape shape) {
+  Ellipse e;
+  vec4 mean = vec4(shape.mean, 1.0);
+  e.depth = dot(row_z, mean);
+  if (!(e.depth > position.w)) { return e; }
+  vec2 t = vec2(dot(row_x, mean), dot(row_y, mean)) / e.depth;
+  vec2 uv = clamp(t, limits.xz, limits.yw);
+
+  // rows of the projected square root of the covariance
+  vec3 depths = row_z.xyz * shape.axes;
+  vec3 px = (lens.x / e.depth) * (row_x.xyz * shape.axes - uv.x * depths);
+  vec3 py = (lens.y / e.depth) * (row_y.xyz * shape.axes - uv.y * depths);
+  e.center = lens.xy * t + lens.zw;
+  e.variance = vec2(dot(px, px), dot(py, py)) + BLUR;
+  e.covariance = dot(px, py);
+  // Cauchy-Binet: the determinant as a sum of squares cannot cancel
+  vec3 crossed = cross(px, py);
+  e.determinant = dot(crossed, crossed) + BLUR * (e.variance.x + e.variance.y - BLUR);
+  return e;
+}
+
+// Standard deviations out to which alpha is at least 1/255.
+float reach_of(float opacity) { return sqrt(2.0 * log(255.0 * opacity)); }

@@ -18,20 +18,60 @@ struct View {
   sh_size: u32,       // coefficients per colour: 1, 4, 9 or 16
   lobe_size: u32,     // coefficients of opacity and phi, likewise
   weighting: u32,     // as WEIGHTINGS of sortfree.py
+  frame: vec4f,       // of packed positions: the centre; w is the unit
+  log_scales: vec2f,  // of packed scales: the least one, and the span
 }
 
-// A Gaussian on the picture.
-struct Splat {
-  center: vec2f,  // pixels
-  major: vec2f,   // half axes of the ellipse at one standard deviation, pixels
-  minor: vec2f,
-  reach: f32,    // standard deviations out to which alpha is at least 1/255; 0: not visible
-  opacity: f32,
+@group(0) @binding(0) var<uniform> view: View;
+
+// A Gaussian as the scene holds it; wide.wgsl and packed.wgsl give it.
+struct Shape {
+  mean: vec3f,
+  axes: mat3x3f,  // half axes at one standard deviation, in the world
+}
+
+// What a Gaussian looks like from the camera.
+struct Look {
   color: vec3f,
   weight: f32,
+  opacity: f32,  // 0: it cannot touch the picture
 }
 
 const ALPHA_MIN = 1.0 / 255.0;
 const ALPHA_MAX = 0.99;
 const BLUR = 0.3;
-const BATCH = 128u;  // quads drawn as one instance: some devices pay dearly for instances
+const BATCH = 128u;  // Gaussians that are drawn or left out together
+
+// The ellipse of a Gaussian on the picture.
+struct Ellipse {
+  depth: f32,
+  center: vec2f,  // pixels
+  variance: vec2f,  // along x and y, pixels^2
+  covariance: f32,
+  determinant: f32,
+}
+
+// As project.py defines it; a depth of at most `near` means that there is none.
+fn ellipse_of(shape: Shape) -> Ellipse {
+  var out: Ellipse;
+  let mean = vec4f(shape.mean, 1.0);
+  out.depth = dot(view.row_z, mean);
+  if (!(out.depth > view.near)) { return out; }
+  let t = vec2f(dot(view.row_x, mean), dot(view.row_y, mean)) / out.depth;
+  let uv = clamp(t, view.limits.xz, view.limits.yw);
+
+  // rows of the projected square root of the covariance
+  let depths = view.row_z.xyz * shape.axes;
+  let px = (view.focal.x / out.depth) * (view.row_x.xyz * shape.axes - uv.x * depths);
+  let py = (view.focal.y / out.depth) * (view.row_y.xyz * shape.axes - uv.y * depths);
+  out.center = view.focal * t + view.center;
+  out.variance = vec2f(dot(px, px), dot(py, py)) + BLUR;
+  out.covariance = dot(px, py);
+  // Cauchy-Binet: the determinant as a sum of squares cannot cancel
+  let crossed = cross(px, py);
+  out.determinant = dot(crossed, crossed) + BLUR * (out.variance.x + out.variance.y - BLUR);
+  return out;
+}
+
+// Standard deviations out to which alpha is at least 1/255.
+fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(255.0 * opacity)); }

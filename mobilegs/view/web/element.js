@@ -1,71 +1,47 @@
 /**
  * `<mobile-gs src="scene.mgs">`: a scene in any page.
  *
- * Attributes: `src`, address of a .mgs file; `renderer`, auto, webgpu or webgl; `scale`, share of the
- * screen's pixels to draw instead of as many as the device can; `noui` hides the buttons; `poster`, a
- * picture to show until there is something better. While a scene arrives `data-state` is `loading`,
- * then `loaded` or `failed`.
+ * Attributes: `src`, address of a .mgs, .ply or .spz file; `compare`, of another one that a handle
+ * uncovers, or `sorted`, the same one drawn as if it were no sort-free scene; `renderer`, auto, webgpu
+ * or webgl; `scale`, share of the screen's pixels to draw instead of as many as the device can;
+ * `background`, a colour of CSS instead of the scene's own; `fov`, the field of view in degrees;
+ * `autorotate` turns the scene until somebody takes hold of it; `noui` hides the buttons; `poster`, a
+ * picture to show until there is something better. While scenes arrive `data-state` is `loading`, then
+ * `loaded` or `failed`.
  */
 
-import { STYLE } from "./viewer/style.js";
+import { Arrivals } from "./viewer/arrivals.js";
+import { colorOf } from "./viewer/color.js";
+import { applySetting, showSettings } from "./viewer/settings.js";
+import { Split } from "./viewer/split.js";
+import { KEYS, TEMPLATE } from "./viewer/template.js";
 import { Viewer } from "./viewer/viewer.js";
 
+/** @typedef {import("./load/worker.js").Request} Request */
 /** @typedef {import("./render/choose.js").Choice} Choice */
+/** @typedef {import("./viewer/viewer.js").Side} Side */
 /** @typedef {import("./viewer/viewer.js").Stats} Stats */
+/** @typedef {string | Blob} Source an address, or a file of the visitor's */
 
-const HELP = [
-  ["Drag", "turn around the scene"],
-  ["Two fingers, right button or Shift", "move sideways"],
-  ["Pinch or wheel", "come nearer, go away"],
-  ["Double tap", "look at what is there"],
-  ["Arrows", "turn"],
-  ["W A S D Q E", "fly; with Shift faster"],
-  ["M", "orbit, or look around from where you are"],
-  ["V", "next of the cameras the scene was taken with"],
-  ["R", "back to the beginning"],
-  ["F", "full screen"],
-  ["P", "save a picture"],
-  ["I", "frame rate and device"],
-  ["H", "this help"],
-];
-const TEMPLATE = `
-<style>${STYLE}</style>
-<canvas tabindex="0" role="application" aria-label="3D scene. Press H for the keys."></canvas>
-<div class="bar" role="progressbar" aria-label="loading"><div></div></div>
-<div class="panel stats" hidden></div>
-<div class="buttons">
-  <button data-act="reset" title="Back to the beginning (R)">Reset</button>
-  <button data-act="mode" title="Orbit or look around (M)" aria-pressed="false">Orbit</button>
-  <button data-act="full" title="Full screen (F)">Full screen</button>
-  <button data-act="help" title="Help (H)" aria-expanded="false">?</button>
-</div>
-<div class="panel help" role="dialog" aria-label="Help" hidden><h2>Ways to move</h2><dl>
-${HELP.map(([what, does]) => `<dt>${what}</dt><dd>${does}</dd>`).join("")}
-</dl><button data-act="close">Close</button></div>
-<div class="panel report" role="dialog" aria-label="Measured" hidden>
-  <h2></h2>
-  <textarea readonly rows="14" cols="44" aria-label="the figures as JSON"></textarea><br />
-  <button data-act="copy">Copy</button> <button data-act="share">Share</button>
-  <button data-act="close">Close</button>
-</div>
-<div class="panel message" hidden><p role="alert"></p><button data-act="close">Close</button></div>
-<div class="panel drop" hidden>Drop a scene to open it</div>`;
-const KEYS = new Map([
-  ["KeyR", "reset"],
-  ["KeyM", "mode"],
-  ["KeyF", "full"],
-  ["KeyH", "help"],
-  ["KeyI", "stats"],
-  ["KeyP", "picture"],
-  ["KeyV", "view"],
-]);
+const DIALOGS = ["settings", "help", "report"];
+const WISHES = ["scale", "background", "fov", "autorotate"];
+const SORTED = "sorted"; // of compare: the same scene in the other way
+const STILL = "(prefers-reduced-motion: reduce)";
 
 export class MobileGs extends HTMLElement {
-  static observedAttributes = ["src"];
+  static observedAttributes = ["src", "compare", ...WISHES];
 
   /** @type {Viewer | null} */
   viewer = null;
   #root;
+  /** @type {Split | null} */
+  #split = null;
+  #arrivals = new Arrivals();
+  /** What was opened last. @type {Source | null} */
+  #source = null;
+  #twice = false; // whether it is compared with itself
+  /** What had the focus before a dialog took it. @type {HTMLElement | null} */
+  #opener = null;
   /** Frame times of the last second or so, milliseconds. @type {number[]} */
   #times = [];
   #view = 0;
@@ -81,9 +57,14 @@ export class MobileGs extends HTMLElement {
     this.#root.addEventListener("keydown", (event) => {
       const { code, ctrlKey, metaKey, altKey, repeat, target } = /** @type {KeyboardEvent} */ (event);
       const act = KEYS.get(code);
-      const typing = target instanceof HTMLTextAreaElement;
+      const typing = /** @type {Element} */ (target).matches("textarea, select");
       if (act && !ctrlKey && !metaKey && !altKey && !repeat && !typing) this.act(act);
       if (code === "Escape") this.act("close");
+    });
+    this.#part("settings").addEventListener("input", ({ target }) => {
+      const control = /** @type {HTMLInputElement} */ (target);
+      if (control.name === "stats") this.act("stats");
+      else if (this.viewer) applySetting(control, this.viewer);
     });
     this.addEventListener("dragover", (event) => {
       event.preventDefault();
@@ -93,8 +74,9 @@ export class MobileGs extends HTMLElement {
     this.addEventListener("drop", (event) => {
       event.preventDefault();
       this.#part("drop").hidden = true;
-      const file = event.dataTransfer?.files[0];
-      if (file) this.open(file);
+      const [file, other] = event.dataTransfer?.files ?? [];
+      if (file) void this.open(file);
+      if (other) void this.compare(other);
     });
   }
 
@@ -105,100 +87,112 @@ export class MobileGs extends HTMLElement {
 
   #begin() {
     this.#part("buttons").hidden = this.hasAttribute("noui");
+    /** @type {HTMLElement} */ (this.#root.querySelector("[data-act=full]")).hidden = !document.fullscreenEnabled;
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
-    const scale = Number(this.getAttribute("scale"));
-    this.viewer = new Viewer(canvas, this, { scale: scale > 0 && scale <= 1 ? scale : null });
+    this.viewer = new Viewer(canvas, this);
+    for (const name of WISHES) this.#wish(name);
     const choice = this.getAttribute("renderer") ?? "auto";
     this.#ready = this.viewer.begin(/** @type {Choice} */ (choice));
-    const poster = this.getAttribute("poster");
-    if (poster) {
-      const { href } = new URL(poster, document.baseURI);
-      this.style.background = `center / cover no-repeat url("${href}")`;
-    }
-    const source = this.getAttribute("src");
-    if (source) this.open(source);
+    const poster = this.getAttribute("poster")?.replace(/["\\\n]/g, encodeURIComponent);
+    if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
+    const [source, other] = [this.getAttribute("src"), this.getAttribute("compare")];
+    if (source) void this.open(source);
+    if (other) void this.compare(other);
   }
 
   disconnectedCallback() {
     this.viewer?.destroy();
     this.viewer = null;
+    this.#uncover();
+    this.#arrivals = new Arrivals();
     // a canvas that was drawn to in one way cannot be drawn to in another
     const canvas = this.#root.querySelector("canvas");
     canvas?.classList.remove("drawn");
     canvas?.replaceWith(canvas.cloneNode());
-    this.#showMode("orbit");
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
-    if (name === "src" && this.viewer && value && value !== before) this.open(value);
+    if (!this.viewer || value === before) return;
+    if (name === "compare") void this.compare(value || null);
+    else if (name !== "src") this.#wish(name);
+    else if (value) void this.open(value);
   }
 
-  /** Opens a scene: an address, or a file of the visitor's. @param {string | Blob} source */
+  /** Opens a scene. @param {Source} source */
   async open(source) {
-    const viewer = this.viewer;
-    if (!(await this.#ready) || viewer === null || viewer !== this.viewer) return;
-    this.#part("message").hidden = true;
-    this.dataset.state = "loading";
-    this.progress(NaN);
-    try {
-      const request =
-        source instanceof Blob ? { file: source } : { url: new URL(source, document.baseURI).href };
-      viewer.load(request);
-    } catch (error) {
-      const why = error instanceof Error ? error.message : String(error);
-      this.failed(`the scene cannot be opened: ${why}`);
-    }
+    this.#source = source;
+    if (this.#twice) void this.compare(SORTED);
+    await this.#ask(0, source, (viewer, request) => viewer.load(request));
+  }
+
+  /**
+   * Shows another scene beside the one that is open, or, for null, that one alone.
+   *
+   * @param {Source | null} other `sorted` stands for the same one, drawn as if it were a plain scene
+   */
+  async compare(other) {
+    this.#twice = other === SORTED;
+    const source = this.#twice ? this.#source : other;
+    this.viewer?.alone();
+    this.#uncover();
+    this.#arrivals.begin(1);
+    this.#tell();
+    if (source === null) return;
+    await this.#ask(1, source, (viewer, request) => {
+      this.#uncover();
+      const canvas = document.createElement("canvas");
+      canvas.className = "over";
+      canvas.setAttribute("aria-hidden", "true");
+      this.#part("split").before(canvas);
+      this.#split = new Split(this.#part("split"), canvas);
+      void viewer.compare(canvas, request, this.#twice);
+    });
   }
 
   /** Does what a button or key stands for. @param {string} what */
   act(what) {
     const viewer = this.viewer;
     if (!viewer) return;
-    if (what === "reset") viewer.reset();
-    else if (what === "view") viewer.reset(++this.#view);
-    else if (what === "help") this.#toggle("help");
+    if (what === "reset" || what === "view") {
+      viewer.turning = false;
+      viewer.reset(what === "view" ? ++this.#view : undefined);
+    } else if (what === "help" || what === "settings") this.#dialog(what);
     else if (what === "stats") viewer.timed = this.#toggle("stats");
+    else if (what === "own") viewer.background = null;
+    else if (what === "mode") viewer.mode = viewer.mode === "orbit" ? "fly" : "orbit";
     else if (what === "picture") void this.#save();
     else if (what === "copy") void navigator.clipboard?.writeText(this.#report);
     else if (what === "share") void navigator.share?.({ text: this.#report }).catch(() => {});
     else if (what === "full") {
       if (document.fullscreenElement) void document.exitFullscreen();
       else void this.requestFullscreen?.().catch(() => {});
-    } else if (what === "mode") {
-      viewer.mode = viewer.mode === "orbit" ? "fly" : "orbit";
-      this.#showMode(viewer.mode);
     } else if (what === "close") {
-      for (const name of ["help", "report", "message"]) this.#toggle(name, false);
-      this.focus({ preventScroll: true });
+      this.#part("message").hidden = true;
+      this.#dialog(null);
     }
+    showSettings(this.#part("settings"), viewer, !this.#part("stats").hidden);
     viewer.redraw();
   }
 
-  /** @param {number} share of the file that has arrived */
-  progress(share) {
-    const bar = this.#part("bar");
-    bar.hidden = false;
-    const percent = Number.isFinite(share) ? Math.round(100 * share) : 0;
-    bar.setAttribute("aria-valuenow", String(percent));
-    /** @type {HTMLElement} */ (bar.firstElementChild).style.width = `${percent}%`;
+  /** @param {Side} side @param {number} share of the file that has arrived */
+  progress(side, share) {
+    this.#arrivals.note(side, { share, state: "loading" });
+    this.#tell();
   }
 
-  /** @param {number} milliseconds */
-  loaded(milliseconds) {
-    this.#part("bar").hidden = true;
-    this.#part("message").hidden = true;
-    this.dataset.state = "loaded";
-    this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds } }));
+  /** @param {Side} side @param {number} milliseconds */
+  loaded(side, milliseconds) {
+    this.#arrivals.note(side, { share: 1, state: "loaded" });
+    this.#tell();
+    if (side === 0) this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds } }));
   }
 
-  /** @param {string} sentence */
-  failed(sentence) {
-    this.#part("bar").hidden = true;
-    const message = this.#part("message");
-    /** @type {HTMLElement} */ (message.querySelector("p")).textContent = sentence;
-    message.hidden = false;
-    this.dataset.state = "failed";
+  /** @param {Side} side @param {string} sentence */
+  failed(side, sentence) {
+    this.#arrivals.note(side, { share: 1, state: "failed", sentence });
+    this.#tell();
+    this.#part("message").hidden = false;
     this.dispatchEvent(new CustomEvent("error", { detail: { sentence } }));
   }
 
@@ -210,21 +204,23 @@ export class MobileGs extends HTMLElement {
     const { cold, steady } = /** @type {any} */ (figures);
     const words = `${cold.fps} frames/s cold, ${steady.fps} steady`;
     /** @type {HTMLElement} */ (panel.querySelector("h2")).textContent = words;
-    panel.hidden = false;
+    if (panel.hidden) this.#dialog("report");
     this.dispatchEvent(new CustomEvent("report", { detail: figures }));
   }
 
   /** @param {Stats} stats */
   drawn(stats) {
     this.#root.querySelector("canvas")?.classList.add("drawn");
+    if (stats.compared && this.#part("split").hidden) this.#split?.show(this.#arrivals.names);
     this.dispatchEvent(new CustomEvent("frame", { detail: stats }));
     const panel = this.#part("stats");
     if (panel.hidden) return;
     if (stats.milliseconds) this.#times = [...this.#times.slice(-29), stats.milliseconds];
     const mean = this.#times.reduce((sum, time) => sum + time, 0) / this.#times.length;
+    const counts = stats.compared ? [stats.count, stats.compared] : [stats.count];
     const lines = [
       `${stats.renderer}, ${stats.width} x ${stats.height}`,
-      `${stats.count.toLocaleString("en")} Gaussians`,
+      `${counts.map((count) => count.toLocaleString("en")).join(" | ")} Gaussians`,
       this.#times.length ? `${(1000 / mean).toFixed(0)} frames/s, ${mean.toFixed(1)} ms` : "still",
       ...Object.entries(stats.passes ?? {}).map(([pass, time]) => `${pass} ${time.toFixed(2)} ms`),
     ];
@@ -238,7 +234,7 @@ export class MobileGs extends HTMLElement {
   }
 
   async #save() {
-    const picture = await this.viewer?.screenshot();
+    const picture = await this.viewer?.screenshot(this.#split?.share);
     if (!picture) return;
     const link = document.createElement("a");
     link.href = URL.createObjectURL(picture);
@@ -255,11 +251,75 @@ export class MobileGs extends HTMLElement {
     return !part.hidden;
   }
 
-  /** @param {"orbit" | "fly"} mode */
-  #showMode(mode) {
-    const button = this.#root.querySelector("[data-act=mode]");
-    if (button) button.textContent = mode === "orbit" ? "Orbit" : "Fly";
-    button?.setAttribute("aria-pressed", String(mode === "fly"));
+  /** Shows a dialog and nothing but it, or hides it again; null hides all. @param {string | null} name */
+  #dialog(name) {
+    if (DIALOGS.every((one) => this.#part(one).hidden)) {
+      this.#opener = /** @type {HTMLElement | null} */ (this.#root.activeElement);
+    }
+    const shown = name !== null && this.#part(name).hidden;
+    for (const one of DIALOGS) this.#toggle(one, shown && one === name);
+    if (shown) this.#part(name).focus();
+    else (this.#opener ?? this.#root.querySelector("canvas"))?.focus({ preventScroll: true });
+  }
+
+  /** Takes over what an attribute says. @param {string} name one of WISHES */
+  #wish(name) {
+    const viewer = /** @type {Viewer} */ (this.viewer);
+    const text = this.getAttribute(name);
+    const number = Number(text);
+    if (name === "scale") viewer.scale = number > 0 && number <= 1 ? number : null;
+    else if (name === "fov") viewer.fov = number >= 1 && number <= 150 ? number : null;
+    else if (name === "background") viewer.background = colorOf(text);
+    else viewer.turning = text !== null && !matchMedia(STILL).matches;
+    viewer.redraw();
+  }
+
+  /**
+   * Begins to load one of the scenes.
+   *
+   * @param {Side} side
+   * @param {Source} source
+   * @param {(viewer: Viewer, request: Request) => void} load
+   */
+  async #ask(side, source, load) {
+    const viewer = this.viewer;
+    if (!(await this.#ready) || viewer === null || viewer !== this.viewer) return;
+    const address = typeof source === "string" ? source.replace(/[?#].*$/, "") : "scene";
+    const name = source instanceof File ? source.name : address;
+    this.#arrivals.begin(side, side === 1 && this.#twice ? `${name}, sorted` : name);
+    this.#tell();
+    try {
+      const request =
+        source instanceof Blob ? { file: source } : { url: new URL(source, document.baseURI).href };
+      load(viewer, request);
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      this.failed(side, `the scene cannot be opened: ${why}`);
+    }
+  }
+
+  /** Shows how far the scenes are. */
+  #tell() {
+    const { state, busy, share, sentence, names } = this.#arrivals;
+    const bar = this.#part("bar");
+    bar.hidden = !busy;
+    bar.classList.toggle("unknown", !Number.isFinite(share));
+    const percent = Number.isFinite(share) ? Math.round(100 * share) : 0;
+    bar.setAttribute("aria-valuenow", String(percent));
+    /** @type {HTMLElement} */ (bar.firstElementChild).style.width = `${percent}%`;
+    const message = this.#part("message");
+    const words = /** @type {HTMLElement} */ (message.querySelector("p"));
+    if (words.textContent !== sentence) words.textContent = sentence; // or it would be read out again
+    if (!sentence) message.hidden = true;
+    if (!this.#part("split").hidden) this.#split?.show(names);
+    if (state) this.dataset.state = state;
+  }
+
+  /** Takes the other scene's canvas and handle away. */
+  #uncover() {
+    this.#part("split").hidden = true;
+    this.#root.querySelector(".over")?.remove();
+    this.#split = null;
   }
 
   /** @param {string} name @returns {HTMLElement} */

@@ -5,11 +5,13 @@ import { ownScene } from "./files.js";
 import { planOf, runBench } from "./viewer/bench.js";
 import { readPose, writePose } from "./viewer/address.js";
 
+/** Attributes of the element that the address may set by the same names. */
+const WISHES = ["renderer", "scale", "noui", "poster", "background", "fov", "autorotate", "compare"];
 const QUIET = 400; // milliseconds without a change before the address follows
 
 const element = /** @type {import("./element.js").MobileGs} */ (document.querySelector("mobile-gs"));
 const wishes = new URLSearchParams(location.search);
-for (const name of ["renderer", "scale", "noui"]) {
+for (const name of WISHES) {
   const value = wishes.get(name);
   if (value !== null) element.setAttribute(name, value);
 }
@@ -20,7 +22,7 @@ setTimeout(() => {
   const own = ownScene();
   if (!url && own) void element.open(own);
   else if (!element.hasAttribute("src")) {
-    element.failed("no scene is named: drop a .mgs file here, or add ?url=... to the address");
+    element.failed(0, "no scene is named: drop a .mgs file here, or add ?url=... to the address");
   }
   goTo();
   element.focus({ preventScroll: true });
@@ -52,8 +54,8 @@ if (asked !== null) {
       width: Math.round(innerWidth * devicePixelRatio),
       height: Math.round(innerHeight * devicePixelRatio),
     };
-    const found = await runBench(viewer, planOf(asked, screen), (share) => element.progress(share));
-    element.loaded(0);
+    const found = await runBench(viewer, planOf(asked, screen), (share) => element.progress(0, share));
+    element.loaded(0, 0);
     element.report({
       scene: element.getAttribute("src") ?? "own",
       date: new Date().toISOString(),

@@ -41,6 +41,7 @@ export function readPly(bytes) {
   const places = order.map(at);
   const scene = {
     count: 0,
+    packing: null,
     shapes: new Float32Array(12 * rows),
     colors: new Float32Array(3 * shSize * rows),
     shSize,
@@ -68,7 +69,7 @@ export function readPly(bytes) {
 }
 
 /** @param {SceneData} scene @param {Float32Array} row */
-function addRow(scene, row) {
+export function addRow(scene, row) {
   const [w, x, y, z] = [row[6], row[7], row[8], row[9]];
   const length = w * w + x * x + y * y + z * z;
   if (!(length > 0)) return; // a rotation that is none

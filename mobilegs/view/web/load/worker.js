@@ -4,13 +4,16 @@ import { readScene } from "../mgs/reader.js";
 import { packRows, packScene, packedParts } from "../render/pack.js";
 import { farFirst } from "./order.js";
 import { isPly, readPly } from "./ply.js";
+import { isSpz, readSpz } from "./spz.js";
 
 /** @typedef {import("../mgs/header.js").View} View */
+/** @typedef {import("../render/types.js").Numbers} Numbers */
+/** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 /** @typedef {{url: string} | {file: Blob} | {forward: [number, number, number]}} Request */
 /**
- * @typedef {{kind: "scene", data: SceneData, views: View[], near: number}
- *   | {kind: "rows", part: "shapes" | "colors" | "lobes", from: number, numbers: Float32Array<ArrayBuffer>}
+ * @typedef {{kind: "scene", data: SceneData, centers: Float32Array<ArrayBuffer>, views: View[], near: number}
+ *   | {kind: "rows", part: Part, from: number, numbers: Numbers}
  *   | {kind: "order", order: Uint32Array<ArrayBuffer>}
  *   | {kind: "progress", received: number, total: number}
  *   | {kind: "done", milliseconds: number}
@@ -28,10 +31,15 @@ let centers = new Float32Array(0);
 /** @param {Message} message @param {Transferable[]} [moved] */
 const send = (message, moved = []) => self.postMessage(message, { transfer: moved });
 
-/** @param {SceneData} data @param {View[]} views @param {number} near */
-function sendScene(data, views, near) {
+/**
+ * @param {SceneData} data
+ * @param {Float32Array<ArrayBuffer>} centers
+ * @param {View[]} views
+ * @param {number} near
+ */
+function sendScene(data, centers, views, near) {
   const moved = [data.shapes.buffer, data.colors.buffer, data.lobes.buffer];
-  send({ kind: "scene", data, views, near }, moved);
+  send({ kind: "scene", data, centers, views, near }, [...moved, centers.buffer]);
 }
 
 /**
@@ -62,7 +70,7 @@ async function loadMgs(source) {
     if (header.network) throw new Error(NETWORK);
     if (!known) {
       known = true;
-      sendScene(packScene(header, scene), header.views, header.near);
+      sendScene(packScene(header, scene), scene.means.slice(), header.views, header.near);
       return;
     }
     for (const part of packedParts(changed)) {
@@ -72,8 +80,14 @@ async function loadMgs(source) {
   });
 }
 
-/** @param {ReadableStream<Uint8Array<ArrayBuffer>>} source @param {number} total */
-async function loadPly(source, total) {
+/**
+ * A plain scene, which is read when all of it is there.
+ *
+ * @param {ReadableStream<Uint8Array<ArrayBuffer>>} source
+ * @param {number} total bytes
+ * @param {(bytes: Uint8Array<ArrayBuffer>) => SceneData | Promise<SceneData>} read
+ */
+async function loadPlain(source, total, read) {
   const pieces = [];
   let received = 0;
   const reader = source.getReader();
@@ -82,10 +96,10 @@ async function loadPly(source, total) {
     received += piece.value.length;
     send({ kind: "progress", received, total });
   }
-  const data = readPly(new Uint8Array(await new Blob(pieces).arrayBuffer()));
+  const data = await read(new Uint8Array(await new Blob(pieces).arrayBuffer()));
   centers = new Float32Array(3 * data.count);
   for (let i = 0; i < centers.length; i++) centers[i] = data.shapes[4 * i + 3];
-  sendScene(data, [], NEAR);
+  sendScene(data, centers.slice(), [], NEAR);
 }
 
 /**
@@ -113,7 +127,8 @@ async function load(request) {
   const started = performance.now();
   const { source, total } = await bytesOf(request);
   const { first, whole } = await peeked(source);
-  if (isPly(first)) await loadPly(whole, total);
+  if (isPly(first)) await loadPlain(whole, total, readPly);
+  else if (isSpz(first)) await loadPlain(whole, total, readSpz);
   else await loadMgs(whole);
   send({ kind: "done", milliseconds: performance.now() - started });
 }

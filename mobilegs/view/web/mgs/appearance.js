@@ -1,7 +1,7 @@
 /** Colour from position and latents. docs/format.md, section 7. */
 
 import { lookUp } from "./codebooks.js";
-import { BLOCK, applyLayer, makeBlock, makeLayer, rectify } from "./dense.js";
+import { BLOCK, Network, makeLayer } from "./dense.js";
 
 /** @typedef {import("./codebooks.js").Codes} Codes */
 /** @typedef {import("./weights.js").Weights} Weights */
@@ -16,27 +16,21 @@ const { fround, sqrt } = Math;
 
 /** Evaluates the networks of a file's colours, 9792 products per Gaussian. */
 export class AppearanceDecoder {
-  #context1;
-  #context2;
-  #static1;
-  #static2;
-  #view1;
-  #view2;
-  #encoded = makeBlock(ENCODED);
-  #hidden = makeBlock(HIDDEN);
-  #inputs = makeBlock(CONTEXT + 3); // context, then static or view latents
-  #degree0 = makeBlock(4);
-  #degree1 = makeBlock(12);
-  #latents = new Float64Array(BLOCK * LATENTS);
+  #network;
+  #latents = new Float32Array(BLOCK * LATENTS);
 
   /** @param {Weights} weights */
-  constructor(weights) {
-    this.#context1 = makeLayer(weights.context1, ENCODED);
-    this.#context2 = makeLayer(weights.context2, HIDDEN);
-    this.#static1 = makeLayer(weights.static1, CONTEXT + 3);
-    this.#static2 = makeLayer(weights.static2, HIDDEN);
-    this.#view1 = makeLayer(weights.view1, CONTEXT + 3);
-    this.#view2 = makeLayer(weights.view2, HIDDEN);
+  constructor({ context1, context2, static1, static2, view1, view2 }) {
+    const layers = [
+      makeLayer(context1, ENCODED),
+      makeLayer(context2, HIDDEN),
+      makeLayer(static1, CONTEXT + 3),
+      makeLayer(static2, HIDDEN),
+      makeLayer(view1, CONTEXT + 3),
+      makeLayer(view2, HIDDEN),
+    ];
+    // the third block holds the context, behind it the static or the view latents
+    this.#network = new Network(layers, [ENCODED, HIDDEN, CONTEXT + 3, 4, 12]);
   }
 
   /**
@@ -49,35 +43,26 @@ export class AppearanceDecoder {
    * @param {Float32Array} sh
    */
   decode(places, codes, from, to, sh) {
+    const network = this.#network;
+    const [context1, context2, static1, static2, view1, view2] = network.layers;
+    const [encoded, hidden, inputs, degree0, degree1] = network.blocks;
+    const latents = this.#latents;
     for (let start = from; start < to; start += BLOCK) {
       const rows = Math.min(BLOCK, to - start);
-      encode(places, start, rows, this.#encoded.values);
-      applyLayer(this.#context1, this.#encoded, this.#hidden, rows);
-      rectify(this.#hidden, HIDDEN, 0);
-      applyLayer(this.#context2, this.#hidden, this.#inputs, rows);
-      lookUp(codes, start, start + rows, this.#latents, 0, LATENTS);
-      this.#insertLatents(0);
-      applyLayer(this.#static1, this.#inputs, this.#hidden, rows);
-      rectify(this.#hidden, HIDDEN, SLOPE);
-      applyLayer(this.#static2, this.#hidden, this.#degree0, rows);
-      this.#insertLatents(3);
-      applyLayer(this.#view1, this.#inputs, this.#hidden, rows);
-      rectify(this.#hidden, HIDDEN, SLOPE);
-      applyLayer(this.#view2, this.#hidden, this.#degree1, rows);
+      encode(places, start, rows, encoded);
+      network.apply(context1, encoded, hidden, 0);
+      network.apply(context2, hidden, inputs, 1);
+      lookUp(codes, start, start + rows, latents, 0, 1, BLOCK);
+      inputs.set(latents.subarray(0, 3 * BLOCK), CONTEXT * BLOCK);
+      network.apply(static1, inputs, hidden, SLOPE);
+      network.apply(static2, hidden, degree0, 1);
+      inputs.set(latents.subarray(3 * BLOCK), CONTEXT * BLOCK);
+      network.apply(view1, inputs, hidden, SLOPE);
+      network.apply(view2, hidden, degree1, 1);
       for (let row = 0; row < rows; row++) {
         const place = 12 * (start + row);
-        for (let i = 0; i < 3; i++) sh[place + i] = this.#degree0.values[4 * row + i];
-        for (let i = 0; i < 9; i++) sh[place + 3 + i] = this.#degree1.values[12 * row + i];
-      }
-    }
-  }
-
-  /** Puts three of the latents behind the context. @param {number} first */
-  #insertLatents(first) {
-    const { values, stride } = this.#inputs;
-    for (let row = 0; row < BLOCK; row++) {
-      for (let i = 0; i < 3; i++) {
-        values[row * stride + CONTEXT + i] = this.#latents[row * LATENTS + first + i];
+        for (let i = 0; i < 3; i++) sh[place + i] = degree0[i * BLOCK + row];
+        for (let i = 0; i < 9; i++) sh[place + 3 + i] = degree1[i * BLOCK + row];
       }
     }
   }
@@ -92,7 +77,7 @@ export class AppearanceDecoder {
  * @param {Float32Array} places
  * @param {number} start
  * @param {number} rows
- * @param {Float64Array} encoded
+ * @param {Float32Array} encoded
  */
 function encode(places, start, rows, encoded) {
   for (let row = 0; row < rows; row++) {
@@ -109,10 +94,10 @@ function encode(places, start, rows, encoded) {
       const unit = fround(fround(bent * 0.25) + 0.5);
       let sine = Math.sin(Math.PI * unit);
       let cosine = Math.cos(Math.PI * unit);
-      let at = row * ENCODED + axis * OCTAVES;
-      for (const end = at + OCTAVES; at < end; at++) {
+      let at = axis * OCTAVES * BLOCK + row;
+      for (const end = at + OCTAVES * BLOCK; at < end; at += BLOCK) {
         encoded[at] = sine;
-        encoded[at + ENCODED / 2] = cosine;
+        encoded[at + (ENCODED / 2) * BLOCK] = cosine;
         const double = 2 * sine * cosine;
         cosine = 1 - 2 * sine * sine;
         sine = double;

@@ -92,21 +92,23 @@ function meanEntry(book, length) {
 }
 
 /**
- * Writes the vectors of Gaussians `from` to `to`, one per `stride` numbers of `out` from `start`.
+ * Writes the vectors of Gaussians `from` to `to`, one per `stride` numbers of `out` from `start`,
+ * with `step` from one of their numbers to the next.
  *
  * @param {Codes} codes
  * @param {number} from
  * @param {number} to
- * @param {Float32Array | Float64Array} out
+ * @param {Float32Array} out
  * @param {number} start
  * @param {number} stride
+ * @param {number} [step]
  */
-export function lookUp({ length, books, columns }, from, to, out, start, stride) {
+export function lookUp({ length, books, columns }, from, to, out, start, stride, step = 1) {
   for (let j = 0; j < books.length; j++) {
     const book = books[j];
     const column = columns[j];
     for (let e = 0; e < length; e++) {
-      let place = start + j * length + e;
+      let place = start + (j * length + e) * step;
       for (let i = from; i < to; i++, place += stride) out[place] = book[column[i] * length + e];
     }
   }

@@ -234,7 +234,9 @@ export class Decoder {
     const { count, frame, lobes } = this.#header;
     const stored = decodePositions(stream.data, count);
     this.#places = normalised(stored, frame);
-    const scene = makeScene(this.#header, toWorld(this.#places, frame), this.#network);
+    const means = toWorld(this.#places, frame);
+    const range = rangeOf(this.#of("scale").books);
+    const scene = makeScene(this.#header, stored, means, range, this.#network);
     const logScales = new Float32Array(3);
     lookUp(meanCodes(this.#of("scale"), 1), 0, 1, logScales, 0, 3);
     const quats = Float32Array.of(1, 0, 0, 0);
@@ -333,6 +335,15 @@ export class Decoder {
  */
 function addBase({ books: [book], columns: [column] }, from, to, lobes, stride) {
   for (let i = from; i < to; i++) lobes[i * stride] += book[column[i]] / C0;
+}
+
+/** The least and the largest number. @param {Float32Array[]} books @returns {[number, number]} */
+function rangeOf(books) {
+  let range = /** @type {[number, number]} */ ([Infinity, -Infinity]);
+  for (const book of books) {
+    for (const value of book) range = [Math.min(range[0], value), Math.max(range[1], value)];
+  }
+  return range;
 }
 
 /**

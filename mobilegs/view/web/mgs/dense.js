@@ -1,15 +1,18 @@
-/** A layer of a network for a block of Gaussians: where opening a file spends its time. */
+/** Layers of networks for a block of Gaussians: where opening a file spends its time. */
 
-/** Gaussians in a block: inputs of the widest layer then stay in a 32 KiB cache. */
+import { simdLayer } from "./simd.js";
+
+/** Gaussians in a block: what the widest layer reads and writes then stays in a 32 KiB cache. */
 export const BLOCK = 32;
 
 /**
  * @typedef {object} Layer `outputs = matrix * inputs + offsets`
  * @property {number} inputs
  * @property {number} outputs a multiple of 4; rows that were added are 0
- * @property {Float64Array} weights of four outputs together, input by input
- * @property {Float64Array} offsets
+ * @property {Float32Array} weights of four outputs together, input by input
+ * @property {Float32Array} offsets
  */
+/** @typedef {Float32Array} Block values of `BLOCK` Gaussians: first those of one input, then the next */
 
 /**
  * @param {Float32Array} matrix row by row
@@ -23,8 +26,8 @@ export function makeLayer(matrix, inputs, offsets) {
   const layer = {
     inputs,
     outputs,
-    weights: new Float64Array(outputs * inputs),
-    offsets: new Float64Array(outputs),
+    weights: new Float32Array(outputs * inputs),
+    offsets: new Float32Array(outputs),
   };
   for (let row = 0; row < rows; row++) {
     const place = (row - (row % 4)) * inputs + (row % 4);
@@ -34,80 +37,79 @@ export function makeLayer(matrix, inputs, offsets) {
   return layer;
 }
 
-/** Room for the values of one block. @param {number} stride values per Gaussian */
-export function makeBlock(stride) {
-  return { stride, values: new Float64Array(BLOCK * stride) };
-}
-
-/** @typedef {ReturnType<typeof makeBlock>} Block */
-
 /**
- * Applies a layer to the first `rows` Gaussians of a block, rounded up to an even number.
- *
- * Two Gaussians and four outputs at a time: each number that is loaded is used two or four
- * times. Sums are float64, which costs no more here and leaves one rounding, that of the result.
+ * What a layer does, then `x` where that is above 0, else `slope * x`.
  *
  * @param {Layer} layer
  * @param {Block} input
  * @param {Block} output
- * @param {number} rows
+ * @param {number} slope 1: nothing is done to it
  */
-export function applyLayer({ inputs, outputs, weights, offsets }, input, output, rows) {
-  const x = input.values;
-  const y = output.values;
-  for (let o = 0; o < outputs; o += 4) {
-    const first = o * inputs;
-    const last = first + 4 * inputs;
-    for (let row = 0; row < rows; row += 2) {
-      let p = row * input.stride;
-      let q = p + input.stride;
-      let a0 = offsets[o];
-      let a1 = offsets[o + 1];
-      let a2 = offsets[o + 2];
-      let a3 = offsets[o + 3];
-      let b0 = a0;
-      let b1 = a1;
-      let b2 = a2;
-      let b3 = a3;
-      for (let w = first; w < last; w += 4) {
-        const u = x[p++];
-        const v = x[q++];
-        const w0 = weights[w];
-        const w1 = weights[w + 1];
-        const w2 = weights[w + 2];
-        const w3 = weights[w + 3];
-        a0 += w0 * u;
-        a1 += w1 * u;
-        a2 += w2 * u;
-        a3 += w3 * u;
-        b0 += w0 * v;
-        b1 += w1 * v;
-        b2 += w2 * v;
-        b3 += w3 * v;
-      }
-      p = row * output.stride + o;
-      q = p + output.stride;
-      y[p] = a0;
-      y[p + 1] = a1;
-      y[p + 2] = a2;
-      y[p + 3] = a3;
-      y[q] = b0;
-      y[q + 1] = b1;
-      y[q + 2] = b2;
-      y[q + 3] = b3;
+export function defined({ inputs, outputs, weights, offsets }, input, output, slope) {
+  for (let o = 0; o < outputs; o++) {
+    const first = (o - (o % 4)) * inputs + (o % 4);
+    for (let row = 0; row < BLOCK; row++) {
+      let sum = offsets[o];
+      for (let i = 0; i < inputs; i++) sum += weights[first + 4 * i] * input[i * BLOCK + row];
+      output[o * BLOCK + row] = Math.max(sum, slope * sum);
     }
   }
 }
 
-/**
- * `x` where it is above 0, else `slope * x`, for the first `width` values of each Gaussian.
- *
- * @param {Block} block
- * @param {number} width
- * @param {number} slope
- */
-export function rectify({ values, stride }, width, slope) {
-  for (let start = 0; start < values.length; start += stride) {
-    for (let i = start; i < start + width; i++) if (!(values[i] > 0)) values[i] *= slope;
+/** Layers and blocks in the memory that SIMD works on, where there is SIMD. */
+export class Network {
+  /** @type {Layer[]} */
+  layers;
+  /** @type {Block[]} */
+  blocks;
+  #simd;
+
+  /**
+   * @param {Layer[]} layers
+   * @param {number[]} widths values per Gaussian of each block that is needed
+   * @param {boolean} [plain] without SIMD
+   */
+  constructor(layers, widths, plain = false) {
+    const sizes = layers.flatMap(({ weights, offsets }) => [weights.length, offsets.length]);
+    const total = [...sizes, ...widths.map((width) => BLOCK * width)].reduce((a, b) => a + b, 0);
+    const memory = new WebAssembly.Memory({ initial: Math.ceil(total / 2 ** 14) }); // pages of 64 KiB
+    let start = 0;
+    const take = (/** @type {number} */ length) => {
+      const taken = new Float32Array(memory.buffer, 4 * start, length);
+      start += length;
+      return taken;
+    };
+    const moved = (/** @type {Float32Array} */ numbers) => {
+      const place = take(numbers.length);
+      place.set(numbers);
+      return place;
+    };
+    this.layers = layers.map((layer) => ({
+      ...layer,
+      weights: moved(layer.weights),
+      offsets: moved(layer.offsets),
+    }));
+    this.blocks = widths.map((width) => take(BLOCK * width));
+    this.#simd = plain ? null : simdLayer(BLOCK, memory);
+  }
+
+  /**
+   * Applies a layer to a block, as `defined` does.
+   *
+   * @param {Layer} layer one of its own
+   * @param {Block} input
+   * @param {Block} output
+   * @param {number} slope
+   */
+  apply(layer, input, output, slope) {
+    if (this.#simd === null) {
+      defined(layer, input, output, slope);
+      return;
+    }
+    const { weights, offsets, inputs, outputs } = layer;
+    const places = [weights, offsets, input, output].map((array) => array.byteOffset);
+    const [w, o, x, y] = places;
+    if (inputs > 0) this.#simd(w, o, x, y, inputs, outputs, slope);
+    else defined(layer, input, output, slope); // nothing but offsets
   }
 }

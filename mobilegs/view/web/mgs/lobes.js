@@ -1,7 +1,7 @@
 /** Lobes, which tell opacity and weight by direction. docs/format.md, section 8. */
 
 import { lookUp } from "./codebooks.js";
-import { BLOCK, applyLayer, makeBlock, makeLayer, rectify } from "./dense.js";
+import { BLOCK, Network, makeLayer } from "./dense.js";
 import { STATICS } from "./weights.js";
 
 /** @typedef {import("./codebooks.js").Codes} Codes */
@@ -16,15 +16,13 @@ import { STATICS } from "./weights.js";
 
 export const C0 = 0.28209479177387814; // the constant harmonic
 const LENGTH_MIN = 1e-12;
+const VALUES = new Float64Array(15); // of one Gaussian
 
 /** Evaluates a file's lobes, without the base opacity. */
 export class LobeDecoder {
   #outputs;
-  #layers;
-  #blocks;
+  #network;
   #width;
-  #last;
-  #result;
 
   /**
    * @param {LobeShape} shape
@@ -32,17 +30,17 @@ export class LobeDecoder {
    */
   constructor({ degree, latents, hidden }, weights) {
     this.#outputs = 2 * (degree + 1) ** 2;
+    this.#width = hidden.at(-1) ?? 0;
     const inputs = [STATICS + latents, ...hidden];
-    this.#layers = hidden.map((_, i) =>
+    const layers = hidden.map((_, i) =>
       makeLayer(weights[`weights.${i}`], inputs[i], weights[`offsets.${i}`]),
     );
-    const strides = [STATICS, ...hidden].map((width) => Math.ceil(width / 4) * 4 + latents);
-    this.#blocks = strides.map(makeBlock); // what goes into each layer
-    this.#width = hidden.at(-1) ?? 0;
     const heads = weights[`weights.${hidden.length}`]; // missing if nothing is hidden
     const matrix = joined(heads, this.#width, weights.basis, latents, this.#outputs);
-    this.#last = makeLayer(matrix, this.#width + latents, weights.bias);
-    this.#result = makeBlock(this.#last.outputs);
+    layers.push(makeLayer(matrix, this.#width + latents, weights.bias));
+    // what goes into each layer, latents behind it, and what comes out of the last one
+    const widths = [STATICS, ...hidden].map((width) => Math.ceil(width / 4) * 4 + latents);
+    this.#network = new Network(layers, [...widths, Math.ceil(this.#outputs / 4) * 4]);
   }
 
   /**
@@ -55,15 +53,18 @@ export class LobeDecoder {
    * @param {Float32Array} lobes
    */
   decode(attributes, codes, from, to, lobes) {
+    const network = this.#network;
+    const last = network.layers[network.layers.length - 1];
+    const result = network.blocks[network.blocks.length - 1];
+    const outputs = this.#outputs;
     for (let start = from; start < to; start += BLOCK) {
       const rows = Math.min(BLOCK, to - start);
       const block = this.#hide(attributes, codes, start, rows);
-      if (codes) lookUp(codes, start, start + rows, block.values, this.#width, block.stride);
-      applyLayer(this.#last, block, this.#result, rows);
-      const { values, stride } = this.#result;
+      if (codes) lookUp(codes, start, start + rows, block, this.#width * BLOCK, 1, BLOCK);
+      network.apply(last, block, result, 1);
       for (let row = 0; row < rows; row++) {
-        const place = (start + row) * this.#outputs;
-        for (let i = 0; i < this.#outputs; i++) lobes[place + i] = values[row * stride + i];
+        const place = (start + row) * outputs;
+        for (let i = 0; i < outputs; i++) lobes[place + i] = result[i * BLOCK + row];
       }
     }
   }
@@ -77,19 +78,14 @@ export class LobeDecoder {
    * @param {number} rows
    */
   #hide(attributes, codes, start, rows) {
-    let block = this.#blocks[0];
-    if (this.#layers.length === 0) return block;
-    for (let row = 0; row < rows; row++) {
-      writeStatics(attributes, start + row, block.values, row * block.stride);
+    const { layers, blocks } = this.#network;
+    if (layers.length === 1) return blocks[0];
+    for (let row = 0; row < rows; row++) writeStatics(attributes, start + row, blocks[0], row);
+    if (codes) lookUp(codes, start, start + rows, blocks[0], STATICS * BLOCK, 1, BLOCK);
+    for (let i = 0; i + 1 < layers.length; i++) {
+      this.#network.apply(layers[i], blocks[i], blocks[i + 1], 0);
     }
-    if (codes) lookUp(codes, start, start + rows, block.values, STATICS, block.stride);
-    this.#layers.forEach((layer, i) => {
-      const next = this.#blocks[i + 1];
-      applyLayer(layer, block, next, rows);
-      rectify(next, layer.outputs, 0);
-      block = next;
-    });
-    return block;
+    return blocks[layers.length - 1];
   }
 }
 
@@ -117,25 +113,22 @@ function joined(heads, width, basis, latents, rows) {
  *
  * @param {Attributes} attributes
  * @param {number} row
- * @param {Float64Array} out
+ * @param {Float32Array} out
  * @param {number} start
  */
 function writeStatics({ sh, logScales, quats }, row, out, start) {
-  for (let i = 0; i < 12; i++) out[start + i] = sh[12 * row + i];
-  for (let i = 0; i < 3; i++) out[start + 12 + i] = Math.exp(logScales[3 * row + i]);
-  shorten(out, start, 12);
-  shorten(out, start + 12, 3);
-  for (let i = 0; i < 4; i++) out[start + 15 + i] = quats[4 * row + i];
+  for (let i = 0; i < 12; i++) VALUES[i] = sh[12 * row + i];
+  for (let i = 0; i < 3; i++) VALUES[12 + i] = Math.exp(logScales[3 * row + i]);
+  shorten(0, 12);
+  shorten(12, 15);
+  for (let i = 0; i < 15; i++) out[start + i * BLOCK] = VALUES[i];
+  for (let i = 0; i < 4; i++) out[start + (15 + i) * BLOCK] = quats[4 * row + i];
 }
 
-/**
- * @param {Float64Array} values
- * @param {number} start
- * @param {number} count
- */
-function shorten(values, start, count) {
+/** @param {number} from @param {number} to */
+function shorten(from, to) {
   let square = 0;
-  for (let i = start; i < start + count; i++) square += values[i] * values[i];
-  const length = Math.max(Math.sqrt(square), LENGTH_MIN);
-  for (let i = start; i < start + count; i++) values[i] /= length;
+  for (let i = from; i < to; i++) square += VALUES[i] * VALUES[i];
+  const grow = 1 / Math.max(Math.sqrt(square), LENGTH_MIN);
+  for (let i = from; i < to; i++) VALUES[i] *= grow;
 }

@@ -8,7 +8,9 @@ import { SceneError } from "./error.js";
 /**
  * @typedef {object} Scene
  * @property {number} count number of Gaussians
+ * @property {Uint16Array} positions the bits of the centres as the file holds them, 3 halves each
  * @property {Float32Array} means centres in world space, 3 each
+ * @property {[number, number]} logScaleRange what no logarithm of a standard deviation lies outside of
  * @property {Float32Array} logScales logarithms of the standard deviations, world units, 3 each
  * @property {Float32Array} quats wxyz, 4 each, of length 1, or 0: then it is not to be drawn
  * @property {Float32Array} sh harmonics of the colour, 4 coefficients of r, g, b each
@@ -23,16 +25,20 @@ import { SceneError } from "./error.js";
  * A scene of Gaussians that have nothing but a place.
  *
  * @param {Header} header
+ * @param {Uint16Array} positions
  * @param {Float32Array} means
+ * @param {[number, number]} logScaleRange
  * @param {Record<string, Float32Array> | null} network
  * @returns {Scene}
  */
-export function makeScene({ count, lobes }, means, network) {
+export function makeScene({ count, lobes }, positions, means, logScaleRange, network) {
   const lobeDegree = lobes === null ? 0 : lobes.degree;
   try {
     return {
       count,
+      positions,
       means,
+      logScaleRange,
       logScales: new Float32Array(3 * count),
       quats: new Float32Array(4 * count),
       sh: new Float32Array(12 * count),
@@ -70,7 +76,7 @@ export function normaliseQuats(quats, from, to) {
 /**
  * Gives every Gaussian the same numbers.
  *
- * @param {Float32Array} array
+ * @param {Float32Array | Uint32Array} array
  * @param {ArrayLike<number>} numbers
  */
 export function fillRows(array, numbers) {

@@ -7,8 +7,6 @@ import { WebGpuRenderer } from "./webgpu.js";
 /** @typedef {WebGpuRenderer | WebGlRenderer} Renderer */
 /** @typedef {"auto" | "webgpu" | "webgl"} Choice */
 
-const WGSL = ["view.wgsl", "project.wgsl", "splat.wgsl", "resolve.wgsl"];
-
 /**
  * A renderer for a canvas that nothing has drawn to.
  *
@@ -20,7 +18,7 @@ export async function chooseRenderer(canvas, choice) {
   let without = "";
   if (choice !== "webgl") {
     try {
-      const shaders = await texts(WGSL);
+      const shaders = await texts(WebGpuRenderer.files);
       return { name: "WebGPU", renderer: await WebGpuRenderer.create(canvas, shaders) };
     } catch (error) {
       if (choice === "webgpu") throw error;

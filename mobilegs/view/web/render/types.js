@@ -1,20 +1,37 @@
-/** What the renderers of this folder share: what they are given. */
+/** What the renderers of this folder share: what they are given, and how they draw. */
 
 /**
  * A scene as GPUs take it. All numbers are finite.
  *
+ * Wide, parts are 32-bit floats. Packed, they are words that pack.js explains: a quarter of that,
+ * for scenes that add up and have harmonics of degree 1.
+ *
  * @typedef {object} SceneData
  * @property {number} count number of Gaussians, at least 0
- * @property {Float32Array} shapes 12 each, three rows of four: the half axes at one standard
+ * @property {Packing | null} packing how parts are packed; null: they are wide
+ * @property {Numbers} shapes wide, 12 each, three rows of four: the half axes at one standard
  *     deviation, in the world, and at each row's end x, y or z of the centre
- * @property {Float32Array} colors `3 shSize` each: harmonics, r, g, b inside
+ * @property {Numbers} colors wide, `3 shSize` each: harmonics, r, g, b inside
  * @property {number} shSize coefficients per colour: 1, 4, 9 or 16
- * @property {Float32Array} lobes `2 lobeSize` each: harmonics, inside first for the opacity's
+ * @property {Numbers} lobes wide, `2 lobeSize` each: harmonics, inside first for the opacity's
  *     logit, then for phi before its ReLU
  * @property {number} lobeSize coefficients of opacity and phi: 1, 4, 9 or 16
  * @property {boolean} sorted whether Gaussians lie over one another, far ones first, or add up
  * @property {Weighting} weighting of a scene that adds up
  * @property {[number, number, number]} background sRGB in [0, 1]
+ */
+
+/** @typedef {Float32Array<ArrayBuffer> | Uint32Array<ArrayBuffer>} Numbers */
+/** @typedef {"shapes" | "colors" | "lobes"} Part */
+
+/**
+ * What turns packed numbers into the world's.
+ *
+ * @typedef {object} Packing
+ * @property {[number, number, number]} center of positions, world units
+ * @property {number} unit of positions, world units
+ * @property {number} leastLogScale
+ * @property {number} logScaleSpan from the least to the largest
  */
 
 /**
@@ -41,4 +58,16 @@
  * @property {number} near Gaussians whose centre has z <= near are not drawn, world units
  */
 
-export {};
+/**
+ * Ways to the same picture; which one is faster depends on the device.
+ *
+ * @typedef {object} Variant
+ * @property {boolean} floats sums are 32-bit floats, not halves
+ * @property {boolean} strips quads are an instance each, not 128 of them
+ */
+
+/** Words or floats of a Gaussian in each part. @param {SceneData} scene @returns {Record<Part, number>} */
+export function strides({ packing, shSize, lobeSize }) {
+  if (packing) return { shapes: 4, colors: 4, lobes: (lobeSize + 2) >> 1 };
+  return { shapes: 12, colors: 3 * shSize, lobes: 2 * lobeSize };
+}

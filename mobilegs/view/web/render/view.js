@@ -3,7 +3,7 @@
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./types.js").SceneData} SceneData */
 
-export const VIEW_BYTES = 160;
+export const VIEW_BYTES = 192;
 export const HALF_SCALE = 2 ** -6; // of weights, so that sums stay within halves
 const JACOBIAN_MARGIN = 0.3; // as project.py has it
 
@@ -14,7 +14,7 @@ const JACOBIAN_MARGIN = 0.3; // as project.py has it
  * @returns {Float32Array<ArrayBuffer>}
  */
 export function packView(scene, { viewmat, fx, fy, cx, cy, width, height, near }, weightScale) {
-  const { background, weighting } = scene;
+  const { background, weighting, packing } = scene;
   const marginX = (JACOBIAN_MARGIN * 0.5 * width) / fx;
   const marginY = (JACOBIAN_MARGIN * 0.5 * height) / fy;
   const position = [0, 1, 2].map(
@@ -33,5 +33,9 @@ export function packView(scene, { viewmat, fx, fy, cx, cy, width, height, near }
   ]);
   const integers = [scene.count, scene.shSize, scene.lobeSize, weighting.index];
   new Int32Array(floats.buffer).set(integers, 33);
+  if (packing) {
+    const { center, unit, leastLogScale, logScaleSpan } = packing;
+    floats.set([...center, unit, leastLogScale, logScaleSpan], 40);
+  }
   return floats;
 }

@@ -5,63 +5,47 @@
  * splats (blended quads, in any order for a sort-free scene), resolve.
  */
 
-import { HALF_SCALE, VIEW_BYTES, packView } from "./view.js";
+import { strides } from "./types.js";
+import { HALF_SCALE, packView } from "./view.js";
+import { BATCH, SAMPLERS, makeFixed, makePrograms } from "./webgl_program.js";
 
 /** @typedef {import("./types.js").Camera} Camera */
+/** @typedef {import("./types.js").Numbers} Numbers */
+/** @typedef {import("./types.js").Part} Part */
 /** @typedef {import("./types.js").SceneData} SceneData */
-/** @typedef {"shapes" | "colors" | "lobes"} Part */
-/** @typedef {"project" | "splat" | "resolve"} Pass */
-/** @typedef {"RGBA32F" | "RGB32F" | "RGB16F" | "RG32F" | "RG16F" | "R32UI"} Format */
-
-/**
- * What stays the same until the context is lost.
- *
- * @typedef {object} Fixed
- * @property {WebGLBuffer} view the uniform block of view.glsl
- * @property {WebGLBuffer} corners of the quads of a batch
- * @property {WebGLVertexArrayObject} quads
- * @property {WebGLFramebuffer} splats what the first pass writes
- * @property {WebGLFramebuffer} sums what the second one writes
- * @property {Map<boolean, Record<Pass, WebGLProgram>>} programs sorted ones and others, once needed
- * @property {Map<string, WebGLTexture>} textures by the sampler that reads them
- */
+/** @typedef {import("./types.js").Variant} Variant */
+/** @typedef {"RGBA32F" | "RGB32F" | "RGB16F" | "RG32F" | "RG16F" | "R32UI" | "RGBA32UI"} Format */
+/** @typedef {"RGBA" | "RGB" | "RG" | "RED_INTEGER" | "RGBA_INTEGER"} Layout */
+/** @typedef {[Format, Layout, number]} Input how a texture is stored and given, numbers per texel */
 
 const ROW = 4096; // texels in a row of textures that hold Gaussians, as in view.glsl
-const BATCH = 128; // quads of an instance, as in view.glsl
-const VIEW_BINDING = 0;
 const NOTHING = new Float32Array(0);
-
-/** Each sampler has a texture unit of its own, so that nothing is ever bound anew. */
-const SAMPLERS = [
-  "shapes",
-  "colors",
-  "lobes",
-  "splat_axes",
-  "splat_places",
-  "splat_colors",
-  "order",
-  "color_sums",
-  "weight_sums",
-];
-
-/**
- * How the texture of each input is stored with 32-bit floats and without, the format of its
- * numbers, and how many of them make a texel. Halves move a picture of 66 dB by 0.1.
- *
- * @type {Record<Part | "order", [Format, Format, "RGBA" | "RGB" | "RG" | "RED_INTEGER", number]>}
- */
-const INPUTS = {
-  shapes: ["RGBA32F", "RGBA32F", "RGBA", 4],
-  colors: ["RGB32F", "RGB16F", "RGB", 3],
-  lobes: ["RG32F", "RG16F", "RG", 2],
-  order: ["R32UI", "R32UI", "RED_INTEGER", 1],
+/** @type {Record<Part, Input>} */
+const PACKED = {
+  shapes: ["RGBA32UI", "RGBA_INTEGER", 4],
+  colors: ["RGBA32UI", "RGBA_INTEGER", 4],
+  lobes: ["R32UI", "RED_INTEGER", 1],
 };
+/** @type {Record<Part, Input>} */
+const FLOATS = {
+  shapes: ["RGBA32F", "RGBA", 4],
+  colors: ["RGB32F", "RGB", 3],
+  lobes: ["RG32F", "RG", 2],
+};
+/** Halves move a picture of 66 dB by 0.1. @type {Record<Part, Input>} */
+const HALVES = { ...FLOATS, colors: ["RGB16F", "RGB", 3], lobes: ["RG16F", "RG", 2] };
+/** @type {Input} */
+const ORDER = ["R32UI", "RED_INTEGER", 1];
 
 /** Draws a scene with WebGL2, which even browsers have that reach this page over plain http. */
 export class WebGlRenderer {
   /** The shaders that `create` is given, by file. */
-  static files = ["view.glsl", "whole.glsl", "project.glsl", "splat.glsl", "resolve.glsl"];
+  static files = ["view", "wide", "packed", "whole", "project", "splat", "resolve"].map(
+    (name) => `${name}.glsl`,
+  );
 
+  /** How it draws; may be changed between frames. @type {Variant} */
+  variant;
   /** Why nothing is drawn any more, or null. @type {string | null} */
   lost = null;
   /** Called with a sentence when the context is lost. @type {(sentence: string) => void} */
@@ -71,11 +55,11 @@ export class WebGlRenderer {
 
   #gl;
   #shaders;
-  #fullPrecision;
   #fixed;
   /** @type {SceneData | null} */
   #scene = null;
-  #size = [0, 0];
+  #inputs = PACKED; // of the scene
+  #sums = ""; // what the textures of the sums are for
 
   #onLost = (/** @type {Event} */ event) => {
     event.preventDefault(); // or the context would never come back
@@ -87,20 +71,21 @@ export class WebGlRenderer {
   #onRestored = () => {
     this.#scene = null; // one that was set in between has not arrived
     this.#fixed = makeFixed(this.#gl);
+    this.#sums = "";
     this.lost = null;
     this.onRestored();
   };
 
   /**
-   * A renderer that draws into `canvas`, with 16-bit floats unless `fullPrecision` asks for 32.
+   * A renderer that draws into `canvas`, halves in batches unless `variant` says otherwise.
    *
    * Throws an Error with one sentence if the browser or its GPU cannot.
    *
    * @param {HTMLCanvasElement | OffscreenCanvas} canvas
    * @param {Record<string, string>} shaders texts of `files`, by the name before the dot
-   * @param {{fullPrecision?: boolean}} [options]
+   * @param {Partial<Variant>} [variant]
    */
-  static create(canvas, shaders, { fullPrecision = false } = {}) {
+  static create(canvas, shaders, { floats = false, strips = false } = {}) {
     const gl = /** @type {WebGL2RenderingContext | null} */ (
       canvas.getContext("webgl2", {
         alpha: false,
@@ -113,13 +98,13 @@ export class WebGlRenderer {
     if (gl.getExtension("EXT_color_buffer_float") === null) {
       throw new Error("this GPU cannot draw into textures of floats");
     }
-    if (fullPrecision && gl.getExtension("EXT_float_blend") === null) {
+    if (floats && gl.getExtension("EXT_float_blend") === null) {
       throw new Error("this GPU cannot blend 32-bit floats: draw with halves");
     }
     if (gl.getParameter(gl.MAX_TEXTURE_SIZE) < ROW) {
       throw new Error(`this GPU's textures are less than ${ROW} pixels wide`);
     }
-    return new WebGlRenderer(gl, shaders, fullPrecision);
+    return new WebGlRenderer(gl, shaders, { floats, strips });
   }
 
   /**
@@ -127,12 +112,12 @@ export class WebGlRenderer {
    *
    * @param {WebGL2RenderingContext} gl
    * @param {Record<string, string>} shaders
-   * @param {boolean} fullPrecision
+   * @param {Variant} variant
    */
-  constructor(gl, shaders, fullPrecision) {
+  constructor(gl, shaders, variant) {
     this.#gl = gl;
     this.#shaders = shaders;
-    this.#fullPrecision = fullPrecision;
+    this.variant = variant;
     this.#fixed = makeFixed(gl);
     gl.canvas.addEventListener("webglcontextlost", this.#onLost);
     gl.canvas.addEventListener("webglcontextrestored", this.#onRestored);
@@ -146,19 +131,22 @@ export class WebGlRenderer {
   setScene(scene) {
     const gl = this.#gl;
     this.#scene = null;
-    this.#upload("shapes", scene.shapes);
-    this.#upload("colors", scene.colors);
-    this.#upload("lobes", scene.lobes);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.splats);
-    ["splat_axes", "splat_places", "splat_colors"].forEach((name, i) => {
-      const texture = this.#texture(name, gl.RGBA32F, extent(scene.count));
+    this.#inputs = scene.packing ? PACKED : this.variant.floats ? FLOATS : HALVES;
+    const { shapes, colors, lobes } = scene;
+    for (const [name, data] of Object.entries({ shapes, colors, lobes })) {
+      this.#upload(name, this.#inputs[/** @type {Part} */ (name)], data);
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.looks);
+    const formats = scene.packing ? [gl.RG32UI, 0] : [gl.RGBA32F, gl.R32F];
+    ["looks", "opacities"].forEach((name, i) => {
+      const texture = formats[i] ? this.#texture(name, formats[i], extent(scene.count)) : null;
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
     });
-    this.#check("three textures of 32-bit floats");
+    this.#check("textures of 32-bit numbers");
     // the numbers are the GPU's now: a page on a phone cannot keep them as well
     this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
-    this.#size = [0, 0]; // whether there is a sum of weights depends on the scene
-    if (scene.sorted) this.#upload("order", Uint32Array.from({ length: scene.count }, (_, i) => i));
+    if (!scene.sorted) return;
+    this.#upload("order", ORDER, Uint32Array.from({ length: scene.count }, (_, i) => i));
   }
 
   /**
@@ -166,25 +154,25 @@ export class WebGlRenderer {
    *
    * @param {Part} part
    * @param {number} from first Gaussian whose numbers changed
-   * @param {Float32Array} numbers all of theirs, of that part
+   * @param {Numbers} numbers all of theirs, of that part
    */
   update(part, from, numbers) {
     if (this.#scene === null) return;
-    const texels = { shapes: 3, colors: this.#scene.shSize, lobes: this.#scene.lobeSize };
-    this.#write(part, texels[part] * from, numbers);
+    const input = this.#inputs[part];
+    this.#write(part, input, (strides(this.#scene)[part] / input[2]) * from, numbers);
   }
 
   /**
    * The order of a sorted scene's Gaussians, far ones first; their own until it is known.
    *
-   * @param {Uint32Array} order
+   * @param {Uint32Array<ArrayBuffer>} order
    */
   setOrder(order) {
     if (this.#scene === null) return;
     if (order.length !== this.#scene.count) {
       throw new Error(`an order of ${order.length} Gaussians does not suit this scene`);
     }
-    this.#write("order", 0, order);
+    this.#write("order", ORDER, 0, order);
   }
 
   /**
@@ -201,10 +189,29 @@ export class WebGlRenderer {
     this.#resolve(this.#scene, null, camera.height - 1);
   }
 
+  /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
+  async drawUnseen(camera) {
+    if (this.#scene === null) return;
+    const gl = this.#gl;
+    this.#sum(this.#scene, camera);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, new Float32Array(4));
+  }
+
   /** Waits until everything that was asked for is drawn. */
   async finished() {
+    this.#gl.bindFramebuffer(this.#gl.FRAMEBUFFER, null);
     // the only wait that every browser keeps
     this.#gl.readPixels(0, 0, 1, 1, this.#gl.RGBA, this.#gl.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
+  /** The ways there are to draw. @returns {Variant[]} */
+  get variants() {
+    const floats = this.#gl.getExtension("EXT_float_blend") !== null;
+    return (floats ? [false, true] : [false]).flatMap((floats) => [
+      { floats, strips: false },
+      { floats, strips: true },
+    ]);
   }
 
   /** The device in words, as far as the browser tells. */
@@ -241,7 +248,7 @@ export class WebGlRenderer {
   /** Gives back what the GPU holds. The renderer cannot be used any more. */
   destroy() {
     const gl = this.#gl;
-    const { view, corners, quads, splats, sums, programs, textures } = this.#fixed;
+    const { view, corners, quads, looks, sums, programs, textures } = this.#fixed;
     this.#scene = null;
     gl.canvas.removeEventListener("webglcontextlost", this.#onLost);
     gl.canvas.removeEventListener("webglcontextrestored", this.#onRestored);
@@ -249,7 +256,7 @@ export class WebGlRenderer {
     for (const passes of programs.values()) {
       for (const program of Object.values(passes)) gl.deleteProgram(program);
     }
-    for (const framebuffer of [splats, sums]) gl.deleteFramebuffer(framebuffer);
+    for (const framebuffer of [looks, sums]) gl.deleteFramebuffer(framebuffer);
     gl.deleteVertexArray(quads);
     for (const buffer of [view, corners]) gl.deleteBuffer(buffer);
   }
@@ -262,16 +269,16 @@ export class WebGlRenderer {
    */
   #sum(scene, camera) {
     const gl = this.#gl;
-    const { view, quads, splats, sums } = this.#fixed;
-    const programs = this.#programs(scene.sorted);
+    const { view, quads, looks, sums } = this.#fixed;
+    const programs = this.#programs(scene);
     this.#resize(scene.sorted, camera);
     gl.bindBuffer(gl.UNIFORM_BUFFER, view);
-    const packed = packView(scene, camera, this.#fullPrecision ? 1 : HALF_SCALE);
+    const packed = packView(scene, camera, this.variant.floats ? 1 : HALF_SCALE);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, packed);
     gl.bindVertexArray(quads);
     gl.disable(gl.BLEND);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, splats);
-    gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1, gl.COLOR_ATTACHMENT2]);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, looks);
+    gl.drawBuffers([gl.COLOR_ATTACHMENT0, scene.packing ? gl.NONE : gl.COLOR_ATTACHMENT1]);
     const [width, height] = extent(scene.count);
     gl.viewport(0, 0, width, height);
     gl.useProgram(programs.project);
@@ -291,8 +298,12 @@ export class WebGlRenderer {
       gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
       gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE_MINUS_SRC_ALPHA);
     }
-    const batches = Math.ceil(scene.count / BATCH);
-    gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, batches);
+    if (this.variant.strips) {
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, scene.count);
+    } else {
+      const batches = Math.ceil(scene.count / BATCH);
+      gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, batches);
+    }
   }
 
   /**
@@ -304,7 +315,7 @@ export class WebGlRenderer {
    */
   #resolve(scene, target, lastRow) {
     const gl = this.#gl;
-    const { resolve } = this.#programs(scene.sorted);
+    const { resolve } = this.#programs(scene);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.disable(gl.BLEND);
     gl.useProgram(resolve);
@@ -319,7 +330,9 @@ export class WebGlRenderer {
    * @param {Camera} camera
    */
   #resize(sorted, { width, height }) {
-    if (width === this.#size[0] && height === this.#size[1]) return;
+    const { floats } = this.variant;
+    const key = `${width} ${height} ${sorted} ${floats}`;
+    if (key === this.#sums) return;
     const gl = this.#gl;
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (!(width > 0 && width <= most && height > 0 && height <= most)) {
@@ -329,20 +342,22 @@ export class WebGlRenderer {
       );
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.sums);
-    const formats = this.#fullPrecision ? [gl.RGBA32F, gl.R32F] : [gl.RGBA16F, gl.R16F];
+    const formats = floats ? [gl.RGBA32F, gl.R32F] : [gl.RGBA16F, gl.R16F];
     ["color_sums", "weight_sums"].forEach((name, i) => {
       const texture = sorted && i > 0 ? null : this.#texture(name, formats[i], [width, height]);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
     });
     this.#check(`pictures of ${width}x${height} floats`);
-    this.#size = [width, height];
+    this.#sums = key;
   }
 
-  /** @param {boolean} sorted */
-  #programs(sorted) {
+  /** @param {SceneData} scene */
+  #programs({ sorted, packing }) {
     const { programs } = this.#fixed;
-    const passes = programs.get(sorted) ?? makePrograms(this.#gl, this.#shaders, sorted);
-    programs.set(sorted, passes);
+    const kind = { sorted, packed: packing !== null, strips: this.variant.strips };
+    const key = Object.values(kind).join(" ");
+    const passes = programs.get(key) ?? makePrograms(this.#gl, this.#shaders, kind);
+    programs.set(key, passes);
     return passes;
   }
 
@@ -370,30 +385,31 @@ export class WebGlRenderer {
   /**
    * A new texture with all numbers of an input.
    *
-   * @param {Part | "order"} name
-   * @param {Float32Array | Uint32Array} data
+   * @param {string} name
+   * @param {Input} input
+   * @param {Numbers} data
    */
-  #upload(name, data) {
+  #upload(name, input, data) {
     const gl = this.#gl;
-    const [full, half, , channels] = INPUTS[name];
+    const [format, , channels] = input;
     const size = extent(data.length / channels);
     if (size[1] > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
       throw new Error("the scene has more Gaussians than this GPU's textures can hold");
     }
-    this.#texture(name, gl[this.#fullPrecision ? full : half], size);
-    this.#write(name, 0, data);
+    this.#texture(name, gl[format], size);
+    this.#write(name, input, 0, data);
   }
 
   /**
    * Writes texels of an input, row by row, or whole rows at once.
    *
-   * @param {Part | "order"} name
+   * @param {string} name
+   * @param {Input} input
    * @param {number} from first texel
-   * @param {Float32Array | Uint32Array} data
+   * @param {Numbers} data
    */
-  #write(name, from, data) {
+  #write(name, [, layout, channels], from, data) {
     const gl = this.#gl;
-    const [, , layout, channels] = INPUTS[name];
     const kind = data instanceof Float32Array ? gl.FLOAT : gl.UNSIGNED_INT;
     const texels = data.length / channels;
     gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf(name));
@@ -423,68 +439,3 @@ function extent(texels) {
   return [width, Math.max(1, Math.ceil(texels / ROW))];
 }
 
-/** @param {WebGL2RenderingContext} gl @returns {Fixed} */
-function makeFixed(gl) {
-  // a context that comes back has forgotten what it was asked for
-  for (const name of ["EXT_color_buffer_float", "EXT_float_blend"]) gl.getExtension(name);
-  // all corners carry the same values: Metal would pay for another convention than its own
-  const convention = gl.getExtension("WEBGL_provoking_vertex");
-  convention?.provokingVertexWEBGL(convention.FIRST_VERTEX_CONVENTION_WEBGL);
-  gl.disable(gl.DITHER);
-  const fixed = {
-    view: gl.createBuffer(),
-    corners: gl.createBuffer(),
-    quads: gl.createVertexArray(),
-    splats: gl.createFramebuffer(),
-    sums: gl.createFramebuffer(),
-    programs: new Map(),
-    textures: new Map(),
-  };
-  gl.bindBufferBase(gl.UNIFORM_BUFFER, VIEW_BINDING, fixed.view);
-  gl.bufferData(gl.UNIFORM_BUFFER, VIEW_BYTES, gl.DYNAMIC_DRAW);
-  gl.bindVertexArray(fixed.quads);
-  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, fixed.corners);
-  const quad = [0, 1, 2, 2, 1, 3];
-  const corners = Array.from({ length: BATCH }, (_, i) => quad.map((corner) => 4 * i + corner));
-  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(corners.flat()), gl.STATIC_DRAW);
-  return fixed;
-}
-
-/**
- * @param {WebGL2RenderingContext} gl
- * @param {Record<string, string>} shaders
- * @param {boolean} sorted
- * @returns {Record<Pass, WebGLProgram>}
- */
-function makePrograms(gl, { view, whole, project, splat, resolve }, sorted) {
-  /** @type {(vertex: string, fragment: string) => WebGLProgram} */
-  const link = (vertex, fragment) => {
-    const program = gl.createProgram();
-    const version = `#version 300 es\n${sorted ? "#define SORTED\n" : ""}`;
-    for (const [kind, text] of /** @type {[GLenum, string][]} */ ([
-      [gl.VERTEX_SHADER, `${version}#define VERTEX\n${view}${vertex}`],
-      [gl.FRAGMENT_SHADER, `${version}${view}${fragment}`],
-    ])) {
-      const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-      gl.deleteShader(shader); // as soon as the program goes
-    }
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-      const logs = (gl.getAttachedShaders(program) ?? []).map((one) => gl.getShaderInfoLog(one));
-      logs.push(gl.getProgramInfoLog(program));
-      throw new Error(`this GPU refuses a shader: ${logs.join(" ")}`);
-    }
-    gl.useProgram(program);
-    SAMPLERS.forEach((name, unit) => gl.uniform1i(gl.getUniformLocation(program, name), unit));
-    gl.uniformBlockBinding(program, gl.getUniformBlockIndex(program, "View"), VIEW_BINDING);
-    return program;
-  };
-  return {
-    project: link(whole, project),
-    splat: link(splat, splat),
-    resolve: link(whole, resolve),
-  };
-}

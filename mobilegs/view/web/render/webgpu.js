@@ -1,44 +1,49 @@
 /** Draws a scene with WebGPU: the shaders of view/shaders, as view/native.py uses them. */
 
+import { strides } from "./types.js";
 import { HALF_SCALE, VIEW_BYTES, packView } from "./view.js";
+import { BATCH, Program, sumFormats } from "./webgpu_program.js";
 
 /** @typedef {import("./types.js").Camera} Camera */
+/** @typedef {import("./types.js").Numbers} Numbers */
+/** @typedef {import("./types.js").Part} Part */
 /** @typedef {import("./types.js").SceneData} SceneData */
-/** @typedef {{bind: GPUBindGroup, drawnBind: GPUBindGroup, buffers: GPUBuffer[], order: GPUBuffer | null}} Uploaded */
-
-const BATCH = 128; // quads of an instance, as in view.wgsl
-const WORKGROUP = 64;
-const SPLAT_BYTES = 48;
-const DRAWN = [6 * BATCH, 0, 0, 0, 0, 0]; // project.wgsl's Drawn, before a frame
-const NOTHING = new Float32Array(0);
-const PASSES = ["project", "splat", "resolve"];
-
+/** @typedef {import("./types.js").Variant} Variant */
+/** @typedef {import("./webgpu_program.js").Kind} Kind */
 /**
- * The device and what runs on it; both ways of blending share it.
+ * @typedef {object} Uploaded
+ * @property {Kind} kind
+ * @property {Record<Part, GPUBuffer>} parts
+ * @property {GPUBuffer} looks
+ * @property {GPUBuffer} batches those to be drawn
+ * @property {GPUBuffer | null} order of a sorted scene
  */
+
+const LOOK_BYTES = { packed: 8, wide: 32 };
+const NOTHING = new Float32Array(0);
+
+/** Both ways of blending share the device. */
 export class WebGpuRenderer {
+  /** The shaders that `create` is given, by file. */
+  static files = ["view", "wide", "packed", "project", "splat", "resolve"].map((n) => `${n}.wgsl`);
+
+  /** How it draws; may be changed between frames. @type {Variant} */
+  variant;
   /** What the device told when it was lost, or null. @type {string | null} */
   lost = null;
   /** Called once, with a sentence, when the device is lost. @type {(sentence: string) => void} */
   onLost = () => {};
-  /** Milliseconds of the last timed frame by pass; null where the device has no clock. @type {Record<string, number> | null} */
-  milliseconds = null;
 
+  #program;
   #device;
   #context;
   #canvas;
   #format;
-  #fullPrecision;
-  #codes;
-  /** @type {GPUQuerySet | null} */
-  #queries = null;
-  /** @type {Map<string, GPURenderPipeline | GPUComputePipeline>} */
-  #pipelines = new Map();
   /** @type {SceneData | null} */
   #scene = null;
   /** @type {Uploaded | null} */
   #uploaded = null;
-  /** @type {{width: number, height: number, sorted: boolean, views: GPUTextureView[], textures: GPUTexture[]} | null} */
+  /** @type {{key: string, views: GPUTextureView[], textures: GPUTexture[]} | null} */
   #sums = null;
   #view;
   #drawn;
@@ -46,75 +51,59 @@ export class WebGpuRenderer {
 
   /**
    * @param {HTMLCanvasElement | OffscreenCanvas} canvas
-   * @param {Record<string, string>} shaders WGSL by name: view, project, splat, resolve
-   * @param {{fullPrecision?: boolean}} [options]
+   * @param {Record<string, string>} shaders texts of `files`, by the name before the dot
+   * @param {Partial<Variant>} [variant] halves in batches unless it says otherwise
    * @returns {Promise<WebGpuRenderer>} rejects with one sentence where the browser cannot
    */
-  static async create(canvas, shaders, { fullPrecision = false } = {}) {
-    if (!("gpu" in navigator)) {
-      throw new Error("this browser has no WebGPU here; it may need https, or a newer version");
-    }
-    const adapter = await navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
-    if (adapter === null) throw new Error("this device gives WebGPU no graphics adapter");
-    /** @type {GPUFeatureName[]} */
-    const features = [];
-    if (adapter.features.has("timestamp-query")) features.push("timestamp-query");
-    if (fullPrecision) {
-      if (!adapter.features.has("float32-blendable")) {
-        throw new Error("this device cannot blend 32-bit floats");
-      }
-      features.push("float32-blendable");
-    }
-    const { maxStorageBufferBindingSize, maxBufferSize } = adapter.limits;
-    const device = await adapter.requestDevice({
-      requiredFeatures: features,
-      requiredLimits: { maxStorageBufferBindingSize, maxBufferSize },
-    });
-    return new WebGpuRenderer(device, canvas, shaders, fullPrecision);
+  static async create(canvas, shaders, { floats = false, strips = false } = {}) {
+    const program = await Program.create(shaders, floats);
+    return new WebGpuRenderer(program, canvas, { floats, strips });
   }
 
   /**
-   * @param {GPUDevice} device
+   * @param {Program} program
    * @param {HTMLCanvasElement | OffscreenCanvas} canvas
-   * @param {Record<string, string>} shaders
-   * @param {boolean} fullPrecision
+   * @param {Variant} variant
    */
-  constructor(device, canvas, shaders, fullPrecision) {
+  constructor(program, canvas, variant) {
     const context = /** @type {GPUCanvasContext | null} */ (canvas.getContext("webgpu"));
     if (context === null) throw new Error("this canvas is already drawn to in another way");
+    const { device } = program;
+    this.variant = variant;
+    this.#program = program;
     this.#device = device;
     this.#canvas = canvas;
     this.#context = context;
     this.#format = navigator.gpu.getPreferredCanvasFormat();
-    this.#fullPrecision = fullPrecision;
     context.configure({ device, format: this.#format, alphaMode: "opaque" });
-    const module = (/** @type {string} */ name) =>
-      device.createShaderModule({ code: `${shaders.view}\n${shaders[name]}`, label: name });
-    this.#codes = {
-      project: module("project"),
-      splat: module("splat"),
-      resolve: module("resolve"),
-    };
     const use = GPUBufferUsage;
     this.#view = device.createBuffer({ size: VIEW_BYTES, usage: use.UNIFORM | use.COPY_DST });
-    this.#drawn = device.createBuffer({
-      size: 4 * DRAWN.length,
-      usage: use.STORAGE | use.INDIRECT | use.COPY_DST,
-    });
+    const usage = use.STORAGE | use.INDIRECT | use.COPY_DST;
+    this.#drawn = device.createBuffer({ size: 20, usage });
     const corners = new Uint16Array(6 * BATCH);
     for (let quad = 0; quad < BATCH; quad++) {
       corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
     }
     this.#corners = this.#filled(corners, use.INDEX);
-    if (device.features.has("timestamp-query")) {
-      this.#queries = device.createQuerySet({ type: "timestamp", count: 2 * PASSES.length });
-    }
     device.lost.then(({ reason, message }) => {
       this.lost = message;
       if (reason !== "destroyed") {
         this.onLost("the graphics device was lost: reload the page to go on");
       }
     });
+  }
+
+  /** The ways there are to draw. @returns {Variant[]} */
+  get variants() {
+    return (this.#program.blendsFloats ? [false, true] : [false]).flatMap((floats) => [
+      { floats, strips: false },
+      { floats, strips: true },
+    ]);
+  }
+
+  /** Milliseconds of the last timed frame by pass; null where the device has no clock. */
+  get milliseconds() {
+    return this.#program.milliseconds;
   }
 
   /**
@@ -125,13 +114,10 @@ export class WebGpuRenderer {
   setScene(scene) {
     this.#release();
     const { count, sorted } = scene;
-    const rows = Math.max(count, 1); // buffers cannot be empty
-    const needed = Math.max(
-      SPLAT_BYTES * rows,
-      scene.colors.byteLength,
-      scene.lobes.byteLength,
-      scene.shapes.byteLength,
-    );
+    const kind = { sorted, packed: scene.packing !== null };
+    const looks = LOOK_BYTES[kind.packed ? "packed" : "wide"] * Math.max(count, 1); // not empty
+    const parts = { shapes: scene.shapes, colors: scene.colors, lobes: scene.lobes };
+    const needed = Math.max(looks, ...Object.values(parts).map((part) => part.byteLength));
     const { maxStorageBufferBindingSize, maxBufferSize } = this.#device.limits;
     const most = Math.min(maxStorageBufferBindingSize, maxBufferSize);
     if (needed > most) {
@@ -141,44 +127,40 @@ export class WebGpuRenderer {
       );
     }
     const use = GPUBufferUsage;
-    const parts = [scene.shapes, scene.colors, scene.lobes].map((part) =>
-      this.#filled(part.length ? part : new Float32Array(16), use.STORAGE | use.COPY_DST),
-    );
-    const splats = this.#device.createBuffer({ size: SPLAT_BYTES * rows, usage: use.STORAGE });
-    const order = sorted
-      ? this.#device.createBuffer({ size: 4 * rows, usage: use.STORAGE | use.COPY_DST })
-      : null;
-    const last = order ? { binding: 3, buffer: order } : { binding: 2, buffer: this.#drawn };
+    const filled = (/** @type {Numbers} */ part) =>
+      this.#filled(part.length ? part : new Uint32Array(16), use.STORAGE | use.COPY_DST);
+    const list = (/** @type {number} */ length) =>
+      this.#device.createBuffer({
+        size: 4 * Math.max(1, length),
+        usage: use.STORAGE | use.COPY_DST,
+      });
+    this.#uploaded = {
+      kind,
+      parts: {
+        shapes: filled(parts.shapes),
+        colors: filled(parts.colors),
+        lobes: filled(parts.lobes),
+      },
+      looks: this.#device.createBuffer({ size: looks, usage: use.STORAGE }),
+      batches: list(Math.ceil(count / BATCH)),
+      order: sorted ? list(count) : null,
+    };
     // the numbers are the GPU's now: a page on a phone cannot keep them as well
     this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
-    this.#uploaded = {
-      buffers: order ? [...parts, splats, order] : [...parts, splats],
-      order,
-      bind: this.#bind(this.#project(), [this.#view, ...parts, splats, this.#drawn]),
-      drawnBind: this.#device.createBindGroup({
-        layout: this.#splat().getBindGroupLayout(0),
-        entries: [
-          { binding: 0, resource: { buffer: this.#view } },
-          { binding: 1, resource: { buffer: splats } },
-          { binding: last.binding, resource: { buffer: last.buffer } },
-        ],
-      }),
-    };
-    if (order) this.setOrder(Uint32Array.from({ length: count }, (_, i) => i));
+    if (sorted) this.setOrder(Uint32Array.from({ length: count }, (_, i) => i));
   }
 
   /**
    * Writes new numbers over those of some Gaussians, for a scene that is still arriving.
    *
-   * @param {"shapes" | "colors" | "lobes"} part
+   * @param {Part} part
    * @param {number} from first Gaussian whose numbers changed
-   * @param {Float32Array<ArrayBuffer>} numbers all of theirs, of that part
+   * @param {Numbers} numbers all of theirs, of that part
    */
   update(part, from, numbers) {
     if (!this.#scene || !this.#uploaded || this.lost !== null) return;
-    const stride = { shapes: 12, colors: 3 * this.#scene.shSize, lobes: 2 * this.#scene.lobeSize };
-    const buffer = this.#uploaded.buffers[["shapes", "colors", "lobes"].indexOf(part)];
-    this.#device.queue.writeBuffer(buffer, 4 * stride[part] * from, numbers);
+    const start = 4 * strides(this.#scene)[part] * from;
+    this.#device.queue.writeBuffer(this.#uploaded.parts[part], start, numbers);
   }
 
   /**
@@ -212,12 +194,7 @@ export class WebGpuRenderer {
   async pixels(camera) {
     const { width, height } = camera;
     const stride = Math.ceil((16 * width) / 256) * 256; // rows of a copy must be aligned
-    const use = GPUTextureUsage;
-    const texture = this.#device.createTexture({
-      size: [width, height],
-      format: "rgba32float",
-      usage: use.RENDER_ATTACHMENT | use.COPY_SRC,
-    });
+    const texture = this.#target(width, height);
     this.#frame(camera, texture.createView(), "rgba32float");
     const buffer = this.#device.createBuffer({
       size: stride * height,
@@ -238,6 +215,14 @@ export class WebGpuRenderer {
     return found;
   }
 
+  /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
+  async drawUnseen(camera) {
+    const texture = this.#target(camera.width, camera.height);
+    this.#frame(camera, texture.createView(), "rgba32float");
+    await this.finished();
+    texture.destroy();
+  }
+
   /** Waits until everything that was asked for is drawn. */
   async finished() {
     await this.#device.queue.onSubmittedWorkDone();
@@ -249,24 +234,14 @@ export class WebGpuRenderer {
     return [vendor, architecture, device, description].filter(Boolean).join(" ");
   }
 
+  /** Bytes that the scene takes on the GPU. */
+  get sceneBytes() {
+    return this.#buffers().reduce((sum, buffer) => sum + buffer.size, 0);
+  }
+
   /** Asks what each pass of the last frame took, into `milliseconds`. */
   async time() {
-    if (this.#queries === null || this.lost !== null) return;
-    const use = GPUBufferUsage;
-    const size = 16 * PASSES.length;
-    const found = this.#device.createBuffer({ size, usage: use.QUERY_RESOLVE | use.COPY_SRC });
-    const read = this.#device.createBuffer({ size, usage: use.MAP_READ | use.COPY_DST });
-    const encoder = this.#device.createCommandEncoder();
-    encoder.resolveQuerySet(this.#queries, 0, 2 * PASSES.length, found, 0);
-    encoder.copyBufferToBuffer(found, 0, read, 0, size);
-    this.#device.queue.submit([encoder.finish()]);
-    await read.mapAsync(GPUMapMode.READ);
-    const stamps = new BigUint64Array(read.getMappedRange());
-    this.milliseconds = Object.fromEntries(
-      PASSES.map((name, i) => [name, Number(stamps[2 * i + 1] - stamps[2 * i]) / 1e6]),
-    );
-    read.destroy();
-    found.destroy();
+    if (this.lost === null) await this.#program.time();
   }
 
   /** Gives back everything; the renderer cannot be used any more. */
@@ -276,8 +251,24 @@ export class WebGpuRenderer {
   }
 
   #release() {
-    for (const buffer of this.#uploaded?.buffers ?? []) buffer.destroy();
+    for (const buffer of this.#buffers()) buffer.destroy();
     this.#uploaded = this.#scene = null;
+  }
+
+  #buffers() {
+    if (this.#uploaded === null) return [];
+    const { parts, looks, batches, order } = this.#uploaded;
+    return [...Object.values(parts), looks, batches, ...(order ? [order] : [])];
+  }
+
+  /** @param {number} width @param {number} height */
+  #target(width, height) {
+    const use = GPUTextureUsage;
+    return this.#device.createTexture({
+      size: [width, height],
+      format: "rgba32float",
+      usage: use.RENDER_ATTACHMENT | use.COPY_SRC,
+    });
   }
 
   /**
@@ -287,52 +278,71 @@ export class WebGpuRenderer {
    */
   #frame(camera, target, format) {
     const scene = this.#scene;
-    const uploaded = this.#uploaded;
-    if (!scene || !uploaded) return;
+    if (!scene || !this.#uploaded) return;
     const { queue } = this.#device;
-    queue.writeBuffer(this.#view, 0, packView(scene, camera, this.#fullPrecision ? 1 : HALF_SCALE));
-    if (!scene.sorted) queue.writeBuffer(this.#drawn, 0, Uint32Array.from(DRAWN));
+    const { floats, strips } = this.variant;
+    queue.writeBuffer(this.#view, 0, packView(scene, camera, floats ? 1 : HALF_SCALE));
+    queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0));
     const sums = this.#sumsFor(camera.width, camera.height, scene.sorted);
     const encoder = this.#device.createCommandEncoder();
+    this.#project(encoder, scene.count, this.#uploaded);
+    this.#splat(encoder, scene.count, this.#uploaded, sums);
+    const pipeline = this.#program.resolve(scene.sorted, format);
+    const resolving = encoder.beginRenderPass({
+      colorAttachments: [{ view: target, loadOp: "clear", storeOp: "store" }],
+      timestampWrites: this.#program.stamps(2),
+    });
+    resolving.setPipeline(pipeline);
+    resolving.setBindGroup(0, this.#bind(pipeline, { 0: this.#view, ...numbered(sums, 1) }));
+    resolving.draw(3);
+    resolving.end();
+    queue.submit([encoder.finish()]);
+  }
 
-    const groups = Math.ceil(scene.count / WORKGROUP);
+  /** @param {GPUCommandEncoder} encoder @param {number} count @param {Uploaded} uploaded */
+  #project(encoder, count, { kind, parts, looks, batches }) {
+    const pipeline = this.#program.project(kind, this.variant);
+    const all = [this.#view, parts.shapes, parts.colors, parts.lobes, looks, batches, this.#drawn];
+    const groups = Math.ceil(count / BATCH);
     const across = Math.max(1, Math.min(groups, 65535));
-    const projecting = encoder.beginComputePass({ timestampWrites: this.#stamps(0) });
-    projecting.setPipeline(this.#project());
-    projecting.setBindGroup(0, uploaded.bind);
-    projecting.dispatchWorkgroups(across, Math.ceil(groups / across));
-    projecting.end();
+    const pass = encoder.beginComputePass({ timestampWrites: this.#program.stamps(0) });
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, this.#bind(pipeline, numbered(all, 0)));
+    pass.dispatchWorkgroups(across, Math.ceil(groups / across));
+    pass.end();
+  }
 
+  /**
+   * @param {GPUCommandEncoder} encoder
+   * @param {number} count
+   * @param {Uploaded} uploaded
+   * @param {GPUTextureView[]} sums
+   */
+  #splat(encoder, count, { kind, parts, looks, batches, order }, sums) {
     const clear = [
-      { r: 0, g: 0, b: 0, a: scene.sorted ? 0 : 1 }, // nothing is covered yet
+      { r: 0, g: 0, b: 0, a: kind.sorted ? 0 : 1 }, // nothing is covered yet
       { r: 0, g: 0, b: 0, a: 0 },
     ];
-    const splatting = encoder.beginRenderPass({
+    const pipeline = this.#program.splat(kind, this.variant);
+    const pass = encoder.beginRenderPass({
       colorAttachments: sums.map((view, i) => ({
         view,
         loadOp: "clear",
         storeOp: "store",
         clearValue: clear[i],
       })),
-      timestampWrites: this.#stamps(1),
+      timestampWrites: this.#program.stamps(1),
     });
-    splatting.setPipeline(this.#splat());
-    splatting.setBindGroup(0, uploaded.drawnBind);
-    splatting.setIndexBuffer(this.#corners, "uint16");
-    if (scene.sorted) splatting.drawIndexed(6 * BATCH, Math.ceil(scene.count / BATCH));
-    else splatting.drawIndexedIndirect(this.#drawn, 0);
-    splatting.end();
-
-    const pipeline = this.#resolve(format);
-    const resolving = encoder.beginRenderPass({
-      colorAttachments: [{ view: target, loadOp: "clear", storeOp: "store" }],
-      timestampWrites: this.#stamps(2),
-    });
-    resolving.setPipeline(pipeline);
-    resolving.setBindGroup(0, this.#bind(pipeline, [this.#view, ...sums]));
-    resolving.draw(3);
-    resolving.end();
-    queue.submit([encoder.finish()]);
+    pass.setPipeline(pipeline);
+    const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order ?? batches };
+    pass.setBindGroup(0, this.#bind(pipeline, read));
+    pass.setIndexBuffer(this.#corners, "uint16");
+    if (this.variant.strips) {
+      if (kind.sorted) pass.draw(4, count);
+      else pass.drawIndirect(this.#drawn, 0);
+    } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
+    else pass.drawIndexedIndirect(this.#drawn, 0);
+    pass.end();
   }
 
   /**
@@ -341,13 +351,11 @@ export class WebGpuRenderer {
    * @param {boolean} sorted
    */
   #sumsFor(width, height, sorted) {
-    const kept = this.#sums;
-    if (kept && kept.width === width && kept.height === height && kept.sorted === sorted) {
-      return kept.views;
-    }
-    for (const texture of kept?.textures ?? []) texture.destroy();
+    const key = `${width} ${height} ${sorted} ${this.variant.floats}`;
+    if (this.#sums?.key === key) return this.#sums.views;
+    for (const texture of this.#sums?.textures ?? []) texture.destroy();
     const use = GPUTextureUsage;
-    const textures = this.#sumFormats(sorted).map((format) =>
+    const textures = sumFormats(sorted, this.variant.floats).map((format) =>
       this.#device.createTexture({
         size: [width, height],
         format,
@@ -355,116 +363,26 @@ export class WebGpuRenderer {
       }),
     );
     const views = textures.map((texture) => texture.createView());
-    this.#sums = { width, height, sorted, textures, views };
+    this.#sums = { key, textures, views };
     return views;
   }
 
-  /** @param {boolean} sorted @returns {GPUTextureFormat[]} */
-  #sumFormats(sorted) {
-    if (this.#fullPrecision) return sorted ? ["rgba32float"] : ["rgba32float", "r32float"];
-    return sorted ? ["rgba16float"] : ["rgba16float", "r16float"];
-  }
-
-  get #sorted() {
-    return this.#scene?.sorted ?? false;
-  }
-
   /**
-   * @template {GPURenderPipeline | GPUComputePipeline} T
-   * @param {string} name
-   * @param {() => T} make
-   * @returns {T}
-   */
-  #kept(name, make) {
-    const key = `${name} ${this.#sorted}`;
-    const found = /** @type {T | undefined} */ (this.#pipelines.get(key)) ?? make();
-    this.#pipelines.set(key, found);
-    return found;
-  }
-
-  #project() {
-    return this.#kept("project", () =>
-      this.#device.createComputePipeline({
-        layout: "auto",
-        compute: {
-          module: this.#codes.project,
-          entryPoint: "project_all",
-          constants: { SORTED: Number(this.#sorted) },
-        },
-      }),
-    );
-  }
-
-  #splat() {
-    return this.#kept("splat", () => {
-      /** @type {GPUBlendComponent} */
-      const over = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
-      /** @type {GPUBlendState} */
-      const blend = this.#sorted
-        ? { color: over, alpha: over }
-        : {
-            color: { srcFactor: "one", dstFactor: "one", operation: "add" },
-            alpha: { srcFactor: "zero", dstFactor: "one-minus-src-alpha", operation: "add" },
-          };
-      const module = this.#codes.splat;
-      return this.#device.createRenderPipeline({
-        layout: "auto",
-        vertex: { module, entryPoint: this.#sorted ? "corner_sorted" : "corner_sortfree" },
-        primitive: { topology: "triangle-list" },
-        fragment: {
-          module,
-          entryPoint: this.#sorted ? "cover" : "add_weighted",
-          targets: this.#sumFormats(this.#sorted).map((format) => ({ format, blend })),
-        },
-      });
-    });
-  }
-
-  /** @param {GPUTextureFormat} format */
-  #resolve(format) {
-    return this.#kept(`resolve ${format}`, () => {
-      const module = this.#codes.resolve;
-      return this.#device.createRenderPipeline({
-        layout: "auto",
-        vertex: { module, entryPoint: "whole_picture" },
-        primitive: { topology: "triangle-list" },
-        fragment: {
-          module,
-          entryPoint: this.#sorted ? "resolve_sorted" : "resolve_sortfree",
-          targets: [{ format }],
-        },
-      });
-    });
-  }
-
-  /**
-   * Binds resources in the order of their numbers.
-   *
    * @param {GPURenderPipeline | GPUComputePipeline} pipeline
-   * @param {(GPUBuffer | GPUTextureView)[]} resources
+   * @param {Record<number, GPUBuffer | GPUTextureView>} resources by the number of their binding
    */
   #bind(pipeline, resources) {
     return this.#device.createBindGroup({
       layout: pipeline.getBindGroupLayout(0),
-      entries: resources.map((resource, binding) => ({
-        binding,
+      entries: Object.entries(resources).map(([binding, resource]) => ({
+        binding: Number(binding),
         resource: resource instanceof GPUBuffer ? { buffer: resource } : resource,
       })),
     });
   }
 
-  /** @param {number} pass */
-  #stamps(pass) {
-    if (this.#queries === null) return undefined;
-    return {
-      querySet: this.#queries,
-      beginningOfPassWriteIndex: 2 * pass,
-      endOfPassWriteIndex: 2 * pass + 1,
-    };
-  }
-
   /**
-   * @param {Float32Array | Uint16Array} numbers
+   * @param {Numbers | Uint16Array} numbers
    * @param {number} usage
    */
   #filled(numbers, usage) {
@@ -475,4 +393,14 @@ export class WebGpuRenderer {
     buffer.unmap();
     return buffer;
   }
+}
+
+/**
+ * @template T
+ * @param {T[]} items
+ * @param {number} first
+ * @returns {Record<number, T>}
+ */
+function numbered(items, first) {
+  return Object.fromEntries(items.map((item, i) => [first + i, item]));
 }

@@ -5,6 +5,7 @@
  * @typedef {object} Moved what input acts on
  * @property {() => Pose} pose
  * @property {() => "orbit" | "fly"} mode
+ * @property {() => void} held somebody takes hold of it
  * @property {() => void} changed the pose is another one
  * @property {(x: number, y: number) => void} focus look at what lies there, in CSS pixels
  */
@@ -101,6 +102,7 @@ export class Input {
       if (close && event.timeStamp - time < 350) this.#moved.focus(event.offsetX, event.offsetY);
       this.#pressed = { x: event.offsetX, y: event.offsetY, time: event.timeStamp };
     }
+    this.#moved.held();
     event.preventDefault();
   }
 

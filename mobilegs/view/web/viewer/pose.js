@@ -137,12 +137,14 @@ export class Pose {
  * @param {number} width pixels
  * @param {number} height pixels
  * @param {number} near
+ * @param {number | null} [fov] degrees to take instead of the view's
  * @returns {Camera}
  */
-export function cameraOf(pose, view, width, height, near) {
-  const slope = Math.tan((25 * Math.PI) / 180);
-  const byWidth = view ? (width * view.K[0]) / view.width : width / (2 * slope);
-  const byHeight = view ? (height * view.K[4]) / view.height : height / (2 * slope);
+export function cameraOf(pose, view, width, height, near, fov = null) {
+  const slope = Math.tan(((fov ?? 50) * Math.PI) / 360);
+  const known = fov === null ? view : null;
+  const byWidth = known ? (width * known.K[0]) / known.width : width / (2 * slope);
+  const byHeight = known ? (height * known.K[4]) / known.height : height / (2 * slope);
   const focal = Math.sqrt(byWidth * byHeight);
   const center = { cx: width / 2, cy: height / 2 };
   return { viewmat: pose.viewmat(), fx: focal, fy: focal, ...center, width, height, near };

@@ -15,6 +15,7 @@ export class Resolution {
 
   /** @param {number | null} fixed scale to keep, or null to choose it */
   constructor(fixed) {
+    this.fixed = fixed;
     this.#steps = fixed === null ? STEPS : [fixed];
   }
 

@@ -1,31 +1,30 @@
-/** A scene in a canvas: loads it, draws what changes, follows the input. */
+/** One or two scenes seen by one camera: follows the input, draws what changes. */
 
-import { loadingWorker } from "../files.js";
-import { chooseRenderer } from "../render/choose.js";
 import { Input } from "./input.js";
+import { Layer } from "./layer.js";
 import { placeUnder } from "./pick.js";
 import { Pose, cameraOf } from "./pose.js";
 import { Resolution } from "./resolution.js";
-import { dot } from "./vector.js";
 
-/** @typedef {import("../load/worker.js").Message} Message */
 /** @typedef {import("../load/worker.js").Request} Request */
-/** @typedef {import("../mgs/header.js").View} View */
 /** @typedef {import("../render/choose.js").Choice} Choice */
-/** @typedef {import("../render/choose.js").Renderer} Renderer */
 /** @typedef {import("../render/types.js").Camera} Camera */
+/** @typedef {import("../render/types.js").Variant} Variant */
 /** @typedef {import("./vector.js").Vector} Vector */
+/** @typedef {0 | 1} Side the scene, or the one that it is compared with */
 /**
  * @typedef {object} Listener what a viewer tells
- * @property {(share: number) => void} progress of the file, 0 to 1; NaN while its size is not known
- * @property {(milliseconds: number) => void} loaded everything is decoded
- * @property {(sentence: string) => void} failed
+ * @property {(side: Side, share: number) => void} progress of a file, 0 to 1; NaN while its size is
+ *     not known
+ * @property {(side: Side, milliseconds: number) => void} loaded everything is decoded
+ * @property {(side: Side, sentence: string) => void} failed
  * @property {(stats: Stats) => void} drawn
  */
 /**
  * @typedef {object} Stats
  * @property {string} renderer
  * @property {number} count Gaussians
+ * @property {number} compared Gaussians of the other scene, or 0
  * @property {number} width pixels drawn
  * @property {number} height
  * @property {number} milliseconds from one frame to the next, while something moves
@@ -33,43 +32,33 @@ import { dot } from "./vector.js";
  */
 
 const LINGER = 150; // milliseconds after an input in which things still count as moving
-const SAME_SIDE = Math.cos((0.5 * Math.PI) / 180); // an order serves all directions as near as that
+const IDLE = (9 * Math.PI) / 180; // radians a second that a scene turns by itself
 
 export class Viewer {
   /** What dragging does. @type {"orbit" | "fly"} */
   mode = "orbit";
   /** @type {Pose} */
   pose = new Pose([0, 0, -3], [0, 0, 0], [0, -1, 0]);
+  /** Field of view in degrees, or null for that of the cameras. @type {number | null} */
+  fov = null;
   /** Whether the device is asked what each pass took. */
   timed = false;
+  /** Whether the scene turns by itself, until the first input. */
+  turning = false;
 
-  #canvas;
   #listener;
+  #canvas;
+  #variant;
+  #first;
+  /** @type {Layer | null} */
+  #second = null;
+  /** @type {Choice} */
+  #choice = "auto";
+  /** @type {Vector | null} */
+  #wished = null; // background
   #resolution;
-  /** @type {Renderer | null} */
-  #renderer = null;
-  #name = "";
-  /** Of the scene that is shown. @type {Worker | null} */
-  #worker = null;
-  /** Of the one that shall take its place. @type {Worker | null} */
-  #coming = null;
-  /** What was asked for last. @type {Request | null} */
-  #request = null;
-  #destroyed = false;
   #input;
   #start = this.pose;
-  /** @type {View[]} */
-  #views = [];
-  #near = 0.2;
-  #count = 0;
-  /** What a double click looks through: centres and logits of mean opacities. */
-  #centers = new Float32Array(0);
-  #logits = new Float32Array(0);
-  #lobeStride = 2;
-  #sorted = false; // whether the scene needs an order
-  #ordering = false; // whether one was asked for
-  /** Direction of looking that the order is for. @type {Vector | null} */
-  #ordered = null;
   #placed = false; // the pose was set from outside
   #asked = 0; // animation frame
   #last = 0; // time of the last frame
@@ -81,17 +70,21 @@ export class Viewer {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Listener} listener
-   * @param {{scale?: number | null}} [options]
+   * @param {{variant?: Variant | null}} [options] how to draw; null: as the device is fastest
    */
-  constructor(canvas, listener, { scale = null } = {}) {
+  constructor(canvas, listener, { variant = null } = {}) {
     this.#canvas = canvas;
     this.#listener = listener;
-    this.#resolution = new Resolution(scale);
+    this.#variant = variant;
+    this.#resolution = new Resolution(null);
+    this.#first = this.#layer(canvas, 0, false);
     this.#input = new Input(canvas, {
       pose: () => this.pose,
       mode: () => this.mode,
+      held: () => (this.turning = false),
       changed: () => {
         this.#touched = performance.now();
+        this.turning = false;
         this.redraw();
       },
       focus: (x, y) => this.#focus(x, y),
@@ -101,42 +94,38 @@ export class Viewer {
   }
 
   /** Looks for a way to draw. @param {Choice} choice @returns {Promise<boolean>} whether there is */
-  async begin(choice) {
-    try {
-      const { name, renderer } = await chooseRenderer(this.#canvas, choice);
-      if (this.#destroyed) {
-        renderer.destroy();
-        return false;
-      }
-      renderer.onLost = (sentence) => this.#listener.failed(sentence);
-      if ("onRestored" in renderer) {
-        renderer.onRestored = () => this.#request && this.load(this.#request);
-      }
-      this.#renderer = renderer;
-      this.#name = name;
-      return true;
-    } catch (error) {
-      this.#listener.failed(error instanceof Error ? error.message : String(error));
-      return false;
-    }
+  begin(choice) {
+    this.#choice = choice;
+    return this.#first.begin(choice);
   }
 
   /** Loads a scene in the place of the one before, which stays if that fails. @param {Request} request */
   load(request) {
-    this.#coming?.terminate();
-    if (this.#request && this.#request !== request) this.#placed = false; // that was another place
-    this.#request = request;
-    const worker = loadingWorker();
-    worker.onmessage = ({ data }) => {
-      // what an old worker has sent before its end still arrives
-      if (worker === this.#coming || worker === this.#worker) this.#receive(data, worker);
-    };
-    worker.onerror = (event) => {
-      event.preventDefault();
-      this.#listener.failed("the viewer's own files could not be loaded: reload the page");
-    };
-    this.#coming = worker;
-    worker.postMessage(request);
+    if (this.#first.request) this.#placed = false; // that was another place
+    this.#first.load(request);
+  }
+
+  /**
+   * Draws another scene as well, seen by the same camera.
+   *
+   * @param {HTMLCanvasElement} canvas as large as the first one
+   * @param {Request} request
+   * @param {boolean} sorting whether a scene that adds up is drawn sorted all the same
+   */
+  async compare(canvas, request, sorting) {
+    this.alone();
+    const layer = this.#layer(canvas, 1, sorting);
+    layer.background = this.#wished;
+    this.#second = layer;
+    await this.#first.calibrated; // which a second one remembers
+    if (layer !== this.#second) return;
+    if ((await layer.begin(this.#choice)) && layer === this.#second) layer.load(request);
+  }
+
+  /** Ends the comparison. */
+  alone() {
+    this.#second?.destroy();
+    this.#second = null;
   }
 
   /** Draws soon. */
@@ -146,7 +135,7 @@ export class Viewer {
 
   /** Back to where the scene was first seen from, or to another training camera. @param {number} [index] */
   reset(index) {
-    const views = this.#views;
+    const { views } = this;
     this.pose =
       index === undefined || views.length === 0
         ? this.#start.copy()
@@ -163,129 +152,118 @@ export class Viewer {
 
   /** The camera of a frame of the given size. @param {number} width @param {number} height @returns {Camera} */
   camera(width, height) {
-    return cameraOf(this.pose, this.#views[0] ?? null, width, height, this.#near);
+    return cameraOf(this.pose, this.views[0] ?? null, width, height, this.#first.near, this.fov);
   }
 
-  /** The cameras that the scene was taken with, as far as its file has them. */
+  /** The cameras that the scene was taken with, as far as its file has them, or the other's. */
   get views() {
-    return this.#views;
+    return this.#first.views.length ? this.#first.views : (this.#second?.views ?? []);
   }
 
   /** Gaussians of the scene. */
   get count() {
-    return this.#count;
+    return this.#first.count;
   }
 
   /** What draws, in words. */
   get device() {
-    return { renderer: this.#name, adapter: this.#renderer?.describe() ?? "" };
+    return this.#first.device;
+  }
+
+  /** Share of the screen's pixels that is drawn, by side; null for as many as can be. */
+  get scale() {
+    return this.#resolution.fixed;
+  }
+
+  set scale(share) {
+    this.#resolution = new Resolution(share);
+    this.redraw();
+  }
+
+  /** What lies behind the scene. @returns {Vector} sRGB in [0, 1] */
+  get background() {
+    return this.#first.background;
+  }
+
+  /** @param {Vector | null} color sRGB in [0, 1], or null for what each scene says */
+  set background(color) {
+    this.#wished = color;
+    for (const layer of this.#layers) layer.background = color;
+    this.redraw();
   }
 
   /** Draws a frame of a given size and waits until it is done. @param {number} width @param {number} height */
   async drawAndWait(width, height) {
-    this.#askOrder();
-    this.#renderer?.draw(this.camera(width, height));
-    await this.#renderer?.finished();
+    this.#first.draw(this.camera(width, height));
+    await this.#first.finished();
   }
 
   /** Milliseconds that each pass of the last frame took; null where the device does not tell. */
   async passes() {
-    if (!this.#renderer || !("time" in this.#renderer)) return null;
-    await this.#renderer.time();
-    return this.#renderer.milliseconds;
+    await this.#first.time();
+    return this.#first.milliseconds;
   }
 
-  /** A picture as numbers, as renderers give it. @param {Camera} camera @returns {Promise<Float32Array>} */
-  pixels(camera) {
-    return this.#renderer?.pixels(camera) ?? Promise.reject(new Error("nothing can be drawn"));
+  /** A picture as numbers, as renderers give it. @param {Camera} camera @param {Side} [side] */
+  pixels(camera, side = 0) {
+    const layer = this.#layers[side];
+    return layer?.pixels(camera) ?? Promise.reject(new Error("there is no other scene"));
   }
 
-  /** The picture at its present size, as a PNG. @returns {Promise<Blob | null>} */
-  screenshot() {
-    this.#draw();
-    return new Promise((resolve) => this.#canvas.toBlob(resolve, "image/png"));
+  /**
+   * The picture at its present size, as a PNG.
+   *
+   * @param {number} [share] of its width that shows the first of two scenes
+   * @returns {Promise<Blob | null>}
+   */
+  screenshot(share = 1) {
+    const { width, height } = this.#draw();
+    const picture = document.createElement("canvas");
+    [picture.width, picture.height] = [width, height];
+    const context = picture.getContext("2d");
+    this.#layers.forEach(({ canvas }, side) => {
+      const from = side * Math.round(share * width);
+      const across = width - from;
+      if (across > 0) context?.drawImage(canvas, from, 0, across, height, from, 0, across, height);
+    });
+    return new Promise((resolve) => picture.toBlob(resolve, "image/png"));
   }
 
   destroy() {
-    this.#destroyed = true;
     cancelAnimationFrame(this.#asked);
     clearTimeout(this.#rest);
-    this.#coming?.terminate();
-    this.#worker?.terminate();
     this.#input.destroy();
     this.#resize.disconnect();
-    this.#renderer?.destroy();
-    this.#renderer = null;
+    for (const layer of this.#layers) layer.destroy();
   }
 
-  /** @param {Message} message @param {Worker} worker that sent it */
-  #receive(message, worker) {
-    if (message.kind === "failed") this.#listener.failed(message.sentence);
-    else if (message.kind === "progress") this.#listener.progress(message.received / message.total);
-    else if (message.kind === "scene") this.#take(message, worker);
-    else if (message.kind === "rows") this.#takeRows(message);
-    else if (message.kind === "order") this.#takeOrder(message.order);
-    else this.#listener.loaded(message.milliseconds);
+  get #layers() {
+    return this.#second ? [this.#first, this.#second] : [this.#first];
   }
 
-  /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
-  #take({ data, views, near }, worker) {
-    const { count, shapes } = data;
-    this.#worker?.terminate();
-    this.#worker = worker;
-    this.#coming = null;
-    try {
-      this.#renderer?.setScene(data);
-    } catch (error) {
-      worker.terminate();
-      this.#count = 0;
-      this.#listener.failed(error instanceof Error ? error.message : String(error));
-      return;
+  /** @param {HTMLCanvasElement} canvas @param {Side} side @param {boolean} sorting */
+  #layer(canvas, side, sorting) {
+    /** @type {import("./layer.js").Told} */
+    const told = {
+      progress: (share) => this.#listener.progress(side, share),
+      arrived: () => this.#arrived(side),
+      changed: () => this.redraw(),
+      loaded: (milliseconds) => this.#listener.loaded(side, milliseconds),
+      failed: (sentence) => this.#listener.failed(side, sentence),
+    };
+    return new Layer(canvas, told, this.#variant, sorting);
+  }
+
+  /** @param {Side} side */
+  #arrived(side) {
+    const { views } = this;
+    // the other scene has a say only where the first has no cameras, and before anybody has moved
+    const asked = side === 0 || (!this.#first.views.length && this.#touched === -Infinity);
+    if (asked && (views.length || this.#first.count)) {
+      this.#start = views.length ? Pose.fromViews(views) : Pose.around(this.#first.centers);
+      if (!this.#placed) this.reset();
     }
-    this.#count = count;
-    this.#near = near;
-    this.#views = views;
-    this.#sorted = data.sorted;
-    this.#ordered = null;
-    this.#ordering = false;
-    this.#centers = new Float32Array(3 * count);
-    for (let i = 0; i < 3 * count; i++) this.#centers[i] = shapes[4 * i + 3];
-    this.#logits = new Float32Array(count);
-    this.#lobeStride = 2 * data.lobeSize;
-    this.#noteLobes(0, data.lobes);
-    this.#start = views.length ? Pose.fromViews(views) : Pose.around(this.#centers);
-    if (!this.#placed) this.reset();
     this.redraw();
-  }
-
-  /** @param {Extract<Message, {kind: "rows"}>} message */
-  #takeRows({ part, from, numbers }) {
-    this.#renderer?.update(part, from, numbers);
-    if (part === "lobes") this.#noteLobes(from, numbers);
-    this.redraw();
-  }
-
-  /** @param {Uint32Array<ArrayBuffer>} order */
-  #takeOrder(order) {
-    this.#ordering = false;
-    this.#renderer?.setOrder(order);
-    this.redraw();
-  }
-
-  /** Asks for another order when the scene needs one and is seen from another side. */
-  #askOrder() {
-    const { forward } = this.pose;
-    const turned = this.#ordered === null || dot(forward, this.#ordered) < SAME_SIDE;
-    if (!this.#sorted || this.#ordering || !turned) return;
-    this.#ordering = true;
-    this.#ordered = forward;
-    this.#worker?.postMessage({ forward });
-  }
-
-  /** @param {number} from @param {Float32Array} lobes */
-  #noteLobes(from, lobes) {
-    const stride = this.#lobeStride;
-    for (let i = 0; i * stride < lobes.length; i++) this.#logits[from + i] = lobes[i * stride];
   }
 
   /** @param {number} time */
@@ -294,35 +272,41 @@ export class Viewer {
     const since = time - this.#last;
     this.#last = time;
     const followed = this.#moving; // then the time between the two frames is that of one
-    this.#moving = performance.now() - this.#touched < LINGER || this.#input.busy;
+    const turning = this.turning && this.count > 0;
+    this.#moving = performance.now() - this.#touched < LINGER || this.#input.busy || turning;
     if (!this.#moving) this.#resolution.pause();
     else if (followed) this.#resolution.note(since);
-    this.#input.advance(Math.min(since, 100) / 1000);
+    const seconds = Math.min(since, 100) / 1000;
+    this.#input.advance(seconds);
+    if (turning) this.pose.orbit(IDLE * seconds, 0);
     const { width, height } = this.#draw();
     clearTimeout(this.#rest);
     if (this.#moving) this.#rest = setTimeout(() => this.redraw(), 2 * LINGER);
-    if (this.#renderer && this.#count) {
-      const passes = "milliseconds" in this.#renderer ? this.#renderer.milliseconds : null;
+    if (this.count) {
+      const { name, count, milliseconds: passes } = this.#first;
       const milliseconds = this.#moving && followed ? since : 0;
-      this.#listener.drawn({ renderer: this.#name, count: this.#count, width, height, milliseconds, passes });
-      if (this.timed && "time" in this.#renderer) void this.#renderer.time();
+      const compared = this.#second?.count ?? 0;
+      this.#listener.drawn({ renderer: name, count, compared, width, height, milliseconds, passes });
+      if (this.timed) void this.#first.time();
     }
-    if (this.#input.busy) this.redraw();
+    if (this.#input.busy || turning) this.redraw();
   }
 
   #draw() {
     const { clientWidth, clientHeight } = this.#canvas;
-    this.#askOrder();
     const size = this.#resolution.size(clientWidth, clientHeight, devicePixelRatio, this.#moving);
-    if (clientWidth && clientHeight) this.#renderer?.draw(this.camera(size.width, size.height));
+    if (clientWidth && clientHeight) {
+      const camera = this.camera(size.width, size.height);
+      for (const layer of this.#layers) layer.draw(camera);
+    }
     return size;
   }
 
   /** @param {number} x @param {number} y CSS pixels */
   #focus(x, y) {
     const { clientWidth, clientHeight } = this.#canvas;
-    const camera = this.camera(clientWidth, clientHeight);
-    const place = placeUnder(this.#centers, this.#logits, camera, x, y);
+    const { centers, logits } = this.#first;
+    const place = placeUnder(centers, logits, this.camera(clientWidth, clientHeight), x, y);
     if (place) this.pose.focus(place);
     this.redraw();
   }

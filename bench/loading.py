@@ -1,0 +1,118 @@
+"""How long half a million Gaussians take from a local server to the screen, in headless Chromium.
+
+    python bench/loading.py --mgs RUN/scene.mgs [--json OUT] [--count 500000] [--rounds 3]
+
+The scene is a trained one, repeated with positions that move by 2 % of their distance from the
+centre, until it has `--count` Gaussians: its streams have the statistics of real ones. Times are
+milliseconds from navigation, the median of visits, each in a browser of its own: `first_picture`,
+when there is something to see (every Gaussian, in neutral colours); `loaded`, when everything is
+decoded and drawn; `decoded`, from the request for the scene until its last number is known.
+`first_visit` is a browser that has not yet found out how its device draws fastest. `gpu_bytes` are
+those that the renderer holds for each Gaussian, its targets aside.
+"""
+
+import argparse
+import json
+import os
+import platform
+import shutil
+import statistics
+import tempfile
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import torch
+from viewer import FLAGS
+
+from mobilegs.compress.codes import CodedScene
+from mobilegs.compress.container import pack, read_mgs
+from mobilegs.view.serve import Server
+
+SPREAD = 0.02
+LISTEN = """
+addEventListener("load", () => {
+  const scene = document.querySelector("mobile-gs");
+  window.found = {};
+  scene.addEventListener("frame", () => (found.first_picture ??= performance.now()));
+  scene.addEventListener("load", ({ detail }) => {
+    found.decoded = detail.milliseconds;
+    scene.addEventListener("frame", () => (found.loaded ??= performance.now()));
+  });
+});
+"""
+
+
+def repeated(scene: CodedScene, count: int) -> CodedScene:
+    """The scene over and over, a little elsewhere each time."""
+    generator = torch.Generator().manual_seed(0)
+    rows = torch.arange(count) % len(scene)
+    positions = scene.positions[rows].float()
+    moved = positions * (1 + SPREAD * torch.randn(positions.shape, generator=generator))
+    indices = {name: codes[rows] for name, codes in scene.indices.items()}
+    return replace(scene, positions=moved.half(), indices=indices).sorted()
+
+
+def visits(browser: Any, address: str) -> list[dict[str, float]]:
+    """What two visits tell, the first of them by a browser that remembers nothing."""
+    context = browser.new_context(viewport={"width": 800, "height": 533})
+    found = []
+    for _ in range(2):
+        page = context.new_page()
+        page.add_init_script(LISTEN)
+        page.goto(address)
+        page.wait_for_function("window.found && window.found.loaded", timeout=120_000)
+        row = page.evaluate("window.found")
+        row["device"] = page.evaluate("document.querySelector('mobile-gs').viewer.device")
+        found.append(row)
+        page.close()
+    context.close()
+    return found
+
+
+def main() -> None:
+    from playwright.sync_api import sync_playwright
+
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--mgs", type=Path, required=True)
+    parser.add_argument("--json", type=Path, default=Path("loading.json"))
+    parser.add_argument("--count", type=int, default=500_000)
+    parser.add_argument("--rounds", type=int, default=3)
+    options = parser.parse_args()
+    scene = repeated(read_mgs(options.mgs), options.count)
+    data = pack(scene)
+    result: dict[str, Any] = {
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "gaussians": len(scene),
+        "file_bytes": len(data),
+    }
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        path = Path(folder) / "scene.mgs"
+        path.write_bytes(data)
+        server = Server(path)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        for renderer in ("webgpu", "webgl"):
+            rows: list[list[dict]] = []
+            for _ in range(options.rounds):
+                browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
+                rows.append(visits(browser, f"{server.address('127.0.0.1')}&renderer={renderer}"))
+                browser.close()
+            result[renderer] = {
+                name: {
+                    key: round(statistics.median(pair[i][key] for pair in rows))
+                    for key in ("first_picture", "decoded", "loaded")
+                }
+                for i, name in enumerate(("first_visit", "later_visit"))
+            } | {"device": rows[0][0]["device"]}
+            print(renderer, json.dumps(result[renderer]), flush=True)
+        server.shutdown()
+    result["load_average"] = os.getloadavg()[0]
+    options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

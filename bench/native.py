@@ -1,0 +1,100 @@
+"""Milliseconds per pass of the native renderer (Vulkan, Metal, DirectX 12), off screen.
+
+    python bench/native.py --mgs RUN/scene.mgs [--ply RUN/teacher.ply] [--json OUT]
+                           [--sizes 800x533 1600x1063] [--frames 30]
+
+The student without sorting, in 16-bit and in 32-bit floats, and its sorted teacher, in turns,
+through the cameras that the student's file holds. Passes are timed by the device itself (a software
+device may not know); `frame` is the time from the call until the device has finished, which for a
+sorted scene includes the order that the CPU makes. Each picture is compared with the CPU kernels'.
+"""
+
+import argparse
+import json
+import platform
+import statistics
+import time
+from pathlib import Path
+
+import torch
+
+from mobilegs.camera import Camera
+from mobilegs.compress.container import read_mgs
+from mobilegs.evaluate.metrics import psnr
+from mobilegs.scene_file import open_scene
+from mobilegs.view.gpu import PASSES, adapter
+from mobilegs.view.native import GpuRenderer
+
+WARM = 3  # frames that are not counted
+CPU = torch.device("cpu")
+
+
+def timed(renderer: GpuRenderer, views: list[Camera], frames: int) -> dict[str, float]:
+    """Medians over frames, milliseconds."""
+    import wgpu
+
+    view = views[0]
+    device = renderer.program.device
+    usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
+    size = (view.width, view.height, 1)
+    target = device.create_texture(size=size, format="rgba8unorm", usage=usage)
+    rows: list[dict[str, float]] = []
+    for frame in range(WARM + frames):
+        started = time.perf_counter()
+        renderer.draw_into(target.create_view(), "rgba8unorm", views[frame % len(views)])
+        _finish(device, target)
+        row = {"frame": 1e3 * (time.perf_counter() - started)}
+        rows.append(row | (renderer.program.milliseconds() or {}))
+    return {
+        name: round(statistics.median(row[name] for row in rows[WARM:]), 3)
+        for name in ("frame", *PASSES)
+        if name in rows[0]
+    }
+
+
+def _finish(device, target) -> None:
+    """Waits by reading one pixel."""
+    device.queue.read_texture(
+        {"texture": target}, {"bytes_per_row": 4, "rows_per_image": 1}, (1, 1, 1)
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--mgs", type=Path, required=True)
+    parser.add_argument("--ply", type=Path)
+    parser.add_argument("--json", type=Path, default=Path("native.json"))
+    parser.add_argument("--sizes", nargs="+", default=["800x533", "1600x1063"])
+    parser.add_argument("--frames", type=int, default=30)
+    options = parser.parse_args()
+    student = open_scene(options.mgs, device=CPU)
+    cameras = read_mgs(options.mgs).views
+    scenes = {
+        "sort-free, halves": (student, False),
+        "sort-free, floats": (student, True),
+    }
+    if options.ply:
+        scenes["sorted, halves"] = (open_scene(options.ply, device=CPU), False)
+    info = adapter().info
+    result = {
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": platform.machine(),
+        "adapter": {name: str(info[name]) for name in ("device", "description", "backend_type")},
+        "rows": [],
+    }
+    for size in options.sizes:
+        width, height = (int(side) for side in size.split("x"))
+        views = [camera.resized(width, height) for camera in cameras]
+        for name, (scene, floats) in scenes.items():
+            renderer = GpuRenderer(scene, full_precision=floats)
+            row: dict = {"size": size, "drawing": name, "gaussians": renderer.count}
+            row |= timed(renderer, views, options.frames)
+            reference = scene.render(views[0]).image
+            row["psnr_to_cpu"] = round(psnr(renderer.draw(views[0]).image, reference), 1)
+            result["rows"].append(row)
+            print(json.dumps(row), flush=True)
+    options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

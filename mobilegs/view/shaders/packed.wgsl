@@ -1,0 +1,82 @@
+// A sort-free scene as render/pack.js packs it: 52 bytes a Gaussian with lobes of degree 2, and 8
+// for what it looks like.
+// x, y | z, two scales of lobes | log-scales, 11 + 11 + 10 bits | rotation
+@group(0) @binding(1) var<storage, read> shapes: array<vec4u>;
+// constant r, g | constant b, a scale, first coefficient | eight more
+@group(0) @binding(2) var<storage, read> colors: array<vec4u>;
+// constants | the other coefficients, logit and phi in turns, four a word
+@group(0) @binding(3) var<storage, read> lobes: array<u32>;
+
+alias StoredLook = vec2u;  // r, g, b with an exponent | opacity, weight
+
+// A byte's scale: eight steps an octave.
+fn scale_of(byte: u32) -> f32 { return exp2(f32(byte & 255u) * 0.125 - 16.0); }
+
+fn shape_of(i: u32) -> Shape {
+  let words = shapes[i];
+  let xy = unpack2x16float(words.x);
+  let mean = view.frame.xyz + view.frame.w * vec3f(xy, unpack2x16float(words.y).x);
+  let steps = vec3f(vec3u(words.z, words.z >> 11u, words.z >> 22u) & vec3u(2047u, 2047u, 1023u));
+  let scales = exp(view.log_scales.x + view.log_scales.y * steps / vec3f(2047.0, 2047.0, 1023.0));
+  // the largest part of a unit quaternion is what the three others leave
+  let thirds = vec3i(bitcast<i32>(words.w << 2u), bitcast<i32>(words.w << 12u),
+      bitcast<i32>(words.w << 22u)) >> vec3u(22u);
+  let q = vec3f(thirds) * (0.7071067811865476 / 511.0);
+  let rest = sqrt(max(0.0, 1.0 - dot(q, q)));
+  var r = vec4f(rest, q);  // w, x, y, z
+  switch words.w >> 30u {
+    case 1u: { r = vec4f(q.x, rest, q.yz); }
+    case 2u: { r = vec4f(q.xy, rest, q.z); }
+    case 3u: { r = vec4f(q, rest); }
+    default: {}
+  }
+  let a = vec3f(1.0 - 2.0 * (r.z * r.z + r.w * r.w), 2.0 * (r.y * r.z + r.x * r.w),
+      2.0 * (r.y * r.w - r.x * r.z));
+  let b = vec3f(2.0 * (r.y * r.z - r.x * r.w), 1.0 - 2.0 * (r.y * r.y + r.w * r.w),
+      2.0 * (r.z * r.w + r.x * r.y));
+  let c = vec3f(2.0 * (r.y * r.w + r.x * r.z), 2.0 * (r.z * r.w - r.x * r.y),
+      1.0 - 2.0 * (r.y * r.y + r.z * r.z));
+  return Shape(mean, mat3x3f(a * scales.x, b * scales.y, c * scales.z));
+}
+
+fn color_along(i: u32, basis: array<f32, 16>) -> vec3f {
+  let words = colors[i];
+  let constant = vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
+  let last = unpack4x8snorm(words.y).w;
+  let one = unpack4x8snorm(words.z);
+  let two = unpack4x8snorm(words.w);
+  let sloped = basis[1] * vec3f(last, one.xy) + basis[2] * vec3f(one.zw, two.x) +
+      basis[3] * two.yzw;
+  return 0.5 + basis[0] * constant + scale_of(words.y >> 16u) * sloped;
+}
+
+fn lobes_along(i: u32, basis: array<f32, 16>) -> vec2f {
+  var b = basis;
+  let stride = (view.lobe_size + 2u) / 2u;
+  let first = stride * i;
+  var sloped = vec2f(0.0);
+  for (var k = 1u; k < view.lobe_size; k += 2u) {
+    let pair = unpack4x8snorm(lobes[first + (k + 1u) / 2u]);
+    sloped += b[k] * pair.xy + b[k + 1u] * pair.zw;
+  }
+  let word = shapes[i].y;
+  return b[0] * unpack2x16float(lobes[first]) +
+      vec2f(scale_of(word >> 16u), scale_of(word >> 24u)) * sloped;
+}
+
+fn store(look: Look) -> StoredLook {
+  let most = clamp(max(look.color.r, max(look.color.g, look.color.b)), 1e-4, 6e4);
+  let exponent = floor(log2(most)) + 1.0;  // most < 2^exponent
+  let parts = vec3u(min(look.color, vec3f(6e4)) * exp2(9.0 - exponent) + 0.5);
+  let rgb = min(parts, vec3u(511u));
+  return vec2u(
+      rgb.r | (rgb.g << 9u) | (rgb.b << 18u) | (u32(exponent + 15.0) << 27u),
+      u32(look.opacity * 65535.0 + 0.5) | pack2x16float(vec2f(0.0, min(look.weight, 6e4))));
+}
+
+fn stored(look: StoredLook) -> Look {
+  let rgb = vec3u(look.x, look.x >> 9u, look.x >> 18u) & vec3u(511u);
+  return Look(
+      vec3f(rgb) * exp2(f32(look.x >> 27u) - 24.0), unpack2x16float(look.y).y,
+      f32(look.y & 65535u) / 65535.0);
+}

@@ -1,0 +1,150 @@
+/**
+ * Which of the ways to the same picture a device draws fastest.
+ *
+ * Two questions, each with a picture of its own that no scene has to be there for: do many small
+ * Gaussians cost less as instances or in batches, and large ones less in halves or in floats? Both
+ * have been seen to differ by a factor of two and more, in either direction.
+ */
+
+/** @typedef {import("./types.js").Camera} Camera */
+/** @typedef {import("./types.js").SceneData} SceneData */
+/** @typedef {import("./types.js").Variant} Variant */
+/**
+ * @typedef {object} Drawing what is asked of a renderer
+ * @property {Variant} variant
+ * @property {Variant[]} variants
+ * @property {(scene: SceneData) => void} setScene
+ * @property {(camera: Camera) => Promise<void>} drawUnseen
+ * @property {() => string} describe
+ */
+
+const LONG = 4; // milliseconds that tell two ways apart
+const BETTER = 0.9; // of the other's time, to be preferred to the usual way
+const REPEATS = 3;
+const SMALL = { from: 1 << 8, to: 1 << 16 }; // Gaussians
+const LARGE = { from: 1 << 6, to: 1 << 10 }; // pixels on a side
+const LAYERS = 128;
+const MEMORY = "mobilegs variant 1";
+
+/**
+ * The fastest variant, from what was measured before if that is remembered.
+ *
+ * It leaves the renderer with another scene.
+ *
+ * @param {Drawing} renderer
+ * @param {Storage | null} storage
+ * @returns {Promise<Variant>}
+ */
+export async function fastestVariant(renderer, storage) {
+  const key = `${MEMORY} ${renderer.describe()}`;
+  const known = remembered(storage, key);
+  const found = renderer.variants.find(({ floats, strips }) => `${floats} ${strips}` === known);
+  if (found) return found;
+  const usual = { floats: false, strips: false };
+  const variant = { ...usual };
+  if (await isFaster(renderer, usual, { ...usual, strips: true }, SMALL, smallOnes)) {
+    variant.strips = true;
+  }
+  if (renderer.variants.some(({ floats }) => floats)) {
+    const floats = { ...variant, floats: true };
+    if (await isFaster(renderer, variant, floats, LARGE, largeOnes)) variant.floats = true;
+  }
+  try {
+    storage?.setItem(key, `${variant.floats} ${variant.strips}`);
+  } catch {
+    // full, or forbidden: then it is measured again
+  }
+  return variant;
+}
+
+/** @param {Storage | null} storage @param {string} key */
+function remembered(storage, key) {
+  try {
+    return storage?.getItem(key) ?? null;
+  } catch {
+    return null;
+  }
+}
+
+/**
+ * Whether `other` is faster than `usual`, with pictures that grow until that takes time.
+ *
+ * @param {Drawing} renderer
+ * @param {Variant} usual
+ * @param {Variant} other
+ * @param {{from: number, to: number}} sizes
+ * @param {(size: number) => {scene: SceneData, side: number}} make
+ */
+async function isFaster(renderer, usual, other, { from, to }, make) {
+  for (let size = from; ; size *= 2) {
+    const { scene, side } = make(size);
+    renderer.setScene(scene);
+    const times = [];
+    for (const variant of [usual, other]) {
+      renderer.variant = variant;
+      await renderer.drawUnseen(frontal(side)); // shaders are compiled now
+      let best = Infinity;
+      for (let i = 0; i < REPEATS; i++) {
+        const started = performance.now();
+        await renderer.drawUnseen(frontal(side));
+        best = Math.min(best, performance.now() - started);
+        if (best > LONG) break;
+      }
+      times.push(best);
+    }
+    if (Math.max(...times) > LONG || size >= to) return times[1] < BETTER * times[0];
+  }
+}
+
+/** Gaussians of a pixel or two, side by side. @param {number} count */
+function smallOnes(count) {
+  const across = Math.ceil(Math.sqrt(count));
+  const place = (/** @type {number} */ i) => (2 * (i + 0.5)) / across - 1;
+  const scene = someScene(count, 1e-3, (i) => [place(i % across), place(Math.floor(i / across)), 1]);
+  return { scene, side: 256 };
+}
+
+/** Gaussians over the whole picture. @param {number} side */
+function largeOnes(side) {
+  return { scene: someScene(LAYERS, 1, (i) => [0, 0, 1 + i / LAYERS]), side };
+}
+
+/**
+ * @param {number} count
+ * @param {number} size
+ * @param {(i: number) => [number, number, number]} placeOf
+ * @returns {SceneData}
+ */
+function someScene(count, size, placeOf) {
+  const shapes = new Float32Array(12 * count);
+  for (let i = 0; i < count; i++) {
+    const [x, y, z] = placeOf(i);
+    shapes.set([size, 0, 0, x, 0, size, 0, y, 0, 0, size, z], 12 * i);
+  }
+  return {
+    count,
+    packing: null,
+    shapes,
+    colors: new Float32Array(3 * count),
+    shSize: 1,
+    lobes: new Float32Array(2 * count).fill(1),
+    lobeSize: 1,
+    sorted: false,
+    weighting: { index: 0, exponentMax: 4, sigma: 1, backgroundWeight: 0 },
+    background: [0, 0, 0],
+  };
+}
+
+/** Looks along z, and sees 2 units across at a distance of 1. @param {number} side @returns {Camera} */
+function frontal(side) {
+  return {
+    viewmat: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+    fx: side / 2,
+    fy: side / 2,
+    cx: side / 2,
+    cy: side / 2,
+    width: side,
+    height: side,
+    near: 0.1,
+  };
+}

@@ -1,0 +1,277 @@
+/** A scene in a canvas: how it arrives, what it is drawn with, and in which order if it needs one. */
+
+import { loadingWorker } from "../files.js";
+import { farFirst } from "../load/order.js";
+import { fastestVariant } from "../render/calibrate.js";
+import { chooseRenderer } from "../render/choose.js";
+import { meanLogit } from "../render/pack.js";
+import { strides } from "../render/types.js";
+import { dot } from "./vector.js";
+
+/** @typedef {import("../load/worker.js").Message} Message */
+/** @typedef {import("../load/worker.js").Request} Request */
+/** @typedef {import("../mgs/header.js").View} View */
+/** @typedef {import("../render/choose.js").Choice} Choice */
+/** @typedef {import("../render/choose.js").Renderer} Renderer */
+/** @typedef {import("../render/types.js").Camera} Camera */
+/** @typedef {import("../render/types.js").Numbers} Numbers */
+/** @typedef {import("../render/types.js").Variant} Variant */
+/** @typedef {import("./vector.js").Vector} Vector */
+/**
+ * @typedef {object} Told what a layer tells
+ * @property {(share: number) => void} progress of the file, 0 to 1; NaN while its size is not known
+ * @property {() => void} arrived there is another scene, of which more may come
+ * @property {() => void} changed there is more to see of it
+ * @property {(milliseconds: number) => void} loaded everything is decoded
+ * @property {(sentence: string) => void} failed
+ */
+
+const SAME_SIDE = Math.cos((0.5 * Math.PI) / 180); // an order serves all directions as near as that
+
+export class Layer {
+  /** Gaussians of the scene. */
+  count = 0;
+  /** The cameras that it was taken with, as far as its file has them. @type {View[]} */
+  views = [];
+  near = 0.2;
+  /** What a double click looks through: centres and logits of mean opacities. */
+  centers = new Float32Array(0);
+  logits = new Float32Array(0);
+  /** What was asked for last. @type {Request | null} */
+  request = null;
+  /** Settles when it is known how to draw. */
+  calibrated = Promise.resolve();
+
+  /** Of the renderer. */
+  name = "";
+
+  #variant;
+  #sorting;
+  #told;
+  /** @type {Renderer | null} */
+  #renderer = null;
+  /** Of the scene that is shown. @type {Worker | null} */
+  #worker = null;
+  /** Of the one that shall take its place. @type {Worker | null} */
+  #coming = null;
+  #destroyed = false;
+  #lobeStride = 2;
+  /** Behind everything: what the scene says, what was wished for, and what the renderer reads. */
+  #own = [0, 0, 0];
+  /** @type {Vector | null} */
+  #wished = null;
+  #drawn = [0, 0, 0];
+  /** Who makes an order, if the scene needs one. @type {"" | "worker" | "page"} */
+  #sorter = "";
+  #ordering = false; // whether the worker was asked for one
+  /** Direction of looking that the order is for. @type {Vector | null} */
+  #ordered = null;
+  #timing = false;
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Told} told
+   * @param {Variant | null} variant how to draw; null: as the device is fastest
+   * @param {boolean} sorting whether scenes that add up are drawn sorted all the same
+   */
+  constructor(canvas, told, variant, sorting) {
+    this.canvas = canvas;
+    this.#told = told;
+    this.#variant = variant;
+    this.#sorting = sorting;
+  }
+
+  /** Looks for a way to draw. @param {Choice} choice @returns {Promise<boolean>} whether there is */
+  async begin(choice) {
+    try {
+      const { name, renderer } = await chooseRenderer(this.canvas, choice);
+      if (this.#destroyed) {
+        renderer.destroy();
+        return false;
+      }
+      renderer.onLost = (sentence) => this.#told.failed(sentence);
+      if ("onRestored" in renderer) {
+        renderer.onRestored = () => this.request && this.load(this.request);
+      }
+      this.#renderer = renderer;
+      this.name = name;
+      // a device that fails here fails later as well, and is told of then
+      this.calibrated = this.#calibrate(renderer).catch(() => {});
+      return true;
+    } catch (error) {
+      this.#told.failed(error instanceof Error ? error.message : String(error));
+      return false;
+    }
+  }
+
+  /** Sets the faster ways to draw, while the first scene is on its way. @param {Renderer} renderer */
+  async #calibrate(renderer) {
+    renderer.variant = this.#variant ?? (await fastestVariant(renderer, storage()));
+  }
+
+  /** Loads a scene in the place of the one before, which stays if that fails. @param {Request} request */
+  load(request) {
+    this.#coming?.terminate();
+    this.request = request;
+    const worker = loadingWorker();
+    worker.onmessage = ({ data }) => {
+      void this.calibrated.then(() => {
+        // what an old worker has sent before its end still arrives
+        if (worker === this.#coming || worker === this.#worker) this.#receive(data, worker);
+      });
+    };
+    worker.onerror = (event) => {
+      event.preventDefault();
+      this.#told.failed("the viewer's own files could not be loaded: reload the page");
+    };
+    this.#coming = worker;
+    worker.postMessage(request);
+  }
+
+  /** @param {Camera} camera whose near plane the scene may have another opinion of */
+  draw(camera) {
+    if (!this.#worker) return; // a renderer may hold a scene that was only for calibration
+    this.#askOrder(camera);
+    this.#renderer?.draw({ ...camera, near: this.near });
+  }
+
+  /** Waits until everything that was asked for is drawn. */
+  async finished() {
+    await this.#renderer?.finished();
+  }
+
+  /** A picture as numbers, as renderers give it. @param {Camera} camera @returns {Promise<Float32Array>} */
+  pixels(camera) {
+    return this.#renderer?.pixels(camera) ?? Promise.reject(new Error("nothing can be drawn"));
+  }
+
+  /** Of the scene, or what was wished for. @returns {Vector} sRGB in [0, 1] */
+  get background() {
+    return /** @type {Vector} */ (this.#wished ?? this.#own);
+  }
+
+  /** @param {Vector | null} color sRGB in [0, 1], or null for the scene's own */
+  set background(color) {
+    this.#wished = color;
+    // renderers keep this very array, and read it for every frame
+    this.background.forEach((value, i) => (this.#drawn[i] = value));
+  }
+
+  /** Milliseconds of the passes of a frame that was timed; null where the device does not tell. */
+  get milliseconds() {
+    return this.#renderer && "milliseconds" in this.#renderer ? this.#renderer.milliseconds : null;
+  }
+
+  /** Asks what the passes of the last frame took, unless that is being found out. */
+  async time() {
+    if (this.#timing || !this.#renderer || !("time" in this.#renderer)) return;
+    this.#timing = true;
+    // a device that is lost meanwhile says so itself
+    await this.#renderer.time().catch(() => {});
+    this.#timing = false;
+  }
+
+  /** What draws, in words. */
+  get device() {
+    const { floats, strips } = this.#renderer?.variant ?? { floats: false, strips: false };
+    return {
+      renderer: this.name,
+      adapter: this.#renderer?.describe() ?? "",
+      variant: `${floats ? "floats" : "halves"}, ${strips ? "strips" : "batches"}`,
+    };
+  }
+
+  destroy() {
+    this.#destroyed = true;
+    this.#coming?.terminate();
+    this.#worker?.terminate();
+    this.#renderer?.destroy();
+    this.#renderer = null;
+  }
+
+  /** @param {Message} message @param {Worker} worker that sent it */
+  #receive(message, worker) {
+    if (message.kind === "failed") this.#told.failed(message.sentence);
+    else if (message.kind === "progress") this.#told.progress(message.received / message.total);
+    else if (message.kind === "scene") this.#take(message, worker);
+    else if (message.kind === "rows") this.#takeRows(message);
+    else if (message.kind === "order") this.#takeOrder(message.order);
+    else this.#told.loaded(message.milliseconds);
+  }
+
+  /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
+  #take({ data, centers, views, near }, worker) {
+    const { count } = data;
+    this.#worker?.terminate();
+    this.#worker = worker;
+    this.#coming = null;
+    this.#sorter = data.sorted ? "worker" : this.#sorting ? "page" : "";
+    data.sorted = this.#sorter !== "";
+    this.#own = [...data.background];
+    this.#drawn = data.background;
+    this.background = this.#wished;
+    try {
+      this.#renderer?.setScene(data);
+    } catch (error) {
+      worker.terminate();
+      this.count = 0;
+      this.#told.failed(error instanceof Error ? error.message : String(error));
+      return;
+    }
+    this.count = count;
+    this.near = near;
+    this.views = views;
+    this.#ordered = null;
+    this.#ordering = false;
+    this.centers = centers;
+    this.logits = new Float32Array(count);
+    this.#lobeStride = strides(data).lobes;
+    this.#noteLobes(0, data.lobes);
+    this.#told.arrived();
+  }
+
+  /** @param {Extract<Message, {kind: "rows"}>} message */
+  #takeRows({ part, from, numbers }) {
+    this.#renderer?.update(part, from, numbers);
+    if (part === "lobes") this.#noteLobes(from, numbers);
+    this.#told.changed();
+  }
+
+  /** @param {Uint32Array<ArrayBuffer>} order */
+  #takeOrder(order) {
+    this.#ordering = false;
+    this.#renderer?.setOrder(order);
+    this.#told.changed();
+  }
+
+  /** Asks for another order when the scene needs one and is seen from another side. @param {Camera} camera */
+  #askOrder({ viewmat }) {
+    const forward = /** @type {Vector} */ ([viewmat[8], viewmat[9], viewmat[10]]);
+    const turned = this.#ordered === null || dot(forward, this.#ordered) < SAME_SIDE;
+    if (!this.#sorter || this.#ordering || !turned) return;
+    this.#ordered = forward;
+    if (this.#sorter === "page") this.#renderer?.setOrder(farFirst(this.centers, forward));
+    else {
+      this.#ordering = true;
+      this.#worker?.postMessage({ forward });
+    }
+  }
+
+  /** @param {number} from @param {Numbers} lobes */
+  #noteLobes(from, lobes) {
+    const stride = this.#lobeStride;
+    const packed = lobes instanceof Uint32Array;
+    for (let i = 0; i * stride < lobes.length; i++) {
+      this.logits[from + i] = packed ? meanLogit(lobes[i * stride]) : lobes[i * stride];
+    }
+  }
+}
+
+/** What this page remembers of the device; null where pages may not. */
+function storage() {
+  try {
+    return localStorage;
+  } catch {
+    return null;
+  }
+}
