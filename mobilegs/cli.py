@@ -185,18 +185,26 @@ def view(
     lan: bool = False,
     port: int = 0,
     no_browser: bool = False,
+    native: bool = False,
 ) -> None:
-    """Show a scene in the browser, or on a phone in the same network.
+    """Show a scene in the browser, on a phone in the same network, or in a window.
 
-    A .mgs is drawn without sorting, a .ply sorted. Nothing but the scene and the viewer's own
-    files is served, and the internet is not needed.
+    A .mgs is drawn without sorting, a .ply or .spz sorted. Nothing but the scene and the viewer's
+    own files is served, and the internet is not needed.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply in the layout of 3DGS.
+        scene: The scene: a .mgs file, a .ply in the layout of 3DGS, or (in the browser) a .spz.
         lan: Let other devices in the network open it; prints the address as a QR code.
         port: Where to listen; 0 takes any port that is free.
         no_browser: Open no browser here.
+        native: Open a window that draws by Vulkan, Metal or DirectX 12; serve nothing.
     """
+    if native and not (lan or port or no_browser):
+        from mobilegs.view.window import show
+
+        return show(scene)
+    if native:
+        raise InputError("--native serves nothing: leave out --lan, --port and --no-browser")
     from mobilegs.view.serve import serve
 
     if not 0 <= port <= 65535:

@@ -2,7 +2,7 @@
 
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -18,7 +18,7 @@ from mobilegs import cli
 from mobilegs.compress.container import pack
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import write_ply
-from mobilegs.view.bundle import WEB, bundle, page_script
+from mobilegs.view.bundle import WEB, bundle, element_script, viewer_script
 
 pytest_plugins = ["browser"]
 
@@ -146,7 +146,23 @@ def test_what_no_viewer_shows_is_refused(
         assert not (tmp_path / "out").exists()
 
 
-def test_a_bundle_has_no_modules_left() -> None:
-    script = page_script()
-    assert "\nimport " not in script and "\nexport " not in script and "</" not in script
-    assert "import.meta" not in bundle(WEB / "load" / "worker.js", {})
+@pytest.mark.parametrize("script", [viewer_script, element_script])
+def test_a_bundle_has_no_modules_left(script: Callable[[], str]) -> None:
+    text = script()
+    assert "\nimport " not in text and "\nexport " not in text and "</" not in text
+    assert "import.meta" not in text and "import.meta" not in bundle(WEB / "load" / "worker.js", {})
+
+
+def test_the_element_works_in_a_page_of_ones_own(
+    chromium: Chromium, site: tuple[Path, str]
+) -> None:
+    folder, address = site
+    (folder / "mine.html").write_text(
+        '<!doctype html><meta charset="utf-8" /><link rel="icon" href="data:," />'
+        '<script type="module" src="mobile-gs.js"></script>'
+        '<mobile-gs src="scene.mgs" style="height: 200px"></mobile-gs>'
+    )
+    tab = chromium.tab()
+    tab.page.goto(f"{address}mine.html")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.close()

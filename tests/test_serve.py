@@ -1,5 +1,6 @@
 """The server of the viewer: what it gives away, and what it keeps."""
 
+import gzip
 import http.client
 import threading
 from collections.abc import Iterator
@@ -9,7 +10,8 @@ import pytest
 
 from mobilegs import cli
 from mobilegs.errors import InputError
-from mobilegs.view.serve import FOLDER, Server, own_address
+from mobilegs.view.bundle import viewer_script
+from mobilegs.view.serve import Server, own_address
 
 
 @pytest.fixture(scope="module")
@@ -24,10 +26,12 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         server.shutdown()
 
 
-def get(server: Server, path: str) -> tuple[int, dict[str, str], bytes]:
+def get(
+    server: Server, path: str, wishes: dict[str, str] | None = None
+) -> tuple[int, dict[str, str], bytes]:
     """Status, headers and body of an answer; the path goes out as it is, dots and all."""
     connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
-    connection.request("GET", path)
+    connection.request("GET", path, headers=wishes or {})
     answer = connection.getresponse()
     found = answer.status, dict(answer.getheaders()), answer.read()
     connection.close()
@@ -43,19 +47,22 @@ def test_the_scene_arrives_as_it_is(server: Server) -> None:
 def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
     status, headers, _ = get(server, "/")
     assert status == 302
-    assert headers["Location"] == "/web/index.html?url=/scene"
+    assert headers["Location"] == "/?url=/scene"
     assert server.address("host").endswith(headers["Location"])
     status, headers, body = get(server, headers["Location"])
     assert status == 200 and b"<mobile-gs>" in body
     assert headers["Content-Type"].startswith("text/html")
 
 
-@pytest.mark.parametrize("path", ["/web/page.js", "/web/mgs/reader.js", "/shaders/splat.wgsl"])
-def test_the_viewers_own_files_are_there(server: Server, path: str) -> None:
-    status, headers, body = get(server, path)
-    assert status == 200 and body == (FOLDER / path.lstrip("/")).read_bytes()
-    kind = "javascript" if path.endswith(".js") else "plain"
-    assert kind in headers["Content-Type"]
+def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:
+    _, _, page = get(server, "/?url=/scene")
+    assert b'src="/viewer.js"' in page
+    status, headers, body = get(server, "/viewer.js")
+    assert status == 200 and body.decode() == viewer_script()
+    assert "javascript" in headers["Content-Type"] and "Content-Encoding" not in headers
+    _, headers, packed = get(server, "/viewer.js", {"Accept-Encoding": "br, gzip"})
+    assert headers["Content-Encoding"] == "gzip" and gzip.decompress(packed) == body
+    assert len(packed) < 60_000
 
 
 @pytest.mark.parametrize(
@@ -70,7 +77,8 @@ def test_the_viewers_own_files_are_there(server: Server, path: str) -> None:
         "//etc/passwd",
         "/web/",
         "/web",
-        "/web/gone.js",
+        "/web/page.js",
+        "/viewer.js/",
         "/web/nul\\..\\..\\serve.py",
     ],
 )

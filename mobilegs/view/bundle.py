@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
@@ -10,7 +11,9 @@ SHADERS = FOLDER / "shaders"
 IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"([^"]+)";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:async function|function|class|const) (\w+))", re.MULTILINE)
 NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
-COMMENT = re.compile(r"^ */\*\*(?:(?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
+COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|^ *//[^\n]*", re.MULTILINE | re.DOTALL)
+REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
+INDENT = re.compile(r"\s*\n\s*")
 
 
 def bundle(entry: Path, replaced: dict[Path, str]) -> str:
@@ -18,6 +21,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
 
     Each module becomes a function that is called once and returns what it exports. It is no
     general tool: our modules import by name and export declarations, and none in a circle.
+    Comments and indentation are left out.
     `replaced` gives other texts for some modules.
     """
     numbers: dict[Path, int] = {}
@@ -29,7 +33,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
             assert numbers[path] >= 0, f"{path} imports itself by way of others"
             return numbers[path]
         numbers[path] = -1
-        text = COMMENT.sub("", replaced.get(path) or path.read_text())
+        text = INDENT.sub("\n", COMMENT.sub("", replaced.get(path) or path.read_text())).lstrip()
 
         def imported(match: re.Match[str]) -> str:
             names, source = match.groups()
@@ -53,13 +57,31 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
     return "".join(parts)
 
 
-def page_script() -> str:
+def slim_shader(text: str) -> str:
+    """The same shader without remarks and indentation."""
+    return INDENT.sub("\n", REMARK.sub("", text)).lstrip()
+
+
+@cache
+def viewer_script() -> str:
     """The viewer's page as one script, with its shaders and its loading thread inside.
 
-    It shows the scene in the page's element `scene`, as base64, unless the address names another.
+    It shows the scene that the address names, or else the one in the page's element `scene`, as
+    base64, or else the one of the page's `<mobile-gs>`.
     """
+    return _whole(WEB / "page.js")
+
+
+@cache
+def element_script() -> str:
+    """`<mobile-gs>` for other pages as one script."""
+    return _whole(WEB / "element.js")
+
+
+def _whole(entry: Path) -> str:
     worker = json.dumps(bundle(WEB / "load" / "worker.js", {}))
-    shaders = json.dumps({path.name: path.read_text() for path in sorted(SHADERS.glob("*.*sl"))})
+    files = sorted(SHADERS.glob("*.*sl"))
+    shaders = json.dumps({file.name: slim_shader(file.read_text()) for file in files})
     own_files = f"""
 const WORKER = {worker};
 const SHADERS = {shaders};
@@ -72,9 +94,11 @@ export async function shaderText(file) {{
   return SHADERS[file];
 }}
 export function ownScene() {{
-  const text = atob(document.getElementById("scene").textContent);
+  const element = document.getElementById("scene");
+  if (element === null) return null;
+  const text = atob(element.textContent);
   return new Blob([Uint8Array.from(text, (letter) => letter.charCodeAt(0))]);
 }}
 """
     # what ends a script for HTML may stand in a text, where a backslash changes nothing
-    return bundle(WEB / "page.js", {WEB / "files.js": own_files}).replace("</", "<\\/")
+    return bundle(entry, {WEB / "files.js": own_files}).replace("</", "<\\/")

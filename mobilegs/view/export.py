@@ -17,7 +17,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import read_ply
 from mobilegs.render.scene import Scene
-from mobilegs.view.bundle import SHADERS, WEB, page_script
+from mobilegs.view.bundle import WEB, element_script, viewer_script
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
 ICON = 512
@@ -38,7 +38,7 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
             TITLE: f"<title>{html.escape(title)}</title>",
             ELEMENT: f'<mobile-gs poster="data:image/jpeg;base64,{image}"></mobile-gs>',
             SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
-            f'    <script type="module">\n{page_script()}</script>',
+            f'    <script type="module">\n{viewer_script()}</script>',
         }
     )
     atomic_write(output, page)
@@ -69,7 +69,7 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
             LINK: '<link rel="icon" href="icon.png" />\n'
             '    <link rel="apple-touch-icon" href="icon.png" />',
             ELEMENT: f'<mobile-gs src="{name}" poster="poster.jpg"></mobile-gs>',
-            SCRIPT: '<script type="module" src="web/page.js"></script>\n'
+            SCRIPT: '<script type="module" src="viewer.js"></script>\n'
             '    <script>navigator.serviceWorker?.register("sw.js");</script>',
         }
     )
@@ -85,12 +85,10 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
         "manifest.webmanifest": json.dumps(manifest, indent=1).encode(),
         "poster.jpg": _jpeg(picture),
         "icon.png": icon.getvalue(),
+        "viewer.js": viewer_script().encode(),
+        "mobile-gs.js": element_script().encode(),
         name: scene.read_bytes(),
     }
-    own = [path for folder in (WEB, SHADERS) for path in sorted(folder.rglob("*.*"))]
-    for path in own:
-        if path.suffix in (".js", ".wgsl", ".glsl") and path.name != "offline.js":
-            files[path.relative_to(WEB.parent).as_posix()] = path.read_bytes()
     version = hashlib.sha256(b"".join(files.values())).hexdigest()[:16]
     names = json.dumps([".", *files])
     text = (WEB / "offline.js").read_text()

@@ -1,5 +1,6 @@
 """The web viewer, served to this machine's browser or to phones in the same network."""
 
+import gzip
 import socket
 import sys
 import webbrowser
@@ -9,21 +10,15 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from mobilegs.errors import InputError
+from mobilegs.view.bundle import WEB, viewer_script
 
-FOLDER = Path(__file__).resolve().parent
 SCENE = "/scene"  # what it is, its first bytes say
-SERVED = ("web", "shaders")  # of this folder, the only ones that leave it
-TYPES = {
-    ".html": "text/html; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-    ".wgsl": "text/plain; charset=utf-8",
-    ".glsl": "text/plain; charset=utf-8",
-}
+SCRIPT = "/viewer.js"
 BLOCK = 1 << 20
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the viewer's own files and one scene; every other path is unknown.
+    """Serves the viewer's page and one scene; every other path is unknown.
 
     Attributes:
         scene: the scene's file, read anew for every visit.
@@ -43,7 +38,7 @@ class Server(ThreadingHTTPServer):
 
     def address(self, host: str) -> str:
         """What to open in a browser that reaches this machine as `host`."""
-        return f"http://{host}:{self.server_port}/web/index.html?url={SCENE}"
+        return f"http://{host}:{self.server_port}/?url={SCENE}"
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -53,32 +48,52 @@ class Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def do_GET(self) -> None:
-        path = urlsplit(self.path).path
-        if path == "/":
+        asked = urlsplit(self.path)
+        if asked.path == "/" and not asked.query:
             self.send_response(HTTPStatus.FOUND)
-            self.send_header("Location", f"/web/index.html?url={SCENE}")
+            self.send_header("Location", f"/?url={SCENE}")
             self.send_header("Content-Length", "0")
             self.end_headers()
-            return
-        file = self._file_of(path)
+        elif asked.path == "/":
+            page = (WEB / "index.html").read_text()
+            self._answer("text/html", page.replace('src="page.js"', f'src="{SCRIPT}"'))
+        elif asked.path == SCRIPT:
+            self._answer("text/javascript", viewer_script())
+        elif asked.path == SCENE:
+            self._answer_scene()
+        else:
+            self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
+
+    def _answer(self, kind: str, text: str) -> None:
+        body = text.encode()
+        packed = "gzip" in self.headers.get("Accept-Encoding", "")
+        if packed:
+            body = gzip.compress(body, mtime=0)
+        self._head(f"{kind}; charset=utf-8", len(body), packed=packed)
+        self.wfile.write(body)
+
+    def _answer_scene(self) -> None:
         try:
-            opened = None if file is None else file.open("rb")
+            opened = self.server.scene.open("rb")
         except OSError:  # it was there a moment ago
-            opened = None
-        if file is None or opened is None:
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
             return
         with opened:
             size = opened.seek(0, 2)
             opened.seek(0)
-            self.send_response(HTTPStatus.OK)
-            self.send_header("Content-Type", TYPES.get(file.suffix, "application/octet-stream"))
-            self.send_header("Content-Length", str(size))
-            self.send_header("Cache-Control", "no-cache")
-            self.send_header("X-Content-Type-Options", "nosniff")
-            self.end_headers()
+            self._head("application/octet-stream", size)
             while block := opened.read(BLOCK):
                 self.wfile.write(block)
+
+    def _head(self, kind: str, size: int, *, packed: bool = False) -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(size))
+        if packed:
+            self.send_header("Content-Encoding", "gzip")
+        self.send_header("Cache-Control", "no-cache")
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.end_headers()
 
     def handle(self) -> None:
         try:
@@ -88,13 +103,6 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:
         pass
-
-    def _file_of(self, path: str) -> Path | None:
-        if path == SCENE:
-            return self.server.scene
-        file = FOLDER.joinpath(path.lstrip("/")).resolve()
-        inside = any(file.is_relative_to(FOLDER / name) for name in SERVED)
-        return file if inside and file.suffix in TYPES and file.is_file() else None
 
 
 def serve(scene: Path, *, lan: bool, port: int, browser: bool) -> None:

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { BLOCK, Network, defined, makeLayer } from "../../mobilegs/view/web/mgs/dense.js";
-import { fromHalf, toHalf } from "../../mobilegs/view/web/mgs/halves.js";
+import { fromHalf, toHalf } from "../../mobilegs/view/web/mgs/half.js";
 import { simdLayer } from "../../mobilegs/view/web/mgs/simd.js";
 import { randomNumbers } from "./pieces.js";
 

@@ -4,7 +4,7 @@ import test from "node:test";
 import { BitReader, exactBits } from "../../mobilegs/view/web/mgs/bits.js";
 import { crc32 } from "../../mobilegs/view/web/mgs/crc32.js";
 import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { fromHalf, notFinite } from "../../mobilegs/view/web/mgs/halves.js";
+import { fromHalf, notFinite } from "../../mobilegs/view/web/mgs/half.js";
 import { decodeRans, laneCount } from "../../mobilegs/view/web/mgs/rans.js";
 import { bits, constantRans, rans } from "./write.js";
 

@@ -1,8 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { Arrivals, namesOf } from "../../mobilegs/view/web/viewer/arrivals.js";
 import { planOf } from "../../mobilegs/view/web/viewer/bench.js";
 import { readPose, writePose } from "../../mobilegs/view/web/viewer/address.js";
-import { Pose } from "../../mobilegs/view/web/viewer/pose.js";
+import { colorOf, hexOf } from "../../mobilegs/view/web/viewer/color.js";
+import { Pose, cameraOf } from "../../mobilegs/view/web/viewer/pose.js";
 import { Resolution } from "../../mobilegs/view/web/viewer/resolution.js";
 
 const near = (/** @type {number[]} */ a, /** @type {number[]} */ b) =>
@@ -82,4 +84,47 @@ test("the sky is above level cameras, however they are spread", () => {
     const cosine = up.reduce((sum, x, k) => sum + (x * sky[k]) / size, 0);
     assert.ok(cosine > (name === "ring" ? 0.999 : 0.95), `${name}: ${cosine}`);
   }
+});
+
+test("colours are read as people write them", () => {
+  assert.deepEqual(colorOf("ff8000"), [1, 128 / 255, 0]);
+  assert.deepEqual(colorOf(" #F80 "), [1, 136 / 255, 0]);
+  for (const text of [null, "#12", "#12345", "#1234567"]) assert.equal(colorOf(text), null);
+  assert.equal(hexOf([1, 0.5, 0]), "#ff8000");
+  assert.equal(hexOf([-1, 2, 0]), "#00ff00");
+});
+
+test("two scenes have names that tell them apart, as short as can be", () => {
+  assert.deepEqual(namesOf("http://x/a/scene.mgs", "b.ply"), ["scene.mgs", "b.ply"]);
+  assert.deepEqual(namesOf("runs/a/scene.mgs", "runs/b/scene.mgs"), ["a/scene.mgs", "b/scene.mgs"]);
+  assert.deepEqual(namesOf("/a.mgs", "/a.mgs"), ["a.mgs", "a.mgs"]);
+  assert.deepEqual(namesOf("my%20garden.mgs", "100%.ply"), ["my garden.mgs", "100%.ply"]);
+  assert.deepEqual(namesOf("a.mgs", ""), ["a.mgs", ""]);
+});
+
+test("of two arrivals, the state is the worse one, and the share the mean", () => {
+  const arrivals = new Arrivals();
+  assert.deepEqual([arrivals.state, arrivals.busy, arrivals.sentence], ["", false, ""]);
+  arrivals.begin(0, "a.mgs");
+  arrivals.note(0, { share: 0.5 });
+  assert.deepEqual([arrivals.state, arrivals.share], ["loading", 0.5]);
+  arrivals.begin(1, "b.ply");
+  assert.ok(arrivals.busy && Number.isNaN(arrivals.share)); // of the other nothing is known
+  arrivals.note(1, { share: 1, state: "failed", sentence: "it is broken" });
+  assert.deepEqual([arrivals.state, arrivals.share, arrivals.busy], ["failed", 0.75, true]);
+  assert.equal(arrivals.sentence, "b.ply: it is broken");
+  arrivals.note(0, { share: 1, state: "loaded" });
+  assert.deepEqual([arrivals.state, arrivals.busy], ["failed", false]);
+  arrivals.begin(1);
+  assert.deepEqual([arrivals.state, arrivals.sentence], ["loaded", ""]);
+  arrivals.note(0, { state: "failed", sentence: "alone" });
+  assert.equal(arrivals.sentence, "alone");
+});
+
+test("a field of view that is asked for lies between the width's and the height's", () => {
+  const pose = new Pose([0, 0, -3], [0, 0, 0], [0, -1, 0]);
+  assert.equal(cameraOf(pose, null, 200, 200, 0.1, 90).fx.toFixed(6), "100.000000");
+  const view = { viewmat: new Float32Array(16), K: new Float32Array([80, 0, 0, 0, 90]), width: 100, height: 50 };
+  near([cameraOf(pose, view, 100, 50, 0.1).fx], [Math.sqrt(80 * 90)]);
+  near([cameraOf(pose, view, 400, 100, 0.1, 90).fx], [100]);
 });

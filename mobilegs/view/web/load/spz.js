@@ -6,7 +6,7 @@
  * RUB (y up, z backwards), ours RDF. The facts are those of github.com/nianticlabs/spz.
  */
 
-import { fromHalf } from "../mgs/halves.js";
+import { fromHalf } from "../mgs/half.js";
 import { addRow } from "./ply.js";
 import { decompressZstd } from "./zstd.js";
 

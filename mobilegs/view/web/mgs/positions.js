@@ -2,7 +2,7 @@
 
 import { exactBits, view } from "./bits.js";
 import { SceneError } from "./error.js";
-import { fromHalf, notFinite } from "./halves.js";
+import { fromHalf, notFinite } from "./half.js";
 import { decodeRans } from "./rans.js";
 
 /** @typedef {import("./header.js").Frame} Frame */

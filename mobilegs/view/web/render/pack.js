@@ -11,7 +11,7 @@
  * that is 52 bytes, and a picture of a trained scene keeps 64 dB.
  */
 
-import { fromHalf, toHalf } from "../mgs/halves.js";
+import { toHalf } from "../mgs/half.js";
 import { fillRows } from "../mgs/scene.js";
 import { strides } from "./types.js";
 
@@ -99,11 +99,6 @@ export function packRows(scene, part, from, to) {
   if (part === "shapes") return packShapes(scene, from, to);
   if (part === "colors") return packColors(scene, from, to);
   return packLobes(scene, from, to);
-}
-
-/** The logit of the opacity's mean over all directions in a Gaussian's first word of lobes. @param {number} word */
-export function meanLogit(word) {
-  return fromHalf(word & 0xffff);
 }
 
 /** @param {Scene} scene @param {number} from @param {number} to */

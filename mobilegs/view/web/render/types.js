@@ -1,5 +1,7 @@
 /** What the renderers of this folder share: what they are given, and how they draw. */
 
+import { fromHalf } from "../mgs/half.js";
+
 /**
  * A scene as GPUs take it. All numbers are finite.
  *
@@ -70,4 +72,9 @@
 export function strides({ packing, shSize, lobeSize }) {
   if (packing) return { shapes: 4, colors: 4, lobes: (lobeSize + 2) >> 1 };
   return { shapes: 12, colors: 3 * shSize, lobes: 2 * lobeSize };
+}
+
+/** The logit of the opacity's mean over all directions in the first packed word of its lobes. @param {number} word */
+export function meanLogit(word) {
+  return fromHalf(word & 0xffff);
 }

@@ -24,8 +24,8 @@ export function hexOf(color) {
 
 /** A colour of CSS as a browser writes it: `#rrggbb`, unless one can see through it. @param {string} word */
 function named(word) {
-  const context = document.createElement("canvas").getContext("2d");
-  if (!context || !word) return "";
+  const context = word ? document.createElement("canvas").getContext("2d") : null;
+  if (!context) return "";
   // what is no colour leaves the one before
   const [black, white] = ["#000000", "#ffffff"].map((before) => {
     context.fillStyle = before;

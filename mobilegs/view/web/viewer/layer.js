@@ -4,8 +4,7 @@ import { loadingWorker } from "../files.js";
 import { farFirst } from "../load/order.js";
 import { fastestVariant } from "../render/calibrate.js";
 import { chooseRenderer } from "../render/choose.js";
-import { meanLogit } from "../render/pack.js";
-import { strides } from "../render/types.js";
+import { meanLogit, strides } from "../render/types.js";
 import { dot } from "./vector.js";
 
 /** @typedef {import("../load/worker.js").Message} Message */

@@ -34,10 +34,10 @@ export class Pose {
     const axes = views.map(axesOf);
     const up = skyOf(axes);
     const { eye, forward } = axes[index];
-    const distance = Math.max(dot(minus(meeting(axes), eye), forward), 0);
-    // cameras that look outwards or in parallel meet nowhere: then a step ahead
-    const spread = Math.max(...axes.map((other) => length(minus(other.eye, eye))), 0);
-    return new Pose(eye, plus(eye, forward, distance || spread || 1), up);
+    const distance = dot(minus(meeting(axes), eye), forward);
+    // cameras that look outwards or in parallel meet nowhere, and one alone at a rounding: a step ahead
+    const step = Math.max(...axes.map((other) => length(minus(other.eye, eye))), 0) || 1;
+    return new Pose(eye, plus(eye, forward, distance > NEAREST * step ? distance : step), up);
   }
 
   /**
