@@ -186,6 +186,7 @@ def view(
     port: int = 0,
     no_browser: bool = False,
     native: bool = False,
+    compare: SceneFile | None = None,
 ) -> None:
     """Show a scene in the browser, on a phone in the same network, or in a window.
 
@@ -198,18 +199,17 @@ def view(
         port: Where to listen; 0 takes any port that is free.
         no_browser: Open no browser here.
         native: Open a window that draws by Vulkan, Metal or DirectX 12; serve nothing.
+        compare: Another scene, under the same camera behind a handle.
     """
-    if native and not (lan or port or no_browser):
+    if native:
+        if lan or port or no_browser or compare:
+            raise InputError("--native takes a scene, and none of the other options")
         from mobilegs.view.window import show
 
         return show(scene)
-    if native:
-        raise InputError("--native serves nothing: leave out --lan, --port and --no-browser")
     from mobilegs.view.serve import serve
 
-    if not 0 <= port <= 65535:
-        raise InputError(f"a port lies between 0 and 65535, not at {port}")
-    serve(scene, lan=lan, port=port, browser=not no_browser)
+    serve(scene, compare, lan=lan, port=port, browser=not no_browser)
 
 
 def export(

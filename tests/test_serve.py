@@ -11,7 +11,7 @@ import pytest
 from mobilegs import cli
 from mobilegs.errors import InputError
 from mobilegs.view.bundle import viewer_script
-from mobilegs.view.serve import Server, own_address
+from mobilegs.view.serve import SCENE, Server, own_address
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def get(
 
 def test_the_scene_arrives_as_it_is(server: Server) -> None:
     status, headers, body = get(server, "/scene")
-    assert status == 200 and body == server.scene.read_bytes()
+    assert status == 200 and body == server.scenes[SCENE].read_bytes()
     assert headers["Content-Length"] == str(len(body))
 
 
@@ -70,6 +70,7 @@ def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:
     [
         "/scene/secret.mgs",
         "/scene/",
+        "/other",
         "/serve.py",
         "/web/../serve.py",
         "/web/%2e%2e/serve.py",
@@ -96,6 +97,16 @@ def test_a_scene_that_has_gone_is_not_found(tmp_path: Path) -> None:
         server.shutdown()
 
 
+def test_two_scenes_are_compared(tmp_path: Path) -> None:
+    (tmp_path / "a.mgs").write_bytes(b"first")
+    (tmp_path / "b.ply").write_bytes(b"second")
+    with Server(tmp_path / "a.mgs", tmp_path / "b.ply") as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        assert get(server, "/")[1]["Location"] == "/?url=/scene&compare=/other"
+        assert get(server, "/scene")[2] == b"first" and get(server, "/other")[2] == b"second"
+        server.shutdown()
+
+
 def test_it_listens_on_this_machine_alone_unless_asked(server: Server) -> None:
     assert server.server_address[0] == "127.0.0.1"
     assert own_address()
@@ -103,7 +114,7 @@ def test_it_listens_on_this_machine_alone_unless_asked(server: Server) -> None:
 
 def test_a_port_that_is_taken_is_told(server: Server, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=f"cannot listen on 127.0.0.1:{server.server_port}"):
-        Server(server.scene, port=server.server_port)
+        Server(server.scenes[SCENE], port=server.server_port)
     with pytest.raises(InputError, match="there is no such file"):
         Server(tmp_path / "gone.mgs")
 
@@ -112,4 +123,7 @@ def test_view_refuses_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     assert cli.main(["view", str(tmp_path / "gone.mgs")]) == 2
     assert "there is no such file" in capsys.readouterr().err
     assert cli.main(["view", str(tmp_path / "gone.mgs"), "--port", "70000"]) == 2
+    assert "there is no such file" in capsys.readouterr().err
+    (tmp_path / "a.mgs").write_bytes(b"x")
+    assert cli.main(["view", str(tmp_path / "a.mgs"), "--port", "70000"]) == 2
     assert "a port lies between" in capsys.readouterr().err

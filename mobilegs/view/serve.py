@@ -12,25 +12,30 @@ from urllib.parse import urlsplit
 from mobilegs.errors import InputError
 from mobilegs.view.bundle import WEB, viewer_script
 
-SCENE = "/scene"  # what it is, its first bytes say
+SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
 SCRIPT = "/viewer.js"
 BLOCK = 1 << 20
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the viewer's page and one scene; every other path is unknown.
+    """Serves the viewer's page and a scene, or two to compare; every other path is unknown.
 
     Attributes:
-        scene: the scene's file, read anew for every visit.
+        scenes: their files by path, read anew for every visit.
     """
 
     daemon_threads = True
 
-    def __init__(self, scene: Path, *, host: str = "127.0.0.1", port: int = 0) -> None:
+    def __init__(
+        self, scene: Path, other: Path | None = None, *, host: str = "127.0.0.1", port: int = 0
+    ) -> None:
         """Listen on `host`; port 0 takes any that is free. InputError if that cannot be."""
-        if not scene.is_file():
-            raise InputError(f"cannot read {scene}: there is no such file")
-        self.scene = scene
+        self.scenes = {SCENE: scene} | ({OTHER: other} if other else {})
+        for file in self.scenes.values():
+            if not file.is_file():
+                raise InputError(f"cannot read {file}: there is no such file")
+        if not 0 <= port <= 65535:
+            raise InputError(f"a port lies between 0 and 65535, not at {port}")
         try:
             super().__init__((host, port), Handler)
         except OSError as error:
@@ -38,7 +43,12 @@ class Server(ThreadingHTTPServer):
 
     def address(self, host: str) -> str:
         """What to open in a browser that reaches this machine as `host`."""
-        return f"http://{host}:{self.server_port}/?url={SCENE}"
+        return f"http://{host}:{self.server_port}{self.path}"
+
+    @property
+    def path(self) -> str:
+        """Of the page, with the scenes that it shows."""
+        return f"/?url={SCENE}" + (f"&compare={OTHER}" if OTHER in self.scenes else "")
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -51,7 +61,7 @@ class Handler(BaseHTTPRequestHandler):
         asked = urlsplit(self.path)
         if asked.path == "/" and not asked.query:
             self.send_response(HTTPStatus.FOUND)
-            self.send_header("Location", f"/?url={SCENE}")
+            self.send_header("Location", self.server.path)
             self.send_header("Content-Length", "0")
             self.end_headers()
         elif asked.path == "/":
@@ -59,8 +69,8 @@ class Handler(BaseHTTPRequestHandler):
             self._answer("text/html", page.replace('src="page.js"', f'src="{SCRIPT}"'))
         elif asked.path == SCRIPT:
             self._answer("text/javascript", viewer_script())
-        elif asked.path == SCENE:
-            self._answer_scene()
+        elif asked.path in self.server.scenes:
+            self._answer_scene(self.server.scenes[asked.path])
         else:
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
 
@@ -72,9 +82,9 @@ class Handler(BaseHTTPRequestHandler):
         self._head(f"{kind}; charset=utf-8", len(body), packed=packed)
         self.wfile.write(body)
 
-    def _answer_scene(self) -> None:
+    def _answer_scene(self, file: Path) -> None:
         try:
-            opened = self.server.scene.open("rb")
+            opened = file.open("rb")
         except OSError:  # it was there a moment ago
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
             return
@@ -105,14 +115,14 @@ class Handler(BaseHTTPRequestHandler):
         pass
 
 
-def serve(scene: Path, *, lan: bool, port: int, browser: bool) -> None:
-    """Serve the viewer with a scene until interrupted.
+def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: bool) -> None:
+    """Serve the viewer with a scene, or with two to compare, until interrupted.
 
     With `lan`, phones in the same network can open it too: the address is shown as a QR code.
     Browsers give no WebGPU to pages that come over plain http from elsewhere; the viewer then
     draws with WebGL2.
     """
-    server = Server(scene, host="0.0.0.0" if lan else "127.0.0.1", port=port)
+    server = Server(scene, other, host="0.0.0.0" if lan else "127.0.0.1", port=port)
     with server:
         local = server.address("127.0.0.1")
         print(f"{scene} is shown at {local}")

@@ -3,7 +3,8 @@
  *
  * Attributes: `src`, address of a .mgs, .ply or .spz file; `compare`, of another one that a handle
  * uncovers, or `sorted`, the same one drawn as if it were no sort-free scene; `renderer`, auto, webgpu
- * or webgl; `scale`, share of the screen's pixels to draw instead of as many as the device can;
+ * or webgl; `variant`, how it draws instead of what is fastest here: words out of floats (or halves)
+ * and strips (or batches); `scale`, share of the screen's pixels to draw instead of as many as the device can;
  * `background`, a colour of CSS instead of the scene's own; `fov`, the field of view in degrees;
  * `autorotate` turns the scene until somebody takes hold of it; `noui` hides the buttons; `poster`, a
  * picture to show until there is something better. While scenes arrive `data-state` is `loading`, then
@@ -87,9 +88,12 @@ export class MobileGs extends HTMLElement {
 
   #begin() {
     this.#part("buttons").hidden = this.hasAttribute("noui");
-    /** @type {HTMLElement} */ (this.#root.querySelector("[data-act=full]")).hidden = !document.fullscreenEnabled;
+    const full = /** @type {HTMLElement} */ (this.#root.querySelector("[data-act=full]"));
+    full.hidden = !document.fullscreenEnabled;
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
-    this.viewer = new Viewer(canvas, this);
+    const wished = this.getAttribute("variant");
+    const [floats, strips] = ["floats", "strips"].map((word) => Boolean(wished?.includes(word)));
+    this.viewer = new Viewer(canvas, this, { variant: wished === null ? null : { floats, strips } });
     for (const name of WISHES) this.#wish(name);
     const choice = this.getAttribute("renderer") ?? "auto";
     this.#ready = this.viewer.begin(/** @type {Choice} */ (choice));

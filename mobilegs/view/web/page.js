@@ -6,7 +6,8 @@ import { planOf, runBench } from "./viewer/bench.js";
 import { readPose, writePose } from "./viewer/address.js";
 
 /** Attributes of the element that the address may set by the same names. */
-const WISHES = ["renderer", "scale", "noui", "poster", "background", "fov", "autorotate", "compare"];
+const WISHES =
+  "renderer variant scale noui poster background fov autorotate compare".split(" ");
 const QUIET = 400; // milliseconds without a change before the address follows
 
 const element = /** @type {import("./element.js").MobileGs} */ (document.querySelector("mobile-gs"));
@@ -22,7 +23,7 @@ setTimeout(() => {
   const own = ownScene();
   if (!url && own) void element.open(own);
   else if (!element.hasAttribute("src")) {
-    element.failed(0, "no scene is named: drop a .mgs file here, or add ?url=... to the address");
+    element.failed(0, "no scene is named: drop a .mgs, .ply or .spz file here, or add ?url=... to the address");
   }
   goTo();
   element.focus({ preventScroll: true });

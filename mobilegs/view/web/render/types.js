@@ -20,7 +20,8 @@ import { fromHalf } from "../mgs/half.js";
  * @property {number} lobeSize coefficients of opacity and phi: 1, 4, 9 or 16
  * @property {boolean} sorted whether Gaussians lie over one another, far ones first, or add up
  * @property {Weighting} weighting of a scene that adds up
- * @property {[number, number, number]} background sRGB in [0, 1]
+ * @property {[number, number, number]} background sRGB in [0, 1]; read for every frame, so that
+ *     whoever gave it can change it
  */
 
 /** @typedef {Float32Array<ArrayBuffer> | Uint32Array<ArrayBuffer>} Numbers */

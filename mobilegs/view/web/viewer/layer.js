@@ -21,6 +21,7 @@ import { dot } from "./vector.js";
  * @property {(share: number) => void} progress of the file, 0 to 1; NaN while its size is not known
  * @property {() => void} arrived there is another scene, of which more may come
  * @property {() => void} changed there is more to see of it
+ * @property {() => void} ordered it has the order that it was last seen to need
  * @property {(milliseconds: number) => void} loaded everything is decoded
  * @property {(sentence: string) => void} failed
  */
@@ -240,7 +241,7 @@ export class Layer {
   #takeOrder(order) {
     this.#ordering = false;
     this.#renderer?.setOrder(order);
-    this.#told.changed();
+    this.#told.ordered();
   }
 
   /** Asks for another order when the scene needs one and is seen from another side. @param {Camera} camera */

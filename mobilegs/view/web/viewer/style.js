@@ -69,7 +69,7 @@ h2 { font-size: 16px; margin: 0 0 8px; }
 .settings > small { display: block; margin: 8px 0 12px; overflow-wrap: anywhere; }
 button, select, [type=color] {
   font: inherit; color: inherit; background: var(--paper); border: 0; border-radius: 10px;
-  min-width: 44px; min-height: 44px; padding: 0 12px; cursor: pointer; pointer-events: auto;
+  min-width: 44px; min-height: 44px; padding: 0 9px; cursor: pointer; pointer-events: auto;
 }
 .panel :is(button, select, [type=color]) { background: var(--field); }
 [type=color] { padding: 6px; }

@@ -31,6 +31,7 @@ import { Resolution } from "./resolution.js";
  * @property {Record<string, number> | null} passes milliseconds of the device, where it tells
  */
 
+const PATIENCE = 100; // milliseconds between pictures of a scene that arrives and nobody moves
 const LINGER = 150; // milliseconds after an input in which things still count as moving
 const IDLE = (9 * Math.PI) / 180; // radians a second that a scene turns by itself
 
@@ -64,6 +65,7 @@ export class Viewer {
   #last = 0; // time of the last frame
   #touched = -Infinity; // time of the last input
   #moving = false; // whether the last frame followed input
+  #soon = 0; // timer of a picture that can wait
   #rest = 0; // timer that draws sharply when nothing moves any more
   #resize;
 
@@ -232,6 +234,7 @@ export class Viewer {
   destroy() {
     cancelAnimationFrame(this.#asked);
     clearTimeout(this.#rest);
+    clearTimeout(this.#soon);
     this.#input.destroy();
     this.#resize.disconnect();
     for (const layer of this.#layers) layer.destroy();
@@ -247,8 +250,14 @@ export class Viewer {
     const told = {
       progress: (share) => this.#listener.progress(side, share),
       arrived: () => this.#arrived(side),
-      changed: () => this.redraw(),
-      loaded: (milliseconds) => this.#listener.loaded(side, milliseconds),
+      changed: () => {
+        this.#soon ||= setTimeout(() => this.redraw(), PATIENCE);
+      },
+      ordered: () => this.redraw(),
+      loaded: (milliseconds) => {
+        this.#listener.loaded(side, milliseconds);
+        this.redraw();
+      },
       failed: (sentence) => this.#listener.failed(side, sentence),
     };
     return new Layer(canvas, told, this.#variant, sorting);
@@ -269,6 +278,8 @@ export class Viewer {
   /** @param {number} time */
   #frame(time) {
     this.#asked = 0;
+    clearTimeout(this.#soon);
+    this.#soon = 0;
     const since = time - this.#last;
     this.#last = time;
     const followed = this.#moving; // then the time between the two frames is that of one
