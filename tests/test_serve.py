@@ -98,12 +98,14 @@ def test_a_scene_that_has_gone_is_not_found(tmp_path: Path) -> None:
 
 
 def test_two_scenes_are_compared(tmp_path: Path) -> None:
-    (tmp_path / "a.mgs").write_bytes(b"first")
+    (tmp_path / "my & a.mgs").write_bytes(b"first")
     (tmp_path / "b.ply").write_bytes(b"second")
-    with Server(tmp_path / "a.mgs", tmp_path / "b.ply") as server:
+    with Server(tmp_path / "my & a.mgs", tmp_path / "b.ply") as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        assert get(server, "/")[1]["Location"] == "/?url=/scene&compare=/other"
-        assert get(server, "/scene")[2] == b"first" and get(server, "/other")[2] == b"second"
+        first, second = "/scene/my%20%26%20a.mgs", "/other/b.ply"
+        assert get(server, "/")[1]["Location"] == f"/?url={first}&compare={second}"
+        assert get(server, first)[2] == b"first" and get(server, second)[2] == b"second"
+        assert get(server, "/other/my%20%26%20a.mgs")[0] == 404
         server.shutdown()
 
 

@@ -7,7 +7,7 @@ import webbrowser
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
 from mobilegs.errors import InputError
 from mobilegs.view.bundle import WEB, viewer_script
@@ -30,7 +30,12 @@ class Server(ThreadingHTTPServer):
         self, scene: Path, other: Path | None = None, *, host: str = "127.0.0.1", port: int = 0
     ) -> None:
         """Listen on `host`; port 0 takes any that is free. InputError if that cannot be."""
-        self.scenes = {SCENE: scene} | ({OTHER: other} if other else {})
+        self.scenes = {SCENE: scene}
+        if other:  # both with their names, which the page shows
+            self.scenes = {
+                f"{SCENE}/{quote(scene.name)}": scene,
+                f"{OTHER}/{quote(other.name)}": other,
+            }
         for file in self.scenes.values():
             if not file.is_file():
                 raise InputError(f"cannot read {file}: there is no such file")
@@ -48,7 +53,9 @@ class Server(ThreadingHTTPServer):
     @property
     def path(self) -> str:
         """Of the page, with the scenes that it shows."""
-        return f"/?url={SCENE}" + (f"&compare={OTHER}" if OTHER in self.scenes else "")
+        return "/?" + "&".join(
+            f"{name}={path}" for name, path in zip(("url", "compare"), self.scenes, strict=False)
+        )
 
 
 class Handler(BaseHTTPRequestHandler):
