@@ -7,7 +7,7 @@ centre, until it has `--count` Gaussians: its streams have the statistics of rea
 milliseconds from navigation, the median of visits, each in a browser of its own: `first_picture`,
 when there is something to see (every Gaussian, in neutral colours); `loaded`, when everything is
 decoded and drawn; `decoded`, from the request for the scene until its last number is known.
-`first_visit` is a browser that has not yet found out how its device draws fastest. `gpu_bytes` are
+After a `first_visit` a browser has found out how its device draws fastest. `gpu_bytes` are
 those that the renderer holds for each Gaussian, its targets aside.
 """
 
@@ -65,6 +65,7 @@ def visits(browser: Any, address: str) -> list[dict[str, float]]:
         page.goto(address)
         page.wait_for_function("window.found && window.found.loaded", timeout=120_000)
         row = page.evaluate("window.found")
+        page.evaluate("document.querySelector('mobile-gs').viewer.calibrated")
         row["device"] = page.evaluate("document.querySelector('mobile-gs').viewer.device")
         found.append(row)
         page.close()

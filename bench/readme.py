@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
+ALIKE = 98  # dB: no two pictures differ by a rounding less
 BEGIN, END = "<!-- BEGIN:numbers -->", "<!-- END:numbers -->"
 
 
@@ -68,15 +69,49 @@ def kernel_rows(rows: list[dict]) -> list[list[str]]:
     return found
 
 
+def viewer_rows(viewers: dict) -> list[list[str]]:
+    """Our viewer beside others: time of a frame, what is shipped, and what a turn costs."""
+    head = "viewer | frame ms, median / least | CPU ms | viewer kB | scene MB | while turning, dB"
+    found = [head.split(" | ")]
+    for name, row in viewers.items():
+        frame, turn = row["frame_ms"], row["turn"]["moving_settled"]["median"]
+        found.append(
+            [
+                name,
+                f"{frame['median']:.0f} / {frame['min']:.0f}",
+                number(row["cpu_ms"]["median"], 0),
+                number(row["viewer_gzip_bytes"] / 1e3, 0),
+                number(row["scene_bytes"] / 1e6, 1),
+                "the same" if turn >= ALIKE else number(turn, 1),
+            ]
+        )
+    return found
+
+
+def loading_rows(loading: dict) -> list[list[str]]:
+    """Milliseconds until something and until everything is seen."""
+    found = [["renderer", "visit", "first picture ms", "decoded ms", "all drawn ms"]]
+    for renderer in ("webgpu", "webgl"):
+        for visit in ("first_visit", "later_visit"):
+            row = loading[renderer][visit]
+            times = [f"{row[key]}" for key in ("first_picture", "decoded", "loaded")]
+            found.append([renderer, visit.replace("_", " "), *times])
+    return found
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, help="write the tables' cells here")
     options = parser.parse_args()
     captures = json.loads((ROOT / "bench/results/captures.json").read_text())
     kernels = json.loads((ROOT / "bench/results/kernels.json").read_text())
+    viewer = json.loads((ROOT / "bench/results/viewer.json").read_text())
+    loading = json.loads((ROOT / "bench/results/loading.json").read_text())
     tables = {
         "quality": quality_rows(captures["runs"]),
         "kernels": kernel_rows(kernels["rows"]),
+        "viewer": viewer_rows(viewer["viewers"]),
+        "loading": loading_rows(loading),
     }
     text = "\n\n".join(
         [
@@ -88,6 +123,19 @@ def main() -> None:
             "scene of the study that chose the kernels' technology, and the ratio to its own "
             "kernels in the same run, forward / forward + backward):",
             table(tables["kernels"]),
+            f"`python bench/viewer.py`, {viewer['date']}, {viewer['machine']}, "
+            f"{viewer['browser']}, bonsai at {viewer['plan']['size']}: ours draws the student, "
+            "all others (and ours sorted) its teacher. The last column compares frames of a turn "
+            f"by {viewer['plan']['turn_degrees_a_frame']} degrees a frame with the same viewer's "
+            "picture from there once it has settled: orders that come too late show there. A "
+            "software device measures filling and its own cost of an instance, and says nothing "
+            "about phones:",
+            table(tables["viewer"]),
+            f"`python bench/loading.py`, {loading['date']}, {loading['machine']}, the same "
+            f"browser: {loading['gaussians']:,} Gaussians in {loading['file_bytes'] / 1e6:.1f} MB "
+            "from a local server, from navigation on (decoded: from the request on); after "
+            "its first visit a browser knows how its device draws fastest:",
+            table(tables["loading"]),
             "Nothing was measured on a GPU yet: the CUDA kernels are compiled in every test run, "
             "and `bench/gpu/run.sh` awaits the first machine that has one.",
             END,

@@ -51,6 +51,7 @@ if (asked !== null) {
   element.addEventListener("load", async (event) => {
     const { viewer } = element;
     if (!viewer) return;
+    await viewer.calibrated;
     const screen = {
       width: Math.round(innerWidth * devicePixelRatio),
       height: Math.round(innerHeight * devicePixelRatio),

@@ -28,19 +28,30 @@ const LAYERS = 128;
 const MEMORY = "mobilegs variant 1";
 
 /**
- * The fastest variant, from what was measured before if that is remembered.
+ * What was fastest when it was measured on this device, or null.
  *
- * It leaves the renderer with another scene.
+ * @param {Drawing} renderer
+ * @param {Storage | null} storage
+ * @returns {Variant | null}
+ */
+export function knownVariant(renderer, storage) {
+  let known = null;
+  try {
+    known = storage?.getItem(`${MEMORY} ${renderer.describe()}`) ?? null;
+  } catch {
+    // forbidden here
+  }
+  return renderer.variants.find((variant) => written(variant) === known) ?? null;
+}
+
+/**
+ * Measures the fastest variant, and remembers it. It leaves the renderer with another scene.
  *
  * @param {Drawing} renderer
  * @param {Storage | null} storage
  * @returns {Promise<Variant>}
  */
 export async function fastestVariant(renderer, storage) {
-  const key = `${MEMORY} ${renderer.describe()}`;
-  const known = remembered(storage, key);
-  const found = renderer.variants.find(({ floats, strips }) => `${floats} ${strips}` === known);
-  if (found) return found;
   const usual = { floats: false, strips: false };
   const variant = { ...usual };
   if (await isFaster(renderer, usual, { ...usual, strips: true }, SMALL, smallOnes)) {
@@ -51,21 +62,15 @@ export async function fastestVariant(renderer, storage) {
     if (await isFaster(renderer, variant, floats, LARGE, largeOnes)) variant.floats = true;
   }
   try {
-    storage?.setItem(key, `${variant.floats} ${variant.strips}`);
+    storage?.setItem(`${MEMORY} ${renderer.describe()}`, written(variant));
   } catch {
     // full, or forbidden: then it is measured again
   }
   return variant;
 }
 
-/** @param {Storage | null} storage @param {string} key */
-function remembered(storage, key) {
-  try {
-    return storage?.getItem(key) ?? null;
-  } catch {
-    return null;
-  }
-}
+/** @param {Variant} variant */
+const written = ({ floats, strips }) => `${floats} ${strips}`;
 
 /**
  * Whether `other` is faster than `usual`, with pictures that grow until that takes time.

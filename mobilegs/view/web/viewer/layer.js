@@ -2,7 +2,7 @@
 
 import { loadingWorker } from "../files.js";
 import { farFirst } from "../load/order.js";
-import { fastestVariant } from "../render/calibrate.js";
+import { fastestVariant, knownVariant } from "../render/calibrate.js";
 import { chooseRenderer } from "../render/choose.js";
 import { meanLogit, strides } from "../render/types.js";
 import { dot } from "./vector.js";
@@ -39,13 +39,14 @@ export class Layer {
   logits = new Float32Array(0);
   /** What was asked for last. @type {Request | null} */
   request = null;
-  /** Settles when it is known how to draw. */
+  /** Settles when it is known how to draw fastest: it takes its time behind the first scene. */
   calibrated = Promise.resolve();
 
   /** Of the renderer. */
   name = "";
 
   #variant;
+  #measured = false; // or known, or about to be
   #sorting;
   #told;
   /** @type {Renderer | null} */
@@ -93,10 +94,11 @@ export class Layer {
       if ("onRestored" in renderer) {
         renderer.onRestored = () => this.request && this.load(this.request);
       }
+      const known = this.#variant ?? knownVariant(renderer, storage());
+      if (known) renderer.variant = known;
+      this.#measured = known !== null;
       this.#renderer = renderer;
       this.name = name;
-      // a device that fails here fails later as well, and is told of then
-      this.calibrated = this.#calibrate(renderer).catch(() => {});
       return true;
     } catch (error) {
       this.#told.failed(error instanceof Error ? error.message : String(error));
@@ -104,9 +106,19 @@ export class Layer {
     }
   }
 
-  /** Sets the faster ways to draw, while the first scene is on its way. @param {Renderer} renderer */
-  async #calibrate(renderer) {
-    renderer.variant = this.#variant ?? (await fastestVariant(renderer, storage()));
+  /** Finds out how to draw, with a renderer that nobody sees. */
+  async #calibrate() {
+    if (this.#measured) return;
+    this.#measured = true;
+    const choice = this.name === "WebGPU" ? "webgpu" : "webgl";
+    const { renderer } = await chooseRenderer(document.createElement("canvas"), choice);
+    try {
+      const variant = await fastestVariant(renderer, storage());
+      if (this.#renderer) this.#renderer.variant = variant;
+    } finally {
+      renderer.destroy();
+    }
+    this.#told.changed();
   }
 
   /** Loads a scene in the place of the one before, which stays if that fails. @param {Request} request */
@@ -115,10 +127,8 @@ export class Layer {
     this.request = request;
     const worker = loadingWorker();
     worker.onmessage = ({ data }) => {
-      void this.calibrated.then(() => {
-        // what an old worker has sent before its end still arrives
-        if (worker === this.#coming || worker === this.#worker) this.#receive(data, worker);
-      });
+      // what an old worker has sent before its end still arrives
+      if (worker === this.#coming || worker === this.#worker) this.#receive(data, worker);
     };
     worker.onerror = (event) => {
       event.preventDefault();
@@ -130,7 +140,6 @@ export class Layer {
 
   /** @param {Camera} camera whose near plane the scene may have another opinion of */
   draw(camera) {
-    if (!this.#worker) return; // a renderer may hold a scene that was only for calibration
     this.#askOrder(camera);
     this.#renderer?.draw({ ...camera, near: this.near });
   }
@@ -196,7 +205,11 @@ export class Layer {
     else if (message.kind === "scene") this.#take(message, worker);
     else if (message.kind === "rows") this.#takeRows(message);
     else if (message.kind === "order") this.#takeOrder(message.order);
-    else this.#told.loaded(message.milliseconds);
+    else {
+      // a device that fails here fails elsewhere as well, and is told of then
+      this.calibrated = this.#calibrate().catch(() => {});
+      this.#told.loaded(message.milliseconds);
+    }
   }
 
   /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */

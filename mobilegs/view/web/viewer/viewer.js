@@ -167,6 +167,11 @@ export class Viewer {
     return this.#first.count;
   }
 
+  /** Settles when it is known how to draw fastest: not before a scene is there. */
+  get calibrated() {
+    return this.#first.calibrated;
+  }
+
   /** What draws, in words. */
   get device() {
     return this.#first.device;

@@ -1,0 +1,399 @@
+"""Measures our web viewer beside others: one scene, one path of the camera, in headless Chromium.
+
+    python bench/viewer.py --mgs RUN/scene.mgs --ply RUN/teacher.ply [--json OUT] [--frames 10]
+
+Ours draws the student's `.mgs` without sorting; the other viewers, and ours sorted, draw the sorted
+teacher's `.ply` that it was trained from. Others come from npm (`viewers/package.json`). All get
+the same cameras: the point that the capture's cameras look at, from the distance of the first of
+them, with its field of view and a central principal point.
+
+Every viewer runs in a browser of its own, all of them in turns, `--rounds` times:
+
+- *load*: from navigation to the end of the first frame that looks like the settled picture. The
+  server is local, so this is reading, compiling and a frame; the bytes say what a network adds.
+- *frame*: a slow orbit of 1 degree a frame. A frame begins with the camera, includes whatever the
+  viewer does in its own loop, and ends when the device has finished it. *cpu*: seconds of all
+  of the browser's processes over the orbit, by frame, so sorting in workers counts.
+- *settle*: how long after a jump by 120 degrees the picture is right (within 50 dB of the one that
+  stays once the viewer had time), with frames that follow one another. Without sorting: one frame.
+  Here and in turns every frame is read back, which its time includes: its number says more.
+- *turn*: 6 degrees a frame, as frames come, and *timed*: 90 degrees a second, whatever a frame
+  takes; both in the first round alone. Each frame's picture is compared with the viewer's own
+  settled picture from the same place, which tells what a stale order (or stale colours) costs, and
+  with the true image: the CPU kernels' picture of the file that the viewer was given.
+
+Ours picks the fastest way to draw when it begins; sums in halves and in floats, as named, do not.
+Viewers are used as they ship, except that nothing fades in, harmonics are drawn to the highest
+degree that they can (2 in mkkellogg's), Spark is told that the scene was trained without
+anti-aliasing, and frames are asked for one by one. What is left between a settled picture and the
+true one are choices of each viewer: what it culls, rounds or sorts by.
+
+A software device says nothing about the times of phones, and it bends the turns both ways: by
+degrees a frame, workers have all the time to sort between two frames, which flatters viewers that
+sort; by time, every frame is tens of degrees from the one before, which is hard on them.
+"""
+
+import argparse
+import gzip
+import json
+import math
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+import numpy as np
+import torch
+from viewers.serve import Server
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.compress.container import read_mgs
+from mobilegs.scene_file import open_scene
+from mobilegs.view.bundle import viewer_script
+
+ROOT = Path(__file__).parent.parent
+PAGES = ROOT / "bench" / "viewers"
+PEERS = ROOT / "build" / "viewers"  # where npm installs
+FOLDERS = {"": PAGES, "view": ROOT / "mobilegs" / "view", "peers": PEERS / "node_modules"}
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    # WebGPU on a canvas and WebGL2 both work in software only with all of these
+    "--enable-unsafe-webgpu",
+    "--use-webgpu-adapter=swiftshader",
+    "--enable-features=Vulkan",
+    "--use-vulkan=swiftshader",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+RING = 360  # cameras around the scene, one a degree
+JUMPS = [120, 240]  # degrees
+TURN_STEP, TURN_SPEED = 6, 90  # degrees a frame, degrees a second
+ALIKE = 99.0  # dB, reported where two pictures are equal
+NOT_MEASURED = {"antimatter15/splat": "not measured: not in a registry"}
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One viewer in one way: its module in `viewers/`, what it opens, and its wishes."""
+
+    module: str
+    scene: str
+    wishes: dict[str, str] = field(default_factory=dict)
+
+
+VARIANTS = {
+    "ours, WebGPU": Variant("ours", "mgs", {"api": "webgpu"}),
+    "ours, WebGPU, halves": Variant("ours", "mgs", {"api": "webgpu", "sums": "halves"}),
+    "ours, WebGPU, floats": Variant("ours", "mgs", {"api": "webgpu", "sums": "floats"}),
+    "ours, WebGL2": Variant("ours", "mgs", {"api": "webgl"}),
+    "ours, WebGL2, halves": Variant("ours", "mgs", {"api": "webgl", "sums": "halves"}),
+    "ours, WebGL2, floats": Variant("ours", "mgs", {"api": "webgl", "sums": "floats"}),
+    "ours sorted, WebGPU": Variant("ours", "ply", {"api": "webgpu"}),
+    "ours sorted, WebGL2": Variant("ours", "ply", {"api": "webgl"}),
+    "PlayCanvas 2.23.3, WebGPU": Variant("playcanvas", "ply", {"api": "webgpu"}),
+    "PlayCanvas 2.23.3, WebGL2": Variant("playcanvas", "ply", {"api": "webgl"}),
+    "Spark 2.2.0, WebGL2": Variant("spark", "ply"),
+    "mkkellogg 0.4.7, WebGL2": Variant("mkkellogg", "ply"),
+}
+
+
+def install() -> None:
+    """Install the other viewers as `package.json` pins them, if they are not there yet."""
+    PEERS.mkdir(parents=True, exist_ok=True)
+    wanted = (PAGES / "package.json").read_text()
+    done = PEERS / "package.json"
+    if done.exists() and done.read_text() == wanted and (PEERS / "node_modules").exists():
+        return
+    done.write_text(wanted)
+    subprocess.run(["npm", "install", "--no-audit", "--no-fund"], cwd=PEERS, check=True)
+
+
+def ring_of(mgs: Path, width: int, height: int) -> list[Camera]:
+    """Cameras on a circle through the capture's first, around what all of them look at."""
+    views = read_mgs(mgs).views
+    eyes = torch.stack([view.position for view in views]).double()
+    down, forward = (torch.stack([v.viewmat[i, :3] for v in views]).double() for i in (1, 2))
+    # the place nearest to all lines of sight: sum of (I - f f^T) (x - eye) = 0
+    square = torch.eye(3) - forward[:, :, None] * forward[:, None, :]
+    center = torch.linalg.solve(square.sum(0), (square @ eyes[:, :, None]).sum(0))[:, 0]
+    up = torch.nn.functional.normalize(-down.mean(0), dim=0)
+    first, back = views[0], eyes[0] - center
+    focal = math.sqrt(width * first.K[0, 0] / first.width * height * first.K[1, 1] / first.height)
+    K = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
+    ring = []
+    for angle in torch.arange(RING) * (2 * math.pi / RING):
+        along = up * (up @ back)
+        turned = along + (back - along) * angle.cos() + torch.linalg.cross(up, back) * angle.sin()
+        viewmat = look_at(center + turned, center, up).float()
+        ring.append(Camera(viewmat, K, width, height, first.near))
+    return ring
+
+
+def plan_of(ring: list[Camera]) -> bytes:
+    """What `drive.js` wants to know, as JSON."""
+    cameras = []
+    for camera in ring:
+        sizes = {"width": camera.width, "height": camera.height, "near": camera.near}
+        focal = {"fx": camera.K[0, 0].item(), "fy": camera.K[1, 1].item()}
+        cameras.append({"viewmat": camera.viewmat.flatten().tolist(), **focal, **sizes})
+    return json.dumps({"ring": cameras}).encode()
+
+
+class Truth:
+    """True images along the ring, drawn by the CPU kernels when they are first asked for."""
+
+    def __init__(self, scenes: dict[str, Path], ring: list[Camera]) -> None:
+        self._scenes = {k: open_scene(path, torch.device("cpu")) for k, path in scenes.items()}
+        self._ring = ring
+        self._known: dict[tuple[str, int], np.ndarray] = {}
+
+    def image(self, kind: str, degrees: int) -> np.ndarray:
+        """`[h, w, 3]`, 0 to 255."""
+        if (kind, degrees) not in self._known:
+            with torch.no_grad():
+                image = self._scenes[kind].render(self._ring[degrees % RING]).image
+            self._known[kind, degrees] = 255 * image.clamp(0, 1).double().numpy()
+        return self._known[kind, degrees]
+
+
+def psnr(a: np.ndarray, b: np.ndarray) -> float:
+    error = np.mean((a - b) ** 2)
+    return min(ALIKE, 10 * math.log10(255**2 / error)) if error else ALIKE
+
+
+def cpu_seconds(session: Any) -> float:
+    """CPU time of all of the browser's processes so far."""
+    return sum(p["cpuTime"] for p in session.send("SystemInfo.getProcessInfo")["processInfo"])
+
+
+@dataclass
+class Plan:
+    """The size of pictures, and how many frames of everything are measured in a visit."""
+
+    width: int
+    height: int
+    frames: int
+    warm: int
+    turn_frames: int
+
+
+def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict[str, Any]:
+    """Everything that the page of one viewer tells, in a browser of its own."""
+    server.pictures.clear()
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
+    try:
+        page = browser.new_page(viewport={"width": plan.width, "height": plan.height})
+        complaints: list[str] = []
+        page.on("console", lambda m: m.type == "error" and complaints.append(m.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.set_default_timeout(0)
+        session = browser.new_browser_cdp_session()
+        wishes = {"module": variant.module, "scene": f"/scene/scene.{variant.scene}"}
+        page.goto(f"{server.address}/page.html?{urlencode(wishes | variant.wishes)}")
+
+        def ask(call: str) -> Any:
+            return page.evaluate(f'async () => (await import("/drive.js")).{call}')
+
+        found: dict[str, Any] = {"browser": browser.version, "complaints": complaints}
+        found["load_average"] = os.getloadavg()[0]
+        found["load_ms"] = ask("loaded")
+        found["about"] = ask("about()")
+        ask(f"orbit({plan.warm}, 1)")
+        before = cpu_seconds(session)
+        found["frame_ms"] = ask(f"orbit({plan.frames}, 1)")
+        found["cpu_ms"] = 1000 * (cpu_seconds(session) - before) / plan.frames
+        found["jumps"] = ask(f"jumps({JUMPS})")
+        if plan.turn_frames == 0:
+            return found
+        found["turn"] = ask(f"turn('turn', {plan.turn_frames}, {TURN_STEP}, 0)")
+        found["timed"] = ask(f"turn('timed', {plan.turn_frames}, 0, {TURN_SPEED})")
+        places = {frame["degrees"] for frame in found["turn"] + found["timed"]}
+        ask(f"references({sorted(places)})")
+        return found
+    finally:
+        browser.close()
+
+
+def viewer_bytes(variant: Variant) -> int:
+    """What a page ships of the viewer, gzipped.
+
+    Ours is the script that `mobilegs view` serves and `export` writes. Others are bundled and
+    minified, so that only what their page uses counts; the page itself is in there, with about
+    1 kB.
+    """
+    if variant.module == "ours":
+        return len(gzip.compress(viewer_script().encode()))
+    program = PEERS / "node_modules" / ".bin" / "esbuild"
+    options = ["--bundle", "--minify", "--format=esm", "--log-level=error"]
+    page = PAGES / f"{variant.module}.js"
+    env = os.environ | {"NODE_PATH": str(PEERS / "node_modules")}
+    bundle = subprocess.run([program, page, *options], env=env, capture_output=True, check=True)
+    return len(gzip.compress(bundle.stdout))
+
+
+def errors_of(
+    seen: list[dict], name: str, pictures: dict[str, np.ndarray], truth: Any
+) -> dict[str, Any]:
+    """How far the pictures of a turn are from settled ones and from the truth, dB."""
+    rows = []
+    for degrees in (frame["degrees"] for frame in seen):
+        moving, settled = pictures[f"{name}/{degrees}"], pictures[f"settled/{degrees}"]
+        true = truth(degrees)
+        rows.append([psnr(moving, settled), psnr(moving, true), psnr(settled, true)])
+    found: dict[str, Any] = {"frames": len(rows)}
+    found["frame_ms"] = median([frame["milliseconds"] for frame in seen])
+    for column, pair in enumerate(("moving_settled", "moving_true", "settled_true")):
+        values = [row[column] for row in rows]
+        found[pair] = {"median": median(values), "min": round(min(values), 2)}
+    return found
+
+
+def median(values: list[float]) -> float:
+    return round(float(np.median(values)), 2)
+
+
+def decoded(pictures: dict[str, bytes], plan: Plan) -> dict[str, np.ndarray]:
+    """The pages' pictures, `[h, w, 3]`, 0 to 255."""
+    shape = (plan.height, plan.width, 4)
+    return {
+        name: np.frombuffer(body, np.uint8).reshape(shape)[..., :3].astype(np.float64)
+        for name, body in pictures.items()
+    }
+
+
+def summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
+    """The rounds of one viewer, as the results hold them."""
+    found: dict[str, Any] = {}
+    found["load_ms"] = {"median": median([r["load_ms"] for r in rounds])}
+    found["load_ms"]["min"] = round(min(r["load_ms"] for r in rounds), 2)
+    times = [time for r in rounds for time in r["frame_ms"]]
+    found["frame_ms"] = {"median": median(times), "min": round(min(times), 2)}
+    cpu = [r["cpu_ms"] for r in rounds]
+    found["cpu_ms"] = {"median": median(cpu), "min": round(min(cpu), 2)}
+    jumps = [jump for r in rounds for jump in r["jumps"]]
+    found["settle_ms"] = median([jump["milliseconds"] for jump in jumps])
+    found["settle_frames"] = median([jump["frames"] for jump in jumps])
+    found["rounds"] = [
+        {
+            "load_average": round(r["load_average"], 2),
+            "load_ms": round(r["load_ms"], 2),
+            "frame_ms": median(r["frame_ms"]),
+            "cpu_ms": round(r["cpu_ms"], 2),
+            "drawn_with": r["about"],
+        }
+        for r in rounds
+    ]
+    found["complaints"] = sorted({text for r in rounds for text in r["complaints"]})
+    return found
+
+
+def measure(options: argparse.Namespace) -> dict[str, Any]:
+    """All viewers in turns; those that fail are named with the reason."""
+    from playwright.sync_api import Error, sync_playwright
+
+    install()
+    scenes = {"mgs": options.mgs, "ply": options.ply}
+    width, height = map(int, options.size.split("x"))
+    ring = ring_of(options.mgs, width, height)
+    server, truth = Server(FOLDERS, scenes), Truth(scenes, ring)
+    server.plan = plan_of(ring)
+    chosen = {name: v for name, v in VARIANTS.items() if options.only in name}
+    rounds: dict[str, list[dict]] = {name: [] for name in chosen}
+    rest: dict[str, dict] = {}
+    missing = dict(NOT_MEASURED)
+    with sync_playwright() as playwright:
+        for number in range(options.rounds):
+            turns = 0 if number else options.turn_frames
+            plan = Plan(width, height, options.frames, options.warm, turns)
+            for name, variant in chosen.items():
+                if name in missing:
+                    continue
+                try:
+                    found = visit(playwright, server, variant, plan)
+                except Error as error:
+                    missing[name] = str(error)
+                    continue
+                rounds[name].append(found)
+                print(f"{name}: {json.dumps(summary([found]))}", flush=True)
+                if number == 0:
+                    rest[name] = once(server, variant, plan, found, truth)
+                    print(json.dumps(rest[name]), flush=True)
+                    if options.pictures:
+                        save(options.pictures, name, decoded(server.pictures, plan), truth)
+    rows = {k: summary(rounds[k]) | rest[k] for k in chosen if k not in missing}
+    versions = {visit["browser"] for visits in rounds.values() for visit in visits}
+    browser = f"Chromium {', '.join(versions)}, headless"
+    return {"browser": browser, "viewers": rows, "not_measured": missing}
+
+
+def once(
+    server: Server, variant: Variant, plan: Plan, found: dict[str, Any], truth: Truth
+) -> dict[str, Any]:
+    """What the first visit alone tells: bytes, and the errors of pictures in turns."""
+    pictures = decoded(server.pictures, plan)
+    true = partial(truth.image, variant.scene)
+    turns = {turn: errors_of(found[turn], turn, pictures, true) for turn in ("turn", "timed")}
+    return {
+        "viewer_gzip_bytes": viewer_bytes(variant),
+        "scene_bytes": server.scenes[variant.scene].stat().st_size,
+        **turns,
+    }
+
+
+def save(folder: Path, name: str, pictures: dict[str, np.ndarray], truth: Truth) -> None:
+    """Write a viewer's first settled picture beside the true one."""
+    from PIL import Image
+
+    folder.mkdir(parents=True, exist_ok=True)
+    both = np.concatenate([pictures["first"], truth.image(VARIANTS[name].scene, 0)], 1)
+    Image.fromarray(both.round().astype(np.uint8)).save(folder / f"{name}.png")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--mgs", type=Path, required=True, help="the student, drawn by ours")
+    parser.add_argument("--ply", type=Path, required=True, help="its teacher, drawn sorted")
+    parser.add_argument("--json", type=Path, help="write the figures here")
+    parser.add_argument("--size", default="800x533")
+    parser.add_argument("--frames", type=int, default=10, help="of the slow orbit, in a round")
+    parser.add_argument("--warm", type=int, default=3, help="frames before it, not counted")
+    parser.add_argument("--turn-frames", type=int, default=5)
+    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--only", default="", help="viewers with this in their name")
+    parser.add_argument("--pictures", type=Path, help="folder for a picture of every viewer")
+    options = parser.parse_args()
+    measured = measure(options)
+    result = {
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, no GPU: SwiftShader",
+        "python": sys.version.split()[0],
+        "scene": {"mgs": options.mgs.name, "ply": options.ply.name},
+        "plan": {
+            "size": options.size,
+            "frames": options.frames,
+            "rounds": options.rounds,
+            "turn_degrees_a_frame": TURN_STEP,
+            "timed_degrees_a_second": TURN_SPEED,
+        },
+        **measured,
+    }
+    if options.json:
+        options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
