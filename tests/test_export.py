@@ -56,7 +56,7 @@ def test_the_html_file_opens_from_a_disk_without_a_network(
     tab = chromium.tab()
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url))
-    tab.page.goto(f"{page.as_uri()}?scale=1")
+    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.title() == "garden"
     assert all(url.startswith(("file:", "blob:", "data:")) for url in asked), asked
@@ -73,7 +73,7 @@ def test_a_plain_scene_goes_into_one_file_too(
     words = ["export", str(tmp_path / "plain.ply"), "--to", "html", "-o", str(page)]
     assert cli.main(words) == 0
     tab = chromium.tab()
-    tab.page.goto(f"{page.as_uri()}?scale=1")
+    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     tab.close()
 
@@ -83,7 +83,7 @@ def test_the_folder_opens_again_without_a_network(
 ) -> None:
     _, address = site
     tab = chromium.tab()
-    tab.page.goto(f"{address}?scale=1")
+    tab.page.goto(f"{address}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.title() == "A <garden>"
     tab.page.wait_for_function("navigator.serviceWorker.ready.then(() => true)", timeout=30_000)

@@ -61,7 +61,7 @@ def served(tmp_path: Path) -> Iterator[Any]:
 
 def visit(tab: Tab, server: Server, *wishes: str) -> str:
     """Opens the viewer and waits: `loaded`, or the sentence that it shows instead."""
-    tab.page.goto("&".join([server.address("127.0.0.1"), "scale=1", *wishes]))
+    tab.page.goto("&".join([server.address("127.0.0.1"), "scale=1", "variant=floats", *wishes]))
     return tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
 
 

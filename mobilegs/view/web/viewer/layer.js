@@ -94,7 +94,10 @@ export class Layer {
       if ("onRestored" in renderer) {
         renderer.onRestored = () => this.request && this.load(this.request);
       }
-      const known = this.#variant ?? knownVariant(renderer, storage());
+      const wished = renderer.variants.find(
+        ({ floats, strips }) => floats === this.#variant?.floats && strips === this.#variant.strips,
+      );
+      const known = wished ?? knownVariant(renderer, storage());
       if (known) renderer.variant = known;
       this.#measured = known !== null;
       this.#renderer = renderer;
