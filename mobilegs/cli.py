@@ -203,7 +203,7 @@ def view(
     """
     if native:
         if lan or port or no_browser or compare:
-            raise InputError("--native takes a scene, and none of the other options")
+            raise InputError("--native shows one scene here: leave out --lan and the other options")
         from mobilegs.view.window import show
 
         return show(scene)
