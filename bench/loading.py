@@ -7,8 +7,7 @@ centre, until it has `--count` Gaussians: its streams have the statistics of rea
 milliseconds from navigation, the median of visits, each in a browser of its own: `first_picture`,
 when there is something to see (every Gaussian, in neutral colours); `loaded`, when everything is
 decoded and drawn; `decoded`, from the request for the scene until its last number is known.
-After a `first_visit` a browser has found out how its device draws fastest. `gpu_bytes` are
-those that the renderer holds for each Gaussian, its targets aside.
+After a `first_visit` a browser has found out how its device draws fastest.
 """
 
 import argparse

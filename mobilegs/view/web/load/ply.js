@@ -39,18 +39,7 @@ export function readPly(bytes) {
     for (let c = 0; c < 3; c++) order.push(`f_rest_${c * (shSize - 1) + k}`);
   }
   const places = order.map(at);
-  const scene = {
-    count: 0,
-    packing: null,
-    shapes: new Float32Array(12 * rows),
-    colors: new Float32Array(3 * shSize * rows),
-    shSize,
-    lobes: new Float32Array(2 * rows),
-    lobeSize: 1,
-    sorted: true,
-    weighting: { index: 0, exponentMax: 4, sigma: 1, backgroundWeight: 0 },
-    background: /** @type {[number, number, number]} */ ([0, 0, 0]),
-  };
+  const scene = roomFor(rows, shSize);
   const row = new Float32Array(places.length);
   for (let i = 0; i < rows; i++) {
     let sum = 0;
@@ -66,6 +55,22 @@ export function readPly(bytes) {
   scene.colors = scene.colors.slice(0, 3 * shSize * count);
   scene.lobes = scene.lobes.slice(0, 2 * count);
   return scene;
+}
+
+/** A sorted scene without Gaussians, and room for some. @param {number} rows @param {number} shSize @returns {SceneData} */
+export function roomFor(rows, shSize) {
+  return {
+    count: 0,
+    packing: null,
+    shapes: new Float32Array(12 * rows),
+    colors: new Float32Array(3 * shSize * rows),
+    shSize,
+    lobes: new Float32Array(2 * rows),
+    lobeSize: 1,
+    sorted: true,
+    weighting: { index: 0, exponentMax: 4, sigma: 1, backgroundWeight: 0 },
+    background: [0, 0, 0],
+  };
 }
 
 /** @param {SceneData} scene @param {Float32Array} row */

@@ -7,7 +7,7 @@
  */
 
 import { fromHalf } from "../mgs/half.js";
-import { addRow } from "./ply.js";
+import { addRow, roomFor } from "./ply.js";
 import { decompressZstd } from "./zstd.js";
 
 /** @typedef {import("../render/types.js").SceneData} SceneData */
@@ -150,19 +150,7 @@ function sceneOf({ version, count, degree, fraction }, attributes) {
   const sent = COEFFICIENTS[degree];
   const kept = Math.min(sent, KEPT);
   const shSize = kept + 1;
-  /** @type {SceneData} */
-  const scene = {
-    count: 0,
-    packing: null,
-    shapes: new Float32Array(12 * count),
-    colors: new Float32Array(3 * shSize * count),
-    shSize,
-    lobes: new Float32Array(2 * count),
-    lobeSize: 1,
-    sorted: true,
-    weighting: { index: 0, exponentMax: 4, sigma: 1, backgroundWeight: 0 },
-    background: [0, 0, 0],
-  };
+  const scene = roomFor(count, shSize);
   const row = new Float32Array(11 + 3 * shSize);
   const place = version === 1 ? halfAt(positions) : fixedAt(positions, 2 ** -fraction);
   const turn = version < 3 ? firstThree : smallestThree;

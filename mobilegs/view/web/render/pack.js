@@ -8,7 +8,7 @@
  * Positions are the file's own halves, so are constants; the coefficients that depend on the
  * direction are bytes, 127 of which are a scale in eighths of octaves; a rotation is the three smaller
  * parts of its quaternion in 10 bits each, behind the number of the largest. With lobes of degree 2
- * that is 52 bytes, and a picture of a trained scene keeps 64 dB.
+ * that is 52 bytes.
  */
 
 import { toHalf } from "../mgs/half.js";

@@ -234,11 +234,6 @@ export class WebGpuRenderer {
     return [vendor, architecture, device, description].filter(Boolean).join(" ");
   }
 
-  /** Bytes that the scene takes on the GPU. */
-  get sceneBytes() {
-    return this.#buffers().reduce((sum, buffer) => sum + buffer.size, 0);
-  }
-
   /** Asks what each pass of the last frame took, into `milliseconds`. */
   async time() {
     if (this.lost === null) await this.#program.time();
