@@ -34,14 +34,10 @@ from mobilegs.data.sample import sample_capture
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.render import render_sorted
 from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.lobes import lobe_degree
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0, sh_basis
-from mobilegs.train.distill import TeacherPictures
-from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
-from mobilegs.train.optim import NamedAdam, log_linear
 from mobilegs.train.recipes import cpu_recipe, demo_recipe, with_setting
 from mobilegs.train.stage import view_order
 from mobilegs.train.student import Student, StudentConfig
@@ -70,12 +66,15 @@ CAPTURES = {
 }
 
 
+# the bar: explicit to the end, and nothing pruned
+SORTED = ["view.kind=constant", "blend=sorted", "codes_fraction=1", "net_fraction=1"]
+SORTED.append("votes.quantile=0")
 FREE = ["view.kind=free", "view.fraction=0.7"]  # free until they are coded
 KLT = ["view.latents=18", "view.length=1", "view.size=16"]
 VARIANTS: dict[str, list[str]] = {
     # name: what differs from the preset's student, as for `mobilegs train --set`
-    "sorted-1": [],
-    "sorted-3": [],
+    "sorted-1": [*SORTED, "sh_degree=1"],
+    "sorted-3": [*SORTED, "sh_degree=3"],
     "chosen": [],
     "network": ["view.kind=network"],
     "fitted": ["view.fraction=0.5", "view.kind=fitted"],
@@ -129,62 +128,6 @@ def teacher_of(name: str, dataset: Dataset, views: list[View], runs: Path) -> Sc
         path.parent.mkdir(parents=True, exist_ok=True)
         write_ply(path, stage.gaussians())
     return Scene(read_ply(path), background=dataset.background, near=dataset.near)
-
-
-class SortedStudent:
-    """The bar: the teacher's Gaussians, blended sorted, with the student's losses and rates."""
-
-    def __init__(self, config: StudentConfig, teacher: Scene, extent: float, degree: int) -> None:
-        self.config, self.teacher, self.extent = config, teacher, extent
-        self.done, self.steps = 0, config.steps
-        self.pictures = TeacherPictures(teacher, cache_bytes=config.cache_mib << 20)
-        given = teacher.gaussians
-        kept = min((degree + 1) ** 2, given.sh.shape[1])
-        tensors = {**given.tensors(), "sh0": given.sh[:, :1], "sh_rest": given.sh[:, 1:kept]}
-        del tensors["sh"]
-        self.adam = NamedAdam(tensors, dict.fromkeys(tensors, 0.0))
-
-    def scene(self) -> Scene:
-        tensors = {name: tensor.detach() for name, tensor in self.adam.tensors.items()}
-        sh = torch.cat([tensors.pop("sh0"), tensors.pop("sh_rest")], dim=1)
-        return replace(self.teacher, gaussians=replace(self.teacher.gaussians, **tensors, sh=sh))
-
-    def advance(self, views: list[tuple[int, View]]) -> None:
-        [(index, view)] = views
-        config, tensors = self.config, self.adam.tensors
-        past = self.done / self.steps - config.decay_from
-        decay = log_linear(1.0, config.final_rate, past / (1 - config.decay_from))
-        rates = {
-            "means": config.position_rate * self.extent,
-            "quats": config.quat_rate,
-            "log_scales": config.scale_rate,
-            "logit_opacities": config.opacity_rate,
-            "sh0": config.sh0_rate,
-            "sh_rest": config.sh_rest_rate,
-        }
-        for name, rate in rates.items():
-            self.adam.set_rate(name, rate * decay)
-        drawn = render_sorted(
-            tensors["means"],
-            tensors["quats"],
-            tensors["log_scales"].exp(),
-            tensors["logit_opacities"].sigmoid(),
-            torch.cat([tensors["sh0"], tensors["sh_rest"]], dim=1),
-            camera=view.camera,
-            background=self.teacher.background,
-            depth=True,
-        )
-        picture = self.pictures.get(index, view.camera)
-        loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
-        loss = loss + config.distill_weight * color_distillation_loss(
-            drawn.image, picture.image, mask=view.mask
-        )
-        loss = loss + config.depth_weight * depth_distillation_loss(
-            drawn.depth, drawn.alpha, picture.depth, mask=view.mask
-        )
-        loss.backward()
-        self.adam.step()
-        self.done += 1
 
 
 def out_of_bounds(variant: str, lobes: Tensor, directions: Tensor) -> Tensor:
@@ -251,15 +194,13 @@ def cell(name: str, variant: str, seed: int, steps: int, world: tuple, lpips) ->
     dataset, views, teacher = world
     config = replace(config_of(name, variant), steps=steps)
     found: dict = {"steps": steps}
-    if variant.startswith("sorted"):
-        stage = SortedStudent(config, teacher, dataset.extent, int(variant[-1]))
-        found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
+    cameras = [frame.camera for frame in dataset.train]
+    kind = partial(BoundedStudent, variant) if variant in BOUNDED else Student
+    stage = kind(config, teacher, cameras, extent=dataset.extent, seed=seed)
+    found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
+    if config.blend == "sorted":
         scene = stage.scene()
     else:
-        cameras = [frame.camera for frame in dataset.train]
-        kind = partial(BoundedStudent, variant) if variant in BOUNDED else Student
-        stage = kind(config, teacher, cameras, extent=dataset.extent, seed=seed)
-        found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
         found["multiply_adds"] = multiply_adds(config.view)
         data = pack(stage.coded())
         streams: dict[str, int] = {}

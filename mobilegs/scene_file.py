@@ -40,7 +40,7 @@ def open_scene(path: Path, device: torch.device) -> Scene:
 def inspect_scene(path: Path) -> dict[str, Any]:
     """What a file holds, as plain data: Gaussians, bytes, and for a .mgs every stream."""
     if path.suffix.lower() == ".mgs":
-        return {"file": str(path), "blend": "sortfree", **inspect_mgs(path)}
+        return {"file": str(path), **inspect_mgs(path)}
     gaussians = open_scene(path, torch.device("cpu")).gaussians
     size = path.stat().st_size
     return {

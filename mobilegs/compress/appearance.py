@@ -1,4 +1,4 @@
-"""Colour from six numbers per Gaussian: the small networks that decode degree-1 harmonics."""
+"""Colour from six numbers per Gaussian: the small networks that decode its harmonics."""
 
 import math
 
@@ -48,16 +48,19 @@ def encode_frequencies(unit: Float[Tensor, "n 3"]) -> Float[Tensor, "n 96"]:
 
 
 class AppearanceDecoder(nn.Module):
-    """Position and latents -> degree-1 spherical harmonics (paper's MLP_d and MLP_v).
+    """Position and latents -> spherical harmonics (paper's MLP_d and MLP_v, which have degree 1).
 
     Encoded position 96 -> 64 ReLU -> 13 numbers of context; context and static latents
-    16 -> 64 LeakyReLU -> 3 (degree 0); context and view latents 16 -> 64 LeakyReLU -> 9
-    (degree 1, coefficient-major). No biases, 9,792 weights, Xavier-uniform at first. Always
-    computes with its weights rounded to half precision, as they are stored.
+    16 -> 64 LeakyReLU -> 3 (degree 0); context and view latents 16 -> 64 LeakyReLU -> 9 (degree 1;
+    24 up to degree 2, 45 up to degree 3, none for degree 0; coefficient-major). No biases, 9,792
+    weights, Xavier-uniform at first. Always computes with its weights rounded to half precision,
+    as they are stored.
     """
 
-    def __init__(self, generator: torch.Generator) -> None:
+    def __init__(self, generator: torch.Generator, degree: int = 1) -> None:
+        """`degree` is that of the harmonics, 0 to 3."""
         super().__init__()
+        self.degree = degree
 
         def weights(rows: int, columns: int) -> nn.Parameter:
             bound = math.sqrt(6 / (rows + columns))
@@ -69,14 +72,14 @@ class AppearanceDecoder(nn.Module):
         self.static1 = weights(HIDDEN, CONTEXT + LATENTS)
         self.static2 = weights(3, HIDDEN)
         self.view1 = weights(HIDDEN, CONTEXT + LATENTS)
-        self.view2 = weights(9, HIDDEN)
+        self.view2 = weights(3 * (degree + 1) ** 2 - 3, HIDDEN)
 
     def forward(
         self,
         positions: Float[Tensor, "n 3"],
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
-    ) -> Float[Tensor, "n 4 3"]:
+    ) -> Float[Tensor, "n k 3"]:
         """Spherical harmonics of the colour.
 
         `positions` are the stored ones, normalised (`Frame.normalised`): no gradient reaches
@@ -90,10 +93,10 @@ class AppearanceDecoder(nn.Module):
         of_view = self.view1.split([CONTEXT, LATENTS], dim=1)
         of_latents = torch.block_diag(of_static[1], of_view[1])
         first = torch.cat([torch.cat([of_static[0], of_view[0]]), of_latents], dim=1)  # [128, 19]
-        last = torch.block_diag(self.static2, self.view2)  # [12, 128]
+        last = torch.block_diag(self.static2, self.view2)  # [12, 128] for degree 1
         hidden = linear(torch.cat([context, static, view], dim=1), round_half(first))
         out = linear(leaky_relu(hidden, SLOPE, inplace=True), round_half(last))
-        return out.unflatten(1, (4, 3))
+        return out.unflatten(1, (-1, 3))
 
     @torch.no_grad()
     def decode(
@@ -101,13 +104,13 @@ class AppearanceDecoder(nn.Module):
         positions: Float[Tensor, "n 3"],
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
-    ) -> Float[Tensor, "n 4 3"]:
+    ) -> Float[Tensor, "n k 3"]:
         """`forward` without gradients, in chunks that bound its memory."""
         chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
         return torch.cat([self(*chunk) for chunk in chunks])
 
     @torch.no_grad()
-    def start_linear(self, directions: Float[Tensor, "9 3"]) -> None:
+    def start_linear(self, directions: Float[Tensor, "d 3"]) -> None:
         """Make the output `[static, directions @ view]`, whatever the position.
 
         A pair of hidden units with opposite signs makes a leaky ReLU linear:
@@ -128,7 +131,7 @@ class AppearanceDecoder(nn.Module):
 def fit_appearance(
     decoder: AppearanceDecoder,
     positions: Float[Tensor, "n 3"],
-    sh: Float[Tensor, "n 4 3"],
+    sh: Float[Tensor, "n k 3"],
     *,
     generator: torch.Generator,
     steps: int = 400,
@@ -137,17 +140,19 @@ def fit_appearance(
     """Latents, and weights in `decoder`, that reproduce given harmonics as well as they can.
 
     The static latents are the degree-0 coefficients, the view latents the projection of the
-    nine others on their three principal directions: distances between latents are distances
-    between colours, which is what k-means needs. The decoder starts as the best linear one and
-    is then regressed (Adam on random batches), so that position tells it some of what three
-    numbers cannot. Moving the latents afterwards gained nothing on real scenes. Returns
-    (static, view) without gradients. Draws from `generator`, a CPU one.
+    others on their three principal directions (0 if there are none): distances between latents
+    are distances between colours, which is what k-means needs. The decoder starts as the best
+    linear one and is then regressed (Adam on random batches), so that position tells it some of
+    what three numbers cannot. Moving the latents afterwards gained nothing on real scenes.
+    Returns (static, view) without gradients. Draws from `generator`, a CPU one.
     """
     target = sh.detach()
-    rest = target[:, 1:].flatten(1)  # [n, 9]
-    gram = (rest.T.double() @ rest.double()).cpu()
-    directions = torch.linalg.eigh(gram).eigenvectors[:, -LATENTS:].flip(1)
-    directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
+    rest = target[:, 1:].flatten(1)  # [n, 9] for degree 1
+    directions = torch.zeros(rest.shape[1], LATENTS, dtype=torch.float64)
+    if rest.shape[1]:
+        gram = (rest.T.double() @ rest.double()).cpu()
+        directions = torch.linalg.eigh(gram).eigenvectors[:, -LATENTS:].flip(1)
+        directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
     decoder.start_linear(directions.float())
     static, view = target[:, 0], rest @ directions.to(rest)
     optimizer = torch.optim.Adam(decoder.parameters(), lr=LEARNING_RATE, eps=1e-15)

@@ -149,3 +149,12 @@ class SubVectorCodebooks(nn.Module):
     def select(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:
         """Keep only the rows that `rows` picks; the centres stay."""
         self.indices = self.indices[rows]
+
+
+def apparent_size(log_scales: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
+    """Fourth root of each Gaussian's largest cross-section, relative to the largest of all.
+
+    Large Gaussians are few, and an error of theirs covers the picture (docs/negative_results.md).
+    """
+    area = log_scales.sum(1) - log_scales.amin(1)
+    return (0.25 * (area - area.max())).exp()

@@ -1,5 +1,6 @@
 """The quantised scene: exactly what a `.mgs` file holds, and what it decodes to."""
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from typing import Any
@@ -32,6 +33,7 @@ COUNT_MAX = 1 << 26
 VIEWS_MAX = 64
 SIDE_MAX = 1 << 16  # of a view, in pixels
 META_MAX = 64
+SH_DEGREES = (0, 1, 2, 3)
 TEXT_MAX = 4096
 WORLD_MIN, WORLD_MAX = 1e-20, 1e20  # lengths: the farthest half stays finite in float32
 EXPONENT_MAX = 14
@@ -41,7 +43,7 @@ MetaValue = str | int | float | bool | None
 
 @dataclass(eq=False)
 class CodedScene:
-    """A sort-free scene as codes. Compare two with `same`.
+    """A scene as codes. Compare two with `same`.
 
     Attributes:
         positions: centres of the Gaussians as stored in `frame`, `[n, 3]`.
@@ -55,7 +57,8 @@ class CodedScene:
         lobe_decoder: its weights; empty if there is none.
         network: the view network's weights, which gives opacity and phi for each view; None
             means that there is none. With neither, phi = 1 and opacity is the base's.
-        weighting, background, near: as in `Scene`; the background lies in [0, 1].
+        blend, weighting, background, near: as in `Scene`; the background lies in [0, 1]. A scene
+            that is blended sorted has neither lobes nor a network.
         views: cameras from which the scene is worth a first look; they take over `near`.
         meta: who made this and how, for people: scalars only, and no times, so that equal
             scenes are equal files.
@@ -69,6 +72,7 @@ class CodedScene:
     lobe_shape: LobeShape | None
     lobe_decoder: dict[str, Float16[Tensor, "..."]]
     network: dict[str, Float16[Tensor, "..."]] | None
+    blend: str = "sortfree"
     weighting: Weighting = field(default_factory=Weighting)
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
     near: float = NEAR
@@ -94,6 +98,11 @@ class CodedScene:
             cuts["lobes"] = Cut(count, length)
         return cuts
 
+    @property
+    def sh_degree(self) -> int:
+        """Degree of the colour's harmonics, as the decoder's weights have it."""
+        return math.isqrt(len(self.decoder["view2"]) // 3 + 1) - 1
+
     def sorted(self) -> "CodedScene":
         """The same scene in the order of the file: by Morton code, ties as they were."""
         codes = torch.from_numpy(morton_codes(self.positions).astype("int64"))
@@ -111,7 +120,7 @@ class CodedScene:
             name: look_up(book.to(device).float(), self.indices[name].to(device))
             for name, book in self.codebooks.items()
         }
-        decoder = AppearanceDecoder(torch.Generator()).to(device)
+        decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
         decoder.load_state_dict({name: value.float() for name, value in self.decoder.items()})
         static, view = values["appearance"].split(LATENTS, dim=1)
         empty = torch.zeros(len(self), 1, device=device)
@@ -137,7 +146,7 @@ class CodedScene:
             network.requires_grad_(False)
         return Scene(
             gaussians,
-            "sortfree",
+            self.blend,
             lobes=lobes,
             network=network,
             weighting=self.weighting,
@@ -175,7 +184,11 @@ class CodedScene:
             self._check_attribute(name)
         if shape is not None and self.network is not None:
             raise InputError("the scene has lobes and a view network: one of them must go")
-        _check_weights("appearance decoder", self.decoder, decoder_shapes())
+        if self.blend == "sorted" and (shape is not None or self.network is not None):
+            raise InputError("the scene is blended sorted, but has lobes or a view network")
+        if "view2" not in self.decoder or self.sh_degree not in SH_DEGREES:
+            raise InputError("the appearance decoder does not make harmonics of degree 0 to 3")
+        _check_weights("appearance decoder", self.decoder, decoder_shapes(self.sh_degree))
         _check_weights("lobe decoder", self.lobe_decoder, lobe_shapes(shape))
         if self.network is not None:
             _check_weights("view network", self.network, network_shapes())
@@ -227,9 +240,9 @@ def check_meta(meta: dict[Any, Any]) -> None:
 
 
 @cache
-def decoder_shapes() -> dict[str, torch.Size]:
+def decoder_shapes(sh_degree: int) -> dict[str, torch.Size]:
     """Shapes of the appearance decoder's weights by name, in the file's order."""
-    decoder = AppearanceDecoder(torch.Generator())
+    decoder = AppearanceDecoder(torch.Generator(), sh_degree)
     return {name: value.shape for name, value in decoder.named_parameters()}
 
 
@@ -264,6 +277,7 @@ def encode_scene(
     decoder: AppearanceDecoder,
     lobe_decoder: LobeDecoder | None = None,
     network: ViewNetwork | None = None,
+    blend: str = "sortfree",
     weighting: Weighting,
     background: Float[Tensor, "3"],
     near: float = NEAR,
@@ -287,6 +301,7 @@ def encode_scene(
         lobe_shape=None if lobe_decoder is None else lobe_decoder.shape,
         lobe_decoder={} if lobe_decoder is None else _weights(lobe_decoder),
         network=None if network is None else _weights(network),
+        blend=blend,
         weighting=weighting,
         background=background,
         near=near,
@@ -331,6 +346,7 @@ def same(a: CodedScene, b: CodedScene) -> bool:
             frame.radius,
             frame.exponent,
             coded.near,
+            coded.blend,
             coded.weighting,
             sizes,
             notes,

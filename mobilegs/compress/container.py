@@ -42,7 +42,9 @@ def pack(coded: CodedScene) -> bytes:
     if coded.lobe_shape is not None:
         shapes = lobe_shapes(coded.lobe_shape)
         streams.append(_pack_halves("lobe-decoder", coded.lobe_decoder, shapes))
-    streams.append(_pack_halves("appearance-decoder", coded.decoder, decoder_shapes()))
+    streams.append(
+        _pack_halves("appearance-decoder", coded.decoder, decoder_shapes(coded.sh_degree))
+    )
     streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
     streams.append(Stream("positions", "morton-class", encode_positions(coded.positions)))
     for name in coded.cuts:
@@ -88,7 +90,7 @@ def unpack(data: bytes) -> CodedScene:
         frame=header.frame,
         indices={name: indices(name) for name in header.cuts},
         codebooks={name: books[name] for name in header.cuts},
-        decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes()),
+        decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes(header.sh_degree)),
         lobe_shape=header.lobes,
         lobe_decoder={}
         if header.lobes is None
@@ -96,6 +98,7 @@ def unpack(data: bytes) -> CodedScene:
         network=_unpack_halves(stream("view-network"), network_shapes())
         if header.network
         else None,
+        blend=header.blend,
         weighting=header.weighting,
         background=header.background,
         near=header.near,
@@ -131,6 +134,8 @@ def inspect(data: bytes) -> dict[str, Any]:
     padding = sum(-row["bytes"] % 8 for row in rows)
     return {
         "version": "{}.{}".format(*VERSION.unpack_from(data, 8)),
+        "blend": header.blend,
+        "sh_degree": header.sh_degree,
         "file_bytes": len(data),
         "gaussians": header.count,
         "bytes_per_gaussian": len(data) / header.count,
@@ -220,7 +225,7 @@ def _raw_bytes(header: Header) -> dict[str, int]:
     raw = {
         "view-network": halves(network_shapes().values()),
         "lobe-decoder": halves(lobe_shapes(header.lobes).values()),
-        "appearance-decoder": halves(decoder_shapes().values()),
+        "appearance-decoder": halves(decoder_shapes(header.sh_degree).values()),
         "codebooks": halves(_codebook_shapes(header).values()),
         "positions": 6 * header.count,
     }

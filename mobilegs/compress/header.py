@@ -13,6 +13,7 @@ from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.codes import (
     COUNT_MAX,
     EXPONENT_MAX,
+    SH_DEGREES,
     SIDE_MAX,
     VIEWS_MAX,
     CodedScene,
@@ -23,9 +24,9 @@ from mobilegs.compress.lobes import LATENTS_MAX, LobeShape
 from mobilegs.compress.positions import Frame
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
+from mobilegs.render.scene import BLENDS
 
 MODE = "nvq"
-BLEND = "sortfree"
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,8 @@ class Header:
     frame: Frame
     lobes: LobeShape | None
     network: bool
+    sh_degree: int
+    blend: str
     weighting: Weighting
     background: Tensor
     near: float
@@ -49,7 +52,7 @@ def describe(coded: CodedScene) -> dict[str, Any]:
     """The header of a scene, ready for JSON."""
     return {
         "background": _listed(coded.background),
-        "blend": BLEND,
+        "blend": coded.blend,
         "codebooks": {
             name: {"count": cut.count, "length": cut.length, "size": coded.codebooks[name].shape[1]}
             for name, cut in coded.cuts.items()
@@ -67,7 +70,7 @@ def describe(coded: CodedScene) -> dict[str, Any]:
             "exponent": coded.frame.exponent,
             "radius": _listed(torch.tensor([coded.frame.radius]))[0],
         },
-        "sh_degree": 1,
+        "sh_degree": coded.sh_degree,
         "views": [
             {
                 "K": _listed(view.K),
@@ -93,10 +96,11 @@ def parse(fields: dict[str, Any]) -> Header:
         InputError: a field is missing, of another type, out of range, or asks for something
             that this program cannot do.
     """
-    for name, known in (("mode", MODE), ("blend", BLEND), ("sh_degree", 1)):
-        if type(fields.get(name)) is not type(known) or fields[name] != known:  # True == 1
+    for name, known in (("mode", (MODE,)), ("blend", BLENDS), ("sh_degree", SH_DEGREES)):
+        value = fields.get(name)
+        if type(value) is not type(known[0]) or value not in known:  # True == 1
             raise InputError(
-                f"the .mgs file has {name} {str(fields.get(name))[:40]!r}, which this program "
+                f"the .mgs file has {name} {str(value)[:40]!r}, which this program "
                 "does not know: a newer mobilegs may"
             )
     near = _number(fields, "near")
@@ -121,6 +125,8 @@ def parse(fields: dict[str, Any]) -> Header:
         ),
         lobes=lobes,
         network=network,
+        sh_degree=fields["sh_degree"],
+        blend=fields["blend"],
         weighting=_parse_weighting(_object(fields, "weighting")),
         background=_floats(fields, "background", 3),
         near=near,

@@ -1,7 +1,6 @@
 """A scene that can be drawn: Gaussians, and how they are meant to be blended."""
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import torch
 from jaxtyping import Float
@@ -13,6 +12,8 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, Weighting, render_sorted, render_sortfree, visible_rows
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.view_network import ViewNetwork
+
+BLENDS = ("sortfree", "sorted")
 
 
 @dataclass
@@ -33,7 +34,7 @@ class Scene:
     """
 
     gaussians: Gaussians
-    blend: Literal["sorted", "sortfree"] = "sorted"
+    blend: str = "sorted"
     lobes: Float[Tensor, "n m 2"] | None = None
     network: ViewNetwork | None = None
     weighting: Weighting = field(default_factory=Weighting)

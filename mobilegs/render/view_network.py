@@ -3,7 +3,7 @@
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
-from torch.nn.functional import normalize
+from torch.nn.functional import normalize, pad
 
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes
@@ -57,8 +57,13 @@ class ViewNetwork(nn.Module):
 
 
 def statics(gaussians: Gaussians) -> Float[Tensor, "n 19"]:
-    """What the network knows of a Gaussian beside the direction: harmonics, scales, rotation."""
-    parts = [gaussians.sh.flatten(1), gaussians.scales, gaussians.quats]
+    """What the network knows of a Gaussian beside the direction: harmonics, scales, rotation.
+
+    Harmonics are those of degree 0 and 1; zeros stand for what the colour does not have.
+    """
+    known = gaussians.sh[:, :4]
+    color = pad(known, (0, 0, 0, 4 - known.shape[1])).flatten(1)
+    parts = [color, gaussians.scales, gaussians.quats]
     return torch.cat([normalize(part, dim=1) for part in parts], dim=1)
 
 

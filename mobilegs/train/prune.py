@@ -6,14 +6,20 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from mobilegs.errors import InputError
+
+CRITERIA = ("both", "opacity", "scale")
+
 
 @dataclass(frozen=True)
 class VoteConfig:
     """When a Gaussian is voted out."""
 
+    by: str = "both"
+    """What must lie below the quantile: opacity and largest scale (the paper's), or one of them."""
     quantile: float = 0.2
-    """A vote goes against a Gaussian whose opacity and whose largest scale both lie below this
-    quantile of all Gaussians (paper: 0.2). 0 never prunes."""
+    """A vote goes against a Gaussian that lies below this quantile of all Gaussians in what `by`
+    says (paper: 0.2). 0 never prunes."""
     share: float = 0.6
     """Removed are those with more than this share of the interval's votes against them."""
     interval: float = 1 / 30
@@ -24,11 +30,19 @@ class VoteConfig:
     """How many steps of an interval hold a vote, evenly spaced: a vote asks the network about
     every Gaussian, seen or not. (The release votes in every step.)"""
 
+    def __post_init__(self) -> None:
+        if self.by not in CRITERIA:
+            raise InputError(f"votes look at {', '.join(CRITERIA)}, not at '{self.by}'")
+
 
 def vote(
-    opacities: Float[Tensor, "n"], scales: Float[Tensor, "n 3"], *, quantile: float
+    opacities: Float[Tensor, "n"],
+    scales: Float[Tensor, "n 3"],
+    *,
+    quantile: float,
+    by: str = "both",
 ) -> Bool[Tensor, "n"]:
-    """Candidates: opacity and largest scale both below the `quantile` of all Gaussians.
+    """Candidates: opacity and largest scale (or one of them) below the `quantile` of all.
 
     `opacities` are those seen from one camera. Quantiles interpolate linearly; comparison is
     strict, so equal values are never voted against.
@@ -36,7 +50,9 @@ def vote(
     if not len(opacities):
         return torch.zeros_like(opacities, dtype=torch.bool)
     largest = scales.amax(1)
-    return (opacities < _quantile(opacities, quantile)) & (largest < _quantile(largest, quantile))
+    faint = opacities < _quantile(opacities, quantile)
+    small = largest < _quantile(largest, quantile)
+    return {"both": faint & small, "opacity": faint, "scale": small}[by]
 
 
 def _quantile(values: Float[Tensor, "n"], q: float) -> Float[Tensor, ""]:

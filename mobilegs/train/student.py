@@ -10,7 +10,7 @@ from mobilegs.compress.codes import CodedScene, MetaValue, encode_scene
 from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
-from mobilegs.render.scene import Scene
+from mobilegs.render.scene import BLENDS, Scene
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
@@ -30,8 +30,14 @@ class StudentConfig:
     """Number of steps."""
     views_per_step: int = 1
     """Photos of a step; their losses are summed."""
+    blend: str = "sortfree"
+    """`sorted` blends in the order of depth, as the teacher does: a quantised 3DGS scene. There is
+    no phi then, and the view dependence must be `constant`."""
     weighting: Weighting = field(default_factory=Weighting)
-    """The weights that take the place of the order."""
+    """The weights that take the place of the order. Of `sort_free_gs`, sigma and the background's
+    weight are where learning begins; a background weight of 0 stays 0."""
+    sh_degree: int = 1
+    """Degree of the colour's spherical harmonics, 0 to 3."""
     view: ViewDependence = field(default_factory=ViewDependence)
     """Where opacity and weight come from, seen from a direction."""
     net_fraction: float = 5 / 30
@@ -61,6 +67,8 @@ class StudentConfig:
     """Rate of the colour's constant part, while explicit."""
     sh_rest_rate: float = 1.25e-4
     """Rate of its view-dependent part, while explicit."""
+    weighting_rate: float = 0.01
+    """Rate of the logarithms of what a weighting learns."""
     network_rate: float = 1e-3
     """Rate of the networks that opacity and weight come from."""
     latent_rate: float = 2.5e-3
@@ -106,6 +114,10 @@ class StudentConfig:
                 f"lobes must be settled (view.fraction {self.view.fraction}) before they are coded "
                 f"(codes_fraction {self.codes_fraction})"
             )
+        if self.blend not in BLENDS:
+            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
+        if not 0 <= self.sh_degree <= 3:
+            raise InputError(f"sh_degree must lie within 0 to 3, not {self.sh_degree}")
         if self.views_per_step < 1:
             raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
 
@@ -138,7 +150,19 @@ class Student:
         self.generator = torch.Generator().manual_seed(seed)
         self.pictures = TeacherPictures(teacher, cache_bytes=config.cache_mib << 20)
         self.cameras = cameras
-        self.model = StudentModel(teacher.gaussians, config.view, self._rates(), self.generator)
+        if config.blend == "sorted" and config.view.kind != "constant":
+            raise InputError(
+                "sorted blending has no use for a view dependence: set view.kind=constant, too"
+            )
+        self.model = StudentModel(
+            teacher.gaussians,
+            config.view,
+            self._rates(),
+            self.generator,
+            blend=config.blend,
+            weighting=config.weighting,
+            sh_degree=config.sh_degree,
+        )
         device = teacher.gaussians.means.device
         self.ballot = Ballot(config.votes, config.steps, len(self.model), device)
 
@@ -184,15 +208,15 @@ class Student:
         with torch.no_grad():
             gaussians, for_lobes = model.gaussians()
             gaussians, lobes = gaussians.detached(), None
-            if model.network is None:
+            if model.network is None and model.view.kind != "constant":
                 lobes = model.lobes(gaussians, for_lobes, None).detach()
                 gaussians = replace(gaussians, logit_opacities=C0 * lobes[:, 0, 0])
         return Scene(
             gaussians,
-            "sortfree",
+            model.blend,
             lobes=lobes,
             network=model.network,
-            weighting=self.config.weighting,
+            weighting=model.weighting,
             background=self.background,
             near=self.near,
         )
@@ -214,7 +238,8 @@ class Student:
             decoder=model.decoder,
             lobe_decoder=model.lobe_decoder,
             network=model.network,
-            weighting=self.config.weighting,
+            blend=model.blend,
+            weighting=model.weighting,
             background=self.background,
             near=self.near,
             views=views,
@@ -260,7 +285,6 @@ class Student:
         drawn = self.model.draw(
             view.camera,
             background=self.background,
-            weighting=config.weighting,
             depth=config.depth_weight > 0,
         )
         loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
@@ -278,8 +302,9 @@ class Student:
 
     @torch.no_grad()
     def _vote(self, camera: Camera) -> None:
+        votes = self.config.votes
         opacities, scales = self.model.seen_from(camera)
-        self.ballot.cast(vote(opacities, scales, quantile=self.config.votes.quantile))
+        self.ballot.cast(vote(opacities, scales, quantile=votes.quantile, by=votes.by))
 
     def _prune(self) -> None:
         keep = self.ballot.verdict()
@@ -308,6 +333,7 @@ class Student:
             "sh_rest": config.sh_rest_rate,
             "static": config.latent_rate,
             "view": config.latent_rate,
+            "weighting": config.weighting_rate,
             "network": config.network_rate,
             "decoder": config.decoder_rate,
             "scale": config.codebook_rate,

@@ -1,13 +1,12 @@
 """What the student is made of, in the three forms it takes on its way into the file."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Literal
 
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
-from torch.autograd.function import FunctionCtx
 from torch.func import functional_call
 from torch.nn.functional import normalize, pad
 
@@ -18,28 +17,29 @@ from mobilegs.compress.codebooks import (
     Attribute,
     CodebookSizes,
     SubVectorCodebooks,
+    apparent_size,
     canonical_quats,
 )
 from mobilegs.compress.halves import rounded_parameters
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.positions import Frame
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import Rendered, Weighting, render_sortfree, visible_rows
+from mobilegs.render import Rendered, Weighting, render_sorted, render_sortfree, visible_rows
 from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
+from mobilegs.train.adjoints import TakeRows, ToldWeighting, pass_through
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.view_dependence import LOGIT_MAX, ViewDependence, settled
 
 Phase = Literal["explicit", "networks", "codes"]
 OF_LOBES = ("explicit_lobes", "logit_opacities", "lobe_latents")
-COEFFICIENTS = 4  # spherical harmonics of degree 1
 
 
 class StudentModel:
     """Gaussians whose opacity and weight depend on the direction they are seen from.
 
-    It begins `explicit`: the tensors of 3DGS with harmonics of degree 1. With `networks` the
+    It begins `explicit`: the tensors of 3DGS with harmonics of a low degree. With `networks` the
     harmonics become six latent numbers that an `AppearanceDecoder` turns back into harmonics,
     and positions are seen rounded as the file stores them. With `codes` all but the positions
     become indices into codebooks whose entries go on learning, and the networks compute with
@@ -65,11 +65,20 @@ class StudentModel:
         view: ViewDependence,
         rates: Mapping[str, float],
         generator: torch.Generator,
+        *,
+        blend: str = "sortfree",
+        weighting: Weighting = Weighting(),  # noqa: B008 - frozen
+        sh_degree: int = 1,
     ) -> None:
-        """Start as the teacher cut to harmonics of degree 1, its opacities as the base."""
+        """Start as the teacher cut to harmonics of `sh_degree`, its opacities as the base.
+
+        Of `sort_free_gs` the weighting's sigma, and its background weight if that is not 0, are
+        only where learning begins.
+        """
         device = teacher.means.device
-        sh = torch.zeros(len(teacher), COEFFICIENTS, 3, device=device)
-        kept = min(COEFFICIENTS, teacher.sh.shape[1])
+        coefficients = (sh_degree + 1) ** 2
+        sh = torch.zeros(len(teacher), coefficients, 3, device=device)
+        kept = min(coefficients, teacher.sh.shape[1])
         sh[:, :kept] = teacher.sh[:, :kept]
         logits = teacher.logit_opacities.clamp(-LOGIT_MAX, LOGIT_MAX)
         tensors = {
@@ -81,6 +90,9 @@ class StudentModel:
         }
         self.phase: Phase = "explicit"
         self.view = view
+        self.sh_degree = sh_degree
+        self.blend = blend
+        self._weighting = weighting
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
         self.decoder: AppearanceDecoder | None = None
@@ -88,6 +100,11 @@ class StudentModel:
         self.frame: Frame | None = None
         self.rates = dict(rates)
         self.shared = NamedAdam({}, {})
+        if weighting.name == "sort_free_gs" and blend == "sortfree":
+            for name in ("sigma", "background_weight"):
+                if (start := getattr(weighting, name)) > 0:
+                    log = torch.tensor(start, device=device).log()
+                    self.shared.add(f"weighting.{name}", log, rates["weighting"])
         if view.kind in ("network", "fitted"):
             self.network = ViewNetwork(generator).to(device)
             self._share("network", self.network)
@@ -95,7 +112,7 @@ class StudentModel:
             assert view.shape is not None
             self.lobe_decoder = LobeDecoder(view.shape, generator).to(device)
             self._share("lobe_decoder", self.lobe_decoder)
-        if self.network is None and self.lobe_decoder is None:
+        if self.network is None and not self.settled:
             more = (view.degree + 1) ** 2 - 1
             tensors["explicit_lobes"] = pad(constant_lobes(logits), (0, 0, 0, more))
         else:
@@ -108,7 +125,14 @@ class StudentModel:
     @property
     def settled(self) -> bool:
         """Whether the lobes have the form that the file will have them in."""
-        return self.view.kind == "network" or self.lobe_decoder is not None
+        return self.view.kind in ("constant", "network") or self.lobe_decoder is not None
+
+    @property
+    def weighting(self) -> Weighting:
+        """The weights as they stand."""
+        logs = self._learned_weighting()
+        learned = {name: float(log.detach().exp()) for name, log in logs.items()}
+        return replace(self._weighting, **learned)
 
     def gaussians(
         self, rows: Int[Tensor, "m"] | None = None
@@ -120,7 +144,7 @@ class StudentModel:
 
         def free(name: str) -> Tensor:
             tensor = self.rows.tensors[name]
-            return tensor if rows is None else _TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
+            return tensor if rows is None else TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
 
         means = free("means")
         nothing = means.new_zeros(len(means), 0)
@@ -169,6 +193,8 @@ class StudentModel:
                 return self.network(gaussians, directions)
             weights = rounded_parameters(self.network)
             return functional_call(self.network, weights, (gaussians, directions))
+        if self.view.kind == "constant":
+            return constant_lobes(gaussians.logit_opacities)
         if self.lobe_decoder is None:
             return for_lobes
         return self.lobe_decoder(for_lobes, gaussians, base=self.view.base)
@@ -186,7 +212,6 @@ class StudentModel:
         camera: Camera,
         *,
         background: Float[Tensor, "3"],
-        weighting: Weighting,
         depth: bool = False,
     ) -> Rendered:
         """The picture from `camera`, differentiable; only what it can show is computed.
@@ -195,17 +220,18 @@ class StudentModel:
         """
         rows = self.visible(camera)
         some, for_lobes = self.gaussians(rows)
-        return render_sortfree(
-            some.means,
-            some.quats,
-            some.scales,
-            self.lobes(some, for_lobes, camera),
-            some.sh,
-            camera=camera,
-            background=background,
-            weighting=weighting,
-            depth=depth,
-        )
+        shapes = (some.means, some.quats, some.scales)
+        options = {"camera": camera, "background": background, "depth": depth}
+        if self.blend == "sorted":
+            return render_sorted(*shapes, some.opacities, some.sh, **options)
+        lobes = self.lobes(some, for_lobes, camera)
+        if learned := self._learned_weighting():
+            offsets = some.means.detach() - camera.position
+            _, phi = seen_along(lobes.detach(), normalize(offsets, dim=1))
+            behind = learned.get("background_weight", lobes.new_tensor(-torch.inf)).exp()
+            depths = some.means.detach() @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
+            lobes = ToldWeighting.apply(lobes, learned["sigma"].exp(), behind, depths, phi)
+        return render_sortfree(*shapes, lobes, some.sh, weighting=self.weighting, **options)
 
     @torch.no_grad()
     def visible(self, camera: Camera) -> Int[Tensor, "m"]:
@@ -226,7 +252,7 @@ class StudentModel:
         means = self.rows.tensors["means"].detach()
         self.frame = Frame.around(means)
         sh = torch.cat([self.rows.drop("sh0"), self.rows.drop("sh_rest")], dim=1)
-        self.decoder = AppearanceDecoder(generator).to(means.device)
+        self.decoder = AppearanceDecoder(generator, self.sh_degree).to(means.device)
         static, view = fit_appearance(
             self.decoder,
             self.frame.normalised(self.frame.store(means)),
@@ -353,7 +379,7 @@ class StudentModel:
             self._share("lobe_decoder", self.lobe_decoder)
         if state["frame"] is not None:
             self.frame = Frame(**state["frame"])
-            self.decoder = AppearanceDecoder(torch.Generator()).to(device)
+            self.decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
             self._share("decoder", self.decoder)
         for name, indices in state["indices"].items():
             centers = state["shared"][f"{name}.centers"]["value"]
@@ -362,36 +388,11 @@ class StudentModel:
         self.rows.restore(state["rows"])
         self.shared.restore(state["shared"])
 
+    def _learned_weighting(self) -> dict[str, Float[Tensor, ""]]:
+        """Logarithms of what the weighting learns; empty where it is given."""
+        tensors, prefix = self.shared.tensors, "weighting."
+        return {k.removeprefix(prefix): log for k, log in tensors.items() if k.startswith(prefix)}
+
     def _share(self, prefix: str, module: nn.Module) -> None:
         for name, parameter in module.named_parameters():
             self.shared.add(f"{prefix}.{name}", parameter, self.rates[prefix])
-
-
-def apparent_size(log_scales: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
-    """Fourth root of each Gaussian's largest cross-section, relative to the largest of all.
-
-    Large Gaussians are few, and an error of theirs covers the picture (docs/negative_results.md).
-    """
-    area = log_scales.sum(1) - log_scales.amin(1)
-    return (0.25 * (area - area.max())).exp()
-
-
-def pass_through(values: Tensor) -> Tensor:
-    """Zeros whose gradient is that of `values`: added to codes, it trains what they stand for."""
-    return values - values.detach()
-
-
-class _TakeRows(torch.autograd.Function):
-    """`tensor[rows]` for rows that are all different: the adjoint copies instead of adding."""
-
-    @staticmethod
-    def forward(ctx: FunctionCtx, tensor: Tensor, rows: Tensor) -> Tensor:
-        ctx.shape = tensor.shape  # pyright: ignore[reportAttributeAccessIssue]
-        ctx.save_for_backward(rows)
-        return tensor.index_select(0, rows)
-
-    @staticmethod
-    def backward(ctx: FunctionCtx, grad: Tensor) -> tuple[Tensor, None]:  # pyright: ignore[reportIncompatibleMethodOverride]
-        [rows] = ctx.saved_tensors  # pyright: ignore[reportAttributeAccessIssue]
-        full = grad.new_zeros(ctx.shape)  # pyright: ignore[reportAttributeAccessIssue]
-        return full.index_copy_(0, rows, grad), None

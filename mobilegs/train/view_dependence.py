@@ -1,4 +1,4 @@
-"""How a student learns what depends on the view: six ways to the same lobes."""
+"""How a student learns what depends on the view: seven ways to the same lobes."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.directions import fit_to_network, seen_metric
 
-KINDS = ("network", "fitted", "decoded", "latent", "projected", "free")
+KINDS = ("constant", "network", "fitted", "decoded", "latent", "projected", "free")
 DECODED = (256, 128)  # the paper's layers; its linear 64-wide one adds nothing before the output
 LOGIT_MAX = 8.0  # surer opacities of a teacher would stretch the codebook for nothing
 
@@ -25,12 +25,13 @@ LOGIT_MAX = 8.0  # surer opacities of a teacher would stretch the codebook for n
 class ViewDependence:
     """Where opacity and phi come from, and what the file stores of them.
 
-    `network`: the paper's network, asked for every view. `fitted`: the same until `fraction`,
-    then lobes fitted to it, which go on as `projected`. `decoded`: a network of the same size and
-    information, without the direction, gives lobes once. `free`, `projected` and `latent`: each
-    Gaussian learns numbers that will be quantised. They are its lobes' coefficients themselves;
-    or coordinates along directions that all lobes share and that learn, too; or the same with a
-    small network that corrects them by the other attributes. Until `fraction` of the run lobes
+    `constant`: an opacity per Gaussian, and phi = 1. `network`: the paper's network, asked for
+    every view. `fitted`: the same until `fraction`, then lobes fitted to it, which go on as
+    `projected`. `decoded`: a network of the same size and information, without the direction,
+    gives lobes once. `free`, `projected` and `latent`: each Gaussian learns numbers that will be
+    quantised. They are its lobes' coefficients themselves; or coordinates along directions that
+    all lobes share and that learn, too; or the same with a small network that corrects them by
+    the other attributes. Until `fraction` of the run lobes
     are free, and the directions begin as their principal ones; with 0 they begin random.
     """
 
@@ -86,12 +87,12 @@ class ViewDependence:
     @property
     def base(self) -> bool:
         """Whether a base opacity is stored."""
-        return self.kind in ("network", "decoded", "free") or self.latents > 0
+        return self.kind in ("constant", "network", "decoded", "free") or self.latents > 0
 
     @property
     def shape(self) -> LobeShape | None:
-        """Of the decoder; None for the network, which has none."""
-        if self.kind == "network":
+        """Of the decoder; None for constants and the network, which have none."""
+        if self.kind in ("constant", "network"):
             return None
         if self.kind == "decoded":
             return LobeShape(self.degree, 0, DECODED)

@@ -1,0 +1,64 @@
+"""Operations whose derivative is not the one that autograd would find."""
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+from torch.autograd.function import FunctionCtx
+
+from mobilegs.spherical_harmonics import C0
+
+
+def pass_through(values: Tensor) -> Tensor:
+    """Zeros whose gradient is that of `values`: added to codes, it trains what they stand for."""
+    return values - values.detach()
+
+
+class TakeRows(torch.autograd.Function):
+    """`tensor[rows]` for rows that are all different: the adjoint copies instead of adding."""
+
+    @staticmethod
+    def forward(ctx: FunctionCtx, tensor: Tensor, rows: Tensor) -> Tensor:
+        ctx.shape = tensor.shape  # pyright: ignore[reportAttributeAccessIssue]
+        ctx.save_for_backward(rows)
+        return tensor.index_select(0, rows)
+
+    @staticmethod
+    def backward(ctx: FunctionCtx, grad: Tensor) -> tuple[Tensor, None]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        [rows] = ctx.saved_tensors  # pyright: ignore[reportAttributeAccessIssue]
+        full = grad.new_zeros(ctx.shape)  # pyright: ignore[reportAttributeAccessIssue]
+        return full.index_copy_(0, rows, grad), None
+
+
+class ToldWeighting(torch.autograd.Function):
+    """The lobes as they are; their gradient also tells `sigma` and the background's weight.
+
+    For `sort_free_gs`, whose picture depends on both but whose renderers take them as constants.
+    With `w = max(0, 1 - d / sigma) phi` (SortFreeGS, Eq. 1), `dL/dw` follows from `dL/dphi`, and
+    that gives `dL/dsigma`. The picture does not change if all weights and the background's grow
+    by one factor, so `b dL/db = -sum(phi dL/dphi)`.
+    """
+
+    @staticmethod
+    def forward(
+        ctx: FunctionCtx,
+        lobes: Float[Tensor, "n m 2"],
+        sigma: Float[Tensor, ""],
+        background_weight: Float[Tensor, ""],
+        depths: Float[Tensor, "n"],
+        phi: Float[Tensor, "n"],
+    ) -> Tensor:
+        ctx.save_for_backward(sigma, background_weight, depths, phi)
+        return lobes.view_as(lobes)
+
+    @staticmethod
+    def backward(ctx: FunctionCtx, grad: Tensor) -> tuple[Tensor | None, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        sigma, background_weight, depths, phi = ctx.saved_tensors  # pyright: ignore[reportAttributeAccessIssue]
+        by_phi = phi * grad[:, 0, 1] / C0  # phi dL/dphi: the constant lobe has the weight C0
+        left = 1 - depths / sigma
+        counts = left > 0
+        by_left = torch.where(counts, by_phi / torch.where(counts, left, 1.0), 0.0)
+        to_sigma = (by_left * depths).sum() / sigma**2
+        to_background = torch.where(
+            background_weight > 0, -by_phi.sum() / background_weight.clamp_min(1e-30), 0.0
+        )
+        return grad, to_sigma, to_background, None, None

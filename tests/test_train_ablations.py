@@ -1,0 +1,194 @@
+"""Students that leave out or replace a part of the method, as the paper's tables do."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import torch
+from test_train_stages import (  # noqa: F401 - fixtures
+    STUDENT,
+    blobs,
+    cameras,
+    dataset,
+    make_student,
+    train,
+)
+from torch.nn.functional import normalize
+
+from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.data.dataset import Dataset
+from mobilegs.errors import InputError
+from mobilegs.render import Weighting, render_sorted, render_sortfree
+from mobilegs.render.lobes import constant_lobes, seen_along
+from mobilegs.render.scene import Scene
+from mobilegs.train.adjoints import ToldWeighting
+from mobilegs.train.prune import VoteConfig, vote
+from mobilegs.train.student import Student, StudentConfig
+from mobilegs.train.view_dependence import ViewDependence
+
+CONSTANT = ViewDependence("constant")
+SORT_FREE_GS = Weighting("sort_free_gs", sigma=8.0, background_weight=0.5)
+FORMS: dict[str, StudentConfig] = {
+    "sorted": replace(STUDENT, blend="sorted", view=CONSTANT),
+    "sorted-3": replace(STUDENT, blend="sorted", view=CONSTANT, sh_degree=3),
+    "sort_free_gs": replace(STUDENT, weighting=SORT_FREE_GS),
+    "no background weight": replace(
+        STUDENT, weighting=replace(SORT_FREE_GS, background_weight=0.0)
+    ),
+    **{f"sh-{degree}": replace(STUDENT, sh_degree=degree) for degree in (0, 2, 3)},
+    "network-sh-0": replace(STUDENT, sh_degree=0, view=ViewDependence("network")),
+    "network-sh-2": replace(STUDENT, sh_degree=2, view=ViewDependence("network")),
+}
+MakeStudent = Callable[..., Student]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_has_a_file_that_shows_what_training_drew(
+    form: str,
+    dataset: Dataset,  # noqa: F811
+    make_student: MakeStudent,  # noqa: F811
+) -> None:
+    student = make_student(FORMS[form])
+    train(student, dataset, 40)
+    camera = cameras()[0]
+    drawn = student.model.draw(camera, background=student.background, depth=True)
+    data = pack(student.coded())
+    opened = unpack(data).decode()
+    assert opened.blend == FORMS[form].blend == inspect(data)["blend"]
+    assert opened.gaussians.sh_degree == FORMS[form].sh_degree == inspect(data)["sh_degree"]
+    again = opened.render(camera, depth=True)
+    torch.testing.assert_close(drawn.image, again.image, atol=2e-5, rtol=0)
+    truth = Scene(blobs()).render(camera).image
+    assert (again.image - truth).abs().mean() < 0.25 * truth.abs().mean()
+
+
+@pytest.mark.parametrize("form", ["sorted", "sort_free_gs", "sh-0", "sh-3"])
+@pytest.mark.parametrize("stop", [3, 20, 30])
+def test_every_form_goes_on_where_it_was_stopped(
+    form: str,
+    stop: int,
+    dataset: Dataset,  # noqa: F811
+    make_student: MakeStudent,  # noqa: F811
+) -> None:
+    whole, first, second = (make_student(FORMS[form], seed=seed) for seed in (0, 0, 9))
+    train(whole, dataset, 40)
+    train(first, dataset, stop)
+    second.restore(first.state())
+    train(second, dataset, 40)
+    assert pack(second.coded()) == pack(whole.coded())
+
+
+def test_a_sorted_student_is_a_teacher_with_fewer_harmonics(
+    dataset: Dataset,  # noqa: F811
+    make_student: MakeStudent,  # noqa: F811
+) -> None:
+    given, camera = blobs(), cameras()[0]
+    drawn = make_student(FORMS["sorted"]).model.draw(camera, background=torch.zeros(3))
+    expected = render_sorted(
+        given.means,
+        given.quats,
+        given.scales,
+        given.opacities,
+        given.sh,
+        camera=camera,
+        background=torch.zeros(3),
+    )
+    torch.testing.assert_close(drawn.image, expected.image, atol=1e-5, rtol=0)
+
+
+def test_a_sorted_student_has_no_use_for_a_view_dependence(make_student: MakeStudent) -> None:  # noqa: F811
+    with pytest.raises(InputError, match=r"view\.kind=constant"):
+        make_student(replace(STUDENT, blend="sorted"))
+    with pytest.raises(InputError, match="unknown blend 'alpha'"):
+        replace(STUDENT, blend="alpha")
+    with pytest.raises(InputError, match="within 0 to 3, not 4"):
+        replace(STUDENT, sh_degree=4)
+
+
+# --- what a weighting learns
+
+
+@pytest.mark.parametrize("background_weight", [0.7, 0.0])
+def test_sigma_and_the_backgrounds_weight_get_the_gradients_of_the_picture(
+    background_weight: float,
+) -> None:
+    """Against central differences of the definition, in float64."""
+    given, camera = blobs(), cameras()[0].to(torch.device("cpu"), torch.float64)
+    means, quats, scales = (t.double() for t in (given.means, given.quats, given.scales))
+    sh, background = given.sh.double(), torch.tensor([0.2, 0.9, 0.4], dtype=torch.float64)
+    generator = torch.Generator().manual_seed(3)
+    lobes = constant_lobes(given.logit_opacities.double()).repeat(1, 4, 1)
+    lobes[:, 1:] = torch.randn(50, 3, 2, generator=generator, dtype=torch.float64)
+    lobes[::5, :, 1] *= -1  # some phi are 0
+    toward = torch.randn(24, 24, 3, generator=generator, dtype=torch.float64)
+
+    def loss(lobes: torch.Tensor, sigma: float, behind: float) -> torch.Tensor:
+        weighting = Weighting("sort_free_gs", sigma=sigma, background_weight=behind)
+        drawn = render_sortfree(
+            means, quats, scales, lobes, sh, camera=camera, background=background,
+            weighting=weighting,
+        )  # fmt: skip
+        return (drawn.image * toward).sum()
+
+    offsets = means - camera.position
+    depths = means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
+    sigma = float(depths.quantile(0.8))  # some lie beyond
+    _, phi = seen_along(lobes, normalize(offsets, dim=1))
+    learned = [
+        torch.tensor(value, dtype=torch.float64, requires_grad=True)
+        for value in (sigma, background_weight)
+    ]
+    told = ToldWeighting.apply(lobes.clone().requires_grad_(), *learned, depths, phi)
+    loss(told, sigma, background_weight).backward()
+    step = 1e-5
+    by_sigma = loss(lobes, sigma + step, background_weight)
+    by_sigma -= loss(lobes, sigma - step, background_weight)
+    torch.testing.assert_close(learned[0].grad, by_sigma / (2 * step), rtol=1e-5, atol=1e-7)
+    if background_weight == 0:  # stays 0
+        assert learned[1].grad == 0
+        return
+    by_weight = loss(lobes, sigma, background_weight + step)
+    by_weight -= loss(lobes, sigma, background_weight - step)
+    torch.testing.assert_close(learned[1].grad, by_weight / (2 * step), rtol=1e-5, atol=1e-7)
+
+
+def test_the_weighting_moves_and_is_what_the_file_says(
+    dataset: Dataset,  # noqa: F811
+    make_student: MakeStudent,  # noqa: F811
+) -> None:
+    student = make_student(FORMS["sort_free_gs"])
+    train(student, dataset, 40)
+    learned = unpack(pack(student.coded())).weighting
+    assert learned.sigma != 8 and learned.background_weight != 0.5
+    assert learned == student.model.weighting
+    plain = make_student(STUDENT)
+    assert plain.model.weighting == STUDENT.weighting
+    assert not any(name.startswith("weighting") for name in plain.model.shared.tensors)
+
+
+# --- what the votes look at
+
+
+def test_votes_can_look_at_one_criterion_alone() -> None:
+    opacities = torch.tensor([0.1, 0.9, 0.1, 0.9, 0.5])
+    scales = torch.tensor([0.1, 0.1, 0.9, 0.9, 0.5])[:, None].expand(5, 3)
+    against = {
+        by: vote(opacities, scales, quantile=0.5, by=by) for by in ("both", "opacity", "scale")
+    }
+    assert against["both"].tolist() == [True, False, False, False, False]
+    assert against["opacity"].tolist() == [True, False, True, False, False]
+    assert against["scale"].tolist() == [True, True, False, False, False]
+
+
+def test_one_criterion_removes_more_than_both(
+    dataset: Dataset,  # noqa: F811
+    make_student: MakeStudent,  # noqa: F811
+) -> None:
+    counts = {}
+    for by in ("both", "opacity", "scale"):
+        votes = VoteConfig(by=by, quantile=0.5, interval=0.25)
+        student = make_student(replace(STUDENT, votes=votes))
+        train(student, dataset, 40)
+        counts[by] = student.count
+    assert counts["both"] < 50
+    assert max(counts["opacity"], counts["scale"]) < counts["both"]
