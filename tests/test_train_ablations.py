@@ -13,15 +13,15 @@ from test_train_stages import (  # noqa: F401 - fixtures
     make_student,
     train,
 )
-from torch.nn.functional import normalize
 
 from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting, render_sorted, render_sortfree
-from mobilegs.render.lobes import constant_lobes, seen_along
+from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.scene import Scene
-from mobilegs.train.adjoints import ToldWeighting
+from mobilegs.train.adjoints import telling_weighting
+from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import VoteConfig, vote
 from mobilegs.train.student import Student, StudentConfig
 from mobilegs.train.view_dependence import ViewDependence
@@ -31,6 +31,7 @@ SORT_FREE_GS = Weighting("sort_free_gs", sigma=8.0, background_weight=0.5)
 FORMS: dict[str, StudentConfig] = {
     "sorted": replace(STUDENT, blend="sorted", view=CONSTANT),
     "sorted-3": replace(STUDENT, blend="sorted", view=CONSTANT, sh_degree=3),
+    "masks": replace(STUDENT, blend="sorted", view=CONSTANT, presence=PresenceConfig(weight=0.1)),
     "sort_free_gs": replace(STUDENT, weighting=SORT_FREE_GS),
     "no background weight": replace(
         STUDENT, weighting=replace(SORT_FREE_GS, background_weight=0.0)
@@ -62,7 +63,7 @@ def test_every_form_has_a_file_that_shows_what_training_drew(
     assert (again.image - truth).abs().mean() < 0.25 * truth.abs().mean()
 
 
-@pytest.mark.parametrize("form", ["sorted", "sort_free_gs", "sh-0", "sh-3"])
+@pytest.mark.parametrize("form", ["sorted", "masks", "sort_free_gs", "sh-0", "sh-3"])
 @pytest.mark.parametrize("stop", [3, 20, 30])
 def test_every_form_goes_on_where_it_was_stopped(
     form: str,
@@ -130,26 +131,27 @@ def test_sigma_and_the_backgrounds_weight_get_the_gradients_of_the_picture(
         )  # fmt: skip
         return (drawn.image * toward).sum()
 
-    offsets = means - camera.position
     depths = means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
     sigma = float(depths.quantile(0.8))  # some lie beyond
-    _, phi = seen_along(lobes, normalize(offsets, dim=1))
-    learned = [
-        torch.tensor(value, dtype=torch.float64, requires_grad=True)
-        for value in (sigma, background_weight)
-    ]
-    told = ToldWeighting.apply(lobes.clone().requires_grad_(), *learned, depths, phi)
+    given = {"sigma": sigma, "background_weight": background_weight}
+    learned = {
+        name: torch.tensor(value, dtype=torch.float64, requires_grad=True)
+        for name, value in given.items()
+        if value
+    }
+    told = telling_weighting(lobes.clone().requires_grad_(), means, camera, **learned)
     loss(told, sigma, background_weight).backward()
     step = 1e-5
     by_sigma = loss(lobes, sigma + step, background_weight)
     by_sigma -= loss(lobes, sigma - step, background_weight)
-    torch.testing.assert_close(learned[0].grad, by_sigma / (2 * step), rtol=1e-5, atol=1e-7)
-    if background_weight == 0:  # stays 0
-        assert learned[1].grad == 0
+    torch.testing.assert_close(learned["sigma"].grad, by_sigma / (2 * step), rtol=1e-5, atol=1e-7)
+    if not background_weight:
         return
     by_weight = loss(lobes, sigma, background_weight + step)
     by_weight -= loss(lobes, sigma, background_weight - step)
-    torch.testing.assert_close(learned[1].grad, by_weight / (2 * step), rtol=1e-5, atol=1e-7)
+    torch.testing.assert_close(
+        learned["background_weight"].grad, by_weight / (2 * step), rtol=1e-5, atol=1e-7
+    )
 
 
 def test_the_weighting_moves_and_is_what_the_file_says(
@@ -192,3 +194,42 @@ def test_one_criterion_removes_more_than_both(
         counts[by] = student.count
     assert counts["both"] < 50
     assert max(counts["opacity"], counts["scale"]) < counts["both"]
+
+
+# --- masks
+
+
+def test_masks_remove_what_nothing_needs(
+    dataset: Dataset,  # noqa: F811
+    make_student: MakeStudent,  # noqa: F811
+) -> None:
+    """Half of the Gaussians are hidden within others: only the loss on the masks tells them."""
+    presence = PresenceConfig(weight=1.0, rate=0.5)
+    votes = VoteConfig(quantile=0.0, interval=0.25)
+    student = make_student(replace(FORMS["masks"], presence=presence, votes=votes))
+    faint = torch.arange(50) % 2 == 0
+    with torch.no_grad():
+        student.model.rows.tensors["logit_opacities"][faint] = -6.0  # below 1/255
+    train(student, dataset, 40)
+    assert "presence" not in student.model.rows.tensors  # the last pruning has dropped them
+    assert 5 <= student.count <= 25
+
+
+def test_masks_are_random_but_repeatable_and_told_apart(generator: torch.Generator) -> None:
+    config = PresenceConfig(weight=0.5, temperature=0.2)
+    logits = torch.tensor([-3.0, 0.0, 3.0]).repeat(20000).requires_grad_()
+    drawn = config.draw(logits, generator)
+    assert torch.equal(drawn, config.draw(logits, torch.Generator().manual_seed(0)))
+    near_one = (drawn.detach() > 0.5).float().view(-1, 3).mean(0)  # with the very probability
+    torch.testing.assert_close(near_one, torch.sigmoid(logits[:3]).detach(), atol=0.01, rtol=0)
+    config.loss(logits).backward()
+    assert (logits.grad > 0).all()
+    assert config.stay(logits[:3], last=False).tolist() == [False, True, True]
+    assert config.stay(logits[:3] - 0.1, last=True).tolist() == [False, False, True]
+
+
+def test_masks_are_for_sorted_blending(make_student: MakeStudent) -> None:  # noqa: F811
+    with pytest.raises(InputError, match="blend=sorted"):
+        make_student(replace(STUDENT, presence=PresenceConfig(weight=0.1)))
+    with pytest.raises(InputError, match="temperature above 0"):
+        PresenceConfig(temperature=0.0)

@@ -71,7 +71,13 @@ def test_the_papers_schedule_holds_the_votes_asked_for_in_every_interval() -> No
 
 def test_no_quantile_means_no_votes() -> None:
     ballot = Ballot(VoteConfig(quantile=0.0), steps=30, count=1, device=CPU)
-    assert not any(ballot.votes_in(s) or ballot.prunes_after(s) for s in range(1, 31))
+    assert not any(ballot.votes_in(step) for step in range(1, 31))
+    assert ballot.verdict().all()
+
+
+def test_the_last_pruning_is_known() -> None:
+    ballot = Ballot(VoteConfig(), steps=30_000, count=1, device=CPU)
+    assert [s for s in range(1, 30_001) if ballot.prunes_last_after(s)] == [24_000]
 
 
 def test_a_restored_ballot_counts_on() -> None:

@@ -4,7 +4,10 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 from torch.autograd.function import FunctionCtx
+from torch.nn.functional import normalize
 
+from mobilegs.camera import Camera
+from mobilegs.render.lobes import seen_along
 from mobilegs.spherical_harmonics import C0
 
 
@@ -29,10 +32,30 @@ class TakeRows(torch.autograd.Function):
         return full.index_copy_(0, rows, grad), None
 
 
-class ToldWeighting(torch.autograd.Function):
+def telling_weighting(
+    lobes: Float[Tensor, "n m 2"],
+    means: Float[Tensor, "n 3"],
+    camera: Camera,
+    *,
+    sigma: Float[Tensor, ""],
+    background_weight: Float[Tensor, ""] | None = None,
+) -> Float[Tensor, "n m 2"]:
     """The lobes as they are; their gradient also tells `sigma` and the background's weight.
 
     For `sort_free_gs`, whose picture depends on both but whose renderers take them as constants.
+    """
+    means = means.detach()
+    directions = normalize(means - camera.position, dim=1)
+    _, phi = seen_along(lobes.detach(), directions)
+    depths = means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
+    told = _TellingWeighting.apply(lobes, sigma, background_weight, depths, phi)
+    assert isinstance(told, Tensor)
+    return told
+
+
+class _TellingWeighting(torch.autograd.Function):
+    """The adjoint of `telling_weighting`.
+
     With `w = max(0, 1 - d / sigma) phi` (SortFreeGS, Eq. 1), `dL/dw` follows from `dL/dphi`, and
     that gives `dL/dsigma`. The picture does not change if all weights and the background's grow
     by one factor, so `b dL/db = -sum(phi dL/dphi)`.
@@ -43,11 +66,11 @@ class ToldWeighting(torch.autograd.Function):
         ctx: FunctionCtx,
         lobes: Float[Tensor, "n m 2"],
         sigma: Float[Tensor, ""],
-        background_weight: Float[Tensor, ""],
+        background_weight: Float[Tensor, ""] | None,
         depths: Float[Tensor, "n"],
         phi: Float[Tensor, "n"],
     ) -> Tensor:
-        ctx.save_for_backward(sigma, background_weight, depths, phi)
+        ctx.save_for_backward(sigma, background_weight, depths, phi)  # pyright: ignore[reportArgumentType]
         return lobes.view_as(lobes)
 
     @staticmethod
@@ -58,7 +81,5 @@ class ToldWeighting(torch.autograd.Function):
         counts = left > 0
         by_left = torch.where(counts, by_phi / torch.where(counts, left, 1.0), 0.0)
         to_sigma = (by_left * depths).sum() / sigma**2
-        to_background = torch.where(
-            background_weight > 0, -by_phi.sum() / background_weight.clamp_min(1e-30), 0.0
-        )
+        to_background = None if background_weight is None else -by_phi.sum() / background_weight
         return grad, to_sigma, to_background, None, None

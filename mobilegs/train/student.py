@@ -15,6 +15,7 @@ from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
 from mobilegs.train.optim import log_linear
+from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import Ballot, VoteConfig, vote
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student_model import Phase, StudentModel
@@ -97,6 +98,8 @@ class StudentConfig:
     """Sizes of the codebooks."""
     votes: VoteConfig = field(default_factory=VoteConfig)
     """Pruning."""
+    presence: PresenceConfig = field(default_factory=PresenceConfig)
+    """Pruning by learned masks, off in the presets."""
     cache_mib: int = 2048
     """Memory for the teacher's pictures; what does not fit is drawn again."""
 
@@ -164,6 +167,13 @@ class Student:
             sh_degree=config.sh_degree,
         )
         device = teacher.gaussians.means.device
+        if config.presence.weight:
+            if config.blend != "sorted":
+                raise InputError(
+                    "masks (presence.weight) are for sorted blending: set blend=sorted"
+                )
+            logits = config.presence.logits(len(self.model), device)
+            self.model.rows.add("presence", logits, config.presence.rate)
         self.ballot = Ballot(config.votes, config.steps, len(self.model), device)
 
     @property
@@ -282,10 +292,12 @@ class Student:
     def _pull(self, index: int, view: View) -> StepResult:
         """Add one view's gradients."""
         config = self.config
+        logits = self.model.rows.tensors.get("presence")
         drawn = self.model.draw(
             view.camera,
             background=self.background,
             depth=config.depth_weight > 0,
+            presence=None if logits is None else config.presence.draw(logits, self.generator),
         )
         loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
         if config.distill_weight or config.depth_weight:
@@ -297,6 +309,8 @@ class Student:
                 loss = loss + config.depth_weight * depth_distillation_loss(
                     drawn.depth, drawn.alpha, teacher.depth, mask=view.mask
                 )
+        if logits is not None:
+            loss = loss + config.presence.loss(logits)
         loss.backward()
         return StepResult(loss.detach(), squared_error(drawn.image, view))
 
@@ -308,6 +322,11 @@ class Student:
 
     def _prune(self) -> None:
         keep = self.ballot.verdict()
+        if "presence" in self.model.rows.tensors:
+            last = self.ballot.prunes_last_after(self.done)
+            keep &= self.config.presence.stay(self.model.rows.tensors["presence"], last=last)
+            if last:
+                self.model.rows.drop("presence")
         if keep.any() and not keep.all():
             self.model.keep_rows(keep)
         self.ballot.clear(len(self.model))
@@ -334,6 +353,7 @@ class Student:
             "static": config.latent_rate,
             "view": config.latent_rate,
             "weighting": config.weighting_rate,
+            "presence": config.presence.rate,
             "network": config.network_rate,
             "decoder": config.decoder_rate,
             "scale": config.codebook_rate,

@@ -28,7 +28,7 @@ from mobilegs.render import Rendered, Weighting, render_sorted, render_sortfree,
 from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.adjoints import TakeRows, ToldWeighting, pass_through
+from mobilegs.train.adjoints import TakeRows, pass_through, telling_weighting
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.view_dependence import LOGIT_MAX, ViewDependence, settled
 
@@ -213,24 +213,24 @@ class StudentModel:
         *,
         background: Float[Tensor, "3"],
         depth: bool = False,
+        presence: Float[Tensor, "n"] | None = None,
     ) -> Rendered:
         """The picture from `camera`, differentiable; only what it can show is computed.
 
-        `radii` are those of the Gaussians drawn, not of all.
+        `presence`, if given, multiplies the opacities of sorted blending. `radii` are those of the
+        Gaussians drawn, not of all.
         """
         rows = self.visible(camera)
         some, for_lobes = self.gaussians(rows)
         shapes = (some.means, some.quats, some.scales)
         options = {"camera": camera, "background": background, "depth": depth}
         if self.blend == "sorted":
-            return render_sorted(*shapes, some.opacities, some.sh, **options)
+            opacities = some.opacities if presence is None else some.opacities * presence[rows]
+            return render_sorted(*shapes, opacities, some.sh, **options)
         lobes = self.lobes(some, for_lobes, camera)
         if learned := self._learned_weighting():
-            offsets = some.means.detach() - camera.position
-            _, phi = seen_along(lobes.detach(), normalize(offsets, dim=1))
-            behind = learned.get("background_weight", lobes.new_tensor(-torch.inf)).exp()
-            depths = some.means.detach() @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
-            lobes = ToldWeighting.apply(lobes, learned["sigma"].exp(), behind, depths, phi)
+            weights = {name: log.exp() for name, log in learned.items()}
+            lobes = telling_weighting(lobes, some.means, camera, **weights)
         return render_sortfree(*shapes, lobes, some.sh, weighting=self.weighting, **options)
 
     @torch.no_grad()
