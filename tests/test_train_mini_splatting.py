@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import groupby
+from pathlib import Path
 
 import pytest
 import torch
@@ -11,6 +12,7 @@ from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.render import measure_contributions
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
+from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.init import gaussians_at, neighbour_distances
 from mobilegs.train.mini_splatting import MiniSplatting, MiniSplattingConfig, shown
@@ -260,15 +262,18 @@ def same_state(first, second) -> bool:
     return torch.equal(first, second) if isinstance(first, torch.Tensor) else first == second
 
 
-@pytest.mark.parametrize("stop", [1, 9, 10, 11, 30, 31, 40, 59])
+@pytest.mark.parametrize("stop", [1, 10, 29, 30, 40])
 @pytest.mark.parametrize("method", ["3dgs", "mini-splatting", "mcmc"])
-def test_a_teacher_that_was_stopped_ends_the_same(dataset: Dataset, method, stop: int) -> None:
+def test_a_teacher_that_was_stopped_ends_the_same(
+    dataset: Dataset, tmp_path: Path, method, stop: int
+) -> None:
     recipe = with_method(replace(RECIPES["demo"](), teacher=CONFIG), method)
     whole, first, second = (
         Teacher(recipe.teacher, dataset, seed=seed, device=CPU) for seed in (0, 0, 9)
     )
-    train(whole, dataset, 60)
+    train(whole, dataset, 42)
     train(first, dataset, stop)
-    second.restore(first.state())
-    train(second, dataset, 60)
+    save_checkpoint(tmp_path / "saved", first.state())
+    second.restore(load_checkpoint(tmp_path / "saved"))
+    train(second, dataset, 42)
     assert same_state(whole.state(), second.state())

@@ -251,6 +251,8 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
     if recipe is None:
         recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
     if run.method is not None:
+        if run.teacher is not None:
+            raise InputError(f"{run.teacher} is trained already: leave out --method")
         recipe = with_method(recipe, run.method)
     if run.steps is not None:
         recipe = with_steps(recipe, run.steps)
