@@ -2,11 +2,13 @@
 
 import pytest
 import torch
+from contributions import compare_case
 from golden import BASE, CASES, RENDERERS, names_of, with_rows
 from scenes import SORTED, as_float32, camera, cotangents, random_scene, render_with_grads
 from test_kernels import BAD, compare
 
-from mobilegs.render import render_sorted, visible_rows
+from mobilegs.render import measure_contributions, render_sorted, visible_rows
+from mobilegs.render.kernels import cuda
 
 pytestmark = [
     pytest.mark.gpu,
@@ -92,3 +94,20 @@ def test_a_camera_on_the_gpu_draws_the_same_picture():
     first = render_sorted(*flat, camera=view, background=background)
     second = render_sorted(*flat, camera=view.to("cuda"), background=background)
     assert torch.equal(first.image, second.image)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_contributions_agree_with_their_definition(case):
+    compare_case(case, cuda.measure_contributions, device="cuda")
+
+
+def test_contributions_have_the_same_bits_twice_and_those_of_the_cpu_but_for_rounding():
+    scene = {n: v.float() for n, v in random_scene(30_000, seed=26).items()}
+    scene["scales"] *= 0.3
+    flat, view = [scene[n] for n in SORTED[:4]], camera(640, 427).to(dtype=torch.float32)
+    on_gpu = [t.to("cuda") for t in flat]
+    first, again = (measure_contributions(*on_gpu, camera=view) for _ in range(2))
+    assert all(torch.equal(a, b) for a, b in zip(first, again, strict=True))
+    expected = measure_contributions(*flat, camera=view)
+    torch.testing.assert_close(first.weights.cpu(), expected.weights, rtol=1e-3, atol=1e-2)
+    assert (first.winner.cpu() != expected.winner).float().mean() < 1e-3

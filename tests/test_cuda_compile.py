@@ -16,7 +16,7 @@ REPORT = re.compile(
     r"Used (\d+) registers",
     re.DOTALL,
 )
-KERNELS = 14
+KERNELS = 16
 
 
 def resources(log: str) -> dict[str, dict[str, int]]:

@@ -5,6 +5,7 @@ What this cannot show: races between blocks or within a warp, the GPU's own roun
 
 import pytest
 import torch
+from contributions import compare_case, kernel_inputs
 from cuda_on_host import COMPILER, HostKernels
 from golden import BASE, CASES, RENDERERS, constant, names_of, with_rows
 from scenes import SORTED, SORTFREE, as_float32, camera, cotangents, random_scene, render_with_grads
@@ -118,6 +119,31 @@ def test_without_depth_nothing_else_changes(renderer):
         torch.testing.assert_close(without, with_depth, rtol=1e-5, atol=1e-6)
 
 
+def contributions_by_cuda(scene, view):
+    struct, inputs = kernel_inputs(scene, view)
+    return cuda.measure_contributions(struct, *inputs)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_contributions_agree_with_their_definition(case):
+    compare_case(case, cuda.measure_contributions)
+
+
+def test_contributions_of_long_lists_agree_whatever_the_order_of_threads(kernels):
+    scene, view = as_float32(random_scene(1500, seed=16)), camera(120, 90)
+    scene["scales"][:3] = 3.0
+    scene["opacities"][3:60] = 1.0
+    found = contributions_by_cuda(scene, view)
+    kernels.reverse(True)
+    for name, value in contributions_by_cuda(scene, view)._asdict().items():
+        assert torch.equal(value, getattr(found, name)), name
+    struct, inputs = kernel_inputs(scene, view)
+    expected = cpu.measure_contributions(struct, *inputs)
+    torch.testing.assert_close(found.weights, expected.weights, rtol=1e-4, atol=1e-3)
+    assert (found.touched - expected.touched).abs().sum() <= 1e-4 * expected.touched.sum()
+    assert (found.winner != expected.winner).float().mean() < 1e-3
+
+
 def test_every_kernel_is_executed(kernels):
     scene, view = as_float32(random_scene(5)), camera()
     for depth in (False, True):
@@ -125,6 +151,7 @@ def test_every_kernel_is_executed(kernels):
             leaves = [scene[name].float().requires_grad_() for name in names]
             given = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
             render(*leaves, depth=depth, **given).image.sum().backward()
+    contributions_by_cuda(scene, view)
     _, log = cuda.compile_kernels("sm_90")
     compiled = {line.split("'")[1] for line in log.splitlines() if "Compiling entry" in line}
     assert set(kernels.launched) == compiled

@@ -268,6 +268,28 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
     assert recipe.student.weighting.name == "no_depth"
 
 
+@pytest.mark.parametrize("name", list(RECIPES))
+def test_a_method_changes_how_the_teacher_is_trained_and_no_lengths(name, tmp_path: Path) -> None:
+    plain = resolved(TrainRun(tmp_path, tmp_path, preset=name), None)
+    strategies = {}
+    for method in ("3dgs", "mini-splatting", "mcmc"):
+        recipe = resolved(TrainRun(tmp_path, tmp_path, preset=name, method=method), None)
+        strategies[method] = recipe.teacher.densify.strategy
+        assert recipe.student == plain.student and recipe.teacher.steps == plain.teacher.steps
+        assert recipe.teacher.max_splats == plain.teacher.max_splats
+    assert list(strategies.values()) == ["clone_split", "mini_splatting", "mcmc"]
+
+
+def test_the_papers_teacher_is_mini_splatting() -> None:
+    assert RECIPES["gpu"]().teacher.densify.strategy == "mini_splatting"
+
+
+def test_a_method_for_a_teacher_that_is_given_is_refused(tmp_path: Path) -> None:
+    run = TrainRun(tmp_path, tmp_path, method="mcmc", teacher=tmp_path / "scene.ply")
+    with pytest.raises(InputError, match="trained already"):
+        resolved(run, None)
+
+
 @pytest.mark.parametrize(
     "setting",
     [

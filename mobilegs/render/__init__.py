@@ -8,15 +8,25 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
+from mobilegs.render import contributions as contributions_definition
 from mobilegs.render import sorted as sorted_definition
 from mobilegs.render import sortfree as sortfree_definition
+from mobilegs.render.contributions import Contributions
 from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.view import kernel_view
 from mobilegs.render.project import project
 from mobilegs.render.rendered import Rendered
 from mobilegs.render.sortfree import Weighting
 
-__all__ = ["Rendered", "Weighting", "render_sorted", "render_sortfree", "visible_rows"]
+__all__ = [
+    "Contributions",
+    "Rendered",
+    "Weighting",
+    "measure_contributions",
+    "render_sorted",
+    "render_sortfree",
+    "visible_rows",
+]
 
 Backend = Literal["auto", "definition", "kernel"]
 
@@ -93,6 +103,27 @@ def render_sortfree(
     view = kernel_view(camera, background, weighting, **sizes)
     tensors = (means, quats, scales, None, sh, lobes)
     return Rendered(*_raster(means).apply(view, screen_grads, depth, *tensors))
+
+
+@torch.no_grad()
+def measure_contributions(
+    means: Float[Tensor, "n 3"],
+    quats: Float[Tensor, "n 4"],
+    scales: Float[Tensor, "n 3"],
+    opacities: Float[Tensor, "n"],
+    *,
+    camera: Camera,
+    backend: Backend = "auto",
+) -> Contributions:
+    """What each Gaussian gives to a sorted picture; `contributions.py` has the definition."""
+    if _chosen(backend, means) == "definition":
+        return contributions_definition.measure_contributions(
+            means, quats, scales, opacities, camera=camera
+        )
+    black = torch.zeros_like(means[:, None, :])
+    view = kernel_view(camera, black.new_zeros(3), Weighting(), sh_size=1, lobe_size=0)
+    kernels = cuda if means.is_cuda else cpu
+    return kernels.measure_contributions(view, means, quats, scales, opacities, black)
 
 
 @torch.no_grad()

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
 from mobilegs.train.optim import NamedAdam
 
@@ -16,9 +17,12 @@ from mobilegs.train.optim import NamedAdam
 class DensifyConfig:
     """When and where Gaussians are added and removed (3DGS, section 5.2)."""
 
-    strategy: Literal["clone_split", "fixed"] = "clone_split"
-    """`clone_split` is 3DGS's; `fixed` keeps the Gaussians that training starts with."""
-    start: float = 0.02
+    strategy: Literal["clone_split", "mini_splatting", "mcmc", "fixed"] = "clone_split"
+    """`clone_split` is 3DGS's; `mini_splatting` also begins anew from surfaces and samples what
+    matters; `mcmc` moves what is faint, up to max_splats; `fixed` keeps the Gaussians that
+    training starts with. The fields below are clone_split's, of which mini_splatting makes use;
+    mcmc only of `start`, `interval` and `min_interval`."""
+    start: float = 1 / 60
     """Fraction of the run before the first densification (3DGS: 500 of 30,000)."""
     stop: float = 0.5
     """Fraction of the run after which none happens (3DGS: 15,000 of 30,000)."""
@@ -65,7 +69,50 @@ class Schedule:
         )
 
 
-class CloneSplit:
+class Fixed:
+    """Keeps the Gaussians that training starts with; other strategies differ in what they say."""
+
+    stop = 0
+    """Gaussians are added before this step."""
+
+    def rate_clock(self, done: int) -> int:
+        """After `done` steps: how many the schedule of the centres' rate has behind it."""
+        return done
+
+    def harmonics_clock(self, done: int) -> int:
+        """After `done` steps: how many the schedule of the harmonics' degree has behind it."""
+        return done
+
+    def regulariser(self, gaussians: Gaussians) -> Float[Tensor, ""]:
+        """What is added to the loss."""
+        return gaussians.means.new_zeros(())
+
+    def observe(
+        self,
+        step: int,
+        gaussians: Gaussians,
+        camera: Camera,
+        *,
+        screen_grads: Float[Tensor, "n 2"],
+        radii: Float[Tensor, "n"],
+    ) -> None:
+        """Take note of a picture of `gaussians`, before step number `step` (from 1) moves them.
+
+        `screen_grads` are the gradients of the projected centres, in 1 / px.
+        """
+
+    def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
+        """Change the rows if the schedule says so after step number `step` (from 1)."""
+
+    def state(self) -> dict:
+        """Everything that later changes depend on."""
+        return {}
+
+    def restore(self, state: dict) -> None:
+        """Take back what `state()` gave."""
+
+
+class CloneSplit(Fixed):
     """3DGS's densification: observes every step's gradients, changes the rows now and then."""
 
     def __init__(
@@ -81,28 +128,36 @@ class CloneSplit:
         """`extent` in world units, `count` the number of Gaussians to begin with."""
         self.config = config
         self.schedule = Schedule.of(config, steps)
+        self.stop = self.schedule.stop
         self.extent = extent
         self.max_splats = max_splats
         self._clear(count, device)
 
     def observe(
-        self, screen_grads: Float[Tensor, "n 2"], radii: Float[Tensor, "n"], camera: Camera
+        self,
+        step: int,
+        gaussians: Gaussians,
+        camera: Camera,
+        *,
+        screen_grads: Float[Tensor, "n 2"],
+        radii: Float[Tensor, "n"],
     ) -> None:
-        """Add one picture's gradients of the projected centres (in 1 / px) to the averages."""
+        """Add one picture's gradients to the averages."""
+        if step >= self.stop:
+            return
         half = screen_grads.new_tensor([camera.width / 2, camera.height / 2])
         self.gradients += (screen_grads * half).norm(dim=1)
         self.views += radii > 0
 
     @torch.no_grad()
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
-        """Grow and prune if the schedule says so after step number `step` (from 1)."""
+        """Grow and prune, reset opacities."""
         when = self.schedule
-        if not when.start < step <= when.stop:
+        if not when.start < step < when.stop:
             return
         if step % when.interval == 0:
-            self._grow(adam, generator)
-            self._prune(adam, large_too=step > when.prune_scale_from)
-            self._clear(len(adam.tensors["means"]), self.gradients.device)
+            nobody = torch.zeros_like(self.views, dtype=torch.bool)
+            self._densify(step, adam, generator, split_too=nobody)
         if when.opacity_reset and step % when.opacity_reset == 0:
             faint = torch.logit(torch.tensor(0.01)).item()
             adam.reset("logit_opacities", adam.tensors["logit_opacities"].clamp_max(faint))
@@ -120,11 +175,25 @@ class CloneSplit:
         self.gradients = torch.zeros(count, device=device)  # sum of norms
         self.views = torch.zeros(count, dtype=torch.int32, device=device)
 
-    def _grow(self, adam: NamedAdam, generator: torch.Generator) -> None:
-        rows = self._pulled()
+    def _densify(
+        self,
+        step: int,
+        adam: NamedAdam,
+        generator: torch.Generator,
+        *,
+        split_too: Bool[Tensor, "n"],
+    ) -> None:
+        """Grow, prune, and begin new averages."""
+        self._grow(adam, generator, split_too)
+        self._prune(adam, large_too=step > self.schedule.prune_scale_from)
+        self._clear(len(adam.tensors["means"]), self.gradients.device)
+
+    def _grow(
+        self, adam: NamedAdam, generator: torch.Generator, split_too: Bool[Tensor, "n"]
+    ) -> None:
         scales = adam.tensors["log_scales"].exp()
         large = scales.amax(1) > self.config.split_scale * self.extent
-        cloned, split = rows & ~large, rows & large
+        cloned, split = self._chosen(large, split_too)
         twice = torch.cat([split.nonzero()[:, 0]] * 2)
         new = {
             name: torch.cat([tensor[cloned], tensor[twice]])
@@ -136,18 +205,28 @@ class CloneSplit:
         new["means"][children] += (turn @ (scales[twice] * noise)[:, :, None])[:, :, 0]
         new["log_scales"][children] = (scales[twice] / 1.6).log()
         adam.append_rows(new)
-        added = torch.ones(len(new["means"]), dtype=torch.bool, device=rows.device)
+        added = torch.ones(len(new["means"]), dtype=torch.bool, device=scales.device)
         adam.keep_rows(torch.cat([~split, added]))
 
-    def _pulled(self) -> Bool[Tensor, "n"]:
-        """Which Gaussians grow: those over the threshold, the largest first up to the cap."""
+    def _chosen(
+        self, large: Bool[Tensor, "n"], split_too: Bool[Tensor, "n"]
+    ) -> tuple[Bool[Tensor, "n"], Bool[Tensor, "n"]]:
+        """Which are cloned and which are split: those over the threshold, and `split_too`.
+
+        Each clone and each split adds one. Where there is no room for all, `split_too` comes
+        first, then what is pulled at most.
+        """
         mean = self.gradients / self.views.clamp_min(1)
-        rows = mean >= self.config.gradient
+        pulled = mean >= self.config.gradient
+        wanted = torch.stack([pulled & ~large, pulled & large | split_too])  # [2, n]
         room = max(0, self.max_splats - len(mean))
-        if int(rows.sum()) > room:  # cloned or split, each adds exactly one
-            ranked = torch.argsort(mean, descending=True, stable=True)
-            rows = torch.zeros_like(rows).index_fill_(0, ranked[:room], True)
-        return rows
+        if int(wanted.sum()) > room:
+            strength = torch.stack([mean, torch.where(split_too, torch.inf, mean)])
+            strength = torch.where(wanted, strength, -1).flatten()
+            ranked = torch.argsort(strength, descending=True, stable=True)
+            wanted = torch.zeros_like(wanted).flatten().index_fill_(0, ranked[:room], True)
+        cloned, split = wanted.reshape(2, -1)
+        return cloned, split
 
     def _prune(self, adam: NamedAdam, *, large_too: bool) -> None:
         keep = adam.tensors["logit_opacities"].sigmoid() >= self.config.prune_opacity

@@ -25,7 +25,15 @@ from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import choose_device
 from mobilegs.train.progress import Monitor
-from mobilegs.train.recipes import RECIPES, PresetName, Recipe, with_setting, with_steps
+from mobilegs.train.recipes import (
+    RECIPES,
+    MethodName,
+    PresetName,
+    Recipe,
+    with_method,
+    with_setting,
+    with_steps,
+)
 from mobilegs.train.run_folder import RunFolder, stopping_between_steps
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student import Student
@@ -53,6 +61,11 @@ class TrainRun:
     preset: PresetName | None = None
     """How long and how many: cpu is meant for two cores and some 15 minutes, gpu has the
     paper's 30,000 + 30,000 steps, demo is small. Without it, gpu where there is one."""
+    method: MethodName | None = None
+    """How the teacher is trained. 3dgs: clone, split, prune, reset opacities. mini-splatting: the
+    paper's; begins anew from surfaces and keeps what matters. mcmc: moves what is faint, always
+    up to max_splats. Without it, mini-splatting with the preset gpu, with the others 3dgs that
+    resets nothing."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
     """Divide the photos' size by this. Without it they are at most 1600 pixels wide."""
     steps: Annotated[int | None, arg(metavar="N")] = None
@@ -237,6 +250,10 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
     """The recipe that the options of a new run ask for."""
     if recipe is None:
         recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
+    if run.method is not None:
+        if run.teacher is not None:
+            raise InputError(f"{run.teacher} is trained already: leave out --method")
+        recipe = with_method(recipe, run.method)
     if run.steps is not None:
         recipe = with_steps(recipe, run.steps)
     if run.max_splats is not None:

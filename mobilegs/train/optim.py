@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 import torch
-from jaxtyping import Bool
+from jaxtyping import Bool, Int
 from torch import Tensor
 
 EPS = 1e-15  # of 3DGS: gradients per Gaussian are tiny
@@ -43,6 +43,10 @@ class NamedAdam:
     def set_rate(self, name: str, rate: float) -> None:
         """Give one tensor another learning rate."""
         self._group(name)["lr"] = rate
+
+    def rate(self, name: str) -> float:
+        """The learning rate of one tensor."""
+        return self._group(name)["lr"]
 
     def step(self) -> None:
         """One step of Adam with the gradients at hand, which are then dropped."""
@@ -85,6 +89,19 @@ class NamedAdam:
         """Give one tensor new values of the same shape; its moments start again at 0."""
         moments = {key: torch.zeros_like(value) for key in self._moments(self.tensors[name])}
         self._replace(name, value, moments)
+
+    @torch.no_grad()
+    def forget(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:
+        """The moments of some rows, of every tensor, start again at 0."""
+        for tensor in self.tensors.values():
+            for moment in self._moments(tensor).values():
+                moment[rows] = 0
+
+    @torch.no_grad()
+    def restart(self, values: Mapping[str, Tensor]) -> None:
+        """Give every tensor new values, of any number of rows, and begin Adam anew."""
+        for name in list(self.tensors):
+            self._replace(name, values[name], {})
 
     def state(self) -> dict:
         """Everything needed to continue: values, moments, step counts and rates, by name."""

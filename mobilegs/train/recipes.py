@@ -8,11 +8,13 @@ from typing import Any, Literal
 
 from mobilegs.errors import InputError
 from mobilegs.train.densify import DensifyConfig
+from mobilegs.train.mini_splatting import MiniSplattingConfig
 from mobilegs.train.prune import VoteConfig
 from mobilegs.train.student import StudentConfig
 from mobilegs.train.teacher import TeacherConfig
 
 PresetName = Literal["cpu", "gpu", "demo"]
+MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
 
 
 @dataclass(frozen=True)
@@ -26,9 +28,9 @@ class Recipe:
 
 
 def gpu_recipe() -> Recipe:
-    """The paper's lengths, 30,000 + 30,000 steps, for a graphics card."""
+    """The paper's lengths, 30,000 + 30,000 steps, and its teacher, for a graphics card."""
     return Recipe(
-        TeacherConfig(),
+        TeacherConfig(densify=DensifyConfig(strategy="mini_splatting")),
         StudentConfig(net_fraction=5 / 30, final_rate=0.3, decay_from=0.65),
     )
 
@@ -42,6 +44,7 @@ def cpu_recipe() -> Recipe:
             init_splats=40_000,
             # few Gaussians must cover what is far away: removing the large ones leaves holes
             densify=DensifyConfig(prune_scale=0.0),
+            mini_splatting=MiniSplattingConfig(peak_splats=1.5, reinit_splats=1.2, sampled=0.8),
         ),
         StudentConfig(
             steps=5000,
@@ -90,6 +93,19 @@ RECIPES: dict[PresetName, Callable[[], Recipe]] = {
     "gpu": gpu_recipe,
     "demo": demo_recipe,
 }
+
+
+def with_method(recipe: Recipe, method: MethodName) -> Recipe:
+    """The recipe with the teacher trained as a paper has it; lengths and numbers stay."""
+    teacher = recipe.teacher
+    if method == "3dgs":
+        densify = replace(teacher.densify, strategy="clone_split", opacity_reset=0.1)
+    elif method == "mini-splatting":
+        densify = replace(teacher.densify, strategy="mini_splatting")
+    else:
+        densify = replace(teacher.densify, strategy="mcmc")
+        teacher = replace(teacher, init_opacity=0.5, init_scale=0.1)
+    return replace(recipe, teacher=replace(teacher, densify=densify))
 
 
 def with_steps(recipe: Recipe, steps: int) -> Recipe:

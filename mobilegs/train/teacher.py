@@ -1,5 +1,6 @@
 """The teacher: a plain 3DGS scene, trained with sorted blending."""
 
+import math
 from dataclasses import dataclass, field
 
 import torch
@@ -9,9 +10,11 @@ from mobilegs.data.dataset import Dataset, View
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import render_sorted, visible_rows
 from mobilegs.render.scene import Scene
-from mobilegs.train.densify import CloneSplit, DensifyConfig
+from mobilegs.train.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.init import initial_gaussians
 from mobilegs.train.losses import photo_loss
+from mobilegs.train.mcmc import Mcmc, McmcConfig
+from mobilegs.train.mini_splatting import MiniSplatting, MiniSplattingConfig
 from mobilegs.train.optim import NamedAdam, log_linear
 from mobilegs.train.stage import StepResult
 
@@ -23,15 +26,18 @@ class TeacherConfig:
     steps: int = 30_000
     """Number of steps, one photo each."""
     max_splats: int = 1_000_000
-    """Never more Gaussians than this."""
+    """Never more Gaussians than this (while mini_splatting densifies: than its own peak)."""
     init_splats: int = 200_000
     """At most so many to begin with; of more points a random choice is taken."""
     init_opacity: float = 0.1
-    """Opacity of all Gaussians at the start."""
+    """Opacity of all Gaussians at the start, and of those that mini_splatting begins anew."""
+    init_scale: float = 1.0
+    """Their size at the start, in distances to their neighbours."""
     sh_degree: int = 3
     """Degree that the colour's spherical harmonics reach, 0 to 3."""
     sh_interval: float = 1 / 30
-    """Fraction of the run between two raises of that degree, beginning at 0."""
+    """Fraction of the run between two raises of that degree, beginning at 0 (with
+    mini_splatting: from its draw on)."""
     ssim_weight: float = 0.2
     """Share of D-SSIM in the loss, the rest is L1."""
     position_rate: float = 1.6e-4
@@ -50,6 +56,10 @@ class TeacherConfig:
     """Rate of the quaternions."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)
     """How Gaussians are added and removed."""
+    mini_splatting: MiniSplattingConfig = field(default_factory=MiniSplattingConfig)
+    """What the strategy of that name does besides."""
+    mcmc: McmcConfig = field(default_factory=McmcConfig)
+    """What the strategy of that name does."""
     min_views: int = 2
     """Gaussians that fewer of the training cameras see are removed in the last step: nothing has
     told how far away they are, and from elsewhere they may be a veil before the eye."""
@@ -70,7 +80,7 @@ class Teacher:
         self.done = 0
         self.extent = dataset.extent
         self.near = dataset.near
-        self.cameras = [frame.camera for frame in dataset.train]
+        self.frames = dataset.train
         self.background = dataset.background.to(device)
         self.generator = torch.Generator().manual_seed(seed)
         start = initial_gaussians(
@@ -80,25 +90,16 @@ class Teacher:
             sh_degree=config.sh_degree,
             generator=self.generator,
         )
+        start.log_scales += math.log(config.init_scale)
+        self.strategy = self._strategy(len(start), device)
         tensors = start.to(device).tensors()
         sh = tensors.pop("sh")
         self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": sh[:, 1:]}, self._rates())
-        self.densifier = None
-        if config.densify.strategy == "clone_split":
-            self.densifier = CloneSplit(
-                config.densify,
-                steps=config.steps,
-                extent=self.extent,
-                max_splats=config.max_splats,
-                count=len(start),
-                device=device,
-            )
 
     @property
     def phase(self) -> str:
         """`densify` while Gaussians may still be added, then `refine`."""
-        growing = self.densifier is not None and self.done < self.densifier.schedule.stop
-        return "densify" if growing else "refine"
+        return "densify" if self.done < self.strategy.stop else "refine"
 
     @property
     def count(self) -> int:
@@ -109,7 +110,7 @@ class Teacher:
     def sh_degree(self) -> int:
         """Degree of the harmonics that the next step uses."""
         interval = max(1, round(self.config.sh_interval * self.steps))
-        return min(self.config.sh_degree, self.done // interval)
+        return min(self.config.sh_degree, self.strategy.harmonics_clock(self.done) // interval)
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """One step on one view."""
@@ -131,12 +132,18 @@ class Teacher:
         loss = photo_loss(
             drawn.image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight
         )
+        loss = loss + self.strategy.regulariser(shown)
         loss.backward()
-        self.adam.step()
         self.done += 1
-        if self.densifier is not None and self.phase == "densify":
-            self.densifier.observe(screen_grads, drawn.radii, view.camera)
-            self.densifier.after_step(self.done, self.adam, self.generator)
+        self.strategy.observe(
+            self.done,
+            shown.detached(),
+            view.camera,
+            screen_grads=screen_grads,
+            radii=drawn.radii,
+        )
+        self.adam.step()
+        self.strategy.after_step(self.done, self.adam, self.generator)
         if self.done == self.steps:
             self._remove_unsupported()
         return StepResult(loss.detach(), squared_error(drawn.image, view))
@@ -155,7 +162,7 @@ class Teacher:
             "done": self.done,
             "generator": self.generator.get_state(),
             "adam": self.adam.state(),
-            "densifier": None if self.densifier is None else self.densifier.state(),
+            "strategy": self.strategy.state(),
         }
 
     def restore(self, state: dict) -> None:
@@ -163,18 +170,30 @@ class Teacher:
         self.done = state["done"]
         self.generator.set_state(state["generator"])
         self.adam.restore(state["adam"])
-        if self.densifier is not None:
-            self.densifier.restore(state["densifier"])
+        self.strategy.restore(state["strategy"])
+
+    def _strategy(self, count: int, device: torch.device) -> Fixed:
+        config, densify = self.config, self.config.densify
+        if densify.strategy == "fixed":
+            return Fixed()
+        run = {"steps": config.steps, "max_splats": config.max_splats}
+        if densify.strategy == "mcmc":
+            return Mcmc(densify, config.mcmc, **run)
+        start = {"extent": self.extent, "count": count, "device": device}
+        if densify.strategy == "clone_split":
+            return CloneSplit(densify, **run, **start)
+        begin = {"frames": self.frames, "opacity": config.init_opacity}
+        return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
 
     @torch.no_grad()
     def _remove_unsupported(self) -> None:
         gaussians = self.gaussians()
         views = torch.zeros(len(gaussians), dtype=torch.int32, device=gaussians.means.device)
-        for camera in self.cameras:
-            camera = camera.to(views.device)
+        for frame in self.frames:
+            camera = frame.camera.to(views.device)
             quats, scales = gaussians.quats, gaussians.scales
             views[visible_rows(gaussians.means, quats, scales, camera=camera)] += 1
-        keep = views >= min(self.config.min_views, len(self.cameras))
+        keep = views >= min(self.config.min_views, len(self.frames))
         if keep.any() and not keep.all():
             self.adam.keep_rows(keep)
 
@@ -190,9 +209,8 @@ class Teacher:
 
     def _rates(self) -> dict[str, float]:
         config = self.config
-        position = log_linear(
-            config.position_rate, config.position_rate_end, self.done / self.steps
-        )
+        progress = self.strategy.rate_clock(self.done) / self.steps
+        position = log_linear(config.position_rate, config.position_rate_end, progress)
         return {
             "means": position * self.extent,
             "quats": config.quat_rate,

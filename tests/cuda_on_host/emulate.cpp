@@ -125,6 +125,8 @@ const std::map<std::string, std::function<void(void**)>> kernels = {
     ENTRY(mgs_sorted_backward),
     ENTRY(mgs_sorted_backward_depth),
     ENTRY(mgs_sorted_gather),
+    ENTRY(mgs_contributions),
+    ENTRY(mgs_contributions_gather),
 };
 
 }  // namespace

@@ -30,6 +30,7 @@ inline float4 make_float4(float x, float y, float z, float w) { return {x, y, z,
 inline float2 make_float2(float x, float y) { return {x, y}; }
 inline short4 make_short4(short x, short y, short z, short w) { return {x, y, z, w}; }
 inline float __fdividef(float a, float b) { return a / b; }
+inline int __popc(unsigned x) { return __builtin_popcount(x); }
 inline int __ffs(unsigned x) { return __builtin_ffs((int)x); }
 
 // Waits for the block, or for the warp, and hands every thread what all of its group handed in.
@@ -50,12 +51,14 @@ inline unsigned __ballot_sync(unsigned, int value) {
   return bits;
 }
 inline int __any_sync(unsigned mask, int value) { return __ballot_sync(mask, value) != 0; }
-inline float __shfl_xor_sync(unsigned, float value, int offset) {
+template <class T>
+inline T __shfl_xor_sync(unsigned, T value, int offset) {
+  static_assert(sizeof(T) == sizeof(uint32_t));
   union {
-    float real;
+    T whole;
     uint32_t bits;
   } mine = {value};
   const uint32_t* all = exchange(Group::WARP, "shfl_xor", mine.bits);
   mine.bits = all[(threadIdx.x % 32) ^ offset];
-  return mine.real;
+  return mine.whole;
 }

@@ -1,5 +1,6 @@
 // The CPU's loops over core.h behind a plain C interface, for ctypes: OpenMP, no atomics and no
 // shared sums, so results do not depend on the number of threads.
+#include "cpu_contributions.h"
 #include "cpu_sorted.h"
 #include "cpu_sortfree.h"
 
@@ -45,6 +46,15 @@ EXPORT void mgs_sorted_backward(const View* view, int n, const Inputs* in, const
                                 const float* g_alpha, const float* g_depth, const Gradients* out) {
   (g_depth ? sorted_backward<true> : sorted_backward<false>)(
       *view, n, *in, splats, *(const Bins*)bins, sums, g_image, g_alpha, g_depth, *out);
+}
+
+EXPORT void mgs_contributions(const View* view, int n, const Inputs* in, Splat* splats,
+                              float* radii, float* weights, int32_t* touched, int32_t* winner,
+                              float* alpha) {
+  project_all(*view, n, *in, splats, radii);
+  std::vector<int> order = depth_order(n, splats);
+  Bins bins = bin(*view, n, splats, &order);
+  measure_contributions(*view, n, bins, splats, weights, touched, winner, alpha);
 }
 
 EXPORT void mgs_bins_free(void* bins) { delete (Bins*)bins; }

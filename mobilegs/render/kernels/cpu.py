@@ -8,6 +8,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from mobilegs.render.contributions import Contributions, pixels_won
 from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView, refuse_strays
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
@@ -168,3 +169,19 @@ def project_radii(
         address(radii),
     )
     return radii
+
+
+def measure_contributions(
+    view: KernelView, means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, sh: Tensor
+) -> Contributions:
+    """What each Gaussian gives to a sorted picture; the colours do not matter."""
+    refuse_strays(view, [means, quats, scales, opacities, sh, None], None)
+    held = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
+    count, shape = len(means), (view.height, view.width)
+    splats, radii = torch.empty(count, SPLAT_BYTES, dtype=torch.uint8), torch.empty(count)
+    weights, touched = torch.empty(count), torch.empty(count, dtype=torch.int32)
+    winner, alpha = torch.empty(shape, dtype=torch.int32), torch.empty(shape)
+    outputs = [address(t) for t in (splats, radii, weights, touched, winner, alpha)]
+    inputs = ctypes.byref(Inputs([*held, None]))
+    library().mgs_contributions(ctypes.byref(view), count, inputs, *outputs)
+    return Contributions(weights, touched, pixels_won(winner, count), winner, alpha)

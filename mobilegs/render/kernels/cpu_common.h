@@ -94,6 +94,17 @@ Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* o
   return bins;
 }
 
+// Where each Gaussian's places begin, if every row of tiles that it touches has one, and their number:
+// one thread takes a row of tiles, so that no two ever add to one place.
+std::vector<int> row_places(int n, const Splat* splats) {
+  std::vector<int> first(n + 1, 0);
+  for (int i = 0; i < n; i++) {
+    const Splat& s = splats[i];
+    first[i + 1] = first[i] + (visible(s) ? (s.y1 - 1) / TILE - s.y0 / TILE + 1 : 0);
+  }
+  return first;
+}
+
 // Visible Gaussians by depth, equal depths by index: a radix sort over the bits of positive floats.
 std::vector<int> depth_order(int n, const Splat* splats) {
   std::vector<int> order, next;

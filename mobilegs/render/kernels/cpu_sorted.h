@@ -148,11 +148,7 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
   int rows = (view.height + TILE - 1) / TILE;
   // Each (Gaussian, row of tiles) has a slot of its own. One thread walks a row of tiles from left
   // to right, so a slot's sums are added in one order; a Gaussian then adds its slots downwards.
-  std::vector<int> first(n + 1, 0);
-  for (int i = 0; i < n; i++) {
-    const Splat& s = splats[i];
-    first[i + 1] = first[i] + (visible(s) ? (s.y1 - 1) / TILE - s.y0 / TILE + 1 : 0);
-  }
+  std::vector<int> first = row_places(n, splats);
   Buffer<Sums<float>> partial(first[n]);
   std::vector<unsigned char> reached(first[n], 0);
 #pragma omp parallel

@@ -3,6 +3,7 @@
 // whatever several threads add up has one place per addend and one order of adding, so that equal
 // inputs give equal bits. Never run on a GPU so far; tests compile them for two generations, and
 // execute them thread by thread on a CPU.
+#include "cuda_contributions.h"
 #include "cuda_sorted.h"
 #include "cuda_sortfree.h"
 
@@ -72,6 +73,29 @@ mgs_sorted_gather(int n, const int64* order, const int64* ends, const float* slo
   }
   Total total = add_lanes(sums);
   if (total.mine >= 0) totals[order[k] * SUMS + total.mine] = total.value;
+}
+
+// One block per tile, one thread per pixel; slots start at 0.
+KERNEL(MANY, 4)
+mgs_contributions(GIVEN View view, const Splat* splats, GIVEN Lists lists, float2* slots,
+                  int* winner, float* alpha) {
+  measure_contributions(view, splats, lists, slots, winner, alpha);
+}
+
+// One warp per Gaussian, in the order of its slots: adds up its shares and counts its pixels.
+KERNEL(MANY, 4)
+mgs_contributions_gather(int n, const int64* order, const int64* ends, const float2* slots,
+                         float* weights, int* touched) {
+  int64 k = (int64)blockIdx.x * (MANY / WARP) + warp_of_thread();
+  if (k >= n) return;
+  int64 first = k ? ends[k - 1] : 0, end = ends[k];
+  float weight = 0;
+  int pixels = 0;
+  for (int64 slot = first + lane_of_thread(); slot < end; slot += WARP)
+    weight += slots[slot].x, pixels += (int)slots[slot].y;
+  weight = sum_of_lanes(weight), pixels = sum_of_lanes(pixels);
+  if (lane_of_thread()) return;
+  weights[order[k]] = weight, touched[order[k]] = pixels;
 }
 
 // One thread per Gaussian: from its finished sums to the gradients of the inputs.

@@ -22,11 +22,13 @@ from torch import Tensor
 
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
+from mobilegs.render.contributions import Contributions, pixels_won
 from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView, refuse_strays
 
 SOURCES = (
     "cuda.cu",
     "cuda_common.h",
+    "cuda_contributions.h",
     "cuda_sorted.h",
     "cuda_sortfree.h",
     "pairs.h",
@@ -339,3 +341,26 @@ def project_radii(
     kernels = kernels_for(means)
     with kernels.current():
         return _project(kernels, view, [*held, None])[1]
+
+
+def measure_contributions(
+    view: KernelView, means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, sh: Tensor
+) -> Contributions:
+    """What each Gaussian gives to a sorted picture; the colours do not matter."""
+    held = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
+    refuse_strays(view, [*held, None], None)
+    kernels, count, shape = kernels_for(means), len(means), (view.height, view.width)
+    weights, touched = means.new_empty(count), means.new_empty(count, dtype=torch.int32)
+    winner, alpha = means.new_empty(shape, dtype=torch.int32), means.new_empty(shape)
+    with kernels.current():
+        splats, _, tiles, _ = _project(kernels, view, [*held, None])
+        lists = _Lists(kernels, view, splats, tiles, by_depth=True)
+        slots = means.new_zeros(lists.count, 2)
+        arguments = [view, _pointer(splats), lists.pointers()]
+        arguments += [_pointer(t) for t in (slots, winner, alpha)]
+        kernels.launch("mgs_contributions", _tiles(view), THREADS, *arguments)
+        arguments = [_pointer(t) for t in (lists.order, lists.ends, slots, weights, touched)]
+        blocks = _blocks(count, PER_WARP)
+        name = "mgs_contributions_gather"
+        kernels.launch(name, blocks, THREADS, ctypes.c_int(count), *arguments)
+    return Contributions(weights, touched, pixels_won(winner, count), winner, alpha)

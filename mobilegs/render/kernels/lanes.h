@@ -30,6 +30,7 @@ typedef int64_t int64;
 typedef float vfloat __attribute__((vector_size(4 * LANES)));
 typedef int32_t vint __attribute__((vector_size(4 * LANES)));
 typedef float vfloat_unaligned __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
+typedef int32_t vint_unaligned __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
 
 MGS_FN float min_of(float a, float b) { return a < b ? a : b; }
 MGS_FN float max_of(float a, float b) { return a > b ? a : b; }
@@ -55,6 +56,8 @@ MGS_FN vfloat reciprocal(vfloat x) {
 MGS_FN vfloat splat_value(vfloat, float x) { return x - (vfloat){}; }
 MGS_FN vfloat load(const float* p) { return *(const vfloat_unaligned*)p; }
 MGS_FN void store(float* p, vfloat v) { *(vfloat_unaligned*)p = v; }
+MGS_FN vint load(const int32_t* p) { return *(const vint_unaligned*)p; }
+MGS_FN void store(int32_t* p, vint v) { *(vint_unaligned*)p = v; }
 MGS_FN vfloat iota() {
   vfloat v;
   for (int i = 0; i < LANES; i++) v[i] = (float)i;
