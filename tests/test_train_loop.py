@@ -263,7 +263,8 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
         settings=("teacher.densify.gradient=1e-3", "student.weighting.name=no_depth"),
     )
     recipe = resolved(run, None)
-    assert recipe.teacher.max_splats == 77 and recipe.student.views_per_step == 3
+    assert recipe.teacher.max_splats == 77
+    assert recipe.teacher.views_per_step == recipe.student.views_per_step == 3
     assert recipe.teacher.densify.gradient == 1e-3
     assert recipe.student.weighting.name == "no_depth"
 

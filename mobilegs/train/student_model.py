@@ -24,7 +24,6 @@ from mobilegs.compress.halves import rounded_parameters
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.positions import Frame
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import Rendered, Weighting, render_sortfree, visible_rows
 from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
@@ -120,7 +119,7 @@ class StudentModel:
 
         def free(name: str) -> Tensor:
             tensor = self.rows.tensors[name]
-            return tensor if rows is None else _TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
+            return tensor if rows is None else take_rows(tensor, rows)
 
         means = free("means")
         nothing = means.new_zeros(len(means), 0)
@@ -181,44 +180,16 @@ class StudentModel:
         opacities, _ = seen_along(self.lobes(gaussians, for_lobes, camera), directions)
         return opacities, gaussians.scales
 
-    def draw(
-        self,
-        camera: Camera,
-        *,
-        background: Float[Tensor, "3"],
-        weighting: Weighting,
-        depth: bool = False,
-    ) -> Rendered:
-        """The picture from `camera`, differentiable; only what it can show is computed.
-
-        `radii` are those of the Gaussians drawn, not of all.
-        """
-        rows = self.visible(camera)
-        some, for_lobes = self.gaussians(rows)
-        return render_sortfree(
-            some.means,
-            some.quats,
-            some.scales,
-            self.lobes(some, for_lobes, camera),
-            some.sh,
-            camera=camera,
-            background=background,
-            weighting=weighting,
-            depth=depth,
-        )
-
     @torch.no_grad()
-    def visible(self, camera: Camera) -> Int[Tensor, "m"]:
-        """Indices of the Gaussians that could touch the picture."""
-        quats, log_scales = (
-            (self.codebooks["rotation"](), self.codebooks["scale"]())
-            if self.phase == "codes"
-            else (self.rows.tensors["quats"], self.rows.tensors["log_scales"])
-        )
-        means = self.rows.tensors["means"]
+    def shapes(self) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 4"], Float[Tensor, "n 3"]]:
+        """Means, quats and log-scales of all Gaussians as they are drawn, without gradients."""
+        of = self.rows.tensors
+        means = of["means"].detach()
         if self.frame is not None:
             means = self.frame.round(means)
-        return visible_rows(means.detach(), quats, log_scales.exp(), camera=camera)
+        if self.phase == "codes":
+            return means, self.codebooks["rotation"](), self.codebooks["scale"]()
+        return means, of["quats"].detach(), of["log_scales"].detach()
 
     def use_networks(self, *, regression_steps: int, generator: torch.Generator) -> None:
         """From `explicit` to `networks`: latents and decoder that reproduce the harmonics."""
@@ -381,9 +352,12 @@ def pass_through(values: Tensor) -> Tensor:
     return values - values.detach()
 
 
-class _TakeRows(torch.autograd.Function):
+def take_rows(tensor: Float[Tensor, "n ..."], rows: Int[Tensor, "m"]) -> Float[Tensor, "m ..."]:
     """`tensor[rows]` for rows that are all different: the adjoint copies instead of adding."""
+    return _TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
 
+
+class _TakeRows(torch.autograd.Function):
     @staticmethod
     def forward(ctx: FunctionCtx, tensor: Tensor, rows: Tensor) -> Tensor:
         ctx.shape = tensor.shape  # pyright: ignore[reportAttributeAccessIssue]
