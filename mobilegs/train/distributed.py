@@ -58,7 +58,7 @@ class Team:
         return list(zip(*found, strict=True))
 
     def numbers(self, *own: int) -> list[list[int]]:
-        """The same for numbers. Nobody goes on before all have come here."""
+        """The same for numbers, at least one. Nobody goes on before all have come here."""
         if self.world == 1:  # without waiting for a GPU
             return [list(own)]
         told = self.gather(torch.tensor(own, dtype=torch.int64, device=self.device))
@@ -86,7 +86,7 @@ class Team:
 
     def wait(self) -> None:
         """Go on once every process has come here."""
-        self.numbers()
+        self.numbers(0)
 
     def refuse_difference(self, where: str, *numbers: int) -> None:
         """Raise InputError unless every process has the same numbers."""
