@@ -29,7 +29,7 @@ def train(name: str, data: Path, runs: Path) -> dict:
     """One run through the command line, as a user would; returns its metrics."""
     folder, options = CAPTURES[name]
     output = runs / name
-    command = [sys.executable, "-m", "mobilegs.cli", "train", str(data / folder)]
+    command = [sys.executable, "-m", "mobilegs", "train", str(data / folder)]
     command += ["-o", str(output), "--preset", "cpu", "--resume", *options]
     if (data / "lpips").exists():
         command += ["--lpips-weights", str(data / "lpips")]
@@ -39,7 +39,7 @@ def train(name: str, data: Path, runs: Path) -> dict:
 
 def demo(runs: Path) -> dict:
     """The demo, in a folder of its own."""
-    command = [sys.executable, "-m", "mobilegs.cli", "demo", "--output", str(runs / "demo")]
+    command = [sys.executable, "-m", "mobilegs", "demo", "--output", str(runs / "demo")]
     subprocess.run(command, check=True)
     return json.loads((runs / "demo" / "metrics.json").read_text())
 

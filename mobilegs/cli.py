@@ -64,12 +64,15 @@ def train(words: Sequence[str]) -> None:
 
 def run_training(run: "TrainRun") -> None:
     """Train, and print what came of it."""
+    from mobilegs.train.distributed import is_first
     from mobilegs.train.loop import train_run
 
     try:
         metrics = train_run(run)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: add --resume to continue {run.output}") from None
+    if not is_first():
+        return
     student, teacher = metrics["student"], metrics["teacher"]
     print(
         f"{run.output / 'scene.mgs'}: {student['gaussians']:,} Gaussians, "
@@ -394,7 +397,3 @@ def fail(sentence: str, code: int) -> int:
     """Say on standard error why it ended, and with which exit code."""
     print(f"mobilegs: {sentence}", file=sys.stderr)
     return code
-
-
-if __name__ == "__main__":
-    sys.exit(main())

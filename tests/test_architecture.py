@@ -20,7 +20,7 @@ LEVELS: list[set[str]] = [
     {"train"},
     {"view"},
     {"doctor", "terminal"},
-    {"cli"},
+    {"cli", "__main__"},
 ]
 # each reads another tool's format; nothing of ours is between them
 SIBLINGS_APART = {"formats"}

@@ -10,6 +10,7 @@ from test_train_stages import (  # noqa: F401 - fixtures
     blobs,
     cameras,
     dataset,
+    draw,
     make_student,
     train,
 )
@@ -52,7 +53,7 @@ def test_every_form_has_a_file_that_shows_what_training_drew(
     student = make_student(FORMS[form])
     train(student, dataset, 40)
     camera = cameras()[0]
-    drawn = student.model.draw(camera, background=student.background, depth=True)
+    drawn = draw(student, depth=True)
     data = pack(student.coded())
     opened = unpack(data).decode()
     assert opened.blend == FORMS[form].blend == inspect(data)["blend"]
@@ -84,7 +85,7 @@ def test_a_sorted_student_is_a_teacher_with_fewer_harmonics(
     make_student: MakeStudent,  # noqa: F811
 ) -> None:
     given, camera = blobs(), cameras()[0]
-    drawn = make_student(FORMS["sorted"]).model.draw(camera, background=torch.zeros(3))
+    drawn = draw(make_student(FORMS["sorted"]))
     expected = render_sorted(
         given.means,
         given.quats,

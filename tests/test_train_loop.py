@@ -10,19 +10,13 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-import torch
 from PIL import Image
 
-from mobilegs.camera import Camera, look_at
 from mobilegs.compress.codebooks import CodebookSizes
-from mobilegs.data.dataset import Dataset, Frame
-from mobilegs.data.sample import write_sample
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.render.scene import Scene
 from mobilegs.train import loop
 from mobilegs.train.densify import DensifyConfig
-from mobilegs.train.init import gaussians_at
 from mobilegs.train.loop import TrainRun, resolved, train_run
 from mobilegs.train.recipes import RECIPES, Recipe, from_json, with_setting, with_steps
 from mobilegs.train.student import StudentConfig
@@ -50,37 +44,6 @@ OUTPUTS = {
     "scene.mgs",
     "teacher.ply",
 }
-
-
-@pytest.fixture(scope="session")
-def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Nine photos, 24 x 20, of fifty blobs, as COLMAP would leave them."""
-    generator = torch.Generator().manual_seed(5)
-    points = torch.randn(50, 3, generator=generator) * 0.5
-    colors = torch.rand(50, 3, generator=generator)
-    truth = Scene(gaussians_at(points, colors, opacity=0.8, sh_degree=0))
-    K = torch.tensor([[28.0, 0, 12], [0, 28, 10], [0, 0, 1]])
-    frames = []
-    for index in range(9):
-        eye = torch.randn(3, generator=generator)
-        viewmat = look_at(3 * eye / eye.norm(), torch.zeros(3), torch.tensor([0.0, 0, 1]))
-        camera = Camera(viewmat, K, 24, 20)
-        pixels = (truth.render(camera).image.clamp(0, 1) * 255).round().to(torch.uint8)
-        frames.append(Frame(f"view_{index}.png", camera, pixels=pixels))
-    folder = tmp_path_factory.mktemp("capture") / "blobs"
-    dataset = Dataset(
-        name="blobs",
-        train=frames[1:],
-        test=frames[:1],
-        points=points,
-        colors=colors,
-        extent=3.0,
-        center=torch.zeros(3),
-        background=torch.zeros(3),
-        near=0.2,
-    )
-    write_sample(folder, dataset)
-    return folder
 
 
 @pytest.fixture(scope="session")
@@ -263,7 +226,8 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
         settings=("teacher.densify.gradient=1e-3", "student.weighting.name=no_depth"),
     )
     recipe = resolved(run, None)
-    assert recipe.teacher.max_splats == 77 and recipe.student.views_per_step == 3
+    assert recipe.teacher.max_splats == 77
+    assert recipe.teacher.views_per_step == recipe.student.views_per_step == 3
     assert recipe.teacher.densify.gradient == 1e-3
     assert recipe.student.weighting.name == "no_depth"
 

@@ -9,14 +9,16 @@ import torch
 from mobilegs.camera import Camera, look_at
 from mobilegs.compress.codebooks import CUTS, CodebookSizes
 from mobilegs.compress.container import pack, unpack
-from mobilegs.data.dataset import Dataset, Frame, load_view
+from mobilegs.data.dataset import Dataset, Frame, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.render import Rendered
 from mobilegs.render.lobes import seen_along
 from mobilegs.render.scene import Scene
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.init import gaussians_at
+from mobilegs.train.seen import Seen
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student import Student, StudentConfig
 from mobilegs.train.teacher import Teacher, TeacherConfig
@@ -106,6 +108,12 @@ def train(stage: Stage, dataset: Dataset, until: int) -> list[float]:
     return losses
 
 
+def draw(student: Student, *, depth: bool = False) -> Rendered:
+    """What training draws for the first camera."""
+    seen = Seen(student.model, cameras()[:1])
+    return seen.draw(0, background=student.background, depth=depth)
+
+
 def same_state(first: dict, second: dict) -> bool:
     if isinstance(first, dict):
         return first.keys() == second.keys() and all(same_state(first[k], second[k]) for k in first)
@@ -149,6 +157,42 @@ def test_a_fixed_teacher_keeps_its_number(dataset: Dataset) -> None:
     teacher = Teacher(config, dataset, seed=0, device=CPU)
     train(teacher, dataset, 20)
     assert teacher.count == 40 and teacher.phase == "refine"
+
+
+def test_a_teacher_follows_the_sum_of_its_views_gradients(dataset: Dataset) -> None:
+    apart, together = (
+        Teacher(replace(TEACHER, views_per_step=3), dataset, seed=0, device=CPU) for _ in range(2)
+    )
+    views = [(index, load_view(dataset.train[index])) for index in (4, 0, 2)]
+    losses = []
+    for _, view in views:
+        loss, *_ = apart._look(view)
+        loss.backward()
+        losses.append(loss)
+    expected = {name: t.grad.clone() for name, t in apart.adam.tensors.items()}
+    together.adam.step = lambda: None
+    assert together.advance(views).loss == torch.stack(losses).mean()
+    for name, tensor in together.adam.tensors.items():
+        assert torch.equal(tensor.grad, expected[name]), name
+        assert (tensor.grad != 0).any() or name == "sh_rest"
+
+
+def test_densification_observes_every_view_of_a_step(dataset: Dataset) -> None:
+    teacher = Teacher(replace(TEACHER, views_per_step=2), dataset, seed=0, device=CPU)
+    views = [(index, load_view(dataset.train[index])) for index in (3, 1)]
+    observed = []
+    teacher.densifier.observe = lambda *seen: observed.append(seen)
+    teacher.advance(views)
+    for (screen_grads, radii, camera), (_, view) in zip(observed, views, strict=True):
+        assert torch.equal(camera.viewmat, view.camera.viewmat)
+        assert (screen_grads != 0).any() and (radii > 0).any()
+    assert not torch.equal(observed[0][0], observed[1][0])
+
+
+@pytest.mark.parametrize("config", [TeacherConfig, StudentConfig])
+def test_a_step_without_views_is_refused(config: type) -> None:
+    with pytest.raises(InputError, match="views_per_step must be at least 1, not 0"):
+        config(views_per_step=0)
 
 
 def test_harmonics_rise_with_the_run(dataset: Dataset) -> None:
@@ -230,7 +274,7 @@ def test_training_draws_what_evaluation_draws(kind: str, dataset: Dataset, make_
     student = make_student(with_kind(kind))
     for until in (5, 20, 40):  # explicit, networks, codes
         train(student, dataset, until)
-        drawn = student.model.draw(cameras()[0], background=student.background, depth=True)
+        drawn = draw(student, depth=True)
         again = student.scene().render(cameras()[0], depth=True)
         torch.testing.assert_close(drawn.image, again.image, atol=1e-5, rtol=0)
     assert student.model.phase == "codes"
@@ -249,7 +293,7 @@ def test_as_many_numbers_are_stored_as_were_asked_for(
     assert set(coded.codebooks) == {"scale", "rotation", "appearance", *streams}
     if "lobes" in streams:
         assert coded.codebooks["lobes"].shape == (2, 9, 3)
-    drawn = student.model.draw(cameras()[0], background=student.background)
+    drawn = draw(student)
     opened = unpack(pack(coded)).decode().render(cameras()[0])
     torch.testing.assert_close(drawn.image, opened.image, atol=1e-5, rtol=0)
 
@@ -285,19 +329,41 @@ def test_the_cache_of_the_teachers_pictures_does_not_change_training(
     assert same_state(students[0].state(), students[1].state())
 
 
-def test_a_step_on_several_views_follows_the_sum_of_their_gradients(
-    dataset: Dataset, make_student
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_student_follows_the_sum_of_its_views_gradients(
+    kind: str, dataset: Dataset, make_student
 ) -> None:
-    views = [(index, load_view(dataset.train[index])) for index in range(3)]
-    apart, together = (make_student(with_kind("projected")) for _ in range(2))
-    for index, view in views:
-        apart._pull(index, view)
-    expected = {name: t.grad.clone() for name, t in apart.model.rows.tensors.items()}
-    together.model.step = lambda: None
-    together.advance(views)
-    for name, tensor in together.model.rows.tensors.items():
-        assert torch.equal(tensor.grad, expected[name])
-        assert (tensor.grad != 0).any()
+    student = make_student(with_kind(kind))
+    views = [(index, load_view(dataset.train[index])) for index in (4, 0, 2)]
+    for until in (5, 20, 30):  # explicit, networks, codes
+        train(student, dataset, until)
+        apart = [gradients(student, [view]) for view in views]
+        for name, grad in gradients(student, views).items():
+            expected = sum(one[name] for one in apart)
+            assert grad.isfinite().all() and ((expected != 0).any() or not expected.numel()), name
+            distance = (grad - expected).norm() / expected.norm().clamp_min(1e-30)
+            assert distance < 1e-5, f"{name} in {student.phase}: {distance:.1e}"
+
+
+def gradients(student: Student, views: list[tuple[int, View]]) -> dict[str, torch.Tensor]:
+    """What a step on these views would follow, by name."""
+    student._pull([student.cameras[index] for index, _ in views], views)
+    found = {}
+    for adam in (student.model.rows, student.model.shared):
+        found |= {n: t.grad.clone() for n, t in adam.tensors.items() if t.grad is not None}
+        adam.adam.zero_grad()
+    return found
+
+
+def test_of_several_cameras_each_sees_its_own(dataset: Dataset, make_student) -> None:
+    student = make_student()
+    near = [replace(camera, near=2.9 + 0.1 * i) for i, camera in enumerate(cameras())]
+    seen = Seen(student.model, near)
+    assert 0 < len(seen.rows[0]) < len(seen.decoded["means"]) < 50
+    for number, camera in enumerate(near):
+        options = {"background": student.background}
+        together, alone = seen.draw(number, **options), Seen(student.model, [camera])
+        assert torch.equal(together.image, alone.draw(0, **options).image)
 
 
 def test_moments_survive_the_changes_of_form(dataset: Dataset, make_student) -> None:

@@ -31,7 +31,7 @@ part() {
 part tests 150 "$python" -m pytest -m gpu -q -W default --junitxml="$out/tests.xml" tests/test_cuda.py
 part kernels 120 "$python" bench/gpu/kernels_gpu.py --json "$out/kernels.json"
 if [ -d "${MOBILEGS_DATA:-}/bonsai" ]; then
-  part bonsai 270 "$python" -m mobilegs.cli train "$MOBILEGS_DATA/bonsai" -o "$out/bonsai" \
+  part bonsai 270 "$python" -m mobilegs train "$MOBILEGS_DATA/bonsai" -o "$out/bonsai" \
     --preset gpu --downscale 2 --steps "${STEPS:-8000}"
   part native 60 "$python" bench/native.py --mgs "$out/bonsai/scene.mgs" \
     --ply "$out/bonsai/teacher.ply" --json "$out/native.json"

@@ -1,7 +1,7 @@
 """Operations whose derivative is not the one that autograd would find."""
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from torch import Tensor
 from torch.autograd.function import FunctionCtx
 from torch.nn.functional import normalize
@@ -16,8 +16,13 @@ def pass_through(values: Tensor) -> Tensor:
     return values - values.detach()
 
 
-class TakeRows(torch.autograd.Function):
+def take_rows(tensor: Float[Tensor, "n ..."], rows: Int[Tensor, "m"]) -> Float[Tensor, "m ..."]:
     """`tensor[rows]` for rows that are all different: the adjoint copies instead of adding."""
+    return _TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
+
+
+class _TakeRows(torch.autograd.Function):
+    """The adjoint of `take_rows`."""
 
     @staticmethod
     def forward(ctx: FunctionCtx, tensor: Tensor, rows: Tensor) -> Tensor:

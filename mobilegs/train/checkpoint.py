@@ -1,6 +1,7 @@
 """A checkpoint: the whole state of a run in one file, safetensors with JSON in its header."""
 
 import json
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,15 @@ def save_checkpoint(path: Path | str, state: dict[str, Any]) -> None:
     tree = _without_tensors({"version": VERSION, "state": state}, "", tensors)
     with atomic_path(path) as temporary:
         save_file(tensors, temporary, metadata={"checkpoint": json.dumps(tree)})
+
+
+def digest(state: dict[str, Any]) -> int:
+    """A number that differs, all but certainly, for states that do not hold the same bits."""
+    tensors: dict[str, torch.Tensor] = {}
+    found = zlib.crc32(json.dumps(_without_tensors(state, "", tensors)).encode())
+    for tensor in tensors.values():
+        found = zlib.crc32(tensor.numpy().tobytes(), found)
+    return found
 
 
 def load_checkpoint(path: Path | str) -> dict[str, Any]:

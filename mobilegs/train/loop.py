@@ -23,7 +23,8 @@ from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
 from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.render.scene import Scene
-from mobilegs.scene_file import choose_device
+from mobilegs.train.checkpoint import digest
+from mobilegs.train.distributed import Team, joined
 from mobilegs.train.progress import Monitor
 from mobilegs.train.recipes import (
     RECIPES,
@@ -79,7 +80,8 @@ class TrainRun:
     max_splats: Annotated[int | None, arg(metavar="N")] = None
     """The teacher never has more Gaussians than this."""
     views_per_step: Annotated[int | None, arg(metavar="N")] = None
-    """Photos in one step of the student."""
+    """Photos in one step of teacher and student; processes that torchrun started share them out.
+    --set student.views_per_step=N is for the student alone."""
     background: tuple[float, float, float] | None = None
     """Colour behind everything, RGB in 0..1. Without it, white for renders with transparency,
     black otherwise."""
@@ -99,16 +101,22 @@ def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
     `recipe` takes the place of the preset's. Raises InputError before anything is written if
     an input cannot be used, and KeyboardInterrupt, after a checkpoint, if told to stop.
     """
+    with joined(run.device) as team:
+        return train_together(run, recipe, team)
+
+
+def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str, Any]:
+    """What `train_run` does, in one process of a team. They all read; only the first one writes."""
     folder = RunFolder(run.output)
     resuming = run.resume and folder.config.exists()
     if resuming and folder.metrics.exists():
         return json.loads(folder.metrics.read_text())
-    device = choose_device(run.device)
     if resuming:
         options, recipe = folder.continued()
         run = with_saved(run, options)
     else:
         recipe = resolved(run, recipe)
+    refuse_uneven(run, recipe, team.world)
     lpips = lpips_from(run.lpips_weights)
     dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
     if not dataset.test:
@@ -116,26 +124,32 @@ def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
     given = None
     if run.teacher is not None and not folder.teacher.exists():
         given = read_ply(run.teacher)
-    if not resuming:
+    team.wait()  # until all have looked at the folder
+    if team.first and not resuming:
         folder.begin(options=as_options(run), recipe=recipe)
-    if given is not None:
+    if team.first and given is not None:
         write_ply(folder.teacher, given)
+    team.wait()
     saved = folder.saved() or {"stage": None, "seconds": {}, "journal": []}
+    written = (folder.journal, saved["journal"], saved["seconds"])
     with (
         ViewLoader(dataset.train) as loader,
-        Monitor(folder.journal, saved["journal"], saved["seconds"]) as monitor,
+        Monitor(*written, silent=not team.first) as monitor,
     ):
-        session = Session(run, folder, dataset, loader, monitor, device, saved)
+        session = Session(run, folder, dataset, loader, monitor, team, saved)
         if not folder.teacher.exists():
             train_teacher(session, recipe)
         scene = Scene(
-            read_ply(folder.teacher).to(device),
-            background=dataset.background.to(device),
+            read_ply(folder.teacher).to(team.device),
+            background=dataset.background.to(team.device),
             near=dataset.near,
         )
         if not folder.scene.exists():
             train_student(session, recipe, scene)
-    return measure(session, scene, lpips)
+    if team.first:
+        measure(session, scene, lpips)
+    team.wait()
+    return json.loads(folder.metrics.read_text())
 
 
 @dataclass(frozen=True)
@@ -147,29 +161,35 @@ class Session:
     dataset: Dataset
     loader: ViewLoader
     monitor: Monitor
-    device: torch.device
+    team: Team
     saved: dict[str, Any]
     """The checkpoint that this session continues; its stage is None if there was none."""
 
 
 def train_teacher(session: Session, recipe: Recipe) -> None:
     """Leave `teacher.ply`."""
-    stage = Teacher(recipe.teacher, session.dataset, seed=session.run.seed, device=session.device)
-    run_stage(stage, session, order_seed=2 * session.run.seed)
-    write_ply(session.folder.teacher, stage.gaussians())
+    dataset, seed, team = session.dataset, session.run.seed, session.team
+    stage = Teacher(recipe.teacher, dataset, seed=seed, device=team.device, team=team)
+    run_stage(stage, session, order_seed=2 * seed)
+    if team.first:
+        write_ply(session.folder.teacher, stage.gaussians())
+    team.wait()
 
 
 def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
     """Leave `scene.mgs`."""
-    dataset = session.dataset
+    dataset, seed, team = session.dataset, session.run.seed, session.team
     stage = Student(
         recipe.student,
         teacher,
         [frame.camera for frame in dataset.train],
         extent=dataset.extent,
-        seed=session.run.seed,
+        seed=seed,
+        team=team,
     )
-    run_stage(stage, session, order_seed=2 * session.run.seed + 1)
+    run_stage(stage, session, order_seed=2 * seed + 1)
+    if not team.first:
+        return
     frames = dataset.train[:: max(1, len(dataset.train) // FIRST_LOOKS)]
     meta: dict[str, MetaValue] = {"generator": f"mobilegs {__version__}", "capture": dataset.name}
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
@@ -178,7 +198,7 @@ def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
 
 def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:
     """Train `stage` to its end, from the session's checkpoint if that is one of this stage."""
-    loader, monitor, folder = session.loader, session.monitor, session.folder
+    loader, monitor, folder, team = session.loader, session.monitor, session.folder, session.team
     if session.saved["stage"] == stage.name:
         stage.restore(session.saved["state"])
     monitor.begin(stage)
@@ -187,24 +207,31 @@ def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:
     with stopping_between_steps() as stop:
         while stage.done < stage.steps:
             first = stage.done * number
-            order = view_order(len(loader), first, number + PREFETCH, order_seed)
-            loader.prefetch(order[number:])
-            views = [(index, loader.get(index).to(session.device)) for index in order[:number]]
+            order = view_order(len(loader), first, number + PREFETCH * team.world, order_seed)
+            mine = order[team.rank :: team.world]
+            here = number // team.world
+            loader.prefetch(mine[here:])
+            views = [(index, loader.get(index).to(team.device)) for index in mine[:here]]
             monitor.after_step(stage, stage.advance(views))
             if stage.done % preview_every == 0:
-                preview(stage, session)
+                step = f"after step {stage.done} of the {stage.name}"
+                team.refuse_difference(step, digest(stage.state()) if team.world > 1 else 0)
+                if team.first:
+                    preview(stage, session)
+            stopping = any(asked for [asked] in team.numbers(stop.asked))
             late = time.monotonic() - saved_at > session.run.checkpoint_seconds
-            if late or stop or stage.done == stage.steps:
+            if team.first and (late or stopping or stage.done == stage.steps):
                 folder.save(stage.name, stage.state(), seconds=monitor.seconds, rows=monitor.rows)
                 saved_at = time.monotonic()
-            if stop:
+            if stopping:
+                team.wait()  # for the checkpoint
                 raise KeyboardInterrupt
 
 
 @torch.no_grad()
 def preview(stage: Stage, session: Session) -> None:
     """Draw the first held-back view as it looks now, and note its PSNR."""
-    view = load_view(session.dataset.test[0]).to(session.device)
+    view = load_view(session.dataset.test[0]).to(session.team.device)
     image = as_displayed(stage.scene().render(view.camera).image)
     with atomic_path(session.folder.previews / f"{stage.name}_{stage.done:06}.png") as path:
         Image.fromarray(to_bytes(image).cpu().numpy()).save(path, format="PNG")
@@ -214,16 +241,16 @@ def preview(stage: Stage, session: Session) -> None:
     )
 
 
-def measure(session: Session, teacher: Scene, lpips: LpipsSuite | None) -> dict[str, Any]:
+def measure(session: Session, teacher: Scene, lpips: LpipsSuite | None) -> None:
     """Leave `contact_sheet.png` and `metrics.json`, from the files alone."""
     folder, dataset, run = session.folder, session.dataset, session.run
     started = time.monotonic()
-    student = read_mgs(folder.scene).decode(session.device)
+    student = read_mgs(folder.scene).decode(session.team.device)
     figures = evaluate_side_by_side({"teacher": teacher, "student": student}, dataset, lpips=lpips)
     contact_sheet(folder.contact_sheet, dataset, teacher, student)
     camera = dataset.test[0].camera
     seconds = {**session.monitor.seconds, "evaluation": time.monotonic() - started}
-    metrics = write_metrics(
+    write_metrics(
         folder.metrics,
         teacher={
             "file_bytes": folder.teacher.stat().st_size,
@@ -239,11 +266,22 @@ def measure(session: Session, teacher: Scene, lpips: LpipsSuite | None) -> dict[
             "image_size": [camera.width, camera.height],
             "views": {"train": len(dataset.train), "test": len(dataset.test)},
             "seed": run.seed,
-            "device": str(session.device),
+            "device": str(session.team.device),
         },
     )
     folder.finish()
-    return metrics
+
+
+def refuse_uneven(run: TrainRun, recipe: Recipe, world: int) -> None:
+    """Raise InputError if `world` processes cannot have equal shares of a step's views."""
+    for name, stage in (("teacher", recipe.teacher), ("student", recipe.student)):
+        given = name == "teacher" and run.teacher is not None
+        if stage.views_per_step % world and not given:
+            raise InputError(
+                f"{world} processes cannot share the {stage.views_per_step} views of a step of the "
+                f"{name} evenly: give --views-per-step a multiple of {world}, or start another "
+                "number of processes"
+            )
 
 
 def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
@@ -261,8 +299,10 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
             raise InputError(f"max_splats is {run.max_splats}: a scene needs a Gaussian")
         recipe = replace(recipe, teacher=replace(recipe.teacher, max_splats=run.max_splats))
     if run.views_per_step is not None:
-        student = replace(recipe.student, views_per_step=run.views_per_step)
-        recipe = replace(recipe, student=student)
+        recipe = Recipe(
+            replace(recipe.teacher, views_per_step=run.views_per_step),
+            replace(recipe.student, views_per_step=run.views_per_step),
+        )
     for setting in run.settings:
         recipe = with_setting(recipe, setting)
     return recipe

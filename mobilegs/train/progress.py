@@ -26,16 +26,23 @@ class Monitor:
     since the line before, Gaussians, seconds of the stage so far.
     """
 
-    def __init__(self, journal: Path, rows: list[dict], seconds: dict[str, float]) -> None:
-        """`rows` and `seconds` (by stage) are those of the run so far, and are added to."""
-        self.journal, self.rows, self.seconds = journal, rows, seconds
-        self.console = Console(stderr=True)
+    def __init__(
+        self, journal: Path, rows: list[dict], seconds: dict[str, float], *, silent: bool = False
+    ) -> None:
+        """`rows` and `seconds` (by stage) are those of the run so far, and are added to.
+
+        A silent one prints and writes nothing.
+        """
+        self.journal, self.rows, self.seconds, self.silent = journal, rows, seconds, silent
+        self.console = Console(stderr=True, quiet=silent)
         columns = (
             TextColumn("[bold]{task.description}"),
             BarColumn(bar_width=30),
             TextColumn("{task.completed:,.0f}/{task.total:,.0f}  {task.fields[status]}"),
         )
-        self.display = Progress(*columns, console=self.console, disable=not sys.stderr.isatty())
+        self.display = Progress(
+            *columns, console=self.console, disable=silent or not sys.stderr.isatty()
+        )
         self.task: TaskID | None = None
 
     def __enter__(self) -> "Monitor":
@@ -129,7 +136,8 @@ class Monitor:
         )
 
     def _flush(self) -> None:
-        atomic_write(self.journal, "".join(json.dumps(row) + "\n" for row in self.rows))
+        if not self.silent:
+            atomic_write(self.journal, "".join(json.dumps(row) + "\n" for row in self.rows))
 
 
 def _psnr(errors: list[torch.Tensor]) -> float:

@@ -3,20 +3,23 @@
 from dataclasses import dataclass, field, replace
 
 import torch
+from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.codes import CodedScene, MetaValue, encode_scene
 from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
-from mobilegs.render import Weighting
+from mobilegs.render import Rendered, Weighting
 from mobilegs.render.scene import BLENDS, Scene
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distill import TeacherPictures
+from mobilegs.train.distributed import ALONE, Team
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
 from mobilegs.train.optim import log_linear
 from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import Ballot, VoteConfig, vote
+from mobilegs.train.seen import Seen
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student_model import Phase, StudentModel
 from mobilegs.train.teacher import squared_error
@@ -30,7 +33,8 @@ class StudentConfig:
     steps: int = 30_000
     """Number of steps."""
     views_per_step: int = 1
-    """Photos of a step; their losses are summed."""
+    """Photos of a step. Their losses are summed, not averaged (as the release does): Adam, whose
+    steps do not depend on the gradients' scale, mostly cancels the factor."""
     blend: str = "sortfree"
     """`sorted` blends in the order of depth, as the teacher does: a quantised 3DGS scene. There is
     no phi then, and the view dependence must be `constant`."""
@@ -138,10 +142,11 @@ class Student:
         *,
         extent: float,
         seed: int,
+        team: Team = ALONE,
     ) -> None:
         """`teacher` is drawn as its blend says; `extent` is the scene's, in world units.
 
-        `cameras` are those that the photos of all steps were taken from.
+        `cameras` are those of all training views, by their indices.
         """
         self.config = config
         self.steps = config.steps
@@ -152,7 +157,9 @@ class Student:
         self.background = teacher.background
         self.generator = torch.Generator().manual_seed(seed)
         self.pictures = TeacherPictures(teacher, cache_bytes=config.cache_mib << 20)
-        self.cameras = cameras
+        device = teacher.gaussians.means.device
+        self.cameras = [camera.to(device) for camera in cameras]
+        self.team = team
         if config.blend == "sorted" and config.view.kind != "constant":
             raise InputError(
                 "sorted blending has no use for a view dependence: set view.kind=constant, too"
@@ -166,7 +173,6 @@ class Student:
             weighting=config.weighting,
             sh_degree=config.sh_degree,
         )
-        device = teacher.gaussians.means.device
         if config.presence.weight:
             if config.blend != "sorted":
                 raise InputError(
@@ -195,7 +201,8 @@ class Student:
         if self.done >= self.steps * self.config.view.fraction:
             self._settle()
         self.model.set_rates(self._rates())
-        results = [self._pull(index, view) for index, view in views]
+        cameras = [self.cameras[index] for index in self.team.in_order([i for i, _ in views])]
+        results = self._pull(cameras, views)
         self.model.step()
         if self.config.view.decay:
             self.model.forget_directions(self.config.view.decay)
@@ -203,8 +210,8 @@ class Student:
         if self.model.phase == "codes" and self.done % self.config.reassign_every == 0:
             self.model.reassign()
         if self.ballot.votes_in(self.done):
-            for _, view in views:
-                self._vote(view.camera)
+            for camera in cameras:
+                self._vote(camera)
         if self.ballot.prunes_after(self.done):
             self._prune()
         losses, errors = zip(*results, strict=True)
@@ -289,16 +296,32 @@ class Student:
                 generator=self.generator,
             )
 
-    def _pull(self, index: int, view: View) -> StepResult:
-        """Add one view's gradients."""
+    def _pull(
+        self, cameras: list[Camera], views: list[tuple[int, View]]
+    ) -> list[tuple[Tensor, ...]]:
+        """Give the model the gradients of a step; returns each view's loss and squared error.
+
+        `cameras` are those of all views of the step, `views` this process's share of them.
+        """
+        config, team, results = self.config, self.team, []
+        masks = self.model.rows.tensors.get("presence")
+        presence = None if masks is None else config.presence.draw(masks, self.generator)
+        seen = Seen(self.model, cameras, presence=presence)
+        for number, (index, view) in enumerate(views):
+            drawn = seen.draw(
+                number * team.world + team.rank,
+                background=self.background,
+                depth=config.depth_weight > 0,
+            )
+            loss, error = self._loss(drawn, index, view), squared_error(drawn.image, view)
+            results += team.add_gradients(seen.leaves, loss, error)
+        seen.backward()
+        if masks is not None:
+            (len(cameras) * config.presence.loss(masks)).backward()
+        return results
+
+    def _loss(self, drawn: Rendered, index: int, view: View) -> Tensor:
         config = self.config
-        logits = self.model.rows.tensors.get("presence")
-        drawn = self.model.draw(
-            view.camera,
-            background=self.background,
-            depth=config.depth_weight > 0,
-            presence=None if logits is None else config.presence.draw(logits, self.generator),
-        )
         loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
         if config.distill_weight or config.depth_weight:
             teacher = self.pictures.get(index, view.camera)
@@ -309,10 +332,7 @@ class Student:
                 loss = loss + config.depth_weight * depth_distillation_loss(
                     drawn.depth, drawn.alpha, teacher.depth, mask=view.mask
                 )
-        if logits is not None:
-            loss = loss + config.presence.loss(logits)
-        loss.backward()
-        return StepResult(loss.detach(), squared_error(drawn.image, view))
+        return loss
 
     @torch.no_grad()
     def _vote(self, camera: Camera) -> None:

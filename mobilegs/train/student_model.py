@@ -24,11 +24,11 @@ from mobilegs.compress.halves import rounded_parameters
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.positions import Frame
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import Rendered, Weighting, render_sorted, render_sortfree, visible_rows
+from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.adjoints import TakeRows, pass_through, telling_weighting
+from mobilegs.train.adjoints import pass_through, take_rows
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.view_dependence import LOGIT_MAX, ViewDependence, settled
 
@@ -130,7 +130,7 @@ class StudentModel:
     @property
     def weighting(self) -> Weighting:
         """The weights as they stand."""
-        logs = self._learned_weighting()
+        logs = self.learned_weighting()
         learned = {name: float(log.detach().exp()) for name, log in logs.items()}
         return replace(self._weighting, **learned)
 
@@ -144,7 +144,7 @@ class StudentModel:
 
         def free(name: str) -> Tensor:
             tensor = self.rows.tensors[name]
-            return tensor if rows is None else TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
+            return tensor if rows is None else take_rows(tensor, rows)
 
         means = free("means")
         nothing = means.new_zeros(len(means), 0)
@@ -207,44 +207,16 @@ class StudentModel:
         opacities, _ = seen_along(self.lobes(gaussians, for_lobes, camera), directions)
         return opacities, gaussians.scales
 
-    def draw(
-        self,
-        camera: Camera,
-        *,
-        background: Float[Tensor, "3"],
-        depth: bool = False,
-        presence: Float[Tensor, "n"] | None = None,
-    ) -> Rendered:
-        """The picture from `camera`, differentiable; only what it can show is computed.
-
-        `presence`, if given, multiplies the opacities of sorted blending. `radii` are those of the
-        Gaussians drawn, not of all.
-        """
-        rows = self.visible(camera)
-        some, for_lobes = self.gaussians(rows)
-        shapes = (some.means, some.quats, some.scales)
-        options = {"camera": camera, "background": background, "depth": depth}
-        if self.blend == "sorted":
-            opacities = some.opacities if presence is None else some.opacities * presence[rows]
-            return render_sorted(*shapes, opacities, some.sh, **options)
-        lobes = self.lobes(some, for_lobes, camera)
-        if learned := self._learned_weighting():
-            weights = {name: log.exp() for name, log in learned.items()}
-            lobes = telling_weighting(lobes, some.means, camera, **weights)
-        return render_sortfree(*shapes, lobes, some.sh, weighting=self.weighting, **options)
-
     @torch.no_grad()
-    def visible(self, camera: Camera) -> Int[Tensor, "m"]:
-        """Indices of the Gaussians that could touch the picture."""
-        quats, log_scales = (
-            (self.codebooks["rotation"](), self.codebooks["scale"]())
-            if self.phase == "codes"
-            else (self.rows.tensors["quats"], self.rows.tensors["log_scales"])
-        )
-        means = self.rows.tensors["means"]
+    def shapes(self) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 4"], Float[Tensor, "n 3"]]:
+        """Means, quats and log-scales of all Gaussians as they are drawn, without gradients."""
+        of = self.rows.tensors
+        means = of["means"].detach()
         if self.frame is not None:
             means = self.frame.round(means)
-        return visible_rows(means.detach(), quats, log_scales.exp(), camera=camera)
+        if self.phase == "codes":
+            return means, self.codebooks["rotation"](), self.codebooks["scale"]()
+        return means, of["quats"].detach(), of["log_scales"].detach()
 
     def use_networks(self, *, regression_steps: int, generator: torch.Generator) -> None:
         """From `explicit` to `networks`: latents and decoder that reproduce the harmonics."""
@@ -388,7 +360,7 @@ class StudentModel:
         self.rows.restore(state["rows"])
         self.shared.restore(state["shared"])
 
-    def _learned_weighting(self) -> dict[str, Float[Tensor, ""]]:
+    def learned_weighting(self) -> dict[str, Float[Tensor, ""]]:
         """Logarithms of what the weighting learns; empty where it is given."""
         tensors, prefix = self.shared.tensors, "weighting."
         return {k.removeprefix(prefix): log for k, log in tensors.items() if k.startswith(prefix)}

@@ -7,10 +7,12 @@ import torch
 from torch import Tensor
 
 from mobilegs.data.dataset import Dataset, View
+from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import render_sorted, visible_rows
 from mobilegs.render.scene import Scene
 from mobilegs.train.densify import CloneSplit, DensifyConfig, Fixed
+from mobilegs.train.distributed import ALONE, Team
 from mobilegs.train.init import initial_gaussians
 from mobilegs.train.losses import photo_loss
 from mobilegs.train.mcmc import Mcmc, McmcConfig
@@ -24,7 +26,10 @@ class TeacherConfig:
     """How the teacher is trained. Times are fractions of the run, rates those of Adam."""
 
     steps: int = 30_000
-    """Number of steps, one photo each."""
+    """Number of steps."""
+    views_per_step: int = 1
+    """Photos of a step. Their losses are summed, not averaged: Adam, whose steps do not depend on
+    the gradients' scale, mostly cancels the factor."""
     max_splats: int = 1_000_000
     """Never more Gaussians than this (while mini_splatting densifies: than its own peak)."""
     init_splats: int = 200_000
@@ -64,19 +69,30 @@ class TeacherConfig:
     """Gaussians that fewer of the training cameras see are removed in the last step: nothing has
     told how far away they are, and from elsewhere they may be a veil before the eye."""
 
+    def __post_init__(self) -> None:
+        if self.views_per_step < 1:
+            raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
+
 
 class Teacher:
     """The stage that trains the teacher (3DGS, Kerbl et al. 2023)."""
 
     name = "teacher"
-    views_per_step = 1
 
     def __init__(
-        self, config: TeacherConfig, dataset: Dataset, *, seed: int, device: torch.device
+        self,
+        config: TeacherConfig,
+        dataset: Dataset,
+        *,
+        seed: int,
+        device: torch.device,
+        team: Team = ALONE,
     ) -> None:
         """Start from the capture's points, or random ones; `seed` decides all that is random."""
         self.config = config
         self.steps = config.steps
+        self.views_per_step = config.views_per_step
+        self.team = team
         self.done = 0
         self.extent = dataset.extent
         self.near = dataset.near
@@ -113,10 +129,31 @@ class Teacher:
         return min(self.config.sh_degree, self.strategy.harmonics_clock(self.done) // interval)
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
-        """One step on one view."""
-        [(_, view)] = views
+        """One step on the sum of the views' losses; the result holds their means."""
         for name, rate in self._rates().items():
             self.adam.set_rate(name, rate)
+        leaves, shown = list(self.adam.tensors.values()), self._gaussians(0).detached()
+        results = []
+        for _, view in views:
+            results += self.team.add_gradients(leaves, *self._look(view))
+        self.done += 1
+        order = self.team.in_order([index for index, _ in views])
+        for index, (_, _, screen_grads, radii) in zip(order, results, strict=True):
+            camera = self.frames[index].camera.to(radii.device)
+            seen = {"screen_grads": screen_grads, "radii": radii}
+            self.strategy.observe(self.done, shown, camera, **seen)
+        self.adam.step()
+        self.strategy.after_step(self.done, self.adam, self.generator)
+        if self.done == self.steps:
+            self._remove_unsupported()
+        losses, errors, *_ = zip(*results, strict=True)
+        return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
+
+    def _look(self, view: View) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Loss and squared error of a view, and what densification observes of it.
+
+        The gradients on the screen are there after the backward pass.
+        """
         shown = self._gaussians(self.sh_degree)
         screen_grads = torch.zeros_like(shown.means[:, :2])
         drawn = render_sorted(
@@ -133,20 +170,7 @@ class Teacher:
             drawn.image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight
         )
         loss = loss + self.strategy.regulariser(shown)
-        loss.backward()
-        self.done += 1
-        self.strategy.observe(
-            self.done,
-            shown.detached(),
-            view.camera,
-            screen_grads=screen_grads,
-            radii=drawn.radii,
-        )
-        self.adam.step()
-        self.strategy.after_step(self.done, self.adam, self.generator)
-        if self.done == self.steps:
-            self._remove_unsupported()
-        return StepResult(loss.detach(), squared_error(drawn.image, view))
+        return loss, squared_error(drawn.image, view), screen_grads, drawn.radii
 
     def gaussians(self) -> Gaussians:
         """The teacher as it stands, with harmonics of the full degree."""
