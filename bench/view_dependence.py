@@ -247,7 +247,7 @@ def speed(options: argparse.Namespace, result: dict) -> None:
     dataset = open_capture("bonsai", data)
     views = [load_view(frame) for frame in dataset.train]
     teacher = teacher_of("bonsai", dataset, views, options.runs)
-    views = views[::TIMED_EVERY]
+    timed = list(enumerate(views))[::TIMED_EVERY]
     cameras = [frame.camera for frame in dataset.train]
     forms = {
         "explicit": {},
@@ -263,7 +263,7 @@ def speed(options: argparse.Namespace, result: dict) -> None:
             config = replace(config, **changes)
             students[name] = Student(config, teacher, cameras, extent=dataset.extent, seed=0)
         times = {name: [] for name in students}
-        for index, view in enumerate(views):
+        for index, view in timed:
             for name, student in students.items():
                 student.pictures.get(index, view.camera)
                 started = time.perf_counter()

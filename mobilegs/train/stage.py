@@ -26,6 +26,7 @@ class Stage(Protocol):
     done: int
     """Steps taken so far."""
     views_per_step: int
+    """Of all processes together."""
 
     @property
     def phase(self) -> str:
@@ -38,7 +39,11 @@ class Stage(Protocol):
         ...
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
-        """Take one step; each view comes with its index among the training views."""
+        """Take one step; each view comes with its index among the training views.
+
+        `views` are this process's share: of the step's views every so many-th as there are
+        processes, from its rank on.
+        """
         ...
 
     def scene(self) -> Scene:
