@@ -181,12 +181,14 @@ def test_densification_observes_every_view_of_a_step(dataset: Dataset) -> None:
     teacher = Teacher(replace(TEACHER, views_per_step=2), dataset, seed=0, device=CPU)
     views = [(index, load_view(dataset.train[index])) for index in (3, 1)]
     observed = []
-    teacher.densifier.observe = lambda *seen: observed.append(seen)
+    drawn = teacher.gaussians()
+    teacher.strategy.observe = lambda *seen, **more: observed.append((*seen, *more.values()))
     teacher.advance(views)
-    for (screen_grads, radii, camera), (_, view) in zip(observed, views, strict=True):
-        assert torch.equal(camera.viewmat, view.camera.viewmat)
+    for (step, shown, camera, screen_grads, radii), (_, view) in zip(observed, views, strict=True):
+        assert step == 1 and torch.equal(camera.viewmat, view.camera.viewmat)
+        assert torch.equal(shown.means, drawn.means)  # before they move
         assert (screen_grads != 0).any() and (radii > 0).any()
-    assert not torch.equal(observed[0][0], observed[1][0])
+    assert not torch.equal(observed[0][3], observed[1][3])
 
 
 @pytest.mark.parametrize("config", [TeacherConfig, StudentConfig])
