@@ -40,7 +40,8 @@ from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0, sh_basis
 from mobilegs.train.recipes import cpu_recipe, demo_recipe, with_setting
 from mobilegs.train.stage import view_order
-from mobilegs.train.student import Student, StudentConfig
+from mobilegs.train.student import Student
+from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.teacher import Teacher
 from mobilegs.train.view_dependence import ViewDependence
 

@@ -19,7 +19,7 @@ from mobilegs.train import loop
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.loop import TrainRun, resolved, train_run
 from mobilegs.train.recipes import RECIPES, Recipe, from_json, with_setting, with_steps
-from mobilegs.train.student import StudentConfig
+from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.teacher import TeacherConfig
 
 RECIPE = Recipe(

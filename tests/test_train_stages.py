@@ -20,7 +20,8 @@ from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.init import gaussians_at
 from mobilegs.train.seen import Seen
 from mobilegs.train.stage import Stage, view_order
-from mobilegs.train.student import Student, StudentConfig
+from mobilegs.train.student import Student
+from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.teacher import Teacher, TeacherConfig
 from mobilegs.train.view_dependence import KINDS, ViewDependence
 

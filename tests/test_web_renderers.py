@@ -180,15 +180,21 @@ def test_halves_are_enough_for_a_picture(kind: str, renderer: str, painters: Pai
 
 
 OPEN_MGS = """
-const { openScene } = await import("/web/mgs/reader.js");
-const { packRows, packScene } = await import("/web/render/pack.js");
-const { header, scene: opened } = openScene(bytes);
-const neutral = packScene(header, opened);
+const { SceneReader } = await import("/web/mgs/reader.js");
+const { RowDecoder } = await import("/web/mgs/rows.js");
+const { packAlike, packRows } = await import("/web/render/pack.js");
+const reader = new SceneReader();
+reader.append(bytes);
+while (reader.step());
+const { header, decoder: codes } = reader;
+const decoder = new RowDecoder(codes.recipe);
+const { positions } = codes;
+const one = decoder.decode({ positions: positions.subarray(0, 3), columns: {} });
+const neutral = packAlike(header, positions, one);
 renderer.setScene(neutral);
-for (const part of ["shapes", "colors", "lobes"]) {
-  for (const [from, to] of [[0, 1], [1, 150], [150, opened.count]]) {
-    renderer.update(part, from, packRows(opened, part, from, to));
-  }
+for (const [from, to] of [[0, 1], [1, 150], [150, header.count]]) {
+  const packed = packRows(decoder.decode(codes.rows(from, to)));
+  for (const part of ["shapes", "colors", "lobes"]) renderer.update(part, from, packed[part]);
 }
 const { shapes, colors, lobes } = neutral;
 window.bytesEach = [shapes, colors, lobes].reduce((sum, part) => sum + part.byteLength, 0);

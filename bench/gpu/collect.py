@@ -55,6 +55,7 @@ def main() -> None:
         "tests": tests_of(options.folder / "tests.xml"),
         "kernels": figures_of(options.folder / "kernels.json"),
         "bonsai": figures_of(options.folder / "bonsai" / "metrics.json"),
+        "frames": figures_of(options.folder / "frames.json"),
         "native": figures_of(options.folder / "native.json"),
     }
     options.json.write_text(json.dumps(result, indent=1) + "\n")

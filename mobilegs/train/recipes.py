@@ -10,7 +10,7 @@ from mobilegs.errors import InputError
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.mini_splatting import MiniSplattingConfig
 from mobilegs.train.prune import VoteConfig
-from mobilegs.train.student import StudentConfig
+from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.teacher import TeacherConfig
 
 PresetName = Literal["cpu", "gpu", "demo"]

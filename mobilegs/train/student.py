@@ -1,132 +1,27 @@
 """The student: learns to look like the photos and the teacher without sorting, and to be small."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.codes import CodedScene, MetaValue, encode_scene
 from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
-from mobilegs.render import Rendered, Weighting
-from mobilegs.render.scene import BLENDS, Scene
+from mobilegs.render import Rendered
+from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.distributed import ALONE, Team
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
 from mobilegs.train.optim import log_linear
-from mobilegs.train.presence import PresenceConfig
-from mobilegs.train.prune import Ballot, VoteConfig, vote
+from mobilegs.train.prune import Ballot, vote
 from mobilegs.train.seen import Seen
 from mobilegs.train.stage import StepResult
+from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.student_model import Phase, StudentModel
 from mobilegs.train.teacher import squared_error
-from mobilegs.train.view_dependence import ViewDependence
-
-
-@dataclass(frozen=True)
-class StudentConfig:
-    """How the student is trained. Times are fractions of the run, rates those of Adam."""
-
-    steps: int = 30_000
-    """Number of steps."""
-    views_per_step: int = 1
-    """Photos of a step. Their losses are summed, not averaged (as the release does): Adam, whose
-    steps do not depend on the gradients' scale, mostly cancels the factor."""
-    blend: str = "sortfree"
-    """`sorted` blends in the order of depth, as the teacher does: a quantised 3DGS scene. There is
-    no phi then, and the view dependence must be `constant`."""
-    weighting: Weighting = field(default_factory=Weighting)
-    """The weights that take the place of the order. Of `sort_free_gs`, sigma and the background's
-    weight are where learning begins; a background weight of 0 stays 0."""
-    sh_degree: int = 1
-    """Degree of the colour's spherical harmonics, 0 to 3."""
-    view: ViewDependence = field(default_factory=ViewDependence)
-    """Where opacity and weight come from, seen from a direction."""
-    net_fraction: float = 5 / 30
-    """When six latents and two small networks replace the harmonics (paper: 5,000 of 30,000)."""
-    codes_fraction: float = 0.7
-    """When codebooks replace what they stand for. (The release: 29,000 of 30,000, with
-    codebooks that do not learn; these do, and profit from time.)"""
-    ssim_weight: float = 0.2
-    """Share of D-SSIM in the distance to the photo, the rest is L1."""
-    distill_weight: float = 1.0
-    """Weight of the L1 distance to the teacher's picture."""
-    depth_weight: float = 0.1
-    """Weight of the scale-invariant log-depth distance to the teacher."""
-    position_rate: float = 1.6e-6
-    """Rate of the centres, in extents of the scene."""
-    quat_rate: float = 1e-3
-    """Rate of the quaternions."""
-    scale_rate: float = 5e-3
-    """Rate of the scales' logarithms."""
-    opacity_rate: float = 0.01
-    """Rate of the base opacities' logits, where lobes are not free."""
-    lobe_rate: float = 0.02
-    """Rate of the lobes, and of the latents that they become."""
-    lobe_basis_rate: float = 2e-3
-    """Rate of what turns latents into lobes, if that is linear; a network has network_rate."""
-    sh0_rate: float = 2.5e-3
-    """Rate of the colour's constant part, while explicit."""
-    sh_rest_rate: float = 1.25e-4
-    """Rate of its view-dependent part, while explicit."""
-    weighting_rate: float = 0.01
-    """Rate of the logarithms of what a weighting learns."""
-    network_rate: float = 1e-3
-    """Rate of the networks that opacity and weight come from."""
-    latent_rate: float = 2.5e-3
-    """Rate of the colour's latents."""
-    decoder_rate: float = 1e-3
-    """Rate of the networks that decode them."""
-    codebook_rate: float = 1e-3
-    """Rate of the codebooks of scales and opacities."""
-    rotation_codebook_rate: float = 5e-4
-    """Rate of the codebooks of rotations."""
-    appearance_codebook_rate: float = 1e-3
-    """Rate of the codebooks of the colour's latents."""
-    lobe_codebook_rate: float = 5e-3
-    """Rate of the codebooks of the lobes' latents."""
-    free_share: float = 0.2
-    """With codes, what is left of the rates of what they stand for."""
-    reassign_every: int = 25
-    """With codes, steps between two choices of the nearest codebook entries."""
-    final_rate: float = 0.1
-    """What is left of every rate at the end; it falls geometrically from `decay_from` on."""
-    decay_from: float = 0.5
-    """Fraction of the run from which the rates fall."""
-    regression_steps: int = 400
-    """Steps that fit the decoding networks to the harmonics they replace."""
-    codebooks: CodebookSizes = field(default_factory=CodebookSizes)
-    """Sizes of the codebooks."""
-    votes: VoteConfig = field(default_factory=VoteConfig)
-    """Pruning."""
-    presence: PresenceConfig = field(default_factory=PresenceConfig)
-    """Pruning by learned masks, off in the presets."""
-    cache_mib: int = 2048
-    """Memory for the teacher's pictures; what does not fit is drawn again."""
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.net_fraction <= self.codes_fraction <= 1:
-            raise InputError(
-                "net_fraction and codes_fraction must rise in this order within 0 to 1, not "
-                f"{self.net_fraction} and {self.codes_fraction}"
-            )
-        if self.view.fraction > self.codes_fraction and self.view.kind not in (
-            "network",
-            "decoded",
-        ):
-            raise InputError(
-                f"lobes must be settled (view.fraction {self.view.fraction}) before they are coded "
-                f"(codes_fraction {self.codes_fraction})"
-            )
-        if self.blend not in BLENDS:
-            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
-        if not 0 <= self.sh_degree <= 3:
-            raise InputError(f"sh_degree must lie within 0 to 3, not {self.sh_degree}")
-        if self.views_per_step < 1:
-            raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
 
 
 class Student:
@@ -164,13 +59,20 @@ class Student:
             raise InputError(
                 "sorted blending has no use for a view dependence: set view.kind=constant, too"
             )
+        gaussians = teacher.gaussians
+        if config.start_opacity:
+            level = torch.full_like(gaussians.logit_opacities, config.start_opacity)
+            gaussians = replace(gaussians, logit_opacities=level.logit())
+        weighting = config.weighting
+        if weighting.name == "sort_free_gs":
+            weighting = replace(weighting, sigma=weighting.sigma * extent)
         self.model = StudentModel(
-            teacher.gaussians,
+            gaussians,
             config.view,
             self._rates(),
             self.generator,
             blend=config.blend,
-            weighting=config.weighting,
+            weighting=weighting,
             sh_degree=config.sh_degree,
         )
         if config.presence.weight:

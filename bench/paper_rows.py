@@ -1,0 +1,142 @@
+"""The rows of the paper's tables: what each leaves out or replaces. See bench/paper.py."""
+
+from dataclasses import dataclass
+
+CONSTANT = "student.view.kind=constant"
+SORTED = (CONSTANT, "student.blend=sorted")
+EXPLICIT = ("student.codes_fraction=1", "student.net_fraction=1")
+NO_VOTES = ("student.votes.quantile=0",)
+ALL_DEGREES = ("student.sh_degree=3",)
+MASKS = ("student.presence.weight=0.1",)
+# what the release does in the last thirtieth: codebooks that do not learn
+FROZEN = (
+    "student.codes_fraction=0.9667",
+    "student.codebook_rate=1e-8",
+    "student.rotation_codebook_rate=1e-8",
+    "student.appearance_codebook_rate=1e-8",
+    "student.lobe_codebook_rate=1e-8",
+    "student.free_share=0",
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One way to make a scene."""
+
+    table: str
+    """The table it belongs to."""
+    about: str
+    """What it is, in words."""
+    settings: tuple[str, ...] = ()
+    """What differs from the preset, as for `mobilegs train --set`."""
+    teacher: str = "mini-splatting"
+    """The method of its teacher, as for `mobilegs train --method`."""
+    coded: bool = True
+    """Whether figures are those of the file; otherwise of the tensors, 4 bytes a number."""
+    student: bool = True
+    """False for the teacher itself."""
+
+
+def _thresholds() -> dict[str, Row]:
+    return {
+        f"vote-{share}": Row(
+            "pruning",
+            f"votes below the {share} quantile",
+            (f"student.votes.quantile={share}",),
+        )
+        for share in (0.1, 0.3, 0.4, 0.5, 0.6)
+    }
+
+
+def _codebooks() -> dict[str, Row]:
+    return {
+        f"codebook-{bits}": Row(
+            "codebooks",
+            f"2^{bits} entries for each pair of the colour's latents",
+            (f"student.codebooks.appearance={2**bits}",),
+        )
+        for bits in (6, 8, 10, 12)
+    }
+
+
+ROWS: dict[str, Row] = {
+    "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
+    "ours": Row("main", "the default: lobes from latents"),
+    "network": Row("main", "the paper's network in every frame", ("student.view.kind=network",)),
+    # ---- the paper's Table 5
+    "no-order-independence": Row("ablation", "blended sorted, coded", SORTED),
+    "no-view-dependence": Row(
+        "ablation",
+        "opacity and phi are constants of the Gaussian",
+        ("student.view.kind=free", "student.view.fraction=0.7", "student.view.degree=0"),
+    ),
+    "no-phi": Row("ablation", "opacity a constant, phi = 1", (CONSTANT,)),
+    "no-codes": Row("ablation", "neither networks nor codebooks", EXPLICIT, coded=False),
+    "no-depth-term": Row("ablation", "w without phi / d^2", ("student.weighting.name=no_depth",)),
+    "no-scale-term": Row("ablation", "w without exp(s / d)", ("student.weighting.name=no_scale",)),
+    "sh-0": Row("ablation", "colour of degree 0", ("student.sh_degree=0",)),
+    "sh-2": Row("ablation", "colour of degree 2", ("student.sh_degree=2",)),
+    "sh-3": Row("ablation", "colour of degree 3", ("student.sh_degree=3",)),
+    # ---- pruning
+    "no-pruning": Row("pruning", "no votes", NO_VOTES),
+    "by-opacity": Row("pruning", "votes on opacity alone", ("student.votes.by=opacity",)),
+    "by-scale": Row("pruning", "votes on the scale alone", ("student.votes.by=scale",)),
+    **_thresholds(),
+    "mini-splatting-on": Row(
+        "pruning",
+        "Mini-Splatting trained on for as long",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES, *NO_VOTES),
+        coded=False,
+    ),
+    "mini-splatting-votes": Row(
+        "pruning",
+        "the same with the votes",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES),
+        coded=False,
+    ),
+    "masks": Row(
+        "pruning",
+        "the same with learned masks",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES, *NO_VOTES, *MASKS),
+        coded=False,
+    ),
+    "masks-votes": Row(
+        "pruning",
+        "the same with both",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES, *MASKS),
+        coded=False,
+    ),
+    # ---- codebooks
+    **_codebooks(),
+    # ---- rivals
+    "sort-free-gs": Row(
+        "rivals",
+        "SortFreeGS's weights (Eq. 1), sigma and the background's learned",
+        ("student.weighting.name=sort_free_gs", "student.weighting.background_weight=0.1"),
+    ),
+    "quantised-3dgs": Row(
+        "rivals",
+        "3DGS, coded",
+        (*SORTED, *ALL_DEGREES, *NO_VOTES),
+        teacher="3dgs",
+    ),
+    "quantised-mini-splatting": Row(
+        "rivals", "Mini-Splatting, coded", (*SORTED, *ALL_DEGREES, *NO_VOTES)
+    ),
+    # ---- errors of the release, put back one at a time
+    "random-opacity": Row(
+        "fixes",
+        "the network's start without the teacher's opacities",
+        ("student.view.kind=network", "student.start_opacity=0.5"),
+    ),
+    "frozen-codebooks": Row("fixes", "codes at the end, whose books do not learn", FROZEN),
+    "depth-weight-0.2": Row("fixes", "the depth loss counted twice", ("student.depth_weight=0.2",)),
+    "exponent-80": Row(
+        "fixes", "exp(s / d) without a ceiling", ("student.weighting.exponent_max=80",)
+    ),
+    "no-distillation": Row(
+        "fixes",
+        "photos alone",
+        ("student.distill_weight=0", "student.depth_weight=0"),
+    ),
+}

@@ -1,0 +1,118 @@
+"""How the student is trained: lengths, rates, and what each part of it is."""
+
+from dataclasses import dataclass, field
+
+from mobilegs.compress.codebooks import CodebookSizes
+from mobilegs.errors import InputError
+from mobilegs.render import Weighting
+from mobilegs.render.scene import BLENDS
+from mobilegs.train.presence import PresenceConfig
+from mobilegs.train.prune import VoteConfig
+from mobilegs.train.view_dependence import ViewDependence
+
+
+@dataclass(frozen=True)
+class StudentConfig:
+    """How the student is trained. Times are fractions of the run, rates those of Adam."""
+
+    steps: int = 30_000
+    """Number of steps."""
+    views_per_step: int = 1
+    """Photos of a step. Their losses are summed, not averaged (as the release does): Adam, whose
+    steps do not depend on the gradients' scale, mostly cancels the factor."""
+    blend: str = "sortfree"
+    """`sorted` blends in the order of depth, as the teacher does: a quantised 3DGS scene. There is
+    no phi then, and the view dependence must be `constant`."""
+    weighting: Weighting = field(default_factory=Weighting)
+    """The weights that take the place of the order. Of `sort_free_gs`, sigma (here in extents of
+    the scene) and the background's weight are where learning begins; a weight of 0 stays 0."""
+    sh_degree: int = 1
+    """Degree of the colour's spherical harmonics, 0 to 3."""
+    view: ViewDependence = field(default_factory=ViewDependence)
+    """Where opacity and weight come from, seen from a direction."""
+    start_opacity: float = 0.0
+    """Opacity of all Gaussians at the start (the release: 0.5); 0 keeps the teacher's."""
+    net_fraction: float = 5 / 30
+    """When six latents and two small networks replace the harmonics (paper: 5,000 of 30,000)."""
+    codes_fraction: float = 0.7
+    """When codebooks replace what they stand for. (The release: 29,000 of 30,000, with
+    codebooks that do not learn; these do, and profit from time.)"""
+    ssim_weight: float = 0.2
+    """Share of D-SSIM in the distance to the photo, the rest is L1."""
+    distill_weight: float = 1.0
+    """Weight of the L1 distance to the teacher's picture."""
+    depth_weight: float = 0.1
+    """Weight of the scale-invariant log-depth distance to the teacher."""
+    position_rate: float = 1.6e-6
+    """Rate of the centres, in extents of the scene."""
+    quat_rate: float = 1e-3
+    """Rate of the quaternions."""
+    scale_rate: float = 5e-3
+    """Rate of the scales' logarithms."""
+    opacity_rate: float = 0.01
+    """Rate of the base opacities' logits, where lobes are not free."""
+    lobe_rate: float = 0.02
+    """Rate of the lobes, and of the latents that they become."""
+    lobe_basis_rate: float = 2e-3
+    """Rate of what turns latents into lobes, if that is linear; a network has network_rate."""
+    sh0_rate: float = 2.5e-3
+    """Rate of the colour's constant part, while explicit."""
+    sh_rest_rate: float = 1.25e-4
+    """Rate of its view-dependent part, while explicit."""
+    weighting_rate: float = 0.01
+    """Rate of the logarithms of what a weighting learns."""
+    network_rate: float = 1e-3
+    """Rate of the networks that opacity and weight come from."""
+    latent_rate: float = 2.5e-3
+    """Rate of the colour's latents."""
+    decoder_rate: float = 1e-3
+    """Rate of the networks that decode them."""
+    codebook_rate: float = 1e-3
+    """Rate of the codebooks of scales and opacities."""
+    rotation_codebook_rate: float = 5e-4
+    """Rate of the codebooks of rotations."""
+    appearance_codebook_rate: float = 1e-3
+    """Rate of the codebooks of the colour's latents."""
+    lobe_codebook_rate: float = 5e-3
+    """Rate of the codebooks of the lobes' latents."""
+    free_share: float = 0.2
+    """With codes, what is left of the rates of what they stand for."""
+    reassign_every: int = 25
+    """With codes, steps between two choices of the nearest codebook entries."""
+    final_rate: float = 0.1
+    """What is left of every rate at the end; it falls geometrically from `decay_from` on."""
+    decay_from: float = 0.5
+    """Fraction of the run from which the rates fall."""
+    regression_steps: int = 400
+    """Steps that fit the decoding networks to the harmonics they replace."""
+    codebooks: CodebookSizes = field(default_factory=CodebookSizes)
+    """Sizes of the codebooks."""
+    votes: VoteConfig = field(default_factory=VoteConfig)
+    """Pruning."""
+    presence: PresenceConfig = field(default_factory=PresenceConfig)
+    """Pruning by learned masks, off in the presets."""
+    cache_mib: int = 2048
+    """Memory for the teacher's pictures; what does not fit is drawn again."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.net_fraction <= self.codes_fraction <= 1:
+            raise InputError(
+                "net_fraction and codes_fraction must rise in this order within 0 to 1, not "
+                f"{self.net_fraction} and {self.codes_fraction}"
+            )
+        if self.view.fraction > self.codes_fraction and self.view.kind not in (
+            "network",
+            "decoded",
+        ):
+            raise InputError(
+                f"lobes must be settled (view.fraction {self.view.fraction}) before they are coded "
+                f"(codes_fraction {self.codes_fraction})"
+            )
+        if self.blend not in BLENDS:
+            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
+        if not 0 <= self.sh_degree <= 3:
+            raise InputError(f"sh_degree must lie within 0 to 3, not {self.sh_degree}")
+        if not 0 <= self.start_opacity < 1:
+            raise InputError(f"start_opacity must lie within 0 to 1, not {self.start_opacity}")
+        if self.views_per_step < 1:
+            raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
