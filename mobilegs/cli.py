@@ -96,10 +96,10 @@ def render(
     """Draw the views of a capture from a scene, one PNG a photo.
 
     Each picture carries the photo's own name: IMG_0042.JPG becomes IMG_0042.png. A .mgs is
-    drawn without sorting, a .ply sorted.
+    drawn without sorting, a .ply or .spz sorted.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply in the layout of 3DGS.
+        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
         capture: Folder of the capture whose cameras are used.
         output: Folder for the pictures; it is made if it is missing.
         split: The held-back photos (test), or those trained on (train).
@@ -153,7 +153,7 @@ def evaluate(
     ones bring them to [-1, 1], as LPIPS was meant. Compare like with like.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply in the layout of 3DGS.
+        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
         capture: Folder of the capture; photos 0, 8, 16, ... by name are the held-back ones.
         json: Print the figures, by photo too, as JSON.
         downscale: Divide the photos' size by this. Without it they are at most 1600 wide.
@@ -197,7 +197,7 @@ def view(
     own files is served, and the internet is not needed.
 
     Args:
-        scene: The scene: a .mgs file, a .ply in the layout of 3DGS, or (in the browser) a .spz.
+        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
         lan: Let other devices in the network open it; prints the address as a QR code.
         port: Where to listen; 0 takes any port that is free.
         no_browser: Open no browser here.
@@ -226,7 +226,7 @@ def export(
     """Put a scene and its viewer into one HTML file, or into a folder for any web host.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply in the layout of 3DGS.
+        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
         to: html: one file, which also works from a disk or an e-mail. site: a folder, which
             installs as an app where it is served by https, and then opens offline.
         output: The file or folder to write.
@@ -243,7 +243,7 @@ def info(scene: SceneFile, /, *, json: bool = False) -> None:
     """Say what is in a scene's file, byte by byte.
 
     Args:
-        scene: A .mgs file, or a .ply in the layout of 3DGS.
+        scene: A .mgs file, or a .ply or .spz of plain 3DGS.
         json: Print it as JSON.
     """
     from mobilegs.evaluate.report import to_json
@@ -287,7 +287,7 @@ def open_both(
 ) -> tuple["Scene", "Dataset"]:
     """A scene on its device, and the capture over the same background.
 
-    A .mgs knows its background; a .ply takes that of the capture.
+    A .mgs knows its background; others take that of the capture.
     """
     from dataclasses import replace
 

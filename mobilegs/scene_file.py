@@ -8,9 +8,11 @@ import torch
 from mobilegs.compress.container import inspect_mgs, read_mgs
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply
+from mobilegs.formats.spz import read_spz
 from mobilegs.render.scene import Scene
 
 Device = Literal["auto", "cpu", "cuda"]
+PLAIN = {".ply": read_ply, ".spz": read_spz}  # to be blended sorted
 
 
 def choose_device(name: Device) -> torch.device:
@@ -23,18 +25,18 @@ def choose_device(name: Device) -> torch.device:
 
 
 def open_scene(path: Path, device: torch.device) -> Scene:
-    """Read a .mgs or .ply file onto `device`.
+    """Read a .mgs, .ply or .spz file onto `device`.
 
-    A .mgs says how it is blended and over which background; a .ply is blended sorted, and its
+    A .mgs says how it is blended and over which background; the others are blended sorted, and
     background and near plane are the defaults of `Scene`. Raises InputError for any other file,
     or a damaged one.
     """
     kind = path.suffix.lower()
-    if kind == ".ply":
-        return Scene(read_ply(path).to(device), background=torch.zeros(3, device=device))
+    if kind in PLAIN:
+        return Scene(PLAIN[kind](path).to(device), background=torch.zeros(3, device=device))
     if kind == ".mgs":
         return read_mgs(path).decode(device)
-    raise InputError(f"{path} is neither a .mgs nor a .ply file")
+    raise InputError(f"{path} is no scene: a .mgs, .ply or .spz file is needed")
 
 
 def inspect_scene(path: Path) -> dict[str, Any]:

@@ -137,7 +137,7 @@ def test_what_no_viewer_shows_is_refused(
     for name, sentence in (
         ("network.mgs", "asks a network"),
         ("broken.mgs", "broken.mgs"),
-        ("photo.jpg", "neither a .mgs nor a .ply"),
+        ("photo.jpg", "no scene: a .mgs, .ply or .spz"),
         ("gone.mgs", "gone.mgs"),
     ):
         words = ["export", str(tmp_path / name), "--to", to, "-o", str(tmp_path / "out")]

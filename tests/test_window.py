@@ -284,7 +284,11 @@ def test_view_opens_a_ply_in_a_window(
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [("gone.mgs", "cannot"), ("scene.obj", "neither a .mgs nor a .ply"), ("gone.ply", "cannot")],
+    [
+        ("gone.mgs", "cannot"),
+        ("scene.obj", "no scene: a .mgs, .ply or .spz"),
+        ("gone.ply", "cannot"),
+    ],
 )
 def test_a_file_that_is_no_scene_opens_no_window(
     toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, sentence: str

@@ -15,8 +15,8 @@ from mobilegs.camera import Camera, look_at
 from mobilegs.compress.container import read_mgs
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.formats.ply import read_ply
 from mobilegs.render.scene import Scene
+from mobilegs.scene_file import open_scene
 from mobilegs.view.bundle import WEB, element_script, viewer_script
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
@@ -110,10 +110,8 @@ def poster_of(path: Path) -> Image.Image:
     if path.suffix.lower() == ".mgs":
         coded = read_mgs(path)
         scene, views = coded.decode(), coded.views or []
-    elif path.suffix.lower() == ".ply":
-        scene, views = Scene(read_ply(path)), []
     else:
-        raise InputError(f"{path} is neither a .mgs nor a .ply file")
+        scene, views = open_scene(path, torch.device("cpu")), []
     if scene.network is not None:
         raise InputError(
             f"{path} asks a network for every Gaussian in every frame, which no viewer does: "

@@ -1,0 +1,200 @@
+"""Niantic's `.spz`: 3DGS scenes in some nine times fewer bytes than PLY, versions 1 to 4.
+
+Versions 1 to 3 are one gzip stream: a header of 16 bytes, then the positions of all Gaussians,
+their opacities, colours, scales, rotations, harmonics. Version 4 has a header of 32 bytes in plain,
+and each of these as a Zstandard stream. Axes are RUB (y up, z backwards), ours RDF. The facts are
+those of github.com/nianticlabs/spz; `view/web/load/spz.js` reads the same in the browser.
+"""
+
+import io
+import math
+import struct
+import zlib
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import torch
+import zstandard
+
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+
+MAGIC = b"NGSP"
+GZIP = b"\x1f\x8b"
+COUNT_MAX = 10_000_000  # as the format's own readers had it
+HEADER, HEADER_4 = 16, 32  # bytes, up to version 3 and in version 4
+COEFFICIENTS = (0, 3, 8, 15, 24)  # of a colour, by degree, without the constant
+KEPT = 15  # of those: degree 4 cannot be drawn
+COLOR = 0.15  # of the constant coefficient in a byte's range
+WINDOW_MAX = 1 << 27  # bytes that a Zstandard stream may ask for
+# of harmonics when y and z change their signs: what each is odd in
+SIGNS = np.array([-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1], np.float32)
+
+
+@dataclass(frozen=True)
+class Header:
+    """What an `.spz` says of itself."""
+
+    version: int
+    count: int
+    degree: int
+    fraction: int  # bits behind the point of positions
+    extended: bool  # something follows that only some tools know
+    streams: int  # of version 4
+    table: int  # where version 4 says how long its streams are
+
+    @property
+    def sizes(self) -> list[int]:
+        """Bytes of each attribute."""
+        each = [6 if self.version == 1 else 9, 1, 3, 3, 3 if self.version < 3 else 4]
+        return [self.count * size for size in (*each, 3 * COEFFICIENTS[self.degree])]
+
+
+def read_spz(path: Path | str) -> Gaussians:
+    """Read an `.spz` scene as float32 on the CPU; harmonics of degree 4 are cut to 3.
+
+    Raises:
+        InputError: the file is missing, is no `.spz`, is of another version, is damaged or cut off.
+    """
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    if data[:2] == GZIP:
+        header, parts = _gunzipped(data, path)
+    else:
+        header = _parse(data, path)
+        parts = _unpacked(header, data, path)
+    return _gaussians(header, parts, path)
+
+
+def _damaged(path: Path) -> InputError:
+    return InputError(f"{path} is damaged or cut off: get it again from where it came")
+
+
+def _parse(data: bytes, path: Path) -> Header:
+    if len(data) < HEADER or data[:4] != MAGIC:
+        raise InputError(f"{path} is not an .spz scene")
+    version, count, degree, fraction, flags, streams = struct.unpack_from("<IIBBBB", data, 4)
+    if not 1 <= version <= 4:
+        raise InputError(f"{path} has version {version} of .spz: 1 to 4 can be read")
+    if count > COUNT_MAX:
+        raise InputError(f"{path} announces {count} Gaussians: {COUNT_MAX} can be read")
+    if degree > 4 or fraction > 24 or (version == 4 and len(data) < HEADER_4):
+        raise _damaged(path)
+    table = struct.unpack_from("<I", data, 16)[0] if version == 4 else 0
+    return Header(version, count, degree, fraction, bool(flags & 2), streams, table)
+
+
+def _gunzipped(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]:
+    """Decompresses as much as the header announces, and no more."""
+    unzip = zlib.decompressobj(wbits=31)
+    try:
+        head = unzip.decompress(data, HEADER)
+        header = _parse(head, path)
+        if header.version > 3:
+            raise InputError(f"{path} is not an .spz scene")
+        size = sum(header.sizes)
+        content = unzip.decompress(unzip.unconsumed_tail, size + 1)
+    except zlib.error:
+        raise _damaged(path) from None
+    if len(content) > size and not header.extended:
+        raise InputError(f"{path} holds more than the {header.count} Gaussians it announces")
+    if len(content) < size or not (unzip.eof or header.extended):  # or without its checksum
+        raise InputError(f"{path} is cut off: {header.count} Gaussians were announced")
+    ends = np.cumsum([0, *header.sizes])
+    whole = np.frombuffer(content, np.uint8)
+    return header, [whole[start:end] for start, end in pairwise(ends)]
+
+
+def _unpacked(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
+    """The streams of version 4."""
+    end = header.table + 16 * header.streams
+    sent = sum(size > 0 for size in header.sizes)  # what is empty has no stream
+    if header.version != 4 or header.table < HEADER_4 or end > len(data) or sent != header.streams:
+        raise _damaged(path)
+    unzip = zstandard.ZstdDecompressor(max_window_size=WINDOW_MAX)
+    parts, entry, at = [], header.table, end
+    for size in header.sizes:
+        if size == 0:
+            parts.append(np.zeros(0, np.uint8))
+            continue
+        length, announced = struct.unpack_from("<QQ", data, entry)
+        if at + length > len(data) or announced != size:
+            raise _damaged(path)
+        try:
+            with unzip.stream_reader(io.BytesIO(data[at : at + length])) as stream:
+                content = stream.read(size + 1)
+        except zstandard.ZstdError:
+            raise _damaged(path) from None
+        if len(content) != size:
+            raise _damaged(path)
+        parts.append(np.frombuffer(content, np.uint8))
+        entry, at = entry + 16, at + length
+    return parts
+
+
+def _gaussians(header: Header, parts: list[np.ndarray], path: Path) -> Gaussians:
+    positions, opacities, colors, scales, rotations, harmonics = parts
+    count, sent = header.count, COEFFICIENTS[header.degree]
+    kept = min(sent, KEPT)
+    flip = np.array([1, -1, -1], np.float32)
+    means = _positions(header, positions) * flip
+    if not np.isfinite(means).all():
+        raise _damaged(path)
+    # 0 and 255 are no logits; both stay as good as invisible and opaque
+    opaque = np.clip(opacities / 255, 1e-6, 1 - 1e-6)
+    sh = np.zeros((count, kept + 1, 3), np.float32)
+    sh[:, 0] = (colors.reshape(count, 3) / 255 - 0.5) / COLOR
+    rest = harmonics.reshape(count, sent, 3)[:, :kept].astype(np.float32) - 128
+    sh[:, 1:] = rest / 128 * SIGNS[:kept, None]
+    turn = _first_three if header.version < 3 else _smallest_three
+    quats = turn(rotations.reshape(count, -1))
+    quats[:, 2:] *= -1  # y and z
+
+    def tensor(values: np.ndarray) -> torch.Tensor:
+        return torch.from_numpy(np.ascontiguousarray(values, np.float32))
+
+    return Gaussians(
+        means=tensor(means),
+        quats=tensor(quats),
+        log_scales=tensor(scales.reshape(count, 3) / 16 - 10),
+        logit_opacities=tensor(np.log(opaque / (1 - opaque))),
+        sh=tensor(sh),
+    )
+
+
+def _positions(header: Header, data: np.ndarray) -> np.ndarray:
+    if header.version == 1:
+        return data.view("<f2").astype(np.float32).reshape(header.count, 3)
+    low, middle, high = data.reshape(-1, 3).astype(np.int32).T
+    fixed = low | middle << 8 | high << 16
+    fixed = np.where(high > 127, fixed - (1 << 24), fixed)
+    return (fixed * 2.0**-header.fraction).astype(np.float32).reshape(header.count, 3)
+
+
+def _first_three(data: np.ndarray) -> np.ndarray:
+    """Versions 1 and 2: x, y, z; w follows, as it is not negative."""
+    vector = data / 127.5 - 1
+    w = np.sqrt(np.clip(1 - (vector**2).sum(1), 0, None))
+    return np.column_stack([w, vector])
+
+
+def _smallest_three(data: np.ndarray) -> np.ndarray:
+    """From version 3 on: which of x, y, z, w is largest, the others as signs and nine bits."""
+    words = np.ascontiguousarray(data).view("<u4")[:, 0]
+    largest = words >> 30
+    rows = np.arange(len(words))
+    found = np.zeros((len(words), 4))  # x, y, z, w
+    place = np.zeros(len(words), np.int64)
+    for shift in (20, 10, 0):
+        place += place == largest
+        part = words >> shift
+        size = (part & 511) / 511 * math.sqrt(0.5)
+        found[rows, place] = np.where(part & 512, -size, size)
+        place += 1
+    found[rows, largest] = np.sqrt(np.clip(1 - (found**2).sum(1), 0, None))
+    return found[:, [3, 0, 1, 2]]
