@@ -7,15 +7,16 @@
 
 import { readFileSync, writeFileSync } from "node:fs";
 
-import { SceneReader, openScene } from "../../mobilegs/view/web/mgs/reader.js";
+import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
 import { pieces, randomNumbers } from "./pieces.js";
+import { openScene, sceneOf } from "./whole.js";
 
 const [seed, ...paths] = process.argv.slice(2);
 const random = randomNumbers(Number(seed));
 for (const path of paths) {
   const bytes = new Uint8Array(readFileSync(path));
   const { header, scene } = seed === "0" ? openScene(bytes) : openInPieces(bytes);
-  const { network, means, logScales, quats, sh, lobes, ...small } = scene;
+  const { network, means, logScales, quats, sh, lobes, count, lobeDegree } = scene;
   const arrays = { means, logScales, quats, sh, lobes, ...network };
   let start = 0;
   const layout = Object.entries(arrays).map(([name, array]) => {
@@ -26,7 +27,7 @@ for (const path of paths) {
   const described = { ...header, cuts: Object.fromEntries(header.cuts) };
   // typed arrays would become objects
   const plain = (_, value) => (ArrayBuffer.isView(value) ? [...value] : value);
-  writeFileSync(`${path}.json`, JSON.stringify({ header: described, ...small, layout }, plain));
+  writeFileSync(`${path}.json`, JSON.stringify({ header: described, count, lobeDegree, layout }, plain));
   const bytesOf = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
   writeFileSync(`${path}.bin`, Buffer.concat(Object.values(arrays).map(bytesOf)));
 }
@@ -39,5 +40,5 @@ function openInPieces(bytes) {
   }
   reader.end();
   while (reader.step());
-  return reader;
+  return sceneOf(reader);
 }

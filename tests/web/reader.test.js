@@ -2,7 +2,9 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { SceneReader, openScene, readScene } from "../../mobilegs/view/web/mgs/reader.js";
+import { SceneReader, readScene } from "../../mobilegs/view/web/mgs/reader.js";
+import { RowDecoder } from "../../mobilegs/view/web/mgs/rows.js";
+import { openScene, sceneOf } from "./whole.js";
 import { joined, seal, smallScene } from "./write.js";
 
 const PARTS = ["means", "logScales", "quats", "sh", "lobes"];
@@ -29,45 +31,49 @@ test("whatever prefix of a file is there can be drawn once there are positions",
   const bytes = seal(fields, streams);
   const { scene: whole } = openScene(bytes);
   const reader = new SceneReader();
-  let first = null;
+  const has = { means: "positions", logScales: "scale.2", quats: "rotation.1", sh: "appearance.2", lobes: "lobes.1" };
+  const stages = { "": 0, "rotation.1": 1, "opacity.0": 2, "lobes.1": 3 };
+  const arrived = [];
   arrivals(bytes, streams).forEach((piece, i) => {
     reader.append(piece);
     assert.equal(reader.header.count, 40);
     assert.equal(reader.total, bytes.length);
     while (reader.step());
-    const name = i === 0 ? "" : streams[i - 1][0];
-    if (name === "positions") first = reader.scene;
-    assert.equal(reader.scene, first, `after ${name}`);
-    if (reader.scene === null) return;
-    assertDrawable(reader.scene);
+    arrived.push(i === 0 ? "" : streams[i - 1][0]);
+    assert.equal(reader.decoder.positions !== null, arrived.includes("positions"));
+    assert.equal(reader.decoder.stage, Math.max(...arrived.map((name) => stages[name] ?? 0)));
+    if (reader.decoder.positions === null) return;
+    const { scene } = sceneOf(reader);
+    assertDrawable(scene);
     for (const part of PARTS) {
-      const same = reader.scene[part].every((value, j) => value === whole[part][j]);
-      assert.equal(reader.has(part), same, `${part} after ${name}`);
+      const same = scene[part].every((value, j) => value === whole[part][j]);
+      assert.equal(arrived.includes(has[part]), same, `${part} after ${arrived.at(-1)}`);
     }
   });
   reader.end();
-  assert.ok(reader.complete && PARTS.every((part) => reader.has(part)));
+});
+
+test("rows are the same, whichever are decoded together", () => {
+  const { fields, streams } = smallScene(300);
+  const reader = new SceneReader();
+  reader.append(seal(fields, streams));
+  while (reader.step());
+  const { scene: whole } = sceneOf(reader);
+  const decoder = new RowDecoder(structuredClone(reader.decoder.recipe));
+  for (const [from, to] of [[0, 1], [256, 300], [64, 224], [0, 32]]) {
+    const rows = decoder.decode(structuredClone(reader.decoder.rows(from, to)));
+    assert.equal(rows.count, to - from);
+    for (const part of PARTS.slice(1)) {
+      const size = whole[part].length / 300;
+      assert.deepEqual(rows[part], whole[part].slice(size * from, size * to), part);
+    }
+  }
 });
 
 test("streams in another order give the same scene", () => {
   const { fields, streams } = smallScene();
   const reversed = openScene(seal(fields, [...streams].reverse()));
   assert.deepEqual(reversed, openScene(seal(fields, streams)));
-});
-
-test("every number of a scene is computed once, and in steps", () => {
-  const { fields, streams } = smallScene(5000);
-  const reader = new SceneReader();
-  reader.append(seal(fields, streams));
-  const computed = { sh: 0, lobes: 0 };
-  let steps = 0;
-  for (let update; (update = reader.step()); steps++) {
-    if (update.changed.length !== 1 || !(update.changed[0] in computed)) continue;
-    computed[update.changed[0]] += update.to - update.from;
-  }
-  // lobes: first the base opacity, then all
-  assert.deepEqual(computed, { sh: 5000, lobes: 10000 });
-  assert.ok(steps > streams.length + 6);
 });
 
 test("what has not arrived gets no memory for its Gaussians, whatever the header says", () => {
@@ -77,21 +83,23 @@ test("what has not arrived gets no memory for its Gaussians, whatever the header
   const reader = new SceneReader();
   reader.append(bytes.subarray(0, bytes.length - 2 ** 26));
   while (reader.step());
-  assert.equal(reader.scene, null);
+  assert.equal(reader.decoder.positions, null);
   assert.ok(reader.received < 100_000 && reader.total > 2 ** 26);
 });
 
 test("a response is read while it arrives", async () => {
   const { fields, streams } = smallScene();
   const bytes = seal(fields, streams);
-  const updates = [];
-  const onUpdate = async (reader, update) => {
+  let received = 0;
+  let steps = 0;
+  const reader = await readScene(new Blob([bytes]).stream(), async (reader) => {
     await null;
-    updates.push([reader.received, ...update.changed]);
-  };
-  const found = await readScene(new Blob([bytes]).stream(), onUpdate);
-  assert.deepEqual(found, openScene(bytes));
-  assert.deepEqual(updates.at(-1), [bytes.length, "lobes"]);
+    received = reader.received;
+    steps++;
+  });
+  assert.deepEqual(sceneOf(reader), openScene(bytes));
+  assert.equal(received, bytes.length);
+  assert.ok(steps > streams.length);
 });
 
 test("reading stops at the first contradiction, and the source is told", async () => {

@@ -8,8 +8,9 @@
 import { readFileSync, writeFileSync } from "node:fs";
 
 import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { SceneReader, openScene } from "../../mobilegs/view/web/mgs/reader.js";
+import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
 import { pieces, randomNumbers } from "./pieces.js";
+import { openScene, sceneOf } from "./whole.js";
 
 const [cases, results] = process.argv.slice(2);
 const data = new Uint8Array(readFileSync(cases));
@@ -48,7 +49,8 @@ function openInPieces(bytes) {
   }
   reader.end();
   while (reader.step());
+  const { scene } = sceneOf(reader);
   for (const part of ["means", "logScales", "quats", "sh", "lobes"]) {
-    if (!reader.scene[part].every(Number.isFinite)) throw new Error(`${part} is not finite`);
+    if (!scene[part].every(Number.isFinite)) throw new Error(`${part} is not finite`);
   }
 }

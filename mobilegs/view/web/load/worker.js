@@ -1,12 +1,16 @@
 /** Reads a scene away from the page's own thread, sends it on as it arrives, and sorts if needed. */
 
+import { toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
-import { packRows, packScene, packedParts } from "../render/pack.js";
+import { RowDecoder } from "../mgs/rows.js";
+import { packAlike, packRows } from "../render/pack.js";
+import { Crew, turn } from "./crew.js";
 import { farFirst } from "./order.js";
 import { isPly, readPly } from "./ply.js";
 import { isSpz, readSpz } from "./spz.js";
 
 /** @typedef {import("../mgs/header.js").View} View */
+/** @typedef {import("../mgs/reader.js").SceneReader} SceneReader */
 /** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
@@ -20,7 +24,11 @@ import { isSpz, readSpz } from "./spz.js";
  *   | {kind: "failed", sentence: string}} Message
  */
 
-const NEAR = 0.2; // of a scene that does not say
+/** Of a scene that does not say. */
+const NEAR = 0.2;
+/** Milliseconds between two states that are shown. */
+const SOON = 500;
+const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 const NETWORK =
   "this scene asks a network for every Gaussian in every frame, which no viewer does: train it " +
   "with --set student.view.kind=fitted";
@@ -60,24 +68,51 @@ async function bytesOf(request) {
   return { source: response.body, total: Number(response.headers.get("Content-Length")) || NaN };
 }
 
-/** @param {ReadableStream<Uint8Array>} source */
+/**
+ * A scene that is shown while it arrives, though not with every step: a picture of half of it keeps
+ * the device from the other half.
+ *
+ * @param {ReadableStream<Uint8Array>} source
+ */
 async function loadMgs(source) {
-  let known = false;
-  await readScene(source, (reader, { changed, from, to }) => {
-    send({ kind: "progress", received: reader.received, total: reader.total });
-    const { header, scene } = reader;
-    if (header === null || scene === null) return;
+  let crew = /** @type {Crew | null} */ (null);
+  let timer = 0;
+  /** @type {(reader: SceneReader, waited: number) => Promise<void>} */
+  const onStep = async ({ header, decoder, received, total }, waited) => {
+    send({ kind: "progress", received, total });
+    if (header === null || decoder === null) return;
     if (header.network) throw new Error(NETWORK);
-    if (!known) {
-      known = true;
-      sendScene(packScene(header, scene), scene.means.slice(), header.views, header.near);
-      return;
+    crew ??= new Crew(header.count);
+    const { positions, stage } = decoder;
+    const slow = waited * (total / received - 1) > SOON;
+    if (positions && !timer) {
+      const one = crew.begin(decoder).decode({ positions: positions.subarray(0, 3), columns: {} });
+      const data = packAlike(header, positions, one);
+      sendScene(data, toWorld(positions, header.frame), header.views, header.near);
+      timer = setInterval(sendRows, SOON, crew);
     }
-    for (const part of packedParts(changed)) {
-      const numbers = packRows(scene, part, from, to);
+    if (positions && slow) crew.advance(stage);
+    await turn();
+  };
+  try {
+    const { decoder } = await readScene(source, onStep);
+    if (crew === null || decoder === null) throw new Error("a whole file gave no scene");
+    await crew.finish(decoder.stage);
+    sendRows(crew);
+  } finally {
+    clearInterval(timer);
+    crew?.dismiss();
+  }
+}
+
+/** Sends what has been done since the last time. @param {Crew} crew */
+function sendRows({ taken }) {
+  for (const [from, packed] of taken.splice(0)) {
+    for (const part of PARTS) {
+      const numbers = packed[part];
       send({ kind: "rows", part, from, numbers }, [numbers.buffer]);
     }
-  });
+  }
 }
 
 /**
@@ -108,17 +143,11 @@ async function loadPlain(source, total, read) {
  * @param {ReadableStream<Uint8Array<ArrayBuffer>>} source
  */
 async function peeked(source) {
-  const reader = source.getReader();
+  const [ahead, whole] = source.tee();
+  const reader = ahead.getReader();
   const { value: first = new Uint8Array(0) } = await reader.read();
-  const whole = new ReadableStream({
-    start: (to) => to.enqueue(first),
-    pull: async (to) => {
-      const { value, done } = await reader.read();
-      if (done) to.close();
-      else to.enqueue(value);
-    },
-    cancel: () => reader.cancel(),
-  });
+  // that settles when the other one ends
+  void reader.cancel();
   return { first, whole };
 }
 
@@ -133,7 +162,21 @@ async function load(request) {
   send({ kind: "done", milliseconds: performance.now() - started });
 }
 
+/** Of a helper. @type {RowDecoder} */
+let decoder;
+
 self.onmessage = async ({ data }) => {
+  if ("recipe" in data) {
+    decoder = new RowDecoder(data.recipe);
+    return;
+  }
+  if ("rows" in data) {
+    const { rows, chunk, stage } = data;
+    const packed = packRows(decoder.decode(rows));
+    const moved = PARTS.map((part) => packed[part].buffer);
+    self.postMessage({ chunk, stage, packed }, { transfer: moved });
+    return;
+  }
   if ("forward" in data) {
     const order = farFirst(centers, data.forward);
     send({ kind: "order", order }, [order.buffer]);
@@ -142,6 +185,9 @@ self.onmessage = async ({ data }) => {
   try {
     await load(data);
   } catch (error) {
-    send({ kind: "failed", sentence: error instanceof Error ? error.message : String(error) });
+    const { message } = /** @type {Error} */ (error);
+    // what asks for more memory than there is fails in words of the browser's own
+    const sentence = error instanceof RangeError ? `the scene is too large for this device: ${message}` : message;
+    send({ kind: "failed", sentence });
   }
 };

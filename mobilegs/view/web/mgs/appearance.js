@@ -2,6 +2,7 @@
 
 import { lookUp } from "./codebooks.js";
 import { BLOCK, Network, makeLayer } from "./dense.js";
+import { fromHalf } from "./half.js";
 
 /** @typedef {import("./codebooks.js").Codes} Codes */
 /** @typedef {import("./weights.js").Weights} Weights */
@@ -12,15 +13,24 @@ const HIDDEN = 64;
 const CONTEXT = 13;
 const SLOPE = 0.01;
 const LATENTS = 6;
+// Gaussians per number of a coordinate from which on a table is worth its making
+const SHARED = 16;
 const { fround, sqrt } = Math;
 
 /** Evaluates the networks of a file's colours, 9792 products per Gaussian. */
 export class AppearanceDecoder {
   #network;
   #latents = new Float32Array(BLOCK * LATENTS);
+  #unit;
+  /** Halves from 0 to 1 in units of the radius, of either sign in the table; 0: there is none. */
+  #steps;
 
-  /** @param {Weights} weights */
-  constructor({ context1, context2, static1, static2, view1, view2 }) {
+  /**
+   * @param {Weights} weights
+   * @param {number} exponent of positions
+   * @param {number} count Gaussians of the scene
+   */
+  constructor({ context1, context2, static1, static2, view1, view2 }, exponent, count) {
     const layers = [
       makeLayer(context1, ENCODED),
       makeLayer(context2, HIDDEN),
@@ -29,30 +39,65 @@ export class AppearanceDecoder {
       makeLayer(view1, CONTEXT + 3),
       makeLayer(view2, HIDDEN),
     ];
+    this.#unit = 2 ** exponent;
+    // the last of these halves is 1 / unit
+    const steps = ((15 - exponent) << 10) + 1;
+    this.#steps = count < SHARED * steps ? 0 : steps;
     // the third block holds the context, behind it the static or the view latents
-    this.#network = new Network(layers, [ENCODED, HIDDEN, CONTEXT + 3, 4, 12]);
+    const widths = [ENCODED, HIDDEN, CONTEXT + 3, 4, 12];
+    this.#network = new Network(layers, widths, 6 * HIDDEN * this.#steps);
+    this.#tabulate();
   }
 
   /**
-   * Writes the harmonics of Gaussians `from` to `to`, 12 numbers each, into `sh`.
+   * What the first layer makes of every number that a coordinate within the radius can be.
    *
-   * @param {Float32Array} places normalised positions
+   * There the contraction does nothing, so that each coordinate counts for itself.
+   */
+  #tabulate() {
+    const { layers, blocks, table } = this.#network;
+    const [encoded, sums] = blocks;
+    const steps = this.#steps;
+    for (let start = 0; start < 6 * steps; start += BLOCK) {
+      const rows = Math.min(BLOCK, 6 * steps - start);
+      // of the other axes, nothing
+      encoded.fill(0);
+      for (let row = 0; row < rows; row++) {
+        const i = start + row;
+        const value = fromHalf(i % steps) * this.#unit;
+        const axis = Math.floor(i / (2 * steps));
+        writeOctaves(i % (2 * steps) < steps ? value : -value, encoded, axis * OCTAVES * BLOCK + row);
+      }
+      this.#network.apply(layers[0], encoded, sums, 1);
+      for (let row = 0; row < rows; row++) {
+        const place = (start + row) * HIDDEN;
+        for (let o = 0; o < HIDDEN; o++) table[place + o] = sums[o * BLOCK + row];
+      }
+    }
+  }
+
+  /**
+   * Writes the harmonics of some Gaussians, 12 numbers each, into `sh`.
+   *
+   * @param {Uint16Array} positions the bits of the halves
    * @param {Codes} codes latents
-   * @param {number} from
-   * @param {number} to
    * @param {Float32Array} sh
    */
-  decode(places, codes, from, to, sh) {
+  decode(positions, codes, sh) {
     const network = this.#network;
     const [context1, context2, static1, static2, view1, view2] = network.layers;
     const [encoded, hidden, inputs, degree0, degree1] = network.blocks;
     const latents = this.#latents;
-    for (let start = from; start < to; start += BLOCK) {
-      const rows = Math.min(BLOCK, to - start);
-      encode(places, start, rows, encoded);
-      network.apply(context1, encoded, hidden, 0);
+    const count = positions.length / 3;
+    for (let start = 0; start < count; start += BLOCK) {
+      const rows = Math.min(BLOCK, count - start);
+      if (this.#find(positions, start, rows)) network.sum(HIDDEN, hidden);
+      else {
+        this.#encode(positions, start, rows, encoded);
+        network.apply(context1, encoded, hidden, 0);
+      }
       network.apply(context2, hidden, inputs, 1);
-      lookUp(codes, start, start + rows, latents, 0, 1, BLOCK);
+      lookUp(codes, latents, 1, BLOCK, start, start + rows);
       inputs.set(latents.subarray(0, 3 * BLOCK), CONTEXT * BLOCK);
       network.apply(static1, inputs, hidden, SLOPE);
       network.apply(static2, hidden, degree0, 1);
@@ -66,42 +111,79 @@ export class AppearanceDecoder {
       }
     }
   }
+
+  /**
+   * Finds the table's rows of a block of Gaussians; whether it has all of them.
+   *
+   * @param {Uint16Array} positions
+   * @param {number} start
+   * @param {number} rows
+   */
+  #find(positions, start, rows) {
+    const steps = this.#steps;
+    if (steps === 0) return false;
+    const found = this.#network.rows;
+    for (let i = 0; i < 3 * rows; i += 3) {
+      if (this.#distance(positions, 3 * start + i) > 1) return false;
+      for (let axis = 0; axis < 3; axis++) {
+        const half = positions[3 * start + i + axis];
+        found[i + axis] = ((2 * axis + (half >> 15)) * steps + (half & 0x7fff)) * HIDDEN;
+      }
+    }
+    return true;
+  }
+
+  /** From the centre, but at least 1, in units of the radius. @param {Uint16Array} positions @param {number} place */
+  #distance(positions, place) {
+    const x = fromHalf(positions[place]) * this.#unit;
+    const y = fromHalf(positions[place + 1]) * this.#unit;
+    const z = fromHalf(positions[place + 2]) * this.#unit;
+    const square = fround(fround(fround(x * x) + fround(y * y)) + fround(z * z));
+    return Math.max(1, fround(sqrt(square)));
+  }
+
+  /**
+   * Sines and cosines of the contracted positions: 16 octaves per axis, sines first.
+   *
+   * @param {Uint16Array} positions
+   * @param {number} start
+   * @param {number} rows
+   * @param {Float32Array} encoded
+   */
+  #encode(positions, start, rows, encoded) {
+    for (let row = 0; row < rows; row++) {
+      const place = 3 * (start + row);
+      const length = this.#distance(positions, place);
+      const grow = fround(2 - fround(1 / length));
+      for (let axis = 0; axis < 3; axis++) {
+        const value = fromHalf(positions[place + axis]) * this.#unit;
+        const bent = fround(grow * fround(value / length));
+        writeOctaves(bent, encoded, axis * OCTAVES * BLOCK + row);
+      }
+    }
+  }
 }
 
 /**
- * Sines and cosines of the contracted positions: 16 octaves per axis, sines first.
+ * Sines of an axis from `at` on, and its cosines behind the sines of all.
  *
  * From one octave to the next an angle doubles, which takes two products instead of a sine and
  * a cosine; in float64 the last octave is still right to 1e-11.
  *
- * @param {Float32Array} places
- * @param {number} start
- * @param {number} rows
+ * @param {number} bent a coordinate, contracted
  * @param {Float32Array} encoded
+ * @param {number} at
  */
-function encode(places, start, rows, encoded) {
-  for (let row = 0; row < rows; row++) {
-    const place = 3 * (start + row);
-    const x = places[place];
-    const y = places[place + 1];
-    const z = places[place + 2];
-    const square = fround(fround(fround(x * x) + fround(y * y)) + fround(z * z));
-    const length = Math.max(1, fround(sqrt(square)));
-    const grow = fround(2 - fround(1 / length));
-    for (let axis = 0; axis < 3; axis++) {
-      // every rounding matters: the last octave multiplies by 2^15
-      const bent = fround(grow * fround(places[place + axis] / length));
-      const unit = fround(fround(bent * 0.25) + 0.5);
-      let sine = Math.sin(Math.PI * unit);
-      let cosine = Math.cos(Math.PI * unit);
-      let at = axis * OCTAVES * BLOCK + row;
-      for (const end = at + OCTAVES * BLOCK; at < end; at += BLOCK) {
-        encoded[at] = sine;
-        encoded[at + (ENCODED / 2) * BLOCK] = cosine;
-        const double = 2 * sine * cosine;
-        cosine = 1 - 2 * sine * sine;
-        sine = double;
-      }
-    }
+function writeOctaves(bent, encoded, at) {
+  // every rounding matters: the last octave multiplies by 2^15
+  const unit = fround(fround(bent * 0.25) + 0.5);
+  let sine = Math.sin(Math.PI * unit);
+  let cosine = Math.cos(Math.PI * unit);
+  for (const end = at + OCTAVES * BLOCK; at < end; at += BLOCK) {
+    encoded[at] = sine;
+    encoded[at + (ENCODED / 2) * BLOCK] = cosine;
+    const double = 2 * sine * cosine;
+    cosine = 1 - 2 * sine * sine;
+    sine = double;
   }
 }

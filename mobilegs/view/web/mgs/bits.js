@@ -11,8 +11,10 @@ export function view(data) {
 export class BitReader {
   #data;
   #byte = 0;
-  #kept = 0; // bits read from the data and not yet taken
-  #bits = 0; // how many these are, below 8 between two numbers
+  // bits read from the data and not yet taken
+  #kept = 0;
+  // how many these are, below 8 between two numbers
+  #bits = 0;
 
   /** @param {Uint8Array} data */
   constructor(data) {

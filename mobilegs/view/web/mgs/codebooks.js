@@ -7,14 +7,11 @@ import { decodeRans } from "./rans.js";
 /** @typedef {import("./envelope.js").Stream} Stream */
 /** @typedef {import("./header.js").Attribute} Attribute */
 /** @typedef {import("./header.js").Cut} Cut */
-/**
- * @typedef {object} Codes an attribute as it is stored
- * @property {number} length numbers per entry
- * @property {Float32Array[]} books entries one after the other
- * @property {Uint16Array[]} columns per book, the entry of every Gaussian
- */
+/** @typedef {{length: number, books: Float32Array[]}} Books of an attribute, entries of `length` numbers */
+/** @typedef {Books & {columns: Uint16Array[]}} Codes per book, the entry of every Gaussian */
 
-const LOG_SCALE_MAX = 80; // its exponential is finite in float32
+// its exponential is finite in float32
+const LOG_SCALE_MAX = 80;
 
 /** Numbers in all codebooks. @param {Map<Attribute, Cut>} cuts */
 export function bookNumbers(cuts) {
@@ -28,20 +25,20 @@ export function bookNumbers(cuts) {
  *
  * @param {Float32Array} numbers
  * @param {Map<Attribute, Cut>} cuts
- * @returns {Map<Attribute, Float32Array[]>}
+ * @returns {Map<Attribute, Books>}
  */
 export function splitBooks(numbers, cuts) {
   let start = 0;
-  /** @type {Map<Attribute, Float32Array[]>} */
-  const books = new Map();
+  /** @type {Map<Attribute, Books>} */
+  const all = new Map();
   for (const [name, { count, size, length }] of cuts) {
     const take = () => numbers.subarray(start, (start += size * length));
-    books.set(name, Array.from({ length: count }, take));
+    all.set(name, { length, books: Array.from({ length: count }, take) });
   }
-  if (books.get("scale")?.some((book) => book.some((value) => value > LOG_SCALE_MAX))) {
+  if (all.get("scale")?.books.some((book) => book.some((value) => value > LOG_SCALE_MAX))) {
     throw new SceneError("the codebooks of the .mgs file hold scales that are out of range");
   }
-  return books;
+  return all;
 }
 
 /**
@@ -68,7 +65,7 @@ export function decodeIndices({ name, codec, data }, count, size) {
 /**
  * Codes that give `count` Gaussians the mean of each book: what is drawn until their own come.
  *
- * @param {Codes} codes
+ * @param {Books} books
  * @param {number} count
  * @returns {Codes}
  */
@@ -92,23 +89,22 @@ function meanEntry(book, length) {
 }
 
 /**
- * Writes the vectors of Gaussians `from` to `to`, one per `stride` numbers of `out` from `start`,
- * with `step` from one of their numbers to the next.
+ * Writes the vectors of some Gaussians, one per `stride` numbers of `out`, with `step` from one of
+ * their numbers to the next.
  *
  * @param {Codes} codes
- * @param {number} from
- * @param {number} to
  * @param {Float32Array} out
- * @param {number} start
  * @param {number} stride
  * @param {number} [step]
+ * @param {number} [from] the first of the Gaussians
+ * @param {number} [to]
  */
-export function lookUp({ length, books, columns }, from, to, out, start, stride, step = 1) {
+export function lookUp({ length, books, columns }, out, stride, step = 1, from = 0, to = columns[0].length) {
   for (let j = 0; j < books.length; j++) {
     const book = books[j];
     const column = columns[j];
     for (let e = 0; e < length; e++) {
-      let place = start + (j * length + e) * step;
+      let place = (j * length + e) * step;
       for (let i = from; i < to; i++, place += stride) out[place] = book[column[i] * length + e];
     }
   }

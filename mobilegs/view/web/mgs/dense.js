@@ -1,6 +1,6 @@
 /** Layers of networks for a block of Gaussians: where opening a file spends its time. */
 
-import { simdLayer } from "./simd.js";
+import { simdIn } from "./simd.js";
 
 /** Gaussians in a block: what the widest layer reads and writes then stays in a 32 KiB cache. */
 export const BLOCK = 32;
@@ -56,23 +56,47 @@ export function defined({ inputs, outputs, weights, offsets }, input, output, sl
   }
 }
 
-/** Layers and blocks in the memory that SIMD works on, where there is SIMD. */
+/**
+ * For every Gaussian of a block the sum of three rows of a table, or 0 where that is larger.
+ *
+ * @param {Float32Array} table
+ * @param {Int32Array} rows where they begin, three of each Gaussian
+ * @param {number} outputs numbers in a row, a multiple of 4
+ * @param {Block} output
+ */
+export function definedSum(table, rows, outputs, output) {
+  for (let row = 0; row < BLOCK; row++) {
+    const [a, b, c] = rows.subarray(3 * row);
+    for (let o = 0; o < outputs; o++) {
+      output[o * BLOCK + row] = Math.max(0, Math.fround(table[a + o] + table[b + o]) + table[c + o]);
+    }
+  }
+}
+
+/** Layers, blocks and a table in the memory that SIMD works on, where there is SIMD. */
 export class Network {
   /** @type {Layer[]} */
   layers;
   /** @type {Block[]} */
   blocks;
+  /** Of rows to add up. */
+  table;
+  /** Where these begin, three of each Gaussian. */
+  rows;
   #simd;
 
   /**
    * @param {Layer[]} layers
    * @param {number[]} widths values per Gaussian of each block that is needed
+   * @param {number} [table] numbers in it
    * @param {boolean} [plain] without SIMD
    */
-  constructor(layers, widths, plain = false) {
+  constructor(layers, widths, table = 0, plain = false) {
     const sizes = layers.flatMap(({ weights, offsets }) => [weights.length, offsets.length]);
-    const total = [...sizes, ...widths.map((width) => BLOCK * width)].reduce((a, b) => a + b, 0);
-    const memory = new WebAssembly.Memory({ initial: Math.ceil(total / 2 ** 14) }); // pages of 64 KiB
+    const blocks = widths.map((width) => BLOCK * width);
+    const total = [...sizes, ...blocks, table, 3 * BLOCK].reduce((a, b) => a + b, 0);
+    // pages of 64 KiB
+    const memory = new WebAssembly.Memory({ initial: Math.ceil(total / 2 ** 14) });
     let start = 0;
     const take = (/** @type {number} */ length) => {
       const taken = new Float32Array(memory.buffer, 4 * start, length);
@@ -89,8 +113,10 @@ export class Network {
       weights: moved(layer.weights),
       offsets: moved(layer.offsets),
     }));
-    this.blocks = widths.map((width) => take(BLOCK * width));
-    this.#simd = plain ? null : simdLayer(BLOCK, memory);
+    this.blocks = blocks.map(take);
+    this.table = take(table);
+    this.rows = new Int32Array(memory.buffer, 4 * start, 3 * BLOCK);
+    this.#simd = plain ? null : simdIn(BLOCK, memory);
   }
 
   /**
@@ -102,14 +128,20 @@ export class Network {
    * @param {number} slope
    */
   apply(layer, input, output, slope) {
-    if (this.#simd === null) {
+    const { weights: w, offsets: b, inputs, outputs } = layer;
+    if (this.#simd === null || inputs === 0) {
+      // without inputs, nothing but offsets
       defined(layer, input, output, slope);
       return;
     }
-    const { weights, offsets, inputs, outputs } = layer;
-    const places = [weights, offsets, input, output].map((array) => array.byteOffset);
-    const [w, o, x, y] = places;
-    if (inputs > 0) this.#simd(w, o, x, y, inputs, outputs, slope);
-    else defined(layer, input, output, slope); // nothing but offsets
+    const { byteOffset: y } = output;
+    this.#simd.layer(w.byteOffset, b.byteOffset, input.byteOffset, y, inputs, outputs, slope);
+  }
+
+  /** Adds up rows of the table, as `definedSum` does. @param {number} outputs @param {Block} output */
+  sum(outputs, output) {
+    const { table, rows } = this;
+    if (this.#simd === null) definedSum(table, rows, outputs, output);
+    else this.#simd.sum(table.byteOffset, rows.byteOffset, output.byteOffset, outputs);
   }
 }

@@ -13,7 +13,8 @@ import { shortText } from "./header.js";
 
 const MAGIC = [0x4d, 0x47, 0x53, 0x1a, 0x0d, 0x0a, 0x00, 0x01];
 const MAJOR = 2;
-const PREFIX = 20; // bytes before the header
+// bytes before the header
+const PREFIX = 20;
 const HEADER_MAX = 2 ** 20;
 const STREAMS_MAX = 256;
 const FILE_MAX = 2 ** 32;
@@ -44,8 +45,10 @@ export class Envelope {
 
   /** @type {Uint8Array[]} */
   #pieces = [];
-  #waiting = 0; // bytes in #pieces
-  #next = 0; // row of the table
+  // bytes in #pieces
+  #waiting = 0;
+  // row of the table
+  #next = 0;
   #magic = false;
   /** Bytes 8 to 19, once they are there. @type {Uint8Array | null} */
   #prefix = null;

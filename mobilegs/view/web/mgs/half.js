@@ -24,7 +24,8 @@ export function toHalf(value) {
   const sign = (BITS[0] >>> 16) & 0x8000;
   const bits = BITS[0] & 0x7fffffff;
   if (bits < 0x38800000) {
-    const size = Math.abs(value) * 2 ** 24; // in the last digit of small halves
+    // in the last digit of small halves
+    const size = Math.abs(value) * 2 ** 24;
     const rounded = Math.round(size);
     return sign | (rounded - size === 0.5 && rounded % 2 ? rounded - 1 : rounded);
   }

@@ -10,19 +10,22 @@ import { STATICS } from "./weights.js";
 /**
  * @typedef {object} Attributes what hidden layers look at
  * @property {Float32Array} sh
- * @property {Float32Array} logScales
+ * @property {Float32Array} scales standard deviations
  * @property {Float32Array} quats of length 1, or 0
  */
 
-export const C0 = 0.28209479177387814; // the constant harmonic
+// the constant harmonic
+export const C0 = 0.28209479177387814;
 const LENGTH_MIN = 1e-12;
-const VALUES = new Float64Array(15); // of one Gaussian
+// of one Gaussian
+const VALUES = new Float64Array(15);
 
 /** Evaluates a file's lobes, without the base opacity. */
 export class LobeDecoder {
   #outputs;
   #network;
   #width;
+  #latents;
 
   /**
    * @param {LobeShape} shape
@@ -31,11 +34,13 @@ export class LobeDecoder {
   constructor({ degree, latents, hidden }, weights) {
     this.#outputs = 2 * (degree + 1) ** 2;
     this.#width = hidden.at(-1) ?? 0;
+    this.#latents = new Float32Array(latents * BLOCK);
     const inputs = [STATICS + latents, ...hidden];
     const layers = hidden.map((_, i) =>
       makeLayer(weights[`weights.${i}`], inputs[i], weights[`offsets.${i}`]),
     );
-    const heads = weights[`weights.${hidden.length}`]; // missing if nothing is hidden
+    // missing if nothing is hidden
+    const heads = weights[`weights.${hidden.length}`];
     const matrix = joined(heads, this.#width, weights.basis, latents, this.#outputs);
     layers.push(makeLayer(matrix, this.#width + latents, weights.bias));
     // what goes into each layer, latents behind it, and what comes out of the last one
@@ -44,23 +49,23 @@ export class LobeDecoder {
   }
 
   /**
-   * Writes the lobes of Gaussians `from` to `to` into `lobes`.
+   * Writes the lobes of some Gaussians into `lobes`, which has room for nothing more.
    *
    * @param {Attributes} attributes
    * @param {Codes | null} codes latents, if there are any
-   * @param {number} from
-   * @param {number} to
    * @param {Float32Array} lobes
    */
-  decode(attributes, codes, from, to, lobes) {
+  decode(attributes, codes, lobes) {
     const network = this.#network;
     const last = network.layers[network.layers.length - 1];
     const result = network.blocks[network.blocks.length - 1];
     const outputs = this.#outputs;
-    for (let start = from; start < to; start += BLOCK) {
-      const rows = Math.min(BLOCK, to - start);
-      const block = this.#hide(attributes, codes, start, rows);
-      if (codes) lookUp(codes, start, start + rows, block, this.#width * BLOCK, 1, BLOCK);
+    const count = lobes.length / outputs;
+    for (let start = 0; start < count; start += BLOCK) {
+      const rows = Math.min(BLOCK, count - start);
+      if (codes) lookUp(codes, this.#latents, 1, BLOCK, start, start + rows);
+      const block = this.#hide(attributes, start, rows);
+      block.set(this.#latents, this.#width * BLOCK);
       network.apply(last, block, result, 1);
       for (let row = 0; row < rows; row++) {
         const place = (start + row) * outputs;
@@ -73,15 +78,14 @@ export class LobeDecoder {
    * What the hidden layers make of a block of Gaussians, with room for the latents behind it.
    *
    * @param {Attributes} attributes
-   * @param {Codes | null} codes
    * @param {number} start
    * @param {number} rows
    */
-  #hide(attributes, codes, start, rows) {
+  #hide(attributes, start, rows) {
     const { layers, blocks } = this.#network;
     if (layers.length === 1) return blocks[0];
     for (let row = 0; row < rows; row++) writeStatics(attributes, start + row, blocks[0], row);
-    if (codes) lookUp(codes, start, start + rows, blocks[0], STATICS * BLOCK, 1, BLOCK);
+    blocks[0].set(this.#latents, STATICS * BLOCK);
     for (let i = 0; i + 1 < layers.length; i++) {
       this.#network.apply(layers[i], blocks[i], blocks[i + 1], 0);
     }
@@ -116,9 +120,9 @@ function joined(heads, width, basis, latents, rows) {
  * @param {Float32Array} out
  * @param {number} start
  */
-function writeStatics({ sh, logScales, quats }, row, out, start) {
+function writeStatics({ sh, scales, quats }, row, out, start) {
   for (let i = 0; i < 12; i++) VALUES[i] = sh[12 * row + i];
-  for (let i = 0; i < 3; i++) VALUES[12 + i] = Math.exp(logScales[3 * row + i]);
+  for (let i = 0; i < 3; i++) VALUES[12 + i] = scales[3 * row + i];
   shorten(0, 12);
   shorten(12, 15);
   for (let i = 0; i < 15; i++) out[start + i * BLOCK] = VALUES[i];

@@ -8,7 +8,8 @@ import { decodeRans } from "./rans.js";
 /** @typedef {import("./header.js").Frame} Frame */
 
 const CLASSES = 49;
-const DIGITS = 24; // codes have two digits of so many bits: 48 do not fit into bit operations
+// codes have two digits of so many bits: 48 do not fit into bit operations
+const DIGITS = 24;
 
 /**
  * The bits of the stored positions, three halves for each of `count` Gaussians.
@@ -29,7 +30,8 @@ export function decodePositions(data, count) {
   let low = 0;
   let high = 0;
   for (let i = 0; i < count; i++) {
-    const width = classes[i] - 1; // bits below the leading one
+    // bits below the leading one
+    const width = classes[i] - 1;
     if (width >= DIGITS) {
       low += bits.take(DIGITS);
       high += (1 << (width - DIGITS)) + bits.take(width - DIGITS);
@@ -60,28 +62,18 @@ function everyThird(code) {
 }
 
 /**
- * Stored positions in units of the radius, exact in float32.
+ * World positions of stored ones: in units of the radius exact, then one rounded product and one
+ * rounded sum.
  *
  * @param {Uint16Array} stored
  * @param {Frame} frame
  */
-export function normalised(stored, frame) {
-  const unit = 2 ** frame.exponent;
-  const places = new Float32Array(stored.length);
-  for (let i = 0; i < stored.length; i++) places[i] = fromHalf(stored[i]) * unit;
-  return places;
-}
-
-/**
- * World positions of normalised ones: one rounded product and one rounded sum.
- *
- * @param {Float32Array} places
- * @param {Frame} frame
- */
-export function toWorld(places, { center, radius }) {
-  const means = new Float32Array(places.length);
-  for (let i = 0; i < places.length; i++) {
-    means[i] = center[i % 3] + Math.fround(radius * places[i]);
+export function toWorld(stored, { center, radius, exponent }) {
+  const means = new Float32Array(stored.length);
+  // exact, as is its product with a half in float64
+  const unit = radius * 2 ** exponent;
+  for (let i = 0; i < stored.length; i++) {
+    means[i] = center[i % 3] + Math.fround(unit * fromHalf(stored[i]));
   }
   return means;
 }

@@ -1,66 +1,49 @@
-/** What a renderer takes: typed arrays that fill up while a file arrives. */
-
-import { SceneError } from "./error.js";
-
-/** @typedef {import("./header.js").Header} Header */
-/** @typedef {"means" | "logScales" | "quats" | "sh" | "lobes"} Part */
+/** What a renderer takes: attributes of Gaussians, of all of a scene or of some in a row. */
 
 /**
- * @typedef {object} Scene
- * @property {number} count number of Gaussians
+ * @typedef {object} Gaussians
+ * @property {number} count how many
  * @property {Uint16Array} positions the bits of the centres as the file holds them, 3 halves each
- * @property {Float32Array} means centres in world space, 3 each
  * @property {[number, number]} logScaleRange what no logarithm of a standard deviation lies outside of
  * @property {Float32Array} logScales logarithms of the standard deviations, world units, 3 each
+ * @property {Float32Array} scales standard deviations, world units, 3 each
  * @property {Float32Array} quats wxyz, 4 each, of length 1, or 0: then it is not to be drawn
  * @property {Float32Array} sh harmonics of the colour, 4 coefficients of r, g, b each
  * @property {Float32Array} lobes harmonics for the opacity's logit and for phi, in pairs,
  *     `(lobeDegree + 1)^2` of them each
  * @property {number} lobeDegree 0 to 3; 0 if the file has no lobes: then they are constant
- * @property {Record<string, Float32Array> | null} network weights of the paper's network, which
- *     must be asked for each view; the lobes then hold nothing but the base opacity
  */
 
 /**
- * A scene of Gaussians that have nothing but a place.
+ * Gaussians that have nothing but a place.
  *
- * @param {Header} header
  * @param {Uint16Array} positions
- * @param {Float32Array} means
+ * @param {number} lobeDegree
  * @param {[number, number]} logScaleRange
- * @param {Record<string, Float32Array> | null} network
- * @returns {Scene}
+ * @returns {Gaussians}
  */
-export function makeScene({ count, lobes }, positions, means, logScaleRange, network) {
-  const lobeDegree = lobes === null ? 0 : lobes.degree;
-  try {
-    return {
-      count,
-      positions,
-      means,
-      logScaleRange,
-      logScales: new Float32Array(3 * count),
-      quats: new Float32Array(4 * count),
-      sh: new Float32Array(12 * count),
-      lobes: new Float32Array(2 * (lobeDegree + 1) ** 2 * count),
-      lobeDegree,
-      network,
-    };
-  } catch (error) {
-    if (!(error instanceof RangeError)) throw error;
-    throw new SceneError(`the scene's ${count} Gaussians do not fit into the memory there is here`);
-  }
+export function makeGaussians(positions, lobeDegree, logScaleRange) {
+  const count = positions.length / 3;
+  return {
+    count,
+    positions,
+    logScaleRange,
+    logScales: new Float32Array(3 * count),
+    scales: new Float32Array(3 * count),
+    quats: new Float32Array(4 * count),
+    sh: new Float32Array(12 * count),
+    lobes: new Float32Array(2 * (lobeDegree + 1) ** 2 * count),
+    lobeDegree,
+  };
 }
 
 /**
  * Divides each quaternion by its length; what has none stays 0.
  *
  * @param {Float32Array} quats
- * @param {number} from
- * @param {number} to
  */
-export function normaliseQuats(quats, from, to) {
-  for (let i = 4 * from; i < 4 * to; i += 4) {
+export function normaliseQuats(quats) {
+  for (let i = 0; i < quats.length; i += 4) {
     const w = quats[i];
     const x = quats[i + 1];
     const y = quats[i + 2];
@@ -80,6 +63,7 @@ export function normaliseQuats(quats, from, to) {
  * @param {ArrayLike<number>} numbers
  */
 export function fillRows(array, numbers) {
+  if (array.length === 0) return;
   array.set(numbers);
   // what is filled doubles until it is all
   for (let filled = numbers.length; filled < array.length; filled *= 2) {

@@ -1,14 +1,16 @@
 /**
- * A layer of a network with 128-bit SIMD: WebAssembly, put together here from its instructions.
+ * What networks need, with 128-bit SIMD: WebAssembly, put together here from its instructions.
  *
- * It does what `defined` of dense.js does, some eight times as fast. Four outputs of eight Gaussians
- * are added up in registers, so that a number that is loaded is used four or eight times.
+ * It does what `defined` and `definedSum` of dense.js do, some eight times as fast. Of a layer, four
+ * outputs of eight Gaussians are added up in registers, so that a number that is loaded is used four
+ * or eight times.
  */
 
 const I32 = 0x7f;
 const F32 = 0x7d;
 const V128 = 0x7b;
-const ROWS = 8; // Gaussians at a time: two vectors
+// Gaussians at a time: two vectors
+const ROWS = 8;
 const OUTPUTS = 4;
 
 /** @param {number} value @returns {number[]} LEB128 */
@@ -28,7 +30,8 @@ const get = (/** @type {number} */ local) => [0x20, ...unsigned(local)];
 const set = (/** @type {number} */ local) => [0x21, ...unsigned(local)];
 const number = (/** @type {number} */ value) => [0x41, ...constant(value)];
 const simd = (/** @type {number} */ code) => [0xfd, ...unsigned(code)];
-const at = (/** @type {number} */ offset) => [0, ...unsigned(offset)]; // aligned to nothing
+// aligned to nothing
+const at = (/** @type {number} */ offset) => [0, ...unsigned(offset)];
 const load = (/** @type {number} */ offset) => [...simd(0x00), ...at(offset)];
 const loadSplat = (/** @type {number} */ offset) => [...simd(0x09), ...at(offset)];
 const store = (/** @type {number} */ offset) => [...simd(0x0b), ...at(offset)];
@@ -47,12 +50,12 @@ const loop = (body, again) => [0x03, 0x40, ...body, ...again, 0x0d, 0, 0x0b];
 const advance = (local, step) => [...get(local), ...number(step), PLUS, ...set(local)];
 
 /**
- * The module, whose function `layer(weights, offsets, x, y, inputs, outputs, slope)` takes places
- * in bytes in the memory that it is given, and numbers of inputs and of outputs.
+ * `layer(weights, offsets, x, y, inputs, outputs, slope)` takes places in bytes, and numbers of
+ * inputs and of outputs.
  *
  * @param {number} block Gaussians in a block
  */
-function assemble(block) {
+function layerBody(block) {
   const [weights, offsets, x, y, inputs, outputs, slope] = [0, 1, 2, 3, 4, 5, 6];
   const [o, row, px, pw, end, py] = [7, 8, 9, 10, 11, 12];
   const [x0, x1, w, slopes] = [13, 14, 15, 16];
@@ -106,16 +109,57 @@ function assemble(block) {
     ),
     0x0b,
   ];
-  const locals = [2, 6, I32, 12, V128];
-  const body = [...locals, ...code];
+  // locals first
+  return [2, 6, I32, 12, V128, ...code];
+}
+
+/**
+ * `sum(table, rows, y, outputs)`: for every Gaussian the sum of three rows of a table, which begin at
+ * the numbers in `rows`, or 0 where that is larger.
+ *
+ * @param {number} block Gaussians in a block
+ */
+function sumBody(block) {
+  const [table, rows, y, outputs] = [0, 1, 2, 3];
+  const [row, o, py, sum] = [4, 5, 6, 10];
+  const [a, b, c] = [7, 8, 9].map((from) => [...get(from), ...get(o), PLUS, ...load(0)]);
+  const rowBytes = 4 * block;
+  const code = loop(
+    [
+      ...[0, 1, 2].flatMap((i) => [
+        ...get(rows), ...get(row), ...number(3), TIMES, PLUS, 0x28, ...at(4 * i),
+        ...number(4), TIMES, ...get(table), PLUS, ...set(7 + i),
+      ]),
+      ...get(y), ...get(row), PLUS, ...set(py),
+      ...number(0), ...set(o),
+      ...loop(
+        [
+          ...a, ...b, ...ADD, ...c, ...ADD, ...number(0), ...simd(0x11), ...MAXIMUM, ...set(sum),
+          // a lane after the other
+          ...[0, 1, 2, 3].flatMap((j) => [...get(py), ...get(sum), ...simd(0x5a), ...at(j * rowBytes), j]),
+          ...advance(o, 16),
+          ...advance(py, 4 * rowBytes),
+        ],
+        [...get(o), ...get(outputs), ...number(4), TIMES, BELOW],
+      ),
+      ...advance(row, 4),
+    ],
+    [...get(row), ...number(rowBytes), BELOW],
+  );
+  return [2, 6, I32, 1, V128, ...code, 0x0b];
+}
+
+/** The module, whose functions work in the memory that it is given. @param {number} block */
+function assemble(block) {
   const name = (/** @type {string} */ text) => [text.length, ...new TextEncoder().encode(text)];
+  const bodies = [layerBody(block), sumBody(block)];
   return Uint8Array.from([
     0x00, 0x61, 0x73, 0x6d, 1, 0, 0, 0,
-    ...section(1, [1, 0x60, 7, I32, I32, I32, I32, I32, I32, F32, 0]),
+    ...section(1, [2, 0x60, 7, I32, I32, I32, I32, I32, I32, F32, 0, 0x60, 4, I32, I32, I32, I32, 0]),
     ...section(2, [1, ...name("web"), ...name("memory"), 2, 0, 1]),
-    ...section(3, [1, 0]),
-    ...section(7, [1, ...name("layer"), 0, 0]),
-    ...section(10, [1, ...unsigned(body.length), ...body]),
+    ...section(3, [2, 0, 1]),
+    ...section(7, [2, ...name("layer"), 0, 0, ...name("sum"), 0, 1]),
+    ...section(10, [2, ...bodies.flatMap((body) => [...unsigned(body.length), ...body])]),
   ]); // prettier-ignore
 }
 
@@ -123,14 +167,20 @@ function assemble(block) {
 const modules = new Map();
 
 /**
- * The function in a memory of its own; null where there is no such thing, or it is forbidden.
+ * @typedef {object} Simd
+ * @property {(weights: number, offsets: number, x: number, y: number, inputs: number,
+ *   outputs: number, slope: number) => void} layer
+ * @property {(table: number, rows: number, y: number, outputs: number) => void} sum
+ */
+
+/**
+ * The functions in a memory of their own; null where there is no such thing, or it is forbidden.
  *
  * @param {number} block Gaussians in a block, a multiple of 8
  * @param {WebAssembly.Memory} memory
- * @returns {((weights: number, offsets: number, x: number, y: number, inputs: number,
- *   outputs: number, slope: number) => void) | null}
+ * @returns {Simd | null}
  */
-export function simdLayer(block, memory) {
+export function simdIn(block, memory) {
   let module = modules.get(block);
   if (module === undefined) {
     try {
@@ -141,5 +191,5 @@ export function simdLayer(block, memory) {
     modules.set(block, module);
   }
   if (module === null) return null;
-  return /** @type {any} */ (new WebAssembly.Instance(module, { web: { memory } }).exports.layer);
+  return /** @type {any} */ (new WebAssembly.Instance(module, { web: { memory } }).exports);
 }

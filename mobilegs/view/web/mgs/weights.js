@@ -28,7 +28,8 @@ export const NETWORK = [
   ["opacity.bias", 1, 1],
 ];
 
-export const STATICS = 19; // inputs of a lobe decoder beside the latents
+// inputs of a lobe decoder beside the latents
+export const STATICS = 19;
 
 /**
  * @param {LobeShape} shape

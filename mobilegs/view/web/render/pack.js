@@ -13,40 +13,50 @@
 
 import { toHalf } from "../mgs/half.js";
 import { fillRows } from "../mgs/scene.js";
-import { strides } from "./types.js";
 
 /** @typedef {import("../mgs/header.js").Header} Header */
-/** @typedef {import("../mgs/scene.js").Part} ScenePart */
-/** @typedef {import("../mgs/scene.js").Scene} Scene */
+/** @typedef {import("../mgs/scene.js").Gaussians} Gaussians */
 /** @typedef {import("./types.js").Part} Part */
 /** @typedef {import("./types.js").SceneData} SceneData */
 /** @typedef {Uint32Array<ArrayBuffer>} Words */
+/** @typedef {Record<Part, Words>} PackedRows */
 
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
-const INVISIBLE = -1e4; // logit of an opacity that nothing brings back
-const STEPS = [2047, 2047, 1023]; // of log-scales
+// logit of an opacity that nothing brings back
+const INVISIBLE = -1e4;
+// of log-scales
+const STEPS = [2047, 2047, 1023];
 /** What a scale's byte stands for. */
-const SCALES = Float64Array.from({ length: 256 }, (_, byte) => 2 ** (byte / 8 - 16));
-const TURN = 511 / Math.SQRT1_2; // no smaller part of a unit quaternion is above that root
-/** Which packed parts a part of the scene goes into. @type {Record<ScenePart, Part[]>} */
-const PACKED_OF = {
-  means: ["shapes"],
-  logScales: ["shapes"],
-  quats: ["shapes", "lobes"],
-  sh: ["colors"],
-  lobes: ["shapes", "lobes"],
-};
+const SCALES = Float32Array.from({ length: 258 }, (_, byte) => 2 ** (byte / 8 - 16));
+const SCALE_BITS = new Int32Array(SCALES.buffer);
+/** From a number to its byte, by the byte of its scale. */
+const GROWTHS = Float64Array.from(SCALES, (scale) => 127 / scale);
+// no smaller part of a unit quaternion is above that root
+const TURN = 511 / Math.SQRT1_2;
 
 /**
- * A scene whose positions have just arrived, all the rest being the same for all Gaussians.
+ * A scene whose Gaussians differ by nothing but their place.
  *
  * @param {Header} header
- * @param {Scene} scene
- * @returns {SceneData}
+ * @param {Uint16Array} positions
+ * @param {Gaussians} one of them
+ * @returns {SceneData & PackedRows}
  */
-export function packScene({ weighting, background, frame }, scene) {
-  const { count, logScaleRange } = scene;
-  const facts = {
+export function packAlike({ weighting, background, frame }, positions, one) {
+  const count = positions.length / 3;
+  const { lobeDegree, logScaleRange } = one;
+  const words = packRows(one);
+  const filled = (/** @type {Words} */ own) => {
+    const all = new Uint32Array(own.length * count);
+    fillRows(all, own);
+    return all;
+  };
+  const shapes = filled(words.shapes);
+  for (let i = 0, at = 0; i < positions.length; i += 3, at += 4) {
+    shapes[at] = positions[i] | (positions[i + 1] << 16);
+    shapes[at + 1] = positions[i + 2] | (shapes[at + 1] & 0xffff0000);
+  }
+  return {
     count,
     packing: {
       center: /** @type {[number, number, number]} */ (Array.from(frame.center)),
@@ -54,8 +64,11 @@ export function packScene({ weighting, background, frame }, scene) {
       leastLogScale: logScaleRange[0],
       logScaleSpan: logScaleRange[1] - logScaleRange[0],
     },
+    shapes,
+    colors: filled(words.colors),
     shSize: 4,
-    lobeSize: (scene.lobeDegree + 1) ** 2,
+    lobes: filled(words.lobes),
+    lobeSize: (lobeDegree + 1) ** 2,
     sorted: false,
     weighting: {
       index: WEIGHTINGS.indexOf(weighting.name),
@@ -65,62 +78,43 @@ export function packScene({ weighting, background, frame }, scene) {
     },
     background: /** @type {[number, number, number]} */ (Array.from(background)),
   };
-  const nothing = new Uint32Array(0);
-  const data = { ...facts, shapes: nothing, colors: nothing, lobes: nothing };
-  data.shapes = packRows(scene, "shapes", 0, count);
-  for (const part of /** @type {Part[]} */ (["colors", "lobes"])) {
-    const words = new Uint32Array(strides(data)[part] * count);
-    if (count > 0) fillRows(words, packRows(scene, part, 0, 1));
-    data[part] = words;
-  }
-  return data;
 }
 
 /**
- * The packed parts that must be made anew when parts of the scene have changed.
+ * Packs Gaussians.
  *
- * @param {ScenePart[]} changed
- * @returns {Part[]}
+ * @param {Gaussians} gaussians
+ * @returns {PackedRows}
  */
-export function packedParts(changed) {
-  return [...new Set(changed.flatMap((part) => PACKED_OF[part]))];
-}
-
-/**
- * One packed part of the Gaussians from `from` up to, but without, `to`.
- *
- * @param {Scene} scene
- * @param {Part} part
- * @param {number} from
- * @param {number} to
- * @returns {Words}
- */
-export function packRows(scene, part, from, to) {
-  if (part === "shapes") return packShapes(scene, from, to);
-  if (part === "colors") return packColors(scene, from, to);
-  return packLobes(scene, from, to);
-}
-
-/** @param {Scene} scene @param {number} from @param {number} to */
-function packShapes(scene, from, to) {
-  const { positions, logScales, quats, lobes, count, logScaleRange } = scene;
+export function packRows({ count, positions, logScales, quats, sh, lobes, lobeDegree, logScaleRange }) {
   const [least, largest] = logScaleRange;
   const grow = largest > least ? 1 / (largest - least) : 0;
-  const stride = lobes.length / count;
-  const words = new Uint32Array(4 * (to - from));
-  for (let i = from, at = 0; i < to; i++, at += 4) {
-    const scales = scaleByte(lobes, stride * i, stride, 0) | (scaleByte(lobes, stride * i, stride, 1) << 8);
-    words[at] = positions[3 * i] | (positions[3 * i + 1] << 16);
-    words[at + 1] = positions[3 * i + 2] | (scales << 16);
+  const size = 2 * (lobeDegree + 1) ** 2;
+  const stride = (size / 2 + 2) >> 1;
+  const [shBits, lobeBits] = [sh, lobes].map(bitsOf);
+  const packed = {
+    shapes: new Uint32Array(4 * count),
+    colors: new Uint32Array(4 * count),
+    lobes: new Uint32Array(stride * count),
+  };
+  for (let i = 0; i < count; i++) {
+    const scales = packLobes(lobes, lobeBits, size * i, size, packed.lobes, stride * i);
+    packColor(sh, shBits, 12 * i, packed.colors, 4 * i);
     let logs = 0;
     for (let axis = 2; axis >= 0; axis--) {
       const share = Math.min(Math.max((logScales[3 * i + axis] - least) * grow, 0), 1);
-      logs = (logs << 11) | Math.round(STEPS[axis] * share);
+      logs = (logs << 11) | (STEPS[axis] * share + 0.5);
     }
-    words[at + 2] = logs;
-    words[at + 3] = rotationWord(quats, 4 * i);
+    const q = 4 * i;
+    packed.shapes[q] = positions[3 * i] | (positions[3 * i + 1] << 16);
+    packed.shapes[q + 1] = positions[3 * i + 2] | (scales << 16);
+    packed.shapes[q + 2] = logs;
+    packed.shapes[q + 3] = rotationWord(quats, q);
+    if (quats[q] || quats[q + 1] || quats[q + 2] || quats[q + 3]) continue;
+    // no rotation
+    packed.lobes[stride * i] = toHalf(INVISIBLE) | (packed.lobes[stride * i] & 0xffff0000);
   }
-  return words;
+  return packed;
 }
 
 /** @param {Float32Array} quats @param {number} at */
@@ -129,66 +123,83 @@ function rotationWord(quats, at) {
   for (let i = 1; i < 4; i++) {
     if (Math.abs(quats[at + i]) > Math.abs(quats[at + largest])) largest = i;
   }
-  const sign = quats[at + largest] < 0 ? -TURN : TURN; // a quaternion and its negative are one turn
+  // a quaternion and its negative are one turn
+  const sign = quats[at + largest] < 0 ? -TURN : TURN;
   let word = largest;
   for (let i = 0; i < 4; i++) {
-    if (i !== largest) word = (word << 10) | (Math.round(sign * quats[at + i]) & 1023);
+    if (i !== largest) word = (word << 10) | ((sign * quats[at + i] + 1024.5) & 1023);
   }
   return word;
 }
 
-/** @param {Scene} scene @param {number} from @param {number} to */
-function packColors({ sh }, from, to) {
-  const words = new Uint32Array(4 * (to - from));
-  for (let i = from, at = 0; i < to; i++, at += 4) {
-    const place = 12 * i;
-    let most = 0;
-    for (let k = 3; k < 12; k++) most = Math.max(most, Math.abs(sh[place + k]));
-    const scale = byteOf(most);
-    const grow = 127 / SCALES[scale];
-    const byte = (/** @type {number} */ k) => Math.round(grow * sh[place + k]) & 255;
-    words[at] = toHalf(sh[place]) | (toHalf(sh[place + 1]) << 16);
-    words[at + 1] = toHalf(sh[place + 2]) | (scale << 16) | (byte(3) << 24);
-    words[at + 2] = byte(4) | (byte(5) << 8) | (byte(6) << 16) | (byte(7) << 24);
-    words[at + 3] = byte(8) | (byte(9) << 8) | (byte(10) << 16) | (byte(11) << 24);
+/** @param {Float32Array} sh @param {Int32Array} bits @param {number} place @param {Words} words @param {number} at */
+function packColor(sh, bits, place, words, at) {
+  const scale = scaleOf(bits, place + 3, place + 12, 1);
+  const grow = GROWTHS[scale];
+  words[at] = toHalf(sh[place]) | (toHalf(sh[place + 1]) << 16);
+  words[at + 1] = toHalf(sh[place + 2]) | (scale << 16) | (rounded(grow * sh[place + 3]) << 24);
+  for (let k = place + 4, word = at + 2; word < at + 4; k += 4, word++) {
+    words[word] =
+      rounded(grow * sh[k]) |
+      (rounded(grow * sh[k + 1]) << 8) |
+      (rounded(grow * sh[k + 2]) << 16) |
+      (rounded(grow * sh[k + 3]) << 24);
   }
-  return words;
 }
 
-/** @param {Scene} scene @param {number} from @param {number} to */
-function packLobes({ lobes, quats, count }, from, to) {
-  const size = lobes.length / count;
-  const stride = (size / 2 + 2) >> 1;
-  const words = new Uint32Array(stride * (to - from));
-  for (let i = from, at = 0; i < to; i++, at += stride) {
-    const place = size * i;
-    const q = 4 * i; // a rotation that is none
-    const hidden = !(quats[q] || quats[q + 1] || quats[q + 2] || quats[q + 3]);
-    words[at] = toHalf(hidden ? INVISIBLE : lobes[place]) | (toHalf(lobes[place + 1]) << 16);
-    const logits = 127 / SCALES[scaleByte(lobes, place, size, 0)];
-    const phis = 127 / SCALES[scaleByte(lobes, place, size, 1)];
-    for (let k = 2; k < size; k += 2) {
-      const pair =
-        (Math.round(logits * lobes[place + k]) & 255) |
-        ((Math.round(phis * lobes[place + k + 1]) & 255) << 8);
-      words[at + ((k + 2) >> 2)] |= pair << (k % 4 === 2 ? 0 : 16);
-    }
+/**
+ * @param {Float32Array} lobes
+ * @param {Int32Array} bits
+ * @param {number} place
+ * @param {number} size
+ * @param {Words} words
+ * @param {number} at
+ * @returns {number} both bytes of scales
+ */
+function packLobes(lobes, bits, place, size, words, at) {
+  const end = place + size;
+  const logit = scaleOf(bits, place + 2, end, 2);
+  const phi = scaleOf(bits, place + 3, end, 2);
+  const logits = GROWTHS[logit];
+  const phis = GROWTHS[phi];
+  words[at] = toHalf(lobes[place]) | (toHalf(lobes[place + 1]) << 16);
+  for (let k = place + 2, word = at + 1; k < end; k += 4, word++) {
+    const pair = rounded(logits * lobes[k]) | (rounded(phis * lobes[k + 1]) << 8);
+    const next = k + 2 < end ? rounded(logits * lobes[k + 2]) | (rounded(phis * lobes[k + 3]) << 8) : 0;
+    words[word] = pair | (next << 16);
   }
-  return words;
+  return logit | (phi << 8);
 }
 
-/** The byte of the largest coefficient that depends on the direction. @param {Float32Array} lobes @param {number} place @param {number} size @param {0 | 1} which */
-function scaleByte(lobes, place, size, which) {
+/** @param {Float32Array} numbers */
+function bitsOf({ buffer, byteOffset, length }) {
+  return new Int32Array(buffer, byteOffset, length);
+}
+
+/** The nearest whole number's byte; `Math.round` takes three times as long. @param {number} value above -512 */
+function rounded(value) {
+  return (value + 512.5) & 255;
+}
+
+/**
+ * The byte of the least scale that reaches some numbers: eight steps an octave, from 2^-16 on.
+ *
+ * Bits of positive floats grow with them; there are no branches that nobody can guess.
+ *
+ * @param {Int32Array} bits
+ * @param {number} from
+ * @param {number} to
+ * @param {number} step
+ */
+function scaleOf(bits, from, to, step) {
   let most = 0;
-  for (let k = 2 + which; k < size; k += 2) most = Math.max(most, Math.abs(lobes[place + k]));
-  return byteOf(most);
-}
-
-/** The least scale that reaches a value: eight steps an octave, from 2^-16 on. @param {number} most */
-function byteOf(most) {
-  if (!(most > SCALES[0])) return 0;
-  // the logarithm may be off by a rounding
-  let byte = Math.min(255, Math.trunc(8 * Math.log2(most)) + 127);
-  while (byte < 255 && SCALES[byte] < most) byte++;
-  return byte;
+  for (let k = from; k < to; k += step) {
+    const more = (bits[k] & 0x7fffffff) - most;
+    most += more & ~(more >> 31);
+  }
+  // exponent and three digits: the logarithm is up to 0.7 above them
+  let byte = Math.min(Math.max((most >>> 20) - 8 * (127 - 16), 0), 255);
+  byte += (SCALE_BITS[byte] - most) >>> 31;
+  byte += (SCALE_BITS[byte] - most) >>> 31;
+  return Math.min(byte, 255);
 }

@@ -83,6 +83,7 @@ function plain(word) {
   try {
     return decodeURIComponent(word);
   } catch {
-    return word; // a file may have a % in its name
+    // a file may have a % in its name
+    return word;
   }
 }

@@ -1,0 +1,113 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { Crew } from "../../mobilegs/view/web/load/crew.js";
+import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
+import { RowDecoder } from "../../mobilegs/view/web/mgs/rows.js";
+import { packRows } from "../../mobilegs/view/web/render/pack.js";
+import { openScene } from "./whole.js";
+import { seal, smallScene } from "./write.js";
+
+const COUNT = 100_000;
+const PARTS = ["shapes", "colors", "lobes"];
+
+/** Workers as the crew knows them, in this thread. */
+class Helper {
+  static made = [];
+  static brings = true;
+  sent = 0;
+  #decoder;
+  #live = true;
+
+  constructor() {
+    Helper.made.push(this);
+  }
+
+  postMessage(message) {
+    const { recipe, rows, chunk, stage } = structuredClone(message);
+    if (recipe) this.#decoder = new RowDecoder(recipe);
+    else this.sent++;
+    if (!rows || !Helper.brings) return;
+    setTimeout(() => {
+      if (!this.#live) return;
+      this.onmessage({ data: { chunk, stage, packed: packRows(this.#decoder.decode(rows)) } });
+    }, 1);
+  }
+
+  terminate() {
+    this.#live = false;
+  }
+}
+
+globalThis.self = { location: { href: "worker.js" } };
+Object.defineProperty(globalThis, "navigator", { value: { hardwareConcurrency: 8 }, configurable: true });
+globalThis.Worker = Helper;
+
+const { fields, streams } = smallScene(COUNT);
+const bytes = seal(fields, streams);
+const expected = packRows(openScene(bytes).scene);
+
+/** All words, as they are taken away in the end. @param {Crew} crew */
+function wordsOf(crew) {
+  const found = Object.fromEntries(PARTS.map((part) => [part, new Uint32Array(expected[part].length)]));
+  for (const [from, packed] of crew.taken) {
+    for (const part of PARTS) found[part].set(packed[part], (expected[part].length / COUNT) * from);
+  }
+  return found;
+}
+
+for (const [name, Worker, brings] of [
+  ["helpers do some of the rows", Helper, true],
+  ["what helpers do not bring is done without them", Helper, false],
+  ["there need be no helpers", undefined, true],
+]) {
+  test(name, async () => {
+    Object.assign(Helper, { made: [], brings });
+    globalThis.Worker = Worker;
+    const reader = new SceneReader();
+    reader.append(bytes);
+    while (reader.step());
+    const crew = new Crew(COUNT);
+    assert.equal(Helper.made.length, Worker ? 3 : 0);
+    crew.begin(reader.decoder);
+    await crew.finish(3);
+    crew.dismiss();
+    assert.deepEqual(wordsOf(crew), expected);
+    assert.equal(Helper.made.some(({ sent }) => sent > 2), Boolean(Worker && brings));
+  });
+}
+
+test("a later stage is done again, and counts", async () => {
+  Object.assign(Helper, { made: [], brings: true });
+  globalThis.Worker = Helper;
+  const reader = new SceneReader();
+  const cut = bytes.length - 70_000; // lobes are missing
+  reader.append(bytes.subarray(0, cut));
+  while (reader.step());
+  assert.equal(reader.decoder.stage, 2);
+  const crew = new Crew(COUNT);
+  crew.begin(reader.decoder);
+  crew.advance(2);
+  await new Promise((resolve) => setTimeout(resolve, 20));
+  assert.ok(crew.taken.length > 0);
+  reader.append(bytes.subarray(cut));
+  while (reader.step());
+  await crew.finish(reader.decoder.stage);
+  crew.dismiss();
+  assert.deepEqual(wordsOf(crew), expected);
+});
+
+test("what goes wrong is told in the end", async () => {
+  globalThis.Worker = undefined;
+  const reader = new SceneReader();
+  reader.append(bytes);
+  while (reader.step());
+  const crew = new Crew(COUNT);
+  crew.begin(reader.decoder);
+  reader.decoder.rows = () => {
+    throw new RangeError("no memory");
+  };
+  crew.advance(1);
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  await assert.rejects(crew.finish(3), /no memory/);
+});
