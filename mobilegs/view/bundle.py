@@ -11,7 +11,7 @@ SHADERS = FOLDER / "shaders"
 IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"([^"]+)";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:async function|function|class|const) (\w+))", re.MULTILINE)
 NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
-COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|^ *//[^\n]*", re.MULTILINE | re.DOTALL)
+COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | re.DOTALL)
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
 

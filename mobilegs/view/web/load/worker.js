@@ -33,7 +33,7 @@ const NETWORK =
   "this scene asks a network for every Gaussian in every frame, which no viewer does: train it " +
   "with --set student.view.kind=fitted";
 
-/** Of a sorted scene. */
+/** Of a scene that may be sorted. */
 let centers = new Float32Array(0);
 
 /** @param {Message} message @param {Transferable[]} [moved] */
@@ -88,7 +88,8 @@ async function loadMgs(source) {
     if (positions && !timer) {
       const one = crew.begin(decoder).decode({ positions: positions.subarray(0, 3), columns: {} });
       const data = packAlike(header, positions, one);
-      sendScene(data, toWorld(positions, header.frame), header.views, header.near);
+      centers = toWorld(positions, header.frame);
+      sendScene(data, centers.slice(), header.views, header.near);
       timer = setInterval(sendRows, SOON, crew);
     }
     if (positions && slow) crew.advance(stage);

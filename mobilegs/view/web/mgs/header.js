@@ -26,6 +26,7 @@ import { SceneError } from "./error.js";
  * @property {number} count
  * @property {Map<Attribute, Cut>} cuts in the file's order
  * @property {Frame} frame
+ * @property {boolean} sorted whether Gaussians lie over one another, far ones first
  * @property {LobeShape | null} lobes
  * @property {boolean} network
  * @property {Weighting} weighting
@@ -64,8 +65,8 @@ const CUTS = [
  * @returns {Header}
  */
 export function parseHeader(fields, bytes) {
-  for (const [name, known] of [["mode", "nvq"], ["blend", "sortfree"], ["sh_degree", 1]]) {
-    if (fields[name] !== known) {
+  for (const [name, ...known] of [["mode", "nvq"], ["blend", "sortfree", "sorted"], ["sh_degree", 1]]) {
+    if (!known.some((value) => fields[name] === value)) {
       throw new SceneError(
         `the .mgs file has ${name} '${String(fields[name]).slice(0, 40)}', which this program ` +
           "does not know: a newer one may",
@@ -78,10 +79,15 @@ export function parseHeader(fields, bytes) {
   if (network && lobes !== null) {
     throw new SceneError("the .mgs file has lobes and a view network: it can have one of them");
   }
+  const sorted = fields.blend === "sorted";
+  if (sorted && (network || lobes !== null)) {
+    throw new SceneError("the .mgs file is blended sorted, but has lobes or a view network");
+  }
   const header = {
     count: integer(fields, "count", 1, COUNT_MAX),
     cuts: parseCuts(object(fields, "codebooks"), lobes),
     frame: parseFrame(object(fields, "positions")),
+    sorted,
     lobes,
     network,
     weighting: parseWeighting(object(fields, "weighting")),

@@ -42,7 +42,7 @@ const TURN = 511 / Math.SQRT1_2;
  * @param {Gaussians} one of them
  * @returns {SceneData & PackedRows}
  */
-export function packAlike({ weighting, background, frame }, positions, one) {
+export function packAlike({ sorted, weighting, background, frame }, positions, one) {
   const count = positions.length / 3;
   const { lobeDegree, logScaleRange } = one;
   const words = packRows(one);
@@ -69,7 +69,7 @@ export function packAlike({ weighting, background, frame }, positions, one) {
     shSize: 4,
     lobes: filled(words.lobes),
     lobeSize: (lobeDegree + 1) ** 2,
-    sorted: false,
+    sorted,
     weighting: {
       index: WEIGHTINGS.indexOf(weighting.name),
       exponentMax: weighting.exponent_max,

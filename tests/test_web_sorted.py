@@ -1,14 +1,16 @@
-"""A .spz in the browser: files that another program made, next to the numbers they were made of."""
+"""Scenes that are blended sorted, in the browser: a .spz of another program, and a .mgs."""
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import Tab
-from test_web_decoder import WEB, node_program
+from test_web_decoder import WEB, Case, make_scene, node_program
 from test_web_viewer import RENDERERS, seen, served, visit
 
+from mobilegs.compress.container import pack, unpack
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.render.scene import Scene
@@ -38,3 +40,19 @@ def test_a_spz_is_drawn_sorted(
 def test_a_cut_spz_gets_a_sentence(tab: Tab, served: Any) -> None:
     content = (WEB / "spz_v4.spz").read_bytes()
     assert "cut off" in visit(tab, served("scene.spz", content[:-100]))
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_a_mgs_that_says_so_is_drawn_sorted(tab: Tab, served: Any, renderer: str) -> None:
+    coded = replace(make_scene(Case(800, None, size=300)), blend="sorted")
+    data = pack(coded)
+    assert visit(tab, served("scene.mgs", data), f"renderer={renderer}") == "loaded"
+    tab.page.wait_for_timeout(500)  # the order comes from a worker
+    camera, pixels = seen(tab, 160, 120)
+    scene = unpack(data).decode()
+    expected = scene.render(camera).image
+    assert expected.std() > 0.05
+    decibels = psnr(pixels, expected)
+    unsorted = psnr(replace(scene, blend="sortfree").render(camera).image, expected)
+    print(f"{renderer}: {decibels:.1f} dB, unsorted {unsorted:.1f}")
+    assert decibels > 50 > unsorted + 10
