@@ -26,11 +26,14 @@ import { fillRows, makeGaussians, normaliseQuats } from "./scene.js";
  *     entry in each book
  */
 
+// in their logarithms: some three times
+const SMALLER = 1.1;
 const PARTS = /** @type {const} */ (["logScales", "scales", "quats", "sh", "lobes"]);
 
 export class RowDecoder {
   #recipe;
-  #appearance;
+  /** Made with the first colours: its table takes longer than what is shown before. @type {AppearanceDecoder | null} */
+  #appearance = null;
   #lobeDecoder;
   /** Colour and lobes, without the base opacity, as long as there are no others. */
   #neutral;
@@ -40,18 +43,18 @@ export class RowDecoder {
   /** @param {Recipe} recipe */
   constructor(recipe) {
     const { header, samples } = recipe;
-    const { lobes, frame, count } = header;
+    const { lobes, frame } = header;
     this.#recipe = recipe;
-    this.#appearance = new AppearanceDecoder(recipe.appearance, frame.exponent, count);
     this.#lobeDecoder = lobes && new LobeDecoder(lobes, recipe.lobes);
     this.#room = makeGaussians(new Uint16Array(0), lobes?.degree ?? 0, rangeOf(this.#of("scale")));
     const many = samples.length / 3;
     const found = new Float32Array(12 * many);
-    this.#appearance.decode(samples, meanCodes(this.#of("appearance"), many), found);
+    const few = new AppearanceDecoder(recipe.appearance, frame.exponent, many);
+    few.decode(samples, meanCodes(this.#of("appearance"), many), found);
     this.#neutral = makeGaussians(samples.subarray(0, 3), this.#room.lobeDegree, [0, 0]);
     const { sh, scales, quats, lobes: constant } = this.#neutral;
     for (let i = 0; i < found.length; i++) if (i % 12 < 3) sh[i % 12] += found[i] / many;
-    lookUp(exponentials(meanCodes(this.#of("scale"), 1)), scales, 3);
+    lookUp(exponentials(smallCodes(this.#of("scale"), 1)), scales, 3);
     quats[0] = 1;
     if (this.#lobeDecoder) {
       const latents = recipe.books.get("lobes");
@@ -74,7 +77,7 @@ export class RowDecoder {
       const found = columns[name];
       return found ? { ...this.#of(name), columns: found } : null;
     };
-    const scale = codes("scale") ?? meanCodes(this.#of("scale"), count);
+    const scale = codes("scale") ?? smallCodes(this.#of("scale"), count);
     lookUp(scale, logScales, 3);
     lookUp(exponentials(scale), scales, 3);
     const rotation = codes("rotation");
@@ -83,8 +86,11 @@ export class RowDecoder {
       normaliseQuats(quats);
     } else fillRows(quats, this.#neutral.quats);
     const appearance = codes("appearance");
-    if (appearance) this.#appearance.decode(positions, appearance, sh);
-    else fillRows(sh, this.#neutral.sh);
+    if (appearance) {
+      const { frame, count } = header;
+      this.#appearance ??= new AppearanceDecoder(this.#recipe.appearance, frame.exponent, count);
+      this.#appearance.decode(positions, appearance, sh);
+    } else fillRows(sh, this.#neutral.sh);
     // hidden layers look at everything else
     const all = [...header.cuts.keys()].every((name) => columns[name]);
     if (all && this.#lobeDecoder) this.#lobeDecoder.decode(gaussians, codes("lobes"), lobes);
@@ -112,6 +118,19 @@ export class RowDecoder {
   #of(name) {
     return /** @type {Books} */ (this.#recipe.books.get(name));
   }
+}
+
+/**
+ * Log-scales of Gaussians whose own have not come: dots, which are quick to draw, and between which
+ * one sees how deep a place is.
+ *
+ * @param {Books} all
+ * @param {number} count
+ * @returns {Codes}
+ */
+function smallCodes(all, count) {
+  const { books, ...codes } = meanCodes(all, count);
+  return { ...codes, books: books.map((book) => book.map((value) => value - SMALLER)) };
 }
 
 /** Standard deviations in the place of their logarithms. @param {Codes} codes @returns {Codes} */

@@ -24,6 +24,8 @@ import { fillRows } from "../mgs/scene.js";
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 // logit of an opacity that nothing brings back
 const INVISIBLE = -1e4;
+// Gaussians in a first picture, at most
+const FIRST = 65536;
 // of log-scales
 const STEPS = [2047, 2047, 1023];
 /** What a scale's byte stands for. */
@@ -35,7 +37,8 @@ const GROWTHS = Float64Array.from(SCALES, (scale) => 127 / scale);
 const TURN = 511 / Math.SQRT1_2;
 
 /**
- * A scene whose Gaussians differ by nothing but their place.
+ * A scene whose Gaussians differ by nothing but their place. Of many only some are to be seen: a
+ * picture of all keeps a slow device from decoding them.
  *
  * @param {Header} header
  * @param {Uint16Array} positions
@@ -51,7 +54,11 @@ export function packAlike({ sorted, weighting, background, frame }, positions, o
     fillRows(all, own);
     return all;
   };
-  const shapes = filled(words.shapes);
+  const [shapes, lobes] = [filled(words.shapes), filled(words.lobes)];
+  const [stride, apart] = [words.lobes.length, Math.ceil(count / FIRST)];
+  for (let i = 0; i < count; i++) {
+    if (i % apart) lobes[i * stride] = toHalf(INVISIBLE) | (words.lobes[0] & 0xffff0000);
+  }
   for (let i = 0, at = 0; i < positions.length; i += 3, at += 4) {
     shapes[at] = positions[i] | (positions[i + 1] << 16);
     shapes[at + 1] = positions[i + 2] | (shapes[at + 1] & 0xffff0000);
@@ -67,7 +74,7 @@ export function packAlike({ sorted, weighting, background, frame }, positions, o
     shapes,
     colors: filled(words.colors),
     shSize: 4,
-    lobes: filled(words.lobes),
+    lobes,
     lobeSize: (lobeDegree + 1) ** 2,
     sorted,
     weighting: {
