@@ -114,6 +114,11 @@ ROWS: dict[str, Row] = {
         "SortFreeGS's weights (Eq. 1), sigma and the background's learned",
         ("student.weighting.name=sort_free_gs", "student.weighting.background_weight=0.1"),
     ),
+    "two-pass": Row(
+        "rivals",
+        "surfaces first, then what is not behind them, in the manner of GES",
+        ("student.weighting.name=two_pass",),
+    ),
     "quantised-3dgs": Row(
         "rivals",
         "3DGS, coded",

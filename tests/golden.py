@@ -27,6 +27,7 @@ RENDERERS: dict = {"sorted": (render_sorted, {})}
 for _name in WEIGHTINGS:
     _weighting = Weighting(_name, sigma=4.0, background_weight=0.7, exponent_max=1.5)
     RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
+SHADED = [name for name in RENDERERS if name != "two_pass"]  # what the viewers draw, too
 
 
 def names_of(renderer: str) -> tuple[str, ...]:

@@ -8,16 +8,24 @@ import torch
 from contributions import compare_case, kernel_inputs
 from cuda_on_host import COMPILER, HostKernels
 from golden import BASE, CASES, RENDERERS, constant, names_of, with_rows
-from scenes import SORTED, SORTFREE, as_float32, camera, cotangents, random_scene, render_with_grads
+from scenes import (
+    SORTED,
+    as_float32,
+    camera,
+    cotangents,
+    near_threshold,
+    random_scene,
+    render_with_grads,
+)
 from test_kernels import BAD, compare
 
 import mobilegs.render
 from mobilegs.errors import InputError
-from mobilegs.render import Weighting, render_sorted, render_sortfree
+from mobilegs.render import Weighting, render_sorted
 from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.view import kernel_view
 
-EVERYTHING = ["sorted", "mobile_gs"]
+EVERYTHING = ["sorted", "mobile_gs", "two_pass"]
 
 
 @pytest.fixture(scope="session")
@@ -64,12 +72,17 @@ def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
     scene["scales"][:3] = 3.0
     scene["opacities"][3:60] = 1.0
     scene["lobes"][3:60] = constant(1 - 1e-15)
-    found = draw(scene, view, renderer)
+    unsure = near_threshold(scene, view, names=names_of(renderer))
+    tangents = cotangents(view, avoid=unsure)
+    found = draw(scene, view, renderer, cotangents=tangents)
     monkeypatch.undo()
-    expected = draw(scene, view, renderer)
+    expected = draw(scene, view, renderer, cotangents=tangents)
     assert not torch.equal(found["sh"], expected["sh"]), "compared with itself"
     for name, value in expected.items():
-        error = (found[name] - value).norm() / value.norm()
+        error = found[name] - value
+        if name not in names_of(renderer):
+            error[unsure] = 0
+        error = error.norm() / value.norm()
         print(f"{name:10s} relative L2 {error:.2e}")
         assert error < 2e-4, name
 
@@ -147,10 +160,11 @@ def test_contributions_of_long_lists_agree_whatever_the_order_of_threads(kernels
 def test_every_kernel_is_executed(kernels):
     scene, view = as_float32(random_scene(5)), camera()
     for depth in (False, True):
-        for render, names in ((render_sorted, SORTED), (render_sortfree, SORTFREE)):
-            leaves = [scene[name].float().requires_grad_() for name in names]
+        for renderer in EVERYTHING:
+            render, options = RENDERERS[renderer]
+            leaves = [scene[name].float().requires_grad_() for name in names_of(renderer)]
             given = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
-            render(*leaves, depth=depth, **given).image.sum().backward()
+            render(*leaves, depth=depth, **given, **options).image.sum().backward()
     contributions_by_cuda(scene, view)
     _, log = cuda.compile_kernels("sm_90")
     compiled = {line.split("'")[1] for line in log.splitlines() if "Compiling entry" in line}

@@ -108,6 +108,36 @@ def test_the_exponent_of_the_weight_is_clamped():
     assert image[0].item() == pytest.approx(0.75 * w[0] / sum(w) + 0.25 * 0.1, rel=1e-9)
 
 
+def test_only_what_is_not_behind_the_surface_counts_in_two_passes():
+    colors = [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [1.0, 1.0, 0]]
+    given = [[2.0, 2.03, 1.0, 2.05], [0.6, 0.3, 0.2, 0.9], [0.0, 3.0, 1.0, 2.0], colors]
+    inputs, lobes, view = _on_axis(*given)
+    inputs[3] = lobes.requires_grad_()
+    options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
+    drawn = render_sortfree(*inputs, depth=True, **options)
+    expected = torch.tensor([0.6, 0.3, 0.2], dtype=torch.float64) / 1.1
+    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert drawn.alpha[0, 0].item() == 1
+    assert drawn.depth[0, 0].item() == pytest.approx((0.6 * 2 + 0.3 * 2.03 + 0.2) / 1.1)
+    drawn.image[0, 0, 0].backward()
+    found = lobes.grad[:, 0]
+    assert (found[:, 1] == 0).all()  # phi has no say
+    assert (found[:3, 0] != 0).all() and found[3, 0] == 0
+
+
+def test_without_a_surface_two_passes_are_a_mean_before_the_background():
+    colors = [[1.0, 0, 0], [0, 1.0, 0]]
+    inputs, lobes, view = _on_axis([2.0, 9.0], [0.4, 0.2], [1.0, 1.0], colors)
+    inputs[3] = lobes
+    options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
+    drawn = render_sortfree(*inputs, **options)
+    light = 0.6 * 0.8
+    mean = torch.tensor([0.4, 0.2, 0], dtype=torch.float64) / 0.6
+    expected = (1 - light) * mean + light * BACKGROUND
+    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert drawn.alpha[0, 0].item() == pytest.approx(1 - light)
+
+
 def test_two_gaussians_blend_front_to_back_in_whatever_order_they_come():
     inputs, _, view = _on_axis(
         [4.0, 2.0], [0.8, 0.5], [1.0, 1.0], [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]

@@ -3,6 +3,7 @@
 import json
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -18,6 +19,7 @@ from mobilegs import cli
 from mobilegs.compress.container import pack
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import write_ply
+from mobilegs.render import Weighting
 from mobilegs.view.bundle import WEB, bundle, element_script, viewer_script
 
 pytest_plugins = ["browser"]
@@ -133,9 +135,12 @@ def test_what_no_viewer_shows_is_refused(
     network = tmp_path / "network.mgs"
     network.write_bytes(pack(make_scene(Case(20, network=True))))
     (tmp_path / "broken.mgs").write_bytes(network.read_bytes()[:100])
+    twice = replace(make_scene(Case(20)), weighting=Weighting("two_pass"))
+    (tmp_path / "two_pass.mgs").write_bytes(pack(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
     for name, sentence in (
         ("network.mgs", "asks a network"),
+        ("two_pass.mgs", "two_pass"),
         ("broken.mgs", "broken.mgs"),
         ("photo.jpg", "no scene: a .mgs, .ply or .spz"),
         ("gone.mgs", "gone.mgs"),

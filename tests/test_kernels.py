@@ -72,11 +72,11 @@ def test_every_built_instruction_set_agrees(level, monkeypatch):
     native = cpu.library(level)
     monkeypatch.setattr(cpu, "library", lambda: native)
     for case in ("random, degree 3", "several tiles", "around the camera"):
-        for renderer in ("sorted", "mobile_gs"):
+        for renderer in ("sorted", "mobile_gs", "two_pass"):
             compare(case, renderer)
 
 
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
 @pytest.mark.parametrize("bad", BAD)
 def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
     render, options = RENDERERS[renderer]
@@ -123,7 +123,7 @@ def test_permuting_the_gaussians_leaves_the_sortfree_image_unchanged():
     torch.testing.assert_close(first.alpha, second.alpha, rtol=0, atol=2e-6)
 
 
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
 def test_results_do_not_depend_on_the_number_of_threads(renderer):
     scene, view = random_scene(3000, seed=3), camera(160, 120)
     render, options = RENDERERS[renderer]

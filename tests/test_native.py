@@ -11,6 +11,7 @@ from golden import (
     BASE,
     CASES,
     RENDERERS,
+    SHADED,
     defined,
     inputs_of,
     names_of,
@@ -62,7 +63,7 @@ def as_scene(inputs: dict[str, torch.Tensor], renderer: str) -> Scene:
     )
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", SHADED)
 @pytest.mark.parametrize("case", CASES)
 def test_the_gpu_agrees_with_the_definition(case: str, renderer: str) -> None:
     inputs, view = inputs_of(case)
@@ -163,6 +164,11 @@ def test_a_view_network_is_refused() -> None:
     scene.lobes, scene.network = None, ViewNetwork(torch.Generator())
     with pytest.raises(InputError, match="view network"):
         GpuRenderer(scene)
+
+
+def test_a_weighting_that_takes_two_passes_is_refused() -> None:
+    with pytest.raises(InputError, match="two_pass"):
+        GpuRenderer(as_scene(as_float32(BASE), "two_pass"))
 
 
 def test_a_machine_without_a_gpu_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

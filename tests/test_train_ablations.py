@@ -41,6 +41,7 @@ FORMS: dict[str, StudentConfig] = {
     "no background weight": replace(
         STUDENT, weighting=replace(SORT_FREE_GS, background_weight=0.0)
     ),
+    "two_pass": replace(STUDENT, weighting=Weighting("two_pass")),
     **{f"sh-{degree}": replace(STUDENT, sh_degree=degree) for degree in (0, 2, 3)},
     "network-sh-0": replace(STUDENT, sh_degree=0, view=ViewDependence("network")),
     "network-sh-2": replace(STUDENT, sh_degree=2, view=ViewDependence("network")),

@@ -5,7 +5,7 @@ import shutil
 import struct
 import subprocess
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -293,6 +293,13 @@ def test_foreign_files_are_recognised(tmp_path: Path) -> None:
         with pytest.raises(InputError) as error:
             unpack(start)
         assert sentence == str(error.value)
+
+
+def test_a_weighting_that_the_viewer_does_not_draw_is_refused_by_name(tmp_path: Path) -> None:
+    data = pack(replace(make_scene(Case(20)), weighting=Weighting("two_pass")))
+    assert unpack(data).weighting.name == "two_pass"
+    (sentence,) = refusals(tmp_path, [data])
+    assert sentence is not None and "has the weighting 'two_pass': known are" in sentence
 
 
 # JSON from elsewhere: `True` for 1 and `1.0` for 1 are left out, which Python tells apart in

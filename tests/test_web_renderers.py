@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 from browser import VIEW, Chromium, Tab
-from golden import BACKGROUND, BASE, CASES, RENDERERS, defined, inputs_of, names_of
+from golden import BACKGROUND, BASE, CASES, SHADED, defined, inputs_of, names_of
 from scenes import as_float32, camera, near_threshold, random_scene
 from test_native import as_scene, inria_camera
 from test_web_decoder import Case, make_scene
@@ -148,7 +148,7 @@ def decibels(found: torch.Tensor, reference: torch.Tensor) -> float:
     return -10 * torch.log10(error.square().mean().clamp_min(1e-30)).item()
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", SHADED)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_browser_agrees_with_the_definition(

@@ -1,5 +1,6 @@
 """The definition of order-independent blending, and the weights that take the order's place."""
 
+import math
 from dataclasses import dataclass
 
 import torch
@@ -12,8 +13,10 @@ from mobilegs.render.lobes import seen_along
 from mobilegs.render.project import pair_alphas, project
 from mobilegs.render.rendered import Rendered
 
-WEIGHTINGS = ("mobile_gs", "no_depth", "no_scale", "sort_free_gs")
+WEIGHTINGS = ("mobile_gs", "no_depth", "no_scale", "sort_free_gs", "two_pass")
 WEIGHT_MIN = 1e-12  # a pixel whose weights sum to less shows the background
+SURFACE_ALPHA = 0.5  # of `two_pass`: from this alpha on a Gaussian is a surface at a pixel
+SURFACE_MARGIN = 0.02  # how far behind a surface, as a share of its depth, Gaussians still count
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,9 @@ class Weighting:
 
     name: str = "mobile_gs"
     """`mobile_gs` is the paper's Eq. 3; `no_depth` and `no_scale` drop its second or third
-    term (the paper's ablations); `sort_free_gs` is Eq. 1, with phi as the learned v."""
+    term (the paper's ablations); `sort_free_gs` is Eq. 1, with phi as the learned v. `two_pass`
+    looks for surfaces first and then adds up what is not behind them, each with the weight 1,
+    in the manner of GES (Ye et al. 2025)."""
     exponent_max: float = 4.0
     """Ceiling of `s_max / d` in the exponential. Half-float renderers must not overflow, and a
     large faint Gaussian that no camera was near must not outweigh the whole picture when one
@@ -46,6 +51,8 @@ class Weighting:
         Paper Eq. 3: `w = phi^2 + phi / d^2 + exp(s_max / d)`, the exponent clamped; Eq. 1
         (SortFreeGS, Hou et al. 2024): `w = max(0, 1 - d / sigma) v`.
         """
+        if self.name == "two_pass":
+            return torch.ones_like(depths)
         if self.name == "sort_free_gs":
             return (1 - depths / self.sigma).clamp_min(0) * phi
         w = phi * phi
@@ -54,6 +61,19 @@ class Weighting:
         if self.name != "no_scale":
             w = w + torch.exp((s_max / depths).clamp_max(self.exponent_max))
         return w
+
+
+@torch.no_grad()
+def surface_limits(
+    alphas: Float[Tensor, "pixels n"], depths: Float[Tensor, "n"]
+) -> Float[Tensor, "pixels 1"]:
+    """Depth up to which Gaussians count at each pixel, infinite where there is no surface.
+
+    A surface is the nearest Gaussian whose alpha there is at least a half.
+    """
+    opaque = torch.where(alphas >= SURFACE_ALPHA, depths, math.inf)
+    nearest = torch.nn.functional.pad(opaque, (0, 1), value=math.inf).amin(1, keepdim=True)
+    return (1 + SURFACE_MARGIN) * nearest
 
 
 def render_sortfree(
@@ -73,8 +93,9 @@ def render_sortfree(
     logit and phi before its ReLU as spherical harmonics of degree 0 to 3 (`lobes.py`). Gradients
     reach depth and the largest scale through w. `depth` is the same mean with z in the place of
     c, so that depth / alpha is the weighted mean depth. With `sort_free_gs` the picture is Eq. 1:
-    `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. A Gaussian with a lobe that is not finite
-    is not drawn.
+    `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. With `two_pass` only Gaussians up to the
+    pixel's surface count, where it has one; there T = 0, and `C = sum(c a) / sum(a)`. A Gaussian
+    with a lobe that is not finite is not drawn.
     """
     fine = lobes.flatten(1).isfinite().all(1) & means.isfinite().all(1)
     fine &= (means.detach() != camera.position).any(1)  # no direction leads into the eye
@@ -84,13 +105,17 @@ def render_sortfree(
     projected = project(means, quats, scales, opacities, sh, camera=camera)
     projected = projected._replace(visible=projected.visible & fine)
     alphas = pair_alphas(projected, opacities, camera)  # [pixels, n]
+    log_passed = torch.log1p(-alphas).sum(1, keepdim=True)
+    light = torch.exp(log_passed)  # [pixels, 1], T
+    if weighting.name == "two_pass":
+        limits = surface_limits(alphas, projected.depths)
+        alphas = torch.where(projected.depths <= limits, alphas, 0.0)
+        light = torch.where(limits.isinf(), light, 0.0)
     s_max = scales.max(dim=1).values if len(scales) else scales.sum(1)
     s_max = torch.where(projected.visible, s_max, 0.0)
     aw = alphas * torch.where(
         projected.visible, weighting.weights(projected.depths, s_max, phi), 0.0
     )
-    log_passed = torch.log1p(-alphas).sum(1, keepdim=True)
-    light = torch.exp(log_passed)  # [pixels, 1], T
     total = aw.sum(1, keepdim=True)
     touched = total > WEIGHT_MIN
     safe = torch.where(touched, total, 1.0)

@@ -117,6 +117,8 @@ def poster_of(path: Path) -> Image.Image:
             f"{path} asks a network for every Gaussian in every frame, which no viewer does: "
             "train with --set student.view.kind=fitted"
         )
+    if scene.weighting.name == "two_pass":
+        raise InputError(f"{path} has the weighting 'two_pass', which no viewer draws")
     camera = views[0] if views else _aside(scene)
     width, height = POSTER
     # as pose.js does: between all of the camera's field and only what fills the picture

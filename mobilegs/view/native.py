@@ -50,13 +50,19 @@ class GpuRenderer:
         Halves are what every GPU can blend, phones' too; `full_precision` asks for 32-bit floats.
 
         Raises InputError where there is no GPU, it cannot blend 32-bit floats, its memory does
-        not hold the scene, or the scene has a view network: that is no job for every frame.
+        not hold the scene, the scene has a view network (that is no job for every frame), or its
+        weighting takes two passes over the Gaussians, which the shaders do not.
         """
         if scene.network is not None:
             raise InputError(
                 "a scene with a view network is not drawn on a GPU, since every Gaussian would "
                 "ask it in every frame: train with --set student.view.kind=fitted, or draw with "
                 "--backend kernels"
+            )
+        if scene.weighting.name == "two_pass":
+            raise InputError(
+                "a scene with the weighting 'two_pass' is not drawn by shaders, which pass over "
+                "the Gaussians once: draw with --backend kernels"
             )
         self.scene = scene
         self.program = program(scene.blend == "sorted", full_precision)

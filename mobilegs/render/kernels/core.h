@@ -10,9 +10,12 @@
 #define TRANSMITTANCE_MIN 1e-4f
 #define WEIGHT_MIN 1e-12f
 #define BLUR 0.3f
+#define SURFACE_ALPHA 0.5f
+#define SURFACE_MARGIN 0.02f
+#define NO_SURFACE 3e38f  // beyond every depth
 #define LOG2_E 1.4426950408889634f
 
-enum WeightingKind { MOBILE_GS = 0, NO_DEPTH = 1, NO_SCALE = 2, SORT_FREE_GS = 3 };
+enum WeightingKind { MOBILE_GS = 0, NO_DEPTH = 1, NO_SCALE = 2, SORT_FREE_GS = 3, TWO_PASS = 4 };
 
 // Mirrored field by field in view.py.
 struct View {
@@ -54,6 +57,7 @@ MGS_FN short pixel(float a, int limit) { return (short)clamp(a, 0.0f, (float)lim
 
 // ---------------------------------------------------------------- weights (paper Eq. 1 and 3)
 MGS_FN float weight_of(const View& v, float d, float s_max, float phi) {
+  if (v.weighting == TWO_PASS) return 1;
   if (v.weighting == SORT_FREE_GS) return max_of(0.0f, 1 - d / v.sigma) * phi;
   float w = phi * phi;
   if (v.weighting != NO_DEPTH) w += phi / (d * d);
@@ -67,6 +71,7 @@ struct WeightGrad {
 
 MGS_FN WeightGrad weight_adjoint(const View& v, float d, float s_max, float phi, float grad) {
   WeightGrad out = {0, 0, 0};
+  if (v.weighting == TWO_PASS) return out;
   if (v.weighting == SORT_FREE_GS) {
     float near_share = 1 - d / v.sigma;
     out.phi = grad * max_of(0.0f, near_share);
@@ -87,6 +92,9 @@ MGS_FN WeightGrad weight_adjoint(const View& v, float d, float s_max, float phi,
   }
   return out;
 }
+
+// Of the weighting TWO_PASS: depth up to which Gaussians count where this one is a surface.
+MGS_FN float limit_of(const Splat& s) { return (1 + SURFACE_MARGIN) * s.z; }
 
 // ---------------------------------------------------------------- spherical harmonics
 MGS_FN void sh_basis(int size, float x, float y, float z, float* out) {

@@ -18,15 +18,19 @@ EXPORT void mgs_sortfree_forward(const View* view, int n, const Inputs* in, Spla
                                  float* radii, float* sums, float* image, float* alpha,
                                  float* depth) {
   project_all(*view, n, *in, splats, radii);
-  (depth ? sortfree_forward<true> : sortfree_forward<false>)(*view, n, splats, sums, image, alpha,
-                                                             depth);
+  bool two = view->weighting == TWO_PASS;
+  auto run = depth ? (two ? sortfree_forward<true, true> : sortfree_forward<true, false>)
+                   : (two ? sortfree_forward<false, true> : sortfree_forward<false, false>);
+  run(*view, n, splats, sums, image, alpha, depth);
 }
 
 EXPORT void mgs_sortfree_backward(const View* view, int n, const Inputs* in, const Splat* splats,
                                   const float* sums, const float* g_image, const float* g_alpha,
                                   const float* g_depth, const Gradients* out) {
-  (g_depth ? sortfree_backward<true> : sortfree_backward<false>)(*view, n, *in, splats, sums,
-                                                                 g_image, g_alpha, g_depth, *out);
+  bool two = view->weighting == TWO_PASS;
+  auto run = g_depth ? (two ? sortfree_backward<true, true> : sortfree_backward<true, false>)
+                     : (two ? sortfree_backward<false, true> : sortfree_backward<false, false>);
+  run(*view, n, *in, splats, sums, g_image, g_alpha, g_depth, *out);
 }
 
 // Returns the tile lists, which the backward pass needs and mgs_bins_free frees.

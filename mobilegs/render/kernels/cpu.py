@@ -120,7 +120,7 @@ class CpuRaster(torch.autograd.Function):
             sums = torch.empty(padded[0] * padded[1] * (4 + depth))
             run = native.mgs_sorted_forward
         else:
-            sums = torch.empty(shape[0] * shape[1] * (5 + depth))
+            sums = torch.empty(shape[0] * shape[1] * (5 + depth + view.two_pass))
             run = native.mgs_sortfree_forward
         outputs = [address(t) for t in (splats, radii, sums, image, alpha, depths)]
         bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(held)), *outputs)

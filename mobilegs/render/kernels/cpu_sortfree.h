@@ -4,16 +4,43 @@
 
 namespace {
 
-// Channels of a pixel's sums: r, g, b, w, t, and z behind them when depth is asked for.
-template <bool DEPTH>
-constexpr int channels = DEPTH ? 6 : 5;
+// Channels of a pixel's sums: r, g, b, w, t, then z when depth is asked for, then the depth up to
+// which Gaussians count when surfaces are.
+template <bool DEPTH, bool SURFACES>
+constexpr int channels = 5 + DEPTH + SURFACES;
 
-template <bool DEPTH>
+// The first of two passes over a tile, in which t is 1: the nearest surface of every pixel. Behind
+// it there is no light.
+template <int C>
+void find_surfaces(const Bins& bins, int tile, int left, int top, const Splat* splats,
+                   float* sums) {
+  for (int row = 0; row < TILE; row++)
+    std::fill_n(sums + (row * C + C - 1) * TILE, TILE, NO_SURFACE);
+  const vfloat steps = iota(), dark = {};
+  for (int64 e = bins.start[tile]; e < bins.start[tile + 1]; e++) {
+    const Splat& s = splats[bins.ids[e]];
+    if (s.opacity < SURFACE_ALPHA) continue;
+    int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
+    vfloat mine = splat_value(dark, limit_of(s));
+    for (int row = from; row < to; row++) {
+      Row line = row_of(s, top + row + 0.5f - s.y);
+      float *t = sums + (row * C + 4) * TILE, *limit = sums + (row * C + C - 1) * TILE;
+      for (int l = 0; l < TILE; l += LANES) {
+        vint none = pair_alpha(steps + (left + l + 0.5f - s.x), line) < SURFACE_ALPHA;
+        store(t + l, select(none, load(t + l), dark));
+        store(limit + l, select(none, load(limit + l), min_of(load(limit + l), mine)));
+      }
+    }
+  }
+}
+
+template <bool DEPTH, bool SURFACES>
 void sortfree_tile(const Bins& bins, int tile, int left, int top, const Splat* splats, float* sums) {
-  constexpr int C = channels<DEPTH>;
+  constexpr int C = channels<DEPTH, SURFACES>;
   for (int row = 0; row < TILE; row++)
     for (int c = 0; c < C; c++)
       std::fill_n(sums + (row * C + c) * TILE, TILE, c == 4 ? 1.0f : 0.0f);
+  if (SURFACES) find_surfaces<C>(bins, tile, left, top, splats, sums);
   const vfloat steps = iota();
   for (int64 e = bins.start[tile]; e < bins.start[tile + 1]; e++) {
     const Splat& s = splats[bins.ids[e]];
@@ -26,6 +53,7 @@ void sortfree_tile(const Bins& bins, int tile, int left, int top, const Splat* s
       float* p = sums + row * C * TILE;
       for (int l = 0; l < TILE; l += LANES, p += LANES) {
         vfloat alpha = pair_alpha(steps + (x + l), line);
+        if (SURFACES) alpha = select(load(p + (C - 1) * TILE) < s.z, vfloat{}, alpha);
         alpha = min_of(alpha, splat_value(alpha, ALPHA_MAX));
         store(p, load(p) + alpha * r);
         store(p + TILE, load(p + TILE) + alpha * g);
@@ -39,10 +67,10 @@ void sortfree_tile(const Bins& bins, int tile, int left, int top, const Splat* s
   }
 }
 
-template <bool DEPTH>
+template <bool DEPTH, bool SURFACES>
 void sortfree_forward(const View& view, int n, const Splat* splats, float* sums, float* image,
                       float* alpha, float* depth) {
-  constexpr int C = channels<DEPTH>;
+  constexpr int C = channels<DEPTH, SURFACES>;
   Bins bins = bin(view, n, splats, nullptr);
   Tiles tiles(view);
 #pragma omp parallel for schedule(dynamic, 4)
@@ -50,7 +78,7 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
     FlushDenormals flush;
     alignas(64) float mine[TILE * C * TILE];
     int left = tile % tiles.across * TILE, top = tile / tiles.across * TILE;
-    sortfree_tile<DEPTH>(bins, tile, left, top, splats, mine);
+    sortfree_tile<DEPTH, SURFACES>(bins, tile, left, top, splats, mine);
     int wide = std::min(TILE, view.width - left);
     for (int row = 0; row < TILE && top + row < view.height; row++) {
       const float* p = mine + row * C * TILE;
@@ -60,7 +88,7 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
                     sizeof(float) * wide);
       for (int l = 0; l < wide; l++) {
         const float* q = p + l;
-        Pixel pixel = {q[0], q[TILE], q[2 * TILE], DEPTH ? q[(C - 1) * TILE] : 0.0f, q[3 * TILE],
+        Pixel pixel = {q[0], q[TILE], q[2 * TILE], DEPTH ? q[5 * TILE] : 0.0f, q[3 * TILE],
                        q[4 * TILE]};
         sortfree_resolve(view, pixel, image + 3 * (at + l), alpha + at + l,
                          DEPTH ? depth + at + l : nullptr);
@@ -69,12 +97,12 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
   }
 }
 
-// dL/d of every pixel's sums, channel planes within each row, padded so that a vector may start
-// at any pixel.
-template <bool DEPTH>
+// dL/d of every pixel's sums, and its limit, channel planes within each row, padded so that a
+// vector may start at any pixel.
+template <bool DEPTH, bool SURFACES>
 Buffer<float> pixel_gradients(const View& view, const float* sums, const float* g_image,
                               const float* g_alpha, const float* g_depth, int stride) {
-  constexpr int C = channels<DEPTH>;
+  constexpr int C = channels<DEPTH, SURFACES>;
   Buffer<float> grads((size_t)view.height * C * stride);
 #pragma omp parallel for schedule(static)
   for (int y = 0; y < view.height; y++) {
@@ -90,6 +118,7 @@ Buffer<float> pixel_gradients(const View& view, const float* sums, const float* 
       out[x] = d.r, out[stride + x] = d.g, out[2 * stride + x] = d.b, out[3 * stride + x] = d.w;
       out[4 * stride + x] = d.t;
       if (DEPTH) out[5 * stride + x] = d.z;
+      if (SURFACES) out[(C - 1) * stride + x] = p[(C - 1) * w + x];
     }
     for (int c = 0; c < C; c++)
       std::fill_n(out + c * stride + view.width, stride - view.width, 0.0f);
@@ -112,9 +141,9 @@ std::vector<int> screen_order(const View& view, int n, const Splat* splats) {
   return order;
 }
 
-template <bool DEPTH>
+template <bool DEPTH, bool SURFACES>
 MGS_FN Sums<float> sortfree_gather(const Splat& s, const float* grads, int stride) {
-  constexpr int C = channels<DEPTH>;
+  constexpr int C = channels<DEPTH, SURFACES>;
   const vfloat steps = iota();
   Sums<vfloat> sums = {};
   float inverse_a = 1 / s.A;
@@ -130,8 +159,10 @@ MGS_FN Sums<float> sortfree_gather(const Splat& s, const float* grads, int strid
     for (int x = from; x < to; x += LANES) {
       vfloat dx = steps + (x + 0.5f - s.x);
       const float* p = g + x;
+      vfloat alpha = pair_alpha(dx, line);
+      if (SURFACES) alpha = select(load(p + (C - 1) * stride) < s.z, vfloat{}, alpha);
       vfloat g_z = DEPTH ? load(p + 5 * stride) : vfloat{};
-      sortfree_pair_adjoint<DEPTH>(sums, s, pair_alpha(dx, line), dx, dy, load(p), load(p + stride),
+      sortfree_pair_adjoint<DEPTH>(sums, s, alpha, dx, dy, load(p), load(p + stride),
                                    load(p + 2 * stride), g_z, load(p + 3 * stride),
                                    load(p + 4 * stride));
     }
@@ -139,12 +170,13 @@ MGS_FN Sums<float> sortfree_gather(const Splat& s, const float* grads, int strid
   return reduce(sums);
 }
 
-template <bool DEPTH>
+template <bool DEPTH, bool SURFACES>
 void sortfree_backward(const View& view, int n, const Inputs& in, const Splat* splats,
                        const float* sums, const float* g_image, const float* g_alpha,
                        const float* g_depth, const Gradients& out) {
   int stride = view.width + LANES;
-  Buffer<float> grads = pixel_gradients<DEPTH>(view, sums, g_image, g_alpha, g_depth, stride);
+  Buffer<float> grads =
+      pixel_gradients<DEPTH, SURFACES>(view, sums, g_image, g_alpha, g_depth, stride);
   std::vector<int> order = screen_order(view, n, splats);
   Buffer<Sums<float>> totals(n);
 #pragma omp parallel
@@ -154,7 +186,7 @@ void sortfree_backward(const View& view, int n, const Inputs& in, const Splat* s
     for (int k = 0; k < n; k++) {
       const Splat& s = splats[order[k]];
       if (k + 4 < n) __builtin_prefetch(&splats[order[k + 4]]);
-      if (visible(s)) totals[order[k]] = sortfree_gather<DEPTH>(s, grads.get(), stride);
+      if (visible(s)) totals[order[k]] = sortfree_gather<DEPTH, SURFACES>(s, grads.get(), stride);
     }
     // by index again: the inputs and their gradients are then read and written in one sweep
 #pragma omp for schedule(static)

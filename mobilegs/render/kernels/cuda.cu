@@ -126,12 +126,26 @@ mgs_finish(GIVEN View view, int n, GIVEN Inputs in, const Splat* splats, const f
 // One block per tile, one thread per pixel.
 KERNEL(MANY, 4)
 mgs_sortfree_forward(GIVEN View view, const Splat* splats, GIVEN Lists lists, GIVEN Picture out) {
-  sortfree_forward<false>(view, splats, lists, out);
+  sortfree_forward<false, false>(view, splats, lists, out, nullptr);
 }
 KERNEL(MANY, 4)
 mgs_sortfree_forward_depth(GIVEN View view, const Splat* splats, GIVEN Lists lists,
                            GIVEN Picture out) {
-  sortfree_forward<true>(view, splats, lists, out);
+  sortfree_forward<true, false>(view, splats, lists, out, nullptr);
+}
+KERNEL(MANY, 4)
+mgs_surfaces(GIVEN View view, const Splat* splats, GIVEN Lists lists, float* limits) {
+  find_surfaces(view, splats, lists, limits);
+}
+KERNEL(MANY, 4)
+mgs_two_pass_forward(GIVEN View view, const Splat* splats, GIVEN Lists lists, GIVEN Picture out,
+                     const float* limits) {
+  sortfree_forward<false, true>(view, splats, lists, out, limits);
+}
+KERNEL(MANY, 4)
+mgs_two_pass_forward_depth(GIVEN View view, const Splat* splats, GIVEN Lists lists,
+                           GIVEN Picture out, const float* limits) {
+  sortfree_forward<true, true>(view, splats, lists, out, limits);
 }
 KERNEL(MANY, 4)
 mgs_sorted_forward(GIVEN View view, const Splat* splats, GIVEN Lists lists, GIVEN Picture out) {
@@ -158,13 +172,23 @@ mgs_sortfree_pixels_depth(GIVEN View view, const float* sums, GIVEN PictureGradi
 // One warp per Gaussian.
 KERNEL(MANY, 4)
 mgs_sortfree_gather(GIVEN View view, int n, const Splat* splats, const int64* order,
-                    const float4* colors, const float2* others, float* totals) {
-  sortfree_gather<false>(view, n, splats, order, colors, others, totals);
+                    GIVEN Asked pixels, float* totals) {
+  sortfree_gather<false, false>(view, n, splats, order, pixels, totals);
 }
 KERNEL(MANY, 4)
 mgs_sortfree_gather_depth(GIVEN View view, int n, const Splat* splats, const int64* order,
-                          const float4* colors, const float2* others, float* totals) {
-  sortfree_gather<true>(view, n, splats, order, colors, others, totals);
+                          GIVEN Asked pixels, float* totals) {
+  sortfree_gather<true, false>(view, n, splats, order, pixels, totals);
+}
+KERNEL(MANY, 4)
+mgs_two_pass_gather(GIVEN View view, int n, const Splat* splats, const int64* order,
+                    GIVEN Asked pixels, float* totals) {
+  sortfree_gather<false, true>(view, n, splats, order, pixels, totals);
+}
+KERNEL(MANY, 4)
+mgs_two_pass_gather_depth(GIVEN View view, int n, const Splat* splats, const int64* order,
+                          GIVEN Asked pixels, float* totals) {
+  sortfree_gather<true, true>(view, n, splats, order, pixels, totals);
 }
 
 // One block per tile, two pixels per thread.

@@ -245,6 +245,10 @@ def _suffixed(name: str, depth: bool) -> str:
     return f"{name}_depth" if depth else name
 
 
+def _sortfree(view: KernelView, what: str) -> str:
+    return f"mgs_two_pass_{what}" if view.two_pass else f"mgs_sortfree_{what}"
+
+
 class CudaRaster(torch.autograd.Function):
     """Both renderers on a GPU: opacities or `lobes`, the other is None."""
 
@@ -256,13 +260,17 @@ class CudaRaster(torch.autograd.Function):
         held = [None if t is None else t.detach().contiguous() for t in held]
         image, alpha = means.new_empty(*shape, 3), means.new_empty(shape)
         depths = means.new_empty(shape) if depth else None
-        sums = means.new_empty((4 if lobes is None else 5) + depth, *shape)
+        sums = means.new_empty((4 if lobes is None else 5) + depth + view.two_pass, *shape)
         with kernels.current():
             splats, radii, touched, homes = _project(kernels, view, held)
             lists = _Lists(kernels, view, splats, touched, by_depth=lobes is None)
-            name = "mgs_sorted_forward" if lobes is None else "mgs_sortfree_forward"
-            arguments = [view, _pointer(splats), lists.pointers()]
-            arguments.append(_pointers(sums, image, alpha, depths))
+            name = "mgs_sorted_forward" if lobes is None else _sortfree(view, "forward")
+            given = [view, _pointer(splats), lists.pointers()]
+            arguments = [*given, _pointers(sums, image, alpha, depths)]
+            if view.two_pass:
+                limits = _pointer(sums[-1])
+                kernels.launch("mgs_surfaces", _tiles(view), THREADS, *given, limits)
+                arguments.append(limits)
             kernels.launch(_suffixed(name, depth), _tiles(view), THREADS, *arguments)
         ctx.lists, ctx.homes = (lists, None) if lobes is None else (None, homes)
         ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
@@ -307,9 +315,10 @@ def _gather_sortfree(
     kernels.launch(name, _blocks(pixels), THREADS, *arguments)
     # neighbours in the picture then read the same pixels from the cache
     order = torch.sort(ctx.homes, stable=True).indices
-    arguments = [view, ctypes.c_int(count)]
-    arguments += [_pointer(t) for t in (splats, order, colors, others, totals)]
-    name = _suffixed("mgs_sortfree_gather", ctx.depth)
+    asked = _pointers(colors, others, sums[-1] if view.two_pass else None)
+    arguments = [view, ctypes.c_int(count), _pointer(splats), _pointer(order), asked]
+    arguments.append(_pointer(totals))
+    name = _suffixed(_sortfree(view, "gather"), ctx.depth)
     kernels.launch(name, _blocks(count, PER_WARP), THREADS, *arguments)
     return totals
 

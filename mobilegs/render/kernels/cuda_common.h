@@ -25,7 +25,8 @@ struct Lists {
   const int* ids;       // [entries] Gaussians
   const int64* slots;   // [entries] each one's place among its Gaussian's entries
 };
-// `sums` are planes of h w floats: r, g, b, w, t (sorted: r, g, b, t), then z where depth is asked.
+// `sums` are planes of h w floats: r, g, b, w, t (sorted: r, g, b, t), then z where depth is asked,
+// then the limits where there are two passes.
 struct Picture {
   float* sums;
   float *image, *alpha, *depth;

@@ -4,13 +4,45 @@
 
 namespace {
 
-template <bool DEPTH>
+// The first of two passes: the depth up to which Gaussians count at each pixel.
+MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& lists,
+                          float* limits) {
+  __shared__ Batch<MANY> batch;
+  Spot spot = spot_of(view);
+  float x = spot.x + 0.5f, y = spot.y + 0.5f, limit = NO_SURFACE;
+  int64 end = lists.starts[blockIdx.x + 1];
+  for (int64 e = lists.starts[blockIdx.x]; e < end; e += MANY) {
+    int count = end - e < MANY ? (int)(end - e) : MANY;
+    __syncthreads();  // until then somebody may still read the previous batch
+    if ((int)threadIdx.x < count) {
+      const Splat& s = splats[lists.ids[e + threadIdx.x]];
+      stage(batch, threadIdx.x, s, false);
+      batch.falloff[threadIdx.x].w = limit_of(s);
+      if (s.opacity < SURFACE_ALPHA) batch.box[threadIdx.x] = make_short4(0, 0, 0, 0);
+    }
+    __syncthreads();
+    for (int base = 0; base < count; base += WARP) {
+      unsigned left = touching(batch, base, count, spot.patch_x, spot.patch_y, 8, 4);
+      for (; left; left &= left - 1) {
+        int k = base + __ffs(left) - 1;
+        float4 place = batch.place[k], falloff = batch.falloff[k];
+        float alpha = alpha_at(place, falloff, x - place.x, y - place.y);
+        if (alpha >= SURFACE_ALPHA) limit = min_of(limit, falloff.w);
+      }
+    }
+  }
+  if (spot.inside) limits[index_of(view, spot)] = limit;
+}
+
+// `limits` are those of the first pass, if there was one; where a surface is, no light is left.
+template <bool DEPTH, bool SURFACES>
 MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists& lists,
-                             const Picture& out) {
+                             const Picture& out, const float* limits) {
   __shared__ Batch<MANY> batch;
   Spot spot = spot_of(view);
   float x = spot.x + 0.5f, y = spot.y + 0.5f;
-  Pixel p = {0, 0, 0, 0, 0, 1};
+  float limit = SURFACES && spot.inside ? limits[index_of(view, spot)] : NO_SURFACE;
+  Pixel p = {0, 0, 0, 0, 0, limit < NO_SURFACE ? 0.0f : 1.0f};
   int64 end = lists.starts[blockIdx.x + 1];
   for (int64 e = lists.starts[blockIdx.x]; e < end; e += MANY) {
     int count = end - e < MANY ? (int)(end - e) : MANY;
@@ -23,6 +55,7 @@ MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists&
       for (; left; left &= left - 1) {
         int k = base + __ffs(left) - 1;
         float4 place = batch.place[k], falloff = batch.falloff[k], color = batch.color[k];
+        if (SURFACES && color.w > limit) continue;  // the weight is 1, color.w the depth
         float alpha = min_of(alpha_at(place, falloff, x - place.x, y - place.y), ALPHA_MAX);
         p.r += alpha * color.x, p.g += alpha * color.y, p.b += alpha * color.z;
         p.w += alpha * falloff.z;
@@ -54,20 +87,27 @@ MGS_FN void sortfree_pixels(const View& view, const float* sums, const PictureGr
   others[at] = make_float2(d.t, d.z);
 }
 
+// What a Gaussian asks of all pixels; `limits` only after two passes.
+struct Asked {
+  const float4* colors;
+  const float2* others;
+  const float* limits;
+};
+
 // Sums over every `step`-th pixel of a Gaussian's box, from the `first` on.
-template <bool DEPTH>
-MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const float4* colors,
-                              const float2* others, int first, int step) {
+template <bool DEPTH, bool SURFACES>
+MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const Asked& pixels, int first,
+                              int step) {
   Sums<float> sums = {};
   int width = s.x1 - s.x0, x = s.x0 + first % width, y = s.y0 + first / width;
   int step_x = step % width, step_y = step / width;
   while (y < s.y1) {
     float dx = x + 0.5f - s.x, dy = y + 0.5f - s.y;
     float raw = pair_alpha(dx, row_of(s, dy));
-    if (raw > 0) {
-      int64 at = (int64)y * view.width + x;
-      float4 c = colors[at];
-      float2 o = others[at];
+    int64 at = (int64)y * view.width + x;
+    if (raw > 0 && (!SURFACES || s.z <= pixels.limits[at])) {
+      float4 c = pixels.colors[at];
+      float2 o = pixels.others[at];
       sortfree_pair_adjoint<DEPTH>(sums, s, raw, dx, dy, c.x, c.y, c.z, o.y, c.w, o.x);
     }
     x += step_x, y += step_y;
@@ -78,9 +118,9 @@ MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const float4* co
 
 // One warp per Gaussian, in the order given (by place in the picture, for the caches); those with
 // a large box wait for the whole block.
-template <bool DEPTH>
+template <bool DEPTH, bool SURFACES>
 MGS_FN void sortfree_gather(const View& view, int n, const Splat* splats, const int64* order,
-                            const float4* colors, const float2* others, float* totals) {
+                            const Asked& pixels, float* totals) {
   constexpr int WARPS = MANY / WARP;
   __shared__ float parts[WARPS][SUMS];
   __shared__ int large[WARPS];  // the Gaussian, or -1
@@ -94,7 +134,7 @@ MGS_FN void sortfree_gather(const View& view, int n, const Splat* splats, const 
     if ((int64)(s.x1 - s.x0) * (s.y1 - s.y0) > LARGE) {
       if (lane == 0) large[warp] = (int)i;
     } else {
-      Total total = add_lanes(gather_box<DEPTH>(view, s, colors, others, lane, WARP));
+      Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, lane, WARP));
       if (total.mine >= 0) totals[i * SUMS + total.mine] = total.value;
     }
   }
@@ -103,7 +143,7 @@ MGS_FN void sortfree_gather(const View& view, int n, const Splat* splats, const 
     int64 id = large[turn];
     if (id < 0) continue;
     Splat s = splats[id];
-    Total total = add_lanes(gather_box<DEPTH>(view, s, colors, others, threadIdx.x, MANY));
+    Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, threadIdx.x, MANY));
     if (total.mine >= 0) parts[warp][total.mine] = total.value;
     __syncthreads();
     if (threadIdx.x < SUMS) {

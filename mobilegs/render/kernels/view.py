@@ -35,6 +35,11 @@ class KernelView(ctypes.Structure):
         ("lobe_size", ctypes.c_int),
     ]
 
+    @property
+    def two_pass(self) -> bool:
+        """Whether each pixel's surface is looked for first, and kept as one more sum."""
+        return WEIGHTINGS[self.weighting] == "two_pass"
+
 
 def kernel_view(
     camera: Camera,
