@@ -15,6 +15,8 @@ from mobilegs.train.teacher import TeacherConfig
 
 PresetName = Literal["cpu", "gpu", "demo"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
+# for budgets of some ten thousand Gaussians: less time before the draw, and a budget that is used
+FEW = MiniSplattingConfig(peak_splats=1.8, reinit_splats=1.5, sampled=1.0, trim_keeps=0.999)
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ def cpu_recipe() -> Recipe:
             init_splats=40_000,
             # few Gaussians must cover what is far away: removing the large ones leaves holes
             densify=DensifyConfig(prune_scale=0.0),
-            mini_splatting=MiniSplattingConfig(peak_splats=1.5, reinit_splats=1.2, sampled=0.8),
+            mini_splatting=FEW,
         ),
         StudentConfig(
             steps=5000,
@@ -69,6 +71,7 @@ def demo_recipe() -> Recipe:
             max_splats=20_000,
             init_splats=15_000,
             densify=DensifyConfig(min_interval=40, prune_scale=0.0),
+            mini_splatting=FEW,
         ),
         StudentConfig(
             steps=3400,
