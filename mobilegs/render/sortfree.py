@@ -16,7 +16,9 @@ from mobilegs.render.rendered import Rendered
 WEIGHTINGS = ("mobile_gs", "no_depth", "no_scale", "sort_free_gs", "two_pass")
 WEIGHT_MIN = 1e-12  # a pixel whose weights sum to less shows the background
 SURFACE_ALPHA = 0.5  # of `two_pass`: from this alpha on a Gaussian is a surface at a pixel
-SURFACE_MARGIN = 0.02  # how far behind a surface, as a share of its depth, Gaussians still count
+# how far behind a surface, as a share of its depth, Gaussians still count, so that neighbours on it
+# blend: 0.05 is worth 0.2 dB more than 0.02 on horns, nothing on lego; 0.1 is not worth more
+SURFACE_MARGIN = 0.05
 
 
 @dataclass(frozen=True)

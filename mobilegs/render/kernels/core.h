@@ -11,7 +11,7 @@
 #define WEIGHT_MIN 1e-12f
 #define BLUR 0.3f
 #define SURFACE_ALPHA 0.5f
-#define SURFACE_MARGIN 0.02f
+#define SURFACE_MARGIN 0.05f
 #define NO_SURFACE 3e38f  // beyond every depth
 #define LOG2_E 1.4426950408889634f
 
