@@ -15,6 +15,8 @@ from mobilegs.train.teacher import TeacherConfig
 
 PresetName = Literal["cpu", "gpu", "demo"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
+# densifying a little after 3DGS's own start: 28.60 dB instead of 28.54 for the demo's teacher
+LATER = 0.02
 # for budgets of some ten thousand Gaussians: less time before the draw, and a budget that is used
 FEW = MiniSplattingConfig(peak_splats=1.8, reinit_splats=1.5, sampled=1.0, trim_keeps=0.999)
 
@@ -45,7 +47,7 @@ def cpu_recipe() -> Recipe:
             max_splats=60_000,
             init_splats=40_000,
             # few Gaussians must cover what is far away: removing the large ones leaves holes
-            densify=DensifyConfig(prune_scale=0.0),
+            densify=DensifyConfig(start=LATER, prune_scale=0.0),
             mini_splatting=FEW,
         ),
         StudentConfig(
@@ -70,7 +72,7 @@ def demo_recipe() -> Recipe:
             steps=2000,
             max_splats=20_000,
             init_splats=15_000,
-            densify=DensifyConfig(min_interval=40, prune_scale=0.0),
+            densify=DensifyConfig(start=LATER, min_interval=40, prune_scale=0.0),
             mini_splatting=FEW,
         ),
         StudentConfig(
@@ -101,12 +103,13 @@ RECIPES: dict[PresetName, Callable[[], Recipe]] = {
 def with_method(recipe: Recipe, method: MethodName) -> Recipe:
     """The recipe with the teacher trained as a paper has it; lengths and numbers stay."""
     teacher = recipe.teacher
+    densify = replace(teacher.densify, start=DensifyConfig().start)
     if method == "3dgs":
-        densify = replace(teacher.densify, strategy="clone_split", opacity_reset=0.1)
+        densify = replace(densify, strategy="clone_split", opacity_reset=0.1)
     elif method == "mini-splatting":
-        densify = replace(teacher.densify, strategy="mini_splatting")
+        densify = replace(densify, strategy="mini_splatting")
     else:
-        densify = replace(teacher.densify, strategy="mcmc")
+        densify = replace(densify, strategy="mcmc")
         teacher = replace(teacher, init_opacity=0.5, init_scale=0.1)
     return replace(recipe, teacher=replace(teacher, densify=densify))
 
