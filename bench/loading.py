@@ -5,7 +5,7 @@
 The scene is a trained one, repeated with positions that move by 2 % of their distance from the
 centre, until it has `--count` Gaussians: its streams have the statistics of real ones. Times are
 milliseconds from navigation, the median of visits, each in a browser of its own: `first_picture`,
-when there is something to see (every Gaussian, in neutral colours); `loaded`, when everything is
+when there is something to see (dots where Gaussians are); `loaded`, when everything is
 decoded and drawn; `decoded`, from the request for the scene until its last number is known.
 After a `first_visit` a browser has found out how its device draws fastest.
 """

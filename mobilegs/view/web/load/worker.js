@@ -27,7 +27,7 @@ import { isSpz, readSpz } from "./spz.js";
 /** Of a scene that does not say. */
 const NEAR = 0.2;
 /** Milliseconds between two states that are shown. */
-const SOON = 500;
+const SOON = 1500;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 const NETWORK =
   "this scene asks a network for every Gaussian in every frame, which no viewer does: train it " +
