@@ -31,7 +31,7 @@ from paper_rows import ROWS, Row
 
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
-from mobilegs.compress.container import pack, unpack, write_mgs
+from mobilegs.compress.container import read_mgs, write_mgs
 from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import lpips_from
@@ -242,10 +242,9 @@ def cell(name: str, seed: int, work: Work, lpips) -> dict:
     stage = Student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
     spent = trained(stage, folder, work, order_seed=2 * seed + 1)
     if row.coded:
-        coded = stage.coded(views=cameras[:1])
-        write_mgs(folder / "scene.mgs", coded)
-        data = pack(coded)
-        scene, size = unpack(data).decode(work.team.device), len(data)
+        path = folder / "scene.mgs"
+        write_mgs(path, stage.coded(views=cameras[:1]))
+        scene, size = read_mgs(path).decode(work.team.device), path.stat().st_size
     else:
         scene = stage.scene()
         size = float_bytes(scene)

@@ -7,15 +7,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from test_train_stages import (  # noqa: F401 - fixtures
-    STUDENT,
-    blobs,
-    cameras,
-    dataset,
-    draw,
-    make_student,
-    train,
-)
+from tiny import STUDENT, blobs, cameras, draw, train
 
 from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.data.dataset import Dataset
@@ -31,6 +23,7 @@ from mobilegs.train.student import Student
 from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.view_dependence import ViewDependence
 
+pytest_plugins = ["tiny"]
 CONSTANT = ViewDependence("constant")
 SORT_FREE_GS = Weighting("sort_free_gs", sigma=3.0, background_weight=0.5)
 FORMS: dict[str, StudentConfig] = {
@@ -52,8 +45,8 @@ MakeStudent = Callable[..., Student]
 @pytest.mark.parametrize("form", FORMS)
 def test_every_form_has_a_file_that_shows_what_training_drew(
     form: str,
-    dataset: Dataset,  # noqa: F811
-    make_student: MakeStudent,  # noqa: F811
+    dataset: Dataset,
+    make_student: MakeStudent,
 ) -> None:
     student = make_student(FORMS[form])
     train(student, dataset, 40)
@@ -74,8 +67,8 @@ def test_every_form_has_a_file_that_shows_what_training_drew(
 def test_every_form_goes_on_where_it_was_stopped(
     form: str,
     stop: int,
-    dataset: Dataset,  # noqa: F811
-    make_student: MakeStudent,  # noqa: F811
+    dataset: Dataset,
+    make_student: MakeStudent,
 ) -> None:
     whole, first, second = (make_student(FORMS[form], seed=seed) for seed in (0, 0, 9))
     train(whole, dataset, 40)
@@ -86,8 +79,8 @@ def test_every_form_goes_on_where_it_was_stopped(
 
 
 def test_a_sorted_student_is_a_teacher_with_fewer_harmonics(
-    dataset: Dataset,  # noqa: F811
-    make_student: MakeStudent,  # noqa: F811
+    dataset: Dataset,
+    make_student: MakeStudent,
 ) -> None:
     given, camera = blobs(), cameras()[0]
     drawn = draw(make_student(FORMS["sorted"]))
@@ -103,7 +96,7 @@ def test_a_sorted_student_is_a_teacher_with_fewer_harmonics(
     torch.testing.assert_close(drawn.image, expected.image, atol=1e-5, rtol=0)
 
 
-def test_a_sorted_student_has_no_use_for_a_view_dependence(make_student: MakeStudent) -> None:  # noqa: F811
+def test_a_sorted_student_has_no_use_for_a_view_dependence(make_student: MakeStudent) -> None:
     with pytest.raises(InputError, match=r"view\.kind=constant"):
         make_student(replace(STUDENT, blend="sorted"))
     with pytest.raises(InputError, match="unknown blend 'alpha'"):
@@ -161,8 +154,8 @@ def test_sigma_and_the_backgrounds_weight_get_the_gradients_of_the_picture(
 
 
 def test_the_weighting_moves_and_is_what_the_file_says(
-    dataset: Dataset,  # noqa: F811
-    make_student: MakeStudent,  # noqa: F811
+    dataset: Dataset,
+    make_student: MakeStudent,
 ) -> None:
     student = make_student(FORMS["sort_free_gs"])
     train(student, dataset, 40)
@@ -190,8 +183,8 @@ def test_votes_can_look_at_one_criterion_alone() -> None:
 
 
 def test_one_criterion_removes_more_than_both(
-    dataset: Dataset,  # noqa: F811
-    make_student: MakeStudent,  # noqa: F811
+    dataset: Dataset,
+    make_student: MakeStudent,
 ) -> None:
     counts = {}
     for by in ("both", "opacity", "scale"):
@@ -207,8 +200,8 @@ def test_one_criterion_removes_more_than_both(
 
 
 def test_masks_remove_what_nothing_needs(
-    dataset: Dataset,  # noqa: F811
-    make_student: MakeStudent,  # noqa: F811
+    dataset: Dataset,
+    make_student: MakeStudent,
 ) -> None:
     """Half of the Gaussians are hidden within others: only the loss on the masks tells them."""
     presence = PresenceConfig(weight=1.0, rate=0.5)
@@ -235,7 +228,7 @@ def test_masks_are_random_but_repeatable_and_told_apart(generator: torch.Generat
     assert config.stay(logits[:3] - 0.1, last=True).tolist() == [False, False, True]
 
 
-def test_masks_are_for_sorted_blending(make_student: MakeStudent) -> None:  # noqa: F811
+def test_masks_are_for_sorted_blending(make_student: MakeStudent) -> None:
     with pytest.raises(InputError, match="blend=sorted"):
         make_student(replace(STUDENT, presence=PresenceConfig(weight=0.1)))
     with pytest.raises(InputError, match="temperature above 0"):
@@ -263,7 +256,7 @@ def test_every_row_of_the_papers_tables_is_a_recipe(monkeypatch: pytest.MonkeyPa
     assert recipes["quantised-3dgs"].teacher.densify.strategy == "clone_split"
 
 
-def test_opacities_can_begin_alike(make_student: MakeStudent) -> None:  # noqa: F811
+def test_opacities_can_begin_alike(make_student: MakeStudent) -> None:
     network = ViewDependence("network")
     student = make_student(replace(STUDENT, view=network, start_opacity=0.5))
     opacities, _ = student.model.seen_from(cameras()[0])
