@@ -136,6 +136,20 @@ ROWS: dict[str, Row] = {
     ),
     "frozen-codebooks": Row("fixes", "codes at the end, whose books do not learn", FROZEN),
     "depth-weight-0.2": Row("fixes", "the depth loss counted twice", ("student.depth_weight=0.2",)),
+    "depth-unmasked": Row("fixes", "the depth loss in all pixels", ("student.depth_masked=false",)),
+    "moments-lost": Row(
+        "fixes", "Adam begins anew when networks take over", ("student.moments_kept=false",)
+    ),
+    "positions-unrounded": Row(
+        "fixes",
+        "positions as they are, until the file rounds them",
+        ("student.positions_rounded=false",),
+    ),
+    "weight-detached": Row(
+        "fixes",
+        "depth and scale learn nothing through w",
+        ("student.weighting.detached=true",),
+    ),
     "exponent-80": Row(
         "fixes", "exp(s / d) without a ceiling", ("student.weighting.exponent_max=80",)
     ),

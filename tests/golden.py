@@ -7,6 +7,7 @@ and browsers are compared with what the definitions say now; what they said when
 written is there so that a definition does not change unnoticed.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,12 @@ RENDERERS: dict = {"sorted": (render_sorted, {})}
 for _name in WEIGHTINGS:
     _weighting = Weighting(_name, sigma=4.0, background_weight=0.7, exponent_max=1.5)
     RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
+# those that differ in their gradients alone
+DETACHED = {
+    f"{name} detached": (render, {"weighting": replace(options["weighting"], detached=True)})
+    for name, (render, options) in RENDERERS.items()
+    if name in ("mobile_gs", "sort_free_gs")
+}
 SHADED = [name for name in RENDERERS if name != "two_pass"]  # what the viewers draw, too
 
 

@@ -3,7 +3,7 @@
 import pytest
 import torch
 from contributions import compare_case
-from golden import BASE, CASES, RENDERERS, names_of, with_rows
+from golden import BASE, CASES, DETACHED, RENDERERS, names_of, with_rows
 from scenes import SORTED, as_float32, camera, cotangents, random_scene, render_with_grads
 from test_kernels import BAD, compare
 
@@ -24,7 +24,7 @@ def draw(scene, view, renderer, *, device="cuda"):
     return {**outputs, **grads}
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
 @pytest.mark.parametrize("case", CASES)
 def test_cuda_kernel_agrees_with_its_definition(case, renderer):
     compare(case, renderer, device="cuda")

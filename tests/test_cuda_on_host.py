@@ -7,7 +7,7 @@ import pytest
 import torch
 from contributions import compare_case, kernel_inputs
 from cuda_on_host import COMPILER, HostKernels
-from golden import BASE, CASES, RENDERERS, constant, names_of, with_rows
+from golden import BASE, CASES, DETACHED, RENDERERS, constant, names_of, with_rows
 from scenes import (
     SORTED,
     as_float32,
@@ -53,7 +53,7 @@ def test_cuda_kernel_agrees_with_its_definition(case, renderer):
     compare(case, renderer)
 
 
-@pytest.mark.parametrize("renderer", [name for name in RENDERERS if name not in EVERYTHING])
+@pytest.mark.parametrize("renderer", sorted((RENDERERS | DETACHED).keys() - set(EVERYTHING)))
 def test_cuda_kernel_agrees_for_every_weighting(renderer):
     compare("several tiles", renderer)
 

@@ -60,6 +60,24 @@ def test_sortfree_blending_passes_gradcheck(name):
     assert torch.autograd.gradcheck(render, inputs)
 
 
+def test_a_detached_weight_is_a_constant_for_depth_and_scale(monkeypatch):
+    inputs, view = _gradcheck_scene(SORTFREE, lobe_degree=0)  # phi does not depend on places
+
+    def grads(weighting):
+        options = {"camera": view, "background": BACKGROUND, "weighting": weighting}
+        image = render_sortfree(*inputs, **options).image
+        return torch.autograd.grad((image * image).sum(), inputs)
+
+    attached, found = grads(Weighting()), grads(Weighting(detached=True))
+    weights = Weighting.weights
+    monkeypatch.setattr(Weighting, "weights", lambda *given: weights(*given).detach())
+    expected = grads(Weighting())
+    for i in range(3):
+        torch.testing.assert_close(found[i], expected[i])
+    assert not torch.allclose(found[0], attached[0]) and not torch.allclose(found[2], attached[2])
+    torch.testing.assert_close(found[3], attached[3])
+
+
 @pytest.mark.parametrize("lobe_degree", [0, 1, 3])
 def test_lobes_of_every_degree_pass_gradcheck(lobe_degree):
     inputs, view = _gradcheck_scene(SORTFREE, degree=0, lobe_degree=lobe_degree)

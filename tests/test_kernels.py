@@ -2,7 +2,7 @@
 
 import pytest
 import torch
-from golden import BASE, CASES, RENDERERS, inputs_of, names_of, with_rows
+from golden import BASE, CASES, DETACHED, RENDERERS, inputs_of, names_of, with_rows
 from scenes import (
     SORTED,
     SORTFREE,
@@ -35,7 +35,7 @@ BAD = {
 
 def compare(case: str, renderer: str, *, device: str = "cpu") -> None:
     scene, view = inputs_of(case)
-    render, options = RENDERERS[renderer]
+    render, options = (RENDERERS | DETACHED)[renderer]
     avoid = near_threshold(scene, view, names=names_of(renderer))
     assert avoid.sum() <= 0.02 * avoid.numel() + 1
     tangents = cotangents(view, avoid=avoid)
@@ -57,7 +57,7 @@ def compare(case: str, renderer: str, *, device: str = "cpu") -> None:
         assert_close(name, expected[1][name], found[1][name], ratio=1e-3, floor=floor)
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
 @pytest.mark.parametrize("case", CASES)
 def test_kernel_agrees_with_its_definition(case, renderer):
     compare(case, renderer)

@@ -1,6 +1,7 @@
 """Students that leave out or replace a part of the method, as the paper's tables do."""
 
 import importlib
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -36,6 +37,9 @@ FORMS: dict[str, StudentConfig] = {
     ),
     "two_pass": replace(STUDENT, weighting=Weighting("two_pass")),
     **{f"sh-{degree}": replace(STUDENT, sh_degree=degree) for degree in (0, 2, 3)},
+    "release": replace(
+        STUDENT, weighting=Weighting(detached=True), depth_masked=False, moments_kept=False
+    ),
     "network-sh-0": replace(STUDENT, sh_degree=0, view=ViewDependence("network")),
     "network-sh-2": replace(STUDENT, sh_degree=2, view=ViewDependence("network")),
 }
@@ -62,7 +66,34 @@ def test_every_form_has_a_file_that_shows_what_training_drew(
     assert (again.image - truth).abs().mean() < 0.25 * truth.abs().mean()
 
 
-@pytest.mark.parametrize("form", ["sorted", "masks", "sort_free_gs", "sh-0", "sh-3"])
+@pytest.mark.parametrize("rounded", [True, False])
+def test_positions_may_learn_without_the_rounding_of_the_file(
+    rounded: bool, dataset: Dataset, make_student: MakeStudent
+) -> None:
+    student = make_student(replace(STUDENT, positions_rounded=rounded))
+    train(student, dataset, 20)
+    model = student.model
+    assert model.phase == "networks"
+    with torch.no_grad():
+        drawn = model.gaussians()[0].means
+    assert torch.equal(drawn, model.rows.tensors["means"]) is not rounded
+    assert torch.equal(drawn, model.shapes()[0]) is rounded
+    stored = student.coded().decode().gaussians.means
+    assert torch.equal(stored.sort(0).values, model.shapes()[0].sort(0).values)
+
+
+def test_moments_are_lost_if_they_are_to_be(dataset: Dataset, make_student: MakeStudent) -> None:
+    def moments(kept: bool, until: int) -> torch.Tensor:
+        student = make_student(replace(STUDENT, moments_kept=kept))
+        train(student, dataset, until)
+        return student.model.rows.state()["means"]["step"]
+
+    before = math.ceil(STUDENT.net_fraction * STUDENT.steps)
+    assert moments(True, before) == moments(False, before) == before
+    assert moments(True, before + 3) == before + 3 and moments(False, before + 3) == 3
+
+
+@pytest.mark.parametrize("form", ["sorted", "masks", "sort_free_gs", "sh-0", "sh-3", "release"])
 @pytest.mark.parametrize("stop", [3, 20, 30])
 def test_every_form_goes_on_where_it_was_stopped(
     form: str,

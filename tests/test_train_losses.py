@@ -121,6 +121,17 @@ def test_depth_loss_counts_only_pixels_that_both_cover() -> None:
     assert alpha.grad.isfinite().all()
 
 
+def test_depth_loss_of_all_pixels_counts_a_missing_depth_as_next_to_nothing() -> None:
+    alpha = torch.tensor([[0.5, 0.9, 0.0]], requires_grad=True)
+    depth = torch.tensor([[1.0, 0.9, 0.0]], requires_grad=True)
+    teacher = torch.tensor([[1.0, 0.0, 2.0]])
+    loss = depth_distillation_loss(depth, alpha, teacher, covered=False)
+    loss.backward()
+    errors = torch.tensor([2.0, 1e8, 0.5e-8]).log()  # 1 / 0.5 over 1, 1 over 1e-8, 1e-8 over 2
+    torch.testing.assert_close(loss.detach(), errors.var(correction=0))
+    assert depth.grad is not None and depth.grad.isfinite().all() and depth.grad[0, 1] != 0
+
+
 def test_depth_loss_without_a_common_pixel_is_zero_with_finite_gradients() -> None:
     depth = torch.zeros(2, 2, requires_grad=True)
     loss = depth_distillation_loss(depth, torch.zeros(2, 2), torch.zeros(2, 2))

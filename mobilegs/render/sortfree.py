@@ -38,6 +38,9 @@ class Weighting:
     """Depth, in world units, at which a Gaussian of `sort_free_gs` stops counting."""
     background_weight: float = 0.0
     """Weight of the background in the mean of `sort_free_gs`; 0 for all others."""
+    detached: bool = False
+    """Whether depth and scale learn nothing through w, as in the paper's release, where those
+    gradients are lost. It changes no picture, and files do not hold it."""
 
     def __post_init__(self) -> None:
         if self.name not in WEIGHTINGS:
@@ -53,6 +56,8 @@ class Weighting:
         Paper Eq. 3: `w = phi^2 + phi / d^2 + exp(s_max / d)`, the exponent clamped; Eq. 1
         (SortFreeGS, Hou et al. 2024): `w = max(0, 1 - d / sigma) v`.
         """
+        if self.detached:
+            depths, s_max = depths.detach(), s_max.detach()
         if self.name == "two_pass":
             return torch.ones_like(depths)
         if self.name == "sort_free_gs":
@@ -93,11 +98,11 @@ def render_sortfree(
 
     Paper Eq. 2; a pixel that nothing touches shows the background. `lobes` hold the opacity's
     logit and phi before its ReLU as spherical harmonics of degree 0 to 3 (`lobes.py`). Gradients
-    reach depth and the largest scale through w. `depth` is the same mean with z in the place of
-    c, so that depth / alpha is the weighted mean depth. With `sort_free_gs` the picture is Eq. 1:
-    `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. With `two_pass` only Gaussians up to the
-    pixel's surface count, where it has one; there T = 0, and `C = sum(c a) / sum(a)`. A Gaussian
-    with a lobe that is not finite is not drawn.
+    reach depth and the largest scale through w, unless it is detached. `depth` is the same mean
+    with z in the place of c, so that depth / alpha is the weighted mean depth. With
+    `sort_free_gs` the picture is Eq. 1: `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. With
+    `two_pass` only Gaussians up to the pixel's surface count, where it has one; there T = 0, and
+    `C = sum(c a) / sum(a)`. A Gaussian with a lobe that is not finite is not drawn.
     """
     fine = lobes.flatten(1).isfinite().all(1) & means.isfinite().all(1)
     fine &= (means.detach() != camera.position).any(1)  # no direction leads into the eye

@@ -10,6 +10,8 @@ from torch.autograd.function import FunctionCtx
 from mobilegs.evaluate.metrics import C1, C2, SIGMA, WINDOW
 from mobilegs.train.ssim import CpuSsim
 
+LEAST_DEPTH = 1e-8  # whose logarithm stands for none at all
+
 
 @lru_cache(maxsize=16)
 def _blur_matrix(size: int, dtype: torch.dtype, device: torch.device) -> Float[Tensor, "s s"]:
@@ -122,15 +124,21 @@ def depth_distillation_loss(
     teacher_depth: Float[Tensor, "h w"],
     *,
     mask: Float[Tensor, "h w"] | None = None,
+    covered: bool = True,
 ) -> Float[Tensor, ""]:
     """Variance of the log-depth error: `mean(e^2) - mean(e)^2`, `e = log D - log D_teacher`.
 
     It does not see a common factor of all depths (Eigen et al. 2014, with lambda 1). `depth` is
     alpha-weighted, as the renderers give it, `teacher_depth` already the mean depth of a pixel,
     0 where the teacher has none to offer. Only pixels count whose alpha exceeds 0.5 in both;
-    without any the loss is 0.
+    without any the loss is 0. If not `covered`, all pixels count, with 1e-8 for a depth of 0, so
+    that one which either does not reach is worth more than all others (the release).
     """
     counts = (alpha > 0.5) & (teacher_depth > 0) & (depth > 0)
+    if not covered:
+        shown, counts = depth > 0, torch.ones_like(counts)
+        depth, alpha = torch.where(shown, depth, LEAST_DEPTH), torch.where(shown, alpha, 1.0)
+        teacher_depth = torch.where(teacher_depth > 0, teacher_depth, LEAST_DEPTH)
     if mask is not None:
         counts = counts & (mask > 0)
     one = torch.ones_like(depth)

@@ -74,6 +74,7 @@ class Student:
             blend=config.blend,
             weighting=weighting,
             sh_degree=config.sh_degree,
+            rounded=config.positions_rounded,
         )
         if config.presence.weight:
             if config.blend != "sorted":
@@ -186,6 +187,8 @@ class Student:
             self.model.use_networks(
                 regression_steps=self.config.regression_steps, generator=self.generator
             )
+            if not self.config.moments_kept:
+                self.model.rows.restart(self.model.rows.tensors)
         if phase == "codes" and self.model.phase == "networks":
             self._settle()
             self.model.use_codes(self.config.codebooks, generator=self.generator)
@@ -232,7 +235,11 @@ class Student:
             )
             if drawn.depth is not None:
                 loss = loss + config.depth_weight * depth_distillation_loss(
-                    drawn.depth, drawn.alpha, teacher.depth, mask=view.mask
+                    drawn.depth,
+                    drawn.alpha,
+                    teacher.depth,
+                    mask=view.mask,
+                    covered=config.depth_masked,
                 )
         return loss
 

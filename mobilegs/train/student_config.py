@@ -43,6 +43,12 @@ class StudentConfig:
     """Weight of the L1 distance to the teacher's picture."""
     depth_weight: float = 0.1
     """Weight of the scale-invariant log-depth distance to the teacher."""
+    depth_masked: bool = True
+    """Whether that distance leaves out pixels which either does not cover (the release: no)."""
+    moments_kept: bool = True
+    """Whether Adam goes on where it is when networks take over the colour (the release: no)."""
+    positions_rounded: bool = True
+    """Whether networks and codes learn from positions as the file rounds them (the release: no)."""
     position_rate: float = 1.6e-6
     """Rate of the centres, in extents of the scene."""
     quat_rate: float = 1e-3

@@ -69,11 +69,13 @@ class StudentModel:
         blend: str = "sortfree",
         weighting: Weighting = Weighting(),  # noqa: B008 - frozen
         sh_degree: int = 1,
+        rounded: bool = True,
     ) -> None:
         """Start as the teacher cut to harmonics of `sh_degree`, its opacities as the base.
 
         Of `sort_free_gs` the weighting's sigma, and its background weight if that is not 0, are
-        only where learning begins.
+        only where learning begins. Without `rounded`, what is drawn and decoded in training are
+        positions as they are, not as the file will hold them.
         """
         device = teacher.means.device
         coefficients = (sh_degree + 1) ** 2
@@ -91,6 +93,7 @@ class StudentModel:
         self.phase: Phase = "explicit"
         self.view = view
         self.sh_degree = sh_degree
+        self.rounded = rounded
         self.blend = blend
         self._weighting = weighting
         self.network: ViewNetwork | None = None
@@ -174,7 +177,10 @@ class StudentModel:
         else:
             assert self.decoder is not None and self.frame is not None
             stored = self.frame.normalised(self.frame.store(means))
-            means = self.frame.round(means)
+            if self.rounded:
+                means = self.frame.round(means)
+            else:
+                stored = (means.detach() - self.frame.center.to(means)) / self.frame.radius
             decode = self.decoder.decode if rows is None else self.decoder
             sh = decode(stored, latents[:, :3], latents[:, 3:])
         return Gaussians(means, quats, log_scales, logits, sh), for_lobes

@@ -27,6 +27,7 @@ struct View {
   float exponent_max, sigma, background_weight;  // of the weighting
   int width, height;
   int weighting;
+  int detached;   // whether w gives no gradient to depth and scale
   int sh_size;    // coefficients per colour: 1, 4, 9 or 16
   int lobe_size;  // coefficients of opacity and phi, likewise; 0: sorted, opacities are given
 };
@@ -306,6 +307,7 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   sh_basis(size, way.x, way.y, way.z, basis);
   Seen seen = seen_along(view, lobes, basis);
   WeightGrad gw = weight_adjoint(view, s.z, largest(scale), max_of(seen.raw_phi, 0.0f), d.weight);
+  if (view.detached) gw.d = gw.s_max = 0;
   float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
   // 1 - o as a sigmoid of its own: the difference would lose what is left near o = 1
   float g_logit = d.opacity * s.opacity / (1 + expf(seen.logit));

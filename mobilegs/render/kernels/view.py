@@ -31,6 +31,7 @@ class KernelView(ctypes.Structure):
         ("width", ctypes.c_int),
         ("height", ctypes.c_int),
         ("weighting", ctypes.c_int),
+        ("detached", ctypes.c_int),
         ("sh_size", ctypes.c_int),
         ("lobe_size", ctypes.c_int),
     ]
@@ -77,7 +78,7 @@ def kernel_view(
     view.sigma = weighting.sigma
     view.background_weight = weighting.background_weight
     view.width, view.height = camera.width, camera.height
-    view.weighting = WEIGHTINGS.index(weighting.name)
+    view.weighting, view.detached = WEIGHTINGS.index(weighting.name), weighting.detached
     view.sh_size, view.lobe_size = sh_size, lobe_size
     return view
 
