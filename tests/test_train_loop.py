@@ -10,14 +10,16 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
+import tyro
 from PIL import Image
 
+from mobilegs.cli import CONFIG
 from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.train import loop
 from mobilegs.train.densify import DensifyConfig
-from mobilegs.train.loop import TrainRun, resolved, train_run
+from mobilegs.train.loop import TrainRun, as_options, resolved, train_run
 from mobilegs.train.recipes import RECIPES, Recipe, from_json, with_setting, with_steps
 from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.teacher import TeacherConfig
@@ -223,13 +225,23 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
         preset="demo",
         max_splats=77,
         views_per_step=3,
-        settings=("teacher.densify.gradient=1e-3", "student.weighting.name=no_depth"),
+        settings=(("teacher.densify.gradient=1e-3",), ("student.weighting.name=no_depth",)),
     )
     recipe = resolved(run, None)
     assert recipe.teacher.max_splats == 77
     assert recipe.teacher.views_per_step == recipe.student.views_per_step == 3
     assert recipe.teacher.densify.gradient == 1e-3
     assert recipe.student.weighting.name == "no_depth"
+
+
+def test_settings_may_be_given_together_or_one_by_one(tmp_path: Path) -> None:
+    words = "--set student.quat_rate=1 student.scale_rate=2 --set student.view.kind=free".split()
+    run = tyro.cli(TrainRun, args=["capture", "-o", str(tmp_path), *words], config=CONFIG)
+    student = resolved(run, None).student
+    assert (student.quat_rate, student.scale_rate, student.view.kind) == (1, 2, "free")
+    written = as_options(run)
+    assert json.loads(json.dumps(written)) == written
+    assert written["settings"] == [words[1], words[2], words[4]]
 
 
 @pytest.mark.parametrize("name", list(RECIPES))

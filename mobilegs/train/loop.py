@@ -3,12 +3,13 @@
 import json
 import time
 from dataclasses import dataclass, fields, replace
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import torch
 from PIL import Image
-from tyro.conf import Positional, arg
+from tyro.conf import Positional, UseAppendAction, arg
 
 from mobilegs import __version__
 from mobilegs.atomic import atomic_path
@@ -91,7 +92,9 @@ class TrainRun:
     """Where to compute; auto takes a GPU if there is one."""
     checkpoint_seconds: float = 60.0
     """Time between two checkpoints."""
-    settings: Annotated[tuple[str, ...], arg(name="set", metavar="PATH=VALUE")] = ()
+    settings: Annotated[
+        tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
+    ] = ()
     """Any field of the recipe in config.json, like student.opacity_rate=0.02."""
 
 
@@ -303,7 +306,7 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
             replace(recipe.teacher, views_per_step=run.views_per_step),
             replace(recipe.student, views_per_step=run.views_per_step),
         )
-    for setting in run.settings:
+    for setting in chain(*run.settings):
         recipe = with_setting(recipe, setting)
     return recipe
 
@@ -311,6 +314,7 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
 def as_options(run: TrainRun) -> dict[str, Any]:
     """The options as JSON holds them."""
     values = {field.name: getattr(run, field.name) for field in fields(run)}
+    values["settings"] = tuple(chain(*run.settings))
     return {
         name: str(value)
         if isinstance(value, Path)

@@ -47,6 +47,7 @@ export class MobileGs extends HTMLElement {
   #times = [];
   #view = 0;
   #ready = Promise.resolve(false);
+  #blind = false; // there is no way to draw
 
   constructor() {
     super();
@@ -97,6 +98,8 @@ export class MobileGs extends HTMLElement {
     for (const name of WISHES) this.#wish(name);
     const choice = this.getAttribute("renderer") ?? "auto";
     this.#ready = this.viewer.begin(/** @type {Choice} */ (choice));
+    this.#blind = false;
+    void this.#ready.then((able) => (this.#blind = !able));
     const poster = this.getAttribute("poster")?.replace(/["\\\n]/g, encodeURIComponent);
     if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
     const [source, other] = [this.getAttribute("src"), this.getAttribute("compare")];
@@ -287,7 +290,9 @@ export class MobileGs extends HTMLElement {
    */
   async #ask(side, source, load) {
     const viewer = this.viewer;
-    if (!(await this.#ready) || viewer === null || viewer !== this.viewer) return;
+    if (viewer === null || this.#blind) return;
+    // the first scene can come while it is found out how to draw
+    if (side === 1 && (!(await this.#ready) || viewer !== this.viewer)) return;
     const address = typeof source === "string" ? source.replace(/[?#].*$/, "") : "scene";
     const name = source instanceof File ? source.name : address;
     this.#arrivals.begin(side, side === 1 && this.#twice ? `${name}, sorted` : name);

@@ -146,8 +146,13 @@ export class Crew {
     this.#check();
   }
 
+  /** Whether all of the last stage is there. */
+  get complete() {
+    return this.#last > 0 && this.#done.every((done) => done === this.#last);
+  }
+
   #check() {
-    if (this.#last && this.#done.every((done) => done === this.#last)) this.#resolve();
+    if (this.complete) this.#resolve();
   }
 }
 

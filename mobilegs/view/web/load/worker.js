@@ -1,15 +1,18 @@
 /** Reads a scene away from the page's own thread, sends it on as it arrives, and sorts if needed. */
 
-import { toWorld } from "../mgs/positions.js";
+import { thinned, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { RowDecoder } from "../mgs/rows.js";
-import { packAlike, packRows } from "../render/pack.js";
+import { FIRST, emptyScene, packAlike, packRows } from "../render/pack.js";
 import { Crew, turn } from "./crew.js";
 import { farFirst } from "./order.js";
 import { isPly, readPly } from "./ply.js";
 import { isSpz, readSpz } from "./spz.js";
 
+/** @typedef {import("../mgs/header.js").Header} Header */
 /** @typedef {import("../mgs/header.js").View} View */
+/** @typedef {import("../mgs/scene.js").Gaussians} Gaussians */
+/** @typedef {import("../render/pack.js").PackedRows} PackedRows */
 /** @typedef {import("../mgs/reader.js").SceneReader} SceneReader */
 /** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("../render/types.js").Part} Part */
@@ -68,6 +71,55 @@ async function bytesOf(request) {
   return { source: response.body, total: Number(response.headers.get("Content-Length")) || NaN };
 }
 
+/** A `.mgs` whose positions are known: first some of its Gaussians as dots, then all, then the rest. */
+class Arriving {
+  #header;
+  #positions;
+  #crew;
+  #one;
+  #whole;
+
+  /** @param {Header} header @param {Uint16Array} positions @param {Crew} crew @param {Gaussians} one of them */
+  constructor(header, positions, crew, one) {
+    this.#header = header;
+    this.#positions = positions;
+    this.#crew = crew;
+    this.#one = one;
+    const some = thinned(positions, FIRST);
+    this.#whole = some === positions;
+    this.#send(packAlike(header, some, one), some);
+  }
+
+  /** Sends what has been done since the last time. */
+  send() {
+    const taken = this.#crew.taken.splice(0);
+    if (this.#whole) {
+      for (const [from, packed] of taken) {
+        for (const part of PARTS) {
+          const numbers = packed[part];
+          send({ kind: "rows", part, from, numbers }, [numbers.buffer]);
+        }
+      }
+      return;
+    }
+    this.#whole = true;
+    const count = this.#positions.length / 3;
+    const scene = this.#crew.complete
+      ? emptyScene(this.#header, count, this.#one)
+      : packAlike(this.#header, this.#positions, this.#one);
+    for (const [from, packed] of taken) {
+      for (const part of PARTS) scene[part].set(packed[part], (from * scene[part].length) / count);
+    }
+    this.#send(scene, this.#positions);
+  }
+
+  /** @param {SceneData} scene @param {Uint16Array} positions */
+  #send(scene, positions) {
+    centers = toWorld(positions, this.#header.frame);
+    sendScene(scene, centers.slice(), this.#header.views, this.#header.near);
+  }
+}
+
 /**
  * A scene that is shown while it arrives, though not with every step: a picture of half of it keeps
  * the device from the other half.
@@ -76,6 +128,7 @@ async function bytesOf(request) {
  */
 async function loadMgs(source) {
   let crew = /** @type {Crew | null} */ (null);
+  let arriving = /** @type {Arriving | null} */ (null);
   let timer = 0;
   /** @type {(reader: SceneReader, waited: number) => Promise<void>} */
   const onStep = async ({ header, decoder, received, total }, waited) => {
@@ -85,34 +138,25 @@ async function loadMgs(source) {
     crew ??= new Crew(header.count);
     const { positions, stage } = decoder;
     const slow = waited * (total / received - 1) > SOON;
-    if (positions && !timer) {
+    if (positions && !arriving) {
       const one = crew.begin(decoder).decode({ positions: positions.subarray(0, 3), columns: {} });
-      const data = packAlike(header, positions, one);
-      centers = toWorld(positions, header.frame);
-      sendScene(data, centers.slice(), header.views, header.near);
-      timer = setInterval(sendRows, SOON, crew);
+      // its memory is taken again
+      arriving = new Arriving(header, positions, crew, structuredClone(one));
+      timer = setInterval(() => arriving?.send(), SOON);
     }
     if (positions && slow) crew.advance(stage);
     await turn();
   };
   try {
     const { decoder } = await readScene(source, onStep);
-    if (crew === null || decoder === null) throw new Error("a whole file gave no scene");
+    if (crew === null || decoder === null || arriving === null) {
+      throw new Error("a whole file gave no scene");
+    }
     await crew.finish(decoder.stage);
-    sendRows(crew);
+    arriving.send();
   } finally {
     clearInterval(timer);
     crew?.dismiss();
-  }
-}
-
-/** Sends what has been done since the last time. @param {Crew} crew */
-function sendRows({ taken }) {
-  for (const [from, packed] of taken.splice(0)) {
-    for (const part of PARTS) {
-      const numbers = packed[part];
-      send({ kind: "rows", part, from, numbers }, [numbers.buffer]);
-    }
   }
 }
 

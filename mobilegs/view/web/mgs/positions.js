@@ -53,6 +53,17 @@ export function decodePositions(data, count) {
   return stored;
 }
 
+/** Every so many of them, so that there are at most `most`. @param {Uint16Array} positions @param {number} most */
+export function thinned(positions, most) {
+  const apart = 3 * Math.ceil(positions.length / 3 / most);
+  if (apart <= 3) return positions;
+  const some = new Uint16Array(3 * Math.ceil(positions.length / apart));
+  for (let i = 0, at = 0; i < positions.length; i += apart, at += 3) {
+    some.set(positions.subarray(i, i + 3), at);
+  }
+  return some;
+}
+
 /** Bits 0, 3, ... 21 moved together. @param {number} code */
 function everyThird(code) {
   code &= 0x249249;

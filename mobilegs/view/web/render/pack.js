@@ -24,8 +24,8 @@ import { fillRows } from "../mgs/scene.js";
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 // logit of an opacity that nothing brings back
 const INVISIBLE = -1e4;
-// Gaussians in a first picture, at most
-const FIRST = 65536;
+/** Gaussians in a first picture, at most: one of all keeps a slow device from decoding them. */
+export const FIRST = 65536;
 // of log-scales
 const STEPS = [2047, 2047, 1023];
 /** What a scale's byte stands for. */
@@ -37,24 +37,20 @@ const GROWTHS = Float64Array.from(SCALES, (scale) => 127 / scale);
 const TURN = 511 / Math.SQRT1_2;
 
 /**
- * A scene whose Gaussians differ by nothing but their place. Of many only some are to be seen: a
- * picture of all keeps a slow device from decoding them.
+ * A scene whose Gaussians differ by nothing but their place; of many only some are to be seen.
  *
  * @param {Header} header
  * @param {Uint16Array} positions
  * @param {Gaussians} one of them
  * @returns {SceneData & PackedRows}
  */
-export function packAlike({ sorted, weighting, background, frame }, positions, one) {
-  const count = positions.length / 3;
-  const { lobeDegree, logScaleRange } = one;
+export function packAlike(header, positions, one) {
+  const scene = emptyScene(header, positions.length / 3, one);
+  const { count, shapes, colors, lobes } = scene;
   const words = packRows(one);
-  const filled = (/** @type {Words} */ own) => {
-    const all = new Uint32Array(own.length * count);
-    fillRows(all, own);
-    return all;
-  };
-  const [shapes, lobes] = [filled(words.shapes), filled(words.lobes)];
+  fillRows(shapes, words.shapes);
+  fillRows(colors, words.colors);
+  fillRows(lobes, words.lobes);
   const [stride, apart] = [words.lobes.length, Math.ceil(count / FIRST)];
   for (let i = 0; i < count; i++) {
     if (i % apart) lobes[i * stride] = toHalf(INVISIBLE) | (words.lobes[0] & 0xffff0000);
@@ -63,6 +59,18 @@ export function packAlike({ sorted, weighting, background, frame }, positions, o
     shapes[at] = positions[i] | (positions[i + 1] << 16);
     shapes[at + 1] = positions[i + 2] | (shapes[at + 1] & 0xffff0000);
   }
+  return scene;
+}
+
+/**
+ * A scene without its numbers, which `packRows` gives.
+ *
+ * @param {Header} header
+ * @param {number} count
+ * @param {Gaussians} like its degree, and the range of its log-scales
+ * @returns {SceneData & PackedRows}
+ */
+export function emptyScene({ sorted, weighting, background, frame }, count, { lobeDegree, logScaleRange }) {
   return {
     count,
     packing: {
@@ -71,10 +79,10 @@ export function packAlike({ sorted, weighting, background, frame }, positions, o
       leastLogScale: logScaleRange[0],
       logScaleSpan: logScaleRange[1] - logScaleRange[0],
     },
-    shapes,
-    colors: filled(words.colors),
+    shapes: new Uint32Array(4 * count),
+    colors: new Uint32Array(4 * count),
     shSize: 4,
-    lobes,
+    lobes: new Uint32Array(lobeStride(lobeDegree) * count),
     lobeSize: (lobeDegree + 1) ** 2,
     sorted,
     weighting: {
@@ -97,7 +105,7 @@ export function packRows({ count, positions, logScales, quats, sh, lobes, lobeDe
   const [least, largest] = logScaleRange;
   const grow = largest > least ? 1 / (largest - least) : 0;
   const size = 2 * (lobeDegree + 1) ** 2;
-  const stride = (size / 2 + 2) >> 1;
+  const stride = lobeStride(lobeDegree);
   const [shBits, lobeBits] = [sh, lobes].map(bitsOf);
   const packed = {
     shapes: new Uint32Array(4 * count),
@@ -123,6 +131,9 @@ export function packRows({ count, positions, logScales, quats, sh, lobes, lobeDe
   }
   return packed;
 }
+
+/** Words of a Gaussian's lobes. @param {number} degree */
+const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
 
 /** @param {Float32Array} quats @param {number} at */
 function rotationWord(quats, at) {

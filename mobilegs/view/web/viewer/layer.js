@@ -55,6 +55,8 @@ export class Layer {
   #worker = null;
   /** Of the one that shall take its place. @type {Worker | null} */
   #coming = null;
+  /** Whether there is a way to draw. */
+  #ready = Promise.resolve(false);
   #destroyed = false;
   #lobeStride = 2;
   /** Behind everything: what the scene says, what was wished for, and what the renderer reads. */
@@ -83,7 +85,12 @@ export class Layer {
   }
 
   /** Looks for a way to draw. @param {Choice} choice @returns {Promise<boolean>} whether there is */
-  async begin(choice) {
+  begin(choice) {
+    return (this.#ready = this.#open(choice));
+  }
+
+  /** @param {Choice} choice @returns {Promise<boolean>} */
+  async #open(choice) {
     try {
       const { name, renderer } = await chooseRenderer(this.canvas, choice);
       if (this.#destroyed) {
@@ -124,12 +131,21 @@ export class Layer {
     this.#told.changed();
   }
 
-  /** Loads a scene in the place of the one before, which stays if that fails. @param {Request} request */
+  /**
+   * Loads a scene in the place of the one before, which stays if that fails. It may begin while
+   * there is nothing to draw with yet.
+   *
+   * @param {Request} request
+   */
   load(request) {
     this.#coming?.terminate();
     this.request = request;
     const worker = loadingWorker();
-    worker.onmessage = ({ data }) => {
+    worker.onmessage = async ({ data }) => {
+      if (!(await this.#ready)) {
+        worker.terminate();
+        return;
+      }
       // what an old worker has sent before its end still arrives
       if (worker === this.#coming || worker === this.#worker) this.#receive(data, worker);
     };
@@ -218,7 +234,8 @@ export class Layer {
   /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
   #take({ data, centers, views, near }, worker) {
     const { count } = data;
-    this.#worker?.terminate();
+    const more = worker === this.#worker; // of the scene that is shown
+    if (!more) this.#worker?.terminate();
     this.#worker = worker;
     this.#coming = null;
     this.#sorter = data.sorted ? "worker" : this.#sorting ? "page" : "";
@@ -243,7 +260,8 @@ export class Layer {
     this.logits = new Float32Array(count);
     this.#lobeStride = strides(data).lobes;
     this.#noteLobes(0, data.lobes);
-    this.#told.arrived();
+    if (more) this.#told.changed();
+    else this.#told.arrived();
   }
 
   /** @param {Extract<Message, {kind: "rows"}>} message */
