@@ -98,8 +98,12 @@ VARIANTS: dict[str, list[str]] = {
     # lobes pulled back into bounds along random directions, most of which no camera looked along
     "floor-2": [],
     "phi-0-8": [],
+    # every picture of training drawn with other weights: phi before its ReLU moved at random
+    "noise-0.3": [],
+    "noise-1": [],
 }
 BOUNDED = ("floor-2", "phi-0-8")
+NOISE = {"noise-0.3": 0.3, "noise-1": 1.0}  # standard deviations
 PULL = 0.1  # weight of the mean distance from those bounds, beside a loss of about 0.1
 
 
@@ -166,6 +170,25 @@ class BoundedStudent(Student):
         self.model.lobes = lobes
 
 
+class NoisyStudent(Student):
+    """A student whose weights are a little wrong, differently in each step."""
+
+    def __init__(self, variant: str, *given, seed: int, **named) -> None:
+        super().__init__(*given, seed=seed, **named)
+        draws = torch.Generator().manual_seed(seed)
+        lobes_of = self.model.lobes
+
+        def lobes(*inputs) -> Tensor:
+            found = lobes_of(*inputs)
+            if not found.requires_grad:
+                return found
+            noise = torch.zeros_like(found)
+            noise[:, 0, 1] = NOISE[variant] / C0 * torch.randn(len(found), generator=draws)
+            return found + noise
+
+        self.model.lobes = lobes
+
+
 def train(stage, views: list[View], *, seed: int) -> float:
     """All steps; returns the processor's seconds for one."""
     started = time.process_time()
@@ -196,7 +219,11 @@ def cell(name: str, variant: str, seed: int, steps: int, world: tuple, lpips) ->
     config = replace(config_of(name, variant), steps=steps)
     found: dict = {"steps": steps}
     cameras = [frame.camera for frame in dataset.train]
-    kind = partial(BoundedStudent, variant) if variant in BOUNDED else Student
+    kind: Callable[..., Student] = Student
+    if variant in BOUNDED:
+        kind = partial(BoundedStudent, variant)
+    elif variant in NOISE:
+        kind = partial(NoisyStudent, variant)
     stage = kind(config, teacher, cameras, extent=dataset.extent, seed=seed)
     found["cpu_seconds_per_step"] = round(train(stage, views, seed=seed), 4)
     if config.blend == "sorted":
