@@ -43,6 +43,12 @@ TEACHERS: dict = {
     "mini-splatting": ("mini-splatting", []),
     "mini-splatting, outdoor": ("mini-splatting", ["teacher.mini_splatting.metric=outdoor"]),
     "mcmc": ("mcmc", []),
+    # twice as long, and with what Mini-Splatting leaves of twice the budget
+    "clone and split, 10,000": (None, ["teacher.steps=10000"]),
+    "mini-splatting, 10,000": (
+        "mini-splatting",
+        ["teacher.steps=10000", "teacher.max_splats=100000"],
+    ),
 }
 
 
