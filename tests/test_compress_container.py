@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 from mobilegs.camera import Camera, look_at
 from mobilegs.compress.appearance import AppearanceDecoder
 from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
-from mobilegs.compress.codes import CodedScene, encode_scene, same
+from mobilegs.compress.codes import CodedScene, same
 from mobilegs.compress.container import inspect, inspect_mgs, pack, read_mgs, unpack, write_mgs
+from mobilegs.compress.encode import encode_scene
 from mobilegs.compress.envelope import PREFIX
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame, morton_codes

@@ -37,6 +37,9 @@ FORMS: dict[str, StudentConfig] = {
     ),
     "two_pass": replace(STUDENT, weighting=Weighting("two_pass")),
     **{f"sh-{degree}": replace(STUDENT, sh_degree=degree) for degree in (0, 2, 3)},
+    "sq": replace(STUDENT, coding="sq"),
+    "sq, free lobes": replace(STUDENT, coding="sq", view=ViewDependence("free", fraction=0.3)),
+    "sq, sorted": replace(STUDENT, coding="sq", blend="sorted", view=CONSTANT, sh_degree=2),
     "release": replace(
         STUDENT, weighting=Weighting(detached=True), depth_masked=False, moments_kept=False
     ),
@@ -93,7 +96,9 @@ def test_moments_are_lost_if_they_are_to_be(dataset: Dataset, make_student: Make
     assert moments(True, before + 3) == before + 3 and moments(False, before + 3) == 3
 
 
-@pytest.mark.parametrize("form", ["sorted", "masks", "sort_free_gs", "sh-0", "sh-3", "release"])
+@pytest.mark.parametrize(
+    "form", ["sorted", "masks", "sort_free_gs", "sh-0", "sh-3", "release", "sq"]
+)
 @pytest.mark.parametrize("stop", [3, 20, 30])
 def test_every_form_goes_on_where_it_was_stopped(
     form: str,

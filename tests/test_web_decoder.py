@@ -18,10 +18,13 @@ from torch.nn.functional import normalize
 
 from mobilegs.compress.appearance import AppearanceDecoder
 from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
-from mobilegs.compress.codes import CodedScene, encode_scene
+from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.compress.encode import Codes, encode_scene
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame
+from mobilegs.compress.rotations import RotationCodes
+from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes
@@ -44,6 +47,8 @@ class Case:
     """Whether some entries are taken more often than others, and Gaussians come in pairs."""
     exponent: int = 11
     spread: float = 1.0
+    steps: ScalarSteps | None = None
+    """Of scalars in the place of codebooks."""
 
 
 CASES = {
@@ -56,8 +61,26 @@ CASES = {
     "one hidden layer": Case(500, LobeShape(0, 2, (5,)), size=4096),
     "three hidden layers": Case(333, LobeShape(3, 32, (16, 1, 256)), opacity=False),
     "several lanes": Case(20_000, LobeShape(2, 12, (64,)), size=300, skewed=True),
+    "scalars": Case(9000, LobeShape(2, 12, (64,)), skewed=True, steps=ScalarSteps()),
+    "scalars with lobes": Case(80, LobeShape(1, 2, (4,)), steps=ScalarSteps()),
+    "one Gaussian of scalars": Case(1, LobeShape(1, 2), opacity=False, steps=ScalarSteps()),
+    "scalars sorted, fine": Case(700, steps=ScalarSteps(0.01, 0.002, 0.01, 0.01)),
+    "scalars, coarse": Case(300, LobeShape(0, 0), steps=ScalarSteps(3.0, 2.0, 2.0, 9.0)),
     "one place": Case(60, LobeShape(3, 4), skewed=True, spread=0.0),
 }
+
+
+def scalar_codes(books: dict[Attribute, Codes], steps: ScalarSteps) -> dict[Attribute, Codes]:
+    """What books say, as multiples of steps."""
+    scales = ScalarCodes.fit(books["scale"]().detach(), step=steps.scale)
+    found: dict[Attribute, Codes] = {"scale": scales}
+    for name, book in books.items():
+        step, values = getattr(steps, name), book().detach()
+        if name == "rotation":
+            found[name] = RotationCodes.fit(values, scales=scales, step=step)
+        elif name != "scale":
+            found[name] = ScalarCodes.fit(values, step=step)
+    return found
 
 
 def make_scene(case: Case, seed: int = 0) -> CodedScene:
@@ -72,12 +95,14 @@ def make_scene(case: Case, seed: int = 0) -> CodedScene:
             parameter.data.copy_(0.5 * torch.randn(parameter.shape, generator=g))
         if case.shape.latents:
             cuts["lobes"] = (case.shape.latents // 2, 2)
-    books: dict[Attribute, SubVectorCodebooks] = {}
+    books: dict[Attribute, Codes] = {}
     for name, (count, length) in cuts.items():
         centers = 0.5 * torch.randn(count, case.size, length, generator=g)
         drawn = torch.rand(case.count, count, generator=g) ** (4 if case.skewed else 1)
         indices = (drawn * case.size).long().clamp_max(case.size - 1)
         books[name] = SubVectorCodebooks(centers - 1.5 * (name == "scale"), indices)
+    if case.steps:
+        books = scalar_codes(books, case.steps)
     means = case.spread * torch.randn(case.count, 3, generator=g)
     if case.skewed:
         means[1::2] = means[: len(means) // 2 * 2 : 2] * (1 + 1e-3)
@@ -211,7 +236,7 @@ def test_both_decoders_read_the_same_header(
 ) -> None:
     coded, header = unpack(files[name]), whole[name]["header"]
     assert header["meta"] == coded.meta and header["near"] == coded.near
-    assert header["weighting"] == vars(coded.weighting)
+    assert {**header["weighting"], "detached": False} == vars(coded.weighting)
     assert header["network"] == (coded.network is not None)
     assert torch.equal(torch.tensor(header["background"]), coded.background)
     assert len(header["views"]) == len(coded.views) == 2
@@ -251,7 +276,7 @@ def test_the_scenes_between_them_use_every_codec_and_one_or_many_contexts(
 
 def test_a_file_cut_at_any_boundary_is_refused(files: dict[str, bytes], tmp_path: Path) -> None:
     cases = []
-    for name in ("network", "three hidden layers"):
+    for name in ("network", "three hidden layers", "scalars, coarse"):
         header, body = split(files[name])
         places = [0, 8, 10, 12, 16, 20, len(files[name]) - len(body)]
         for row in header["streams"]:
@@ -262,13 +287,13 @@ def test_a_file_cut_at_any_boundary_is_refused(files: dict[str, bytes], tmp_path
 
 
 def test_flipped_bits_are_refused(files: dict[str, bytes], tmp_path: Path) -> None:
-    data, random = files["linear lobes"], np.random.default_rng(0)
-    bits = [*range(160), *random.integers(8 * len(data), size=200).tolist()]
+    random = np.random.default_rng(0)
     cases = []
-    for bit in bits:
-        damaged = bytearray(data)
-        damaged[bit // 8] ^= 1 << bit % 8
-        cases.append(bytes(damaged))
+    for data in (files["linear lobes"], files["scalars, coarse"]):
+        for bit in [*range(160), *random.integers(8 * len(data), size=200).tolist()]:
+            damaged = bytearray(data)
+            damaged[bit // 8] ^= 1 << bit % 8
+            cases.append(bytes(damaged))
     assert None not in assert_same_refusals(tmp_path, cases)
 
 
@@ -311,7 +336,7 @@ STRANGE: list[Any] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["linear lobes", "nothing by direction"])
+@pytest.mark.parametrize("name", ["linear lobes", "nothing by direction", "scalars with lobes"])
 def test_crafted_headers_are_refused_alike(
     name: str, files: dict[str, bytes], tmp_path: Path
 ) -> None:
@@ -332,7 +357,7 @@ def test_crafted_headers_are_refused_alike(
     assert found.count(None) > 3 and len(found) - found.count(None) > 100
 
 
-@pytest.mark.parametrize("name", ["linear lobes", "network", "one place"])
+@pytest.mark.parametrize("name", ["linear lobes", "network", "one place", "scalars with lobes"])
 def test_crafted_streams_are_refused_alike(
     name: str, files: dict[str, bytes], tmp_path: Path
 ) -> None:

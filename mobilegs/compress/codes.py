@@ -5,9 +5,10 @@ from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from typing import Any
 
+import numpy as np
 import torch
-from jaxtyping import Float, Float16, Int16
-from torch import Tensor, nn
+from jaxtyping import Float, Float16, Int
+from torch import Tensor
 
 from mobilegs.camera import NEAR, Camera
 from mobilegs.compress.appearance import LATENTS, AppearanceDecoder
@@ -16,12 +17,12 @@ from mobilegs.compress.codebooks import (
     SIZE_MAX,
     Attribute,
     Cut,
-    SubVectorCodebooks,
     look_up,
 )
-from mobilegs.compress.halves import to_half
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame, morton_codes
+from mobilegs.compress.rotations import decode_rotations, finer_bits
+from mobilegs.compress.scalars import CODE_MAX, COLUMNS
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting
@@ -38,6 +39,7 @@ TEXT_MAX = 4096
 WORLD_MIN, WORLD_MAX = 1e-20, 1e20  # lengths: the farthest half stays finite in float32
 EXPONENT_MAX = 14
 LOG_SCALE_MAX = 80.0  # exp of it is finite in float32
+STEP_MIN, STEP_MAX = 1e-5, 1e3
 MetaValue = str | int | float | bool | None
 
 
@@ -48,9 +50,12 @@ class CodedScene:
     Attributes:
         positions: centres of the Gaussians as stored in `frame`, `[n, 3]`.
         frame: where they lie in the world.
-        indices: per attribute, which codebook entry each sub-vector is, `[n, count]`.
-        codebooks: per attribute, `[count, k, length]`. There may be no opacity, and there are
-            `lobes` only if the lobes' decoder takes latents.
+        indices: per attribute, which codebook entry each sub-vector is, `[n, count]`; or, with
+            steps, what multiple of its step each number is (of rotations see `rotations.py`).
+            There may be no opacity, and there are `lobes` only if the lobes' decoder takes
+            latents.
+        codebooks: per attribute, `[count, k, length]`; empty if there are steps.
+        steps: per attribute, a float32 value; empty if there are codebooks.
         decoder: the appearance decoder's weights, by the names of its parameters.
         lobe_shape: of the decoder that gives lobes once, when the scene is opened; None means
             that there is none.
@@ -66,12 +71,13 @@ class CodedScene:
 
     positions: Float16[Tensor, "n 3"]
     frame: Frame
-    indices: dict[Attribute, Int16[Tensor, "n _"]]
+    indices: dict[Attribute, Int[Tensor, "n _"]]
     codebooks: dict[Attribute, Float16[Tensor, "_ _ _"]]
     decoder: dict[str, Float16[Tensor, "..."]]
     lobe_shape: LobeShape | None
     lobe_decoder: dict[str, Float16[Tensor, "..."]]
     network: dict[str, Float16[Tensor, "..."]] | None
+    steps: dict[Attribute, float] = field(default_factory=dict)
     blend: str = "sortfree"
     weighting: Weighting = field(default_factory=Weighting)
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
@@ -81,6 +87,8 @@ class CodedScene:
 
     def __post_init__(self) -> None:
         self.near = float(self.near)
+        for name, step in self.steps.items():
+            self.steps[name] = float(np.float32(step))
         self.background = self.background.cpu().float()
         self.views = [replace(view.to("cpu", torch.float32), near=self.near) for view in self.views]
 
@@ -113,13 +121,24 @@ class CodedScene:
             indices={name: rows[order] for name, rows in self.indices.items()},
         )
 
+    def values(self, device: torch.device | str = "cpu") -> dict[Attribute, Tensor]:
+        """What the codes of each attribute stand for."""
+        values: dict[Attribute, Tensor] = {}
+        for name, rows in self.indices.items():
+            rows = rows.to(device)
+            if not self.steps:
+                values[name] = look_up(self.codebooks[name].to(device).float(), rows)
+            elif name == "rotation":
+                scales = self.indices["scale"].to(device).float() * self.steps["scale"]
+                values[name] = decode_rotations(rows, scales, self.steps[name])
+            else:
+                values[name] = rows.float() * self.steps[name]
+        return values
+
     def decode(self, device: torch.device | str = "cpu") -> Scene:
         """The scene that these codes mean; the networks that make its colours run once, here."""
         positions = self.positions.to(device)
-        values = {
-            name: look_up(book.to(device).float(), self.indices[name].to(device))
-            for name, book in self.codebooks.items()
-        }
+        values = self.values(device)
         decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
         decoder.load_state_dict({name: value.float() for name, value in self.decoder.items()})
         static, view = values["appearance"].split(LATENTS, dim=1)
@@ -177,11 +196,13 @@ class CodedScene:
             needed.append("opacity")
         elif shape.latents:
             needed.append("lobes")
-        if "lobes" in self.codebooks and "lobes" not in needed:
+        if "lobes" in self.indices and "lobes" not in needed:
             raise InputError("the scene has lobe codes that nothing decodes")
-        needed.extend(name for name in self.codebooks if name not in needed)
+        if bool(self.codebooks) == bool(self.steps):
+            raise InputError("the scene needs codebooks or steps, and not both")
+        needed.extend(name for name in self.indices if name not in needed)
         for name in needed:
-            self._check_attribute(name)
+            self._check_scalars(name) if self.steps else self._check_attribute(name)
         if shape is not None and self.network is not None:
             raise InputError("the scene has lobes and a view network: one of them must go")
         if self.blend == "sorted" and (shape is not None or self.network is not None):
@@ -213,6 +234,32 @@ class CodedScene:
             raise InputError(f"the {name} codebooks hold numbers that are out of range")
         if rows.min() < 0 or rows.max() >= size:
             raise InputError(f"the {name} indices point outside of their codebooks")
+
+    def _check_scalars(self, name: Attribute) -> None:
+        step, rows = self.steps.get(name), self.indices.get(name)
+        if step is None or rows is None:
+            raise InputError(f"the scene has no {name} codes")
+        latents = 0 if self.lobe_shape is None else self.lobe_shape.latents
+        if rows.shape != (len(self), COLUMNS.get(name, latents)):
+            raise InputError(f"the {name} codes have the shape {tuple(rows.shape)}")
+        if not STEP_MIN <= step <= STEP_MAX:
+            raise InputError(f"the step {step} of the {name} codes is out of range")
+        codes = rows if name != "rotation" else self.cells
+        reach = codes.abs().amax(0), codes.amax(0) - codes.amin(0)
+        if (reach[0] > CODE_MAX).any() or (reach[1] >= SIZE_MAX).any():
+            raise InputError(f"the {name} codes reach too far: their step must be larger")
+        if name == "scale" and int(rows.max()) * step > LOG_SCALE_MAX:
+            raise InputError("the scale codes hold numbers that are out of range")
+
+    @property
+    def finer(self) -> Int[Tensor, "n 3"]:
+        """With steps, the finer bits of the rotations' codes."""
+        return finer_bits(self.indices["scale"].float() * self.steps["scale"])
+
+    @property
+    def cells(self) -> Int[Tensor, "n 3"]:
+        """With steps, the rotations' codes without their finer bits."""
+        return self.indices["rotation"].int() >> self.finer.int()
 
     def _check_views(self) -> None:
         if len(self.views) > VIEWS_MAX:
@@ -269,57 +316,6 @@ def _check_weights(title: str, weights: dict[str, Tensor], shapes: dict[str, tor
         raise InputError(f"the {title} has weights that are not finite")
 
 
-def encode_scene(
-    means: Float[Tensor, "n 3"],
-    codebooks: dict[Attribute, SubVectorCodebooks],
-    *,
-    frame: Frame,
-    decoder: AppearanceDecoder,
-    lobe_decoder: LobeDecoder | None = None,
-    network: ViewNetwork | None = None,
-    blend: str = "sortfree",
-    weighting: Weighting,
-    background: Float[Tensor, "3"],
-    near: float = NEAR,
-    views: list[Camera] | None = None,
-    meta: dict[str, MetaValue] | None = None,
-) -> CodedScene:
-    """The trained parts of a student as codes: everything rounded as stored.
-
-    `codebooks` holds `scale` (log-scales), `rotation` (quaternions), `appearance` (static and
-    view latents), `opacity` (base logits) and `lobes` (the lobe decoder's latents).
-
-    Raises:
-        InputError: a part is missing, out of range or not finite.
-    """
-    coded = CodedScene(
-        positions=frame.store(means).cpu(),
-        frame=frame,
-        indices={name: book.indices.to("cpu", torch.int16) for name, book in codebooks.items()},
-        codebooks={name: _stored(book.centers) for name, book in codebooks.items()},
-        decoder=_weights(decoder),
-        lobe_shape=None if lobe_decoder is None else lobe_decoder.shape,
-        lobe_decoder={} if lobe_decoder is None else _weights(lobe_decoder),
-        network=None if network is None else _weights(network),
-        blend=blend,
-        weighting=weighting,
-        background=background,
-        near=near,
-        views=views or [],
-        meta=meta or {},
-    )
-    coded.check()
-    return coded
-
-
-def _weights(module: nn.Module) -> dict[str, Tensor]:
-    return {name: _stored(value) for name, value in module.named_parameters()}
-
-
-def _stored(values: Tensor) -> Tensor:
-    return to_half(values.detach()).cpu()
-
-
 def same(a: CodedScene, b: CodedScene) -> bool:
     """Whether two coded scenes are equal to the last bit, order included."""
 
@@ -352,6 +348,7 @@ def same(a: CodedScene, b: CodedScene) -> bool:
             notes,
             coded.lobe_shape,
             coded.network is None,
+            coded.steps,
         )
 
     left, right = bits(a), bits(b)

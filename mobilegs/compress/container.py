@@ -15,6 +15,7 @@ from mobilegs.compress.codes import CodedScene, decoder_shapes, lobe_shapes, net
 from mobilegs.compress.envelope import VERSION, Stream, seal, unseal
 from mobilegs.compress.header import Header, describe, parse
 from mobilegs.compress.positions import decode_positions, encode_positions
+from mobilegs.compress.scalar_streams import pack_scalars, unpack_scalars
 from mobilegs.compress.streams import (
     decode_halves,
     decode_indices,
@@ -45,18 +46,22 @@ def pack(coded: CodedScene) -> bytes:
     streams.append(
         _pack_halves("appearance-decoder", coded.decoder, decoder_shapes(coded.sh_degree))
     )
-    streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
+    if coded.codebooks:
+        streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
     streams.append(Stream("positions", "morton-class", encode_positions(coded.positions)))
-    for name in coded.cuts:
-        symbols = coded.indices[name].numpy().astype(np.uint16)
-        size = coded.codebooks[name].shape[1]
-        streams += [
-            encode_indices(f"{name}.{i}", column, size) for i, column in enumerate(symbols.T)
-        ]
+    streams += pack_scalars(coded) if coded.steps else _pack_indices(coded)
     data = seal(describe(coded), streams)
     if len(coded) > GAUSSIANS_PER_BYTE * len(data):
         raise InputError(f"{len(coded)} Gaussians in {len(data)} bytes: they are all the same")
     return data
+
+
+def _pack_indices(coded: CodedScene) -> list[Stream]:
+    return [
+        encode_indices(f"{name}.{i}", column, coded.codebooks[name].shape[1])
+        for name in coded.cuts
+        for i, column in enumerate(coded.indices[name].numpy().astype(np.uint16).T)
+    ]
 
 
 def unpack(data: bytes) -> CodedScene:
@@ -81,14 +86,18 @@ def unpack(data: bytes) -> CodedScene:
         ]
         return torch.from_numpy(np.stack(columns, axis=1).astype(np.int16))
 
-    books = _unpack_halves(stream("codebooks"), _codebook_shapes(header))
+    books = {}
+    if header.cuts:
+        books = _unpack_halves(stream("codebooks"), _codebook_shapes(header))
     places = stream("positions")
     if places.codec != "morton-class":
         raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
     coded = CodedScene(
         positions=decode_positions(places.data, header.count),
         frame=header.frame,
-        indices={name: indices(name) for name in header.cuts},
+        indices=unpack_scalars(header.scalars, header.count, stream)
+        if header.scalars
+        else {name: indices(name) for name in header.cuts},
         codebooks={name: books[name] for name in header.cuts},
         decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes(header.sh_degree)),
         lobe_shape=header.lobes,
@@ -98,6 +107,7 @@ def unpack(data: bytes) -> CodedScene:
         network=_unpack_halves(stream("view-network"), network_shapes())
         if header.network
         else None,
+        steps={name: scalar.step for name, scalar in header.scalars.items()},
         blend=header.blend,
         weighting=header.weighting,
         background=header.background,
@@ -142,6 +152,7 @@ def inspect(data: bytes) -> dict[str, Any]:
         "header_bytes": len(data) - content - padding,
         "padding_bytes": padding,
         "streams": rows,
+        "mode": fields["mode"],
         "codebook_sizes": header.sizes,
         "lobes": fields["lobes"],
         "views": len(header.views),
@@ -226,9 +237,13 @@ def _raw_bytes(header: Header) -> dict[str, int]:
         "view-network": halves(network_shapes().values()),
         "lobe-decoder": halves(lobe_shapes(header.lobes).values()),
         "appearance-decoder": halves(decoder_shapes(header.sh_degree).values()),
-        "codebooks": halves(_codebook_shapes(header).values()),
         "positions": 6 * header.count,
     }
+    if header.cuts:
+        raw["codebooks"] = halves(_codebook_shapes(header).values())
+    for name, scalar in header.scalars.items():
+        for i, column in enumerate(scalar.columns):
+            raw[f"{name}.{i}"] = (index_width(column.size) * header.count + 7) // 8
     for name, cut in header.cuts.items():
         bits = index_width(header.sizes[name]) * header.count
         raw |= {f"{name}.{i}": (bits + 7) // 8 for i in range(cut.count)}

@@ -13,8 +13,11 @@ from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.codes import (
     COUNT_MAX,
     EXPONENT_MAX,
+    LOG_SCALE_MAX,
     SH_DEGREES,
     SIDE_MAX,
+    STEP_MAX,
+    STEP_MIN,
     VIEWS_MAX,
     CodedScene,
     MetaValue,
@@ -22,20 +25,26 @@ from mobilegs.compress.codes import (
 )
 from mobilegs.compress.lobes import LATENTS_MAX, LobeShape
 from mobilegs.compress.positions import Frame
+from mobilegs.compress.scalar_streams import Column, Scalar, scalars_of
+from mobilegs.compress.scalars import CODE_MAX, COLUMNS
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
 from mobilegs.render.scene import BLENDS
 
-MODE = "nvq"
+MODES = ("nvq", "sq")
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a decoder must know before it reads the streams; fields as in `CodedScene`."""
+    """What a decoder must know before it reads the streams; fields as in `CodedScene`.
+
+    Of the mode `nvq` there are cuts and sizes of codebooks, of `sq` there are scalars.
+    """
 
     count: int
     cuts: dict[Attribute, Cut]
     sizes: dict[Attribute, int]
+    scalars: dict[Attribute, Scalar]
     frame: Frame
     lobes: LobeShape | None
     network: bool
@@ -53,16 +62,13 @@ def describe(coded: CodedScene) -> dict[str, Any]:
     return {
         "background": _listed(coded.background),
         "blend": coded.blend,
-        "codebooks": {
-            name: {"count": cut.count, "length": cut.length, "size": coded.codebooks[name].shape[1]}
-            for name, cut in coded.cuts.items()
-        },
+        **_describe_codes(coded),
         "count": len(coded),
         "lobes": None
         if coded.lobe_shape is None
         else {**asdict(coded.lobe_shape), "hidden": list(coded.lobe_shape.hidden)},
         "meta": coded.meta,
-        "mode": MODE,
+        "mode": "sq" if coded.steps else "nvq",
         "near": coded.near,
         "network": coded.network is not None,
         "positions": {
@@ -96,7 +102,7 @@ def parse(fields: dict[str, Any]) -> Header:
         InputError: a field is missing, of another type, out of range, or asks for something
             that this program cannot do.
     """
-    for name, known in (("mode", (MODE,)), ("blend", BLENDS), ("sh_degree", SH_DEGREES)):
+    for name, known in (("mode", MODES), ("blend", BLENDS), ("sh_degree", SH_DEGREES)):
         value = fields.get(name)
         if type(value) is not type(known[0]) or value not in known:  # True == 1
             raise InputError(
@@ -110,14 +116,23 @@ def parse(fields: dict[str, Any]) -> Header:
         raise _broken("views")
     meta = _object(fields, "meta")
     check_meta(meta)
-    books, lobes = _object(fields, "codebooks"), _parse_lobes(fields)
-    cuts, network = _parse_cuts(books, lobes), _field(fields, "network", bool)
+    lobes, network = _parse_lobes(fields), _field(fields, "network", bool)
+    cuts: dict[Attribute, Cut] = {}
+    sizes: dict[Attribute, int] = {}
+    scalars: dict[Attribute, Scalar] = {}
+    if fields["mode"] == "sq":
+        scalars = _parse_scalars(_object(fields, "scalars"), lobes)
+    else:
+        books = _object(fields, "codebooks")
+        cuts = _parse_cuts(books, lobes)
+        sizes = {name: _integer(books[name], "size", 1, SIZE_MAX) for name in cuts}
     if network and lobes is not None:
         raise InputError("the .mgs file has lobes and a view network: it can have one of them")
     return Header(
         count=_integer(fields, "count", 1, COUNT_MAX),
         cuts=cuts,
-        sizes={name: _integer(books[name], "size", 1, SIZE_MAX) for name in cuts},
+        sizes=sizes,
+        scalars=scalars,
         frame=Frame(
             _floats(places, "center", 3),
             _number(places, "radius"),
@@ -152,6 +167,59 @@ def _parse_cuts(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribu
     if latents != (cuts["lobes"].count * cuts["lobes"].length if "lobes" in cuts else 0):
         raise _broken("codebooks.lobes")
     return cuts
+
+
+def _describe_codes(coded: CodedScene) -> dict[str, Any]:
+    if coded.steps:
+        return {
+            "scalars": {
+                name: {
+                    **{
+                        key: [getattr(column, key) for column in scalar.columns]
+                        for key in Column._fields
+                    },
+                    "step": _listed(torch.tensor([scalar.step]))[0],
+                }
+                for name, scalar in scalars_of(coded).items()
+            }
+        }
+    return {
+        "codebooks": {
+            name: {"count": cut.count, "length": cut.length, "size": coded.codebooks[name].shape[1]}
+            for name, cut in coded.cuts.items()
+        }
+    }
+
+
+def _parse_scalars(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribute, Scalar]:
+    latents = 0 if lobes is None else lobes.latents
+    found: dict[Attribute, Scalar] = {}
+    for name in (*COLUMNS, "lobes"):
+        if name == "opacity" and name not in fields and lobes is not None:
+            continue
+        if name == "lobes" and not latents:
+            continue
+        part, count = _object(fields, name), COLUMNS.get(name, latents)
+        lists = [_field(part, key, list) for key in Column._fields]
+        if any(len(values) != count for values in lists):
+            raise _broken(f"scalars.{name}")
+        columns = []
+        for values in zip(*lists, strict=True):
+            column = dict(zip(Column._fields, values, strict=True))
+            least = _integer(column, "least", -CODE_MAX, CODE_MAX)
+            size = _integer(column, "size", 1, SIZE_MAX)
+            largest = _integer({"size": least + size - 1}, "size", least, CODE_MAX)
+            middle = _integer(column, "middle", least, largest)
+            columns.append(Column(least, size, middle))
+        step = float(np.float32(_number(part, "step")))
+        if not STEP_MIN <= step <= STEP_MAX:
+            raise _broken(f"scalars.{name}.step")
+        if name == "scale" and max(a + b - 1 for a, b, _ in columns) * step > LOG_SCALE_MAX:
+            raise _broken("scalars.scale")
+        found[name] = Scalar(step, tuple(columns))
+    if "lobes" in fields and not latents:
+        raise _broken("scalars.lobes")
+    return found
 
 
 def _parse_lobes(fields: dict[str, Any]) -> LobeShape | None:

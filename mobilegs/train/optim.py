@@ -90,6 +90,10 @@ class NamedAdam:
         moments = {key: torch.zeros_like(value) for key in self._moments(self.tensors[name])}
         self._replace(name, value, moments)
 
+    def forget_all(self, name: str) -> None:
+        """The moments of one tensor, whose values mean something else now, start again."""
+        self.adam.state.pop(self.tensors[name], None)
+
     @torch.no_grad()
     def forget(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:
         """The moments of some rows, of every tensor, start again at 0."""

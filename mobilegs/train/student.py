@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.compress.codes import CodedScene, MetaValue, encode_scene
+from mobilegs.compress.codes import CodedScene, MetaValue
+from mobilegs.compress.encode import encode_scene
 from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
 from mobilegs.render import Rendered
@@ -75,6 +76,7 @@ class Student:
             weighting=weighting,
             sh_degree=config.sh_degree,
             rounded=config.positions_rounded,
+            steps=config.scalars if config.coding == "sq" else None,
         )
         if config.presence.weight:
             if config.blend != "sorted":
@@ -106,6 +108,8 @@ class Student:
         self.model.set_rates(self._rates())
         cameras = [self.cameras[index] for index in self.team.in_order([i for i, _ in views])]
         results = self._pull(cameras, views)
+        if self.config.coding == "sq":
+            self.model.pay(len(cameras) * self.config.bit_price)
         self.model.step()
         if self.config.view.decay:
             self.model.forget_directions(self.config.view.decay)

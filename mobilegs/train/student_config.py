@@ -3,12 +3,15 @@
 from dataclasses import dataclass, field
 
 from mobilegs.compress.codebooks import CodebookSizes
+from mobilegs.compress.scalars import ScalarSteps
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
 from mobilegs.render.scene import BLENDS
 from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import VoteConfig
 from mobilegs.train.view_dependence import ViewDependence
+
+CODINGS = ("nvq", "sq")
 
 
 @dataclass(frozen=True)
@@ -91,8 +94,15 @@ class StudentConfig:
     """Fraction of the run from which the rates fall."""
     regression_steps: int = 400
     """Steps that fit the decoding networks to the harmonics they replace."""
+    coding: str = "nvq"
+    """What codes are: `nvq`, indices into codebooks (the paper), or `sq`, multiples of steps,
+    of rotations turned as little as possible and of latents that are not correlated."""
     codebooks: CodebookSizes = field(default_factory=CodebookSizes)
-    """Sizes of the codebooks."""
+    """Sizes of the codebooks of `nvq`."""
+    scalars: ScalarSteps = field(default_factory=ScalarSteps)
+    """Steps of `sq`."""
+    bit_price: float = 1e-3
+    """With `sq`, what a bit per Gaussian adds to the loss: more makes smaller, plainer files."""
     votes: VoteConfig = field(default_factory=VoteConfig)
     """Pruning."""
     presence: PresenceConfig = field(default_factory=PresenceConfig)
@@ -114,6 +124,10 @@ class StudentConfig:
                 f"lobes must be settled (view.fraction {self.view.fraction}) before they are coded "
                 f"(codes_fraction {self.codes_fraction})"
             )
+        if self.coding not in CODINGS:
+            raise InputError(f"unknown coding '{self.coding}': use {' or '.join(CODINGS)}")
+        if not self.bit_price >= 0:
+            raise InputError(f"bit_price must be at least 0, not {self.bit_price}")
         if self.blend not in BLENDS:
             raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
         if not 0 <= self.sh_degree <= 3:

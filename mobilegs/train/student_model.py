@@ -13,22 +13,24 @@ from torch.nn.functional import normalize, pad
 from mobilegs.camera import Camera
 from mobilegs.compress.appearance import AppearanceDecoder, fit_appearance
 from mobilegs.compress.codebooks import (
-    CUTS,
     Attribute,
     CodebookSizes,
     SubVectorCodebooks,
-    apparent_size,
     canonical_quats,
 )
+from mobilegs.compress.encode import Codes
 from mobilegs.compress.halves import rounded_parameters
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.positions import Frame
+from mobilegs.compress.rotations import canonical_pairs
+from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.adjoints import pass_through, take_rows
+from mobilegs.train.coding import decorrelated, restored_codes, scalar_codes, vector_codes
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.view_dependence import LOGIT_MAX, ViewDependence, settled
 
@@ -70,12 +72,14 @@ class StudentModel:
         weighting: Weighting = Weighting(),  # noqa: B008 - frozen
         sh_degree: int = 1,
         rounded: bool = True,
+        steps: ScalarSteps | None = None,
     ) -> None:
         """Start as the teacher cut to harmonics of `sh_degree`, its opacities as the base.
 
         Of `sort_free_gs` the weighting's sigma, and its background weight if that is not 0, are
         only where learning begins. Without `rounded`, what is drawn and decoded in training are
-        positions as they are, not as the file will hold them.
+        positions as they are, not as the file will hold them. With `steps` the codes are whole
+        multiples of them, not indices into codebooks.
         """
         device = teacher.means.device
         coefficients = (sh_degree + 1) ** 2
@@ -83,10 +87,13 @@ class StudentModel:
         kept = min(coefficients, teacher.sh.shape[1])
         sh[:, :kept] = teacher.sh[:, :kept]
         logits = teacher.logit_opacities.clamp(-LOGIT_MAX, LOGIT_MAX)
+        quats, log_scales = teacher.quats, teacher.log_scales
+        if steps is not None:
+            quats, log_scales = canonical_pairs(quats, log_scales)
         tensors = {
             "means": teacher.means,
-            "quats": teacher.quats,
-            "log_scales": teacher.log_scales,
+            "quats": quats,
+            "log_scales": log_scales,
             "sh0": sh[:, :1],
             "sh_rest": sh[:, 1:],
         }
@@ -94,12 +101,13 @@ class StudentModel:
         self.view = view
         self.sh_degree = sh_degree
         self.rounded = rounded
+        self.steps = steps
         self.blend = blend
         self._weighting = weighting
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
         self.decoder: AppearanceDecoder | None = None
-        self.codebooks: dict[Attribute, SubVectorCodebooks] = {}
+        self.codebooks: dict[Attribute, Codes] = {}
         self.frame: Frame | None = None
         self.rates = dict(rates)
         self.shared = NamedAdam({}, {})
@@ -276,7 +284,7 @@ class StudentModel:
         self._share("lobe_decoder", self.lobe_decoder)
 
     def use_codes(self, sizes: CodebookSizes, *, generator: torch.Generator) -> None:
-        """From `networks` to `codes`: k-means of every attribute but the positions."""
+        """From `networks` to `codes`: whatever codes there are, of all but the positions."""
         assert self.phase == "networks" and self.settled
         take = self.rows.drop
         values: dict[Attribute, Tensor] = {
@@ -288,18 +296,28 @@ class StudentModel:
             values["opacity"] = take("logit_opacities")[:, None]
         if self.view.cut is not None:
             values["lobes"] = take("lobe_latents")
-        for name, value in values.items():
-            size = self.view.size if name == "lobes" else getattr(sizes, name)
-            self.codebooks[name] = SubVectorCodebooks.fit(
-                value,
-                length=self.view.length if name == "lobes" else CUTS[name].length,
-                size=min(size, len(self)),
-                generator=generator,
-                weights=apparent_size(values["scale"]) if name == "scale" else None,
-            )
-            self._share(name, self.codebooks[name])
-            self.rows.add(name, value, self.rates[f"free_{name}"])
+        if self.steps is None:
+            self.codebooks = vector_codes(values, self.view, sizes, generator)
+        else:
+            assert self.decoder is not None and self.frame is not None
+            places = self.frame.normalised(self.frame.store(self.rows.tensors["means"]))
+            values = decorrelated(values, places, self.decoder, self.lobe_decoder, self.view)
+            for name in self.shared.tensors:
+                self.shared.forget_all(name)
+            self.codebooks = scalar_codes(values, self.steps)
+        for name, codes in self.codebooks.items():
+            self._share(name, codes)
+            self.rows.add(name, values[name], self.rates[f"free_{name}"])
         self.phase = "codes"
+
+    @torch.no_grad()
+    def pay(self, price: float) -> None:
+        """Add to the gradients what a bit per Gaussian costs: codes that are rare become fewer."""
+        for name, codes in self.codebooks.items():
+            if isinstance(codes, ScalarCodes):
+                tensor = self.rows.tensors[name]
+                slopes = codes.slopes(tensor) * (price / len(tensor))
+                tensor.grad = slopes if tensor.grad is None else tensor.grad + slopes
 
     def reassign(self) -> None:
         """Give every Gaussian the codebook entries nearest to what it has learned to want."""
@@ -360,8 +378,13 @@ class StudentModel:
             self.decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
             self._share("decoder", self.decoder)
         for name, indices in state["indices"].items():
-            centers = state["shared"][f"{name}.centers"]["value"]
-            self.codebooks[name] = SubVectorCodebooks(centers, indices).to(device)
+            book = state["shared"].get(f"{name}.centers")
+            if book is not None:
+                codes = SubVectorCodebooks(book["value"], indices)
+            else:
+                assert self.steps is not None
+                codes = restored_codes(name, indices, self.steps, self.codebooks)
+            self.codebooks[name] = codes.to(device)
             self._share(name, self.codebooks[name])
         self.rows.restore(state["rows"])
         self.shared.restore(state["shared"])

@@ -7,7 +7,13 @@ import { decodeRans } from "./rans.js";
 /** @typedef {import("./envelope.js").Stream} Stream */
 /** @typedef {import("./header.js").Attribute} Attribute */
 /** @typedef {import("./header.js").Cut} Cut */
-/** @typedef {{length: number, books: Float32Array[]}} Books of an attribute, entries of `length` numbers */
+/** @typedef {import("./header.js").Scalar} Scalar */
+/**
+ * @typedef {object} Books of an attribute
+ * @property {number} length numbers of an entry
+ * @property {Float32Array[]} books
+ * @property {number[]} [middles] per book the entry that stands for what is not known yet; without, their mean
+ */
 /** @typedef {Books & {columns: Uint16Array[]}} Codes per book, the entry of every Gaussian */
 
 // its exponential is finite in float32
@@ -42,6 +48,21 @@ export function splitBooks(numbers, cuts) {
 }
 
 /**
+ * Books whose entries are the multiples of a step that a column can hold.
+ *
+ * @param {Map<Attribute, Scalar>} scalars
+ * @returns {Map<Attribute, Books>}
+ */
+export function scalarBooks(scalars) {
+  return new Map(
+    [...scalars].map(([name, { step, columns }]) => {
+      const books = columns.map(({ least, size }) => Float32Array.from({ length: size }, (_, i) => (least + i) * step));
+      return [name, { length: 1, books, middles: columns.map(({ least, middle }) => middle - least) }];
+    }),
+  );
+}
+
+/**
  * The indices in a stream, each below `size`.
  *
  * @param {Stream} stream
@@ -69,11 +90,11 @@ export function decodeIndices({ name, codec, data }, count, size) {
  * @param {number} count
  * @returns {Codes}
  */
-export function meanCodes({ length, books }, count) {
+export function meanCodes({ length, books, middles }, count) {
   const column = new Uint16Array(count);
   return {
     length,
-    books: books.map((book) => meanEntry(book, length)),
+    books: books.map((book, i) => (middles ? book.subarray(middles[i], middles[i] + 1) : meanEntry(book, length))),
     columns: books.map(() => column),
   };
 }

@@ -1,9 +1,10 @@
 /** The streams of a file to codes, as tasks that run when what they need is there. */
 
-import { bookNumbers, decodeIndices, splitBooks } from "./codebooks.js";
+import { bookNumbers, decodeIndices, scalarBooks, splitBooks } from "./codebooks.js";
 import { SceneError } from "./error.js";
 import { decodeHalves } from "./halves.js";
 import { decodePositions } from "./positions.js";
+import { decodeFiner } from "./rotations.js";
 import { APPEARANCE, NETWORK, lobeShapes, splitWeights, weightNumbers } from "./weights.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
@@ -57,28 +58,43 @@ export class Decoder {
   constructor(header, table) {
     this.#header = header;
     this.#table = table;
-    const { network, lobes, cuts, count } = header;
+    const { network, lobes, cuts, scalars, count } = header;
     if (network) this.#planWeights("view-network", NETWORK, (found) => (this.network = found));
     if (lobes) {
       this.#planWeights("lobe-decoder", lobeShapes(lobes), (found) => (this.#lobes = found));
     }
     this.#planWeights("appearance-decoder", APPEARANCE, (found) => (this.#appearance = found));
-    this.#plan("codebooks", FLOATS, [], (stream) => {
-      this.#books = splitBooks(decodeHalves(stream, bookNumbers(cuts)), cuts);
-    });
+    if (scalars.size) this.#books = scalarBooks(scalars);
+    else {
+      this.#plan("codebooks", FLOATS, [], (stream) => {
+        this.#books = splitBooks(decodeHalves(stream, bookNumbers(cuts)), cuts);
+      });
+    }
     const decoders = [...this.#tasks.keys()];
     this.#plan("positions", ["morton-class"], decoders, ({ data }) => {
       this.positions = decodePositions(data, count);
     });
-    for (const [name, { count: books, size }] of cuts) {
-      /** @type {Uint16Array[]} */
-      const columns = [];
-      this.#columns.set(name, columns);
-      for (let i = 0; i < books; i++) {
-        this.#plan(`${name}.${i}`, INDICES, ["positions"], (stream) => {
-          columns[i] = decodeIndices(stream, count, size);
-        });
-      }
+    for (const [name, { count: books, size }] of cuts) this.#planIndices(name, Array(books).fill(size));
+    for (const [name, { columns }] of scalars) this.#planIndices(name, columns.map(({ size }) => size));
+    if (scalars.size) {
+      const scales = ["scale.0", "scale.1", "scale.2"];
+      const [of, turns] = ["scale", "rotation"].map((name) => this.#columns.get(/** @type {Attribute} */ (name)) ?? []);
+      this.#plan("rotation-finer", ["bits"], ["positions", ...scales], ({ data }) => {
+        const { books } = /** @type {Books} */ (this.#books.get("scale"));
+        decodeFiner(data, books, of).forEach((column, axis) => (turns[3 + axis] = column));
+      });
+    }
+  }
+
+  /** @param {Attribute} name @param {number[]} sizes of its columns */
+  #planIndices(name, sizes) {
+    /** @type {Uint16Array[]} */
+    const columns = [];
+    this.#columns.set(name, columns);
+    for (const [i, size] of sizes.entries()) {
+      this.#plan(`${name}.${i}`, INDICES, ["positions"], (stream) => {
+        columns[i] = decodeIndices(stream, this.#header.count, size);
+      });
     }
   }
 
@@ -135,8 +151,10 @@ export class Decoder {
 
   /** Whether all of an attribute is there, or there is none. @param {Attribute} name */
   #has(name) {
-    const books = this.#header.cuts.get(name)?.count ?? 0;
-    return Object.keys(this.#columns.get(name) ?? []).length === books;
+    const { cuts, scalars } = this.#header;
+    const finer = scalars.size && name === "rotation" ? 3 : 0;
+    const columns = (cuts.get(name)?.count ?? scalars.get(name)?.columns.length ?? 0) + finer;
+    return Object.keys(this.#columns.get(name) ?? []).length === columns;
   }
 
   /**

@@ -4,6 +4,8 @@ import { SceneError } from "./error.js";
 
 /** @typedef {"scale" | "rotation" | "appearance" | "opacity" | "lobes"} Attribute */
 /** @typedef {{ count: number, length: number, size: number }} Cut books, of entries of numbers */
+/** @typedef {{ least: number, size: number, middle: number }} Column of whole numbers */
+/** @typedef {{ step: number, columns: Column[] }} Scalar numbers that are multiples of a step */
 /** @typedef {{ center: Float32Array, radius: number, exponent: number }} Frame of the positions */
 /** @typedef {{ degree: number, latents: number, hidden: number[] }} LobeShape */
 /**
@@ -24,7 +26,8 @@ import { SceneError } from "./error.js";
 /**
  * @typedef {object} Header
  * @property {number} count
- * @property {Map<Attribute, Cut>} cuts in the file's order
+ * @property {Map<Attribute, Cut>} cuts in the file's order; none if there are scalars
+ * @property {Map<Attribute, Scalar>} scalars in the file's order; none if there are cuts
  * @property {Frame} frame
  * @property {boolean} sorted whether Gaussians lie over one another, far ones first
  * @property {LobeShape | null} lobes
@@ -39,6 +42,10 @@ import { SceneError } from "./error.js";
 
 const COUNT_MAX = 2 ** 26;
 const SIZE_MAX = 4096;
+const CODE_MAX = 2 ** 14;
+const STEP_MIN = 1e-5;
+const STEP_MAX = 1e3;
+const LOG_SCALE_MAX = 80; // its exponential is finite in float32
 const LATENTS_MAX = 32;
 const HIDDEN_MAX = 256;
 const HIDDEN_LAYERS = 3;
@@ -56,6 +63,13 @@ const CUTS = [
   ["appearance", 3, 2],
   ["opacity", 1, 1],
 ];
+/** @type {[Attribute, number][]} */
+const COLUMNS = [
+  ["scale", 3],
+  ["rotation", 3],
+  ["appearance", 6],
+  ["opacity", 1],
+];
 
 /**
  * The header's fields, each of the right type and in its range; others are ignored.
@@ -65,7 +79,7 @@ const CUTS = [
  * @returns {Header}
  */
 export function parseHeader(fields, bytes) {
-  for (const [name, ...known] of [["mode", "nvq"], ["blend", "sortfree", "sorted"], ["sh_degree", 1]]) {
+  for (const [name, ...known] of [["mode", "nvq", "sq"], ["blend", "sortfree", "sorted"], ["sh_degree", 1]]) {
     if (!known.some((value) => fields[name] === value)) {
       throw new SceneError(
         `the .mgs file has ${name} '${String(fields[name]).slice(0, 40)}', which this program ` +
@@ -83,9 +97,11 @@ export function parseHeader(fields, bytes) {
   if (sorted && (network || lobes !== null)) {
     throw new SceneError("the .mgs file is blended sorted, but has lobes or a view network");
   }
+  const plain = fields.mode === "sq";
   const header = {
     count: integer(fields, "count", 1, COUNT_MAX),
-    cuts: parseCuts(object(fields, "codebooks"), lobes),
+    cuts: plain ? new Map() : parseCuts(object(fields, "codebooks"), lobes),
+    scalars: plain ? parseScalars(object(fields, "scalars"), lobes) : new Map(),
     frame: parseFrame(object(fields, "positions")),
     sorted,
     lobes,
@@ -158,6 +174,38 @@ function parseCuts(books, lobes) {
   }
   if (latents !== (lobes === null ? 0 : lobes.latents)) throw broken("codebooks.lobes");
   return cuts;
+}
+
+/**
+ * @param {Fields} scalars
+ * @param {LobeShape | null} lobes
+ * @returns {Map<Attribute, Scalar>}
+ */
+function parseScalars(scalars, lobes) {
+  /** @type {Map<Attribute, Scalar>} */
+  const found = new Map();
+  const latents = lobes?.latents ?? 0;
+  if (Object.hasOwn(scalars, "lobes") && !latents) throw broken("scalars.lobes");
+  for (const [name, count] of /** @type {[Attribute, number][]} */ ([...COLUMNS, ["lobes", latents]])) {
+    const spare = name === "opacity" && !Object.hasOwn(scalars, name) && lobes !== null;
+    if (spare || count === 0) continue;
+    const part = object(scalars, name);
+    const [leasts, sizes, middles] = ["least", "size", "middle"].map((key) => list(part, key));
+    if ([leasts, sizes, middles].some((values) => values.length !== count)) throw broken(`scalars.${name}`);
+    const columns = leasts.map((_, i) => {
+      const own = { least: leasts[i], size: sizes[i], middle: middles[i] };
+      const least = integer(own, "least", -CODE_MAX, CODE_MAX);
+      const size = integer(own, "size", 1, SIZE_MAX);
+      const largest = integer({ size: least + size - 1 }, "size", least, CODE_MAX);
+      return { least, size, middle: integer(own, "middle", least, largest) };
+    });
+    const step = Math.fround(number(part, "step"));
+    if (!(step >= STEP_MIN && step <= STEP_MAX)) throw broken(`scalars.${name}.step`);
+    const highest = Math.max(...columns.map(({ least, size }) => least + size - 1));
+    if (name === "scale" && highest * step > LOG_SCALE_MAX) throw broken("scalars.scale");
+    found.set(name, { step, columns });
+  }
+  return found;
 }
 
 /**

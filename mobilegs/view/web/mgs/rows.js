@@ -3,6 +3,7 @@
 import { AppearanceDecoder } from "./appearance.js";
 import { lookUp, meanCodes } from "./codebooks.js";
 import { C0, LobeDecoder } from "./lobes.js";
+import { turn } from "./rotations.js";
 import { fillRows, makeGaussians, normaliseQuats } from "./scene.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
@@ -81,7 +82,9 @@ export class RowDecoder {
     lookUp(scale, logScales, 3);
     lookUp(exponentials(scale), scales, 3);
     const rotation = codes("rotation");
-    if (rotation) {
+    const scalar = header.scalars.get("rotation");
+    if (rotation && scalar) turn(scalar, rotation.columns, logScales, quats);
+    else if (rotation) {
       lookUp(rotation, quats, 4);
       normaliseQuats(quats);
     } else fillRows(quats, this.#neutral.quats);
@@ -92,10 +95,11 @@ export class RowDecoder {
       this.#appearance.decode(positions, appearance, sh);
     } else fillRows(sh, this.#neutral.sh);
     // hidden layers look at everything else
-    const all = [...header.cuts.keys()].every((name) => columns[name]);
+    const names = [...header.cuts.keys(), ...header.scalars.keys()];
+    const all = names.every((name) => columns[name]);
     if (all && this.#lobeDecoder) this.#lobeDecoder.decode(gaussians, codes("lobes"), lobes);
     else fillRows(lobes, this.#neutral.lobes);
-    if (header.cuts.has("opacity")) {
+    if (names.includes("opacity")) {
       addBase(codes("opacity") ?? meanCodes(this.#of("opacity"), count), lobes);
     }
     return gaussians;

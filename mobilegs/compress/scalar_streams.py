@@ -1,0 +1,91 @@
+"""Streams of the mode `sq`: columns of whole numbers, and the finer bits of rotations."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from mobilegs.compress.bits import pack_bits, unpack_bits
+from mobilegs.compress.codebooks import Attribute
+from mobilegs.compress.codes import CodedScene
+from mobilegs.compress.envelope import Stream
+from mobilegs.compress.rotations import finer_bits
+from mobilegs.compress.scalars import COLUMNS
+from mobilegs.compress.streams import decode_indices, encode_indices
+from mobilegs.errors import InputError
+
+FINER = "rotation-finer"  # name of the stream
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """What the header says of an attribute."""
+
+    step: float
+    """A float32 value."""
+    columns: tuple["Column", ...]
+    """Of rotations those of the cells."""
+
+
+class Column(NamedTuple):
+    """Codes from `least` on, of which there are `size`; half of all are above `middle`."""
+
+    least: int
+    size: int
+    middle: int
+
+
+def scalars_of(coded: CodedScene) -> dict[Attribute, Scalar]:
+    """What the header says of every attribute, in the file's order."""
+    found: dict[Attribute, Scalar] = {}
+    for name in (*COLUMNS, "lobes"):
+        if name not in coded.steps:
+            continue
+        codes = coded.cells if name == "rotation" else coded.indices[name]
+        columns = []
+        for column in codes.T:
+            least, largest = int(column.min()), int(column.max())
+            columns.append(Column(least, largest - least + 1, int(column.median())))
+        found[name] = Scalar(coded.steps[name], tuple(columns))
+    return found
+
+
+def pack_scalars(coded: CodedScene) -> list[Stream]:
+    """All columns, and behind those of the rotations their finer bits."""
+    streams: list[Stream] = []
+    for name, scalar in scalars_of(coded).items():
+        codes = coded.cells if name == "rotation" else coded.indices[name]
+        for i, column in enumerate(scalar.columns):
+            symbols = (codes[:, i] - column.least).numpy().astype(np.uint16)
+            streams.append(encode_indices(f"{name}.{i}", symbols, column.size))
+        if name == "rotation":
+            finer = coded.finer.flatten().numpy()
+            turns = coded.indices[name].flatten().numpy().astype(np.int64)
+            rest = (turns & ((1 << finer) - 1)).astype(np.uint64)
+            streams.append(Stream(FINER, "bits", pack_bits(rest, finer)))
+    return streams
+
+
+def unpack_scalars(
+    scalars: Mapping[Attribute, Scalar], count: int, stream: Callable[[str], Stream]
+) -> dict[Attribute, Tensor]:
+    """The codes that `pack_scalars` wrote; `stream` finds a stream or raises InputError."""
+    codes: dict[Attribute, Tensor] = {}
+    for name, scalar in scalars.items():
+        columns = [
+            decode_indices(stream(f"{name}.{i}"), count, column.size).astype(np.int32)
+            + column.least
+            for i, column in enumerate(scalar.columns)
+        ]
+        codes[name] = torch.from_numpy(np.stack(columns, axis=1))
+    finer = finer_bits(codes["scale"].float() * scalars["scale"].step)
+    rest = stream(FINER)
+    if rest.codec != "bits":
+        raise InputError(f"the stream '{FINER}' of the .mgs file uses the codec '{rest.codec}'")
+    bits = unpack_bits(rest.data, finer.flatten().numpy()).astype(np.int32)
+    low = torch.from_numpy(bits).reshape(count, 3)
+    codes["rotation"] = (codes["rotation"] << finer.int()) | low
+    return codes

@@ -1,0 +1,98 @@
+"""What a student learned, as codes: indices into codebooks, or multiples of steps."""
+
+from collections.abc import Mapping
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from mobilegs.compress.appearance import LATENTS, AppearanceDecoder
+from mobilegs.compress.codebooks import (
+    CUTS,
+    Attribute,
+    CodebookSizes,
+    SubVectorCodebooks,
+    apparent_size,
+)
+from mobilegs.compress.encode import Codes
+from mobilegs.compress.lobes import LobeDecoder
+from mobilegs.compress.rotations import RotationCodes
+from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
+from mobilegs.gaussians import Gaussians
+from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
+from mobilegs.train.view_dependence import ViewDependence
+
+
+def vector_codes(
+    values: Mapping[Attribute, Tensor],
+    view: ViewDependence,
+    sizes: CodebookSizes,
+    generator: torch.Generator,
+) -> dict[Attribute, Codes]:
+    """Codebooks by k-means of every attribute."""
+    found: dict[Attribute, Codes] = {}
+    for name, value in values.items():
+        size = view.size if name == "lobes" else getattr(sizes, name)
+        found[name] = SubVectorCodebooks.fit(
+            value,
+            length=view.length if name == "lobes" else CUTS[name].length,
+            size=min(size, len(value)),
+            generator=generator,
+            weights=apparent_size(values["scale"]) if name == "scale" else None,
+        )
+    return found
+
+
+def scalar_codes(values: Mapping[Attribute, Tensor], steps: ScalarSteps) -> dict[Attribute, Codes]:
+    """The nearest multiples of the steps, of what `decorrelated` gave."""
+    scales = ScalarCodes.fit(values["scale"], step=steps.scale)
+    found: dict[Attribute, Codes] = {}
+    for name, value in values.items():
+        step = getattr(steps, name)
+        if name == "rotation":
+            found[name] = RotationCodes.fit(value, scales=scales, step=step)
+        else:
+            found[name] = scales if name == "scale" else ScalarCodes.fit(value, step=step)
+    return found
+
+
+def restored_codes(
+    name: Attribute,
+    indices: Tensor,
+    steps: ScalarSteps,
+    others: Mapping[Attribute, Codes],
+) -> Codes:
+    """Multiples of steps as they were; those of the scales come first."""
+    if name == "rotation":
+        return RotationCodes(others["scale"], steps.rotation, indices)
+    return ScalarCodes(getattr(steps, name), indices)
+
+
+@torch.no_grad()
+def decorrelated(
+    values: Mapping[Attribute, Tensor],
+    positions: Float[Tensor, "n 3"],
+    decoder: AppearanceDecoder,
+    lobe_decoder: LobeDecoder | None,
+    view: ViewDependence,
+) -> dict[Attribute, Tensor]:
+    """The values with latents in other coordinates, which the decoders' weights undo.
+
+    `positions` are the normalised ones.
+    """
+    found = dict(values)
+    static, of_view = values["appearance"].split(LATENTS, dim=1)
+    if "lobes" in values:
+        assert lobe_decoder is not None
+        none = values["scale"].new_zeros(len(static))
+        shown = Gaussians(
+            positions,
+            values["rotation"],
+            values["scale"],
+            values["opacity"][:, 0] if "opacity" in values else none,
+            decoder.decode(positions, static, of_view),
+        )
+        found["lobes"] = decorrelate_lobes(lobe_decoder, values["lobes"], shown, base=view.base)
+    changed = decorrelate_appearance(decoder, positions, static, of_view)
+    found["appearance"] = torch.cat(changed, dim=1)
+    return found

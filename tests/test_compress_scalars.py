@@ -1,0 +1,223 @@
+"""The mode `sq`: rotations turned back and in fine angles, multiples of steps, plain latents."""
+
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+from test_web_decoder import Case, make_scene
+from tiny import STUDENT, train
+
+from mobilegs.compress.appearance import AppearanceDecoder
+from mobilegs.compress.codes import same
+from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.compress.lobes import LobeDecoder, LobeShape
+from mobilegs.compress.rotations import (
+    LIMITS,
+    canonical_pairs,
+    decode_rotations,
+    encode_rotations,
+    finer_bits,
+    quats_of,
+    rotation_vectors,
+)
+from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.project import rotation_matrices
+from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
+
+pytest_plugins = ["tiny"]
+
+
+def seeded(seed: int = 0) -> torch.Generator:
+    return torch.Generator().manual_seed(seed)
+
+
+def covariances(quats: torch.Tensor, log_scales: torch.Tensor) -> torch.Tensor:
+    axes = rotation_matrices(torch.nn.functional.normalize(quats.double(), dim=1))
+    halves = axes * log_scales.double().exp()[:, None, :]
+    return halves @ halves.transpose(1, 2)
+
+
+def relative(found: torch.Tensor, expected: torch.Tensor) -> torch.Tensor:
+    return (found - expected).flatten(1).norm(dim=1) / expected.flatten(1).norm(dim=1)
+
+
+def ellipsoids(count: int, seed: int = 0) -> tuple[torch.Tensor, torch.Tensor]:
+    g = seeded(seed)
+    quats = torch.randn(count, 4, generator=g)
+    return quats, 1.5 * torch.randn(count, 3, generator=g)
+
+
+def test_canonical_pairs_are_the_same_ellipsoids_turned_by_63_degrees_at_most() -> None:
+    quats, log_scales = ellipsoids(5000)
+    turned, renamed = canonical_pairs(quats, log_scales)
+    assert relative(covariances(turned, renamed), covariances(quats, log_scales)).max() < 1e-5
+    assert rotation_vectors(turned).norm(dim=1).max() < math.radians(62.8)
+    assert (turned[:, 0] > 0).all()
+    torch.testing.assert_close(turned.norm(dim=1), torch.ones(5000))
+    again = canonical_pairs(turned, renamed)
+    torch.testing.assert_close(again[0], turned, atol=1e-6, rtol=0)
+    assert torch.equal(again[1], renamed)
+
+
+@pytest.mark.parametrize("turn", [[1, 1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [1, 1, 1, 1]])
+def test_a_turn_that_maps_axes_to_axes_is_no_turn_at_all(turn: list[float]) -> None:
+    log_scales = torch.tensor([[-1.0, -2.0, -3.0]])
+    turned, renamed = canonical_pairs(torch.tensor([turn]).float(), log_scales)
+    torch.testing.assert_close(turned, torch.tensor([[1.0, 0, 0, 0]]), atol=1e-6, rtol=0)
+    assert sorted(renamed[0].tolist()) == [-3, -2, -1]
+
+
+def test_rotation_vectors_come_back() -> None:
+    quats, _ = ellipsoids(500)
+    quats[0] = torch.tensor([1.0, 0, 0, 0])
+    quats[1] = torch.tensor([1.0, 1e-12, 0, 0])
+    quats[2] = torch.tensor([0.0, 1, 0, 0])
+    unit = torch.nn.functional.normalize(quats, dim=1)
+    back = quats_of(rotation_vectors(quats))
+    assert (1 - (back * unit).sum(1).abs()).max() < 1e-6
+
+
+def test_an_angle_is_finer_where_a_gaussian_is_longer() -> None:
+    limits = torch.tensor(LIMITS) / 256
+    expected = [math.asinh((2 ** (c - 0.5) - 1) / 2) for c in range(1, 9)]
+    assert (limits - torch.tensor(expected)).abs().max() < 1 / 256
+    zeros = torch.zeros(8)
+    at = torch.stack([zeros, limits, zeros], dim=1)
+    below = torch.stack([zeros, torch.nextafter(limits, zeros), zeros], dim=1)
+    assert finer_bits(at)[:, 2].tolist() == list(range(1, 9))
+    assert finer_bits(below)[:, 0].tolist() == list(range(8))
+    assert (finer_bits(at)[:, 1] == 0).all()
+
+
+@pytest.mark.parametrize("step", [0.3, 0.05])
+def test_coded_rotations_change_every_ellipsoid_alike_and_little(step: float) -> None:
+    quats, log_scales = canonical_pairs(*ellipsoids(4000, seed=1))
+    codes = encode_rotations(quats, log_scales, step)
+    decoded = decode_rotations(codes, log_scales, step)
+    assert torch.equal(encode_rotations(decoded, log_scales, step), codes)
+    error = relative(covariances(decoded, log_scales), covariances(quats, log_scales))
+    long = (log_scales.amax(1) - log_scales.amin(1)) > 3
+    assert error.max() < 1.5 * step
+    assert error[long].mean() < 2 * error[~long].mean() and error.mean() < step / 4
+
+
+def test_scalar_codes_are_the_nearest_multiples() -> None:
+    values = torch.tensor([[0.24, -1.0], [0.26, 0.0], [-0.26, 7.0]])
+    codes = ScalarCodes.fit(values, step=0.5)
+    assert codes.indices.tolist() == [[0, -2], [1, 0], [-1, 14]]
+    assert codes(torch.tensor([2, 0])).tolist() == [[-0.5, 7.0], [0.0, -1.0]]
+    codes.select(torch.tensor([True, False, True]))
+    assert codes.indices.tolist() == [[0, -2], [-1, 14]]
+
+
+def test_slopes_lead_from_rare_codes_to_frequent_ones() -> None:
+    values = torch.cat([torch.zeros(90), torch.ones(9), torch.full((1,), 4.0)])[:, None]
+    codes = ScalarCodes.fit(values, step=1.0)
+    asked = torch.tensor([[0.5], [-0.5], [3.5], [4.5], [1.5], [50.0]])
+    slopes = codes.slopes(asked.expand(-1, 1))
+    total = 90 + 9 + 1 + 0.1 * 9  # codes -2 to 6
+    bits = [math.log2(total / (count + 0.1)) for count in (0, 0, 90, 9, 0, 0, 1, 0, 0)]
+    expected = [bits[i + 1] - bits[i] for i in (2, 1, 5, 6, 3, 7)]
+    torch.testing.assert_close(slopes[:, 0], torch.tensor(expected))
+    assert slopes[0] > 0 > slopes[1]
+    finer = ScalarCodes.fit(values / 2, step=0.5).slopes(asked / 2)
+    torch.testing.assert_close(finer, 2 * slopes)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 3])
+def test_plain_appearance_latents_decode_to_the_same_colours(degree: int) -> None:
+    g = seeded(3)
+    decoder = AppearanceDecoder(g, degree)
+    places = torch.randn(3000, 3, generator=g)
+    mix = torch.randn(3, 3, generator=g)
+    static, view = (torch.randn(3000, 3, generator=g) @ mix for _ in range(2))
+    before = decoder.decode(places, static, view)
+    changed = decorrelate_appearance(decoder, places, static, view)
+    after = decoder.decode(places, *changed)
+    assert (after - before).abs().max() < 4e-3 * before.abs().max()  # weights are halves
+    covariance = torch.cov(changed[0].T)
+    assert (covariance - covariance.diagonal().diag()).abs().max() < 1e-3 * covariance.max()
+    assert covariance[0, 0] >= covariance[1, 1] >= covariance[2, 2]
+    nudged = decoder.decode(places, changed[0] + torch.tensor([0, 0.01, 0]), changed[1])
+    felt = (nudged - after).flatten(1).square().sum(1).mean().sqrt()
+    assert 0.008 < felt < 0.012  # a unit along any axis changes the colour by one
+
+
+@pytest.mark.parametrize("hidden", [(), (8,), (8, 5)])
+def test_plain_lobe_latents_decode_to_the_same_lobes(hidden: tuple[int, ...]) -> None:
+    g = seeded(4)
+    decoder = LobeDecoder(LobeShape(2, 6, hidden), g)
+    for parameter in decoder.parameters():
+        parameter.data.copy_(0.5 * torch.randn(parameter.shape, generator=g))
+    quats, log_scales = ellipsoids(2000)
+    rest = torch.randn(2000, 4, 3, generator=g)
+    shown = Gaussians(log_scales, quats, log_scales, rest[:, 0, 0], rest)
+    latents = torch.randn(2000, 6, generator=g) @ torch.randn(6, 6, generator=g)
+    before = decoder.decode(latents, shown, base=True)
+    changed = decorrelate_lobes(decoder, latents, shown, base=True)
+    after = decoder.decode(changed, shown, base=True)
+    assert (after - before).abs().max() < 4e-3 * before.abs().max()
+    covariance = torch.cov(changed.T)
+    assert (covariance - covariance.diagonal().diag()).abs().max() < 1e-3 * covariance.max()
+
+
+def test_a_scene_of_scalars_comes_back_and_says_what_it_is() -> None:
+    coded = make_scene(Case(2000, LobeShape(2, 12, (64,)), steps=ScalarSteps()))
+    data = pack(coded)
+    found = unpack(data)
+    assert same(found, coded.sorted()) and pack(found) == data
+    assert not same(found, replace(found, steps={**found.steps, "scale": 0.2}))
+    report = inspect(data)
+    assert report["mode"] == "sq"
+    names = [row["name"] for row in report["streams"]]
+    assert names[:3] == ["lobe-decoder", "appearance-decoder", "positions"]
+    assert names[6:11] == [
+        "rotation.0",
+        "rotation.1",
+        "rotation.2",
+        "rotation-finer",
+        "appearance.0",
+    ]
+    assert sum(row["bytes"] for row in report["streams"]) < report["file_bytes"]
+
+
+def test_codes_that_reach_too_far_are_refused() -> None:
+    coded = make_scene(Case(50, steps=ScalarSteps()))
+    coded.indices["appearance"][3, 2] = 5000
+    with pytest.raises(InputError, match="appearance codes reach too far"):
+        pack(coded)
+    coded = make_scene(Case(50, steps=ScalarSteps()))
+    coded.indices["scale"][3, 2] = 1000
+    with pytest.raises(InputError, match="scale codes hold numbers that are out of range"):
+        pack(coded)
+
+
+@pytest.mark.parametrize("steps", [{"scale": 0.0}, {"rotation": math.nan}, {"lobes": 1000.0}])
+def test_steps_that_are_none_are_refused(steps: dict[str, float]) -> None:
+    with pytest.raises(InputError, match="must lie within"):
+        ScalarSteps(**steps)
+
+
+def entropy(column: torch.Tensor) -> float:
+    shares = column.unique(return_counts=True)[1] / len(column)
+    return float(-(shares * shares.log2()).sum())
+
+
+def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
+    bits = []
+    for price in (0.0, 1.0):
+        config = replace(STUDENT, coding="sq", bit_price=price, reassign_every=2)
+        student = make_student(replace(config, codes_fraction=0.3))
+        train(student, dataset, 40)
+        codes = student.model.codebooks
+        bits.append([sum(entropy(c) for c in codes[name].indices.T) for name in codes])
+    assert sum(bits[1]) < 0.98 * sum(bits[0])
+
+
+@pytest.mark.parametrize("wrong", [{"coding": "vq"}, {"bit_price": -1.0}, {"bit_price": math.nan}])
+def test_codings_that_are_none_are_refused(wrong: dict) -> None:
+    with pytest.raises(InputError):
+        replace(STUDENT, **wrong)
