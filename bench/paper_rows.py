@@ -59,6 +59,17 @@ def _codebooks() -> dict[str, Row]:
     }
 
 
+def _scalars() -> dict[str, Row]:
+    return {
+        f"sq-{price}": Row(
+            "codebooks",
+            f"multiples of steps, {price} a bit per Gaussian",
+            ("student.coding=sq", f"student.bit_price={price}"),
+        )
+        for price in (0.0003, 0.001, 0.003)
+    }
+
+
 ROWS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents"),
@@ -106,8 +117,9 @@ ROWS: dict[str, Row] = {
         (*SORTED, *EXPLICIT, *ALL_DEGREES, *MASKS),
         coded=False,
     ),
-    # ---- codebooks
+    # ---- codebooks, and what else codes can be
     **_codebooks(),
+    **_scalars(),
     # ---- rivals
     "sort-free-gs": Row(
         "rivals",

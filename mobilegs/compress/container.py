@@ -153,7 +153,11 @@ def inspect(data: bytes) -> dict[str, Any]:
         "padding_bytes": padding,
         "streams": rows,
         "mode": fields["mode"],
-        "codebook_sizes": header.sizes,
+        **(
+            {"steps": {name: scalar.step for name, scalar in header.scalars.items()}}
+            if header.scalars
+            else {"codebook_sizes": header.sizes}
+        ),
         "lobes": fields["lobes"],
         "views": len(header.views),
         "near": header.near,
