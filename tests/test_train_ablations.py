@@ -39,6 +39,9 @@ FORMS: dict[str, StudentConfig] = {
     **{f"sh-{degree}": replace(STUDENT, sh_degree=degree) for degree in (0, 2, 3)},
     "sq": replace(STUDENT, coding="sq"),
     "sq, free lobes": replace(STUDENT, coding="sq", view=ViewDependence("free", fraction=0.3)),
+    "sq, network": replace(STUDENT, coding="sq", view=ViewDependence("network")),
+    "sq, decoded": replace(STUDENT, coding="sq", view=ViewDependence("decoded")),
+    "sq, no base": replace(STUDENT, coding="sq", view=ViewDependence("latent", latents=0)),
     "sq, sorted": replace(STUDENT, coding="sq", blend="sorted", view=CONSTANT, sh_degree=2),
     "release": replace(
         STUDENT, weighting=Weighting(detached=True), depth_masked=False, moments_kept=False

@@ -24,11 +24,14 @@ function finerBits(a, b) {
  * @returns {Uint16Array[]}
  */
 export function decodeFiner(data, books, columns) {
-  const count = columns[0].length;
+  const [first, second, third] = columns;
+  const count = first.length;
   const widths = new Uint8Array(3 * count);
   let total = 0;
   for (let i = 0; i < count; i++) {
-    const [a, b, c] = [books[0][columns[0][i]], books[1][columns[1][i]], books[2][columns[2][i]]];
+    const a = books[0][first[i]];
+    const b = books[1][second[i]];
+    const c = books[2][third[i]];
     widths[3 * i] = finerBits(b, c);
     widths[3 * i + 1] = finerBits(a, c);
     widths[3 * i + 2] = finerBits(a, b);
@@ -36,7 +39,9 @@ export function decodeFiner(data, books, columns) {
   }
   const bits = exactBits(data, total);
   const found = [new Uint16Array(count), new Uint16Array(count), new Uint16Array(count)];
-  for (let i = 0; i < widths.length; i++) found[i % 3][Math.floor(i / 3)] = bits.take(widths[i]);
+  for (let i = 0; i < count; i++) {
+    for (let axis = 0; axis < 3; axis++) found[axis][i] = bits.take(widths[3 * i + axis]);
+  }
   return found;
 }
 
@@ -50,17 +55,20 @@ export function decodeFiner(data, books, columns) {
  */
 export function turn({ step, columns: cells }, columns, logScales, quats) {
   const count = columns[0].length;
-  const angles = new Float64Array(3);
+  const angle = (/** @type {number} */ axis, /** @type {number} */ i, /** @type {number} */ bits) =>
+    step * (columns[axis][i] + cells[axis].least - 0.5 + (columns[3 + axis][i] + 0.5) / (1 << bits));
   for (let i = 0; i < count; i++) {
-    const [a, b, c] = logScales.subarray(3 * i, 3 * i + 3);
-    for (let axis = 0; axis < 3; axis++) {
-      const parts = 1 << finerBits(axis === 0 ? b : a, axis === 2 ? b : c);
-      const cell = columns[axis][i] + cells[axis].least;
-      angles[axis] = step * (cell - 0.5 + (columns[3 + axis][i] + 0.5) / parts);
-    }
-    const angle = Math.hypot(angles[0], angles[1], angles[2]);
-    const share = angle > 1e-9 ? Math.sin(angle / 2) / angle : 0.5;
-    quats[4 * i] = Math.cos(angle / 2);
-    for (let axis = 0; axis < 3; axis++) quats[4 * i + 1 + axis] = share * angles[axis];
+    const a = logScales[3 * i];
+    const b = logScales[3 * i + 1];
+    const c = logScales[3 * i + 2];
+    const x = angle(0, i, finerBits(b, c));
+    const y = angle(1, i, finerBits(a, c));
+    const z = angle(2, i, finerBits(a, b));
+    const whole = Math.sqrt(x * x + y * y + z * z);
+    const share = whole > 1e-9 ? Math.sin(whole / 2) / whole : 0.5;
+    quats[4 * i] = Math.cos(whole / 2);
+    quats[4 * i + 1] = share * x;
+    quats[4 * i + 2] = share * y;
+    quats[4 * i + 3] = share * z;
   }
 }
