@@ -209,7 +209,7 @@ def entropy(column: torch.Tensor) -> float:
 def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
     bits = []
     for price in (0.0, 1.0):
-        config = replace(STUDENT, coding="sq", bit_price=price, reassign_every=2)
+        config = replace(STUDENT, coding="sq", bit_price=price)
         student = make_student(replace(config, codes_fraction=0.3))
         train(student, dataset, 40)
         codes = student.model.codebooks

@@ -328,7 +328,7 @@ def test_reassigning_follows_what_a_gaussian_has_learned_to_want(make_student) -
     with torch.no_grad():
         model.rows.tensors["scale"][7] = book.stored_centers[:, 3, 0]
     assert book.indices[7].tolist() != [3, 3, 3]
-    model.reassign()
+    model.reassign(all_codes=True)
     assert book.indices[7].tolist() == [3, 3, 3]
 
 

@@ -51,7 +51,6 @@ class ScalarCodes(nn.Module):
     def __init__(self, step: float, indices: Int[Tensor, "n s"]) -> None:
         super().__init__()
         self.step = step
-        self._prices: list[tuple[int, Tensor]] = []
         self.register_buffer("indices", indices.detach().int())
 
     @classmethod
@@ -69,7 +68,6 @@ class ScalarCodes(nn.Module):
     def reassign(self, values: Float[Tensor, "n s"]) -> None:
         """Give every row the codes nearest to its new values."""
         self.indices = (values / self.step).round().clamp(-CODE_MAX, CODE_MAX).int()
-        self._prices = []
 
     def select(self, rows: Tensor) -> None:
         """Keep only the rows that `rows` picks."""
@@ -82,12 +80,11 @@ class ScalarCodes(nn.Module):
         A code takes `-log2` of the share that it has of its column; between two codes the price
         is interpolated.
         """
-        if not self._prices:
-            self._prices = [_prices(column) for column in self.indices.T]
         places = values / self.step
         lower = places.floor()
         found = []
-        for column, (least, prices) in zip(lower.T, self._prices, strict=True):
+        for column, codes in zip(lower.T, self.indices.T, strict=True):
+            least, prices = _prices(codes)
             at = (column - least).long().clamp(0, len(prices) - 2)
             found.append((prices[at + 1] - prices[at]) / self.step)
         return torch.stack(found, dim=1)

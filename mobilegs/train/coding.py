@@ -59,10 +59,16 @@ def scalar_codes(values: Mapping[Attribute, Tensor], steps: ScalarSteps) -> dict
 def restored_codes(
     name: Attribute,
     indices: Tensor,
-    steps: ScalarSteps,
+    shared: Mapping[str, Mapping[str, Tensor]],
+    steps: ScalarSteps | None,
     others: Mapping[Attribute, Codes],
 ) -> Codes:
-    """Multiples of steps as they were; those of the scales come first."""
+    """Codes as they were; `shared` has the state of codebooks, if there are no steps.
+
+    Of multiples of steps those of the scales come first.
+    """
+    if steps is None:
+        return SubVectorCodebooks(shared[f"{name}.centers"]["value"], indices)
     if name == "rotation":
         return RotationCodes(others["scale"], steps.rotation, indices)
     return ScalarCodes(getattr(steps, name), indices)

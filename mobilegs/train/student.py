@@ -114,8 +114,8 @@ class Student:
         if self.config.view.decay:
             self.model.forget_directions(self.config.view.decay)
         self.done += 1
-        if self.model.phase == "codes" and self.done % self.config.reassign_every == 0:
-            self.model.reassign()
+        if self.model.phase == "codes":
+            self.model.reassign(all_codes=self.done % self.config.reassign_every == 0)
         if self.ballot.votes_in(self.done):
             for camera in cameras:
                 self._vote(camera)

@@ -87,7 +87,8 @@ class StudentConfig:
     free_share: float = 0.2
     """With codes, what is left of the rates of what they stand for."""
     reassign_every: int = 25
-    """With codes, steps between two choices of the nearest codebook entries."""
+    """With codes, steps between two choices of the nearest codebook entries. (The nearest
+    multiples are chosen in every step.)"""
     final_rate: float = 0.1
     """What is left of every rate at the end; it falls geometrically from `decay_from` on."""
     decay_from: float = 0.5

@@ -319,10 +319,14 @@ class StudentModel:
                 slopes = codes.slopes(tensor) * (price / len(tensor))
                 tensor.grad = slopes if tensor.grad is None else tensor.grad + slopes
 
-    def reassign(self) -> None:
-        """Give every Gaussian the codebook entries nearest to what it has learned to want."""
-        for name, book in self.codebooks.items():
-            book.reassign(self.rows.tensors[name].detach())
+    def reassign(self, *, all_codes: bool) -> None:
+        """Give every Gaussian the codes nearest to what it has learned to want.
+
+        Without `all_codes` only multiples of steps, which are found at once.
+        """
+        for name, codes in self.codebooks.items():
+            if all_codes or not isinstance(codes, SubVectorCodebooks):
+                codes.reassign(self.rows.tensors[name].detach())
 
     def set_rates(self, rates: Mapping[str, float]) -> None:
         """Rates by what they move: a tensor of `rows`, `network`, `decoder`, or an attribute."""
@@ -378,12 +382,7 @@ class StudentModel:
             self.decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
             self._share("decoder", self.decoder)
         for name, indices in state["indices"].items():
-            book = state["shared"].get(f"{name}.centers")
-            if book is not None:
-                codes = SubVectorCodebooks(book["value"], indices)
-            else:
-                assert self.steps is not None
-                codes = restored_codes(name, indices, self.steps, self.codebooks)
+            codes = restored_codes(name, indices, state["shared"], self.steps, self.codebooks)
             self.codebooks[name] = codes.to(device)
             self._share(name, self.codebooks[name])
         self.rows.restore(state["rows"])
