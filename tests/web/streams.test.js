@@ -5,6 +5,7 @@ import { BitReader, exactBits } from "../../mobilegs/view/web/mgs/bits.js";
 import { crc32 } from "../../mobilegs/view/web/mgs/crc32.js";
 import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
 import { fromHalf, notFinite } from "../../mobilegs/view/web/mgs/half.js";
+import { thinned } from "../../mobilegs/view/web/mgs/positions.js";
 import { decodeRans, laneCount } from "../../mobilegs/view/web/mgs/rans.js";
 import { bits, constantRans, rans } from "./write.js";
 
@@ -17,6 +18,14 @@ test("the checksum is that of zip, and goes on where it left off", () => {
   const text = new TextEncoder().encode("123456789");
   assert.equal(crc32(text), 0xcbf43926);
   assert.equal(crc32(text.subarray(4), crc32(text.subarray(0, 4))), 0xcbf43926);
+});
+
+test("of many positions every so many are left, of few all", () => {
+  const positions = Uint16Array.from({ length: 3 * 11 }, (_, i) => i);
+  assert.equal(thinned(positions, 11), positions);
+  assert.deepEqual([...thinned(positions, 4)], [0, 1, 2, 9, 10, 11, 18, 19, 20, 27, 28, 29]);
+  assert.deepEqual([...thinned(positions, 10)].length, 18);
+  assert.deepEqual([...thinned(positions, 1)], [0, 1, 2]);
 });
 
 test("halves have their values, the smallest ones too", () => {
