@@ -61,7 +61,7 @@ def _axes(
     There, a unit along any axis changes what is decoded by 1 in the mean over the Gaussians
     (root of the summed squares), and the coordinates are not correlated.
     """
-    rows = slice(0, SAMPLES)
+    rows = slice(None, None, -(-len(latents) // SAMPLES))  # every so many
     some = latents[rows]
     start, columns = decoded(some, rows), []
     for i, size in enumerate((NUDGE * some.std(0)).clamp_min(1e-4).tolist()):
