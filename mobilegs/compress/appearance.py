@@ -7,7 +7,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu, linear
 
-from mobilegs.compress.halves import round_half
+from mobilegs.compress.halves import DIGITS, round_half
 
 OCTAVES = 16
 ENCODED = 2 * 3 * OCTAVES
@@ -60,6 +60,7 @@ class AppearanceDecoder(nn.Module):
     def __init__(self, generator: torch.Generator, degree: int = 1) -> None:
         """`degree` is that of the harmonics, 0 to 3."""
         super().__init__()
+        self.digits = DIGITS  # of the weights; a coding may have fewer
         self.degree = degree
 
         def weights(rows: int, columns: int) -> nn.Parameter:
@@ -86,16 +87,16 @@ class AppearanceDecoder(nn.Module):
         them.
         """
         encoded = encode_frequencies(contract(positions.detach()))
-        hidden = torch.relu_(linear(encoded, round_half(self.context1)))
-        context = linear(hidden, round_half(self.context2))
+        hidden = torch.relu_(linear(encoded, round_half(self.context1, self.digits)))
+        context = linear(hidden, round_half(self.context2, self.digits))
         # both heads as one, twice as wide: memory, not arithmetic, is what takes the time
         of_static = self.static1.split([CONTEXT, LATENTS], dim=1)
         of_view = self.view1.split([CONTEXT, LATENTS], dim=1)
         of_latents = torch.block_diag(of_static[1], of_view[1])
         first = torch.cat([torch.cat([of_static[0], of_view[0]]), of_latents], dim=1)  # [128, 19]
         last = torch.block_diag(self.static2, self.view2)  # [12, 128] for degree 1
-        hidden = linear(torch.cat([context, static, view], dim=1), round_half(first))
-        out = linear(leaky_relu(hidden, SLOPE, inplace=True), round_half(last))
+        hidden = linear(torch.cat([context, static, view], dim=1), round_half(first, self.digits))
+        out = linear(leaky_relu(hidden, SLOPE, inplace=True), round_half(last, self.digits))
         return out.unflatten(1, (-1, 3))
 
     @torch.no_grad()

@@ -10,7 +10,7 @@ from mobilegs.camera import NEAR, Camera
 from mobilegs.compress.appearance import AppearanceDecoder
 from mobilegs.compress.codebooks import Attribute, SubVectorCodebooks
 from mobilegs.compress.codes import CodedScene, MetaValue
-from mobilegs.compress.halves import to_half
+from mobilegs.compress.halves import DIGITS, to_half
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.positions import Frame
 from mobilegs.compress.rotations import RotationCodes
@@ -75,8 +75,12 @@ def encode_scene(
 
 
 def _weights(module: nn.Module) -> dict[str, Tensor]:
-    return {name: _stored(value) for name, value in module.named_parameters()}
+    digits = module.digits if isinstance(module, AppearanceDecoder | LobeDecoder) else DIGITS
+    return {
+        name: _stored(value, digits if value.ndim == 2 else DIGITS)
+        for name, value in module.named_parameters()
+    }
 
 
-def _stored(values: Tensor) -> Tensor:
-    return to_half(values.detach()).cpu()
+def _stored(values: Tensor, digits: int = DIGITS) -> Tensor:
+    return to_half(values.detach(), digits).cpu()

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import linear, pad
 
-from mobilegs.compress.halves import round_half
+from mobilegs.compress.halves import DIGITS, round_half
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS, statics
@@ -59,6 +59,7 @@ class LobeDecoder(nn.Module):
     def __init__(self, shape: LobeShape, generator: torch.Generator) -> None:
         super().__init__()
         self.shape = shape
+        self.digits = DIGITS  # of the matrices; a coding may have fewer
         self.bias = nn.Parameter(torch.zeros(shape.outputs))
         with torch.no_grad():
             self.bias[1] = 1 / C0  # phi = 1
@@ -86,7 +87,7 @@ class LobeDecoder(nn.Module):
 
         Without it the constant part of the opacity, too, comes from latents and network.
         """
-        numbers, rows = latents, round_half(self.basis)
+        numbers, rows = latents, round_half(self.basis, self.digits)
         if base:  # one more number, whose direction is known
             numbers = torch.cat([latents, gaussians.logit_opacities[:, None]], dim=1)
             known = torch.zeros_like(self.bias)[None]
@@ -101,8 +102,8 @@ class LobeDecoder(nn.Module):
                 others = others.detach()
             hidden = torch.cat([others, latents], dim=1)
             for weight, offset in zip(self.weights, self.offsets, strict=False):
-                hidden = linear(hidden, round_half(weight), round_half(offset)).relu_()
-            lobes = torch.addmm(lobes, hidden, round_half(self.weights[-1]).T)
+                hidden = linear(hidden, round_half(weight, self.digits), round_half(offset)).relu_()
+            lobes = torch.addmm(lobes, hidden, round_half(self.weights[-1], self.digits).T)
         return lobes.unflatten(1, (-1, 2))
 
     @torch.no_grad()

@@ -11,6 +11,7 @@ from mobilegs.errors import InputError
 
 # columns of each attribute; the lobes' are as many as their decoder takes latents
 COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 6, "opacity": 1}
+WEIGHT_DIGITS = 6  # of the networks' matrices
 CODE_MAX = 1 << 14  # of either sign
 SPREAD = 0.1  # occurrences that every code between the least and the largest has for certain
 

@@ -37,16 +37,19 @@ def decode_indices(stream: Stream, count: int, size: int) -> UInt16[np.ndarray, 
 
 
 def encode_halves(name: str, halves: UInt16[np.ndarray, "n"]) -> Stream:
-    """Bit patterns of halves: `halves` (the upper bytes as rANS symbols), or `raw`.
+    """Bit patterns of halves: `halves` (the upper bytes as rANS symbols), `planes` or `raw`.
 
     Sign, exponent and the first two digits are worth about 5 of their 8 bits in trained
-    weights; the rest is noise.
+    weights; the rest is noise, unless it was rounded away: then `planes` has the lower bytes as
+    rANS symbols, too.
     """
     upper = rans.encode(halves >> 8, 256)
     lower = (halves & 255).astype(np.uint8).tobytes()
-    coded = Stream(name, "halves", struct.pack("<I", len(upper)) + upper + lower)
+    start = struct.pack("<I", len(upper)) + upper
     plain = Stream(name, "raw", halves.astype("<u2").tobytes())
-    return min(plain, coded, key=lambda stream: len(stream.data))
+    coded = Stream(name, "halves", start + lower)
+    planes = Stream(name, "planes", start + rans.encode(halves & 255, 256))
+    return min(plain, coded, planes, key=lambda stream: len(stream.data))
 
 
 def decode_halves(stream: Stream, count: int) -> UInt16[np.ndarray, "n"]:
@@ -56,15 +59,18 @@ def decode_halves(stream: Stream, count: int) -> UInt16[np.ndarray, "n"]:
         if len(data) != 2 * count:
             raise _wrong_length(stream)
         return np.frombuffer(data, dtype="<u2").astype(np.uint16)
-    if stream.codec != "halves":
+    if stream.codec not in ("halves", "planes"):
         raise _unknown(stream)
     if len(data) < 4:
         raise _wrong_length(stream)
     (length,) = struct.unpack_from("<I", data)
-    if len(data) != 4 + length + count:
+    rest = data[4 + length :]
+    if 4 + length > len(data) or (stream.codec == "halves" and len(rest) != count):
         raise _wrong_length(stream)
     upper = rans.decode(data[4 : 4 + length], count, 256)
-    return upper << 8 | np.frombuffer(data[4 + length :], dtype=np.uint8)
+    if stream.codec == "planes":
+        return upper << 8 | rans.decode(rest, count, 256)
+    return upper << 8 | np.frombuffer(rest, dtype=np.uint8)
 
 
 def _unknown(stream: Stream) -> InputError:

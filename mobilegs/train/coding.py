@@ -1,6 +1,7 @@
 """What a student learned, as codes: indices into codebooks, or multiples of steps."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import torch
 from jaxtyping import Float
@@ -17,7 +18,7 @@ from mobilegs.compress.codebooks import (
 from mobilegs.compress.encode import Codes
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.rotations import RotationCodes
-from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
+from mobilegs.compress.scalars import WEIGHT_DIGITS, ScalarCodes, ScalarSteps
 from mobilegs.gaussians import Gaussians
 from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.view_dependence import ViewDependence
@@ -58,20 +59,24 @@ def scalar_codes(values: Mapping[Attribute, Tensor], steps: ScalarSteps) -> dict
 
 def restored_codes(
     name: Attribute,
-    indices: Tensor,
-    shared: Mapping[str, Mapping[str, Tensor]],
+    state: Mapping[str, Any],
     steps: ScalarSteps | None,
     others: Mapping[Attribute, Codes],
 ) -> Codes:
-    """Codes as they were; `shared` has the state of codebooks, if there are no steps.
-
-    Of multiples of steps those of the scales come first.
-    """
+    """Codes as they were in the model's `state`; of steps those of the scales come first."""
+    indices = state["indices"][name]
     if steps is None:
-        return SubVectorCodebooks(shared[f"{name}.centers"]["value"], indices)
+        return SubVectorCodebooks(state["shared"][f"{name}.centers"]["value"], indices)
     if name == "rotation":
         return RotationCodes(others["scale"], steps.rotation, indices)
     return ScalarCodes(getattr(steps, name), indices)
+
+
+def shorten_weights(*decoders: AppearanceDecoder | LobeDecoder | None) -> None:
+    """From now on decoders compute with matrices of fewer digits, as files with steps hold them."""
+    for decoder in decoders:
+        if decoder is not None:
+            decoder.digits = WEIGHT_DIGITS
 
 
 @torch.no_grad()
@@ -84,7 +89,7 @@ def decorrelated(
 ) -> dict[Attribute, Tensor]:
     """The values with latents in other coordinates, which the decoders' weights undo.
 
-    `positions` are the normalised ones.
+    These have fewer digits from then on. `positions` are the normalised ones.
     """
     found = dict(values)
     static, of_view = values["appearance"].split(LATENTS, dim=1)
@@ -101,4 +106,5 @@ def decorrelated(
         found["lobes"] = decorrelate_lobes(lobe_decoder, values["lobes"], shown, base=view.base)
     changed = decorrelate_appearance(decoder, positions, static, of_view)
     found["appearance"] = torch.cat(changed, dim=1)
+    shorten_weights(decoder, lobe_decoder)
     return found

@@ -90,9 +90,9 @@ class NamedAdam:
         moments = {key: torch.zeros_like(value) for key in self._moments(self.tensors[name])}
         self._replace(name, value, moments)
 
-    def forget_all(self, name: str) -> None:
-        """The moments of one tensor, whose values mean something else now, start again."""
-        self.adam.state.pop(self.tensors[name], None)
+    def forget_all(self) -> None:
+        """All moments start again: the tensors mean something else now."""
+        self.adam.state.clear()
 
     @torch.no_grad()
     def forget(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:

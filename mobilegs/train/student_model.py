@@ -29,8 +29,8 @@ from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
+from mobilegs.train import coding
 from mobilegs.train.adjoints import pass_through, take_rows
-from mobilegs.train.coding import decorrelated, restored_codes, scalar_codes, vector_codes
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.view_dependence import LOGIT_MAX, ViewDependence, settled
 
@@ -297,14 +297,14 @@ class StudentModel:
         if self.view.cut is not None:
             values["lobes"] = take("lobe_latents")
         if self.steps is None:
-            self.codebooks = vector_codes(values, self.view, sizes, generator)
+            self.codebooks = coding.vector_codes(values, self.view, sizes, generator)
         else:
             assert self.decoder is not None and self.frame is not None
             places = self.frame.normalised(self.frame.store(self.rows.tensors["means"]))
-            values = decorrelated(values, places, self.decoder, self.lobe_decoder, self.view)
-            for name in self.shared.tensors:
-                self.shared.forget_all(name)
-            self.codebooks = scalar_codes(values, self.steps)
+            decoders = (self.decoder, self.lobe_decoder)
+            values = coding.decorrelated(values, places, *decoders, self.view)
+            self.shared.forget_all()
+            self.codebooks = coding.scalar_codes(values, self.steps)
         for name, codes in self.codebooks.items():
             self._share(name, codes)
             self.rows.add(name, values[name], self.rates[f"free_{name}"])
@@ -381,10 +381,12 @@ class StudentModel:
             self.frame = Frame(**state["frame"])
             self.decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
             self._share("decoder", self.decoder)
-        for name, indices in state["indices"].items():
-            codes = restored_codes(name, indices, state["shared"], self.steps, self.codebooks)
+        for name in state["indices"]:
+            codes = coding.restored_codes(name, state, self.steps, self.codebooks)
             self.codebooks[name] = codes.to(device)
             self._share(name, self.codebooks[name])
+        if self.phase == "codes" and self.steps is not None:
+            coding.shorten_weights(self.decoder, self.lobe_decoder)
         self.rows.restore(state["rows"])
         self.shared.restore(state["shared"])
 

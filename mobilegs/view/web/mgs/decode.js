@@ -24,7 +24,7 @@ import { APPEARANCE, NETWORK, lobeShapes, splitWeights, weightNumbers } from "./
 
 // Gaussians whose mean colour is the neutral one
 const SAMPLES = 256;
-const FLOATS = ["raw", "halves"];
+const FLOATS = ["raw", "halves", "planes"];
 const INDICES = ["bits", "rans"];
 /** Attributes that are worth a picture of their own, the last of which needs all. @type {Attribute[][]} */
 const STAGES = [["scale", "rotation"], ["appearance", "opacity"], ["lobes"]];

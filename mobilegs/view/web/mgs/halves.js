@@ -35,8 +35,10 @@ function decodeBits({ name, codec, data }, count) {
     return Uint16Array.from({ length: count }, (_, i) => data[2 * i] | (data[2 * i + 1] << 8));
   }
   if (data.length < 4) throw wrong;
-  const lower = 4 + view(data).getUint32(0, true);
-  if (data.length !== lower + count) throw wrong;
-  const upper = decodeRans(data.subarray(4, lower), count, 256);
-  return upper.map((byte, i) => (byte << 8) | data[lower + i]);
+  const start = 4 + view(data).getUint32(0, true);
+  if (start > data.length || (codec === "halves" && data.length !== start + count)) throw wrong;
+  const upper = decodeRans(data.subarray(4, start), count, 256);
+  const rest = data.subarray(start);
+  const lower = codec === "planes" ? decodeRans(rest, count, 256) : rest;
+  return upper.map((byte, i) => (byte << 8) | lower[i]);
 }
