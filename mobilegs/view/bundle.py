@@ -14,6 +14,9 @@ NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
 COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | re.DOTALL)
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
+# lines without texts, patterns and templates, and what needs no spaces in them
+PLAIN = re.compile(r"^[^\"'`/\n]*$", re.MULTILINE)
+SPACED = re.compile(r" ?(=>|[!=]==|[-+*|&]?=|<=|>=|&&|\|\||[{}]) ?")
 
 
 def bundle(entry: Path, replaced: dict[Path, str]) -> str:
@@ -21,7 +24,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
 
     Each module becomes a function that is called once and returns what it exports. It is no
     general tool: our modules import by name and export declarations, and none in a circle.
-    Comments and indentation are left out.
+    Comments, indentation and some spaces are left out.
     `replaced` gives other texts for some modules.
     """
     numbers: dict[Path, int] = {}
@@ -44,7 +47,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
 
         text = NOTHING.sub("", IMPORT.sub(imported, text))
         exported = [match[1] for match in EXPORT.finditer(text)]
-        text = EXPORT.sub("", text)
+        text = PLAIN.sub(lambda line: SPACED.sub(r"\1", line[0]), EXPORT.sub("", text))
         assert "import.meta" not in text, f"{path} asks where it lies"
         number = len(parts)
         parts.append(
