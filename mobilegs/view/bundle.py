@@ -17,6 +17,7 @@ INDENT = re.compile(r"\s*\n\s*")
 # lines without texts, patterns and templates, and what needs no spaces in them
 PLAIN = re.compile(r"^[^\"'`/\n]*$", re.MULTILINE)
 SPACED = re.compile(r" ?(=>|[!=]==|[-+*|&]?=|<=|>=|&&|\|\||[{}]) ?")
+PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
 
 
 def bundle(entry: Path, replaced: dict[Path, str]) -> str:
@@ -24,7 +25,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
 
     Each module becomes a function that is called once and returns what it exports. It is no
     general tool: our modules import by name and export declarations, and none in a circle.
-    Comments, indentation and some spaces are left out.
+    Comments, indentation and some spaces are left out, private names are short.
     `replaced` gives other texts for some modules.
     """
     numbers: dict[Path, int] = {}
@@ -49,6 +50,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
         exported = [match[1] for match in EXPORT.finditer(text)]
         text = PLAIN.sub(lambda line: SPACED.sub(r"\1", line[0]), EXPORT.sub("", text))
         assert "import.meta" not in text, f"{path} asks where it lies"
+        text = _short_names(text)
         number = len(parts)
         parts.append(
             f"const module{number} = (() => {{\n{text}return {{ {', '.join(exported)} }};\n}})();\n"
@@ -58,6 +60,14 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
 
     add(entry)
     return "".join(parts)
+
+
+def _short_names(text: str) -> str:
+    """The same module with short names for what is private to its classes."""
+    for i, name in enumerate(sorted(set(PRIVATE.findall(text)), key=len, reverse=True)):
+        used = re.compile(rf"(?:(?<=\.)|(?<=^)|(?<=^get )|(?<=^async ))#{name}\b", re.MULTILINE)
+        text = used.sub(f"#{chr(97 + i % 26)}{i // 26 or ''}", text)
+    return text
 
 
 def slim_shader(text: str) -> str:
