@@ -89,7 +89,7 @@ def split(data: bytes) -> tuple[dict[str, Any], bytes]:
     return json.loads(data[PREFIX.size : PREFIX.size + length]), data[PREFIX.size + length :]
 
 
-def join(header: dict[str, Any] | str, body: bytes, version: tuple[int, int] = (2, 0)) -> bytes:
+def join(header: dict[str, Any] | str, body: bytes, version: tuple[int, int] = (2, 1)) -> bytes:
     """A file with valid checksums around any header."""
     text = (header if isinstance(header, str) else json.dumps(header)).encode()
     text += b" " * (-(PREFIX.size + len(text)) % 8)

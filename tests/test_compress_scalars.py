@@ -109,6 +109,8 @@ def test_scalar_codes_are_the_nearest_multiples() -> None:
     codes = ScalarCodes.fit(values, step=0.5)
     assert codes.indices.tolist() == [[0, -2], [1, 0], [-1, 14]]
     assert codes(torch.tensor([2, 0])).tolist() == [[-0.5, 7.0], [0.0, -1.0]]
+    far = ScalarCodes.fit(torch.tensor([[1e9], [-1e9]]), step=0.5).indices
+    assert far.tolist() == [[2047], [-2047]]  # as many codes as a column may have
     codes.select(torch.tensor([True, False, True]))
     assert codes.indices.tolist() == [[0, -2], [-1, 14]]
 

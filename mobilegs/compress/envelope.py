@@ -9,7 +9,7 @@ from typing import Any
 from mobilegs.errors import InputError
 
 MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: shows what a text-mode transfer does to it
-MAJOR, MINOR = 2, 0
+MAJOR, MINOR = 2, 1
 PREFIX = struct.Struct("<8sHHII")  # magic, major, minor, bytes of header, CRC-32
 VERSION = struct.Struct("<HH")  # at byte 8
 HEADER_MAX = 1 << 20

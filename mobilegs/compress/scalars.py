@@ -6,13 +6,15 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from mobilegs.compress.codebooks import Attribute
+from mobilegs.compress.codebooks import SIZE_MAX, Attribute
 from mobilegs.errors import InputError
 
 # columns of each attribute; the lobes' are as many as their decoder takes latents
 COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 6, "opacity": 1}
 WEIGHT_DIGITS = 6  # of the networks' matrices
 CODE_MAX = 1 << 14  # of either sign
+REACH = SIZE_MAX // 2 - 1  # of what is coded: so a column always has few enough codes
+FINEST = {"rotation": 0.002}  # steps; of all others 0.01
 SPREAD = 0.1  # occurrences that every code between the least and the largest has for certain
 
 
@@ -33,10 +35,9 @@ class ScalarSteps:
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "lobes"):
-            if not 1e-4 <= getattr(self, name) <= 100:
-                raise InputError(
-                    f"the step of {name} must lie within 0.0001 to 100, not {getattr(self, name)}"
-                )
+            step, finest = getattr(self, name), FINEST.get(name, 0.01)
+            if not finest <= step <= 100:
+                raise InputError(f"the step of {name} must lie within {finest} to 100, not {step}")
 
 
 class ScalarCodes(nn.Module):
@@ -67,8 +68,8 @@ class ScalarCodes(nn.Module):
 
     @torch.no_grad()
     def reassign(self, values: Float[Tensor, "n s"]) -> None:
-        """Give every row the codes nearest to its new values."""
-        self.indices = (values / self.step).round().clamp(-CODE_MAX, CODE_MAX).int()
+        """Give every row the codes nearest to its new values, up to 2,047 steps from 0."""
+        self.indices = (values / self.step).round().clamp(-REACH, REACH).int()
 
     def select(self, rows: Tensor) -> None:
         """Keep only the rows that `rows` picks."""

@@ -14,9 +14,6 @@ NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
 COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | re.DOTALL)
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
-# lines without texts, patterns and templates, and what needs no spaces in them
-PLAIN = re.compile(r"^[^\"'`/\n]*$", re.MULTILINE)
-SPACED = re.compile(r" ?(=>|[!=]==|[-+*|&]?=|<=|>=|&&|\|\||[{}]) ?")
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
 
 
@@ -25,7 +22,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
 
     Each module becomes a function that is called once and returns what it exports. It is no
     general tool: our modules import by name and export declarations, and none in a circle.
-    Comments, indentation and some spaces are left out, private names are short.
+    Comments and indentation are left out, private names are short.
     `replaced` gives other texts for some modules.
     """
     numbers: dict[Path, int] = {}
@@ -48,7 +45,7 @@ def bundle(entry: Path, replaced: dict[Path, str]) -> str:
 
         text = NOTHING.sub("", IMPORT.sub(imported, text))
         exported = [match[1] for match in EXPORT.finditer(text)]
-        text = PLAIN.sub(lambda line: SPACED.sub(r"\1", line[0]), EXPORT.sub("", text))
+        text = EXPORT.sub("", text)
         assert "import.meta" not in text, f"{path} asks where it lies"
         text = _short_names(text)
         number = len(parts)
