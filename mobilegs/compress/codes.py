@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
 
 COUNT_MAX = 1 << 26
+LAYERS_MAX = 8
 VIEWS_MAX = 64
 SIDE_MAX = 1 << 16  # of a view, in pixels
 META_MAX = 64
@@ -56,6 +58,8 @@ class CodedScene:
             latents.
         codebooks: per attribute, `[count, k, length]`; empty if there are steps.
         steps: per attribute, a float32 value; empty if there are codebooks.
+        layers: how many Gaussians each layer has, the most important layer first; none at all
+            are one layer. See `layers.py`.
         decoder: the appearance decoder's weights, by the names of its parameters.
         lobe_shape: of the decoder that gives lobes once, when the scene is opened; None means
             that there is none.
@@ -78,6 +82,7 @@ class CodedScene:
     lobe_decoder: dict[str, Float16[Tensor, "..."]]
     network: dict[str, Float16[Tensor, "..."]] | None
     steps: dict[Attribute, float] = field(default_factory=dict)
+    layers: tuple[int, ...] = ()
     blend: str = "sortfree"
     weighting: Weighting = field(default_factory=Weighting)
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
@@ -112,13 +117,22 @@ class CodedScene:
         return math.isqrt(len(self.decoder["view2"]) // 3 + 1) - 1
 
     def sorted(self) -> "CodedScene":
-        """The same scene in the order of the file: by Morton code, ties as they were."""
+        """The same scene in the order of the file: in each layer by Morton code, then as before."""
         codes = torch.from_numpy(morton_codes(self.positions).astype("int64"))
-        order = torch.argsort(codes, stable=True)
+        orders = [codes[rows].argsort(stable=True) + rows.start for rows in self.parts()]
+        return self.pick(torch.cat(orders))
+
+    def parts(self) -> list[slice]:
+        """The rows of each layer."""
+        sizes = self.layers or (len(self),)
+        return [slice(end - size, end) for size, end in zip(sizes, accumulate(sizes), strict=True)]
+
+    def pick(self, rows: Int[Tensor, "m"] | slice) -> "CodedScene":
+        """The same scene with these rows in this order; what layers there are stays."""
         return replace(
             self,
-            positions=self.positions[order],
-            indices={name: rows[order] for name, rows in self.indices.items()},
+            positions=self.positions[rows],
+            indices={name: codes[rows] for name, codes in self.indices.items()},
         )
 
     def values(self, device: torch.device | str = "cpu") -> dict[Attribute, Tensor]:
@@ -177,6 +191,10 @@ class CodedScene:
         """Raise `InputError` unless a file can hold this scene and a renderer can draw it."""
         if not 1 <= len(self) <= COUNT_MAX:
             raise InputError(f"the scene has {len(self)} Gaussians: 1 to {COUNT_MAX} are allowed")
+        if self.layers and (min(self.layers) < 1 or sum(self.layers) != len(self)):
+            raise InputError(f"the scene's layers {self.layers} do not make {len(self)} Gaussians")
+        if len(self.layers) > LAYERS_MAX:
+            raise InputError(f"the scene has {len(self.layers)} layers: {LAYERS_MAX} are allowed")
         if not self.positions.isfinite().all():
             raise InputError("the scene has positions that are not finite")
         center, radius, exponent = self.frame.center, self.frame.radius, self.frame.exponent
@@ -349,6 +367,7 @@ def same(a: CodedScene, b: CodedScene) -> bool:
             coded.lobe_shape,
             coded.network is None,
             coded.steps,
+            coded.layers,
         )
 
     left, right = bits(a), bits(b)

@@ -1,7 +1,8 @@
 """`.mgs` files: a coded scene to bytes and back, exactly. docs/format.md is the specification."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from mobilegs.compress.codes import CodedScene, decoder_shapes, lobe_shapes, net
 from mobilegs.compress.envelope import VERSION, Stream, seal, unseal
 from mobilegs.compress.header import Header, describe, parse
 from mobilegs.compress.positions import decode_positions, encode_positions
-from mobilegs.compress.scalar_streams import pack_scalars, unpack_scalars
+from mobilegs.compress.scalar_streams import pack_scalars, scalars_of, unpack_scalars
 from mobilegs.compress.streams import (
     decode_halves,
     decode_indices,
@@ -48,9 +49,13 @@ def pack(coded: CodedScene) -> bytes:
     )
     if coded.codebooks:
         streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
-    streams.append(Stream("positions", "morton-class", encode_positions(coded.positions)))
-    streams += pack_scalars(coded) if coded.steps else _pack_indices(coded)
-    data = seal(describe(coded), streams)
+    scalars = scalars_of(coded)
+    for number, rows in enumerate(coded.parts()):
+        layer = coded.pick(rows)
+        places = Stream("positions", "morton-class", encode_positions(layer.positions))
+        codes = pack_scalars(layer, scalars) if coded.steps else _pack_indices(layer)
+        streams += [replace(s, name=_in_layer(s.name, number)) for s in (places, *codes)]
+    data = seal(describe(coded), streams, major=3 if coded.layers else 2)
     if len(coded) > GAUSSIANS_PER_BYTE * len(data):
         raise InputError(f"{len(coded)} Gaussians in {len(data)} bytes: they are all the same")
     return data
@@ -62,6 +67,21 @@ def _pack_indices(coded: CodedScene) -> list[Stream]:
         for name in coded.cuts
         for i, column in enumerate(coded.indices[name].numpy().astype(np.uint16).T)
     ]
+
+
+def _unpack_indices(
+    header: Header, count: int, stream: Callable[[str], Stream]
+) -> dict[Attribute, Tensor]:
+    codes: dict[Attribute, Tensor] = {}
+    for name, cut in header.cuts.items():
+        size = header.sizes[name]
+        columns = [decode_indices(stream(f"{name}.{i}"), count, size) for i in range(cut.count)]
+        codes[name] = torch.from_numpy(np.stack(columns, axis=1).astype(np.int16))
+    return codes
+
+
+def _in_layer(name: str, number: int) -> str:
+    return f"{name}@{number}" if number else name
 
 
 def unpack(data: bytes) -> CodedScene:
@@ -79,25 +99,31 @@ def unpack(data: bytes) -> CodedScene:
             raise InputError(f"the .mgs file lacks its stream '{name}'")
         return streams[name]
 
-    def indices(name: Attribute) -> Tensor:
-        columns = [
-            decode_indices(stream(f"{name}.{i}"), header.count, header.sizes[name])
-            for i in range(header.cuts[name].count)
-        ]
-        return torch.from_numpy(np.stack(columns, axis=1).astype(np.int16))
+    def layer(number: int, count: int) -> tuple[Tensor, dict[Attribute, Tensor]]:
+        def stream_of(name: str) -> Stream:
+            return stream(_in_layer(name, number))
+
+        places = stream_of("positions")
+        if places.codec != "morton-class":
+            raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
+        codes = (
+            unpack_scalars(header.scalars, count, stream_of)
+            if header.scalars
+            else _unpack_indices(header, count, stream_of)
+        )
+        return decode_positions(places.data, count), codes
 
     books = {}
     if header.cuts:
         books = _unpack_halves(stream("codebooks"), _codebook_shapes(header))
-    places = stream("positions")
-    if places.codec != "morton-class":
-        raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
+    positions, indices = zip(
+        *(layer(i, size) for i, size in enumerate(header.layers or (header.count,))), strict=True
+    )
     coded = CodedScene(
-        positions=decode_positions(places.data, header.count),
+        positions=torch.cat(positions),
         frame=header.frame,
-        indices=unpack_scalars(header.scalars, header.count, stream)
-        if header.scalars
-        else {name: indices(name) for name in header.cuts},
+        indices={name: torch.cat([codes[name] for codes in indices]) for name in indices[0]},
+        layers=header.layers,
         codebooks={name: books[name] for name in header.cuts},
         decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes(header.sh_degree)),
         lobe_shape=header.lobes,
@@ -129,7 +155,11 @@ def inspect(data: bytes) -> dict[str, Any]:
     fields, streams = unseal(data)
     header = parse(fields)
     _check_count(header, data)
-    raw = _raw_bytes(header)
+    sizes = header.layers or (header.count,)
+    raw = _raw_bytes(header, sizes[0])
+    for number, size in enumerate(sizes[1:], start=1):
+        rows_only = _raw_bytes(header, size)
+        raw |= {_in_layer(name, number): n for name, n in rows_only.items()}
     rows = [
         {
             "name": stream.name,
@@ -152,6 +182,7 @@ def inspect(data: bytes) -> dict[str, Any]:
         "header_bytes": len(data) - content - padding,
         "padding_bytes": padding,
         "streams": rows,
+        **({"layers": list(header.layers)} if header.layers else {}),
         "mode": fields["mode"],
         **(
             {"steps": {name: scalar.step for name, scalar in header.scalars.items()}}
@@ -231,8 +262,8 @@ def _check_count(header: Header, data: bytes) -> None:
         )
 
 
-def _raw_bytes(header: Header) -> dict[str, int]:
-    """Bytes of each known stream without an entropy coder."""
+def _raw_bytes(header: Header, count: int) -> dict[str, int]:
+    """Bytes of each known stream of a layer of `count` Gaussians without an entropy coder."""
 
     def halves(shapes: Iterable[tuple[int, ...]]) -> int:
         return 2 * sum(math.prod(shape) for shape in shapes)
@@ -241,14 +272,14 @@ def _raw_bytes(header: Header) -> dict[str, int]:
         "view-network": halves(network_shapes().values()),
         "lobe-decoder": halves(lobe_shapes(header.lobes).values()),
         "appearance-decoder": halves(decoder_shapes(header.sh_degree).values()),
-        "positions": 6 * header.count,
+        "positions": 6 * count,
     }
     if header.cuts:
         raw["codebooks"] = halves(_codebook_shapes(header).values())
     for name, scalar in header.scalars.items():
         for i, column in enumerate(scalar.columns):
-            raw[f"{name}.{i}"] = (index_width(column.size) * header.count + 7) // 8
+            raw[f"{name}.{i}"] = (index_width(column.size) * count + 7) // 8
     for name, cut in header.cuts.items():
-        bits = index_width(header.sizes[name]) * header.count
+        bits = index_width(header.sizes[name]) * count
         raw |= {f"{name}.{i}": (bits + 7) // 8 for i in range(cut.count)}
     return raw

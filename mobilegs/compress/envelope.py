@@ -9,7 +9,8 @@ from typing import Any
 from mobilegs.errors import InputError
 
 MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: shows what a text-mode transfer does to it
-MAJOR, MINOR = 2, 1
+MAJORS = (2, 3)
+MINOR = {2: 1, 3: 0}  # that a writer gives
 PREFIX = struct.Struct("<8sHHII")  # magic, major, minor, bytes of header, CRC-32
 VERSION = struct.Struct("<HH")  # at byte 8
 HEADER_MAX = 1 << 20
@@ -37,12 +38,14 @@ class Stream:
     data: bytes | memoryview
 
 
-def seal(header: dict[str, Any], streams: list[Stream]) -> bytes:
+def seal(header: dict[str, Any], streams: list[Stream], *, major: int = 2) -> bytes:
     """The file's bytes: `header` with the table of streams, then the streams.
 
     Raises:
-        InputError: the header would be larger than 1 MiB.
+        InputError: the header would be larger than 1 MiB, or there are more than 256 streams.
     """
+    if len(streams) > STREAMS_MAX:
+        raise InputError(f"the scene would be {len(streams)} streams: {STREAMS_MAX} are allowed")
     table = [
         {
             "name": stream.name,
@@ -58,14 +61,16 @@ def seal(header: dict[str, Any], streams: list[Stream]) -> bytes:
     text += b" " * (-(PREFIX.size + len(text)) % 8)
     if len(text) > HEADER_MAX:
         raise InputError(f"the header would take {len(text)} bytes: shorten the scene's notes")
-    head = PREFIX.pack(MAGIC, MAJOR, MINOR, len(text), 0)
-    head = PREFIX.pack(MAGIC, MAJOR, MINOR, len(text), _checksum(head, text))
+    head = PREFIX.pack(MAGIC, major, MINOR[major], len(text), 0)
+    head = PREFIX.pack(MAGIC, major, MINOR[major], len(text), _checksum(head, text))
     padded = (bytes(stream.data) + bytes(-len(stream.data) % 8) for stream in streams)
     return b"".join([head, text, *padded])
 
 
 def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
     """The header without its table, and the streams by name; all checksums have been checked.
+
+    A file of version 2 has no layers: its header's `layers` are None.
 
     Raises:
         InputError: this is not a `.mgs`, is of an unknown version, or is damaged.
@@ -78,6 +83,10 @@ def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
         raise InputError("the header of the .mgs file is not valid JSON") from None
     if not isinstance(header, dict):
         raise InputError("the header of the .mgs file is not a JSON object")
+    if VERSION.unpack_from(data, 8)[0] == 2:
+        header["layers"] = None
+    elif header.get("layers") is None:
+        raise InputError("the header of the .mgs file does not say how long its layers are")
     table = header.pop("streams", None)
     if not isinstance(table, list) or len(table) > STREAMS_MAX:
         raise InputError("the header of the .mgs file lacks a table of streams")
@@ -110,9 +119,10 @@ def _check_prefix(data: bytes) -> int:
     if len(data) < PREFIX.size:
         raise InputError("the .mgs file ends inside its first bytes: it has been cut short")
     _, major, minor, length, checksum = PREFIX.unpack_from(data)
-    if major != MAJOR:
+    if major not in MAJORS:
         raise InputError(
-            f"the .mgs file is of version {major}.{minor}, this program reads {MAJOR}.x: "
+            f"the .mgs file is of version {major}.{minor}, this program reads "
+            f"{MAJORS[0]}.x to {MAJORS[-1]}.x: "
             "use the mobilegs that wrote it, or a newer one"
         )
     if length > HEADER_MAX:

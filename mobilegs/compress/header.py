@@ -13,6 +13,7 @@ from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.codes import (
     COUNT_MAX,
     EXPONENT_MAX,
+    LAYERS_MAX,
     LOG_SCALE_MAX,
     SH_DEGREES,
     SIDE_MAX,
@@ -42,6 +43,7 @@ class Header:
     """
 
     count: int
+    layers: tuple[int, ...]
     cuts: dict[Attribute, Cut]
     sizes: dict[Attribute, int]
     scalars: dict[Attribute, Scalar]
@@ -64,6 +66,7 @@ def describe(coded: CodedScene) -> dict[str, Any]:
         "blend": coded.blend,
         **_describe_codes(coded),
         "count": len(coded),
+        **({"layers": list(coded.layers)} if coded.layers else {}),
         "lobes": None
         if coded.lobe_shape is None
         else {**asdict(coded.lobe_shape), "hidden": list(coded.lobe_shape.hidden)},
@@ -128,8 +131,10 @@ def parse(fields: dict[str, Any]) -> Header:
         sizes = {name: _integer(books[name], "size", 1, SIZE_MAX) for name in cuts}
     if network and lobes is not None:
         raise InputError("the .mgs file has lobes and a view network: it can have one of them")
+    count = _integer(fields, "count", 1, COUNT_MAX)
     return Header(
-        count=_integer(fields, "count", 1, COUNT_MAX),
+        count=count,
+        layers=_parse_layers(fields, count),
         cuts=cuts,
         sizes=sizes,
         scalars=scalars,
@@ -148,6 +153,17 @@ def parse(fields: dict[str, Any]) -> Header:
         views=[_parse_view(view, near) for view in views],
         meta=meta,
     )
+
+
+def _parse_layers(fields: dict[str, Any], count: int) -> tuple[int, ...]:
+    if fields["layers"] is None:
+        return ()
+    layers = _field(fields, "layers", list)
+    if not 1 <= len(layers) <= LAYERS_MAX:
+        raise _broken("layers")
+    if any(type(size) is not int or size < 1 for size in layers) or sum(layers) != count:
+        raise _broken("layers")
+    return tuple(layers)
 
 
 def _parse_cuts(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribute, Cut]:

@@ -53,10 +53,13 @@ def scalars_of(coded: CodedScene) -> dict[Attribute, Scalar]:
     return found
 
 
-def pack_scalars(coded: CodedScene) -> list[Stream]:
-    """All columns, and behind those of the rotations their finer bits."""
+def pack_scalars(coded: CodedScene, scalars: Mapping[Attribute, Scalar]) -> list[Stream]:
+    """All columns of a layer, and behind those of the rotations their finer bits.
+
+    `scalars` are those of the whole scene.
+    """
     streams: list[Stream] = []
-    for name, scalar in scalars_of(coded).items():
+    for name, scalar in scalars.items():
         codes = coded.cells if name == "rotation" else coded.indices[name]
         for i, column in enumerate(scalar.columns):
             symbols = (codes[:, i] - column.least).numpy().astype(np.uint16)

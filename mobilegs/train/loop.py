@@ -16,6 +16,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.compress.codes import MetaValue
 from mobilegs.compress.container import read_mgs, write_mgs
+from mobilegs.compress.layers import layered, layers_for
 from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
@@ -196,7 +197,9 @@ def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
     frames = dataset.train[:: max(1, len(dataset.train) // FIRST_LOOKS)]
     meta: dict[str, MetaValue] = {"generator": f"mobilegs {__version__}", "capture": dataset.name}
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
-    write_mgs(session.folder.scene, stage.coded(views=views, meta=meta))
+    coded = stage.coded(views=views, meta=meta)
+    layers = recipe.student.layers or layers_for(len(coded))
+    write_mgs(session.folder.scene, layered(coded, layers, stage.cameras))
 
 
 def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:

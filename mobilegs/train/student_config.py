@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from mobilegs.compress.codebooks import CodebookSizes
+from mobilegs.compress.codes import LAYERS_MAX
 from mobilegs.compress.scalars import ScalarSteps
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
@@ -104,6 +105,9 @@ class StudentConfig:
     """Steps of `sq`."""
     bit_price: float = 1e-3
     """With `sq`, what a bit per Gaussian adds to the loss: more makes smaller, plainer files."""
+    layers: int = 0
+    """Layers of the file, each of which makes four times as many Gaussians: a viewer shows the
+    first ones while the others still come. 0: as many as leave 10,000 to the first."""
     votes: VoteConfig = field(default_factory=VoteConfig)
     """Pruning."""
     presence: PresenceConfig = field(default_factory=PresenceConfig)
@@ -129,6 +133,8 @@ class StudentConfig:
             raise InputError(f"unknown coding '{self.coding}': use {' or '.join(CODINGS)}")
         if not self.bit_price >= 0:
             raise InputError(f"bit_price must be at least 0, not {self.bit_price}")
+        if not 0 <= self.layers <= LAYERS_MAX:
+            raise InputError(f"layers must lie within 0 to {LAYERS_MAX}, not {self.layers}")
         if self.blend not in BLENDS:
             raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
         if not 0 <= self.sh_degree <= 3:
