@@ -1,5 +1,6 @@
 """The mode `sq`: rotations turned back and in fine angles, multiples of steps, plain latents."""
 
+import copy
 import math
 from dataclasses import replace
 
@@ -14,6 +15,7 @@ from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.rotations import (
     LIMITS,
+    RotationCodes,
     canonical_pairs,
     decode_rotations,
     encode_rotations,
@@ -21,7 +23,7 @@ from mobilegs.compress.rotations import (
     quats_of,
     rotation_vectors,
 )
-from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
+from mobilegs.compress.scalars import ScalarCodes, ScalarSteps, entropy
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
@@ -203,9 +205,70 @@ def test_steps_that_are_none_are_refused(steps: dict[str, float]) -> None:
         ScalarSteps(**steps)
 
 
-def entropy(column: torch.Tensor) -> float:
-    shares = column.unique(return_counts=True)[1] / len(column)
-    return float(-(shares * shares.log2()).sum())
+def test_entropy_is_what_the_shares_of_codes_say() -> None:
+    codes = torch.tensor([[-3, 5], [-3, 5], [4, 5], [9, 5]])
+    assert entropy(codes) == pytest.approx(1.5)
+    assert entropy(torch.arange(16)[:, None]) == pytest.approx(4.0)
+
+
+def test_a_step_learns_from_the_errors_of_its_rounding() -> None:
+    """The gradient is that of the values held, if codes and the errors in steps stay."""
+    values = torch.tensor([[0.31, -0.07], [1.24, 0.52]], dtype=torch.float64)
+    codes = ScalarCodes.fit(values, step=0.2).double()
+    held = codes(None, values)
+    assert torch.equal(held, codes()) and not codes().requires_grad
+    weights = torch.tensor([[1.0, -2.0], [0.5, 3.0]], dtype=torch.float64)
+    (held * weights).sum().backward()
+    expected = (weights * (codes() - values)).sum()  # d held / d growth = step (k - value / step)
+    assert codes.growth.grad == pytest.approx(float(expected))
+    quats = torch.nn.functional.normalize(torch.randn(30, 4, generator=seeded()), dim=1)
+    scales = ScalarCodes.fit(torch.randn(30, 3, generator=seeded(1)), step=0.1)
+    turned = canonical_pairs(quats, scales())[0]
+    rotations = RotationCodes.fit(turned, scales=scales, step=0.3)
+    assert torch.equal(rotations(None, turned), rotations())
+    assert [name for name, _ in rotations.named_parameters()] == ["growth"]
+    rotations(None, turned).pow(2)[:, 1].sum().backward()
+    moved = []
+    with torch.no_grad():
+        vectors = rotation_vectors(turned)
+        errors = rotation_vectors(rotations()) - vectors
+        for nudge in (1e-3, -1e-3):  # the same errors in steps, of a step that has grown
+            moved.append(quats_of(vectors + errors * math.exp(nudge)).pow(2)[:, 1].sum())
+    assert rotations.growth.grad is not None
+    found = float(rotations.growth.grad)
+    assert found == pytest.approx(float(moved[0] - moved[1]) / 2e-3, rel=0.05)
+
+
+def test_larger_steps_save_a_bit_a_doubling() -> None:
+    values = 40 * torch.randn(20_000, 3, generator=seeded())
+    codes = ScalarCodes.fit(values, step=1.0)
+    assert codes.bits_by_growth(values) == pytest.approx(-3 / math.log(2), rel=0.05)
+    quats, log_scales = canonical_pairs(*ellipsoids(20_000))
+    rotations = RotationCodes.fit(quats, scales=ScalarCodes.fit(log_scales, step=0.1), step=0.02)
+    assert rotations.bits_by_growth(quats) == pytest.approx(-3 / math.log(2), rel=0.05)
+
+
+def test_steps_grow_where_bits_are_dear_and_shrink_where_errors_are(dataset, make_student) -> None:
+    steps = []
+    for price in (0.0, 1.0):
+        config = replace(STUDENT, coding="sq", bit_price=price, step_rate=0.01)
+        student = make_student(replace(config, codes_fraction=0.3))
+        train(student, dataset, 40)
+        steps.append(math.prod(student.coded().steps.values()))
+    assert steps[1] > 1.1 * steps[0]
+    still = make_student(replace(STUDENT, coding="sq", step_rate=0.0))
+    train(still, dataset, 40)
+    assert still.coded().steps["scale"] == pytest.approx(0.15)
+
+
+def test_learned_steps_go_on_where_they_were(dataset, make_student) -> None:
+    config = replace(STUDENT, coding="sq", codes_fraction=0.3, step_rate=0.01)
+    student, again = make_student(config), make_student(config)
+    train(student, dataset, 30)
+    again.restore(copy.deepcopy(student.state()))
+    for each in (student, again):
+        train(each, dataset, 40)
+    assert same(student.coded(), again.coded())
 
 
 def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
@@ -215,7 +278,7 @@ def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
         student = make_student(replace(config, codes_fraction=0.3))
         train(student, dataset, 40)
         codes = student.model.codebooks
-        bits.append([sum(entropy(c) for c in codes[name].indices.T) for name in codes])
+        bits.append([entropy(codes[name].indices) for name in codes])
     assert sum(bits[1]) < 0.98 * sum(bits[0])
 
 

@@ -8,6 +8,7 @@ from tiny import CPU, STUDENT, TEACHER, blobs, cameras, draw, train, with_kind
 
 from mobilegs.compress.codebooks import CUTS
 from mobilegs.compress.container import pack, unpack
+from mobilegs.compress.positions import Frame
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.render.lobes import seen_along
@@ -322,7 +323,9 @@ def test_pruning_in_coded_form_keeps_rows_and_indices_together(
 
 def test_reassigning_follows_what_a_gaussian_has_learned_to_want(make_student) -> None:
     model = make_student(with_kind("network")).model
-    model.use_networks(regression_steps=1, generator=torch.Generator().manual_seed(0))
+    generator = torch.Generator().manual_seed(0)
+    frame = Frame.around(model.shapes()[0])
+    model.use_networks(frame, regression_steps=1, generator=generator)
     model.use_codes(STUDENT.codebooks, generator=torch.Generator().manual_seed(0))
     book = model.codebooks["scale"]
     with torch.no_grad():

@@ -51,7 +51,7 @@ def encode_scene(
         if isinstance(codes, SubVectorCodebooks):
             books[name] = _stored(codes.centers)
         else:
-            steps[name] = codes.step
+            steps[name] = float(codes.step.detach())
     width = torch.int32 if steps else torch.int16
     coded = CodedScene(
         positions=frame.store(means).cpu(),

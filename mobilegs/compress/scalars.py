@@ -1,5 +1,6 @@
 """Numbers as whole multiples of a step: what takes the place of codebooks in the mode `sq`."""
 
+import math
 from dataclasses import dataclass
 
 import torch
@@ -14,7 +15,9 @@ COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 6, "op
 WEIGHT_DIGITS = 6  # of the networks' matrices
 CODE_MAX = 1 << 14  # of either sign
 REACH = SIZE_MAX // 2 - 1  # of what is coded: so a column always has few enough codes
-FINEST = {"rotation": 0.002}  # steps; of all others 0.01
+STEP_MIN, STEP_MAX = 0.002, 100.0
+FINEST = {"rotation": STEP_MIN}  # steps; of all others 0.01
+NUDGE = 1.05
 SPREAD = 0.1  # occurrences that every code between the least and the largest has for certain
 
 
@@ -36,15 +39,15 @@ class ScalarSteps:
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "lobes"):
             step, finest = getattr(self, name), FINEST.get(name, 0.01)
-            if not finest <= step <= 100:
+            if not finest <= step <= STEP_MAX:
                 raise InputError(f"the step of {name} must lie within {finest} to 100, not {step}")
 
 
 class ScalarCodes(nn.Module):
-    """Numbers `[n, s]` held as whole multiples of a step.
+    """Numbers `[n, s]` held as whole multiples of a step, which may learn.
 
     Attributes:
-        step: the step.
+        growth: logarithm of what the step is now in units of what it was at first, a parameter.
         indices: the multiples, `[n, s]`, a buffer.
     """
 
@@ -52,8 +55,14 @@ class ScalarCodes(nn.Module):
 
     def __init__(self, step: float, indices: Int[Tensor, "n s"]) -> None:
         super().__init__()
-        self.step = step
+        self.first = step
+        self.growth = nn.Parameter(torch.zeros((), device=indices.device))
         self.register_buffer("indices", indices.detach().int())
+
+    @property
+    def step(self) -> Float[Tensor, ""]:
+        """The step as it is now."""
+        return (self.first * self.growth.exp()).clamp(STEP_MIN, STEP_MAX)
 
     @classmethod
     def fit(cls, values: Float[Tensor, "n s"], *, step: float) -> "ScalarCodes":
@@ -62,14 +71,26 @@ class ScalarCodes(nn.Module):
         codes.reassign(values)
         return codes
 
-    def forward(self, rows: Tensor | slice | None = None) -> Float[Tensor, "m s"]:
-        """The values as the file will hold them, of all rows or of those that `rows` picks."""
-        return (self.indices if rows is None else self.indices[rows]).float() * self.step
+    def forward(
+        self, rows: Tensor | slice | None = None, wanted: Float[Tensor, "m s"] | None = None
+    ) -> Float[Tensor, "m s"]:
+        """The values as the file will hold them, of all rows or of those that `rows` picks.
+
+        With what these are `wanted` to be the step has a gradient, as in "Learned Step Size
+        Quantization" (Esser et al., 2020): the errors of the rounding grow with it.
+        """
+        multiples = (self.indices if rows is None else self.indices[rows]).float()
+        return stepped(multiples, self.step, wanted)
 
     @torch.no_grad()
     def reassign(self, values: Float[Tensor, "n s"]) -> None:
         """Give every row the codes nearest to its new values, up to 2,047 steps from 0."""
-        self.indices = (values / self.step).round().clamp(-REACH, REACH).int()
+        self.indices = self.nearest(values, self.step)
+
+    @staticmethod
+    def nearest(values: Tensor, step: Float[Tensor, ""]) -> Int[Tensor, "n s"]:
+        """The codes nearest to `values`."""
+        return (values / step).round().clamp(-REACH, REACH).int()
 
     def select(self, rows: Tensor) -> None:
         """Keep only the rows that `rows` picks."""
@@ -90,6 +111,34 @@ class ScalarCodes(nn.Module):
             at = (column - least).long().clamp(0, len(prices) - 2)
             found.append((prices[at + 1] - prices[at]) / self.step)
         return torch.stack(found, dim=1)
+
+    @torch.no_grad()
+    def bits_by_growth(self, values: Float[Tensor, "n s"]) -> float:
+        """By how many bits a row of codes grows with `growth`: one less for every doubled code."""
+        step = self.step
+        finer, coarser = (entropy(self.nearest(values, step * f)) for f in (1 / NUDGE, NUDGE))
+        return (coarser - finer) / (2 * math.log(NUDGE))
+
+
+def stepped(
+    multiples: Float[Tensor, "m s"], step: Float[Tensor, ""], wanted: Float[Tensor, "m s"] | None
+) -> Float[Tensor, "m s"]:
+    """`multiples` of a step; with what they are `wanted` to be, the step has a gradient."""
+    fixed = step.detach()
+    values = multiples * fixed
+    if wanted is None:
+        return values
+    return values + (multiples - wanted.detach() / fixed) * (step - fixed)
+
+
+def entropy(codes: Int[Tensor, "n s"]) -> float:
+    """Bits that a row of `codes` takes, each column by itself."""
+    bits = 0.0
+    for column in codes.T:
+        counts = torch.bincount((column - column.min()).long())
+        shares = counts[counts > 0] / len(column)
+        bits -= float((shares * shares.log2()).sum())
+    return bits
 
 
 def _prices(column: Int[Tensor, "n"]) -> tuple[int, Float[Tensor, "k"]]:

@@ -20,6 +20,7 @@ from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.rotations import RotationCodes
 from mobilegs.compress.scalars import WEIGHT_DIGITS, ScalarCodes, ScalarSteps
 from mobilegs.gaussians import Gaussians
+from mobilegs.train.adjoints import pass_through
 from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.view_dependence import ViewDependence
 
@@ -68,8 +69,33 @@ def restored_codes(
     if steps is None:
         return SubVectorCodebooks(state["shared"][f"{name}.centers"]["value"], indices)
     if name == "rotation":
-        return RotationCodes(others["scale"], steps.rotation, indices)
+        scales = others["scale"]
+        assert isinstance(scales, ScalarCodes)
+        return RotationCodes(scales, steps.rotation, indices)
     return ScalarCodes(getattr(steps, name), indices)
+
+
+def learning(codes: Codes, values: Tensor, rows: Tensor | None) -> Tensor:
+    """What the codes of `rows` stand for; gradients reach `values`, what they ought to stand for.
+
+    They reach codebooks or the step, too.
+    """
+    coded = codes(rows) if isinstance(codes, SubVectorCodebooks) else codes(rows, values)
+    return coded + pass_through(values)
+
+
+@torch.no_grad()
+def pay(codes: Codes, values: Tensor, price: float) -> None:
+    """Add to the gradients of `values` and of the step what a bit per Gaussian costs."""
+    if isinstance(codes, SubVectorCodebooks):
+        return
+    due: dict[Tensor, Tensor] = {
+        codes.growth: torch.full_like(codes.growth, price * codes.bits_by_growth(values))
+    }
+    if isinstance(codes, ScalarCodes):
+        due[values] = codes.slopes(values) * (price / len(values))
+    for tensor, grad in due.items():
+        tensor.grad = grad if tensor.grad is None else tensor.grad + grad
 
 
 def shorten_weights(*decoders: AppearanceDecoder | LobeDecoder | None) -> None:

@@ -8,6 +8,7 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.compress.codes import CodedScene, MetaValue
 from mobilegs.compress.encode import encode_scene
+from mobilegs.compress.scalars import COLUMNS
 from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
 from mobilegs.render import Rendered
@@ -17,6 +18,7 @@ from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.distributed import ALONE, Team
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
 from mobilegs.train.optim import log_linear
+from mobilegs.train.precision import frame_for
 from mobilegs.train.prune import Ballot, vote
 from mobilegs.train.seen import Seen
 from mobilegs.train.stage import StepResult
@@ -188,8 +190,11 @@ class Student:
 
     def _enter(self, phase: Phase) -> None:
         if phase != "explicit" and self.model.phase == "explicit":
+            means = self.model.rows.tensors["means"].detach()
             self.model.use_networks(
-                regression_steps=self.config.regression_steps, generator=self.generator
+                frame_for(means, self.cameras, self.config.position_error),
+                regression_steps=self.config.regression_steps,
+                generator=self.generator,
             )
             if not self.config.moments_kept:
                 self.model.rows.restart(self.model.rows.tensors)
@@ -300,4 +305,6 @@ class Student:
             "free_lobes": config.lobe_rate * config.free_share,
             "free_appearance": config.latent_rate * config.free_share,
         }
+        if config.coding == "sq":
+            rates |= dict.fromkeys((*COLUMNS, "lobes"), config.step_rate)
         return {name: rate * decay for name, rate in rates.items()}

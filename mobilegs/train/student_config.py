@@ -53,6 +53,8 @@ class StudentConfig:
     """Whether Adam goes on where it is when networks take over the colour (the release: no)."""
     positions_rounded: bool = True
     """Whether networks and codes learn from positions as the file rounds them (the release: no)."""
+    position_error: float = 0.05
+    """How far rounding may move Gaussians in the training pictures: pixels, root mean square."""
     position_rate: float = 1.6e-6
     """Rate of the centres, in extents of the scene."""
     quat_rate: float = 1e-3
@@ -103,6 +105,8 @@ class StudentConfig:
     """Sizes of the codebooks of `nvq`."""
     scalars: ScalarSteps = field(default_factory=ScalarSteps)
     """Steps of `sq`."""
+    step_rate: float = 2e-3
+    """Rate of the steps' logarithms. 0: they stay as they are."""
     bit_price: float = 1e-3
     """With `sq`, what a bit per Gaussian adds to the loss: more makes smaller, plainer files."""
     layers: int = 0

@@ -23,14 +23,14 @@ from mobilegs.compress.halves import rounded_parameters
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.positions import Frame
 from mobilegs.compress.rotations import canonical_pairs
-from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
+from mobilegs.compress.scalars import ScalarSteps
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes, seen_along
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train import coding
-from mobilegs.train.adjoints import pass_through, take_rows
+from mobilegs.train.adjoints import take_rows
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.view_dependence import LOGIT_MAX, ViewDependence, settled
 
@@ -161,7 +161,8 @@ class StudentModel:
         nothing = means.new_zeros(len(means), 0)
         if self.phase == "codes":
             coded = {
-                name: book(rows) + pass_through(free(name)) for name, book in self.codebooks.items()
+                name: coding.learning(codes, free(name), rows)
+                for name, codes in self.codebooks.items()
             }
             quats, log_scales = coded["rotation"], coded["scale"]
             logits = coded["opacity"][:, 0] if "opacity" in coded else None
@@ -232,11 +233,12 @@ class StudentModel:
             return means, self.codebooks["rotation"](), self.codebooks["scale"]()
         return means, of["quats"].detach(), of["log_scales"].detach()
 
-    def use_networks(self, *, regression_steps: int, generator: torch.Generator) -> None:
+    def use_networks(
+        self, frame: Frame, *, regression_steps: int, generator: torch.Generator
+    ) -> None:
         """From `explicit` to `networks`: latents and decoder that reproduce the harmonics."""
         assert self.phase == "explicit"
-        means = self.rows.tensors["means"].detach()
-        self.frame = Frame.around(means)
+        means, self.frame = self.rows.tensors["means"].detach(), frame
         sh = torch.cat([self.rows.drop("sh0"), self.rows.drop("sh_rest")], dim=1)
         self.decoder = AppearanceDecoder(generator, self.sh_degree).to(means.device)
         static, view = fit_appearance(
@@ -314,10 +316,7 @@ class StudentModel:
     def pay(self, price: float) -> None:
         """Add to the gradients what a bit per Gaussian costs: codes that are rare become fewer."""
         for name, codes in self.codebooks.items():
-            if isinstance(codes, ScalarCodes):
-                tensor = self.rows.tensors[name]
-                slopes = codes.slopes(tensor) * (price / len(tensor))
-                tensor.grad = slopes if tensor.grad is None else tensor.grad + slopes
+            coding.pay(codes, self.rows.tensors[name], price)
 
     def reassign(self, *, all_codes: bool) -> None:
         """Give every Gaussian the codes nearest to what it has learned to want.

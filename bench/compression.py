@@ -1,0 +1,274 @@
+"""Size against quality: our two codings at several prices, beside plain compressors of splats.
+
+    python bench/compression.py [--json OUT] [--runs RUNS] [--scenes bonsai horns lego playbot]
+        [--steps 2000] [--peers FOLDER/node_modules/.bin/splat-transform]
+
+One student of each scene learns without codes up to the point where codes come in (`--shared` of
+its steps); from there each variant goes on by itself, `plain` to the end without codes: what the
+others lose, they lose against it. `sq-0.001` has multiples of steps at a price of 0.001 a bit.
+Teachers are those of bench/paper.py with `--runs RUNS`, made now if they are not there; of
+`playbot`, a `.ply` of somebody else's, pictures from an orbit around it stand for photos.
+
+Figures are of held-back photos, of variants with codes from their files. *encode*, *decode*:
+seconds of `pack`, and of `unpack` and `decode` together; *peak*: the most memory that a process
+holds above what it held before, in which nothing else happens.
+
+Peers are the formats that npm's @playcanvas/splat-transform writes of the sorted teacher, read back
+by the same program: what they lose they lose against the teacher. They hold other scenes (sorted,
+colour of degree 3), so a line of the one kind and a line of the other compare as wholes, only.
+"""
+
+import argparse
+import json
+import math
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import torch
+from paper import PLACES, ROWS, Work, recipe_of, teacher_of
+
+from mobilegs.camera import Camera
+from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
+from mobilegs.data.dataset import Frame, assemble, split_every_eighth
+from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
+from mobilegs.evaluate.report import evaluate
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.render.scene import Scene
+from mobilegs.train.distributed import Team
+from mobilegs.train.recipes import cpu_recipe, with_setting
+from mobilegs.train.stage import view_order
+from mobilegs.train.student import Student
+from mobilegs.train.student_config import StudentConfig
+
+CAPTURES = {"bonsai": "bonsai-400", "horns": "horns-250", "lego": "lego-200"}
+SPLATS = {"playbot": ("playbot_125k_sh3pad.ply", "playbot_cameras.json")}
+SIDE = 400  # pixels, of pictures of splats
+LPIPS_EVERY = 4
+PRICES = (0.0003, 0.001, 0.003, 0.01)
+CANONICAL = "canonical=true"
+VARIANTS: dict[str, tuple[str, ...]] = {
+    "plain": ("codes_fraction=1",),
+    "nvq": (),
+    "nvq-canonical": (CANONICAL,),
+    "sq-fixed": ("coding=sq", "step_rate=0"),
+    **{f"sq-{price}": ("coding=sq", f"bit_price={price}") for price in PRICES},
+}
+PEERS = {"spz": (".spz",), "sog": (".sog", "-g", "cpu"), "compressed.ply": (".compressed.ply",)}
+WEIGH = """
+import resource, sys, torch
+from pathlib import Path
+from mobilegs.compress.container import pack, unpack
+data = Path(sys.argv[1]).read_bytes()
+torch.set_num_threads(1)
+coded = unpack(data) if sys.argv[2] == "pack" else None
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+unpack(data).decode() if coded is None else pack(coded)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)
+"""
+
+
+def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, StudentConfig]:
+    """Photos, the sorted teacher, and how a student of it is trained."""
+    if name in SPLATS:
+        dataset, teacher = orbited(name, options.data)
+        return dataset, teacher, replace(cpu_recipe().student, steps=options.steps)
+    place = PLACES[CAPTURES[name]]
+    capture = options.data / place.folders[0]
+    dataset = load_capture(capture, downscale=place.downscale)
+    asked = argparse.Namespace(runs=options.runs, steps=None, set=())
+    with ViewLoader(dataset.train) as loader:
+        team = Team(torch.device("cpu"))
+        work = Work(CAPTURES[name], place, capture, dataset, loader, team, asked)
+        teacher, _, _ = teacher_of(ROWS["ours"], 0, work)
+    config = recipe_of(place, ROWS["ours"], asked).student
+    return dataset, teacher, replace(config, steps=options.steps)
+
+
+def orbited(name: str, data: Path) -> tuple[Dataset, Scene]:
+    """A scene without photos, and pictures of it from the cameras that lie beside it."""
+    ply, cameras = SPLATS[name]
+    scene, frames = Scene(read_ply(data / "splats" / ply)), []
+    for row in json.loads((data / "splats" / cameras).read_text()):
+        turn, eye = torch.tensor(row["rotation"]), torch.tensor(row["position"])
+        viewmat = torch.eye(4)
+        viewmat[:3, :3], viewmat[:3, 3] = turn.T, -turn.T @ eye
+        K = torch.tensor(
+            [[row["fx"], 0, row["width"] / 2], [0, row["fy"], row["height"] / 2], [0, 0, 1]]
+        )
+        camera = Camera(viewmat, K, row["width"], row["height"])
+        camera = camera.resized(SIDE, round(SIDE * row["height"] / row["width"]))
+        with torch.no_grad():
+            image = scene.render(camera).image.clamp(0, 1)
+        pixels = (255 * image).round().to(torch.uint8)
+        frames.append(Frame(row["img_name"], camera, pixels=pixels))
+    train, test = split_every_eighth(frames)
+    points = scene.gaussians.means[::100]
+    colors = torch.full_like(points, 0.5).numpy()
+    return assemble(
+        name, train, test, points=points.numpy(), colors=colors, background=(0.0, 0.0, 0.0)
+    ), scene
+
+
+def trained(stage: Student, dataset: Dataset, until: int) -> None:
+    views = [load_view(frame) for frame in dataset.train]
+    while stage.done < until:
+        [index] = view_order(len(views), stage.done, 1, 1)
+        stage.advance([(index, views[index])])
+
+
+def student_of(
+    settings: tuple[str, ...], config: StudentConfig, dataset: Dataset, teacher: Scene
+) -> Student:
+    recipe = replace(cpu_recipe(), student=config)
+    for setting in settings:
+        recipe = with_setting(recipe, f"student.{setting}")
+    cameras = [frame.camera for frame in dataset.train]
+    return Student(recipe.student, teacher, cameras, extent=dataset.extent, seed=0)
+
+
+def figures(scene: Scene, dataset: Dataset, lpips: LpipsSuite | None) -> dict:
+    """PSNR and SSIM of all held-back photos, LPIPS (VGG) of a few."""
+    found = evaluate(scene, dataset)
+    result = {"gaussians": len(scene.gaussians), "psnr": found["psnr"], "ssim": found["ssim"]}
+    if lpips is not None:
+        some = replace(dataset, test=dataset.test[::LPIPS_EVERY])
+        result["lpips_vgg"] = evaluate(scene, some, lpips=lpips)["lpips_vgg"]
+    return result
+
+
+def timed(work: Callable[[], Any]) -> tuple[Any, float]:
+    started = time.perf_counter()
+    done = work()
+    return done, round(time.perf_counter() - started, 3)
+
+
+def weighed(data: bytes) -> dict[str, float]:
+    """MiB that encoding and decoding take, each in a process of its own."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.mgs"
+        path.write_bytes(data)
+        for name, what in (("encode_peak_mib", "pack"), ("decode_peak_mib", "unpack")):
+            command = [sys.executable, "-c", WEIGH, str(path), what]
+            done = subprocess.run(command, check=True, capture_output=True, text=True)
+            found[name] = round(float(done.stdout), 1)
+    return found
+
+
+def cell(name: str, stage: Student, dataset: Dataset, lpips: LpipsSuite | None) -> dict:
+    """A variant from where its student stands to its figures."""
+    trained(stage, dataset, stage.steps)
+    if name == "plain":
+        return figures(stage.scene(), dataset, lpips)
+    coded = stage.coded()
+    data, encode = timed(lambda: pack(coded))
+    scene, decode = timed(lambda: unpack(data).decode())
+    report = inspect(data)
+    streams = {"header": report["header_bytes"] + report["padding_bytes"]}
+    for row in report["streams"]:
+        part = row["name"].split(".")[0]
+        streams[part] = streams.get(part, 0) + row["bytes"]
+    times = {"encode_seconds": encode, "decode_seconds": decode}
+    made = {"bytes": len(data), "streams": streams, **times, **weighed(data)}
+    if report["mode"] == "sq":
+        made["steps"] = report["steps"]
+    return made | figures(scene, dataset, lpips)
+
+
+def ours(
+    name: str, options: argparse.Namespace, cells: dict, save: Callable[[], None]
+) -> tuple[Dataset, Scene, LpipsSuite | None]:
+    """All variants of a scene that are not there yet."""
+    dataset, teacher, config = capture_of(name, options)
+    weights = options.data / "lpips"
+    lpips = lpips_from(str(weights)) if weights.exists() else None
+    begun: dict[bool, dict] = {}  # by whether rotations are canonical
+    for variant in options.variants:
+        key = f"{name}/{options.steps}/{variant}"
+        if key in cells:
+            continue
+        settings = VARIANTS[variant]
+        stage = student_of(settings, config, dataset, teacher)
+        canonical = stage.config.canonical or stage.config.coding == "sq"
+        path = options.runs / "compression" / f"{name}-{options.steps}-{canonical:d}.pt"
+        if canonical not in begun and path.exists():
+            begun[canonical] = torch.load(path)
+        if canonical not in begun:
+            before = student_of((CANONICAL,) if canonical else (), config, dataset, teacher)
+            trained(before, dataset, math.floor(config.codes_fraction * config.steps))
+            begun[canonical] = before.state()
+            path.parent.mkdir(parents=True, exist_ok=True)
+            torch.save(begun[canonical], path)
+        stage.restore(begun[canonical])
+        cells[key] = cell(variant, stage, dataset, lpips)
+        save()
+        print(key, json.dumps(cells[key]), flush=True)
+    return dataset, teacher, lpips
+
+
+def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> None:
+    """What other formats make of the teacher."""
+    dataset, teacher, lpips = world
+    cells[f"{name}/teacher"] = figures(teacher, dataset, lpips)
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "teacher.ply"
+        write_ply(source, teacher.gaussians)
+        cells[f"{name}/teacher"]["bytes"] = source.stat().st_size
+        for peer, (suffix, *more) in PEERS.items():
+            there, back = Path(folder) / f"there{suffix}", Path(folder) / f"{peer}.ply"
+            times = []
+            for command in ([str(source), str(there)], [str(there), str(back)]):
+                program = [str(options.peers), "-q", "-w", *more, *command]
+                _, seconds = timed(lambda program=program: subprocess.run(program, check=True))
+                times.append(seconds)
+            scene = replace(teacher, gaussians=read_ply(back))
+            cells[f"{name}/{peer}"] = {
+                "bytes": there.stat().st_size,
+                "encode_seconds": times[0],
+                "decode_seconds": times[1],
+                **figures(scene, dataset, lpips),
+            }
+            print(f"{name}/{peer}", json.dumps(cells[f"{name}/{peer}"]), flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
+    parser.add_argument("--runs", type=Path, default=Path("runs/paper"))
+    parser.add_argument("--json", type=Path, default=Path("compression.json"))
+    parser.add_argument("--scenes", nargs="+", choices=[*CAPTURES, *SPLATS], default=[*CAPTURES])
+    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=[*VARIANTS])
+    parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--peers", type=Path, help="the program splat-transform")
+    options = parser.parse_args()
+    if not options.data:
+        sys.exit("set MOBILEGS_DATA to the folder that holds the captures")
+    result: dict = {"cells": {}}
+    if options.json.exists():
+        result = json.loads(options.json.read_text())
+
+    def save() -> None:
+        result["date"] = time.strftime("%Y-%m-%d")
+        result["machine"] = f"{platform.machine()}, {os.cpu_count()} cores, {kernel_level()}"
+        result["cells"] = dict(sorted(result["cells"].items()))
+        options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+    for name in options.scenes:
+        world = ours(name, options, result["cells"], save)
+        if options.peers:
+            peers(name, options, result["cells"], world)
+        save()
+
+
+if __name__ == "__main__":
+    main()
