@@ -27,6 +27,7 @@ from mobilegs.compress.scalars import ScalarCodes, ScalarSteps, entropy
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
+from mobilegs.train.coding import steer
 from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
 
 pytest_plugins = ["tiny"]
@@ -261,6 +262,38 @@ def test_steps_grow_where_bits_are_dear_and_shrink_where_errors_are(dataset, mak
     assert still.coded().steps["scale"] == pytest.approx(0.15)
 
 
+def test_steering_meets_a_size_and_stops_where_steps_would_be_absurd() -> None:
+    values = {
+        "scale": 3 * torch.randn(9000, 3, generator=seeded()),
+        "opacity": torch.zeros(9000, 1),
+    }
+    values["opacity"][::2] = 5 * torch.randn(4500, 1, generator=seeded(1))
+    books = {name: ScalarCodes.fit(value, step=0.3) for name, value in values.items()}
+
+    def size() -> int:
+        for name, codes in books.items():
+            codes.reassign(values[name])
+        return round(1000 + 9000 / 8 * sum(entropy(codes.indices) for codes in books.values()))
+
+    begun = size()
+    for target, met in ((0.7 * begun, True), (1.3 * begun, True), (900.0, False)):
+        for _ in range(20):
+            steer(books, values, size(), target)
+        assert (abs(size() / target - 1) < 0.01) == met
+    assert books["scale"].growth == books["opacity"].growth == pytest.approx(math.log(8))
+
+
+@pytest.mark.parametrize(("target", "factor"), [(0.001, 8), (1.0, 1 / 8)])
+def test_a_student_goes_after_the_size_asked_for(
+    dataset, make_student, target: float, factor: float
+) -> None:
+    """Fifty Gaussians can be neither a kilobyte nor a megabyte: steps go as far as they may."""
+    config = replace(STUDENT, coding="sq", codes_fraction=0.3, step_rate=0.0)
+    student = make_student(replace(config, target_mb=target))
+    train(student, dataset, 40)
+    assert student.coded().steps["scale"] == pytest.approx(factor * config.scalars.scale)
+
+
 def test_learned_steps_go_on_where_they_were(dataset, make_student) -> None:
     config = replace(STUDENT, coding="sq", codes_fraction=0.3, step_rate=0.01)
     student, again = make_student(config), make_student(config)
@@ -282,7 +315,16 @@ def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
     assert sum(bits[1]) < 0.98 * sum(bits[0])
 
 
-@pytest.mark.parametrize("wrong", [{"coding": "vq"}, {"bit_price": -1.0}, {"bit_price": math.nan}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"coding": "vq"},
+        {"bit_price": -1.0},
+        {"bit_price": math.nan},
+        {"target_mb": 1.0},
+        {"coding": "sq", "target_mb": math.inf},
+    ],
+)
 def test_codings_that_are_none_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError):
         replace(STUDENT, **wrong)

@@ -1,5 +1,6 @@
 """What a student learned, as codes: indices into codebooks, or multiples of steps."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,10 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.train.adjoints import pass_through
 from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.view_dependence import ViewDependence
+
+DAMPED = 0.7  # share of the way to the size asked for that is gone at once
+FARTHEST = 0.3  # that steps grow at once, as a logarithm
+GROWTH_MAX = math.log(8)
 
 
 def vector_codes(
@@ -96,6 +101,28 @@ def pay(codes: Codes, values: Tensor, price: float) -> None:
         due[values] = codes.slopes(values) * (price / len(values))
     for tensor, grad in due.items():
         tensor.grad = grad if tensor.grad is None else tensor.grad + grad
+
+
+@torch.no_grad()
+def steer(
+    codebooks: Mapping[Attribute, Codes], wanted: Mapping[str, Tensor], size: int, target: float
+) -> None:
+    """Change all steps by the same factor, so that a file of `size` bytes comes near `target`.
+
+    `wanted` is what the codes ought to stand for; they must be chosen anew after that. Steps stay
+    within eighths and eight times what they were at first: beyond, a picture falls apart.
+    """
+    steps = {
+        name: codes
+        for name, codes in codebooks.items()
+        if not isinstance(codes, SubVectorCodebooks)
+    }
+    slope = sum(
+        codes.bits_by_growth(wanted[name]) * len(wanted[name]) / 8 for name, codes in steps.items()
+    )
+    by = DAMPED * (target - size) / min(slope, -1e-3 * size)
+    for codes in steps.values():
+        codes.growth.add_(max(-FARTHEST, min(by, FARTHEST))).clamp_(-GROWTH_MAX, GROWTH_MAX)
 
 
 def shorten_weights(*decoders: AppearanceDecoder | LobeDecoder | None) -> None:

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.compress.codes import CodedScene, MetaValue
+from mobilegs.compress.container import pack
 from mobilegs.compress.encode import encode_scene
 from mobilegs.compress.scalars import COLUMNS
 from mobilegs.data.dataset import View
@@ -14,6 +15,7 @@ from mobilegs.errors import InputError
 from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
+from mobilegs.train import coding
 from mobilegs.train.distill import TeacherPictures
 from mobilegs.train.distributed import ALONE, Team
 from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
@@ -25,6 +27,8 @@ from mobilegs.train.stage import StepResult
 from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.student_model import Phase, StudentModel
 from mobilegs.train.teacher import squared_error
+
+STEERINGS = 50
 
 
 class Student:
@@ -79,6 +83,7 @@ class Student:
             sh_degree=config.sh_degree,
             rounded=config.positions_rounded,
             steps=config.scalars if config.coding == "sq" else None,
+            canonical=config.canonical,
         )
         if config.presence.weight:
             if config.blend != "sorted":
@@ -117,6 +122,7 @@ class Student:
             self.model.forget_directions(self.config.view.decay)
         self.done += 1
         if self.model.phase == "codes":
+            self._steer()
             self.model.reassign(all_codes=self.done % self.config.reassign_every == 0)
         if self.ballot.votes_in(self.done):
             for camera in cameras:
@@ -268,6 +274,14 @@ class Student:
         if keep.any() and not keep.all():
             self.model.keep_rows(keep)
         self.ballot.clear(len(self.model))
+
+    def _steer(self) -> None:
+        """Bring the file nearer to the size that is asked for, some fifty times in all."""
+        config = self.config
+        every = max(1, round((1 - config.codes_fraction) * self.steps / STEERINGS))
+        if config.target_mb and self.done % every == 0:
+            size, wanted = len(pack(self.coded())), self.model.rows.tensors
+            coding.steer(self.model.codebooks, wanted, size, 1e6 * config.target_mb)
 
     def _rates(self) -> dict[str, float]:
         config, progress = self.config, self.done / self.steps

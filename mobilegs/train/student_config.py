@@ -1,5 +1,6 @@
 """How the student is trained: lengths, rates, and what each part of it is."""
 
+import math
 from dataclasses import dataclass, field
 
 from mobilegs.compress.codebooks import CodebookSizes
@@ -101,6 +102,9 @@ class StudentConfig:
     coding: str = "nvq"
     """What codes are: `nvq`, indices into codebooks (the paper), or `sq`, multiples of steps,
     of rotations turned as little as possible and of latents that are not correlated."""
+    canonical: bool = False
+    """Whether Gaussians are turned as little as possible with `nvq`, too, at the start: of the 24
+    ways to name the axes of an ellipsoid the one whose rotation is smallest."""
     codebooks: CodebookSizes = field(default_factory=CodebookSizes)
     """Sizes of the codebooks of `nvq`."""
     scalars: ScalarSteps = field(default_factory=ScalarSteps)
@@ -109,6 +113,9 @@ class StudentConfig:
     """Rate of the steps' logarithms. 0: they stay as they are."""
     bit_price: float = 1e-3
     """With `sq`, what a bit per Gaussian adds to the loss: more makes smaller, plainer files."""
+    target_mb: float = 0.0
+    """With `sq`, megabytes (10^6) that the file shall have: all steps follow alike, up to eight
+    times as large or small as they are at first. 0: whatever price and steps lead to."""
     layers: int = 0
     """Layers of the file, each of which makes four times as many Gaussians: a viewer shows the
     first ones while the others still come. 0: as many as leave 10,000 to the first."""
@@ -135,6 +142,10 @@ class StudentConfig:
             )
         if self.coding not in CODINGS:
             raise InputError(f"unknown coding '{self.coding}': use {' or '.join(CODINGS)}")
+        if not 0 <= self.target_mb < math.inf or (self.target_mb and self.coding != "sq"):
+            raise InputError(
+                f"target_mb {self.target_mb} must be at least 0, and needs coding=sq unless it is 0"
+            )
         if not self.bit_price >= 0:
             raise InputError(f"bit_price must be at least 0, not {self.bit_price}")
         if not 0 <= self.layers <= LAYERS_MAX:

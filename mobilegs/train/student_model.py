@@ -73,13 +73,14 @@ class StudentModel:
         sh_degree: int = 1,
         rounded: bool = True,
         steps: ScalarSteps | None = None,
+        canonical: bool = False,
     ) -> None:
         """Start as the teacher cut to harmonics of `sh_degree`, its opacities as the base.
 
         Of `sort_free_gs` the weighting's sigma, and its background weight if that is not 0, are
-        only where learning begins. Without `rounded`, what is drawn and decoded in training are
-        positions as they are, not as the file will hold them. With `steps` the codes are whole
-        multiples of them, not indices into codebooks.
+        only where learning begins. Without `rounded`, training draws and decodes positions as they
+        are, not as the file will hold them. With `steps` codes are multiples of them, not indices
+        into codebooks; with `canonical`, too, Gaussians are turned as little as possible.
         """
         device = teacher.means.device
         coefficients = (sh_degree + 1) ** 2
@@ -88,7 +89,7 @@ class StudentModel:
         sh[:, :kept] = teacher.sh[:, :kept]
         logits = teacher.logit_opacities.clamp(-LOGIT_MAX, LOGIT_MAX)
         quats, log_scales = teacher.quats, teacher.log_scales
-        if steps is not None:
+        if canonical or steps is not None:
             quats, log_scales = canonical_pairs(quats, log_scales)
         tensors = {
             "means": teacher.means,
