@@ -48,24 +48,77 @@ def print_figures(about: dict[str, Any], result: dict[str, Any]) -> None:
     console().print(table)
 
 
+PARTS = {
+    "positions": "positions",
+    "scale": "sizes",
+    "rotation": "rotations",
+    "rotation-finer": "rotations",
+    "appearance": "colour",
+    "opacity": "opacity",
+    "lobes": "opacity and weight by direction",
+    "appearance-decoder": "networks",
+    "lobe-decoder": "networks",
+    "view-network": "networks",
+    "codebooks": "codebooks",
+}
+CODINGS = {"nvq": "indices into codebooks (nvq)", "sq": "multiples of steps (sq)"}
+
+
 def print_contents(found: dict[str, Any]) -> None:
-    """What is in a file: a line a value, and a table of its streams."""
+    """What is in a scene's file, for people: what it is, how to blend it, where the bytes are."""
     from rich.table import Table
 
+    size, count = found["file_bytes"], found["gaussians"]
+    print(f"{found['file']}: {count:,} Gaussians, {size:,} bytes, {size / max(count, 1):.2f} each")
     table = Table(box=None, show_header=False)
-    for key, value in found.items():
-        if isinstance(value, dict):
-            table.add_row(key, ", ".join(f"{name} {readable(v)}" for name, v in value.items()))
-        elif not isinstance(value, list):
-            table.add_row(key, readable(value))
+    for name, text in _sentences(found).items():
+        table.add_row(name, escape(text))
     console().print(table)
-    for rows in (value for value in found.values() if isinstance(value, list) and value):
-        table = Table(box=None)
-        for key in rows[0]:
-            table.add_column(key, justify="left" if key in ("name", "codec") else "right")
-        for row in rows:
-            table.add_row(*(readable(value) for value in row.values()))
-        console().print(table)
+    if "streams" not in found:
+        return
+    parts: dict[str, int] = {}
+    for row in found["streams"]:
+        part = PARTS.get(row["name"].split("@")[0].split(".")[0], "not known to this version")
+        parts[part] = parts.get(part, 0) + row["bytes"]
+    parts["header"] = found["header_bytes"] + found["padding_bytes"]
+    table = Table("part", box=None)
+    for heading in ("bytes", "share", "bytes a Gaussian"):
+        table.add_column(heading, justify="right")
+    for part, taken in parts.items():
+        table.add_row(part, f"{taken:,}", f"{taken / size:.1%}", f"{taken / count:.2f}")
+    console().print(table)
+
+
+def _sentences(found: dict[str, Any]) -> dict[str, str]:
+    """What a report of `inspect_scene` says, by topic."""
+    colour = f"spherical harmonics of degree {found['sh_degree']}"
+    if "mode" not in found:
+        return {"blended": "in the order of depth, as 3DGS does", "colour": colour}
+    sorts = found["blend"] == "sorted"
+    said = {
+        "version": f"{found['version']} of the format",
+        "blended": "in the order of depth, as 3DGS does"
+        if sorts
+        else f"without sorting, by the weights of {found['weighting']['name']}: "
+        "a viewer that sorts shows it wrong",
+        "colour": f"{colour}, which a network makes once of six numbers",
+        "opacity": "the same from everywhere",
+        "codes": CODINGS[found["mode"]],
+    }
+    shape = found["lobes"]
+    if shape is not None:
+        said["opacity"] = (
+            f"with the weight by direction: lobes of degree {shape['degree']}, made once of "
+            f"{shape['latents']} numbers"
+        )
+    elif any(row["name"] == "view-network" for row in found["streams"]):
+        said["opacity"] = "with the weight by direction: a network, asked for every view"
+    if "layers" in found:
+        said["layers"] = " + ".join(f"{layer:,}" for layer in found["layers"]) + " Gaussians"
+    said["cameras"] = f"{found['views']} for a first look"
+    for name, value in found["meta"].items():
+        said[name.replace("_", " ")] = readable(value)
+    return said
 
 
 def readable(value: Any) -> str:

@@ -18,6 +18,8 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import rgb_to_sh0
 
+CONFORMANCE = Path(__file__).parent / "conformance"
+
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -236,6 +238,35 @@ def test_info_counts_a_ply(scene: Path, capsys: pytest.CaptureFixture[str]) -> N
     found = json.loads(capsys.readouterr().out)
     assert (found["gaussians"], found["sh_degree"], found["blend"]) == (8, 0, "sorted")
     assert found["bytes_per_gaussian"] == found["file_bytes"] / 8
+
+
+@pytest.mark.parametrize(
+    ("name", "sentences"),
+    [
+        ("sq_layers", ["500 Gaussians, 13,080 bytes", "a viewer that sorts", "31 + 94 + 375"]),
+        ("sq_layers", ["multiples of steps (sq)", "lobes of degree 1", "2 for a first look"]),
+        ("nvq_network", ["a network, asked for every view", "indices into codebooks", "codebooks"]),
+        ("nvq_constant", ["the same from everywhere", "2.1 of the format"]),
+        ("sq_sorted", ["in the order of depth", "generator"]),
+    ],
+)
+def test_info_explains_a_file(
+    name: str, sentences: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = CONFORMANCE / f"{name}.mgs"
+    assert cli.main(["info", str(path)]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert all(sentence in text for sentence in sentences), text
+    assert "not known" not in text and "header" in text
+
+
+def test_the_parts_that_info_names_add_up(capsys: pytest.CaptureFixture[str]) -> None:
+    for path in sorted(CONFORMANCE.glob("*.mgs")):
+        assert cli.main(["info", str(path)]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        table = lines[next(i for i, line in enumerate(lines) if line.startswith(" part")) + 1 :]
+        found = sum(int(line.split("%")[0].split()[-2].replace(",", "")) for line in table)
+        assert found == path.stat().st_size
 
 
 def test_doctor_looks_at_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,6 +15,7 @@ from PIL import Image
 
 from mobilegs.cli import CONFIG
 from mobilegs.compress.codebooks import CodebookSizes
+from mobilegs.compress.container import inspect_mgs
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.train import loop
@@ -90,6 +91,18 @@ def test_the_figures_are_those_of_the_file(finished: Path) -> None:
         assert "lpips_vgg" in metrics[name] and metrics[name]["gaussians"] > 0
     assert metrics["seconds"].keys() == {"teacher", "student", "evaluation"}
     assert metrics["peak_memory_mib"] > 0 and metrics["image_size"] == [24, 20]
+
+
+def test_the_file_says_where_it_comes_from_and_has_the_layers_asked_for(
+    capture: Path, finished: Path, tmp_path: Path
+) -> None:
+    found = inspect_mgs(finished / "scene.mgs")
+    assert "layers" not in found
+    assert found["meta"]["photos"].endswith("of 24x20") and found["meta"]["student_steps"] == 18
+    recipe = with_setting(RECIPE, "student.layers=2")
+    train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
+    again = inspect_mgs(tmp_path / "run" / "scene.mgs")
+    assert len(again["layers"]) == 2 and sum(again["layers"]) == found["gaussians"]
 
 
 def test_the_journal_has_both_stages_in_order(finished: Path) -> None:

@@ -27,13 +27,13 @@ class ScalarSteps:
 
     scale: float = 0.15
     """Of log-scales."""
-    rotation: float = 0.3
+    rotation: float = 0.25
     """Of angles about axes across which a Gaussian is round, in radians; others are finer."""
-    appearance: float = 0.1
+    appearance: float = 0.14
     """Of the colour's latents, in units of the mean change of all harmonics together."""
-    opacity: float = 0.5
+    opacity: float = 0.3
     """Of the base opacity's logit."""
-    lobes: float = 1.0
+    lobes: float = 1.7
     """Of the lobes' latents, in units of the mean change of all coefficients together."""
 
     def __post_init__(self) -> None:

@@ -195,7 +195,13 @@ def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
     if not team.first:
         return
     frames = dataset.train[:: max(1, len(dataset.train) // FIRST_LOOKS)]
-    meta: dict[str, MetaValue] = {"generator": f"mobilegs {__version__}", "capture": dataset.name}
+    camera = dataset.train[0].camera
+    meta: dict[str, MetaValue] = {
+        "generator": f"mobilegs {__version__}",
+        "capture": dataset.name,
+        "photos": f"{len(dataset.train)} of {camera.width}x{camera.height}",
+        "student_steps": recipe.student.steps,
+    }
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
     coded = stage.coded(views=views, meta=meta)
     layers = recipe.student.layers or layers_for(len(coded))
