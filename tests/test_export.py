@@ -20,7 +20,7 @@ from mobilegs.compress.container import pack
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import write_ply
 from mobilegs.render import Weighting
-from mobilegs.view.bundle import WEB, bundle, element_script, viewer_script
+from mobilegs.view.bundle import element_script, viewer_script
 
 pytest_plugins = ["browser"]
 
@@ -155,7 +155,50 @@ def test_what_no_viewer_shows_is_refused(
 def test_a_bundle_has_no_modules_left(script: Callable[[], str]) -> None:
     text = script()
     assert "\nimport " not in text and "\nexport " not in text and "</" not in text
-    assert "import.meta" not in text and "import.meta" not in bundle(WEB / "load" / "worker.js", {})
+    assert "import.meta" not in text
+
+
+def test_the_script_holds_each_module_once_and_leaves_nothing_behind(
+    chromium: Chromium, scene: Path
+) -> None:
+    text = viewer_script()
+    assert text.count("class Decoder ") == text.count("function farFirst(") == 1
+    tab = chromium.tab()
+    tab.page.evaluate("() => (window.before = Object.getOwnPropertyNames(window))")
+    tab.page.evaluate("() => document.body.append(document.createElement('mobile-gs'))")
+    tab.page.add_script_tag(content=text)  # no module, so that its names would be left
+    tab.page.wait_for_function("document.querySelector('mobile-gs').viewer", timeout=20_000)
+    names = "() => Object.getOwnPropertyNames(window).filter((name) => !before.includes(name))"
+    assert tab.page.evaluate(names) == ["before"]
+    tab.close()
+
+
+def test_the_thread_works_in_a_thread_of_its_own(chromium: Chromium, scene: Path) -> None:
+    text = viewer_script()
+    assert text.endswith("(0);\n")
+    thread = f"{text.removesuffix('(0);' + chr(10))}(1)"  # as the page makes it
+    outer = """onmessage = ({ data: { file, text } }) => {
+      const url = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+      const inner = new Worker(url, { type: "module" });
+      inner.onmessage = ({ data }) => postMessage(data.sentence ?? data.kind);
+      inner.onerror = () => postMessage("error");
+      inner.postMessage({ file });
+    };"""
+    tab = chromium.tab()
+    code = """const url = URL.createObjectURL(new Blob([outer], { type: "text/javascript" }));
+    const worker = new Worker(url);
+    const kinds = [];
+    return new Promise((resolve) => {
+      worker.onmessage = ({ data }) => {
+        kinds.push(data);
+        if (!["scene", "rows", "progress"].includes(data)) resolve(kinds);
+      };
+      worker.postMessage({ file: new Blob([file]), text });
+    });"""
+    file = np.frombuffer(scene.read_bytes(), np.uint8)
+    kinds = tab.run(code, outer=outer, text=thread, file=file)
+    assert kinds[-1] == "done" and {"scene", "rows"} <= set(kinds)
+    tab.close()
 
 
 def test_the_element_works_in_a_page_of_ones_own(

@@ -21,6 +21,7 @@ from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.compress.encode import Codes, encode_scene
+from mobilegs.compress.envelope import VERSION
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame
 from mobilegs.compress.rotations import RotationCodes
@@ -49,6 +50,7 @@ class Case:
     spread: float = 1.0
     steps: ScalarSteps | None = None
     """Of scalars in the place of codebooks."""
+    layers: tuple[int, ...] = ()
 
 
 CASES = {
@@ -67,6 +69,9 @@ CASES = {
     "scalars sorted, fine": Case(700, steps=ScalarSteps(0.01, 0.002, 0.01, 0.01)),
     "scalars, coarse": Case(300, LobeShape(0, 0), steps=ScalarSteps(3.0, 2.0, 2.0, 9.0)),
     "one place": Case(60, LobeShape(3, 4), skewed=True, spread=0.0),
+    "layers": Case(9000, LobeShape(2, 12, (64,)), skewed=True, layers=(700, 1, 8299)),
+    "layers of scalars": Case(400, LobeShape(1, 2, (4,)), steps=ScalarSteps(), layers=(390, 10)),
+    "layers of one Gaussian": Case(8, network=True, layers=(1,) * 8),
 }
 
 
@@ -106,7 +111,7 @@ def make_scene(case: Case, seed: int = 0) -> CodedScene:
     means = case.spread * torch.randn(case.count, 3, generator=g)
     if case.skewed:
         means[1::2] = means[: len(means) // 2 * 2 : 2] * (1 + 1e-3)
-    return encode_scene(
+    coded = encode_scene(
         means,
         books,
         frame=Frame(torch.tensor([0.1, -0.2, 0.3]), 1.7, case.exponent),
@@ -119,6 +124,7 @@ def make_scene(case: Case, seed: int = 0) -> CodedScene:
         views=[camera(), camera().resized(64, 48)],
         meta={"generator": "mobilegs 0 \U0001f33f", "psnr": 25.1, "test": True, "notes": None},
     )
+    return replace(coded, layers=case.layers)
 
 
 @pytest.fixture(scope="module")
@@ -238,6 +244,7 @@ def test_both_decoders_read_the_same_header(
     assert header["meta"] == coded.meta and header["near"] == coded.near
     assert {**header["weighting"], "detached": False} == vars(coded.weighting)
     assert header["network"] == (coded.network is not None)
+    assert header["layers"] == list(coded.layers or [len(coded)])
     assert torch.equal(torch.tensor(header["background"]), coded.background)
     assert len(header["views"]) == len(coded.views) == 2
     for view, ours in zip(header["views"], coded.views, strict=True):
@@ -276,7 +283,7 @@ def test_the_scenes_between_them_use_every_codec_and_one_or_many_contexts(
 
 def test_a_file_cut_at_any_boundary_is_refused(files: dict[str, bytes], tmp_path: Path) -> None:
     cases = []
-    for name in ("network", "three hidden layers", "scalars, coarse"):
+    for name in ("network", "three hidden layers", "scalars, coarse", "layers of scalars"):
         header, body = split(files[name])
         places = [0, 8, 10, 12, 16, 20, len(files[name]) - len(body)]
         for row in header["streams"]:
@@ -289,7 +296,8 @@ def test_a_file_cut_at_any_boundary_is_refused(files: dict[str, bytes], tmp_path
 def test_flipped_bits_are_refused(files: dict[str, bytes], tmp_path: Path) -> None:
     random = np.random.default_rng(0)
     cases = []
-    for data in (files["linear lobes"], files["scalars, coarse"]):
+    for name in ("linear lobes", "scalars, coarse", "layers of scalars"):
+        data = files[name]
         for bit in [*range(160), *random.integers(8 * len(data), size=200).tolist()]:
             damaged = bytearray(data)
             damaged[bit // 8] ^= 1 << bit % 8
@@ -336,12 +344,14 @@ STRANGE: list[Any] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["linear lobes", "nothing by direction", "scalars with lobes"])
+@pytest.mark.parametrize(
+    "name", ["linear lobes", "nothing by direction", "scalars with lobes", "layers of scalars"]
+)
 def test_crafted_headers_are_refused_alike(
     name: str, files: dict[str, bytes], tmp_path: Path
 ) -> None:
     random = np.random.default_rng(1)
-    cases = []
+    cases, version = [], VERSION.unpack_from(files[name], 8)
     for path in places(split(files[name])[0]):
         for strange in random.choice(len(STRANGE) + 1, size=2, replace=False):
             header, body = split(files[name])
@@ -352,12 +362,14 @@ def test_crafted_headers_are_refused_alike(
                 inner[path[-1]] = STRANGE[strange]
             else:
                 del inner[path[-1]]
-            cases.append(join(header, body))
+            cases.append(join(header, body, version))
     found = assert_same_refusals(tmp_path, cases)
     assert found.count(None) > 3 and len(found) - found.count(None) > 100
 
 
-@pytest.mark.parametrize("name", ["linear lobes", "network", "one place", "scalars with lobes"])
+@pytest.mark.parametrize(
+    "name", ["linear lobes", "network", "one place", "scalars with lobes", "layers of scalars"]
+)
 def test_crafted_streams_are_refused_alike(
     name: str, files: dict[str, bytes], tmp_path: Path
 ) -> None:
@@ -379,7 +391,7 @@ def test_crafted_streams_are_refused_alike(
         for row, content in zip(header["streams"], damaged, strict=True):
             row.update(bytes=len(content), crc32=zlib.crc32(content))
         padded = b"".join(bytes(content) + bytes(-len(content) % 8) for content in damaged)
-        cases.append(join(header, padded))
+        cases.append(join(header, padded, VERSION.unpack_from(files[name], 8)))
     found = assert_same_refusals(tmp_path, cases)
     assert found.count(None) > 5 and len(found) - found.count(None) > 30
 

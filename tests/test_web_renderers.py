@@ -186,17 +186,19 @@ const { packAlike, packRows } = await import("/web/render/pack.js");
 const reader = new SceneReader();
 reader.append(bytes);
 while (reader.step());
-const { header, decoder: codes } = reader;
-const decoder = new RowDecoder(codes.recipe);
+const { header } = reader;
+const decoder = new RowDecoder(reader.decoder.recipe);
+const [codes] = reader.decoder.layers;
 const { positions } = codes;
 const one = decoder.decode({ positions: positions.subarray(0, 3), columns: {} });
-const neutral = packAlike(header, positions, one);
-renderer.setScene(neutral);
+// room for more, of which nothing is to be seen
+renderer.setScene(packAlike(header, positions, one, header.count + 5000));
+renderer.show(header.count);
 for (const [from, to] of [[0, 1], [1, 150], [150, header.count]]) {
   const packed = packRows(decoder.decode(codes.rows(from, to)));
   for (const part of ["shapes", "colors", "lobes"]) renderer.update(part, from, packed[part]);
 }
-const { shapes, colors, lobes } = neutral;
+const { shapes, colors, lobes } = packAlike(header, positions, one);
 window.bytesEach = [shapes, colors, lobes].reduce((sum, part) => sum + part.byteLength, 0);
 return renderer.pixels(camera);
 """

@@ -15,48 +15,55 @@ COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | r
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
+FILES = WEB / "files.js"
+WORKER = WEB / "load" / "worker.js"
 
 
-def bundle(entry: Path, replaced: dict[Path, str]) -> str:
-    """One script that does what the module `entry` and all that it imports do.
+def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
+    """A function `whole` that does what one of the modules `entries` does, told by its number.
 
-    Each module becomes a function that is called once and returns what it exports. It is no
-    general tool: our modules import by name and export declarations, and none in a circle.
-    Comments and indentation are left out, private names are short.
-    `replaced` gives other texts for some modules.
+    Each of them and of what they import is a function in it that returns what the module
+    exports, called when it is first asked for. A function knows its own text, so `whole` can
+    give it to a thread that does what another entry does. It is no general tool: our modules
+    import by name and export declarations, and none in a circle. Comments and indentation are
+    left out, private names are short. `replaced` gives other texts for some modules.
     """
-    numbers: dict[Path, int] = {}
-    parts: list[str] = []
+    numbers = {path: number for number, path in enumerate(entries)}
+    parts: dict[int, str] = {}
+    under_way: set[Path] = set()
 
     def add(path: Path) -> int:
         path = path.resolve()
-        if path in numbers:
-            assert numbers[path] >= 0, f"{path} imports itself by way of others"
-            return numbers[path]
-        numbers[path] = -1
+        assert path not in under_way, f"{path} imports itself by way of others"
+        number = numbers.setdefault(path, len(numbers))
+        if number in parts:
+            return number
+        under_way.add(path)
         text = INDENT.sub("\n", COMMENT.sub("", replaced.get(path) or path.read_text())).lstrip()
 
         def imported(match: re.Match[str]) -> str:
             names, source = match.groups()
-            number = add(path.parent / source)
-            if names is None:
-                return ""
-            return f"const {{{names.replace(' as ', ': ')}}} = module{number};\n"
+            there = f"module({add(path.parent / source)});\n"
+            return there if names is None else f"const {{{names.replace(' as ', ': ')}}} = {there}"
 
         text = NOTHING.sub("", IMPORT.sub(imported, text))
         exported = [match[1] for match in EXPORT.finditer(text)]
         text = EXPORT.sub("", text)
         assert "import.meta" not in text, f"{path} asks where it lies"
-        text = _short_names(text)
-        number = len(parts)
-        parts.append(
-            f"const module{number} = (() => {{\n{text}return {{ {', '.join(exported)} }};\n}})();\n"
-        )
-        numbers[path] = number
+        parts[number] = f"() => {{\n{_short_names(text)}return {{ {', '.join(exported)} }};\n}},\n"
+        under_way.remove(path)
         return number
 
-    add(entry)
-    return "".join(parts)
+    for entry in entries:
+        add(entry)
+    modules = "".join(parts[number] for number in range(len(numbers)))
+    return f"""function whole(entry) {{
+const made = [];
+const module = (number) => (made[number] ??= modules[number]());
+const modules = [
+{modules}];
+module(entry);
+}}"""
 
 
 def _short_names(text: str) -> str:
@@ -79,24 +86,23 @@ def viewer_script() -> str:
     It shows the scene that the address names, or else the one in the page's element `scene`, as
     base64, or else the one of the page's `<mobile-gs>`.
     """
-    return _whole(WEB / "page.js")
+    return _script(WEB / "page.js")
 
 
 @cache
 def element_script() -> str:
     """`<mobile-gs>` for other pages as one script."""
-    return _whole(WEB / "element.js")
+    return _script(WEB / "element.js")
 
 
-def _whole(entry: Path) -> str:
-    worker = json.dumps(bundle(WEB / "load" / "worker.js", {}))
+def _script(entry: Path) -> str:
+    """A page's part and its thread's, which is the same text with another beginning."""
     files = sorted(SHADERS.glob("*.*sl"))
     shaders = json.dumps({file.name: slim_shader(file.read_text()) for file in files})
     own_files = f"""
-const WORKER = {worker};
 const SHADERS = {shaders};
 export function loadingWorker() {{
-  const url = URL.createObjectURL(new Blob([WORKER], {{ type: "text/javascript" }}));
+  const url = URL.createObjectURL(new Blob([`(${{whole}})(1)`], {{ type: "text/javascript" }}));
   setTimeout(() => URL.revokeObjectURL(url), 60000);
   return new Worker(url);
 }}
@@ -110,5 +116,6 @@ export function ownScene() {{
   return new Blob([Uint8Array.from(text, (letter) => letter.charCodeAt(0))]);
 }}
 """
+    text = f"({bundle([entry, WORKER], {FILES: own_files})})(0);\n"
     # what ends a script for HTML may stand in a text, where a backslash changes nothing
-    return bundle(entry, {WEB / "files.js": own_files}).replace("</", "<\\/")
+    return text.replace("</", "<\\/")

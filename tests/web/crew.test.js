@@ -2,11 +2,12 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { Crew } from "../../mobilegs/view/web/load/crew.js";
+import { WHOLE } from "../../mobilegs/view/web/mgs/decode.js";
 import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
 import { RowDecoder } from "../../mobilegs/view/web/mgs/rows.js";
 import { packRows } from "../../mobilegs/view/web/render/pack.js";
 import { openScene } from "./whole.js";
-import { seal, smallScene } from "./write.js";
+import { layeredScene, seal, smallScene } from "./write.js";
 
 const COUNT = 100_000;
 const PARTS = ["shapes", "colors", "lobes"];
@@ -67,10 +68,13 @@ for (const [name, Worker, brings] of [
     const reader = new SceneReader();
     reader.append(bytes);
     while (reader.step());
-    const crew = new Crew(COUNT);
+    const crew = new Crew([COUNT]);
     assert.equal(Helper.made.length, Worker ? 3 : 0);
     crew.begin(reader.decoder);
-    await crew.finish(3);
+    crew.advance(0, WHOLE);
+    assert.equal(crew.layers, 0);
+    await crew.finish();
+    assert.equal(crew.layers, 1);
     crew.dismiss();
     assert.deepEqual(wordsOf(crew), expected);
     assert.equal(Helper.made.some(({ sent }) => sent > 2), Boolean(Worker && brings));
@@ -84,17 +88,46 @@ test("a later stage is done again, and counts", async () => {
   const cut = bytes.length - 70_000; // lobes are missing
   reader.append(bytes.subarray(0, cut));
   while (reader.step());
-  assert.equal(reader.decoder.stage, 2);
-  const crew = new Crew(COUNT);
+  assert.equal(reader.decoder.layers[0].stage, 2);
+  const crew = new Crew([COUNT]);
   crew.begin(reader.decoder);
-  crew.advance(2);
+  crew.advance(0, 2);
   await new Promise((resolve) => setTimeout(resolve, 20));
   assert.ok(crew.taken.length > 0);
   reader.append(bytes.subarray(cut));
   while (reader.step());
-  await crew.finish(reader.decoder.stage);
+  assert.equal(crew.layers, 0);
+  crew.advance(0, reader.decoder.layers[0].stage);
+  await crew.finish();
   crew.dismiss();
   assert.deepEqual(wordsOf(crew), expected);
+});
+
+test("layers are done for themselves, and count from the first one on", async () => {
+  Object.assign(Helper, { made: [], brings: true });
+  globalThis.Worker = Helper;
+  const sizes = [10_000, COUNT - 10_000];
+  const { fields, shared, own, alone } = layeredScene(sizes);
+  const reader = new SceneReader();
+  reader.append(seal(fields, [...shared, ...own.flat()], 3));
+  while (reader.step());
+  const crew = new Crew(sizes);
+  crew.begin(reader.decoder);
+  crew.advance(1, WHOLE);
+  while (crew.taken.length < Math.ceil(sizes[1] / 8192)) await new Promise((resolve) => setTimeout(resolve, 1));
+  assert.equal(crew.layers, 0);
+  assert.ok(crew.taken.every(([from]) => from >= sizes[0]));
+  crew.advance(0, WHOLE);
+  await crew.finish();
+  crew.dismiss();
+  assert.equal(crew.layers, 2);
+  const words = alone.map(({ fields, streams }) => packRows(openScene(seal(fields, streams)).scene));
+  const found = wordsOf(crew);
+  for (const part of PARTS) {
+    const [first, second] = words.map((own) => own[part]);
+    assert.deepEqual(found[part].subarray(0, first.length), first);
+    assert.deepEqual(found[part].subarray(first.length), second);
+  }
 });
 
 test("what goes wrong is told in the end", async () => {
@@ -102,12 +135,12 @@ test("what goes wrong is told in the end", async () => {
   const reader = new SceneReader();
   reader.append(bytes);
   while (reader.step());
-  const crew = new Crew(COUNT);
+  const crew = new Crew([COUNT]);
   crew.begin(reader.decoder);
-  reader.decoder.rows = () => {
+  reader.decoder.layers[0].rows = () => {
     throw new RangeError("no memory");
   };
-  crew.advance(1);
+  crew.advance(0, 1);
   await new Promise((resolve) => setTimeout(resolve, 5));
-  await assert.rejects(crew.finish(3), /no memory/);
+  await assert.rejects(crew.finish(), /no memory/);
 });

@@ -40,9 +40,9 @@ test("whatever prefix of a file is there can be drawn once there are positions",
     assert.equal(reader.total, bytes.length);
     while (reader.step());
     arrived.push(i === 0 ? "" : streams[i - 1][0]);
-    assert.equal(reader.decoder.positions !== null, arrived.includes("positions"));
-    assert.equal(reader.decoder.stage, Math.max(...arrived.map((name) => stages[name] ?? 0)));
-    if (reader.decoder.positions === null) return;
+    assert.equal(reader.decoder.layers[0].positions !== null, arrived.includes("positions"));
+    assert.equal(reader.decoder.layers[0].stage, Math.max(...arrived.map((name) => stages[name] ?? 0)));
+    if (reader.decoder.layers[0].positions === null) return;
     const { scene } = sceneOf(reader);
     assertDrawable(scene);
     for (const part of PARTS) {
@@ -61,7 +61,7 @@ test("rows are the same, whichever are decoded together", () => {
   const { scene: whole } = sceneOf(reader);
   const decoder = new RowDecoder(structuredClone(reader.decoder.recipe));
   for (const [from, to] of [[0, 1], [256, 300], [64, 224], [0, 32]]) {
-    const rows = decoder.decode(structuredClone(reader.decoder.rows(from, to)));
+    const rows = decoder.decode(structuredClone(reader.decoder.layers[0].rows(from, to)));
     assert.equal(rows.count, to - from);
     for (const part of PARTS.slice(1)) {
       const size = whole[part].length / 300;
@@ -83,7 +83,7 @@ test("what has not arrived gets no memory for its Gaussians, whatever the header
   const reader = new SceneReader();
   reader.append(bytes.subarray(0, bytes.length - 2 ** 26));
   while (reader.step());
-  assert.equal(reader.decoder.positions, null);
+  assert.equal(reader.decoder.layers[0].positions, null);
   assert.ok(reader.received < 100_000 && reader.total > 2 ** 26);
 });
 

@@ -4,6 +4,7 @@ import { Arrivals, namesOf } from "../../mobilegs/view/web/viewer/arrivals.js";
 import { planOf } from "../../mobilegs/view/web/viewer/bench.js";
 import { readPose, writePose } from "../../mobilegs/view/web/viewer/address.js";
 import { colorOf, hexOf } from "../../mobilegs/view/web/viewer/color.js";
+import { placeUnder } from "../../mobilegs/view/web/viewer/pick.js";
 import { Pose, cameraOf } from "../../mobilegs/view/web/viewer/pose.js";
 import { Resolution } from "../../mobilegs/view/web/viewer/resolution.js";
 
@@ -127,4 +128,15 @@ test("a field of view that is asked for lies between the width's and the height'
   const view = { viewmat: new Float32Array(16), K: new Float32Array([80, 0, 0, 0, 90]), width: 100, height: 50 };
   near([cameraOf(pose, view, 100, 50, 0.1).fx], [Math.sqrt(80 * 90)]);
   near([cameraOf(pose, view, 400, 100, 0.1, 90).fx], [100]);
+});
+
+test("under a pixel lies the nearest centre that is drawn and not faint", () => {
+  const camera = { viewmat: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1], fx: 100, fy: 100, cx: 50, cy: 40 };
+  const at = (centers, logits) =>
+    placeUnder(Float32Array.from(centers.flat()), Float32Array.from(logits), { ...camera, near: 0.5 }, 50, 40);
+  const row = [[0, 0, 6], [0, 0, 4], [0, 0, 2], [3, 0, 1], [0, 0, 0.2]];
+  assert.deepEqual(at(row, [1, 1, -1, 1, 1]), [0, 0, 4]);
+  assert.deepEqual(at(row.slice(0, 1), [1, 0, 0, 0, 0]), [0, 0, 6]);
+  assert.equal(at(row.slice(3), [1, 1, 1]), null);
+  assert.equal(at([], [0, 0]), null);
 });

@@ -4,6 +4,8 @@ import { toWorld } from "../../mobilegs/view/web/mgs/positions.js";
 import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
 import { RowDecoder } from "../../mobilegs/view/web/mgs/rows.js";
 
+const PARTS = ["positions", "logScales", "scales", "quats", "sh", "lobes"];
+
 /** The scene in a whole file. @param {Uint8Array} bytes */
 export function openScene(bytes) {
   const reader = new SceneReader();
@@ -13,9 +15,24 @@ export function openScene(bytes) {
   return sceneOf(reader);
 }
 
-/** All of a scene, as far as it is there: at least its positions are. @param {SceneReader} reader */
+/** All of a scene, as far as it is there: at least positions of its first layer are. @param {SceneReader} reader */
 export function sceneOf({ header, decoder }) {
-  const gaussians = new RowDecoder(decoder.recipe).decode(decoder.rows(0, header.count));
+  const rows = new RowDecoder(decoder.recipe);
+  const come = decoder.layers.filter(({ positions }) => positions);
+  // what is decoded next takes its memory again
+  const layers = come.map((layer) => structuredClone(rows.decode(layer.rows(0, layer.count))));
+  const count = layers.reduce((sum, layer) => sum + layer.count, 0);
+  const parts = PARTS.map((part) => {
+    const [first] = layers;
+    const all = new first[part].constructor((first[part].length / first.count) * count);
+    let at = 0;
+    for (const layer of layers) {
+      all.set(layer[part], at);
+      at += layer[part].length;
+    }
+    return [part, all];
+  });
+  const gaussians = { ...layers[0], count, ...Object.fromEntries(parts) };
   const means = toWorld(gaussians.positions, header.frame);
   return { header, scene: { ...gaussians, means, network: decoder.network } };
 }

@@ -9,15 +9,16 @@ import { randomNumbers } from "./pieces.js";
  *
  * @param {object} fields
  * @param {[string, string, Uint8Array][]} streams name, codec, content
+ * @param {number} [major] version
  */
-export function seal(fields, streams) {
+export function seal(fields, streams, major = 2) {
   const table = streams.map(([name, codec, data]) => {
     return { name, codec, bytes: data.length, crc32: crc32(data) };
   });
   let text = JSON.stringify({ ...fields, streams: table });
   text = text.padEnd(text.length + ((8 - ((20 + text.length) % 8)) % 8));
   const prefix = new DataView(new ArrayBuffer(12));
-  prefix.setUint16(0, 2, true);
+  prefix.setUint16(0, major, true);
   prefix.setUint32(4, text.length, true);
   const header = new TextEncoder().encode(text);
   prefix.setUint32(8, crc32(header, crc32(new Uint8Array(prefix.buffer, 0, 8))), true);
@@ -99,7 +100,7 @@ function positions(count) {
   return joined([new Uint8Array(Uint32Array.of(coded.length).buffer), coded, bits(low)]);
 }
 
-/** A scene with lobes that has one of everything, and its streams in the order of the file. */
+/** A scene with lobes that has one of everything, and its streams in the order of the file. @param {number} [count] */
 export function smallScene(count = 40) {
   const random = randomNumbers(5);
   const halves = (length) => {
@@ -143,4 +144,21 @@ export function smallScene(count = 40) {
     ...columns,
   ];
   return { fields, streams };
+}
+
+/**
+ * A scene in layers, and each of them as a scene of its own with the same networks and codebooks.
+ *
+ * @param {number[]} layers Gaussians of each
+ */
+export function layeredScene(layers) {
+  const scenes = layers.map((count) => smallScene(count));
+  const [{ fields, streams }] = scenes;
+  const shared = streams.slice(0, 3);
+  const alone = scenes.map((scene) => ({ fields: scene.fields, streams: [...shared, ...scene.streams.slice(3)] }));
+  const own = alone.map(({ streams }, i) =>
+    streams.slice(3).map(([name, ...rest]) => [i ? `${name}@${i}` : name, ...rest]),
+  );
+  const count = layers.reduce((sum, size) => sum + size, 0);
+  return { fields: { ...fields, count, layers }, shared, own, alone };
 }

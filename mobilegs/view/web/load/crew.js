@@ -1,5 +1,6 @@
 /** Gaussians of a `.mgs` made ready for the GPU, by this thread and some helpers. */
 
+import { WHOLE } from "../mgs/decode.js";
 import { RowDecoder } from "../mgs/rows.js";
 import { packRows } from "../render/pack.js";
 
@@ -7,6 +8,7 @@ import { packRows } from "../render/pack.js";
 /** @typedef {import("../render/pack.js").PackedRows} PackedRows */
 /** @typedef {{chunk: number, stage: number, packed: PackedRows}} Brought what a helper sends back */
 /** @typedef {{worker: Worker, errands: number}} Helper with what it has not brought yet */
+/** @typedef {{layer: number, from: number, to: number, first: number}} Chunk rows of a layer, the first of them in the scene */
 
 /** Gaussians at a time: milliseconds. */
 const CHUNK = 8192;
@@ -17,7 +19,7 @@ const HELPERS = 3;
 const AHEAD = 2;
 
 /**
- * Computes each chunk of Gaussians as soon as a stage of the file is there, and again for a later
+ * Computes each chunk of Gaussians as soon as a stage of its layer is there, and again for a later
  * one. Nothing depends on the helpers: what they were given and have not brought is done here in the
  * end, and whatever comes first counts.
  */
@@ -25,7 +27,10 @@ export class Crew {
   /** What has been done and nobody has taken away yet. @type {[from: number, PackedRows][]} */
   taken = [];
 
-  #count;
+  /** @type {Chunk[]} */
+  #chunks = [];
+  /** Of each layer, the stage that is wanted. */
+  #stages;
   /** @type {Decoder | null} */
   #codes = null;
   /** @type {RowDecoder | null} */
@@ -35,9 +40,8 @@ export class Crew {
   /** By chunk, the stage that somebody was asked for, and the one that there is. */
   #given;
   #done;
-  #stage = 0;
   #running = false;
-  #last = 0;
+  #ending = false;
   #resolve = () => {};
   #reject = () => {};
   /** @type {Promise<void>} */
@@ -46,12 +50,19 @@ export class Crew {
     this.#reject = reject;
   });
 
-  /** @param {number} count Gaussians of the scene */
-  constructor(count) {
-    this.#count = count;
+  /** @param {number[]} layers Gaussians of each */
+  constructor(layers) {
     // what goes wrong is told to who waits for the end
     this.#end.catch(() => {});
-    this.#given = new Uint8Array(Math.ceil(count / CHUNK));
+    let count = 0;
+    for (const [layer, size] of layers.entries()) {
+      for (let from = 0; from < size; from += CHUNK) {
+        this.#chunks.push({ layer, from, to: Math.min(from + CHUNK, size), first: count + from });
+      }
+      count += size;
+    }
+    this.#stages = new Uint8Array(layers.length);
+    this.#given = new Uint8Array(this.#chunks.length);
     this.#done = this.#given.slice();
     const cores = count < WORTH ? 1 : navigator.hardwareConcurrency;
     for (let i = 1; i < Math.min(cores, HELPERS + 1); i++) this.#hire();
@@ -73,7 +84,7 @@ export class Crew {
     }
   }
 
-  /** Positions are there. @param {Decoder} codes @returns {RowDecoder} of this thread */
+  /** Positions of the first layer are there. @param {Decoder} codes @returns {RowDecoder} of this thread */
   begin(codes) {
     const { recipe } = codes;
     for (const { worker } of this.#helpers) worker.postMessage({ recipe });
@@ -81,18 +92,17 @@ export class Crew {
     return (this.#own = new RowDecoder(recipe));
   }
 
-  /** Computes what a stage brings, if there is one that was not asked for yet. @param {number} stage */
-  advance(stage) {
-    if (stage <= this.#stage) return;
-    this.#stage = stage;
+  /** Computes what a stage brings, if it was not asked for yet. @param {number} layer @param {number} stage */
+  advance(layer, stage) {
+    if (stage <= this.#stages[layer]) return;
+    this.#stages[layer] = stage;
     for (const helper of this.#helpers) this.#send(helper);
     this.#run().catch(this.#reject);
   }
 
-  /** Waits until all of the last stage is done. @param {number} stage */
-  finish(stage) {
-    this.#last = stage;
-    this.advance(stage);
+  /** Waits until all that was asked for is done. */
+  finish() {
+    this.#ending = true;
     this.#check();
     return this.#end;
   }
@@ -104,25 +114,31 @@ export class Crew {
 
   /** The first chunk that nobody was given; -1 if there is none. */
   get #free() {
-    return this.#given.findIndex((stage) => stage < this.#stage);
+    return this.#given.findIndex((stage, chunk) => stage < this.#wanted(chunk));
   }
 
   /** That, or else one that a helper still has. */
   get #next() {
     const free = this.#free;
-    return free < 0 ? this.#done.findIndex((stage) => stage < this.#stage) : free;
+    return free < 0 ? this.#done.findIndex((stage, chunk) => stage < this.#wanted(chunk)) : free;
+  }
+
+  /** The stage that a chunk should have. @param {number} chunk */
+  #wanted(chunk) {
+    return this.#stages[this.#chunks[chunk].layer];
   }
 
   /** @param {number} chunk */
   #rows(chunk) {
-    const codes = /** @type {Decoder} */ (this.#codes);
-    return codes.rows(chunk * CHUNK, Math.min((chunk + 1) * CHUNK, this.#count));
+    const { layers } = /** @type {Decoder} */ (this.#codes);
+    const { layer, from, to } = this.#chunks[chunk];
+    return layers[layer].rows(from, to);
   }
 
   /** Gives a helper something to do. @param {Helper} helper */
   #send(helper) {
     for (let chunk; helper.errands < AHEAD && (chunk = this.#free) >= 0; helper.errands++) {
-      const stage = (this.#given[chunk] = this.#stage);
+      const stage = (this.#given[chunk] = this.#wanted(chunk));
       helper.worker.postMessage({ rows: this.#rows(chunk), chunk, stage });
     }
   }
@@ -131,7 +147,7 @@ export class Crew {
     if (this.#running) return;
     this.#running = true;
     for (let chunk; (chunk = this.#next) >= 0 && this.#own; ) {
-      const stage = (this.#given[chunk] = this.#stage);
+      const stage = (this.#given[chunk] = this.#wanted(chunk));
       this.#take({ chunk, stage, packed: packRows(this.#own.decode(this.#rows(chunk))) });
       await turn();
     }
@@ -142,17 +158,18 @@ export class Crew {
   #take({ chunk, stage, packed }) {
     if (stage <= this.#done[chunk]) return;
     this.#done[chunk] = stage;
-    this.taken.push([chunk * CHUNK, packed]);
+    this.taken.push([this.#chunks[chunk].first, packed]);
     this.#check();
   }
 
-  /** Whether all of the last stage is there. */
-  get complete() {
-    return this.#last > 0 && this.#done.every((done) => done === this.#last);
+  /** How many layers, from the first one on, are done. */
+  get layers() {
+    const missing = this.#done.findIndex((stage) => stage < WHOLE);
+    return missing < 0 ? this.#stages.length : this.#chunks[missing].layer;
   }
 
   #check() {
-    if (this.complete) this.#resolve();
+    if (this.#ending && this.#next < 0) this.#resolve();
   }
 }
 

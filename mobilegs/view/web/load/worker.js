@@ -1,5 +1,6 @@
 /** Reads a scene away from the page's own thread, sends it on as it arrives, and sorts if needed. */
 
+import { WHOLE } from "../mgs/decode.js";
 import { thinned, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { RowDecoder } from "../mgs/rows.js";
@@ -9,6 +10,7 @@ import { farFirst } from "./order.js";
 import { isPly, readPly } from "./ply.js";
 import { isSpz, readSpz } from "./spz.js";
 
+/** @typedef {import("../mgs/decode.js").CodedLayer} CodedLayer */
 /** @typedef {import("../mgs/header.js").Header} Header */
 /** @typedef {import("../mgs/header.js").View} View */
 /** @typedef {import("../mgs/scene.js").Gaussians} Gaussians */
@@ -20,6 +22,7 @@ import { isSpz, readSpz } from "./spz.js";
 /** @typedef {{url: string} | {file: Blob} | {forward: [number, number, number]}} Request */
 /**
  * @typedef {{kind: "scene", data: SceneData, centers: Float32Array<ArrayBuffer>, views: View[], near: number}
+ *   | {kind: "more", centers: Float32Array<ArrayBuffer>}
  *   | {kind: "rows", part: Part, from: number, numbers: Numbers}
  *   | {kind: "order", order: Uint32Array<ArrayBuffer>}
  *   | {kind: "progress", received: number, total: number}
@@ -31,6 +34,8 @@ import { isSpz, readSpz } from "./spz.js";
 const NEAR = 0.2;
 /** Milliseconds between two states that are shown. */
 const SOON = 1500;
+/** Gaussians for which a byte of the file that has come makes room: a claim alone does not. */
+const ROOM = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 const NETWORK =
   "this scene asks a network for every Gaussian in every frame, which no viewer does: train it " +
@@ -71,52 +76,79 @@ async function bytesOf(request) {
   return { source: response.body, total: Number(response.headers.get("Content-Length")) || NaN };
 }
 
-/** A `.mgs` whose positions are known: first some of its Gaussians as dots, then all, then the rest. */
+/**
+ * A `.mgs` whose first positions are known: some Gaussians of its first layer as dots, then all of
+ * them and what is known of them, then the other layers, each when it is done.
+ */
 class Arriving {
   #header;
-  #positions;
+  #layers;
   #crew;
   #one;
-  #whole;
+  /** Layers that are shown; 0: some of the first. */
+  #shown = 0;
 
-  /** @param {Header} header @param {Uint16Array} positions @param {Crew} crew @param {Gaussians} one of them */
-  constructor(header, positions, crew, one) {
+  /** @param {Header} header @param {CodedLayer[]} layers @param {Crew} crew @param {Gaussians} one of them */
+  constructor(header, layers, crew, one) {
     this.#header = header;
-    this.#positions = positions;
+    this.#layers = layers;
     this.#crew = crew;
     this.#one = one;
-    const some = thinned(positions, FIRST);
-    this.#whole = some === positions;
-    this.#send(packAlike(header, some, one), some);
+    const some = thinned(this.#first, FIRST);
+    if (some.length === 3 * header.count) this.#shown = 1;
+    this.#send(packAlike(header, some, one), toWorld(some, header.frame));
   }
 
-  /** Sends what has been done since the last time. */
-  send() {
+  /** Positions of the first layer. */
+  get #first() {
+    return /** @type {Uint16Array} */ (this.#layers[0].positions);
+  }
+
+  /** Sends what has been done since the last time. @param {number} received bytes of the file */
+  send(received) {
+    const { count } = this.#header;
+    if (ROOM * received < count) return;
+    const done = this.#crew.layers;
+    const before = this.#shown;
+    this.#shown = Math.max(done, 1);
     const taken = this.#crew.taken.splice(0);
-    if (this.#whole) {
+    if (before === 0) {
+      const scene = done
+        ? emptyScene(this.#header, count, this.#one)
+        : packAlike(this.#header, this.#first, this.#one, count);
       for (const [from, packed] of taken) {
-        for (const part of PARTS) {
-          const numbers = packed[part];
-          send({ kind: "rows", part, from, numbers }, [numbers.buffer]);
-        }
+        for (const part of PARTS) scene[part].set(packed[part], (from * scene[part].length) / count);
       }
+      this.#send(scene, this.#centers());
       return;
     }
-    this.#whole = true;
-    const count = this.#positions.length / 3;
-    const scene = this.#crew.complete
-      ? emptyScene(this.#header, count, this.#one)
-      : packAlike(this.#header, this.#positions, this.#one);
     for (const [from, packed] of taken) {
-      for (const part of PARTS) scene[part].set(packed[part], (from * scene[part].length) / count);
+      for (const part of PARTS) {
+        const numbers = packed[part];
+        send({ kind: "rows", part, from, numbers }, [numbers.buffer]);
+      }
     }
-    this.#send(scene, this.#positions);
+    if (before === this.#shown) return;
+    centers = this.#centers();
+    send({ kind: "more", centers: centers.slice() });
   }
 
-  /** @param {SceneData} scene @param {Uint16Array} positions */
-  #send(scene, positions) {
-    centers = toWorld(positions, this.#header.frame);
-    sendScene(scene, centers.slice(), this.#header.views, this.#header.near);
+  /** Of the layers that are shown. */
+  #centers() {
+    const layers = this.#layers.slice(0, this.#shown);
+    const all = new Float32Array(layers.reduce((sum, { count }) => sum + 3 * count, 0));
+    let at = 0;
+    for (const { positions, count } of layers) {
+      all.set(toWorld(/** @type {Uint16Array} */ (positions), this.#header.frame), at);
+      at += 3 * count;
+    }
+    return all;
+  }
+
+  /** @param {SceneData} scene @param {Float32Array<ArrayBuffer>} shown */
+  #send(scene, shown) {
+    centers = shown;
+    sendScene(scene, shown.slice(), this.#header.views, this.#header.near);
   }
 }
 
@@ -129,34 +161,35 @@ class Arriving {
 async function loadMgs(source) {
   let crew = /** @type {Crew | null} */ (null);
   let arriving = /** @type {Arriving | null} */ (null);
-  let timer = 0;
+  let [timer, arrived] = [0, 0];
   /** @type {(reader: SceneReader, waited: number) => Promise<void>} */
   const onStep = async ({ header, decoder, received, total }, waited) => {
     send({ kind: "progress", received, total });
     if (header === null || decoder === null) return;
     if (header.network) throw new Error(NETWORK);
-    crew ??= new Crew(header.count);
-    const { positions, stage } = decoder;
+    arrived = received;
+    crew ??= new Crew(header.layers);
+    const { layers } = decoder;
     const slow = waited * (total / received - 1) > SOON;
-    if (positions && !arriving) {
-      const one = crew.begin(decoder).decode({ positions: positions.subarray(0, 3), columns: {} });
+    if (layers[0].positions && !arriving) {
+      const positions = layers[0].positions.subarray(0, 3);
+      const one = crew.begin(decoder).decode({ positions, columns: {} });
       // its memory is taken again
-      arriving = new Arriving(header, positions, crew, structuredClone(one));
-      timer = setInterval(() => arriving?.send(), SOON);
+      arriving = new Arriving(header, layers, crew, structuredClone(one));
+      timer = setInterval(() => arriving?.send(arrived), SOON);
     }
-    if (positions && slow) crew.advance(stage);
+    for (const [i, { stage }] of layers.entries()) {
+      if (arriving && (stage === WHOLE || (slow && i === 0))) crew.advance(i, stage);
+    }
     await turn();
   };
   try {
-    const { decoder } = await readScene(source, onStep);
-    if (crew === null || decoder === null || arriving === null) {
-      throw new Error("a whole file gave no scene");
-    }
-    await crew.finish(decoder.stage);
-    arriving.send();
+    await readScene(source, onStep);
   } finally {
     clearInterval(timer);
-    crew?.dismiss();
+    // layers that have come are shown, whatever became of the rest
+    await crew?.finish().finally(() => crew?.dismiss());
+    arriving?.send(arrived);
   }
 }
 

@@ -19,6 +19,7 @@ import { APPEARANCE, NETWORK, lobeShapes, splitWeights, weightNumbers } from "./
 /**
  * @typedef {object} Task
  * @property {string[]} after tasks that must be done
+ * @property {number} room bytes that must have come before there may be arrays as long
  * @property {(stream: Stream) => void} read takes the stream of the task's name
  */
 
@@ -28,11 +29,52 @@ const FLOATS = ["raw", "halves", "planes"];
 const INDICES = ["bits", "rans"];
 /** Attributes that are worth a picture of their own, the last of which needs all. @type {Attribute[][]} */
 const STAGES = [["scale", "rotation"], ["appearance", "opacity"], ["lobes"]];
+/** The stage at which there is everything. */
+export const WHOLE = STAGES.length;
+
+/** Codes of the Gaussians of a layer. */
+export class CodedLayer {
+  /** Three halves for each Gaussian, once they are known. @type {Uint16Array | null} */
+  positions = null;
+  /** By attribute those that have come. @type {Map<Attribute, Uint16Array[]>} */
+  columns = new Map();
+
+  #header;
+
+  /** @param {Header} header @param {number} count Gaussians of the layer */
+  constructor(header, count) {
+    this.#header = header;
+    this.count = count;
+  }
+
+  /** How many of the `STAGES` are there, one after the other. */
+  get stage() {
+    const missing = STAGES.findIndex((names) => !names.every((name) => this.#has(name)));
+    return missing < 0 ? WHOLE : missing;
+  }
+
+  /** What has come of some Gaussians, for themselves; there must be positions. @param {number} from @param {number} to @returns {Rows} */
+  rows(from, to) {
+    const columns = [...this.columns]
+      .filter(([name]) => this.#has(name))
+      .map(([name, found]) => [name, found.map((column) => column.slice(from, to))]);
+    const all = /** @type {Uint16Array} */ (this.positions);
+    return { positions: all.slice(3 * from, 3 * to), columns: Object.fromEntries(columns) };
+  }
+
+  /** Whether all of an attribute is there, or there is none. @param {Attribute} name */
+  #has(name) {
+    const { cuts, scalars } = this.#header;
+    const finer = scalars.size && name === "rotation" ? 3 : 0;
+    const columns = (cuts.get(name)?.count ?? scalars.get(name)?.columns.length ?? 0) + finer;
+    return Object.keys(this.columns.get(name) ?? []).length === columns;
+  }
+}
 
 /** Decodes each stream once. */
 export class Decoder {
-  /** Three halves for each Gaussian, once they are known. @type {Uint16Array | null} */
-  positions = null;
+  /** @type {CodedLayer[]} */
+  layers;
   /** Weights of the view network, if there is one and it has come. @type {Weights | null} */
   network = null;
 
@@ -44,8 +86,6 @@ export class Decoder {
   #streams = new Map();
   /** @type {Map<Attribute, Books>} */
   #books = new Map();
-  /** @type {Map<Attribute, Uint16Array[]>} */
-  #columns = new Map();
   /** @type {Weights} */
   #lobes = {};
   /** @type {Weights} */
@@ -58,7 +98,7 @@ export class Decoder {
   constructor(header, table) {
     this.#header = header;
     this.#table = table;
-    const { network, lobes, cuts, scalars, count } = header;
+    const { network, lobes, cuts, scalars, layers } = header;
     if (network) this.#planWeights("view-network", NETWORK, (found) => (this.network = found));
     if (lobes) {
       this.#planWeights("lobe-decoder", lobeShapes(lobes), (found) => (this.#lobes = found));
@@ -71,37 +111,50 @@ export class Decoder {
       });
     }
     const decoders = [...this.#tasks.keys()];
-    this.#plan("positions", ["morton-class"], decoders, ({ data }) => {
-      this.positions = decodePositions(data, count);
+    let room = 0;
+    this.layers = layers.map((count, i) => {
+      room += count;
+      return this.#planLayer(count, i ? `@${i}` : "", decoders, room);
     });
-    for (const [name, { count: books, size }] of cuts) this.#planIndices(name, Array(books).fill(size));
-    for (const [name, { columns }] of scalars) this.#planIndices(name, columns.map(({ size }) => size));
+  }
+
+  /**
+   * @param {number} count Gaussians of the layer
+   * @param {string} end of its streams' names
+   * @param {string[]} decoders tasks that come before all layers
+   * @param {number} room
+   */
+  #planLayer(count, end, decoders, room) {
+    const { cuts, scalars } = this.#header;
+    const layer = new CodedLayer(this.#header, count);
+    const [positions, ...scales] = ["positions", "scale.0", "scale.1", "scale.2"].map((name) => name + end);
+    /** @type {(name: Attribute, sizes: number[]) => void} */
+    const planIndices = (name, sizes) => {
+      /** @type {Uint16Array[]} */
+      const columns = [];
+      layer.columns.set(name, columns);
+      for (const [i, size] of sizes.entries()) {
+        this.#plan(`${name}.${i}${end}`, INDICES, [positions], (stream) => {
+          columns[i] = decodeIndices(stream, count, size);
+        });
+      }
+    };
+    /** @type {(stream: Stream) => void} */
+    const place = ({ data }) => {
+      layer.positions = decodePositions(data, count);
+    };
+    // a claim alone gets no memory: a Gaussian takes a byte that has arrived, if not its own
+    this.#plan(positions, ["morton-class"], decoders, place, room);
+    for (const [name, { count: books, size }] of cuts) planIndices(name, Array(books).fill(size));
+    for (const [name, { columns }] of scalars) planIndices(name, columns.map(({ size }) => size));
     if (scalars.size) {
-      const scales = ["scale.0", "scale.1", "scale.2"];
-      const [of, turns] = ["scale", "rotation"].map((name) => this.#columns.get(/** @type {Attribute} */ (name)) ?? []);
-      this.#plan("rotation-finer", ["bits"], ["positions", ...scales], ({ data }) => {
+      const [of, turns] = ["scale", "rotation"].map((name) => layer.columns.get(/** @type {Attribute} */ (name)) ?? []);
+      this.#plan(`rotation-finer${end}`, ["bits"], [positions, ...scales], ({ data }) => {
         const { books } = /** @type {Books} */ (this.#books.get("scale"));
         decodeFiner(data, books, of).forEach((column, axis) => (turns[3 + axis] = column));
       });
     }
-  }
-
-  /** @param {Attribute} name @param {number[]} sizes of its columns */
-  #planIndices(name, sizes) {
-    /** @type {Uint16Array[]} */
-    const columns = [];
-    this.#columns.set(name, columns);
-    for (const [i, size] of sizes.entries()) {
-      this.#plan(`${name}.${i}`, INDICES, ["positions"], (stream) => {
-        columns[i] = decodeIndices(stream, this.#header.count, size);
-      });
-    }
-  }
-
-  /** How many of the `STAGES` are there, one after the other. */
-  get stage() {
-    const missing = STAGES.findIndex((names) => !names.every((name) => this.#has(name)));
-    return missing < 0 ? STAGES.length : missing;
+    return layer;
   }
 
   /** Takes in a stream; those that are not known are let go. @param {Stream} stream */
@@ -112,14 +165,13 @@ export class Decoder {
   /**
    * Decodes the most urgent of the streams that are there.
    *
-   * @param {boolean} roomy whether there may be arrays for every Gaussian
+   * @param {number} received bytes of the file
    * @returns {boolean} false: there is nothing to do before another stream comes
    */
-  step(roomy) {
-    for (const [name, { after, read }] of this.#tasks) {
+  step(received) {
+    for (const [name, { after, room, read }] of this.#tasks) {
       const stream = this.#streams.get(name);
-      if (stream === undefined || after.some((other) => this.#tasks.has(other))) continue;
-      if (name === "positions" && !roomy) continue;
+      if (stream === undefined || received < room || after.some((other) => this.#tasks.has(other))) continue;
       read(stream);
       this.#tasks.delete(name);
       this.#streams.delete(name);
@@ -128,10 +180,10 @@ export class Decoder {
     return false;
   }
 
-  /** What decoding rows takes; there must be positions. @returns {Recipe} */
+  /** What decoding rows takes; there must be positions of the first layer. @returns {Recipe} */
   get recipe() {
-    const { count } = this.#header;
-    const all = /** @type {Uint16Array} */ (this.positions);
+    const [{ count, positions }] = this.layers;
+    const all = /** @type {Uint16Array} */ (positions);
     const many = Math.min(count, SAMPLES);
     const samples = new Uint16Array(3 * many).map(
       (_, i) => all[3 * Math.floor((Math.floor(i / 3) * count) / many) + (i % 3)],
@@ -140,30 +192,14 @@ export class Decoder {
     return { header, books, appearance: this.#appearance, lobes: this.#lobes, samples };
   }
 
-  /** What has come of some Gaussians, for themselves; there must be positions. @param {number} from @param {number} to @returns {Rows} */
-  rows(from, to) {
-    const columns = [...this.#columns]
-      .filter(([name]) => this.#has(name))
-      .map(([name, found]) => [name, found.map((column) => column.slice(from, to))]);
-    const all = /** @type {Uint16Array} */ (this.positions);
-    return { positions: all.slice(3 * from, 3 * to), columns: Object.fromEntries(columns) };
-  }
-
-  /** Whether all of an attribute is there, or there is none. @param {Attribute} name */
-  #has(name) {
-    const { cuts, scalars } = this.#header;
-    const finer = scalars.size && name === "rotation" ? 3 : 0;
-    const columns = (cuts.get(name)?.count ?? scalars.get(name)?.columns.length ?? 0) + finer;
-    return Object.keys(this.#columns.get(name) ?? []).length === columns;
-  }
-
   /**
    * @param {string} name
    * @param {string[]} codecs
    * @param {string[]} after
    * @param {(stream: Stream) => void} read
+   * @param {number} [room]
    */
-  #plan(name, codecs, after, read) {
+  #plan(name, codecs, after, read, room = 0) {
     const row = this.#table.find((row) => row.name === name);
     if (row === undefined) throw new SceneError(`the .mgs file lacks its stream '${name}'`);
     if (!codecs.includes(row.codec)) {
@@ -172,7 +208,7 @@ export class Decoder {
           "program does not know",
       );
     }
-    this.#tasks.set(name, { after, read });
+    this.#tasks.set(name, { after, room, read });
   }
 
   /** @param {string} name @param {Shape[]} shapes @param {(weights: Weights) => void} take */

@@ -12,7 +12,7 @@ import { shortText } from "./header.js";
 /** @typedef {{ name: string, codec: string, bytes: number, crc32: number }} Row of the table */
 
 const MAGIC = [0x4d, 0x47, 0x53, 0x1a, 0x0d, 0x0a, 0x00, 0x01];
-const MAJOR = 2;
+const MAJORS = [2, 3];
 // bytes before the header
 const PREFIX = 20;
 const HEADER_MAX = 2 ** 20;
@@ -120,6 +120,8 @@ export class Envelope {
       throw new SceneError("the header of the .mgs file is damaged (wrong checksum)");
     }
     this.fields = parseObject(text);
+    // all of a file of version 2 is one layer
+    if (view(prefix).getUint16(0, true) === 2) this.fields.layers = [this.fields.count];
     this.table = parseTable(this.fields.streams);
     this.total = this.table.reduce((sum, row) => sum + padded(row.bytes), PREFIX + text.length);
     if (this.total > FILE_MAX) {
@@ -177,10 +179,10 @@ function headerLength(prefix) {
   const numbers = view(prefix);
   const major = numbers.getUint16(0, true);
   const length = numbers.getUint32(4, true);
-  if (major !== MAJOR) {
+  if (!MAJORS.includes(major)) {
     throw new SceneError(
       `the .mgs file is of version ${major}.${numbers.getUint16(2, true)}, this program reads ` +
-        `${MAJOR}.x: reload the page, or make the file anew with this mobilegs`,
+        `${MAJORS[0]}.x to ${MAJORS[1]}.x: reload the page, or make the file anew with this mobilegs`,
     );
   }
   if (length > HEADER_MAX) {

@@ -25,7 +25,8 @@ import { SceneError } from "./error.js";
 /** @typedef {string | number | boolean | null} MetaValue */
 /**
  * @typedef {object} Header
- * @property {number} count
+ * @property {number} count Gaussians
+ * @property {number[]} layers how many of them are in each, the most important first
  * @property {Map<Attribute, Cut>} cuts in the file's order; none if there are scalars
  * @property {Map<Attribute, Scalar>} scalars in the file's order; none if there are cuts
  * @property {Frame} frame
@@ -41,6 +42,7 @@ import { SceneError } from "./error.js";
 /** @typedef {Record<string, unknown>} Fields */
 
 const COUNT_MAX = 2 ** 26;
+const LAYERS_MAX = 8;
 const SIZE_MAX = 4096;
 const CODE_MAX = 2 ** 14;
 const STEP_MIN = 1e-5;
@@ -98,8 +100,10 @@ export function parseHeader(fields, bytes) {
     throw new SceneError("the .mgs file is blended sorted, but has lobes or a view network");
   }
   const plain = fields.mode === "sq";
+  const count = integer(fields, "count", 1, COUNT_MAX);
   const header = {
-    count: integer(fields, "count", 1, COUNT_MAX),
+    count,
+    layers: parseLayers(fields, count),
     cuts: plain ? new Map() : parseCuts(object(fields, "codebooks"), lobes),
     scalars: plain ? parseScalars(object(fields, "scalars"), lobes) : new Map(),
     frame: parseFrame(object(fields, "positions")),
@@ -132,6 +136,14 @@ export function parseHeader(fields, bytes) {
 export function shortText(text, longest) {
   if (typeof text !== "string" || text.length > 2 * longest) return false;
   return text.length <= longest || [...text].length <= longest;
+}
+
+/** @param {Fields} fields @param {number} count @returns {number[]} */
+function parseLayers(fields, count) {
+  const layers = list(fields, "layers").map((size) => integer({ layers: size }, "layers", 1, count));
+  const sum = layers.reduce((a, b) => a + b, 0);
+  if (layers.length > LAYERS_MAX || sum !== count) throw broken("layers");
+  return layers;
 }
 
 /**

@@ -6,10 +6,12 @@
  *       reader.append(piece);  // reader.header is there as soon as it can be
  *       while (reader.step());
  *     reader.end();
- *     new RowDecoder(reader.recipe).decode(reader.rows(0, reader.header.count));
+ *     const { recipe, layers } = reader.decoder;
+ *     for each layer:
+ *       new RowDecoder(recipe).decode(layer.rows(0, layer.count));
  *
  * A step takes some milliseconds; between two of them a caller may do something else. As soon as
- * there are `reader.positions`, Gaussians can be drawn: what has not come yet is neutral.
+ * a layer has `positions`, its Gaussians can be drawn: what has not come yet is neutral.
  */
 
 import { Decoder } from "./decode.js";
@@ -63,9 +65,7 @@ export class SceneReader {
    * @returns {boolean} false: there is nothing to do before more bytes come
    */
   step() {
-    if (this.header === null || this.decoder === null) return false;
-    // a claim alone gets no memory: a Gaussian takes a byte that has arrived, if not its own
-    return this.decoder.step(this.received >= this.header.count);
+    return this.decoder?.step(this.received) ?? false;
   }
 }
 

@@ -42,15 +42,17 @@ const TURN = 511 / Math.SQRT1_2;
  * @param {Header} header
  * @param {Uint16Array} positions
  * @param {Gaussians} one of them
+ * @param {number} [room] Gaussians that there is room for: more than positions, and they are zeros
  * @returns {SceneData & PackedRows}
  */
-export function packAlike(header, positions, one) {
-  const scene = emptyScene(header, positions.length / 3, one);
-  const { count, shapes, colors, lobes } = scene;
+export function packAlike(header, positions, one, room = positions.length / 3) {
+  const scene = emptyScene(header, room, one);
+  const { shapes, lobes } = scene;
+  const count = positions.length / 3;
   const words = packRows(one);
-  fillRows(shapes, words.shapes);
-  fillRows(colors, words.colors);
-  fillRows(lobes, words.lobes);
+  for (const part of /** @type {Part[]} */ (["shapes", "colors", "lobes"])) {
+    fillRows(scene[part].subarray(0, words[part].length * count), words[part]);
+  }
   const [stride, apart] = [words.lobes.length, Math.ceil(count / FIRST)];
   for (let i = 0; i < count; i++) {
     if (i % apart) lobes[i * stride] = toHalf(INVISIBLE) | (words.lobes[0] & 0xffff0000);

@@ -149,6 +149,11 @@ export class WebGlRenderer {
     this.#upload("order", ORDER, Uint32Array.from({ length: scene.count }, (_, i) => i));
   }
 
+  /** Draws so many Gaussians of the scene that there is room for, the first ones. @param {number} count */
+  show(count) {
+    if (this.#scene) this.#scene.count = count;
+  }
+
   /**
    * Writes new numbers over those of some Gaussians, for a scene that is still arriving.
    *

@@ -223,6 +223,7 @@ export class Layer {
     else if (message.kind === "progress") this.#told.progress(message.received / message.total);
     else if (message.kind === "scene") this.#take(message, worker);
     else if (message.kind === "rows") this.#takeRows(message);
+    else if (message.kind === "more") this.#show(message.centers);
     else if (message.kind === "order") this.#takeOrder(message.order);
     else {
       // a device that fails here fails elsewhere as well, and is told of then
@@ -233,7 +234,6 @@ export class Layer {
 
   /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
   #take({ data, centers, views, near }, worker) {
-    const { count } = data;
     const more = worker === this.#worker; // of the scene that is shown
     if (!more) this.#worker?.terminate();
     this.#worker = worker;
@@ -251,17 +251,23 @@ export class Layer {
       this.#told.failed(error instanceof Error ? error.message : String(error));
       return;
     }
-    this.count = count;
     this.near = near;
     this.views = views;
-    this.#ordered = null;
     this.#ordering = false;
-    this.centers = centers;
-    this.logits = new Float32Array(count);
+    this.logits = new Float32Array(data.count);
     this.#lobeStride = strides(data).lobes;
     this.#noteLobes(0, data.lobes);
-    if (more) this.#told.changed();
-    else this.#told.arrived();
+    this.#show(centers);
+    if (!more) this.#told.arrived();
+  }
+
+  /** Draws the Gaussians with these centres, the first ones of the scene. @param {Float32Array<ArrayBuffer>} centers */
+  #show(centers) {
+    this.centers = centers;
+    this.count = centers.length / 3;
+    this.#renderer?.show(this.count);
+    this.#ordered = null;
+    this.#told.changed();
   }
 
   /** @param {Extract<Message, {kind: "rows"}>} message */

@@ -9,7 +9,7 @@ const NEARBY = 12; // pixels around the pointer
  * The nearest centre among those that lie about under a pixel and are not faint.
  *
  * @param {Float32Array} centers 3 each
- * @param {Float32Array} logits of the mean opacity
+ * @param {Float32Array} logits of the mean opacity, at least as many
  * @param {Camera} camera
  * @param {number} x pixels
  * @param {number} y pixels
@@ -19,7 +19,7 @@ export function placeUnder(centers, logits, camera, x, y) {
   const { viewmat: m, fx, fy, cx, cy, near } = camera;
   let best = -1;
   let nearest = Infinity;
-  for (let i = 0; i < logits.length; i++) {
+  for (let i = 0; 3 * i < centers.length; i++) {
     if (logits[i] < 0) continue;
     const [a, b, c] = [centers[3 * i], centers[3 * i + 1], centers[3 * i + 2]];
     const z = m[8] * a + m[9] * b + m[10] * c + m[11];
