@@ -13,6 +13,9 @@ Figures are of held-back photos, of variants with codes from their files. *encod
 seconds of `pack`, and of `unpack` and `decode` together; *peak*: the most memory that a process
 holds above what it held before, in which nothing else happens.
 
+*Layers*: how long the file is with two and three of them, and what held-back photos show of the
+first, and of the first two, of three.
+
 Peers are the formats that npm's @playcanvas/splat-transform writes of the sorted teacher, read back
 by the same program: what they lose they lose against the teacher. They hold other scenes (sorted,
 colour of degree 3), so a line of the one kind and a line of the other compare as wholes, only.
@@ -36,7 +39,9 @@ import torch
 from paper import PLACES, ROWS, Work, recipe_of, teacher_of
 
 from mobilegs.camera import Camera
+from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.compress.layers import layered
 from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
 from mobilegs.data.dataset import Frame, assemble, split_every_eighth
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
@@ -63,6 +68,8 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "sq-fixed": ("coding=sq", "step_rate=0"),
     **{f"sq-{price}": ("coding=sq", f"bit_price={price}") for price in PRICES},
 }
+LAYERS = 3
+LAYERED = ("nvq", "sq-0.001")  # whose layers are looked at
 PEERS = {"spz": (".spz",), "sog": (".sog", "-g", "cpu"), "compressed.ply": (".compressed.ply",)}
 WEIGH = """
 import resource, sys, torch
@@ -165,6 +172,19 @@ def weighed(data: bytes) -> dict[str, float]:
     return found
 
 
+def in_layers(coded: CodedScene, cameras: list[Camera], dataset: Dataset) -> dict:
+    """Bytes of the file with more layers, and of the most what its beginnings look like."""
+    sizes = {}
+    for count in range(2, LAYERS + 1):
+        coded = layered(coded, count, cameras)
+        sizes[str(count)] = len(pack(coded))
+    beginnings = []
+    for rows in coded.parts():
+        scene = coded.pick(slice(rows.stop)).decode()
+        beginnings.append({"gaussians": rows.stop, "psnr": evaluate(scene, dataset)["psnr"]})
+    return {"bytes": sizes, "beginnings": beginnings}
+
+
 def cell(name: str, stage: Student, dataset: Dataset, lpips: LpipsSuite | None) -> dict:
     """A variant from where its student stands to its figures."""
     trained(stage, dataset, stage.steps)
@@ -182,6 +202,8 @@ def cell(name: str, stage: Student, dataset: Dataset, lpips: LpipsSuite | None) 
     made = {"bytes": len(data), "streams": streams, **times, **weighed(data)}
     if report["mode"] == "sq":
         made["steps"] = report["steps"]
+    if name in LAYERED:
+        made["layers"] = in_layers(coded, stage.cameras, dataset)
     return made | figures(scene, dataset, lpips)
 
 

@@ -55,6 +55,16 @@ def row_of(name: str, cell: dict, base: dict | None) -> list[str]:
 HEADINGS = ["variant", "PSNR", "lost", "LPIPS more", "bytes", "a Gaussian", "encode s", "decode s"]
 
 
+LAYER_HEADINGS = ["variant", "2 layers", "3 layers", "first of 3, PSNR", "first two", "all"]
+
+
+def layer_columns(cell: dict) -> list[str]:
+    """How much longer the file is, and how far its beginnings look like the photos."""
+    layers = cell["layers"]
+    longer = [f"{size / cell['bytes'] - 1:+.1%}" for size in layers["bytes"].values()]
+    return [*longer, *(f"{part['psnr']:.2f}" for part in layers["beginnings"])]
+
+
 def sections(cells: dict[str, dict]) -> list[str]:
     """One section a scene: variants, what their bytes are, peers."""
     lines: list[str] = []
@@ -76,6 +86,11 @@ def sections(cells: dict[str, dict]) -> list[str]:
                 count = cell["gaussians"]
                 rows.append([f"`{name}`", *(f"{value / count:.2f}" for value in bits.values())])
         lines += [*table(["variant", *PARTS], rows), ""]
+        rows = [
+            [f"`{name}`", *layer_columns(cell)] for name, cell in ours.items() if "layers" in cell
+        ]
+        if rows:
+            lines += ["In layers:", "", *table(LAYER_HEADINGS, rows), ""]
         teacher = found.get(f"{scene}/teacher")
         if teacher:
             rows = [
