@@ -10,8 +10,8 @@ Teachers are those of bench/paper.py with `--runs RUNS`, made now if they are no
 `playbot`, a `.ply` of somebody else's, pictures from an orbit around it stand for photos.
 
 Figures are of held-back photos, of variants with codes from their files. *encode*, *decode*:
-seconds of `pack`, and of `unpack` and `decode` together; *peak*: the most memory that a process
-holds above what it held before, in which nothing else happens.
+seconds of `pack`, and of `unpack` and `decode` together (bench/decoding.py has those of large
+scenes, and their memory).
 
 *Layers*: how long the file is with two and three of them, and what held-back photos show of the
 first, and of the first two, of three.
@@ -71,17 +71,6 @@ VARIANTS: dict[str, tuple[str, ...]] = {
 LAYERS = 3
 LAYERED = ("nvq", "sq-0.001")  # whose layers are looked at
 PEERS = {"spz": (".spz",), "sog": (".sog", "-g", "cpu"), "compressed.ply": (".compressed.ply",)}
-WEIGH = """
-import resource, sys, torch
-from pathlib import Path
-from mobilegs.compress.container import pack, unpack
-data = Path(sys.argv[1]).read_bytes()
-torch.set_num_threads(1)
-coded = unpack(data) if sys.argv[2] == "pack" else None
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-unpack(data).decode() if coded is None else pack(coded)
-print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)
-"""
 
 
 def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, StudentConfig]:
@@ -159,19 +148,6 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
     return done, round(time.perf_counter() - started, 3)
 
 
-def weighed(data: bytes) -> dict[str, float]:
-    """MiB that encoding and decoding take, each in a process of its own."""
-    found = {}
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "scene.mgs"
-        path.write_bytes(data)
-        for name, what in (("encode_peak_mib", "pack"), ("decode_peak_mib", "unpack")):
-            command = [sys.executable, "-c", WEIGH, str(path), what]
-            done = subprocess.run(command, check=True, capture_output=True, text=True)
-            found[name] = round(float(done.stdout), 1)
-    return found
-
-
 def in_layers(coded: CodedScene, cameras: list[Camera], dataset: Dataset) -> dict:
     """Bytes of the file with more layers, and of the most what its beginnings look like."""
     sizes = {}
@@ -199,7 +175,7 @@ def cell(name: str, stage: Student, dataset: Dataset, lpips: LpipsSuite | None) 
         part = row["name"].split(".")[0]
         streams[part] = streams.get(part, 0) + row["bytes"]
     times = {"encode_seconds": encode, "decode_seconds": decode}
-    made = {"bytes": len(data), "streams": streams, **times, **weighed(data)}
+    made = {"bytes": len(data), "streams": streams, **times}
     if report["mode"] == "sq":
         made["steps"] = report["steps"]
     if name in LAYERED:
@@ -282,8 +258,8 @@ def main() -> None:
     def save() -> None:
         result["date"] = time.strftime("%Y-%m-%d")
         result["machine"] = f"{platform.machine()}, {os.cpu_count()} cores, {kernel_level()}"
-        result["cells"] = dict(sorted(result["cells"].items()))
-        options.json.write_text(json.dumps(result, indent=1) + "\n")
+        ordered = {**result, "cells": dict(sorted(result["cells"].items()))}
+        options.json.write_text(json.dumps(ordered, indent=1) + "\n")
 
     for name in options.scenes:
         world = ours(name, options, result["cells"], save)

@@ -108,7 +108,7 @@ def test_numbers_of_layers_that_cannot_be_are_refused(count: int) -> None:
 @pytest.mark.parametrize(
     "layers",
     [
-        *([], [60, 0], [61, -1], [30, 29], [30, 30.0], [30, True], "60", None),
+        *([], [60, 0], [61, -1], [30, 29], [30, 30.5], [30, True], "60", None),
         *([[30], 30], {"0": 60}, [52, 1, 1, 1, 1, 1, 1, 1, 1], [1 << 70, 1]),
     ],
 )

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu, linear
 
+from mobilegs.compress import native
 from mobilegs.compress.halves import DIGITS, round_half
 
 OCTAVES = 16
@@ -106,7 +107,10 @@ class AppearanceDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
     ) -> Float[Tensor, "n k 3"]:
-        """`forward` without gradients, in chunks that bound its memory."""
+        """`forward` without gradients, by the C++ library or in chunks that bound its memory."""
+        if native.takes(positions, static, view, self.context1):
+            weights = [round_half(matrix, self.digits) for matrix in self.parameters()]
+            return native.decode_colors(positions, static, view, weights=weights)
         chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
         return torch.cat([self(*chunk) for chunk in chunks])
 

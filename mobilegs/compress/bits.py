@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Int, UInt8, UInt64
 
+from mobilegs.compress import native
 from mobilegs.errors import InputError
 
 WIDTH_MAX = 48
@@ -36,6 +37,14 @@ def unpack_bits(data: bytes | memoryview, widths: Int[np.ndarray, "n"]) -> UInt6
         InputError: `data` is not exactly as long as the widths ask, or ends in bits that are
             not 0.
     """
+    numbers = native.unpack_bits(data, widths)
+    return unpack_by_definition(data, widths) if numbers is None else numbers
+
+
+def unpack_by_definition(
+    data: bytes | memoryview, widths: Int[np.ndarray, "n"]
+) -> UInt64[np.ndarray, "n"]:
+    """What `unpack_bits` does, by its definition."""
     ends = np.cumsum(widths, dtype=np.int64)
     total = int(ends[-1]) if len(ends) else 0
     if len(data) != (total + 7) // 8:

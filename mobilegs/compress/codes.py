@@ -12,6 +12,7 @@ from jaxtyping import Float, Float16, Int
 from torch import Tensor
 
 from mobilegs.camera import NEAR, Camera
+from mobilegs.compress import native
 from mobilegs.compress.appearance import LATENTS, AppearanceDecoder
 from mobilegs.compress.codebooks import (
     CUTS,
@@ -20,6 +21,7 @@ from mobilegs.compress.codebooks import (
     Cut,
     look_up,
 )
+from mobilegs.compress.envelope import short_text
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame, morton_codes
 from mobilegs.compress.rotations import decode_rotations, finer_bits
@@ -141,12 +143,14 @@ class CodedScene:
         for name, rows in self.indices.items():
             rows = rows.to(device)
             if not self.steps:
-                values[name] = look_up(self.codebooks[name].to(device).float(), rows)
+                centers = self.codebooks[name].to(device).float()
+                found = native.look_up(centers, rows)
+                values[name] = look_up(centers, rows) if found is None else found
             elif name == "rotation":
                 scales = self.indices["scale"].to(device).float() * self.steps["scale"]
                 values[name] = decode_rotations(rows, scales, self.steps[name])
             else:
-                values[name] = rows.float() * self.steps[name]
+                values[name] = rows * self.steps[name]
         return values
 
     def decode(self, device: torch.device | str = "cpu") -> Scene:
@@ -263,8 +267,8 @@ class CodedScene:
         if not STEP_MIN <= step <= STEP_MAX:
             raise InputError(f"the step {step} of the {name} codes is out of range")
         codes = rows if name != "rotation" else self.cells
-        reach = codes.abs().amax(0), codes.amax(0) - codes.amin(0)
-        if (reach[0] > CODE_MAX).any() or (reach[1] >= SIZE_MAX).any():
+        least, largest = codes.amin(0), codes.amax(0)
+        if (torch.maximum(-least, largest) > CODE_MAX).any() or (largest - least >= SIZE_MAX).any():
             raise InputError(f"the {name} codes reach too far: their step must be larger")
         if name == "scale" and int(rows.max()) * step > LOG_SCALE_MAX:
             raise InputError("the scale codes hold numbers that are out of range")
@@ -299,9 +303,9 @@ def check_meta(meta: dict[Any, Any]) -> None:
         raise InputError(f"the scene has {len(meta)} notes: {META_MAX} are allowed")
     for name, value in meta.items():
         number = isinstance(value, int | float) and abs(value) <= 2**53  # JavaScript's limit
-        text = isinstance(value, str) and len(value) <= TEXT_MAX
-        if not (number or text or value is None) or not isinstance(name, str):
-            raise InputError(f"the note '{str(name)[:40]}' is not a short text or a number")
+        text = short_text(value, TEXT_MAX)
+        if not (number or text or value is None) or not short_text(name, TEXT_MAX):
+            raise InputError(f"the note {str(name)[:40]!r} is not a short text or a number")
 
 
 @cache

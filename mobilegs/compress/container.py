@@ -1,7 +1,7 @@
 """`.mgs` files: a coded scene to bytes and back, exactly. docs/format.md is the specification."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -75,9 +75,15 @@ def _unpack_indices(
     codes: dict[Attribute, Tensor] = {}
     for name, cut in header.cuts.items():
         size = header.sizes[name]
-        columns = [decode_indices(stream(f"{name}.{i}"), count, size) for i in range(cut.count)]
-        codes[name] = torch.from_numpy(np.stack(columns, axis=1).astype(np.int16))
+        found = np.empty((count, cut.count), dtype=np.int16)
+        for i in range(cut.count):
+            found[:, i] = decode_indices(stream(f"{name}.{i}"), count, size)
+        codes[name] = torch.from_numpy(found)
     return codes
+
+
+def _joined(parts: Sequence[Tensor]) -> Tensor:
+    return parts[0] if len(parts) == 1 else torch.cat(list(parts))
 
 
 def _in_layer(name: str, number: int) -> str:
@@ -120,9 +126,9 @@ def unpack(data: bytes) -> CodedScene:
         *(layer(i, size) for i, size in enumerate(header.layers or (header.count,))), strict=True
     )
     coded = CodedScene(
-        positions=torch.cat(positions),
+        positions=_joined(positions),
         frame=header.frame,
-        indices={name: torch.cat([codes[name] for codes in indices]) for name in indices[0]},
+        indices={name: _joined([codes[name] for codes in indices]) for name in indices[0]},
         layers=header.layers,
         codebooks={name: books[name] for name in header.cuts},
         decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes(header.sh_degree)),

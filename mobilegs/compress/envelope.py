@@ -1,6 +1,7 @@
 """The outer layer of a `.mgs`: magic, version, header, and a row of checked streams."""
 
 import json
+import re
 import struct
 import zlib
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ PREFIX = struct.Struct("<8sHHII")  # magic, major, minor, bytes of header, CRC-3
 VERSION = struct.Struct("<HH")  # at byte 8
 HEADER_MAX = 1 << 20
 STREAMS_MAX = 256
+# control characters, which a terminal obeys, and halves of a pair, which nothing prints
+UNSHOWN = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
 FOREIGN = {
     b"ply": "a PLY scene: train or compress it first",
     b"PK\x03\x04": "a zip archive (perhaps .sog)",
@@ -78,7 +81,7 @@ def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
     length = _check_prefix(data)
     text = data[PREFIX.size : PREFIX.size + length]
     try:
-        header = json.loads(text.decode(), parse_constant=_no_constant)
+        header = json.loads(text.decode(), parse_constant=_no_constant, parse_int=_integer)
     except (ValueError, RecursionError):
         raise InputError("the header of the .mgs file is not valid JSON") from None
     if not isinstance(header, dict):
@@ -141,12 +144,21 @@ def _checksum(prefix: bytes, text: bytes) -> int:
 
 def _check_row(row: Any) -> tuple[str, str, int, int]:
     if isinstance(row, dict):
-        name, codec, size, crc = (row.get(key) for key in ("name", "codec", "bytes", "crc32"))
-        texts = all(isinstance(value, str) and len(value) <= 64 for value in (name, codec))
-        numbers = all(type(value) is int and 0 <= value < 1 << 40 for value in (size, crc))
-        if texts and numbers:
-            return name, codec, size, crc  # pyright: ignore[reportReturnType]
+        texts = [row.get(key) for key in ("name", "codec")]
+        numbers: list[Any] = [row.get(key) for key in ("bytes", "crc32")]
+        if all(short_text(text, 64) for text in texts) and all(map(_plain_size, numbers)):
+            return *texts, *map(int, numbers)  # pyright: ignore[reportReturnType]
     raise InputError("the header of the .mgs file has a broken table of streams")
+
+
+def _plain_size(value: Any) -> bool:
+    """Whether `value` is a whole number below 2^40; JSON has one kind of number, 1.0 is 1."""
+    return type(value) in (int, float) and 0 <= value < 1 << 40 and value == int(value)
+
+
+def short_text(value: Any, longest: int) -> bool:
+    """Whether `value` is a text of at most `longest` characters that can be shown."""
+    return isinstance(value, str) and len(value) <= longest and not UNSHOWN.search(value)
 
 
 def _not_ours(data: bytes) -> str:
@@ -158,6 +170,12 @@ def _not_ours(data: bytes) -> str:
         if data.startswith(start):
             return f"this is not a .mgs scene but looks like {what}"
     return "this is not a .mgs scene"
+
+
+def _integer(digits: str) -> int | float:
+    """As JavaScript has it: rounded beyond 2^53, and never too long to be read."""
+    value = float(digits)
+    return int(value) if abs(value) <= 1 << 53 else value
 
 
 def _no_constant(name: str) -> None:

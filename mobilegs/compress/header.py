@@ -24,13 +24,14 @@ from mobilegs.compress.codes import (
     MetaValue,
     check_meta,
 )
-from mobilegs.compress.lobes import LATENTS_MAX, LobeShape
+from mobilegs.compress.lobes import HIDDEN_LAYERS, HIDDEN_MAX, LATENTS_MAX, LobeShape
 from mobilegs.compress.positions import Frame
 from mobilegs.compress.scalar_streams import Column, Scalar, scalars_of
 from mobilegs.compress.scalars import CODE_MAX, COLUMNS
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
 from mobilegs.render.scene import BLENDS
+from mobilegs.render.sortfree import WEIGHTINGS
 
 MODES = ("nvq", "sq")
 
@@ -106,7 +107,7 @@ def parse(fields: dict[str, Any]) -> Header:
             that this program cannot do.
     """
     for name, known in (("mode", MODES), ("blend", BLENDS), ("sh_degree", SH_DEGREES)):
-        value = fields.get(name)
+        value = _whole(fields.get(name))
         if type(value) is not type(known[0]) or value not in known:  # True == 1
             raise InputError(
                 f"the .mgs file has {name} {str(value)[:40]!r}, which this program "
@@ -145,7 +146,7 @@ def parse(fields: dict[str, Any]) -> Header:
         ),
         lobes=lobes,
         network=network,
-        sh_degree=fields["sh_degree"],
+        sh_degree=_integer(fields, "sh_degree", min(SH_DEGREES), max(SH_DEGREES)),
         blend=fields["blend"],
         weighting=_parse_weighting(_object(fields, "weighting")),
         background=_floats(fields, "background", 3),
@@ -161,9 +162,10 @@ def _parse_layers(fields: dict[str, Any], count: int) -> tuple[int, ...]:
     layers = _field(fields, "layers", list)
     if not 1 <= len(layers) <= LAYERS_MAX:
         raise _broken("layers")
-    if any(type(size) is not int or size < 1 for size in layers) or sum(layers) != count:
+    sizes = tuple(_integer({"layers": size}, "layers", 1, count) for size in layers)
+    if sum(sizes) != count:
         raise _broken("layers")
-    return tuple(layers)
+    return sizes
 
 
 def _parse_cuts(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribute, Cut]:
@@ -172,8 +174,8 @@ def _parse_cuts(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribu
         if name == "opacity" and name not in fields and lobes is not None:
             continue
         book = _object(fields, name)
-        if (book.get("count"), book.get("length")) != (cut.count, cut.length):
-            raise _broken(f"codebooks.{name}")
+        for part, value in (("count", cut.count), ("length", cut.length)):
+            _integer(book, part, value, value)
         cuts[name] = cut
     latents = 0 if lobes is None else lobes.latents
     if "lobes" in fields:
@@ -243,15 +245,23 @@ def _parse_lobes(fields: dict[str, Any]) -> LobeShape | None:
         return None
     shape = _object(fields, "lobes")
     widths = _field(shape, "hidden", list)
-    if any(type(width) is not int for width in widths):
+    if len(widths) > HIDDEN_LAYERS:
         raise _broken("lobes.hidden")
-    degree, latents = (_field(shape, part, int) for part in ("degree", "latents"))
-    return LobeShape(degree, latents, tuple(widths))
+    return LobeShape(
+        _integer(shape, "degree", 0, 3),
+        _integer(shape, "latents", 0, LATENTS_MAX),
+        tuple(_integer({"hidden": width}, "hidden", 1, HIDDEN_MAX) for width in widths),
+    )
 
 
 def _parse_weighting(fields: dict[str, Any]) -> Weighting:
+    name = _field(fields, "name", str)
+    if name not in WEIGHTINGS:
+        raise InputError(
+            f"the .mgs file has the weighting {name[:40]!r}: known are {', '.join(WEIGHTINGS)}"
+        )
     return Weighting(
-        name=_field(fields, "name", str),
+        name=name,
         exponent_max=_number(fields, "exponent_max"),
         sigma=_number(fields, "sigma"),
         background_weight=_number(fields, "background_weight"),
@@ -289,10 +299,15 @@ def _object(fields: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def _integer(fields: dict[str, Any], name: str, smallest: int, largest: int) -> int:
-    value = _field(fields, name, int)
-    if not smallest <= value <= largest:
+    value = _whole(fields.get(name))
+    if type(value) is not int or not smallest <= value <= largest:
         raise _broken(name)
     return value
+
+
+def _whole(value: Any) -> Any:
+    """JSON has one kind of number: 1.0 is 1, as JavaScript cannot tell them apart."""
+    return int(value) if type(value) is float and value.is_integer() else value
 
 
 def _number(fields: dict[str, Any], name: str) -> float:

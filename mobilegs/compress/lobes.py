@@ -8,6 +8,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import linear, pad
 
+from mobilegs.compress import native
 from mobilegs.compress.halves import DIGITS, round_half
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
@@ -110,7 +111,9 @@ class LobeDecoder(nn.Module):
     def decode(
         self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
     ) -> Float[Tensor, "n m 2"]:
-        """`forward` without gradients, in chunks that bound its memory."""
+        """`forward` without gradients, by the C++ library or in chunks that bound its memory."""
+        if native.takes(latents, self.bias, *gaussians.tensors().values()):
+            return self._decode_natively(latents, gaussians, base=base)
         parts = [
             self(
                 latents[start : start + CHUNK],
@@ -120,6 +123,25 @@ class LobeDecoder(nn.Module):
             for start in range(0, len(latents), CHUNK)
         ]
         return torch.cat(parts)
+
+    def _decode_natively(
+        self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
+    ) -> Float[Tensor, "n m 2"]:
+        """The sums of `forward` are one product with all that they are made of."""
+        last = [round_half(self.basis, self.digits).T]
+        if self.shape.hidden:
+            last.insert(0, round_half(self.weights[-1], self.digits))
+        if base:
+            last.append(torch.eye(self.shape.outputs, 1) / C0)
+        pairs = zip(self.offsets, self.weights, strict=False)
+        return native.decode_lobes(
+            latents,
+            gaussians,
+            base=base,
+            hidden=[(round_half(o), round_half(w, self.digits)) for o, w in pairs],
+            bias=round_half(self.bias),
+            last=torch.cat(last, dim=1),
+        )
 
 
 def fit_lobes(

@@ -8,8 +8,8 @@ import torch
 from jaxtyping import Float, Float16, UInt16, UInt64
 from torch import Tensor
 
-from mobilegs.compress import rans
-from mobilegs.compress.bits import bit_lengths, pack_bits, unpack_bits
+from mobilegs.compress import native, rans
+from mobilegs.compress.bits import bit_lengths, pack_bits, unpack_by_definition
 from mobilegs.compress.halves import to_half
 from mobilegs.errors import InputError
 
@@ -142,13 +142,21 @@ def decode_positions(data: bytes | memoryview, count: int) -> Float16[Tensor, "n
     Raises:
         InputError: the bytes are damaged, or hold a position that is not finite.
     """
-    if len(data) < 4:
-        raise InputError("the stream of positions is too short to hold its header")
-    (length,) = struct.unpack_from("<I", data)
-    classes = rans.decode(data[4 : 4 + length], count, CLASSES)
+    halves = native.decode_positions(data, count)
+    if halves is None:
+        return decode_by_definition(data, count)
+    return torch.from_numpy(halves.view(np.float16))
+
+
+def decode_by_definition(data: bytes | memoryview, count: int) -> Float16[Tensor, "n 3"]:
+    """What `decode_positions` does, by its definition."""
+    length = struct.unpack_from("<I", data)[0] if len(data) >= 4 else len(data)
+    if 4 + length > len(data):
+        raise InputError("the stream of positions is too short to hold what its header says")
+    classes = rans.decode_by_definition(data[4 : 4 + length], count, CLASSES)
     widths = np.maximum(classes.astype(np.int64) - 1, 0)
     lead = np.where(classes > 0, np.uint64(1) << widths.astype(np.uint64), np.uint64(0))
-    differences = unpack_bits(data[4 + length :], widths) | lead
+    differences = unpack_by_definition(data[4 + length :], widths) | lead
     codes = np.cumsum(differences, dtype=np.uint64)
     # a sum passes 2^48 long before it could wrap around 2^64: no overflow goes unseen
     if (codes >> np.uint64(3 * AXIS_BITS)).any():

@@ -13,6 +13,7 @@ import struct
 import numpy as np
 from jaxtyping import Int, UInt16, UInt32
 
+from mobilegs.compress import native
 from mobilegs.compress.bits import bit_lengths, pack_bits
 from mobilegs.errors import InputError
 
@@ -24,6 +25,7 @@ CONTEXTS_MAX = 64  # a decoder's tables take 2^14 entries for each
 LANES_MAX = 256
 LANE_SYMBOLS = 2048  # at least so many per lane: a lane costs some 2.5 bytes
 HEADER = struct.Struct("<HHII")  # alphabet, contexts, bytes of tables, words
+SYMBOL_BITS = 2 + 2 * PRECISION  # of a table, at most: whether it occurs, and its frequency
 
 
 def encode(symbols: UInt16[np.ndarray, "n"], alphabet: int, *, contextual: bool = False) -> bytes:
@@ -60,6 +62,14 @@ def decode(data: bytes | memoryview, count: int, alphabet: int) -> UInt16[np.nda
     Raises:
         InputError: the bytes are not a whole stream of that many symbols of that alphabet.
     """
+    symbols = native.decode_rans(data, count, alphabet)
+    return decode_by_definition(data, count, alphabet) if symbols is None else symbols
+
+
+def decode_by_definition(
+    data: bytes | memoryview, count: int, alphabet: int
+) -> UInt16[np.ndarray, "n"]:
+    """What `decode` does, by its definition."""
     if len(data) < HEADER.size:
         raise InputError("a rANS stream is too short to hold its header")
     found, contexts, table_bytes, word_count = HEADER.unpack_from(data)
@@ -67,6 +77,8 @@ def decode(data: bytes | memoryview, count: int, alphabet: int) -> UInt16[np.nda
         raise InputError(f"a rANS stream of {found} symbols stands where {alphabet} belong")
     if contexts not in (1, alphabet) or contexts > CONTEXTS_MAX:
         raise InputError(f"a rANS stream has {contexts} contexts")
+    if 8 * table_bytes > contexts * (5 + SYMBOL_BITS * alphabet) + 7:  # a bit takes 8 bytes below
+        raise InputError("a rANS stream's frequency tables are longer than they should be")
     lanes = lane_count(count)
     if len(data) != HEADER.size + table_bytes + 4 * lanes + 2 * word_count:
         raise InputError("a rANS stream is longer or shorter than its header says")

@@ -78,12 +78,11 @@ def unpack_scalars(
     """The codes that `pack_scalars` wrote; `stream` finds a stream or raises InputError."""
     codes: dict[Attribute, Tensor] = {}
     for name, scalar in scalars.items():
-        columns = [
-            decode_indices(stream(f"{name}.{i}"), count, column.size).astype(np.int32)
-            + column.least
-            for i, column in enumerate(scalar.columns)
-        ]
-        codes[name] = torch.from_numpy(np.stack(columns, axis=1))
+        found = np.empty((count, len(scalar.columns)), dtype=np.int32)
+        for i, column in enumerate(scalar.columns):
+            symbols = decode_indices(stream(f"{name}.{i}"), count, column.size)
+            np.add(symbols, column.least, out=found[:, i], dtype=np.int32)
+        codes[name] = torch.from_numpy(found)
     finer = finer_bits(codes["scale"].float() * scalars["scale"].step)
     rest = stream(FINER)
     if rest.codec != "bits":

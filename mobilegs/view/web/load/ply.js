@@ -26,7 +26,7 @@ export function isPly(bytes) {
 export function readPly(bytes) {
   const { offsets, stride, rows, start } = parseHeader(bytes);
   const view = new DataView(bytes.buffer, bytes.byteOffset + start);
-  const rest = [...offsets.keys()].filter((name) => /^f_rest_\d+$/.test(name)).length;
+  const rest = [...offsets.keys()].filter((name) => name.startsWith("f_rest_")).length;
   const shSize = rest / 3 + 1;
   if (![1, 4, 9, 16].includes(shSize)) {
     throw new Error(`the .ply file has ${rest} numbers f_rest_*: 0, 9, 24 or 45 were expected`);
@@ -38,6 +38,8 @@ export function readPly(bytes) {
   for (let k = 0; k + 1 < shSize; k++) {
     for (let c = 0; c < 3; c++) order.push(`f_rest_${c * (shSize - 1) + k}`);
   }
+  const lost = order.find((name) => !offsets.has(name));
+  if (lost) throw new Error(`the .ply file has ${rest} numbers f_rest_*, but not ${lost}`);
   const places = order.map(at);
   const scene = roomFor(rows, shSize);
   const row = new Float32Array(places.length);
@@ -55,6 +57,11 @@ export function readPly(bytes) {
   scene.colors = scene.colors.slice(0, 3 * shSize * count);
   scene.lobes = scene.lobes.slice(0, 2 * count);
   return scene;
+}
+
+/** A word of the file, such that it can be shown. @param {string | undefined} word */
+function quoted(word = "") {
+  return `'${word.slice(0, 40).replace(/[^\x20-\x7e]/g, "\ufffd")}'`;
 }
 
 /** A sorted scene without Gaussians, and room for some. @param {number} rows @param {number} shSize @returns {SceneData} */
@@ -105,11 +112,11 @@ function parseHeader(bytes) {
   const lines = text.slice(0, end.index).split(/\r?\n/).map((line) => line.trim().split(/\s+/));
   const format = lines.find((words) => words[0] === "format")?.[1];
   if (format !== "binary_little_endian") {
-    throw new Error(`the .ply file is '${format}': only binary_little_endian is read`);
+    throw new Error(`the .ply file is ${quoted(format)}: only binary_little_endian is read`);
   }
   const first = lines.findIndex((words) => words[0] === "element");
   const element = lines[first] ?? [];
-  const rows = Number(element[2]);
+  const rows = /^\d+$/.test(element[2]) ? Number(element[2]) : NaN;
   if (element[1] !== "vertex" || !Number.isSafeInteger(rows) || rows < 0) {
     throw new Error("the .ply file does not begin with its vertices, as those of 3DGS do");
   }
@@ -119,7 +126,8 @@ function parseHeader(bytes) {
     if (words[0] === "element") break;
     if (words[0] !== "property") continue;
     const size = TYPES.get(words[1]);
-    if (size === undefined) throw new Error(`the .ply file has a property of type '${words[1]}'`);
+    if (size === undefined) throw new Error(`the .ply file has a property of type ${quoted(words[1])}`);
+    if (offsets.has(words[2])) throw new Error(`the .ply file has the property ${quoted(words[2])} twice`);
     if (words[1] === "float" || words[1] === "float32") offsets.set(words[2], stride);
     stride += size;
   }

@@ -48,7 +48,7 @@ export function isSpz(bytes) {
  */
 export async function readSpz(bytes) {
   if (bytes[0] !== 0x1f) {
-    const header = parseHeader(bytes);
+    const header = parseHeader(bytes, bytes.length);
     return sceneOf(header, unpacked(header, bytes));
   }
   const { header, content } = await gunzipped(bytes);
@@ -58,8 +58,8 @@ export async function readSpz(bytes) {
   return sceneOf(header, attributes);
 }
 
-/** @param {Uint8Array} bytes at least the header @returns {Header} */
-function parseHeader(bytes) {
+/** @param {Uint8Array} bytes at least the header @param {number} size bytes of the file @returns {Header} */
+function parseHeader(bytes, size) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   if (bytes.length < HEADER || view.getUint32(0, true) !== MAGIC) throw new Error("this is not a .spz file");
   const version = view.getUint32(4, true);
@@ -71,6 +71,8 @@ function parseHeader(bytes) {
   const count = view.getUint32(8, true);
   const [degree, fraction, flags, streams] = bytes.subarray(12, 16);
   if (count > COUNT_MAX) throw new Error(`the .spz file announces ${count} Gaussians, too many to be drawn`);
+  // no real scene comes near; a small file must not ask for much memory
+  if (count > size) throw new Error(`the .spz file announces ${count} Gaussians in ${size} bytes: it is cut off`);
   if (degree > 4 || fraction > 24) throw new Error(DAMAGED);
   const extended = (flags & 2) !== 0;
   return { version, count, degree, fraction, extended, streams, table: zipped ? 0 : view.getUint32(16, true) };
@@ -106,14 +108,15 @@ async function gunzipped(bytes) {
     pieces.push(value);
     length += value.length;
     if (header === null && length >= HEADER) {
-      header = parseHeader(await whole());
+      header = parseHeader(await whole(), bytes.length);
       if (header.version > 3) throw new Error("this is not a .spz file");
       size = sizesOf(header).reduce((sum, part) => sum + part, HEADER);
     }
   }
   if (header === null) throw new Error("this is not a .spz file");
   if (length > size) {
-    await reader.cancel();
+    // what is wrong behind it does not matter any more
+    await reader.cancel().catch(() => {});
     if (!header.extended) throw new Error("the .spz file holds more than it announces");
   }
   if (length < size) throw new Error(`the .spz file is cut off: ${header.count} Gaussians were announced`);

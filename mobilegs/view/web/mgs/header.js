@@ -57,6 +57,8 @@ const META_MAX = 64;
 const TEXT_MAX = 4096;
 const WORLD_MIN = 1e-20;
 const WORLD_MAX = 1e20;
+// control characters, which a terminal obeys, and halves of a pair, which nothing prints
+const UNSHOWN = /[\x00-\x1f\x7f-\x9f\p{Cs}]/u;
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 /** @type {[Attribute, number, number][]} */
 const CUTS = [
@@ -128,13 +130,14 @@ export function parseHeader(fields, bytes) {
 }
 
 /**
- * Whether `text` is one, of at most `longest` characters; beyond 16 bits each counts once.
+ * Whether `text` is one that can be shown, of at most `longest` characters; beyond 16 bits each
+ * counts once.
  *
  * @param {unknown} text
  * @param {number} longest
  */
 export function shortText(text, longest) {
-  if (typeof text !== "string" || text.length > 2 * longest) return false;
+  if (typeof text !== "string" || text.length > 2 * longest || UNSHOWN.test(text)) return false;
   return text.length <= longest || [...text].length <= longest;
 }
 
@@ -227,7 +230,8 @@ function parseScalars(scalars, lobes) {
 function parseFrame(fields) {
   const center = floats(fields, "center", 3);
   const radius = Math.fround(number(fields, "radius"));
-  if (center.some((value) => Math.abs(value) > WORLD_MAX)) throw broken("positions.center");
+  // both are float32 values: the nearest one to 1e20 lies above it
+  if (center.some((value) => Math.abs(value) > Math.fround(WORLD_MAX))) throw broken("positions.center");
   if (radius < WORLD_MIN || radius > WORLD_MAX) throw broken("positions.radius");
   return { center, radius, exponent: integer(fields, "exponent", 0, 14) };
 }
@@ -282,7 +286,8 @@ function parseMeta(fields) {
   }
   for (const [name, value] of notes) {
     const plain = value === null || typeof value === "boolean" || shortText(value, TEXT_MAX);
-    if (!plain && !(typeof value === "number" && Math.abs(value) <= 2 ** 53)) {
+    const number = typeof value === "number" && Math.abs(value) <= 2 ** 53;
+    if (!(plain || number) || !shortText(name, TEXT_MAX)) {
       throw new SceneError(`the note '${name.slice(0, 40)}' is not a short text or a number`);
     }
   }

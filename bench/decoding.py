@@ -1,0 +1,90 @@
+"""How long half a million Gaussians take from the bytes of a .mgs to tensors, and back.
+
+    python bench/decoding.py --mgs RUN/scene.mgs [MORE.mgs ...] [--json OUT] [--count 500000]
+                             [--rounds 5]
+
+Scenes are trained ones, repeated as in `loading.py`. `unpack` and `decode` are timed with the C++
+library and by the definitions in numpy and torch, in turns in one process, after a round that is
+not counted; `ratio` is the definition's time over the library's. Milliseconds, medians over the
+rounds: `wall`, which a busy machine prolongs, and `processor`, of all threads together. Threads
+are as many as OMP_NUM_THREADS says.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import torch
+from loading import repeated
+
+from mobilegs.compress import native
+from mobilegs.compress.container import pack, read_mgs, unpack
+from mobilegs.render.kernels import cpu
+
+CLOCKS = {"wall": time.perf_counter, "processor": time.process_time}
+WAYS = {"library": cpu.library, "definition": lambda: None}
+
+
+def timed(run: Callable[[], Any]) -> dict[str, float]:
+    before = {name: clock() for name, clock in CLOCKS.items()}
+    run()
+    return {name: 1000 * (clock() - before[name]) for name, clock in CLOCKS.items()}
+
+
+def medians(rows: list[dict[str, float]]) -> dict[str, float]:
+    return {name: round(statistics.median(row[name] for row in rows), 1) for name in CLOCKS}
+
+
+def measured(data: bytes, rounds: int) -> dict[str, Any]:
+    """Times of one file."""
+    coded = unpack(data)
+    steps: dict[str, Callable[[], Any]] = {"unpack": lambda: unpack(data), "decode": coded.decode}
+    rows: dict[tuple[str, str], list[dict[str, float]]] = {}
+    for _ in range(rounds + 1):
+        for step, run in steps.items():
+            for way, library in WAYS.items():
+                native.library = library  # pyright: ignore[reportAttributeAccessIssue]
+                rows.setdefault((step, way), []).append(timed(run))
+    found: dict[str, Any] = {}
+    for step in steps:
+        times = {way: medians(rows[step, way][1:]) for way in WAYS}
+        slow, fast = times["definition"], times["library"]
+        found[step] = times | {"ratio": {name: round(slow[name] / fast[name], 1) for name in fast}}
+    found["pack"] = medians([timed(lambda: pack(coded)) for _ in range(2)])
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--mgs", type=Path, nargs="+", required=True)
+    parser.add_argument("--json", type=Path, default=Path("decoding.json"))
+    parser.add_argument("--count", type=int, default=500_000)
+    parser.add_argument("--rounds", type=int, default=5)
+    options = parser.parse_args()
+    result: dict[str, Any] = {
+        "date": time.strftime("%Y-%m-%d"),
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "kernels": cpu.kernel_level(),
+        "threads": torch.get_num_threads(),
+        "gaussians": options.count,
+        "files": [],
+    }
+    for path in options.mgs:
+        scene = repeated(read_mgs(path), options.count)
+        data = pack(scene)
+        mode = "sq" if scene.steps else "nvq"
+        row = {"mode": mode, "file_bytes": len(data), **measured(data, options.rounds)}
+        result["files"].append(row)
+        print(json.dumps(row), flush=True)
+    result["load_average"] = os.getloadavg()[0]
+    options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,246 @@
+// The loops over symbols that decode a .mgs file; their definitions are rans.py, bits.py and
+// positions.py. Every length is checked before it is used, so no byte can lead outside of `data`.
+#include "decode.h"
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <new>
+
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "files are read as they lie in memory");
+
+namespace {
+
+constexpr int PRECISION = 14, TOTAL = 1 << PRECISION;
+constexpr uint32_t STATE_LOW = 1 << 16;
+constexpr int ALPHABET_MAX = 4096, CONTEXTS_MAX = 64, LANES_MAX = 256, LANE_SYMBOLS = 2048;
+constexpr int HEADER = 12, WIDTH_MAX = 48, AXIS_BITS = 16, CLASSES = 3 * AXIS_BITS + 1;
+constexpr int BLOCK = 32;  // steps whose symbols are kept until each lane has a row of them
+constexpr int DAMAGED = 1;
+
+template <class T>
+T load(const uint8_t* p) {
+  T value;
+  std::memcpy(&value, p, sizeof value);
+  return value;
+}
+
+// Takes numbers off a row of bits, lowest first. What lies behind its end is zeros: whoever reads
+// must look at `over` or know the length.
+class Bits {
+ public:
+  Bits(const uint8_t* data, int64_t bytes) : data_(data), bytes_(bytes) {}
+
+  uint64_t take(int width) {  // 0 to 48
+    int64_t byte = position_ >> 3;
+    uint64_t word = 0;
+    if (byte + 8 <= bytes_)
+      word = load<uint64_t>(data_ + byte);
+    else if (byte < bytes_)
+      std::memcpy(&word, data_ + byte, bytes_ - byte);
+    word >>= position_ & 7;
+    position_ += width;
+    return word & ((uint64_t(1) << width) - 1);
+  }
+  bool over() const { return position_ > 8 * bytes_; }
+  // Whether just what fills up the last byte is left, all of it 0.
+  bool at_end() {
+    int64_t left = 8 * bytes_ - position_;
+    return left >= 0 && left < 8 && take(int(left)) == 0;
+  }
+
+ private:
+  const uint8_t* data_;
+  int64_t bytes_, position_ = 0;
+};
+
+// What a state's low bits say, for each context.
+struct Tables {
+  int contexts, alphabet;
+  std::unique_ptr<uint16_t[]> symbols;  // [contexts][TOTAL], of each slot
+  std::unique_ptr<uint32_t[]> spans;    // [contexts][alphabet], start << 15 | frequency
+
+  // Zeros: a symbol of frequency 0 marks a context that is not used.
+  Tables(int contexts, int alphabet)
+      : contexts(contexts),
+        alphabet(alphabet),
+        symbols(new (std::nothrow) uint16_t[size_t(contexts) * TOTAL]()),
+        spans(new (std::nothrow) uint32_t[size_t(contexts) * alphabet]()) {}
+
+  bool read(Bits bits) {
+    if (!symbols || !spans) return false;
+    for (int context = 0; context < contexts; context++)
+      if (bits.take(1) && !read_context(bits, context)) return false;
+    return bits.at_end();
+  }
+  // Whether the first context, in which every lane begins, is used.
+  bool used_first() const { return spans[symbols[0]] != 0; }
+
+ private:
+  bool read_context(Bits& bits, int context) {
+    uint32_t* span = &spans[size_t(context) * alphabet];
+    int last = -1;
+    for (int symbol = 0; symbol < alphabet; symbol++)
+      if ((span[symbol] = uint32_t(bits.take(1)))) last = symbol;
+    int k = int(bits.take(4)), start = 0;
+    for (int symbol = 0; symbol <= last; symbol++) {
+      if (!span[symbol]) continue;
+      int frequency = symbol < last ? golomb(bits, k) : TOTAL - start;
+      if (frequency < 1 || frequency > TOTAL - start) return false;
+      span[symbol] = uint32_t(start << 15 | frequency);
+      std::fill_n(&symbols[size_t(context) * TOTAL + start], frequency, uint16_t(symbol));
+      start += frequency;
+    }
+    return last >= 0 && !bits.over();
+  }
+
+  // A frequency, or 0 where none can be.
+  static int golomb(Bits& bits, int k) {
+    int width = k;
+    while (!bits.take(1))
+      if (++width > PRECISION) return 0;
+    return width > PRECISION ? 0 : int(bits.take(width)) + (1 << width) - (1 << k) + 1;
+  }
+};
+
+// The words of a stream and the lanes that take turns at them.
+struct Lanes {
+  const Tables& tables;
+  const uint8_t *word, *end;
+  uint32_t states[LANES_MAX];
+  uint16_t before[LANES_MAX] = {};  // each lane's last symbol, its context
+
+  // The next symbols of the first `active` lanes; false if the stream is damaged. Only if it is
+  // CHECKED there may be fewer words than lanes.
+  template <bool CHECKED, bool CONTEXTUAL>
+  bool step(int active, uint16_t* row) {
+    const uint16_t* symbols = tables.symbols.get();
+    const uint32_t* spans = tables.spans.get();
+    const uint8_t* next_word = word;
+    for (int lane = 0; lane < active; lane++) {
+      uint32_t context = CONTEXTUAL ? before[lane] : 0;
+      uint32_t state = states[lane], slot = state % TOTAL;
+      uint16_t symbol = symbols[context * TOTAL + slot];
+      uint32_t span = spans[context * tables.alphabet + symbol];
+      if (CONTEXTUAL && span == 0) return false;
+      uint32_t next = (span & 0x7FFF) * (state / TOTAL) + slot - (span >> 15);
+      // One word is enough, since `next` is at least 4. It is not taken by a branch, which would
+      // be guessed wrong every other time.
+      uint32_t few = next < STATE_LOW;
+      if (CHECKED && few > (next_word < end)) return false;
+      uint32_t found = CHECKED && !few ? 0 : load<uint16_t>(next_word);
+      states[lane] = next << 16 * few | (found & -few);
+      next_word += 2 * few;
+      row[lane] = symbol;
+      if (CONTEXTUAL) before[lane] = symbol;
+    }
+    word = next_word;
+    return true;
+  }
+
+  template <bool CONTEXTUAL>
+  bool next(int active, uint16_t* row) {
+    return end - word < 2 * active ? step<true, CONTEXTUAL>(active, row)
+                                   : step<false, CONTEXTUAL>(active, row);
+  }
+};
+
+int lane_count(int64_t count) {
+  int lanes = 1;
+  while (lanes < LANES_MAX && 2 * lanes <= count / LANE_SYMBOLS) lanes *= 2;
+  return lanes;
+}
+
+// Each of `many` lanes has a run of `steps` symbols, the first `longer` of them one more.
+template <bool CONTEXTUAL>
+bool pull(Lanes& lanes, int many, int64_t steps, int longer, uint16_t* symbols) {
+  uint16_t rows[BLOCK][LANES_MAX];
+  for (int64_t from = 0; from <= steps; from += BLOCK) {
+    int block = int(std::min<int64_t>(steps + 1 - from, BLOCK));
+    for (int t = 0; t < block; t++)
+      if (!lanes.next<CONTEXTUAL>(from + t < steps ? many : longer, rows[t])) return false;
+    for (int lane = 0; lane < many; lane++) {
+      uint16_t* out = symbols + lane * steps + std::min(lane, longer) + from;
+      int own = lane < longer ? block : int(std::min<int64_t>(steps - from, block));
+      for (int t = 0; t < own; t++) out[t] = rows[t][lane];
+    }
+  }
+  return true;
+}
+
+// Every third bit of a code, moved together.
+uint16_t gather_axis(uint64_t code) {
+  code &= 0x9249249249249249;
+  code = (code | code >> 2) & 0x30C30C30C30C30C3;
+  code = (code | code >> 4) & 0xF00F00F00F00F00F;
+  code = (code | code >> 8) & 0x00FF0000FF0000FF;
+  code = (code | code >> 16) & 0xFFFF00000000FFFF;
+  return uint16_t(code | code >> 32);
+}
+
+}  // namespace
+
+int mgs_decode_rans(const uint8_t* data, int64_t bytes, int64_t count, int32_t alphabet,
+                    uint16_t* symbols) {
+  if (bytes < HEADER || count < 0 || alphabet < 1 || alphabet > ALPHABET_MAX) return DAMAGED;
+  int contexts = load<uint16_t>(data + 2), lanes = lane_count(count);
+  int64_t table_bytes = load<uint32_t>(data + 4), words = load<uint32_t>(data + 8);
+  if (load<uint16_t>(data) != alphabet) return DAMAGED;
+  if ((contexts != 1 && contexts != alphabet) || contexts > CONTEXTS_MAX) return DAMAGED;
+  if (bytes != HEADER + table_bytes + 4 * lanes + 2 * words) return DAMAGED;
+
+  Tables tables(contexts, alphabet);
+  if (!tables.read(Bits(data + HEADER, table_bytes))) return DAMAGED;
+  if (count > 0 && !tables.used_first()) return DAMAGED;
+  const uint8_t* start = data + HEADER + table_bytes;
+  Lanes pulled{tables, start + 4 * lanes, data + bytes, {}};
+  for (int lane = 0; lane < lanes; lane++) {
+    pulled.states[lane] = load<uint32_t>(start + 4 * lane);
+    if (pulled.states[lane] < STATE_LOW) return DAMAGED;
+  }
+  auto run = contexts > 1 ? pull<true> : pull<false>;
+  if (!run(pulled, lanes, count / lanes, int(count % lanes), symbols)) return DAMAGED;
+  auto begun = [](uint32_t state) { return state == STATE_LOW; };
+  bool whole = std::all_of(pulled.states, pulled.states + lanes, begun);
+  return whole && pulled.word == pulled.end ? 0 : DAMAGED;
+}
+
+int mgs_unpack_bits(const uint8_t* data, int64_t bytes, const uint8_t* widths, int64_t count,
+                    uint64_t* numbers) {
+  int64_t total = 0;
+  for (int64_t i = 0; i < count; i++) {
+    if (widths[i] > WIDTH_MAX) return DAMAGED;
+    total += widths[i];
+  }
+  if (bytes != (total + 7) / 8) return DAMAGED;
+  Bits bits(data, bytes);
+  for (int64_t i = 0; i < count; i++) numbers[i] = bits.take(widths[i]);
+  return bits.at_end() ? 0 : DAMAGED;
+}
+
+int mgs_decode_positions(const uint8_t* data, int64_t bytes, int64_t count, uint16_t* halves) {
+  if (bytes < 4 || count < 0 || load<uint32_t>(data) > bytes - 4) return DAMAGED;
+  int64_t coded = load<uint32_t>(data);
+  // Classes lie in the last third of what is to be filled: each is read just before the halves
+  // reach it.
+  const uint16_t* classes = halves + 2 * count;
+  if (mgs_decode_rans(data + 4, coded, count, CLASSES, halves + 2 * count)) return DAMAGED;
+  int64_t total = 0;
+  for (int64_t i = 0; i < count; i++) total += std::max(classes[i] - 1, 0);
+  if (bytes - 4 - coded != (total + 7) / 8) return DAMAGED;
+
+  Bits bits(data + 4 + coded, bytes - 4 - coded);
+  uint64_t code = 0;
+  for (int64_t i = 0; i < count; i++) {
+    int width = classes[i] - 1;
+    if (width >= 0) code += uint64_t(1) << width | bits.take(width);
+    if (code >> 3 * AXIS_BITS) return DAMAGED;
+    for (int axis = 0; axis < 3; axis++) {
+      uint16_t number = gather_axis(code >> axis);
+      uint16_t half = number & 0x8000 ? number & 0x7FFF : ~number;
+      if ((half & 0x7C00) == 0x7C00) return DAMAGED;  // infinite or NaN
+      halves[3 * i + axis] = half;
+    }
+  }
+  return bits.at_end() ? 0 : DAMAGED;
+}

@@ -1,0 +1,176 @@
+"""What takes long when a scene is opened, in C++: decode.cpp and networks.cpp.
+
+Nothing is defined here. `rans`, `bits`, `positions`, `codebooks`, `appearance` and `lobes` say what
+comes out, compute it themselves where the package was installed without its C++ library, and find
+the words for streams that are refused here.
+"""
+
+import ctypes
+from functools import cache
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int, UInt16, UInt64
+from torch import Tensor
+
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.kernels import cpu
+
+
+@cache
+def library() -> ctypes.CDLL | None:
+    """The C++ library for this CPU; None where there is none."""
+    try:
+        return cpu.library()
+    except ImportError:
+        return None
+
+
+def decode_rans(
+    data: bytes | memoryview, count: int, alphabet: int
+) -> UInt16[np.ndarray, "n"] | None:
+    """`count` symbols below `alphabet` (1 to 4096); None if the stream is damaged."""
+    symbols = np.empty(count, dtype=np.uint16)
+    sound = _decode("mgs_decode_rans", data, ctypes.c_int64(count), alphabet, _pointer(symbols))
+    return symbols if sound else None
+
+
+def unpack_bits(
+    data: bytes | memoryview, widths: Int[np.ndarray, "n"]
+) -> UInt64[np.ndarray, "n"] | None:
+    """Numbers of `widths` bits (0 to 48) each; None if the stream is damaged."""
+    narrow = np.ascontiguousarray(widths, dtype=np.uint8)
+    numbers = np.empty(len(narrow), dtype=np.uint64)
+    outputs = (_pointer(narrow), ctypes.c_int64(len(narrow)), _pointer(numbers))
+    return numbers if _decode("mgs_unpack_bits", data, *outputs) else None
+
+
+def decode_positions(data: bytes | memoryview, count: int) -> UInt16[np.ndarray, "n 3"] | None:
+    """The bits of `count` positions; None if the stream is damaged."""
+    halves = np.empty((count, 3), dtype=np.uint16)
+    sound = _decode("mgs_decode_positions", data, ctypes.c_int64(count), _pointer(halves))
+    return halves if sound else None
+
+
+def look_up(
+    centers: Float[Tensor, "s k length"], indices: Int[Tensor, "n s"]
+) -> Float[Tensor, "n d"] | None:
+    """`codebooks.look_up` without gradients; None for what it does not know or cannot find."""
+    books, size, length = centers.shape
+    if indices.dtype != torch.int16 or not takes(centers):
+        return None
+    held, codes = centers.detach().contiguous(), indices.contiguous()
+    values = torch.empty(len(codes), books * length)
+    strays = _library().mgs_look_up(
+        ctypes.c_int64(len(codes)),
+        cpu.address(codes),
+        cpu.address(held),
+        books,
+        size,
+        length,
+        cpu.address(values),
+    )
+    return None if strays else values
+
+
+def takes(*tensors: Tensor) -> bool:
+    """Whether the functions below can be asked for these: float32 on the CPU, no other."""
+    plain = all(t.device.type == "cpu" and t.dtype == torch.float32 for t in tensors)
+    return plain and library() is not None
+
+
+def decode_colors(
+    positions: Float[Tensor, "n 3"],
+    static: Float[Tensor, "n 3"],
+    view: Float[Tensor, "n 3"],
+    *,
+    weights: list[Tensor],
+) -> Float[Tensor, "n k 3"]:
+    """Harmonics; `weights` are the six matrices of an `AppearanceDecoder` in their order."""
+    rest, numbers = len(weights[-1]), _joined(weights)
+    sh = torch.empty(len(positions), 1 + rest // 3, 3)
+    rows = positions.contiguous()
+    # halves of one tensor, as they mostly are, need not be copied
+    static, view = (part if part.stride(1) == 1 else part.contiguous() for part in (static, view))
+    _library().mgs_decode_colors(
+        ctypes.c_int64(len(rows)),
+        cpu.address(rows),
+        cpu.address(static),
+        ctypes.c_int64(static.stride(0)),
+        cpu.address(view),
+        ctypes.c_int64(view.stride(0)),
+        cpu.address(numbers),
+        rest,
+        cpu.address(sh),
+    )
+    return sh
+
+
+def decode_lobes(
+    latents: Float[Tensor, "n l"],
+    gaussians: Gaussians,
+    *,
+    base: bool,
+    hidden: list[tuple[Tensor, Tensor]],
+    bias: Float[Tensor, "o"],
+    last: Float[Tensor, "o _"],
+) -> Float[Tensor, "n m 2"]:
+    """Lobes: `bias + last @ inputs`.
+
+    The inputs are what the `hidden` layers (offset `[width]` and matrix `[width, inputs]` each)
+    make of the Gaussians' attributes and the latents, then the latents, then the logits of the
+    opacities if they are the `base`.
+    """
+    numbers = _joined([part for layer in hidden for part in layer] + [bias, last])
+    widths = np.array([len(offset) for offset, _ in hidden], dtype=np.int32)
+    lobes = torch.empty(len(latents), len(bias) // 2, 2)
+    held = [
+        part.detach().contiguous()
+        for part in (
+            latents,
+            gaussians.logit_opacities,
+            gaussians.sh,
+            gaussians.log_scales,
+            gaussians.quats,
+        )
+    ]
+    rows, logits, sh, log_scales, quats = map(cpu.address, held)
+    _library().mgs_decode_lobes(
+        ctypes.c_int64(len(latents)),
+        rows,
+        latents.shape[1],
+        logits if base else None,
+        sh,
+        held[2][0].numel(),
+        log_scales,
+        quats,
+        cpu.address(numbers),
+        _pointer(widths),
+        len(widths),
+        len(bias),
+        cpu.address(lobes),
+    )
+    return lobes
+
+
+def _library() -> ctypes.CDLL:
+    native = library()
+    assert native is not None, "asked for what `takes` says cannot be had"
+    return native
+
+
+def _joined(parts: list[Tensor]) -> Float[Tensor, "w"]:
+    return torch.cat([part.detach().reshape(-1) for part in parts])
+
+
+def _decode(name: str, data: bytes | memoryview, *arguments) -> bool:
+    """Whether a function of decode.h is there and finds the stream sound."""
+    native = library()
+    if native is None:
+        return False
+    stream = np.frombuffer(data, dtype=np.uint8)
+    return getattr(native, name)(_pointer(stream), ctypes.c_int64(len(stream)), *arguments) == 0
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
