@@ -7,7 +7,8 @@ Scenes are trained ones, repeated as in `loading.py`. `unpack` and `decode` are 
 library and by the definitions in numpy and torch, in turns in one process, after a round that is
 not counted; `ratio` is the definition's time over the library's. Milliseconds, medians over the
 rounds: `wall`, which a busy machine prolongs, and `processor`, of all threads together. Threads
-are as many as OMP_NUM_THREADS says.
+are as many as OMP_NUM_THREADS says. `peak_mib`: by how much the process grows at most meanwhile
+(Linux alone tells), the results included.
 """
 
 import argparse
@@ -27,6 +28,7 @@ from mobilegs.compress import native
 from mobilegs.compress.container import pack, read_mgs, unpack
 from mobilegs.render.kernels import cpu
 
+STATUS = Path("/proc/self/status")
 CLOCKS = {"wall": time.perf_counter, "processor": time.process_time}
 WAYS = {"library": cpu.library, "definition": lambda: None}
 
@@ -39,6 +41,22 @@ def timed(run: Callable[[], Any]) -> dict[str, float]:
 
 def medians(rows: list[dict[str, float]]) -> dict[str, float]:
     return {name: round(statistics.median(row[name] for row in rows), 1) for name in CLOCKS}
+
+
+def peak_mib(run: Callable[[], Any]) -> float | None:
+    """The most memory that this process holds while it runs, above what it held before."""
+    if not STATUS.exists():
+        return None
+    Path("/proc/self/clear_refs").write_text("5")  # the highest mark begins anew
+    before = kibibytes("VmRSS")
+    kept = run()
+    grown = kibibytes("VmHWM") - before
+    del kept
+    return round(grown / 1024, 1)
+
+
+def kibibytes(name: str) -> int:
+    return next(int(row.split()[1]) for row in STATUS.open() if row.startswith(name))
 
 
 def measured(data: bytes, rounds: int) -> dict[str, Any]:
@@ -57,6 +75,9 @@ def measured(data: bytes, rounds: int) -> dict[str, Any]:
         slow, fast = times["definition"], times["library"]
         found[step] = times | {"ratio": {name: round(slow[name] / fast[name], 1) for name in fast}}
     found["pack"] = medians([timed(lambda: pack(coded)) for _ in range(2)])
+    native.library = cpu.library  # pyright: ignore[reportAttributeAccessIssue]
+    peaks = {**steps, "pack": lambda: pack(coded)}
+    found["peak_mib"] = {step: peak_mib(run) for step, run in peaks.items()}
     return found
 
 

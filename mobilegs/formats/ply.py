@@ -5,10 +5,15 @@ One row a Gaussian: centre, (unused) normal, degree-0 colour `f_dc_*`, the highe
 scales' logarithms, the rotation wxyz. Axes are OpenCV's, as they come from the capture.
 """
 
+import collections
+import itertools
 import logging
 import re
+import sys
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import torch
@@ -31,6 +36,8 @@ MEANS = ["x", "y", "z"]
 BASE_COLOR = ["f_dc_0", "f_dc_1", "f_dc_2"]
 SCALES = ["scale_0", "scale_1", "scale_2"]
 ROTATION = ["rot_0", "rot_1", "rot_2", "rot_3"]
+COLUMNS = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR]  # as they are read
+BLOCK = 1 << 22  # bytes of rows that are read at a time
 
 
 @dataclass(frozen=True)
@@ -78,14 +85,21 @@ def read_ply(path: Path | str) -> Gaussians:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     if header.render_mode != "default":
         log.warning(
-            "%s was made for '%s' rendering and is drawn as plain 3DGS, which may look different",
+            "%s was made for %r rendering and is drawn as plain 3DGS, which may look different",
             path,
             header.render_mode,
         )
     vertex, before = find_vertex(header, path)
     rest = check_properties(vertex, path)
-    rows = read_rows(path, size, header, vertex, before)
-    return gaussians_from_rows(rows, rest, path)
+    start = check_size(header, vertex, before, size, path)
+    names = [*COLUMNS, *rest]
+    with path.open("rb") as file:
+        file.seek(start)
+        if header.ascii:
+            blocks = read_text(file, vertex, sum(e.count for e in before), names, path)
+        else:
+            blocks = read_binary(file, vertex, header.order, names)
+        return gaussians_from_rows(blocks, vertex.count, rest, path)
 
 
 def parse_header(head: bytes, path: Path) -> Header:
@@ -109,14 +123,14 @@ def parse_header(head: bytes, path: Path) -> Header:
                 elements[-1] = Element(elements[-1].name, elements[-1].count, {}, True)
             case ["property", type_, name] if elements and type_ in TYPES:
                 if name in elements[-1].columns:
-                    raise InputError(f"{path} declares the property '{name}' twice")
+                    raise InputError(f"{path} declares the property {name[:40]!r} twice")
                 elements[-1].columns[name] = TYPES[type_]
             case ["comment" | "obj_info", *_] | []:
                 pass
             case _:
-                raise InputError(f"{path} has a header line that is not PLY: '{line[:80]}'")
+                raise InputError(f"{path} has a header line that is not PLY: {line[:40]!r}")
     if kind not in FORMATS:
-        raise InputError(f"{path} has the PLY format '{kind[:40]}', which is not one of the three")
+        raise InputError(f"{path} has the PLY format {kind[:40]!r}, which is not one of the three")
     return Header(FORMATS[kind], kind == "ascii", elements, end.end(), mode[:40])
 
 
@@ -135,8 +149,7 @@ def check_properties(vertex: Element, path: Path) -> list[str]:
     """Names of the `f_rest_*` properties, once everything that 3DGS needs is known to be there."""
     if "packed_position" in vertex.columns:
         raise InputError(f"{path} is a compressed PLY: convert it to a plain 3DGS .ply first")
-    needed = [*MEANS, *BASE_COLOR, "opacity", *SCALES, *ROTATION]
-    missing = [name for name in needed if name not in vertex.columns]
+    missing = [name for name in COLUMNS if name not in vertex.columns]
     if missing:
         raise InputError(f"{path} is no 3DGS scene: its vertices lack {', '.join(missing)}")
     count = sum(name.startswith("f_rest_") for name in vertex.columns)
@@ -146,32 +159,54 @@ def check_properties(vertex: Element, path: Path) -> list[str]:
     return rest
 
 
-def read_rows(
-    path: Path, size: int, header: Header, vertex: Element, before: list[Element]
-) -> np.ndarray:
-    """The vertices as a structured array `[n]`; nothing is allocated before `size` allows it."""
-    width = len(vertex.columns)
+def check_size(
+    header: Header, vertex: Element, before: list[Element], size: int, path: Path
+) -> int:
+    """Where the vertices begin, or the lines if it is a text: `size` bytes must be enough."""
+    start = header.length
     if header.ascii:
-        least = max(0, 2 * vertex.count * width - 1)  # a digit and a separator each
-        if header.length + least > size:
-            raise cut_off(path, vertex.count)
-        skipped = sum(element.count for element in before)
-        with path.open("rb") as file:
-            file.seek(header.length)
-            lines = file.read().splitlines()[skipped : skipped + vertex.count]
-        words = b" ".join(lines).split()
-        if len(lines) < vertex.count or len(words) != vertex.count * width:
-            raise cut_off(path, vertex.count)
-        try:
-            table = np.array(words, dtype=np.float64).reshape(vertex.count, width)
-        except ValueError:
-            raise InputError(f"{path} has something among its vertices that is no number") from None
-        return table.view([(name, "f8") for name in vertex.columns])[:, 0]
-    dtype = vertex.dtype(header.order)
-    start = header.length + sum(e.count * e.dtype(header.order).itemsize for e in before)
-    if start + vertex.count * dtype.itemsize > size:
+        least = max(0, 2 * vertex.count * len(vertex.columns) - 1)  # a digit and a separator each
+    else:
+        start += sum(e.count * e.dtype(header.order).itemsize for e in before)
+        least = vertex.count * vertex.dtype(header.order).itemsize
+    if start + least > size:
         raise cut_off(path, vertex.count)
-    return np.fromfile(path, dtype, count=vertex.count, offset=start)
+    return start
+
+
+def read_binary(
+    file: BinaryIO, vertex: Element, order: str, names: list[str]
+) -> Iterator[np.ndarray]:
+    """The columns `names` of the vertices, a block of rows at a time, float32 `[m, len(names)]`."""
+    dtype = vertex.dtype(order)
+    block = max(1, BLOCK // dtype.itemsize)
+    for first in range(0, vertex.count, block):
+        yield columns(np.fromfile(file, dtype, min(block, vertex.count - first)), names)
+
+
+def read_text(
+    file: BinaryIO, vertex: Element, skipped: int, names: list[str], path: Path
+) -> Iterator[np.ndarray]:
+    """`read_binary` of a file in text, a row a line, of which the first ones are `skipped`."""
+    width, order = len(vertex.columns), list(vertex.columns)
+    places = [order.index(name) for name in names]
+    collections.deque(itertools.islice(file, min(skipped, sys.maxsize)), maxlen=0)
+    block = max(1, BLOCK // (8 * width))
+    for first in range(0, vertex.count, block):
+        table = np.empty((min(block, vertex.count - first), width))
+        for row in table:
+            words = file.readline().split(None, width)
+            if len(words) != width:
+                raise cut_off(path, vertex.count)
+            try:
+                row[:] = [float(word) for word in words]
+            except ValueError:
+                raise InputError(
+                    f"{path} has something among its vertices that is no number"
+                ) from None
+        with np.errstate(over="ignore"):  # what does not fit into float32 is not finite there
+            found = table[:, places].astype(np.float32)
+        yield found
 
 
 def cut_off(path: Path, count: int) -> InputError:
@@ -179,31 +214,38 @@ def cut_off(path: Path, count: int) -> InputError:
     return InputError(f"{path} is cut off: its header promises {count} vertices")
 
 
-def gaussians_from_rows(rows: np.ndarray, rest: list[str], path: Path) -> Gaussians:
-    """Turn rows of named properties into tensors, leaving out rows that are not finite."""
-    names = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR, *rest]
-    with np.errstate(over="ignore", invalid="ignore"):  # doubles may not fit into float32
-        table = columns(rows, names)
-    finite = np.isfinite(table).all(axis=1)
-    if not finite.all():
-        lost = int((~finite).sum())
-        log.warning("%s: %d of %d Gaussians are not finite and left out", path, lost, len(rows))
-        table = table[finite]
-    means, quats, log_scales, opacities, base, others = np.split(table, [3, 7, 10, 11, 14], axis=1)
-    higher = others.reshape(len(table), 3, len(rest) // 3).transpose(0, 2, 1)  # [n, k - 1, 3]
-    sh = np.concatenate([base[:, None], higher], axis=1)
-    arrays = (means, quats, log_scales, opacities[:, 0], sh)
-    return Gaussians(*(torch.from_numpy(np.ascontiguousarray(array)) for array in arrays))
+def gaussians_from_rows(
+    blocks: Iterable[np.ndarray], count: int, rest: list[str], path: Path
+) -> Gaussians:
+    """Turn blocks of `COLUMNS` and `rest`, `count` rows in all, into tensors, finite rows alone."""
+    sizes = (3, 4, 3, 1, 3 + len(rest))  # of the blocks' columns
+    parts = [np.empty((count, size), np.float32) for size in sizes]
+    kept = 0
+    for table in blocks:
+        table = table[np.isfinite(table).all(axis=1)]
+        sh = table[:, 11:]
+        # channel by channel in the file, here [m, k, 3]
+        by_channel = sh[:, 3:].reshape(len(sh), 3, len(rest) // 3)
+        sh[:, 3:] = by_channel.swapaxes(1, 2).reshape(len(sh), len(rest))
+        for part, values in zip(parts, np.split(table, np.cumsum(sizes)[:-1], axis=1), strict=True):
+            part[kept : kept + len(table)] = values
+        kept += len(table)
+    if kept < count:
+        lost = count - kept
+        log.warning("%s: %d of %d Gaussians are not finite and left out", path, lost, count)
+    means, quats, log_scales, opacities, sh = (torch.from_numpy(part[:kept]) for part in parts)
+    return Gaussians(means, quats, log_scales, opacities[:, 0], sh.unflatten(1, (-1, 3)))
 
 
 def columns(rows: np.ndarray, names: list[str]) -> np.ndarray:
     """Some columns of a structured array as float32 `[n, len(names)]`."""
     kinds = {rows.dtype[name] for name in rows.dtype.names or ()}
-    if len(kinds) == 1:  # the usual file is a plain matrix, and gathering from one is 3x faster
-        order = {name: index for index, name in enumerate(rows.dtype.names or ())}
-        matrix = rows.view(kinds.pop()).reshape(len(rows), len(order))
-        return matrix[:, [order[name] for name in names]].astype(np.float32)
-    return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):  # doubles may not fit into float32
+        if len(kinds) == 1:  # the usual file is a plain matrix: gathering from one is 3x faster
+            order = {name: index for index, name in enumerate(rows.dtype.names or ())}
+            matrix = rows.view(kinds.pop()).reshape(len(rows), len(order))
+            return matrix[:, [order[name] for name in names]].astype(np.float32)
+        return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
 
 
 def write_ply(path: Path | str, gaussians: Gaussians) -> None:

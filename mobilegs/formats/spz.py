@@ -28,7 +28,9 @@ HEADER, HEADER_4 = 16, 32  # bytes, up to version 3 and in version 4
 COEFFICIENTS = (0, 3, 8, 15, 24)  # of a colour, by degree, without the constant
 KEPT = 15  # of those: degree 4 cannot be drawn
 COLOR = 0.15  # of the constant coefficient in a byte's range
+GAUSSIANS_PER_BYTE = 1  # no real scene comes near; a small file must not ask for much memory
 WINDOW_MAX = 1 << 27  # bytes that a Zstandard stream may ask for
+BLOCK = 1 << 15  # rows that are decoded at a time
 # of harmonics when y and z change their signs: what each is odd in
 SIGNS = np.array([-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1], np.float32)
 
@@ -46,10 +48,15 @@ class Header:
     table: int  # where version 4 says how long its streams are
 
     @property
+    def widths(self) -> list[int]:
+        """Bytes of each attribute of a Gaussian."""
+        each = [6 if self.version == 1 else 9, 1, 3, 3, 3 if self.version < 3 else 4]
+        return [*each, 3 * COEFFICIENTS[self.degree]]
+
+    @property
     def sizes(self) -> list[int]:
         """Bytes of each attribute."""
-        each = [6 if self.version == 1 else 9, 1, 3, 3, 3 if self.version < 3 else 4]
-        return [self.count * size for size in (*each, 3 * COEFFICIENTS[self.degree])]
+        return [self.count * width for width in self.widths]
 
 
 def read_spz(path: Path | str) -> Gaussians:
@@ -66,7 +73,7 @@ def read_spz(path: Path | str) -> Gaussians:
     if data[:2] == GZIP:
         header, parts = _gunzipped(data, path)
     else:
-        header = _parse(data, path)
+        header = _parse(data, path, len(data))
         parts = _unpacked(header, data, path)
     return _gaussians(header, parts, path)
 
@@ -75,7 +82,8 @@ def _damaged(path: Path) -> InputError:
     return InputError(f"{path} is damaged or cut off: get it again from where it came")
 
 
-def _parse(data: bytes, path: Path) -> Header:
+def _parse(data: bytes, path: Path, size: int) -> Header:
+    """The header at the start of `data`; the file has `size` bytes."""
     if len(data) < HEADER or data[:4] != MAGIC:
         raise InputError(f"{path} is not an .spz scene")
     version, count, degree, fraction, flags, streams = struct.unpack_from("<IIBBBB", data, 4)
@@ -83,6 +91,8 @@ def _parse(data: bytes, path: Path) -> Header:
         raise InputError(f"{path} has version {version} of .spz: 1 to 4 can be read")
     if count > COUNT_MAX:
         raise InputError(f"{path} announces {count} Gaussians: {COUNT_MAX} can be read")
+    if count > GAUSSIANS_PER_BYTE * size:
+        raise InputError(f"{path} announces {count} Gaussians in {size} bytes: it is cut off")
     if degree > 4 or fraction > 24 or (version == 4 and len(data) < HEADER_4):
         raise _damaged(path)
     table = struct.unpack_from("<I", data, 16)[0] if version == 4 else 0
@@ -94,13 +104,15 @@ def _gunzipped(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]:
     unzip = zlib.decompressobj(wbits=31)
     try:
         head = unzip.decompress(data, HEADER)
-        header = _parse(head, path)
+        header = _parse(head, path, len(data))
         if header.version > 3:
             raise InputError(f"{path} is not an .spz scene")
         size = sum(header.sizes)
         content = unzip.decompress(unzip.unconsumed_tail, size + 1)
     except zlib.error:
         raise _damaged(path) from None
+    if unzip.unused_data:
+        raise _damaged(path)
     if len(content) > size and not header.extended:
         raise InputError(f"{path} holds more than the {header.count} Gaussians it announces")
     if len(content) < size or not (unzip.eof or header.extended):  # or without its checksum
@@ -126,7 +138,8 @@ def _unpacked(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
         if at + length > len(data) or announced != size:
             raise _damaged(path)
         try:
-            with unzip.stream_reader(io.BytesIO(data[at : at + length])) as stream:
+            source = io.BytesIO(data[at : at + length])
+            with unzip.stream_reader(source, read_across_frames=True) as stream:
                 content = stream.read(size + 1)
         except zstandard.ZstdError:
             raise _damaged(path) from None
@@ -138,42 +151,53 @@ def _unpacked(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
 
 
 def _gaussians(header: Header, parts: list[np.ndarray], path: Path) -> Gaussians:
-    positions, opacities, colors, scales, rotations, harmonics = parts
-    count, sent = header.count, COEFFICIENTS[header.degree]
-    kept = min(sent, KEPT)
-    flip = np.array([1, -1, -1], np.float32)
-    means = _positions(header, positions) * flip
-    if not np.isfinite(means).all():
+    count = header.count
+    kept = min(COEFFICIENTS[header.degree], KEPT)
+    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, kept + 1, 3)]
+    found = [np.empty(shape, np.float32) for shape in shapes]
+    tables = [part.reshape(count, width) for part, width in zip(parts, header.widths, strict=True)]
+    for start in range(0, count, BLOCK):  # what is found on the way is several times as large
+        rows = slice(start, start + BLOCK)
+        for whole, values in zip(found, _decoded(header, *(t[rows] for t in tables)), strict=True):
+            whole[rows] = values
+    if not np.isfinite(found[0]).all():
         raise _damaged(path)
-    # 0 and 255 are no logits; both stay as good as invisible and opaque
-    opaque = np.clip(opacities / 255, 1e-6, 1 - 1e-6)
-    sh = np.zeros((count, kept + 1, 3), np.float32)
-    sh[:, 0] = (colors.reshape(count, 3) / 255 - 0.5) / COLOR
-    rest = harmonics.reshape(count, sent, 3)[:, :kept].astype(np.float32) - 128
-    sh[:, 1:] = rest / 128 * SIGNS[:kept, None]
+    return Gaussians(*(torch.from_numpy(whole) for whole in found))
+
+
+def _decoded(
+    header: Header,
+    positions: np.ndarray,
+    opacities: np.ndarray,
+    colors: np.ndarray,
+    scales: np.ndarray,
+    rotations: np.ndarray,
+    harmonics: np.ndarray,
+) -> tuple[np.ndarray, ...]:
+    """Means, quaternions, log-scales, logits, harmonics of some rows of bytes."""
+    sent = COEFFICIENTS[header.degree]
+    kept = min(sent, KEPT)
+    with np.errstate(invalid="ignore"):  # NaN, which is refused in the end
+        means = _positions(header, positions) * np.array([1, -1, -1], np.float32)
     turn = _first_three if header.version < 3 else _smallest_three
-    quats = turn(rotations.reshape(count, -1))
+    quats = turn(rotations)
     quats[:, 2:] *= -1  # y and z
-
-    def tensor(values: np.ndarray) -> torch.Tensor:
-        return torch.from_numpy(np.ascontiguousarray(values, np.float32))
-
-    return Gaussians(
-        means=tensor(means),
-        quats=tensor(quats),
-        log_scales=tensor(scales.reshape(count, 3) / 16 - 10),
-        logit_opacities=tensor(np.log(opaque / (1 - opaque))),
-        sh=tensor(sh),
-    )
+    # 0 and 255 are no logits; both stay as good as invisible and opaque
+    opaque = np.clip(opacities[:, 0] / 255, 1e-6, 1 - 1e-6)
+    sh = np.empty((len(means), kept + 1, 3), np.float32)
+    sh[:, 0] = (colors / 255 - 0.5) / COLOR
+    rest = harmonics.reshape(len(means), sent, 3)[:, :kept].astype(np.float32) - 128
+    sh[:, 1:] = rest / 128 * SIGNS[:kept, None]
+    return means, quats, scales / 16 - 10, np.log(opaque / (1 - opaque)), sh
 
 
 def _positions(header: Header, data: np.ndarray) -> np.ndarray:
     if header.version == 1:
-        return data.view("<f2").astype(np.float32).reshape(header.count, 3)
+        return np.ascontiguousarray(data).view("<f2").astype(np.float32)
     low, middle, high = data.reshape(-1, 3).astype(np.int32).T
     fixed = low | middle << 8 | high << 16
     fixed = np.where(high > 127, fixed - (1 << 24), fixed)
-    return (fixed * 2.0**-header.fraction).astype(np.float32).reshape(header.count, 3)
+    return (fixed * 2.0**-header.fraction).astype(np.float32).reshape(len(data), 3)
 
 
 def _first_three(data: np.ndarray) -> np.ndarray:

@@ -87,7 +87,8 @@ export function addRow(scene, row) {
   if (!(length > 0)) return; // a rotation that is none
   const s = 2 / length;
   const [a, b, c] = [Math.exp(row[3]), Math.exp(row[4]), Math.exp(row[5])];
-  if (!(a + b + c < 1e30)) return;
+  // numbers beyond are finite, but what is made of them would not be
+  if (!(a + b + c < 1e30 && Math.abs(row[10]) < 1e30)) return;
   const i = scene.count++;
   scene.shapes.set(
     [
@@ -127,6 +128,7 @@ function parseHeader(bytes) {
     if (words[0] !== "property") continue;
     const size = TYPES.get(words[1]);
     if (size === undefined) throw new Error(`the .ply file has a property of type ${quoted(words[1])}`);
+    if (words.length !== 3) throw new Error("the .ply file has a property without a name, or with two");
     if (offsets.has(words[2])) throw new Error(`the .ply file has the property ${quoted(words[2])} twice`);
     if (words[1] === "float" || words[1] === "float32") offsets.set(words[2], stride);
     stride += size;

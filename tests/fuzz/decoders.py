@@ -1,0 +1,68 @@
+"""The C++ decoders under libFuzzer, with sanitizers: see README.md beside this file."""
+
+import argparse
+import os
+import struct
+import subprocess
+import tempfile
+from pathlib import Path
+
+from fuzz.envelope import take_apart
+from fuzz.seeds import Seed, indices, mgs_seeds
+
+from mobilegs.compress.streams import index_width
+
+HERE = Path(__file__).parent
+SOURCES = [HERE / "decode_fuzzer.cpp", HERE / "../../mobilegs/compress/decode.cpp"]
+SANITIZE = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=undefined"]
+RANS, BITS, POSITIONS, FITTED = 0, 1, 2, 128
+
+
+def inputs(seeds: dict[str, Seed]) -> list[bytes]:
+    """The streams of sound files, as the target takes them."""
+    found = []
+    for seed in seeds.values():
+        parts = take_apart(seed.data)
+        coded = indices(parts)
+        layers = parts.header.get("layers", [parts.header["count"]])
+        for piece in parts.pieces:
+            if piece.name in coded:
+                count, size = coded[piece.name]
+                way, width = (RANS, size) if piece.codec == "rans" else (BITS, index_width(size))
+                found.append(struct.pack("<BIH", way, count, width) + piece.data)
+            elif piece.codec == "morton-class":
+                count = layers[int(piece.name.partition("@")[2] or 0)]
+                found.append(struct.pack("<BIH", POSITIONS, count, 0) + piece.data)
+            elif piece.codec in ("halves", "planes"):
+                length = struct.unpack_from("<I", piece.data)[0]
+                # how many there are, the lower bytes say, if they are not coded
+                count = len(piece.data) - 4 - length if piece.codec == "halves" else 9792
+                found.append(struct.pack("<BIH", RANS, count, 256) + piece.data[4 : 4 + length])
+    fitted = [bytes([data[0] | FITTED]) + data[1:] for data in found]
+    return list(dict.fromkeys([*found, *fitted]))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=1_000_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--output", type=Path, default=Path(tempfile.gettempdir()) / "fuzz-decode")
+    options = parser.parse_args()
+    corpus, target = options.output / "corpus", options.output / "decode_fuzzer"
+    corpus.mkdir(parents=True, exist_ok=True)
+    for i, data in enumerate(inputs(mgs_seeds())):
+        (corpus / f"seed-{i}").write_bytes(data)
+    os.nice(10)
+    build = ["clang++", "-std=c++17", "-O2", "-g", *SANITIZE, *SOURCES, "-o", target]
+    subprocess.run(build, check=True)
+    # 16,384 numbers of eight bytes are 128 KiB, tables take 3 MiB
+    limits = ["-malloc_limit_mb=4", "-rss_limit_mb=1024", "-timeout=20", "-max_len=20000"]
+    # the output is one line a second at most; findings are written beside it
+    command = [target, f"-runs={options.runs}", f"-seed={options.seed}", *limits, corpus]
+    # what waits to be freed would be fresh memory for every input, which takes most of the time
+    calm = {**os.environ, "ASAN_OPTIONS": "quarantine_size_mb=8"}
+    subprocess.run(command, check=True, cwd=options.output, env=calm)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""A `.mgs` taken apart and put together again, around anything, with checksums that are right."""
+
+import json
+import struct
+import zlib
+from dataclasses import dataclass, field
+from typing import Any
+
+MAGIC = b"MGS\x1a\r\n\x00\x01"
+PREFIX = 20  # bytes before the header
+
+
+@dataclass
+class Piece:
+    """A stream; `row` replaces fields of its row in the table of contents, which then lies."""
+
+    name: str
+    codec: str
+    data: bytes
+    row: dict[str, Any] = field(default_factory=dict)
+    padding: bytes | None = None
+
+
+@dataclass
+class Parts:
+    """What a file is made of.
+
+    Attributes:
+        header: its JSON without the table of contents.
+        text: the whole header as it is to stand there, table included; None: made of the others.
+    """
+
+    header: dict[str, Any]
+    pieces: list[Piece]
+    version: tuple[int, int] = (2, 1)
+    text: bytes | None = None
+
+    def header_text(self) -> bytes:
+        """The header as it would be written, before it is padded."""
+        table = [
+            {
+                "name": piece.name,
+                "codec": piece.codec,
+                "bytes": len(piece.data),
+                "crc32": zlib.crc32(piece.data),
+                **piece.row,
+            }
+            for piece in self.pieces
+        ]
+        return json.dumps({**self.header, "streams": table}, separators=(",", ":")).encode()
+
+    def sealed(self) -> bytes:
+        """The file, in which nothing is wrong but what was put there."""
+        text = self.header_text() if self.text is None else self.text
+        text += b" " * (-(PREFIX + len(text)) % 8)
+        fixed = struct.pack("<HHI", *self.version, len(text))
+        rows = [MAGIC, fixed, struct.pack("<I", zlib.crc32(fixed + text)), text]
+        for piece in self.pieces:
+            padding = bytes(-len(piece.data) % 8) if piece.padding is None else piece.padding
+            rows += [piece.data, padding]
+        return b"".join(rows)
+
+    def piece(self, name: str) -> Piece:
+        """The first stream of that name."""
+        return next(piece for piece in self.pieces if piece.name == name)
+
+
+def take_apart(data: bytes) -> Parts:
+    """The parts of a sound file."""
+    major, minor, length = struct.unpack_from("<HHI", data, len(MAGIC))
+    header = json.loads(data[PREFIX : PREFIX + length])
+    pieces, start = [], PREFIX + length
+    for row in header.pop("streams"):
+        end = start + row["bytes"]
+        pieces.append(Piece(row["name"], row["codec"], data[start:end]))
+        start = end + -row["bytes"] % 8
+    return Parts(header, pieces, (major, minor))

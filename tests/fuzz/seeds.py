@@ -1,0 +1,285 @@
+"""Small sound files of every kind, mode, codec and option: what mutations start from."""
+
+import struct
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+import zstandard
+from fuzz.envelope import Parts, take_apart
+from test_web_decoder import Case, make_scene
+from torch import Tensor
+
+from mobilegs.compress import rans
+from mobilegs.compress.appearance import AppearanceDecoder
+from mobilegs.compress.bits import pack_bits
+from mobilegs.compress.codes import CodedScene
+from mobilegs.compress.container import inspect, pack
+from mobilegs.compress.envelope import Stream
+from mobilegs.compress.halves import to_half
+from mobilegs.compress.lobes import LobeShape
+from mobilegs.compress.scalars import ScalarSteps
+from mobilegs.compress.streams import decode_halves, decode_indices, index_width
+
+FLOATS = ("raw", "halves", "planes")
+USUAL = {
+    "appearance-decoder": "planes",
+    "view-network": "planes",
+    "lobe-decoder": "raw",
+    "codebooks": "raw",
+}
+DENSITY = 0.02  # of weights that are not 0: so files are short, and readers quick
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A sound file, and how often it is to be taken."""
+
+    data: bytes
+    weight: float = 1.0
+
+
+def mgs_seeds() -> dict[str, Seed]:
+    """Every mode, blend, degree, codec, decoder of lobes, and number of layers."""
+    sq = ScalarSteps(0.15, 0.3, 0.1, 0.5, 1.0)
+    linear = _made(Case(12, LobeShape(1, 2), size=5))
+    hidden = _made(Case(9, LobeShape(2, 4, (3,)), size=40, skewed=True))
+    scalars = _made(Case(14, LobeShape(1, 2, (4,)), steps=sq))
+    coarse = ScalarSteps(3.0, 2.0, 2.0, 9.0, 1.0)
+    codings: list[tuple[str, CodedScene, dict[str, str], float]] = [
+        ("one", _made(Case(1)), {"codebooks": "raw"}, 1),
+        ("linear", linear, {"codebooks": "halves"}, 2),
+        ("hidden", hidden, {"lobe-decoder": "planes", "scale.0": "rans", "lobes.1": "rans"}, 2),
+        (
+            "three hidden",
+            _made(Case(8, LobeShape(1, 2, (2, 3, 1)), opacity=False, size=3)),
+            {"lobe-decoder": "halves", "codebooks": "planes", "rotation.1": "rans"},
+            1,
+        ),
+        ("no latents", _made(Case(9, LobeShape(0, 0, (1,)), size=1)), {}, 1),
+        ("nothing but a bias", _made(Case(7, LobeShape(0, 0), opacity=False)), {}, 1),
+        ("rans", _made(Case(300, LobeShape(0, 2), size=6, skewed=True)), {"": "rans"}, 0.3),
+        ("sorted", replace(_made(Case(20)), blend="sorted"), {}, 1),
+        ("one place", _made(Case(30, LobeShape(3, 4), skewed=True, spread=0.0)), {}, 1),
+        ("scalars", scalars, {"scale.1": "rans", "lobe-decoder": "raw"}, 3),
+        (
+            "scalars without opacity",
+            _made(Case(5, LobeShape(1, 4), opacity=False, steps=coarse)),
+            {"": "rans"},
+            1,
+        ),
+        ("scalars, sorted", _made(Case(40, steps=ScalarSteps(0.01, 0.002, 0.01, 0.5))), {}, 1),
+        ("two layers", _layers(_made(Case(20, LobeShape(1, 2), size=5)), 5, 15), {}, 2),
+        ("layers of scalars", _layers(scalars, 1, 3, 10), {"scale.0@1": "rans"}, 3),
+        ("one layer", _layers(linear, 12), {}, 1),
+        *[(f"degree {d}", _of_degree(linear, d), {}, 1) for d in (0, 2, 3)],
+        ("network", _made(Case(5, network=True)), {}, 0.05),
+        ("halves", linear, {"appearance-decoder": "halves"}, 0.1),
+        ("raw", linear, {"appearance-decoder": "raw"}, 0.1),
+        ("tiny", tiny(), {}, 1),
+        # two lanes, and as many Gaussians as a file of this size may claim
+        ("two lanes", _made(Case(4100, size=2)), {}, 0.003),
+        ("crowd", crowd(), {"appearance-decoder": "raw"}, 0.003),
+    ]
+    return {
+        name: Seed(recoded(pack(scene), {**USUAL, **codecs}), weight)
+        for name, scene, codecs, weight in codings
+    }
+
+
+def tiny() -> CodedScene:
+    """A scene that fits into a kilobyte and a half."""
+    scene = _made(Case(3, size=1))
+    decoder = {name: torch.zeros_like(value) for name, value in scene.decoder.items()}
+    books = {name: torch.zeros_like(book) for name, book in scene.codebooks.items()}
+    return replace(scene, decoder=decoder, codebooks=books, views=[], meta={})
+
+
+def crowd() -> CodedScene:
+    """17,000 Gaussians in one place that are all alike: next to a byte each, of weights."""
+    scene = make_scene(Case(17_000, size=1, spread=0.0))
+    return replace(scene, views=[], meta={})
+
+
+def _layers(scene: CodedScene, *sizes: int) -> CodedScene:
+    return replace(scene, layers=sizes).sorted()
+
+
+def _made(case: Case) -> CodedScene:
+    """A scene with weights most of which are 0."""
+    scene, g = make_scene(case), torch.Generator().manual_seed(0)
+    network = None if scene.network is None else _thinned(scene.network, g)
+    return replace(scene, decoder=_thinned(scene.decoder, g), network=network)
+
+
+def _thinned(weights: dict[str, Tensor], g: torch.Generator) -> dict[str, Tensor]:
+    return {n: w * (torch.rand(w.shape, generator=g) < DENSITY) for n, w in weights.items()}
+
+
+def _of_degree(scene: CodedScene, degree: int) -> CodedScene:
+    g = torch.Generator().manual_seed(degree)
+    weights = AppearanceDecoder(g, degree).named_parameters()
+    return replace(scene, decoder=_thinned({n: to_half(w.detach()) for n, w in weights}, g))
+
+
+def recoded(data: bytes, codecs: dict[str, str]) -> bytes:
+    """The same scene with other codecs: by name of the stream, and "" for all indices."""
+    parts = take_apart(data)
+    raw = {row["name"]: row["raw_bytes"] for row in inspect(data)["streams"]}
+    coded = indices(parts)
+    for piece in parts.pieces:
+        stream = Stream(piece.name, piece.codec, piece.data)
+        if piece.codec in FLOATS:
+            piece.codec = codecs.get(piece.name, piece.codec)
+            piece.data = _halves(decode_halves(stream, raw[piece.name] // 2), piece.codec)
+        elif piece.name in coded:
+            count, size = coded[piece.name]
+            symbols = decode_indices(stream, count, size)
+            piece.codec = codecs.get(piece.name, codecs.get("", piece.codec))
+            piece.data = (
+                rans.encode(symbols, size)
+                if piece.codec == "rans"
+                else pack_bits(symbols.astype(np.uint64), np.full(count, index_width(size)))
+            )
+    return parts.sealed()
+
+
+def indices(parts: Parts) -> dict[str, tuple[int, int]]:
+    """Of each stream of indices, how many it holds, and below which bound."""
+    header = parts.header
+    if header["mode"] == "sq":
+        columns = {name: scalar["size"] for name, scalar in header["scalars"].items()}
+    else:
+        columns = {n: [book["size"]] * book["count"] for n, book in header["codebooks"].items()}
+    layers = list(enumerate(header.get("layers", [header["count"]])))
+    return {
+        f"{name}.{i}" + (f"@{number}" if number else ""): (count, size)
+        for number, count in layers
+        for name, sizes in columns.items()
+        for i, size in enumerate(sizes)
+    }
+
+
+def _halves(halves: np.ndarray, codec: str) -> bytes:
+    if codec == "raw":
+        return halves.astype("<u2").tobytes()
+    upper = rans.encode(halves >> 8, 256)
+    lower = (halves & 255).astype(np.uint8).tobytes()
+    rest = lower if codec == "halves" else rans.encode(halves & 255, 256)
+    return struct.pack("<I", len(upper)) + upper + rest
+
+
+# --- .ply
+
+ROW = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3".split()
+TYPES = {"float": "f4", "double": "f8", "uchar": "u1", "short": "i2"}
+FORMATS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+def ply(
+    format_: str,
+    names: list[str],
+    *,
+    count: int = 3,
+    types: tuple[str, ...] = ("float",),
+    before: str = "",
+    body_before: bytes = b"",
+) -> bytes:
+    """A PLY file of numbers by formula; `types` take turns."""
+    kinds = [types[i % len(types)] for i in range(len(names))]
+    properties = "".join(f"property {k} {n}\n" for k, n in zip(kinds, names, strict=True))
+    text = f"ply\nformat {format_} 1.0\n{before}element vertex {count}\n{properties}end_header\n"
+    table = np.sin(np.arange(count * len(names), dtype=np.float64)).reshape(count, len(names)) * 3
+    if format_ == "ascii":
+        body = "\n".join(" ".join(f"{x:.6g}" for x in row) for row in table).encode() + b"\n"
+    else:
+        row = np.dtype(
+            [(n, FORMATS[format_] + TYPES[k]) for n, k in zip(names, kinds, strict=True)]
+        )
+        rows = np.zeros(count, row)
+        for i, name in enumerate(names):
+            rows[name] = np.abs(table[:, i]) if TYPES[kinds[i]][0] == "u" else table[:, i]
+        body = rows.tobytes()
+    return text.encode() + body_before + body
+
+
+def ply_seeds() -> dict[str, Seed]:
+    """Every format and degree, mixed types, tables and comments before the vertices."""
+    rest = {d: [f"f_rest_{i}" for i in range(3 * (d + 1) ** 2 - 3)] for d in range(4)}
+    little = "binary_little_endian"
+    files = {f"degree {d}": ply(little, ROW + rest[d]) for d in range(4)}
+    files["big"] = ply("binary_big_endian", ROW)
+    files["text"] = ply("ascii", ROW + rest[1])
+    files["doubles"] = ply(little, list(reversed(ROW)), types=("double",))
+    files["mixed"] = ply(little, [*ROW, "label"], types=("float", "uchar", "double", "short"))
+    camera = "comment by hand\nobj_info none\nelement camera 2\nproperty double t\n"
+    files["camera before"] = ply(little, ROW, before=camera, body_before=bytes(16))
+    files["text, camera before"] = ply("ascii", ROW, before=camera, body_before=b"1\n2\n")
+    files["none"] = ply(little, ROW, count=0)
+    files["text of none"] = ply("ascii", ROW, count=0)
+    return {name: Seed(data) for name, data in files.items()}
+
+
+# --- .spz
+
+COEFFICIENTS = (0, 3, 8, 15, 24)
+
+
+def spz_head(version: int, count: int, degree: int, *, flags: int = 0, streams: int = 0) -> bytes:
+    """The first 16 bytes."""
+    return b"NGSP" + struct.pack("<IIBBBB", version, count, degree, 12, flags, streams)
+
+
+def attributes(version: int, count: int, degree: int) -> list[bytes]:
+    """Bytes of each attribute, by formula."""
+    turns = 3 if version < 3 else 4
+    widths = (6 if version == 1 else 9, 1, 3, 3, turns, 3 * COEFFICIENTS[degree])
+    found = [(np.arange(count * w) ** 2 * 7 % 251).astype(np.uint8) for w in widths]
+    if version == 1:  # halves that are finite
+        found[0][1::2] &= 0x3F
+    return [part.tobytes() for part in found]
+
+
+def zipped(data: bytes) -> bytes:
+    """As gzip has it, quickly."""
+    zipper = zlib.compressobj(1, wbits=31)
+    return zipper.compress(data) + zipper.flush()
+
+
+def spz_4(head: bytes, streams: list[bytes], sizes: list[int], *, table: int = 32) -> bytes:
+    """A file of version 4 around compressed streams that hold `sizes` bytes."""
+    rows = b"".join(struct.pack("<QQ", len(s), n) for s, n in zip(streams, sizes, strict=True))
+    return head + struct.pack("<I", table) + bytes(table - 20) + rows + b"".join(streams)
+
+
+def spz_seeds() -> dict[str, Seed]:
+    """Every version and degree; of version 4 every kind of block that the compressor makes."""
+    files: dict[str, Seed] = {}
+    for version in (1, 2, 3):
+        for degree in range(5):
+            content = spz_head(version, 5, degree) + b"".join(attributes(version, 5, degree))
+            files[f"version {version}, degree {degree}"] = Seed(zipped(content))
+    files["nothing"] = Seed(zipped(spz_head(3, 0, 0)))
+    extended = spz_head(2, 4, 0, flags=2) + b"".join(attributes(2, 4, 0)) + b"something more"
+    files["extended"] = Seed(zipped(extended))
+    ways: dict[str, Callable[[bytes], bytes]] = {
+        "quick": zstandard.ZstdCompressor(1).compress,
+        "with checksums": zstandard.ZstdCompressor(9, write_checksum=True).compress,
+        "of unknown size": zstandard.ZstdCompressor(3, write_content_size=False).compress,
+    }
+    for name, compress in ways.items():
+        for count, degree in ((6, 0), (40, 3), (30, 4)):
+            parts = [part for part in attributes(4, count, degree) if part]
+            head = spz_head(4, count, degree, streams=len(parts))
+            data = spz_4(head, [compress(part) for part in parts], [len(part) for part in parts])
+            files[f"version 4, degree {degree}, {name}"] = Seed(data)
+    files["version 4, nothing"] = Seed(spz_4(spz_head(4, 0, 0), [], []))
+    return files
+
+
+def tensors(scene: CodedScene) -> list[Tensor]:
+    """All that a coded scene holds."""
+    groups = (scene.indices, scene.codebooks, scene.decoder, scene.lobe_decoder, scene.network)
+    return [scene.positions, *(value for group in groups for value in (group or {}).values())]
