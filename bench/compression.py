@@ -47,6 +47,7 @@ from mobilegs.data.dataset import Frame, assemble, split_every_eighth
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.spz import read_spz
 from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team
@@ -229,7 +230,9 @@ def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> 
                 program = [str(options.peers), "-q", "-w", *more, *command]
                 _, seconds = timed(lambda program=program: subprocess.run(program, check=True))
                 times.append(seconds)
-            scene = replace(teacher, gaussians=read_ply(back))
+            # what is fully opaque in a .spz has no finite logit in a .ply
+            found = read_spz(there) if suffix == ".spz" else read_ply(back)
+            scene = replace(teacher, gaussians=found)
             cells[f"{name}/{peer}"] = {
                 "bytes": there.stat().st_size,
                 "encode_seconds": times[0],
