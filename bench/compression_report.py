@@ -126,7 +126,7 @@ def plot(cells: dict[str, dict]) -> None:
         for kind, points in lines.items():
             axis.plot(*zip(*sorted(points), strict=True), "o-", label=kind, alpha=0.8)
         axis.axhline(0, color="gray", linewidth=0.8)
-        axis.set(title=scene, xlabel="bytes a Gaussian", ylabel="PSNR lost, dB", xscale="log")
+        axis.set(title=scene, xlabel="bytes a Gaussian", ylabel="PSNR lost, dB")
         axis.grid(alpha=0.3, which="both")
     axes[0][0].legend(fontsize=8)
     figure.savefig(PLOT, dpi=110)
