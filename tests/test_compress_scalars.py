@@ -27,7 +27,7 @@ from mobilegs.compress.scalars import ScalarCodes, ScalarSteps, entropy
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
-from mobilegs.train.coding import steer
+from mobilegs.train.coding import pay, steer
 from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
 
 pytest_plugins = ["tiny"]
@@ -244,6 +244,10 @@ def test_larger_steps_save_a_bit_a_doubling() -> None:
     values = 40 * torch.randn(20_000, 3, generator=seeded())
     codes = ScalarCodes.fit(values, step=1.0)
     assert codes.bits_by_growth(values) == pytest.approx(-3 / math.log(2), rel=0.05)
+    shifted = torch.nn.Parameter(values - 300)
+    codes.reassign(shifted)
+    pay(codes, shifted, 2.0)
+    assert codes.growth.grad == pytest.approx(2 * -3 / math.log(2), rel=0.15)
     quats, log_scales = canonical_pairs(*ellipsoids(20_000))
     rotations = RotationCodes.fit(quats, scales=ScalarCodes.fit(log_scales, step=0.1), step=0.02)
     assert rotations.bits_by_growth(quats) == pytest.approx(-3 / math.log(2), rel=0.05)

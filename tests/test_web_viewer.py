@@ -196,7 +196,7 @@ def test_wheel_and_keys_move(tab: Tab, served: Any) -> None:
         (b"", "not a|empty|cut off|too short"),
         (b"ply\nformat ascii 1.0\nend_header\n", "only binary_little_endian"),
         (PLY_HEADER.encode() + b"\x00" * 100, "cut off: 99 Gaussians were announced"),
-        (PLY_HEADER.replace("float x", "float y").encode(), "it lacks x as floats"),
+        (PLY_HEADER.replace("float x", "float w").encode(), "it lacks x as floats"),
     ],
     ids=["truncated", "damaged", "foreign", "empty", "ascii ply", "truncated ply", "other ply"],
 )

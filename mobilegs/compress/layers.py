@@ -29,7 +29,7 @@ def layered(coded: CodedScene, count: int, cameras: list[Camera]) -> CodedScene:
     """The scene in `count` layers, 1 to 8, the Gaussians first that `cameras` see most of.
 
     The first of `k` layers has every 4^(k - 1)th Gaussian, and each further one makes four
-    times as many.
+    times as many. The device that draws is the cameras'.
 
     Raises:
         InputError: there are fewer Gaussians than layers, or the number of layers is out of range.
@@ -41,7 +41,8 @@ def layered(coded: CodedScene, count: int, cameras: list[Camera]) -> CodedScene:
     if count == 1:
         return replace(coded, layers=()).sorted()
     every = -(-len(cameras) // CAMERAS_MAX)
-    order = seen_of_each(coded.decode(), cameras[::every]).argsort(descending=True, stable=True)
+    scene = coded.decode(cameras[0].viewmat.device)
+    order = seen_of_each(scene, cameras[::every]).argsort(descending=True, stable=True).cpu()
     ends = [max(len(coded) // GROWTH ** (count - i), i) for i in range(1, count + 1)]
     sizes = [end - start for start, end in zip([0, *ends], ends, strict=False)]
     return replace(coded.pick(order), layers=tuple(sizes)).sorted()
@@ -59,6 +60,6 @@ def seen_of_each(scene: Scene, cameras: list[Camera]) -> Float[Tensor, "n"]:
     sh.requires_grad_()
     shown = replace(scene, gaussians=replace(scene.gaussians, sh=sh))
     for camera in cameras:
-        shown.render(camera.to(sh.device)).image.sum().backward()
+        shown.render(camera).image.sum().backward()
     assert sh.grad is not None
     return sh.grad[:, 0].mean(1) / C0

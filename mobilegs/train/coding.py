@@ -94,11 +94,13 @@ def pay(codes: Codes, values: Tensor, price: float) -> None:
     """Add to the gradients of `values` and of the step what a bit per Gaussian costs."""
     if isinstance(codes, SubVectorCodebooks):
         return
-    due: dict[Tensor, Tensor] = {
-        codes.growth: torch.full_like(codes.growth, price * codes.bits_by_growth(values))
-    }
+    due: dict[Tensor, Tensor] = {}
     if isinstance(codes, ScalarCodes):
         due[values] = codes.slopes(values) * (price / len(values))
+        # a larger step brings the codes together: as if the values came nearer to their mean
+        due[codes.growth] = -(due[values] * (values - values.mean(0))).sum()
+    else:
+        due[codes.growth] = torch.full_like(codes.growth, price * codes.bits_by_growth(values))
     for tensor, grad in due.items():
         tensor.grad = grad if tensor.grad is None else tensor.grad + grad
 
