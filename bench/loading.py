@@ -14,7 +14,6 @@ import argparse
 import json
 import os
 import platform
-import shutil
 import statistics
 import tempfile
 import threading
@@ -24,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from viewer import FLAGS
+from chromium import launched
 
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import pack, read_mgs
@@ -89,7 +88,6 @@ def main() -> None:
         "gaussians": len(scene),
         "file_bytes": len(data),
     }
-    program = shutil.which("chromium") or shutil.which("google-chrome")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         path = Path(folder) / "scene.mgs"
         path.write_bytes(data)
@@ -98,7 +96,7 @@ def main() -> None:
         for renderer in ("webgpu", "webgl"):
             rows: list[list[dict]] = []
             for _ in range(options.rounds):
-                browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
+                browser = launched(playwright)
                 rows.append(visits(browser, f"{server.address('127.0.0.1')}&renderer={renderer}"))
                 browser.close()
             result[renderer] = {

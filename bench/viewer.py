@@ -39,7 +39,6 @@ import json
 import math
 import os
 import platform
-import shutil
 import subprocess
 import sys
 import time
@@ -51,6 +50,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 import torch
+from chromium import launched
 from viewers.serve import Server
 
 from mobilegs.camera import Camera, look_at
@@ -62,22 +62,6 @@ ROOT = Path(__file__).parent.parent
 PAGES = ROOT / "bench" / "viewers"
 PEERS = ROOT / "build" / "viewers"  # where npm installs
 FOLDERS = {"": PAGES, "view": ROOT / "mobilegs" / "view", "peers": PEERS / "node_modules"}
-FLAGS = [
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    # WebGPU on a canvas and WebGL2 both work in software only with all of these
-    "--enable-unsafe-webgpu",
-    "--use-webgpu-adapter=swiftshader",
-    "--enable-features=Vulkan",
-    "--use-vulkan=swiftshader",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-]
 RING = 360  # cameras around the scene, one a degree
 JUMPS = [120, 240]  # degrees
 TURN_STEP, TURN_SPEED = 6, 90  # degrees a frame, degrees a second
@@ -193,8 +177,7 @@ class Plan:
 def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict[str, Any]:
     """Everything that the page of one viewer tells, in a browser of its own."""
     server.pictures.clear()
-    program = shutil.which("chromium") or shutil.which("google-chrome")
-    browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
+    browser = launched(playwright)
     try:
         page = browser.new_page(viewport={"width": plan.width, "height": plan.height})
         complaints: list[str] = []

@@ -5,7 +5,6 @@ PYTEST_DONT_REWRITE, since that import comes first.
 """
 
 import json
-import shutil
 import threading
 from collections.abc import Iterator
 from http import HTTPStatus
@@ -16,6 +15,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+from chromium import installed, launched
 
 VIEW = Path(__file__).parent.parent / "mobilegs" / "view"
 TYPES = {
@@ -27,22 +27,6 @@ TYPES = {
     ".wgsl": "text/plain",
     ".glsl": "text/plain",
 }
-FLAGS = [
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    # WebGPU on a canvas and WebGL2 both work in software only with all of these
-    "--enable-unsafe-webgpu",
-    "--use-webgpu-adapter=swiftshader",
-    "--enable-features=Vulkan",
-    "--use-vulkan=swiftshader",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-]
 # warnings about what is meant: reading a picture back, and an empty scene
 MEANT = ("GPU stall due to ReadPixels", "count of 0 is unusual")
 BLANK = b"<!doctype html><meta charset=utf-8><link rel=icon href=data:,><title>test</title>"
@@ -187,12 +171,11 @@ def chromium() -> Iterator[Chromium]:
         from playwright.sync_api import sync_playwright
     except ImportError:
         pytest.skip("playwright is not installed: pip install playwright")
-    program = shutil.which("chromium") or shutil.which("google-chrome")
-    if program is None:
+    if installed() is None:
         pytest.skip("there is no Chromium here: apt-get install chromium")
     server = Server()
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
+        browser = launched(playwright)
         yield Chromium(browser, server)
         browser.close()
     server.close()

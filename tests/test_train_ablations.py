@@ -1,13 +1,12 @@
 """Students that leave out or replace a part of the method, as the paper's tables do."""
 
-import importlib
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 import torch
+from paper_rows import ROWS
 from tiny import STUDENT, blobs, cameras, draw, train
 
 from mobilegs.compress.container import inspect, pack, unpack
@@ -277,11 +276,9 @@ def test_masks_are_for_sorted_blending(make_student: MakeStudent) -> None:
 # --- the rows of bench/paper.py
 
 
-def test_every_row_of_the_papers_tables_is_a_recipe(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent / "bench"))
-    rows = importlib.import_module("paper_rows").ROWS
+def test_every_row_of_the_papers_tables_is_a_recipe() -> None:
     recipes = {}
-    for name, row in rows.items():
+    for name, row in ROWS.items():
         recipe = with_method(cpu_recipe(), row.teacher)
         for setting in row.settings:
             recipe = with_setting(recipe, setting)
