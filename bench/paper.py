@@ -11,7 +11,8 @@ takes images_4 outdoors and images_2 indoors, as most others do. Every eighth ph
 
 All rows of a scene learn from the same teacher (that of `--teacher-seed`), which is kept in RUNS
 with everything else: checkpoints, previews, scene.mgs and cell.json of each cell. What is there is
-not repeated, so the command can be interrupted and given again; `--json` collects the cells.
+not repeated, so the command can be interrupted and given again; `--json` collects the cells. They
+are told apart by row, steps and seed: what else `--set` changes wants RUNS of its own.
 bench/paper_report.py makes tables and plots of it. bench/paper_rows.py has the rows.
 """
 
@@ -160,10 +161,10 @@ def trained(stage: Stage, folder: Path, work: Work, *, order_seed: int) -> float
 
 def teacher_of(row: Row, seed: int, work: Work) -> tuple[Scene, float, Path]:
     """The teacher of a row, its seconds, and where it lies; trained now if it is not there."""
-    folder = work.options.runs / work.name / f"teacher-{row.teacher}-{seed}"
+    config = recipe_of(work.place, replace(row, settings=()), work.options).teacher
+    folder = work.options.runs / work.name / f"teacher-{row.teacher}-{config.steps}-{seed}"
     ply, note = folder / "teacher.ply", folder / "seconds.json"
     if not ply.exists():
-        config = recipe_of(work.place, replace(row, settings=()), work.options).teacher
         device = work.team.device
         stage = Teacher(config, work.dataset, seed=seed, device=device)
         seconds = trained(stage, folder, work, order_seed=2 * seed)
@@ -176,6 +177,17 @@ def teacher_of(row: Row, seed: int, work: Work) -> tuple[Scene, float, Path]:
         near=work.dataset.near,
     )
     return scene, json.loads(note.read_text()), ply
+
+
+def steps_of(name: str, recipe: Recipe) -> tuple[int, int]:
+    """Of the teacher, and of the student if the row has one."""
+    return recipe.teacher.steps, recipe.student.steps if ROWS[name].student else 0
+
+
+def folder_of(name: str, place: str, seed: int, options: argparse.Namespace) -> Path:
+    """Where a cell lies."""
+    steps = sum(steps_of(name, recipe_of(PLACES[place], ROWS[name], options)))
+    return options.runs / place / f"{name}-{steps}-{seed}"
 
 
 def float_bytes(scene: Scene) -> int:
@@ -222,16 +234,17 @@ def figures(scene: Scene, work: Work, lpips) -> dict:
 def cell(name: str, seed: int, work: Work, lpips) -> dict:
     """One row on one scene with one seed, from its teacher to its figures."""
     row, options, dataset = ROWS[name], work.options, work.dataset
-    folder = options.runs / work.name / f"{name}-{seed}"
+    folder = folder_of(name, work.name, seed, options)
     recipe = recipe_of(work.place, row, options)
+    teacher_steps, student_steps = steps_of(name, recipe)
     camera = dataset.test[0].camera
     about = {
         "scene": work.name,
         "row": name,
         "seed": seed,
         "image_size": [camera.width, camera.height],
-        "teacher_steps": recipe.teacher.steps,
-        "student_steps": recipe.student.steps if row.student else 0,
+        "teacher_steps": teacher_steps,
+        "student_steps": student_steps,
     }
     if not row.student:
         scene, seconds, ply = teacher_of(row, seed, work)
@@ -280,7 +293,7 @@ def run(options: argparse.Namespace) -> None:
     begun = time.monotonic()
     for name, place, capture in opened(options):
         missing = [
-            (row, seed, options.runs / name / f"{row}-{seed}" / "cell.json")
+            (row, seed, folder_of(row, name, seed, options) / "cell.json")
             for row in rows
             for seed in options.seeds
         ]

@@ -15,6 +15,7 @@ from paper_rows import ROWS
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "paper.md"
 PLOT = ROOT / "docs" / "paper.png"
+FEW = 3  # cells that need no plot
 BEGIN, END = "<!-- BEGIN:tables -->", "<!-- END:tables -->"
 TITLES = {
     "main": "Teacher and students",
@@ -88,19 +89,32 @@ def table(rows: list[list[str]]) -> list[str]:
     return [f"| {' | '.join(line)} |" for line in lines]
 
 
+def runs_of(cells: list[dict]) -> dict[tuple[str, int, int], list[dict]]:
+    """Cells by scene, steps of the teacher, and of the student, each with its teachers."""
+    runs: dict[tuple[str, int, int], list[dict]] = {}
+    teachers: dict[tuple[str, int], list[dict]] = {}
+    for cell in cells:
+        of = (cell["scene"], cell["teacher_steps"])
+        if cell["student_steps"]:
+            runs.setdefault((*of, cell["student_steps"]), []).append(cell)
+        else:
+            teachers.setdefault(of, []).append(cell)
+    for of, found in teachers.items():
+        keys = [key for key in runs if key[:2] == of] or [(*of, 0)]
+        for key in keys:
+            runs[key] = [*found, *runs.get(key, [])]
+    return dict(sorted(runs.items()))
+
+
 def sections(cells: list[dict]) -> list[str]:
     """One section per scene and length, one table for each of the paper's."""
     lines: list[str] = []
-    runs: dict[tuple[str, int], list[dict]] = {}
-    for cell in cells:
-        runs.setdefault((cell["scene"], cell["teacher_steps"]), []).append(cell)
-    for (scene, steps), found in sorted(runs.items()):
-        students = {cell["student_steps"] for cell in found} - {0}
+    for (scene, steps, students), found in runs_of(cells).items():
         width, height = found[0]["image_size"]
         devices = ", ".join(sorted({cell["device"] for cell in found}))
         dates = sorted({cell["date"] for cell in found})
         lines += [
-            f"### {scene}, {width}x{height}, {steps} + {max(students, default=0)} steps",
+            f"### {scene}, {width}x{height}, {steps} + {students} steps",
             "",
             f"{devices}; {dates[0]}" + (f" to {dates[-1]}" if len(dates) > 1 else "") + ".",
             "",
@@ -121,27 +135,28 @@ def sections(cells: list[dict]) -> list[str]:
 
 
 def plot(cells: list[dict]) -> None:
-    """Bytes and PSNR of every row, one panel a scene."""
+    """Bytes and PSNR of every row, one panel a scene and length, if there are some."""
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import LogLocator, NullFormatter
 
-    scenes = sorted({(cell["scene"], cell["teacher_steps"]) for cell in cells})
+    runs = {key: found for key, found in runs_of(cells).items() if len(found) > FEW}
     figure, axes = plt.subplots(
-        1, len(scenes), figsize=(5 * len(scenes), 4.2), squeeze=False, layout="constrained"
+        1, len(runs), figsize=(5 * len(runs), 4.2), squeeze=False, layout="constrained"
     )
-    marks = dict(zip(TITLES, "*osD^v", strict=True))
-    for axis, (scene, steps) in zip(axes[0], scenes, strict=True):
+    looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*osD^v", strict=True)}
+    for i, look in enumerate(looks.values()):
+        look["color"] = f"C{i}"
+    for axis, ((scene, steps, students), found) in zip(axes[0], runs.items(), strict=True):
         for kind, title in TITLES.items():
-            some = [
-                cell
-                for cell in cells
-                if (cell["scene"], cell["teacher_steps"]) == (scene, steps)
-                and ROWS[cell["row"]].table == kind
-            ]
-            if some:
-                sizes = [cell["bytes"] / 2**20 for cell in some]
-                psnrs = [cell["psnr"] for cell in some]
-                axis.plot(sizes, psnrs, marks[kind], label=title, alpha=0.8)
-        axis.set(title=f"{scene}, {steps} steps", xlabel="MiB", ylabel="PSNR, dB", xscale="log")
+            some = [cell for cell in found if ROWS[cell["row"]].table == kind]
+            sizes = [cell["bytes"] / 2**20 for cell in some]
+            psnrs = [cell["psnr"] for cell in some]
+            axis.plot(sizes, psnrs, ls="", label=title, alpha=0.8, **looks[kind])
+        title = f"{scene}, {steps} + {students} steps"
+        axis.set(title=title, xlabel="MiB", ylabel="PSNR, dB", xscale="log")
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.xaxis.set_major_formatter(lambda size, _: f"{size:g}")
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.grid(alpha=0.3)
     axes[0][0].legend(fontsize=8)
     figure.savefig(PLOT, dpi=110)
