@@ -81,7 +81,9 @@ VARIANTS: dict[str, list[str]] = {
     "fitted": ["view.fraction=0.5", "view.kind=fitted"],
     **{f"decoded-{d}": ["view.kind=decoded", f"view.degree={d}"] for d in (1, 2, 3)},
     **{f"free-{d}": [*FREE, f"view.degree={d}"] for d in (0, 1, 2, 3)},
-    **{f"latent-{k}": ["view.kind=latent", f"view.latents={k}"] for k in (0, 1, 3, 5, 7, 9, 13)},
+    **{
+        f"latent-{k}": ["view.kind=latent", f"view.latents={k}"] for k in (0, 1, 3, 5, 7, 9)
+    },  # 13: chosen
     **{f"latent-9-degree-{d}": ["view.latents=9", f"view.degree={d}"] for d in (1, 3)},
     **{f"projected-{k}": ["view.kind=projected", f"view.latents={k}"] for k in (5, 9, 13)},
     # latents that start along the principal directions of lobes that were free so far

@@ -7,18 +7,16 @@
 
 import { strides } from "./types.js";
 import { HALF_SCALE, packView } from "./view.js";
-import { BATCH, SAMPLERS, makeFixed, makePrograms } from "./webgl_program.js";
+import { BATCH, makeFixed, makePrograms } from "./webgl_program.js";
+import { ROW, extent } from "./webgl_textures.js";
 
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Part} Part */
 /** @typedef {import("./types.js").SceneData} SceneData */
 /** @typedef {import("./types.js").Variant} Variant */
-/** @typedef {"RGBA32F" | "RGB32F" | "RGB16F" | "RG32F" | "RG16F" | "R32UI" | "RGBA32UI"} Format */
-/** @typedef {"RGBA" | "RGB" | "RG" | "RED_INTEGER" | "RGBA_INTEGER"} Layout */
-/** @typedef {[Format, Layout, number]} Input how a texture is stored and given, numbers per texel */
+/** @typedef {import("./webgl_textures.js").Input} Input */
 
-const ROW = 4096; // texels in a row of textures that hold Gaussians, as in view.glsl
 const NOTHING = new Float32Array(0);
 /** @type {Record<Part, Input>} */
 const PACKED = {
@@ -134,19 +132,19 @@ export class WebGlRenderer {
     this.#inputs = scene.packing ? PACKED : this.variant.floats ? FLOATS : HALVES;
     const { shapes, colors, lobes } = scene;
     for (const [name, data] of Object.entries({ shapes, colors, lobes })) {
-      this.#upload(name, this.#inputs[/** @type {Part} */ (name)], data);
+      this.#fixed.textures.upload(name, this.#inputs[/** @type {Part} */ (name)], data);
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.looks);
     const formats = scene.packing ? [gl.RG32UI, 0] : [gl.RGBA32F, gl.R32F];
     ["looks", "opacities"].forEach((name, i) => {
-      const texture = formats[i] ? this.#texture(name, formats[i], extent(scene.count)) : null;
+      const texture = formats[i] ? this.#fixed.textures.make(name, formats[i], extent(scene.count)) : null;
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
     });
     this.#check("textures of 32-bit numbers");
     // the numbers are the GPU's now: a page on a phone cannot keep them as well
     this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
     if (!scene.sorted) return;
-    this.#upload("order", ORDER, Uint32Array.from({ length: scene.count }, (_, i) => i));
+    this.#fixed.textures.upload("order", ORDER, Uint32Array.from({ length: scene.count }, (_, i) => i));
   }
 
   /** Draws so many Gaussians of the scene that there is room for, the first ones. @param {number} count */
@@ -164,7 +162,7 @@ export class WebGlRenderer {
   update(part, from, numbers) {
     if (this.#scene === null) return;
     const input = this.#inputs[part];
-    this.#write(part, input, (strides(this.#scene)[part] / input[2]) * from, numbers);
+    this.#fixed.textures.write(part, input, (strides(this.#scene)[part] / input[2]) * from, numbers);
   }
 
   /**
@@ -177,7 +175,7 @@ export class WebGlRenderer {
     if (order.length !== this.#scene.count) {
       throw new Error(`an order of ${order.length} Gaussians does not suit this scene`);
     }
-    this.#write("order", ORDER, 0, order);
+    this.#fixed.textures.write("order", ORDER, 0, order);
   }
 
   /**
@@ -257,7 +255,7 @@ export class WebGlRenderer {
     this.#scene = null;
     gl.canvas.removeEventListener("webglcontextlost", this.#onLost);
     gl.canvas.removeEventListener("webglcontextrestored", this.#onRestored);
-    for (const texture of textures.values()) gl.deleteTexture(texture);
+    textures.destroy();
     for (const passes of programs.values()) {
       for (const program of Object.values(passes)) gl.deleteProgram(program);
     }
@@ -349,7 +347,7 @@ export class WebGlRenderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.sums);
     const formats = floats ? [gl.RGBA32F, gl.R32F] : [gl.RGBA16F, gl.R16F];
     ["color_sums", "weight_sums"].forEach((name, i) => {
-      const texture = sorted && i > 0 ? null : this.#texture(name, formats[i], [width, height]);
+      const texture = sorted && i > 0 ? null : this.#fixed.textures.make(name, formats[i], [width, height]);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
     });
     this.#check(`pictures of ${width}x${height} floats`);
@@ -366,68 +364,6 @@ export class WebGlRenderer {
     return passes;
   }
 
-  /**
-   * A texture for one sampler, in the place of the one before.
-   *
-   * @param {string} name
-   * @param {GLenum} format
-   * @param {number[]} size
-   */
-  #texture(name, format, [width, height]) {
-    const gl = this.#gl;
-    const { textures } = this.#fixed;
-    gl.deleteTexture(textures.get(name) ?? null);
-    const texture = gl.createTexture();
-    textures.set(name, texture);
-    gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf(name));
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    return texture;
-  }
-
-  /**
-   * A new texture with all numbers of an input.
-   *
-   * @param {string} name
-   * @param {Input} input
-   * @param {Numbers} data
-   */
-  #upload(name, input, data) {
-    const gl = this.#gl;
-    const [format, , channels] = input;
-    const size = extent(data.length / channels);
-    if (size[1] > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
-      throw new Error("the scene has more Gaussians than this GPU's textures can hold");
-    }
-    this.#texture(name, gl[format], size);
-    this.#write(name, input, 0, data);
-  }
-
-  /**
-   * Writes texels of an input, row by row, or whole rows at once.
-   *
-   * @param {string} name
-   * @param {Input} input
-   * @param {number} from first texel
-   * @param {Numbers} data
-   */
-  #write(name, [, layout, channels], from, data) {
-    const gl = this.#gl;
-    const kind = data instanceof Float32Array ? gl.FLOAT : gl.UNSIGNED_INT;
-    const texels = data.length / channels;
-    gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf(name));
-    for (let done = 0; done < texels; ) {
-      const [x, y] = [(from + done) % ROW, Math.floor((from + done) / ROW)];
-      const width = Math.min(ROW - x, texels - done);
-      const height = width === ROW ? Math.floor((texels - done) / ROW) : 1;
-      const start = done * channels;
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, width, height, gl[layout], kind, data, start);
-      done += width * height;
-    }
-  }
-
   /** Throws if the GPU cannot draw into the bound framebuffer. @param {string} what */
   #check(what) {
     const gl = this.#gl;
@@ -437,10 +373,3 @@ export class WebGlRenderer {
     }
   }
 }
-
-/** Width and height of the texture that holds so many texels. @param {number} texels */
-function extent(texels) {
-  const width = Math.max(1, Math.min(texels, ROW));
-  return [width, Math.max(1, Math.ceil(texels / ROW))];
-}
-

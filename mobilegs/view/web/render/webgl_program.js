@@ -1,6 +1,7 @@
 /** What a WebGL2 context keeps for all scenes: the shaders of view/shaders as programs, and buffers. */
 
 import { VIEW_BYTES } from "./view.js";
+import { SAMPLERS, Textures } from "./webgl_textures.js";
 
 /** @typedef {"project" | "splat" | "resolve"} Pass */
 /** @typedef {{sorted: boolean, packed: boolean, strips: boolean}} Kind of drawing */
@@ -14,23 +15,11 @@ import { VIEW_BYTES } from "./view.js";
  * @property {WebGLFramebuffer} looks what the first pass writes
  * @property {WebGLFramebuffer} sums what the second one writes
  * @property {Map<string, Record<Pass, WebGLProgram>>} programs by kind, once needed
- * @property {Map<string, WebGLTexture>} textures by the sampler that reads them
+ * @property {Textures} textures
  */
 
 export const BATCH = 128; // quads of an instance, as in view.glsl
 const VIEW_BINDING = 0;
-
-/** Each sampler has a texture unit of its own, so that nothing is ever bound anew. */
-export const SAMPLERS = [
-  "shapes",
-  "colors",
-  "lobes",
-  "looks",
-  "opacities",
-  "order",
-  "color_sums",
-  "weight_sums",
-];
 
 /** @param {WebGL2RenderingContext} gl @returns {Fixed} */
 export function makeFixed(gl) {
@@ -47,7 +36,7 @@ export function makeFixed(gl) {
     looks: gl.createFramebuffer(),
     sums: gl.createFramebuffer(),
     programs: new Map(),
-    textures: new Map(),
+    textures: new Textures(gl),
   };
   gl.bindBufferBase(gl.UNIFORM_BUFFER, VIEW_BINDING, fixed.view);
   gl.bufferData(gl.UNIFORM_BUFFER, VIEW_BYTES, gl.DYNAMIC_DRAW);

@@ -84,7 +84,7 @@ export class WebGpuRenderer {
     for (let quad = 0; quad < BATCH; quad++) {
       corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
     }
-    this.#corners = this.#filled(corners, use.INDEX);
+    this.#corners = program.filled(corners, use.INDEX);
     device.lost.then(({ reason, message }) => {
       this.lost = message;
       if (reason !== "destroyed") {
@@ -128,7 +128,7 @@ export class WebGpuRenderer {
     }
     const use = GPUBufferUsage;
     const filled = (/** @type {Numbers} */ part) =>
-      this.#filled(part.length ? part : new Uint32Array(16), use.STORAGE | use.COPY_DST);
+      this.#program.filled(part.length ? part : new Uint32Array(16), use.STORAGE | use.COPY_DST);
     const list = (/** @type {number} */ length) =>
       this.#device.createBuffer({
         size: 4 * Math.max(1, length),
@@ -379,19 +379,6 @@ export class WebGpuRenderer {
         resource: resource instanceof GPUBuffer ? { buffer: resource } : resource,
       })),
     });
-  }
-
-  /**
-   * @param {Numbers | Uint16Array} numbers
-   * @param {number} usage
-   */
-  #filled(numbers, usage) {
-    const size = Math.ceil(numbers.byteLength / 4) * 4;
-    const buffer = this.#device.createBuffer({ size, usage, mappedAtCreation: true });
-    const bytes = new Uint8Array(numbers.buffer, numbers.byteOffset, numbers.byteLength);
-    new Uint8Array(buffer.getMappedRange()).set(bytes);
-    buffer.unmap();
-    return buffer;
   }
 }
 

@@ -1,5 +1,6 @@
 /** The graphics device, and the shaders of view/shaders as its pipelines. */
 
+/** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Variant} Variant */
 /** @typedef {{sorted: boolean, packed: boolean}} Kind of a scene */
 
@@ -125,6 +126,21 @@ export class Program {
         },
       });
     });
+  }
+
+  /**
+   * A buffer that holds numbers.
+   *
+   * @param {Numbers | Uint16Array} numbers
+   * @param {number} usage
+   */
+  filled(numbers, usage) {
+    const size = Math.ceil(numbers.byteLength / 4) * 4;
+    const buffer = this.device.createBuffer({ size, usage, mappedAtCreation: true });
+    const bytes = new Uint8Array(numbers.buffer, numbers.byteOffset, numbers.byteLength);
+    new Uint8Array(buffer.getMappedRange()).set(bytes);
+    buffer.unmap();
+    return buffer;
   }
 
   /** Where a pass notes when it began and ended. @param {number} pass */

@@ -1,0 +1,104 @@
+/** Numbers as textures of WebGL2, each in a unit of its own, so that nothing is ever bound anew. */
+
+/** @typedef {import("./types.js").Numbers} Numbers */
+/** @typedef {"RGBA32F" | "RGB32F" | "RGB16F" | "RG32F" | "RG16F" | "R32UI" | "RGBA32UI"} Format */
+/** @typedef {"RGBA" | "RGB" | "RG" | "RED_INTEGER" | "RGBA_INTEGER"} Layout */
+/** @typedef {[Format, Layout, number]} Input how a texture is stored and given, numbers per texel */
+
+export const ROW = 4096; // texels in a row of textures that hold Gaussians, as in view.glsl
+
+/** By the place in this list, the samplers' units. */
+export const SAMPLERS = [
+  "shapes",
+  "colors",
+  "lobes",
+  "looks",
+  "opacities",
+  "order",
+  "color_sums",
+  "weight_sums",
+];
+
+/** Those of a context. */
+export class Textures {
+  #gl;
+  /** @type {Map<string, WebGLTexture>} */
+  #all = new Map();
+
+  /** @param {WebGL2RenderingContext} gl */
+  constructor(gl) {
+    this.#gl = gl;
+  }
+
+  /**
+   * A texture for one sampler, in the place of the one before.
+   *
+   * @param {string} name
+   * @param {GLenum} format
+   * @param {number[]} size
+   */
+  make(name, format, [width, height]) {
+    const gl = this.#gl;
+    gl.deleteTexture(this.#all.get(name) ?? null);
+    const texture = gl.createTexture();
+    this.#all.set(name, texture);
+    gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf(name));
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    return texture;
+  }
+
+  /**
+   * A new texture with all numbers of an input.
+   *
+   * @param {string} name
+   * @param {Input} input
+   * @param {Numbers} data
+   */
+  upload(name, input, data) {
+    const gl = this.#gl;
+    const [format, , channels] = input;
+    const size = extent(data.length / channels);
+    if (size[1] > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
+      throw new Error("the scene has more Gaussians than this GPU's textures can hold");
+    }
+    this.make(name, gl[format], size);
+    this.write(name, input, 0, data);
+  }
+
+  /**
+   * Writes texels of an input, row by row, or whole rows at once.
+   *
+   * @param {string} name
+   * @param {Input} input
+   * @param {number} from first texel
+   * @param {Numbers} data
+   */
+  write(name, [, layout, channels], from, data) {
+    const gl = this.#gl;
+    const kind = data instanceof Float32Array ? gl.FLOAT : gl.UNSIGNED_INT;
+    const texels = data.length / channels;
+    gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf(name));
+    for (let done = 0; done < texels; ) {
+      const [x, y] = [(from + done) % ROW, Math.floor((from + done) / ROW)];
+      const width = Math.min(ROW - x, texels - done);
+      const height = width === ROW ? Math.floor((texels - done) / ROW) : 1;
+      const start = done * channels;
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, width, height, gl[layout], kind, data, start);
+      done += width * height;
+    }
+  }
+
+  /** Gives all of them back. */
+  destroy() {
+    for (const texture of this.#all.values()) this.#gl.deleteTexture(texture);
+  }
+}
+
+/** Width and height of the texture that holds so many texels. @param {number} texels */
+export function extent(texels) {
+  const width = Math.max(1, Math.min(texels, ROW));
+  return [width, Math.max(1, Math.ceil(texels / ROW))];
+}
