@@ -51,7 +51,7 @@ from mobilegs.formats.spz import read_spz
 from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team
-from mobilegs.train.recipes import cpu_recipe, with_setting
+from mobilegs.train.recipes import cpu_recipe, with_settings
 from mobilegs.train.stage import view_order
 from mobilegs.train.student import Student
 from mobilegs.train.student_config import StudentConfig
@@ -127,8 +127,7 @@ def student_of(
     settings: tuple[str, ...], config: StudentConfig, dataset: Dataset, teacher: Scene
 ) -> Student:
     recipe = replace(cpu_recipe(), student=config)
-    for setting in settings:
-        recipe = with_setting(recipe, f"student.{setting}")
+    recipe = with_settings(recipe, (f"student.{setting}" for setting in settings))
     cameras = [frame.camera for frame in dataset.train]
     return Student(recipe.student, teacher, cameras, extent=dataset.extent, seed=0)
 

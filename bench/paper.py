@@ -49,7 +49,7 @@ from mobilegs.train.recipes import (
     PresetName,
     Recipe,
     with_method,
-    with_setting,
+    with_settings,
     with_steps,
 )
 from mobilegs.train.run_folder import RunFolder
@@ -128,9 +128,7 @@ def recipe_of(place: Place, row: Row, options: argparse.Namespace) -> Recipe:
     if options.steps:
         recipe = with_steps(recipe, options.steps)
     metric = f"teacher.mini_splatting.metric={place.metric}"
-    for setting in (metric, *place.settings, *row.settings, *options.set):
-        recipe = with_setting(recipe, setting)
-    return recipe
+    return with_settings(recipe, (metric, *place.settings, *row.settings, *options.set))
 
 
 @dataclass(frozen=True)

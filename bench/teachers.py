@@ -27,7 +27,7 @@ from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import write_ply
 from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.scene import Scene
-from mobilegs.train.recipes import cpu_recipe, with_method, with_setting
+from mobilegs.train.recipes import cpu_recipe, with_method, with_settings
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher import Teacher, TeacherConfig
 
@@ -58,9 +58,7 @@ def config_of(name: str) -> TeacherConfig:
     if method:
         recipe = with_method(recipe, method)
     settings = [f"teacher.steps={STEPS}", f"teacher.max_splats={MAX_SPLATS}", *settings]
-    for setting in settings:
-        recipe = with_setting(recipe, setting)
-    return recipe.teacher
+    return with_settings(recipe, settings).teacher
 
 
 @torch.inference_mode()

@@ -38,7 +38,7 @@ from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.lobes import lobe_degree
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0, sh_basis
-from mobilegs.train.recipes import cpu_recipe, demo_recipe, with_setting
+from mobilegs.train.recipes import cpu_recipe, demo_recipe, with_settings
 from mobilegs.train.stage import view_order
 from mobilegs.train.student import Student
 from mobilegs.train.student_config import StudentConfig
@@ -202,10 +202,8 @@ def train(stage, views: list[View], *, seed: int) -> float:
 
 def config_of(capture: str, variant: str) -> StudentConfig:
     """The student's preset with what differs in a variant."""
-    recipe = recipe_of(capture)
-    for setting in VARIANTS[variant]:
-        recipe = with_setting(recipe, f"student.{setting}")
-    return recipe.student
+    settings = (f"student.{setting}" for setting in VARIANTS[variant])
+    return with_settings(recipe_of(capture), settings).student
 
 
 def multiply_adds(view: ViewDependence) -> int:

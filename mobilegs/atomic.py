@@ -6,17 +6,25 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from mobilegs.errors import InputError
+
 
 @contextmanager
 def atomic_path(path: Path | str) -> Iterator[Path]:
     """A temporary path beside `path`, with its suffix, renamed to `path` if the block succeeds.
 
     On any exception, Ctrl-C included, the temporary file is removed and `path` is left as it
-    was. Parent folders are made.
+    was. Parent folders are made. Raises InputError if that is no place for a file.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    if path.is_dir():
+        raise InputError(f"cannot write {path}: it is a folder")
+    make_folder(path.parent)
+    name = f".{path.stem}-"
+    try:
+        handle, name = tempfile.mkstemp(prefix=name, suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {_reason(error)}") from error
     os.close(handle)
     temporary = Path(name)
     try:
@@ -27,6 +35,20 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder, and those above it, unless it is there. InputError if that cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the folder {path}: {_reason(error)}") from error
+
+
+def _reason(error: OSError) -> str:
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return "there is a file in the way"
+    return (error.strerror or str(error)).lower()
 
 
 def atomic_write(path: Path | str, content: bytes | str) -> None:

@@ -6,7 +6,7 @@ Nothing heavy is imported until a verb runs, so that `--help` answers at once.
 import os
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
@@ -46,31 +46,38 @@ def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
         output: Folder for everything; it is made if it is missing.
         seed: Start of all random choices.
     """
-    from mobilegs.data.sample import write_sample
+    from mobilegs.atomic import make_folder
+    from mobilegs.data.sample import sample_capture, write_sample
     from mobilegs.train.loop import TrainRun
 
     capture = output / "capture"
     if not (capture / "sparse" / "0" / "cameras.txt").exists():  # what is written last
-        write_sample(capture)
-    run_training(TrainRun(capture, output, preset="demo", seed=seed, resume=True))
+        if (output / "config.json").exists():
+            raise InputError(f"{output} holds a run of something else: give another folder")
+        make_folder(capture)
+        with progress_bar("tracing photos") as advance:
+            write_sample(capture, sample_capture(progress=advance))
+    run = TrainRun(capture, output, preset="demo", seed=seed, resume=True)
+    run_training(run, f"give the same command to continue {output}")
 
 
 def train(words: Sequence[str]) -> None:
     """Train a capture: photos with poses in, a phone-sized scene.mgs out."""
     from mobilegs.train.loop import TrainRun
 
-    run_training(tyro.cli(TrainRun, prog="mobilegs train", args=words, config=CONFIG))
+    run = tyro.cli(TrainRun, prog="mobilegs train", args=words, config=CONFIG)
+    run_training(run, f"add --resume to continue {run.output}")
 
 
-def run_training(run: "TrainRun") -> None:
-    """Train, and print what came of it."""
+def run_training(run: "TrainRun", again: str) -> None:
+    """Train, and print what came of it; `again` says what to do when it was interrupted."""
     from mobilegs.train.distributed import is_first
     from mobilegs.train.loop import train_run
 
     try:
         metrics = train_run(run)
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted: add --resume to continue {run.output}") from None
+        raise KeyboardInterrupt(f"interrupted: {again}") from None
     if not is_first():
         return
     student, teacher = metrics["student"], metrics["teacher"]
@@ -113,6 +120,7 @@ def render(
 
     from mobilegs.atomic import atomic_path
     from mobilegs.evaluate.metrics import to_bytes
+    from mobilegs.pictures import picture_paths
 
     if backend == "gpu":
         device = "cpu"  # where the scene is read; the renderer takes it from there
@@ -120,17 +128,17 @@ def render(
     frames = dataset.test if split == "test" else dataset.train
     if not frames:
         raise InputError(f"{capture} has no {split} views to draw")
-    names = png_names([frame.name for frame in frames])
+    paths = picture_paths(frames, dataset, output)
     draw = opened.render
     if backend == "gpu":
         from mobilegs.view.native import GpuRenderer
 
         draw = GpuRenderer(opened).draw
     with torch.inference_mode(), progress_bar("drawing") as advance:
-        for done, frame in enumerate(frames, start=1):
+        for done, (frame, path) in enumerate(zip(frames, paths, strict=True), start=1):
             camera = frame.camera.to(opened.gaussians.means.device)
             pixels = to_bytes(draw(camera).image).cpu().numpy()
-            with atomic_path(output / names[frame.name]) as temporary:
+            with atomic_path(path) as temporary:
                 Image.fromarray(pixels).save(temporary, format="PNG")
             advance(done, len(frames))
     print(f"{len(frames)} pictures in {output}")
@@ -230,12 +238,12 @@ def export(
         to: html: one file, which also works from a disk or an e-mail. site: a folder, which
             installs as an app where it is served by https, and then opens offline.
         output: The file or folder to write.
-        title: What the page is called; the scene's name if it is not given.
+        title: What the page is called; what the scene is of if it is not given.
     """
-    from mobilegs.view.export import export_html, export_site
+    from mobilegs.view.export import export_html, export_site, title_of
 
     write = export_html if to == "html" else export_site
-    size = write(scene, output, title=title or scene.stem)
+    size = write(scene, output, title=title or title_of(scene))
     print(f"{output}: {size:,} bytes")
 
 
@@ -301,26 +309,6 @@ def open_both(
     dataset = load_capture(capture, downscale=downscale)
     behind = dataset.background.to(opened.background.device)
     return replace(opened, background=behind, near=dataset.near), dataset
-
-
-def png_names(photos: Sequence[str]) -> dict[str, Path]:
-    """Where each photo's picture goes, relative to the output folder: its name, but PNG.
-
-    Photos that differ only in their extension keep it: a.jpg, a.png -> a.jpg.png, a.png.png.
-    A capture is not trusted to stay inside the folder.
-    """
-    parts = {
-        photo: [p for p in PurePosixPath(photo.replace("\\", "/")).parts if p.strip("/.: ")]
-        for photo in photos
-    }
-    short = {photo: Path(*parts[photo]).with_suffix(".png") for photo in photos}
-    counts = list(short.values())
-    return {
-        photo: name
-        if counts.count(name) == 1
-        else Path(*parts[photo][:-1], f"{parts[photo][-1]}.png")
-        for photo, name in short.items()
-    }
 
 
 # --- the way in -----------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from mobilegs import cli, doctor
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.gaussians import Gaussians
+from mobilegs.pictures import png_names
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import rgb_to_sh0
 
@@ -145,7 +146,8 @@ def test_demo_trains_on_the_built_in_capture_and_says_what_came_of_it(
         }
 
     written: list[Path] = []
-    monkeypatch.setattr(sample, "write_sample", written.append)
+    monkeypatch.setattr(sample, "sample_capture", lambda progress: None)
+    monkeypatch.setattr(sample, "write_sample", lambda path, dataset: written.append(path))
     monkeypatch.setattr(loop, "train_run", train_run)
     assert cli.main(["demo", "-o", str(tmp_path / "demo"), "--seed", "3"]) == 0
     [run] = runs
@@ -202,7 +204,7 @@ def test_render_of_the_other_split_at_half_size(scene: Path, capture: Path, tmp_
 
 def test_photos_keep_their_folders_but_never_leave_the_output() -> None:
     photos = ["left/a.JPG", "../../b.jpg", "/etc/c.png", "d.jpg", "d.png", "v1.2.jpeg"]
-    names = cli.png_names(photos)
+    names = png_names(photos)
     assert [str(names[photo]) for photo in photos] == [
         "left/a.png", "b.png", "etc/c.png", "d.jpg.png", "d.png.png", "v1.2.png",
     ]  # fmt: skip

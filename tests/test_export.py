@@ -214,3 +214,30 @@ def test_the_element_works_in_a_page_of_ones_own(
     tab.page.goto(f"{address}mine.html")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     tab.close()
+
+
+def test_a_page_takes_the_place_of_no_other_file(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "own.mgs"
+    copy.write_bytes(scene.read_bytes())
+    assert cli.main(["export", str(copy), "--to", "html", "-o", str(copy)]) == 2
+    assert "would be lost" in capsys.readouterr().err
+    assert copy.read_bytes() == scene.read_bytes()
+    for _ in range(2):  # its own page again
+        assert cli.main(["export", str(copy), "--to", "html", "-o", str(tmp_path / "a.html")]) == 0
+
+
+def test_a_page_is_called_after_the_capture(tmp_path: Path) -> None:
+    scene = make_scene(Case(60, LobeShape(2, 12, (64,)), size=20))
+    (tmp_path / "scene.mgs").write_bytes(pack(replace(scene, meta={"capture": "My <yard>"})))
+    words = ["export", str(tmp_path / "scene.mgs"), "--to", "html", "-o", str(tmp_path / "a.html")]
+    assert cli.main(words) == 0
+    assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text()
+
+
+def test_an_exported_folder_holds_one_scene(scene: Path, site: tuple[Path, str]) -> None:
+    folder, _ = site
+    (folder / "scene.ply").write_bytes(b"of an export before")
+    assert cli.main(["export", str(scene), "--to", "site", "-o", str(folder)]) == 0
+    assert [path.name for path in folder.glob("scene.*")] == ["scene.mgs"]

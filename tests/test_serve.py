@@ -129,3 +129,23 @@ def test_view_refuses_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     (tmp_path / "a.mgs").write_bytes(b"x")
     assert cli.main(["view", str(tmp_path / "a.mgs"), "--port", "70000"]) == 2
     assert "a port lies between" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("empty.mgs", b"", "is empty"),
+        ("notes.txt", b"text", "is no scene"),
+        ("folder.mgs", None, "it is a folder"),
+    ],
+)
+def test_what_is_no_scene_is_not_served(
+    tmp_path: Path, name: str, content: bytes | None, sentence: str
+) -> None:
+    path = tmp_path / name
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=sentence):
+        Server(path)

@@ -18,7 +18,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.train.adjoints import telling_weighting
 from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import VoteConfig, vote
-from mobilegs.train.recipes import cpu_recipe, with_method, with_setting
+from mobilegs.train.recipes import cpu_recipe, with_method, with_settings
 from mobilegs.train.student import Student
 from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.view_dependence import ViewDependence
@@ -139,7 +139,7 @@ def test_a_sorted_student_has_no_use_for_a_view_dependence(make_student: MakeStu
         make_student(replace(STUDENT, blend="sorted"))
     with pytest.raises(InputError, match="unknown blend 'alpha'"):
         replace(STUDENT, blend="alpha")
-    with pytest.raises(InputError, match="within 0 to 3, not 4"):
+    with pytest.raises(InputError, match="sh_degree must be at least 0 and at most 3, not 4"):
         replace(STUDENT, sh_degree=4)
 
 
@@ -279,10 +279,7 @@ def test_masks_are_for_sorted_blending(make_student: MakeStudent) -> None:
 def test_every_row_of_the_papers_tables_is_a_recipe() -> None:
     recipes = {}
     for name, row in ROWS.items():
-        recipe = with_method(cpu_recipe(), row.teacher)
-        for setting in row.settings:
-            recipe = with_setting(recipe, setting)
-        recipes[name] = recipe
+        recipes[name] = with_settings(with_method(cpu_recipe(), row.teacher), row.settings)
     assert recipes["ours"] == recipes["teacher"] == with_method(cpu_recipe(), "mini-splatting")
     several = [recipe for name, recipe in recipes.items() if name not in ("ours", "teacher")]
     assert all(several.count(recipe) == 1 for recipe in several)
@@ -297,5 +294,5 @@ def test_opacities_can_begin_alike(make_student: MakeStudent) -> None:
     student = make_student(replace(STUDENT, view=network, start_opacity=0.5))
     opacities, _ = student.model.seen_from(cameras()[0])
     torch.testing.assert_close(opacities, torch.full((50,), 0.5))
-    with pytest.raises(InputError, match="start_opacity must lie within 0 to 1"):
+    with pytest.raises(InputError, match=r"start_opacity must be at least 0 and below 1, not 1\.5"):
         replace(STUDENT, start_opacity=1.5)

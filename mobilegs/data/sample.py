@@ -1,7 +1,7 @@
 """The built-in capture: photos of a scene that is traced on the spot, with SfM-like points."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,18 +27,28 @@ _FIELD_OF_VIEW = 54.0  # degrees, horizontally
 
 
 def sample_capture(
-    *, views: int = 56, width: int = 240, height: int = 160, points: int = 6000, seed: int = 0
+    *,
+    views: int = 56,
+    width: int = 240,
+    height: int = 160,
+    points: int = 6000,
+    seed: int = 0,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Dataset:
     """The built-in capture in memory: `views` photos from three rings around the scene.
 
     Of the `points`, 87 % lie on surfaces that training views see, with noise of
     `POINT_NOISE`; `DISTANT` and `OUTLIERS` are the rest. The same arguments give the same
     capture on the same machine. World units, z up; the scene fits a ball of radius 1.8.
+    `progress` is told how many photos of how many are done.
     """
     with _one_thread_an_operation() as pool:
         scene = SampleScene(seed)
         cameras = sample_cameras(views, width, height)
-        pictures = list(pool.map(lambda camera: scene.picture(camera)[0], cameras))
+        pictures = []
+        for picture in pool.map(lambda camera: scene.picture(camera)[0], cameras):
+            pictures.append(picture)
+            progress(len(pictures), views)
         frames = [
             Frame(f"view_{index:03d}.png", camera, pixels=(image * 255).round().to(torch.uint8))
             for index, (camera, image) in enumerate(zip(cameras, pictures, strict=True))

@@ -140,7 +140,7 @@ def visible_rows(
     if _chosen("auto", means) == "definition":
         visible = project(means, quats, scales, ones, black, camera=camera).visible
     else:
-        view = kernel_view(camera, black[0, 0], Weighting(), sh_size=1, lobe_size=0)
+        view = kernel_view(camera, black.new_zeros(3), Weighting(), sh_size=1, lobe_size=0)
         kernels = cuda if means.is_cuda else cpu
         visible = kernels.project_radii(view, means, quats, scales, ones, black) > 0
     return visible.nonzero()[:, 0]

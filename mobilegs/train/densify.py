@@ -11,6 +11,7 @@ from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
 from mobilegs.train.optim import NamedAdam
+from mobilegs.train.ranges import FRACTION, NOT_NEGATIVE, check
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,15 @@ class DensifyConfig:
     opacity_reset: float = 0.0
     """Fraction of the run between two resets of all opacities to at most 0.01 while densifying
     (3DGS: 3,000 of 30,000); 0 never resets, as in Mini-Splatting."""
+
+    def __post_init__(self) -> None:
+        times = ("start", "stop", "interval", "prune_scale_from", "opacity_reset")
+        sizes = ("gradient", "split_scale", "prune_scale", "min_interval")
+        check(
+            self,
+            **dict.fromkeys((*times, "prune_opacity"), FRACTION),
+            **dict.fromkeys(sizes, NOT_NEGATIVE),
+        )
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import json
 import time
+import zlib
 from dataclasses import dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
@@ -34,7 +35,7 @@ from mobilegs.train.recipes import (
     PresetName,
     Recipe,
     with_method,
-    with_setting,
+    with_settings,
     with_steps,
 )
 from mobilegs.train.run_folder import RunFolder, stopping_between_steps
@@ -43,6 +44,7 @@ from mobilegs.train.student import Student
 from mobilegs.train.teacher import Teacher
 
 PREVIEWS = 8  # pictures a stage leaves
+MISSED = 0.05  # share of a size that was asked for, from which on it is said
 PREFETCH = 8  # views decoded ahead
 FIRST_LOOKS = 4  # cameras that go into the file, for viewers to begin at
 BETWEEN_SESSIONS = ("capture", "output", "resume", "lpips_weights", "device", "checkpoint_seconds")
@@ -62,8 +64,9 @@ class TrainRun:
     output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
     """Folder for the run; it is made if it is missing."""
     preset: PresetName | None = None
-    """How long and how many: cpu is meant for two cores and some 15 minutes, gpu has the
-    paper's 30,000 + 30,000 steps, demo is small. Without it, gpu where there is one."""
+    """How long and how many: cpu is meant for two cores and some 15 minutes with photos of
+    400x266 (see downscale), gpu has the paper's 30,000 + 30,000 steps, demo is small. Without
+    it, gpu where there is one."""
     method: MethodName | None = None
     """How the teacher is trained. 3dgs: clone, split, prune, reset opacities. mini-splatting: the
     paper's; begins anew from surfaces and keeps what matters. mcmc: moves what is faint, always
@@ -113,24 +116,29 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
     """What `train_run` does, in one process of a team. They all read; only the first one writes."""
     folder = RunFolder(run.output)
     resuming = run.resume and folder.config.exists()
-    if resuming and folder.metrics.exists():
-        return json.loads(folder.metrics.read_text())
+    photos = None
     if resuming:
-        options, recipe = folder.continued()
+        options, recipe, photos = folder.continued()
         run = with_saved(run, options)
     else:
         recipe = resolved(run, recipe)
     refuse_uneven(run, recipe, team.world)
     lpips = lpips_from(run.lpips_weights)
     dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
+    if photos is not None and not same_photos(photos, photos_of(dataset)):
+        raise InputError(f"{run.capture} is not the capture that the run in {run.output} is of")
+    if resuming and folder.metrics.exists():
+        return folder.results()
     if not dataset.test:
         raise InputError(f"{run.capture} holds no photo back for the test: it needs more photos")
     given = None
     if run.teacher is not None and not folder.teacher.exists():
         given = read_ply(run.teacher)
+        if not len(given):
+            raise InputError(f"{run.teacher} has no Gaussians: there is nothing to learn from")
     team.wait()  # until all have looked at the folder
     if team.first and not resuming:
-        folder.begin(options=as_options(run), recipe=recipe)
+        folder.begin(options=as_options(run), recipe=recipe, photos=photos_of(dataset))
     if team.first and given is not None:
         write_ply(folder.teacher, given)
     team.wait()
@@ -138,8 +146,14 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
     written = (folder.journal, saved["journal"], saved["seconds"])
     with (
         ViewLoader(dataset.train) as loader,
-        Monitor(*written, silent=not team.first) as monitor,
+        Monitor(*written, coding=recipe.student.coding, silent=not team.first) as monitor,
     ):
+        camera = dataset.train[0].camera
+        monitor.say(
+            f"{len(dataset.train) + len(dataset.test)} photos of {camera.width}x{camera.height}, "
+            f"{recipe.teacher.steps:,} steps for the teacher and {recipe.student.steps:,} for the "
+            "student"
+        )
         session = Session(run, folder, dataset, loader, monitor, team, saved)
         if not folder.teacher.exists():
             train_teacher(session, recipe)
@@ -153,7 +167,7 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
     if team.first:
         measure(session, scene, lpips)
     team.wait()
-    return json.loads(folder.metrics.read_text())
+    return folder.results()
 
 
 @dataclass(frozen=True)
@@ -206,6 +220,12 @@ def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
     coded = stage.coded(views=views, meta=meta)
     layers = recipe.student.layers or layers_for(len(coded))
     write_mgs(session.folder.scene, layered(coded, layers, stage.cameras))
+    target, size = recipe.student.target_mb, session.folder.scene.stat().st_size / 1e6
+    if target and abs(size - target) > MISSED * target:
+        session.monitor.say(
+            f"the file has {size:.3f} MB, not the {target:g} asked for: steps change up to "
+            "eightfold, networks and header not at all"
+        )
 
 
 def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:
@@ -298,6 +318,8 @@ def refuse_uneven(run: TrainRun, recipe: Recipe, world: int) -> None:
 
 def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
     """The recipe that the options of a new run ask for."""
+    if not 0 <= run.seed < 1 << 32:
+        raise InputError(f"a seed lies between 0 and {(1 << 32) - 1}, not at {run.seed}")
     if recipe is None:
         recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
     if run.method is not None:
@@ -307,17 +329,29 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
     if run.steps is not None:
         recipe = with_steps(recipe, run.steps)
     if run.max_splats is not None:
-        if run.max_splats < 1:
-            raise InputError(f"max_splats is {run.max_splats}: a scene needs a Gaussian")
+        if run.teacher is not None:
+            raise InputError(f"{run.teacher} keeps its Gaussians: leave out --max-splats")
         recipe = replace(recipe, teacher=replace(recipe.teacher, max_splats=run.max_splats))
     if run.views_per_step is not None:
         recipe = Recipe(
             replace(recipe.teacher, views_per_step=run.views_per_step),
             replace(recipe.student, views_per_step=run.views_per_step),
         )
-    for setting in chain(*run.settings):
-        recipe = with_setting(recipe, setting)
-    return recipe
+    return with_settings(recipe, chain(*run.settings))
+
+
+def photos_of(dataset: Dataset) -> dict[str, Any]:
+    """By what a capture is known again: its photos, their sizes, where they were taken."""
+    frames = [*dataset.train, *dataset.test]
+    sizes = [[frame.name, frame.camera.width, frame.camera.height] for frame in frames]
+    poses = torch.stack([frame.camera.viewmat[:3] for frame in frames]).double().mean(0)
+    return {"names": zlib.crc32(json.dumps(sizes).encode()), "poses": poses.flatten().tolist()}
+
+
+def same_photos(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Whether two captures are the same but for what other machines round in another way."""
+    poses = [torch.tensor(photos["poses"], dtype=torch.float64) for photos in (one, other)]
+    return one["names"] == other["names"] and torch.allclose(*poses, rtol=1e-3, atol=1e-3)
 
 
 def as_options(run: TrainRun) -> dict[str, Any]:

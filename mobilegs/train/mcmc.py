@@ -11,6 +11,7 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
 from mobilegs.train.densify import DensifyConfig, Fixed, Schedule
 from mobilegs.train.optim import NamedAdam
+from mobilegs.train.ranges import FRACTION, NOT_NEGATIVE, check
 
 COPIES_MAX = 51  # of one Gaussian at a time, itself included
 GATE = 100.0  # steepness of the noise's gate on opacity
@@ -32,6 +33,14 @@ class McmcConfig:
     """What the mean opacity adds to the loss."""
     scale_weight: float = 0.01
     """What the mean scale, in world units, adds to the loss."""
+
+    def __post_init__(self) -> None:
+        numbers = ("growth", "noise", "opacity_weight", "scale_weight")
+        check(
+            self,
+            **dict.fromkeys(numbers, NOT_NEGATIVE),
+            **dict.fromkeys(("stop", "dead_opacity"), FRACTION),
+        )
 
 
 class Mcmc(Fixed):

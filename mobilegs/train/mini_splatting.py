@@ -16,6 +16,7 @@ from mobilegs.train.densify import CloneSplit, DensifyConfig
 from mobilegs.train.importance import Metric, drawn_rows, holding_most, importance
 from mobilegs.train.init import gaussians_at
 from mobilegs.train.optim import NamedAdam
+from mobilegs.train.ranges import FRACTION, POSITIVE, SHARE, check
 from mobilegs.train.surface_points import surface_points
 
 Event = Literal["", "densify", "reinitialise", "sample", "trim"]
@@ -49,6 +50,14 @@ class MiniSplattingConfig:
     """Share of the total importance that remains."""
     rewind_to: float = 1 / 6
     """Where the schedule of the centres' rate goes on after the draw (at 5,000 of 30,000)."""
+
+    def __post_init__(self) -> None:
+        check(
+            self,
+            **dict.fromkeys(("blur", "reinit_splats", "peak_splats"), POSITIVE),
+            **dict.fromkeys(("reinit_interval", "trim_at", "rewind_to"), FRACTION),
+            **dict.fromkeys(("sampled", "trim_keeps"), SHARE),
+        )
 
 
 class MiniSplatting(CloneSplit):

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.errors import InputError
+from mobilegs.train.ranges import FRACTION, NOT_NEGATIVE, check
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class PresenceConfig:
                 "masks need a weight of at least 0, a start within 0 to 1 and a temperature above "
                 f"0, not {self.weight}, {self.start} and {self.temperature}"
             )
+        check(self, rate=NOT_NEGATIVE, least=FRACTION)
 
     def logits(self, count: int, device: torch.device) -> Float[Tensor, "n"]:
         """Where the probabilities of `count` Gaussians begin."""

@@ -15,8 +15,8 @@ from mobilegs.train.stage import Stage, StepResult
 
 ROWS_PER_STAGE = 100  # lines of the journal
 LINE_SECONDS = 10.0  # where there is no terminal, a line at least so far apart
-# of a coded student: networks in halves, codebooks, header; and what each Gaussian adds
-FIXED_BYTES, BYTES_PER_GAUSSIAN = 140_000, 9.8
+# of a file, by coding: networks, codebooks, header; and what each Gaussian adds
+SIZES = {"nvq": (45_000, 14.8), "sq": (40_000, 9.8)}
 
 
 class Monitor:
@@ -27,12 +27,20 @@ class Monitor:
     """
 
     def __init__(
-        self, journal: Path, rows: list[dict], seconds: dict[str, float], *, silent: bool = False
+        self,
+        journal: Path,
+        rows: list[dict],
+        seconds: dict[str, float],
+        *,
+        coding: str = "nvq",
+        silent: bool = False,
     ) -> None:
         """`rows` and `seconds` (by stage) are those of the run so far, and are added to.
 
-        A silent one prints and writes nothing.
+        `coding` is the student's, by which the file's size is foretold. A silent one prints and
+        writes nothing.
         """
+        self.coding = coding
         self.journal, self.rows, self.seconds, self.silent = journal, rows, seconds, silent
         self.console = Console(stderr=True, quiet=silent)
         columns = (
@@ -129,7 +137,8 @@ class Monitor:
         first, seconds = self.resumed_at
         rate = (stage.done - first) / max(self.elapsed() - seconds, 1e-9)
         left = (stage.steps - stage.done) / max(rate, 1e-9)
-        size = (FIXED_BYTES + BYTES_PER_GAUSSIAN * stage.count) / 1e6
+        fixed, each = SIZES[self.coding]
+        size = (fixed + each * stage.count) / 1e6
         return (
             f"{stage.phase}  loss {loss:.4f}  {psnr:.2f} dB  {stage.count:,} Gaussians  "
             f"~{size:.1f} MB  {rate:.1f} steps/s  {_clock(left)} left"

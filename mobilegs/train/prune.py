@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.errors import InputError
+from mobilegs.train.ranges import COUNT, FRACTION, check
 
 CRITERIA = ("both", "opacity", "scale")
 
@@ -33,6 +34,8 @@ class VoteConfig:
     def __post_init__(self) -> None:
         if self.by not in CRITERIA:
             raise InputError(f"votes look at {', '.join(CRITERIA)}, not at '{self.by}'")
+        fractions = dict.fromkeys(("quantile", "share", "interval", "until"), FRACTION)
+        check(self, votes_per_interval=COUNT, **fractions)
 
 
 def vote(

@@ -2,7 +2,7 @@
 
 import json
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal
 
@@ -128,34 +128,65 @@ def with_steps(recipe: Recipe, steps: int) -> Recipe:
     )
 
 
-def with_setting(recipe: Recipe, setting: str) -> Recipe:
-    """The recipe with one field changed by its path, as in `student.opacity_rate=0.02`.
+def with_settings(recipe: Recipe, settings: Iterable[str]) -> Recipe:
+    """The recipe with fields changed by their paths, as in `student.opacity_rate=0.02`.
 
-    Raises InputError if there is no such field, or the value is not of its kind.
+    Settings count together: what one alone would contradict, another may allow; of two for the
+    same field the last one counts. Raises InputError if there is no such field, the value is not
+    of its kind, or what comes of it cannot be.
     """
-    path, equals, text = setting.partition("=")
-    if not equals:
-        raise InputError(f"'{setting}' sets nothing: write it like student.opacity_rate=0.02")
-    try:
-        value = json.loads(text)
-    except json.JSONDecodeError:
-        value = text
-    return _replaced(recipe, path.strip().replace("-", "_").split("."), value, setting)
+    changes: dict[str, Any] = {}
+    for setting in settings:
+        path, equals, text = setting.partition("=")
+        if not equals:
+            raise InputError(f"'{setting}' sets nothing: write it like student.opacity_rate=0.02")
+        try:
+            value = json.loads(text)
+        except json.JSONDecodeError:
+            value = text
+        *parents, name = path.strip().replace("-", "_").split(".")
+        inner, config = changes, recipe
+        for parent in parents:
+            config = _field(config, parent, setting)
+            inner = inner.setdefault(parent, {})
+        old = _field(config, name, setting)
+        inner[name] = _like(old, value, setting, typing.get_type_hints(type(config))[name])
+    return _replaced(recipe, changes)
 
 
-def _replaced(config: Any, path: list[str], value: Any, setting: str) -> Any:
-    if not is_dataclass(config) or isinstance(config, type):
-        raise InputError(f"'{setting}' names no setting: nothing is called '{path[0]}' there")
+def _field(config: Any, name: str, setting: str) -> Any:
+    """The value of a field that a setting names."""
+    if not is_dataclass(config):
+        raise InputError(f"'{setting}' names no setting: nothing is called '{name}' there")
     known = [f.name for f in fields(config)]
-    if path[0] not in known:
-        raise InputError(f"'{setting}' names no setting: '{path[0]}' is none of {', '.join(known)}")
-    old = getattr(config, path[0])
-    if len(path) > 1:
-        return replace(config, **{path[0]: _replaced(old, path[1:], value, setting)})
+    if name not in known:
+        raise InputError(f"'{setting}' names no setting: '{name}' is none of {', '.join(known)}")
+    return getattr(config, name)
+
+
+def _like(old: Any, value: Any, setting: str, hint: Any) -> Any:
+    """The value, of the kind of the one before."""
+    names = typing.get_args(hint) if typing.get_origin(hint) is Literal else (value,)
+    if value not in names:
+        raise InputError(f"'{setting}' is none of {', '.join(names)}")
     right = type(old) is type(value) or (type(old), type(value)) == (float, int)
     if is_dataclass(old) or not right:
         raise InputError(f"'{setting}' is not of the kind of its default, {old!r}")
-    return replace(config, **{path[0]: type(old)(value)})
+    return type(old)(value)
+
+
+def _replaced(config: Any, changes: dict[str, Any], path: str = "") -> Any:
+    """The dataclass with all its changes at once, those of dataclasses within it first."""
+    inner = {
+        name: _replaced(getattr(config, name), value, f"{path}{name}.")
+        if isinstance(value, dict)
+        else value
+        for name, value in changes.items()
+    }
+    try:
+        return replace(config, **inner)
+    except InputError as error:
+        raise InputError(f"in {path.rstrip('.')}, {error}") from None
 
 
 def from_json(kind: type, content: Any) -> Any:

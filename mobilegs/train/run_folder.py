@@ -36,8 +36,8 @@ class RunFolder:
         self.contact_sheet = path / "contact_sheet.png"
         self.previews = path / "previews"
 
-    def begin(self, *, options: dict[str, Any], recipe: Recipe) -> None:
-        """Write down what the new run does.
+    def begin(self, *, options: dict[str, Any], recipe: Recipe, photos: dict[str, Any]) -> None:
+        """Write down what the new run does, and with which photos.
 
         Raises InputError if the folder holds a run already, or something of the name of its
         files; anything else there stays as it is.
@@ -49,20 +49,33 @@ class RunFolder:
                 f"{self.path} already holds a run: add --resume to continue it, or give another "
                 "folder"
             )
-        for file in (self.checkpoint, self.teacher, self.scene, self.metrics):
+        pictures = (self.contact_sheet, self.previews)
+        for file in (
+            self.checkpoint, self.teacher, self.scene, self.metrics, self.journal, *pictures
+        ):  # fmt: skip
             if file.exists():
                 raise InputError(f"{file} would be overwritten: give another folder for the run")
-        content = {"options": options, "recipe": asdict(recipe)}
+        content = {"options": options, "recipe": asdict(recipe), "photos": photos}
         atomic_write(self.config, json.dumps(content, indent=2) + "\n")
 
-    def continued(self) -> tuple[dict[str, Any], Recipe]:
-        """Options and recipe of the run that this folder holds."""
+    def continued(self) -> tuple[dict[str, Any], Recipe, dict[str, Any]]:
+        """Options, recipe and photos of the run that this folder holds."""
         try:
             content = json.loads(self.config.read_text())
-            return content["options"], from_json(Recipe, content["recipe"])
+            recipe = from_json(Recipe, content["recipe"])
+            return content["options"], recipe, content["photos"]
         except (OSError, KeyError, TypeError, json.JSONDecodeError) as error:
             raise InputError(
                 f"{self.config} is damaged ({error}): delete the folder and start anew"
+            ) from error
+
+    def results(self) -> dict[str, Any]:
+        """The contents of `metrics.json`."""
+        try:
+            return json.loads(self.metrics.read_text())
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"{self.metrics} is damaged ({error}): delete it, and --resume measures again"
             ) from error
 
     def save(self, stage: str, state: dict, *, seconds: dict[str, float], rows: list) -> None:

@@ -11,7 +11,6 @@ from mobilegs.compress.container import pack
 from mobilegs.compress.encode import encode_scene
 from mobilegs.compress.scalars import COLUMNS
 from mobilegs.data.dataset import View
-from mobilegs.errors import InputError
 from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
@@ -62,10 +61,6 @@ class Student:
         device = teacher.gaussians.means.device
         self.cameras = [camera.to(device) for camera in cameras]
         self.team = team
-        if config.blend == "sorted" and config.view.kind != "constant":
-            raise InputError(
-                "sorted blending has no use for a view dependence: set view.kind=constant, too"
-            )
         gaussians = teacher.gaussians
         if config.start_opacity:
             level = torch.full_like(gaussians.logit_opacities, config.start_opacity)
@@ -86,10 +81,6 @@ class Student:
             canonical=config.canonical,
         )
         if config.presence.weight:
-            if config.blend != "sorted":
-                raise InputError(
-                    "masks (presence.weight) are for sorted blending: set blend=sorted"
-                )
             logits = config.presence.logits(len(self.model), device)
             self.model.rows.add("presence", logits, config.presence.rate)
         self.ballot = Ballot(config.votes, config.steps, len(self.model), device)

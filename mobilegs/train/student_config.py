@@ -1,7 +1,7 @@
 """How the student is trained: lengths, rates, and what each part of it is."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.codes import LAYERS_MAX
@@ -11,6 +11,7 @@ from mobilegs.render import Weighting
 from mobilegs.render.scene import BLENDS
 from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import VoteConfig
+from mobilegs.train.ranges import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, SHARE, Range, check
 from mobilegs.train.view_dependence import ViewDependence
 
 CODINGS = ("nvq", "sq")
@@ -146,15 +147,23 @@ class StudentConfig:
             raise InputError(
                 f"target_mb {self.target_mb} must be at least 0, and needs coding=sq unless it is 0"
             )
-        if not self.bit_price >= 0:
-            raise InputError(f"bit_price must be at least 0, not {self.bit_price}")
-        if not 0 <= self.layers <= LAYERS_MAX:
-            raise InputError(f"layers must lie within 0 to {LAYERS_MAX}, not {self.layers}")
         if self.blend not in BLENDS:
             raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
-        if not 0 <= self.sh_degree <= 3:
-            raise InputError(f"sh_degree must lie within 0 to 3, not {self.sh_degree}")
-        if not 0 <= self.start_opacity < 1:
-            raise InputError(f"start_opacity must lie within 0 to 1, not {self.start_opacity}")
-        if self.views_per_step < 1:
-            raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
+        if self.blend == "sorted" and self.view.kind != "constant":
+            raise InputError(
+                "sorted blending has no use for a view dependence: set view.kind=constant, too"
+            )
+        if self.presence.weight and self.blend != "sorted":
+            raise InputError("masks (presence.weight) are for sorted blending: set blend=sorted")
+        rates = [field.name for field in fields(self) if field.name.endswith("_rate")]
+        numbers = ("distill_weight", "depth_weight", "position_error", "free_share", "cache_mib")
+        check(
+            self,
+            **dict.fromkeys((*rates, *numbers, "bit_price", "regression_steps"), NOT_NEGATIVE),
+            **dict.fromkeys(("steps", "views_per_step", "reassign_every"), COUNT),
+            **dict.fromkeys(("ssim_weight", "decay_from"), FRACTION),
+            layers=Range(high=float(LAYERS_MAX)),
+            sh_degree=DEGREE,
+            start_opacity=Range(high=1.0, below=True),
+        )
+        check(self, final_rate=SHARE)

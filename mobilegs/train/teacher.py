@@ -7,7 +7,6 @@ import torch
 from torch import Tensor
 
 from mobilegs.data.dataset import Dataset, View
-from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import render_sorted, visible_rows
 from mobilegs.render.scene import Scene
@@ -18,6 +17,7 @@ from mobilegs.train.losses import photo_loss
 from mobilegs.train.mcmc import Mcmc, McmcConfig
 from mobilegs.train.mini_splatting import MiniSplatting, MiniSplattingConfig
 from mobilegs.train.optim import NamedAdam, log_linear
+from mobilegs.train.ranges import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, Range, check
 from mobilegs.train.stage import StepResult
 
 
@@ -70,8 +70,16 @@ class TeacherConfig:
     told how far away they are, and from elsewhere they may be a veil before the eye."""
 
     def __post_init__(self) -> None:
-        if self.views_per_step < 1:
-            raise InputError(f"views_per_step must be at least 1, not {self.views_per_step}")
+        rates = ("sh0_rate", "sh_rest_rate", "opacity_rate", "scale_rate", "quat_rate")
+        check(
+            self,
+            **dict.fromkeys(("steps", "views_per_step", "max_splats", "init_splats"), COUNT),
+            **dict.fromkeys(("position_rate", "position_rate_end", "init_scale"), POSITIVE),
+            **dict.fromkeys((*rates, "min_views"), NOT_NEGATIVE),
+            **dict.fromkeys(("sh_interval", "ssim_weight"), FRACTION),
+            init_opacity=Range(high=1.0, above=True, below=True),
+            sh_degree=DEGREE,
+        )
 
 
 class Teacher:

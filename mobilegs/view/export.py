@@ -12,7 +12,7 @@ from PIL import Image
 
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera, look_at
-from mobilegs.compress.container import read_mgs
+from mobilegs.compress.container import inspect_mgs, read_mgs
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
@@ -30,7 +30,12 @@ SCRIPT = '<script type="module" src="page.js"></script>'
 
 
 def export_html(scene: Path, output: Path, *, title: str) -> int:
-    """Write one HTML file that holds viewer and scene and needs no server; returns its bytes."""
+    """Write one HTML file that holds viewer and scene and needs no server; returns its bytes.
+
+    Raises InputError if there is a file that something else made.
+    """
+    if output.is_file() and not _is_page(output):
+        raise InputError(f"{output} is no exported page, and would be lost: give another name")
     image = base64.b64encode(_jpeg(poster_of(scene))).decode()
     data = base64.b64encode(scene.read_bytes()).decode()
     page = _page(
@@ -98,7 +103,17 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
     files = {"sw.js": text.encode(), **files}  # the mark comes first: an interrupted export goes on
     for file, content in files.items():
         atomic_write(output / file, content)
+    for old in output.glob("scene.*"):  # of another kind, from an export before
+        if old.name != name:
+            old.unlink()
     return sum(len(content) for content in files.values())
+
+
+def title_of(scene: Path) -> str:
+    """The capture that a .mgs says it is of, or else the file's name."""
+    if scene.suffix.lower() != ".mgs":
+        return scene.stem
+    return str(inspect_mgs(scene)["meta"].get("capture") or scene.stem)
 
 
 @torch.inference_mode()
@@ -115,7 +130,7 @@ def poster_of(path: Path) -> Image.Image:
     if scene.network is not None:
         raise InputError(
             f"{path} asks a network for every Gaussian in every frame, which no viewer does: "
-            "train with --set student.view.kind=fitted"
+            "train with --set student.view.kind=fitted student.view.fraction=0.35"
         )
     if scene.weighting.name == "two_pass":
         raise InputError(f"{path} has the weighting 'two_pass', which no viewer draws")
@@ -140,6 +155,13 @@ def _aside(scene: Scene) -> Camera:
     eye = middle + 2 * size * torch.tensor([0.0, -0.3, -1.0])
     viewmat = look_at(eye, middle, torch.tensor([0.0, -1.0, 0.0]))
     return Camera(viewmat, torch.tensor([[1.0, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]), 1, 1)
+
+
+def _is_page(file: Path) -> bool:
+    """Whether an exported page is there: it begins as all of them do."""
+    begin = (WEB / "index.html").read_bytes().partition(TITLE.encode())[0]
+    with file.open("rb") as opened:
+        return opened.read(len(begin)) == begin
 
 
 def _page(changes: dict[str, str]) -> str:

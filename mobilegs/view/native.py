@@ -56,8 +56,8 @@ class GpuRenderer:
         if scene.network is not None:
             raise InputError(
                 "a scene with a view network is not drawn on a GPU, since every Gaussian would "
-                "ask it in every frame: train with --set student.view.kind=fitted, or draw with "
-                "--backend kernels"
+                "ask it in every frame: train with --set student.view.kind=fitted "
+                "student.view.fraction=0.35, or draw with --backend kernels"
             )
         if scene.weighting.name == "two_pass":
             raise InputError(

@@ -15,6 +15,7 @@ from mobilegs.view.bundle import WEB, viewer_script
 SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
 SCRIPT = "/viewer.js"
 BLOCK = 1 << 20
+KINDS = (".mgs", ".ply", ".spz")
 
 
 class Server(ThreadingHTTPServer):
@@ -29,7 +30,10 @@ class Server(ThreadingHTTPServer):
     def __init__(
         self, scene: Path, other: Path | None = None, *, host: str = "127.0.0.1", port: int = 0
     ) -> None:
-        """Listen on `host`; port 0 takes any that is free. InputError if that cannot be."""
+        """Listen on `host`; port 0 takes any that is free.
+
+        Raises InputError if that cannot be, or a file is no scene by its name and first byte.
+        """
         self.scenes = {SCENE: scene}
         if other:  # both with their names, which the page shows
             self.scenes = {
@@ -37,8 +41,7 @@ class Server(ThreadingHTTPServer):
                 f"{OTHER}/{quote(other.name)}": other,
             }
         for file in self.scenes.values():
-            if not file.is_file():
-                raise InputError(f"cannot read {file}: there is no such file")
+            refuse_unreadable(file)
         if not 0 <= port <= 65535:
             raise InputError(f"a port lies between 0 and 65535, not at {port}")
         try:
@@ -147,6 +150,26 @@ def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: boo
             server.serve_forever()
         except KeyboardInterrupt:
             print()
+
+
+def refuse_unreadable(path: Path) -> None:
+    """Raise InputError unless there is a file of a scene's kind that can be read and is not empty.
+
+    What is in it is left to who opens it.
+    """
+    if path.is_dir():
+        raise InputError(f"cannot read {path}: it is a folder")
+    if path.suffix.lower() not in KINDS:
+        raise InputError(f"{path} is no scene: a .mgs, .ply or .spz file is needed")
+    try:
+        with path.open("rb") as file:
+            empty = not file.read(1)
+    except FileNotFoundError:
+        raise InputError(f"cannot read {path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    if empty:
+        raise InputError(f"{path} is empty")
 
 
 def own_address() -> str:

@@ -39,7 +39,7 @@ const ROOM = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 const NETWORK =
   "this scene asks a network for every Gaussian in every frame, which no viewer does: train it " +
-  "with --set student.view.kind=fitted";
+  "with --set student.view.kind=fitted student.view.fraction=0.35";
 
 /** Of a scene that may be sorted. */
 let centers = new Float32Array(0);

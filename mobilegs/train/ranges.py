@@ -1,0 +1,44 @@
+"""What numbers in a recipe may be."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from mobilegs.errors import InputError
+
+
+@dataclass(frozen=True)
+class Range:
+    """Finite numbers from `low` to `high`; `above`: `low` itself is out, and `below`: `high`."""
+
+    low: float = 0.0
+    high: float = math.inf
+    above: bool = False
+    below: bool = False
+
+    def __contains__(self, value: float | int) -> bool:
+        first = value > self.low if self.above else value >= self.low
+        last = value < self.high if self.below else value <= self.high
+        return math.isfinite(value) and first and last
+
+    def __str__(self) -> str:
+        first = f"above {self.low:g}" if self.above else f"at least {self.low:g}"
+        if self.high == math.inf:
+            return first
+        return f"{first} and {'below' if self.below else 'at most'} {self.high:g}"
+
+
+COUNT = Range(1.0)
+NOT_NEGATIVE = Range()
+POSITIVE = Range(above=True)
+FRACTION = Range(high=1.0)
+SHARE = Range(high=1.0, above=True)  # of which there must be some
+DEGREE = Range(high=3.0)
+
+
+def check(config: Any, **ranges: Range) -> None:
+    """Raise InputError unless the fields of a dataclass are within `ranges`."""
+    for name, allowed in ranges.items():
+        value = getattr(config, name)
+        if value not in allowed:
+            raise InputError(f"{name} must be {allowed}, not {value}")
