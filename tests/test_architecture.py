@@ -16,7 +16,7 @@ LEVELS: list[set[str]] = [
     {"formats"},
     {"compress"},
     {"evaluate"},
-    {"scene_file"},
+    {"scene_file", "pictures"},
     {"train"},
     {"view"},
     {"doctor", "terminal"},
