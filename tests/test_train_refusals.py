@@ -57,7 +57,6 @@ def test_a_setting_that_is_none_is_refused(setting: str) -> None:
         "student.reassign_every=0",
         "student.votes.quantile=1.5",
         "student.votes.votes_per_interval=0",
-        "student.weighting.sigma=0",
         "student.presence.least=2",
     ],
 )
@@ -76,6 +75,8 @@ def test_settings_count_together() -> None:
         with_settings(RECIPE, ["student.target_mb=1"])
     twice = with_settings(RECIPE, ["student.votes.share=0.1", "student.votes.share=0.2"])
     assert twice.student.votes.share == 0.2
+    with pytest.raises(InputError, match="in student, sigma must be above 0"):
+        with_settings(RECIPE, ["student.weighting.sigma=0"])
 
 
 def test_what_a_student_cannot_be_is_said_before_the_teacher_learns(

@@ -47,11 +47,6 @@ class Weighting:
             raise InputError(f"unknown weighting '{self.name}': use one of {', '.join(WEIGHTINGS)}")
         if not 0 < self.exponent_max <= 80:
             raise InputError(f"exponent_max must lie in (0, 80], not {self.exponent_max}")
-        if not (0 < self.sigma < math.inf and 0 <= self.background_weight < math.inf):
-            raise InputError(
-                "sigma must be above 0 and background_weight at least 0, not "
-                f"{self.sigma} and {self.background_weight}"
-            )
 
     def weights(
         self, depths: Float[Tensor, "n"], s_max: Float[Tensor, "n"], phi: Float[Tensor, "n"]

@@ -11,7 +11,16 @@ from mobilegs.render import Weighting
 from mobilegs.render.scene import BLENDS
 from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import VoteConfig
-from mobilegs.train.ranges import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, SHARE, Range, check
+from mobilegs.train.ranges import (
+    COUNT,
+    DEGREE,
+    FRACTION,
+    NOT_NEGATIVE,
+    POSITIVE,
+    SHARE,
+    Range,
+    check,
+)
 from mobilegs.train.view_dependence import ViewDependence
 
 CODINGS = ("nvq", "sq")
@@ -167,3 +176,4 @@ class StudentConfig:
             start_opacity=Range(high=1.0, below=True),
         )
         check(self, final_rate=SHARE)
+        check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
