@@ -64,7 +64,9 @@ class RunFolder:
             content = json.loads(self.config.read_text())
             recipe = from_json(Recipe, content["recipe"])
             return content["options"], recipe, content["photos"]
-        except (OSError, KeyError, TypeError, json.JSONDecodeError) as error:
+        except InputError as error:
+            raise InputError(f"{self.config} cannot be used: {error}") from error
+        except (OSError, KeyError, TypeError, ValueError) as error:
             raise InputError(
                 f"{self.config} is damaged ({error}): delete the folder and start anew"
             ) from error
