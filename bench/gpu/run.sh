@@ -34,7 +34,7 @@ if [ "$agenda" = paper ]; then
   runs=${RUNS:-runs/paper}
   part paper 570 "$python" bench/paper.py --scenes full --rows teacher ours network \
     --runs "$runs" --json "$out/paper.json"
-  for scene in "$runs"/*/ours-0/scene.mgs; do
+  for scene in "$runs"/*/ours-*-0/scene.mgs; do
     [ -f "$scene" ] || continue
     name=$(basename "$(dirname "$(dirname "$scene")")")
     mkdir -p "$out/$name" && cp "$scene" "$(dirname "$scene")/cell.json" "$out/$name/"
