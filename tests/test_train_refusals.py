@@ -138,6 +138,18 @@ def test_a_finished_run_hears_what_contradicts_it(capture: Path, run: Path) -> N
         train_run(TrainRun(capture, run, resume=True))
 
 
+@pytest.mark.parametrize("poses", [None, [0.0] * 11, ["x"] * 12])
+def test_a_configuration_whose_photos_are_damaged_is_refused(
+    capture: Path, run: Path, poses: object
+) -> None:
+    config = run / "config.json"
+    content = json.loads(config.read_text())
+    content["photos"]["poses"] = poses
+    config.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=r"config\.json is damaged"):
+        train_run(TrainRun(capture, run, resume=True))
+
+
 def test_a_demo_leaves_another_run_alone(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["demo", "-o", str(run)]) == 2
     assert "holds a run of something else" in capsys.readouterr().err

@@ -62,8 +62,11 @@ class RunFolder:
         """Options, recipe and photos of the run that this folder holds."""
         try:
             content = json.loads(self.config.read_text())
-            recipe = from_json(Recipe, content["recipe"])
-            return content["options"], recipe, content["photos"]
+            recipe, photos = from_json(Recipe, content["recipe"]), content["photos"]
+            poses = [float(number) for number in photos["poses"]]
+            if len(poses) != 12:
+                raise ValueError(f"a mean pose of {len(poses)} numbers")
+            return content["options"], recipe, {**photos, "poses": poses}
         except InputError as error:
             raise InputError(f"{self.config} cannot be used: {error}") from error
         except (OSError, KeyError, TypeError, ValueError) as error:
