@@ -65,17 +65,24 @@ def layer_columns(cell: dict) -> list[str]:
     return [*longer, *(f"{part['psnr']:.2f}" for part in layers["beginnings"])]
 
 
+def runs_of(cells: dict[str, dict]) -> dict[tuple[str, int], dict[str, dict]]:
+    """Our variants by scene and steps."""
+    runs: dict[tuple[str, int], dict[str, dict]] = {}
+    for key, cell in cells.items():
+        if key.count("/") == 2:
+            scene, steps, name = key.split("/")
+            runs.setdefault((scene, int(steps)), {})[name] = cell
+    return dict(sorted(runs.items()))
+
+
 def sections(cells: dict[str, dict]) -> list[str]:
-    """One section a scene: variants, what their bytes are, peers."""
+    """One section a scene and length: variants, what their bytes are; then a scene's peers."""
     lines: list[str] = []
-    for scene in dict.fromkeys(key.split("/")[0] for key in cells):
-        found = {key: cell for key, cell in cells.items() if key.startswith(f"{scene}/")}
-        ours = {key.split("/")[2]: cell for key, cell in found.items() if key.count("/") == 2}
-        steps = {key.split("/")[1] for key in found if key.count("/") == 2}
+    for (scene, steps), ours in runs_of(cells).items():
         plain = ours.get("plain")
-        lines += [f"### {scene}, {', '.join(sorted(steps))} steps", ""]
+        lines += [f"### {scene}, {steps} steps", ""]
         rows = [row_of(name, cell, plain) for name, cell in ours.items()]
-        lines += [*table(HEADINGS, rows), "", "Bits of a Gaussian:", ""]
+        lines += [*table(HEADINGS, rows), ""]
         rows = []
         for name, cell in ours.items():
             if "streams" in cell:
@@ -85,50 +92,48 @@ def sections(cells: dict[str, dict]) -> list[str]:
                 }
                 count = cell["gaussians"]
                 rows.append([f"`{name}`", *(f"{value / count:.2f}" for value in bits.values())])
-        lines += [*table(["variant", *PARTS], rows), ""]
+        if rows:
+            lines += ["Bits of a Gaussian:", "", *table(["variant", *PARTS], rows), ""]
         rows = [
             [f"`{name}`", *layer_columns(cell)] for name, cell in ours.items() if "layers" in cell
         ]
         if rows:
             lines += ["In layers:", "", *table(LAYER_HEADINGS, rows), ""]
-        teacher = found.get(f"{scene}/teacher")
+    for scene in dict.fromkeys(key.split("/")[0] for key in cells):
+        teacher = cells.get(f"{scene}/teacher")
+        peers = {name: cells[f"{scene}/{name}"] for name in PEERS if f"{scene}/{name}" in cells}
         if teacher:
-            rows = [
-                row_of(name, found[f"{scene}/{name}"], teacher)
-                for name in PEERS
-                if f"{scene}/{name}" in found
-            ]
-            lines += ["The sorted teacher in other formats:", "", *table(HEADINGS, rows), ""]
+            rows = [row_of(name, cell, teacher) for name, cell in peers.items()]
+            lines += [f"### {scene}: the sorted teacher in other formats", ""]
+            lines += [*table(HEADINGS, rows), ""]
     return lines
 
 
 def plot(cells: dict[str, dict]) -> None:
-    """What is lost by bytes a Gaussian, one panel a scene."""
+    """What is lost by bytes a Gaussian, one panel a scene and length."""
     import matplotlib.pyplot as plt
 
-    scenes = list(dict.fromkeys(key.split("/")[0] for key in cells))
+    runs = {key: ours for key, ours in runs_of(cells).items() if "plain" in ours and len(ours) > 1}
     figure, axes = plt.subplots(
-        1, len(scenes), figsize=(4.6 * len(scenes), 4), squeeze=False, layout="constrained"
+        1, len(runs), figsize=(4.2 * len(runs), 4), squeeze=False, layout="constrained", sharey=True
     )
-    for axis, scene in zip(axes[0], scenes, strict=True):
-        found = {key: cell for key, cell in cells.items() if key.startswith(f"{scene}/")}
-        bases = {2: next((c for k, c in found.items() if k.endswith("/plain")), None)}
-        bases[1] = found.get(f"{scene}/teacher")
+    colors: dict[str, str] = {}
+    for axis, ((scene, steps), ours) in zip(axes[0], runs.items(), strict=True):
         lines: dict[str, list[tuple[float, float]]] = {}
-        for key, cell in found.items():
-            base = bases[key.count("/")]
-            if base is None or cell is base or "bytes" not in cell:
-                continue
-            name = key.split("/")[-1]
-            kind = "sq" if name.startswith("sq") and name != "sq-fixed" else name
-            point = (cell["bytes"] / cell["gaussians"], cell["psnr"] - base["psnr"])
-            lines.setdefault(kind, []).append(point)
+        for name, cell in ours.items():
+            if "bytes" in cell:
+                kind = "sq" if name.startswith("sq") and name != "sq-fixed" else name
+                lost = cell["psnr"] - ours["plain"]["psnr"]
+                lines.setdefault(kind, []).append((cell["bytes"] / cell["gaussians"], lost))
         for kind, points in lines.items():
-            axis.plot(*zip(*sorted(points), strict=True), "o-", label=kind, alpha=0.8)
+            color = colors.setdefault(kind, f"C{len(colors)}")
+            x, y = zip(*sorted(points), strict=True)
+            axis.plot(x, y, "o-", color=color, label=kind, alpha=0.8)
         axis.axhline(0, color="gray", linewidth=0.8)
-        axis.set(title=scene, xlabel="bytes a Gaussian", ylabel="PSNR lost, dB")
+        axis.set(title=f"{scene}, {steps} steps", xlabel="bytes a Gaussian")
         axis.grid(alpha=0.3, which="both")
-    axes[0][0].legend(fontsize=8)
+        axis.legend(fontsize=8)
+    axes[0][0].set_ylabel("PSNR lost, dB")
     figure.savefig(PLOT, dpi=110)
 
 

@@ -12,6 +12,7 @@ are as many as OMP_NUM_THREADS says. `peak_mib`: by how much the process grows a
 """
 
 import argparse
+import ctypes
 import json
 import os
 import platform
@@ -47,6 +48,7 @@ def peak_mib(run: Callable[[], Any]) -> float | None:
     """The most memory that this process holds while it runs, above what it held before."""
     if not STATUS.exists():
         return None
+    ctypes.CDLL(None).malloc_trim(0)  # or what was freed before would be taken again, unseen
     Path("/proc/self/clear_refs").write_text("5")  # the highest mark begins anew
     before = kibibytes("VmRSS")
     kept = run()
