@@ -86,7 +86,10 @@ def render_sortfree(
     screen_grads: Float[Tensor, "n 2"] | None = None,
     backend: Backend = "auto",
 ) -> Rendered:
-    """Order-independent blending; `sortfree.render_sortfree` is its definition."""
+    """Order-independent blending; `sortfree.render_sortfree` is its definition.
+
+    `depth`, `screen_grads` and `backend` mean what they do in `render_sorted`.
+    """
     if _chosen(backend, means) == "definition":
         drawn = sortfree_definition.render_sortfree(
             means,
