@@ -11,7 +11,7 @@ import pytest
 from mobilegs import cli
 from mobilegs.errors import InputError
 from mobilegs.view.bundle import viewer_script
-from mobilegs.view.serve import SCENE, Server, own_address
+from mobilegs.view.serve import SCENE, Server, own_address, serve
 
 
 @pytest.fixture(scope="module")
@@ -148,4 +148,4 @@ def test_what_is_no_scene_is_not_served(
     else:
         path.write_bytes(content)
     with pytest.raises(InputError, match=sentence):
-        Server(path)
+        serve(path, None, lan=False, port=0, browser=False)

@@ -30,10 +30,7 @@ class Server(ThreadingHTTPServer):
     def __init__(
         self, scene: Path, other: Path | None = None, *, host: str = "127.0.0.1", port: int = 0
     ) -> None:
-        """Listen on `host`; port 0 takes any that is free.
-
-        Raises InputError if that cannot be, or a file is no scene by its name and first byte.
-        """
+        """Listen on `host`; port 0 takes any that is free. InputError if that cannot be."""
         self.scenes = {SCENE: scene}
         if other:  # both with their names, which the page shows
             self.scenes = {
@@ -41,7 +38,8 @@ class Server(ThreadingHTTPServer):
                 f"{OTHER}/{quote(other.name)}": other,
             }
         for file in self.scenes.values():
-            refuse_unreadable(file)
+            if not file.is_file():
+                raise InputError(f"cannot read {file}: there is no such file")
         if not 0 <= port <= 65535:
             raise InputError(f"a port lies between 0 and 65535, not at {port}")
         try:
@@ -130,8 +128,11 @@ def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: boo
 
     With `lan`, phones in the same network can open it too: the address is shown as a QR code.
     Browsers give no WebGPU to pages that come over plain http from elsewhere; the viewer then
-    draws with WebGL2.
+    draws with WebGL2. InputError for files that are no scenes by their names, or empty.
     """
+    for file in (scene, other):
+        if file is not None:
+            refuse_unreadable(file)
     server = Server(scene, other, host="0.0.0.0" if lan else "127.0.0.1", port=port)
     with server:
         local = server.address("127.0.0.1")

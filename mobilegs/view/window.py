@@ -269,7 +269,7 @@ class Window:
         elif key == "p":
             try:
                 print(f"saved {self.save()}", flush=True)
-            except OSError as error:
+            except (InputError, OSError) as error:
                 print(f"the picture could not be saved: {error}", file=sys.stderr)
         elif key == "i":
             self.timed, self._titled = not self.timed, 0.0

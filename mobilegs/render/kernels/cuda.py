@@ -107,7 +107,7 @@ def cubin(arch: str) -> bytes:
     code, _ = compile_kernels(arch)
     try:
         atomic_write(path, code)
-    except OSError:
+    except (InputError, OSError):
         pass  # a read-only home costs two seconds a process, no more
     return code
 
