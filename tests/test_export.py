@@ -239,5 +239,6 @@ def test_a_page_is_called_after_the_capture(tmp_path: Path) -> None:
 def test_an_exported_folder_holds_one_scene(scene: Path, site: tuple[Path, str]) -> None:
     folder, _ = site
     (folder / "scene.ply").write_bytes(b"of an export before")
+    (folder / "scene.txt").write_bytes(b"mine")
     assert cli.main(["export", str(scene), "--to", "site", "-o", str(folder)]) == 0
-    assert [path.name for path in folder.glob("scene.*")] == ["scene.mgs"]
+    assert {path.name for path in folder.glob("scene.*")} == {"scene.mgs", "scene.txt"}

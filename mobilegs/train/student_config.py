@@ -175,5 +175,5 @@ class StudentConfig:
             sh_degree=DEGREE,
             start_opacity=Range(high=1.0, below=True),
         )
-        check(self, final_rate=SHARE)
+        check(self, final_rate=SHARE)  # a rate of the rates, which must leave something
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)

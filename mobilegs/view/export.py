@@ -18,6 +18,7 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 from mobilegs.view.bundle import WEB, element_script, viewer_script
+from mobilegs.view.serve import KINDS
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
 ICON = 512
@@ -103,9 +104,9 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
     files = {"sw.js": text.encode(), **files}  # the mark comes first: an interrupted export goes on
     for file, content in files.items():
         atomic_write(output / file, content)
-    for old in output.glob("scene.*"):  # of another kind, from an export before
-        if old.name != name:
-            old.unlink()
+    for kind in KINDS:  # of an export before
+        if f"scene{kind}" != name:
+            (output / f"scene{kind}").unlink(missing_ok=True)
     return sum(len(content) for content in files.values())
 
 
