@@ -83,6 +83,9 @@ ROWS: dict[str, Row] = {
     ),
     "no-phi": Row("ablation", "opacity a constant, phi = 1", (CONSTANT,)),
     "no-codes": Row("ablation", "neither networks nor codebooks", EXPLICIT, coded=False),
+    "full-ellipses": Row(
+        "ablation", "ellipses out to alpha = 1/255", ("student.weighting.alpha_min=0.00392157",)
+    ),
     "no-depth-term": Row("ablation", "w without phi / d^2", ("student.weighting.name=no_depth",)),
     "no-scale-term": Row("ablation", "w without exp(s / d)", ("student.weighting.name=no_scale",)),
     "sh-0": Row("ablation", "colour of degree 0", ("student.sh_degree=0",)),

@@ -18,6 +18,7 @@ from scenes import SORTED, SORTFREE, as_float32, camera, random_scene
 from mobilegs.camera import Camera
 from mobilegs.render import Weighting, render_sorted, render_sortfree
 from mobilegs.render.lobes import constant_lobes
+from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.rendered import Rendered
 from mobilegs.render.sortfree import WEIGHTINGS
 
@@ -28,6 +29,8 @@ RENDERERS: dict = {"sorted": (render_sorted, {})}
 for _name in WEIGHTINGS:
     _weighting = Weighting(_name, sigma=4.0, background_weight=0.7, exponent_max=1.5)
     RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
+_weighting = Weighting(exponent_max=1.5, alpha_min=1 / 20)
+RENDERERS["small ellipses"] = (render_sortfree, {"weighting": _weighting})
 # those that differ in their gradients alone
 DETACHED = {
     f"{name} detached": (render, {"weighting": replace(options["weighting"], detached=True)})
@@ -39,6 +42,11 @@ SHADED = [name for name in RENDERERS if name != "two_pass"]  # what the viewers 
 
 def names_of(renderer: str) -> tuple[str, ...]:
     return SORTED if renderer == "sorted" else SORTFREE
+
+
+def least_alpha(renderer: str) -> float:
+    options = RENDERERS[renderer.removesuffix(" detached")][1]
+    return options["weighting"].alpha_min if options else ALPHA_MIN
 
 
 def constant(opacity: float, phi: float = 1.0) -> torch.Tensor:

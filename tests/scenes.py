@@ -6,7 +6,7 @@ from torch import Tensor
 from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.render.lobes import seen_along
-from mobilegs.render.project import pair_alphas, project
+from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
 from mobilegs.render.sortfree import SURFACE_ALPHA, surface_limits
 from mobilegs.spherical_harmonics import C0
 from mobilegs.view.gpu import adapter
@@ -66,19 +66,24 @@ def as_float32(scene: dict[str, Tensor]) -> dict[str, Tensor]:
 
 
 def near_threshold(
-    scene: dict[str, Tensor], view: Camera, *, names: tuple[str, ...], margin: float = 2e-5
+    scene: dict[str, Tensor],
+    view: Camera,
+    *,
+    names: tuple[str, ...],
+    margin: float = 2e-5,
+    least: float = ALPHA_MIN,
 ) -> Tensor:
     """Pixels `[h, w]` where rounding decides.
 
-    Some alpha lies close to 1/255, or to where surfaces begin, or some depth to a surface's limit.
+    Some alpha lies close to `least` or to where surfaces begin, or some depth to a surface's limit.
     """
     o = scene["opacities"]
     if names == SORTFREE:
         offsets = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
         o = seen_along(scene["lobes"], offsets)[0]
     shapes = [scene[name] for name in SORTED[:3]]
-    projected = project(*shapes, o, scene["sh"], camera=view)
-    low, high = (pair_alphas(projected, o * (1 + m), view) for m in (-margin, margin))
+    projected = project(*shapes, o, scene["sh"], camera=view, alpha_min=least)
+    low, high = (pair_alphas(projected, o * (1 + m), view, least) for m in (-margin, margin))
     unsure = ((low > 0) != (high > 0)) | ((low >= SURFACE_ALPHA) != (high >= SURFACE_ALPHA))
     limits = surface_limits(high, projected.depths)
     unsure |= (high > 0) & ((projected.depths / limits - 1).abs() < 1e-6)

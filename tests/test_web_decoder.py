@@ -29,6 +29,7 @@ from mobilegs.compress.scalars import ScalarCodes, ScalarSteps
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes
+from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.view_network import ViewNetwork
 
 WEB = Path(__file__).parent / "web"
@@ -51,20 +52,21 @@ class Case:
     steps: ScalarSteps | None = None
     """Of scalars in the place of codebooks."""
     layers: tuple[int, ...] = ()
+    alpha_min: float = ALPHA_MIN
 
 
 CASES = {
     "one Gaussian": Case(1),
     "nothing by direction": Case(300, size=64, exponent=0, spread=30.0),
     "network": Case(120, network=True, skewed=True),
-    "linear lobes": Case(40, LobeShape(2, 6), size=1),
+    "linear lobes": Case(40, LobeShape(2, 6), size=1, alpha_min=0.02),
     "lobes without latents": Case(90, LobeShape(1, 0, (7, 5)), exponent=14, spread=1e-4),
     "constant lobes": Case(50, LobeShape(0, 0), opacity=False),
     "one hidden layer": Case(500, LobeShape(0, 2, (5,)), size=4096),
     "three hidden layers": Case(333, LobeShape(3, 32, (16, 1, 256)), opacity=False),
     "several lanes": Case(20_000, LobeShape(2, 12, (64,)), size=300, skewed=True),
     "scalars": Case(9000, LobeShape(2, 12, (64,)), skewed=True, steps=ScalarSteps()),
-    "scalars with lobes": Case(80, LobeShape(1, 2, (4,)), steps=ScalarSteps()),
+    "scalars with lobes": Case(80, LobeShape(1, 2, (4,)), steps=ScalarSteps(), alpha_min=0.1),
     "one Gaussian of scalars": Case(1, LobeShape(1, 2), opacity=False, steps=ScalarSteps()),
     "scalars sorted, fine": Case(700, steps=ScalarSteps(0.01, 0.002, 0.01, 0.01)),
     "scalars, coarse": Case(300, LobeShape(0, 0), steps=ScalarSteps(3.0, 2.0, 2.0, 9.0)),
@@ -118,7 +120,13 @@ def make_scene(case: Case, seed: int = 0) -> CodedScene:
         decoder=AppearanceDecoder(g),
         lobe_decoder=decoder,
         network=ViewNetwork(g) if case.network else None,
-        weighting=Weighting("no_depth", exponent_max=6.5, sigma=0.1, background_weight=1.5),
+        weighting=Weighting(
+            "no_depth",
+            exponent_max=6.5,
+            sigma=0.1,
+            background_weight=1.5,
+            alpha_min=case.alpha_min,
+        ),
         background=torch.tensor([0.1, 0.5, 1.0]),
         near=0.05,
         views=[camera(), camera().resized(64, 48)],

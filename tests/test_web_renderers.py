@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 from browser import VIEW, Chromium, Tab
-from golden import BACKGROUND, BASE, CASES, SHADED, defined, inputs_of, names_of
+from golden import BACKGROUND, BASE, CASES, SHADED, defined, inputs_of, least_alpha, names_of
 from scenes import as_float32, camera, near_threshold, random_scene
 from test_native import as_scene, inria_camera
 from test_web_decoder import Case, make_scene
@@ -94,6 +94,7 @@ class Painter:
                 "exponentMax": weighting.exponent_max,
                 "sigma": weighting.sigma,
                 "backgroundWeight": weighting.background_weight,
+                "alphaMin": weighting.alpha_min,
             },
             "background": scene.background.tolist(),
         }
@@ -134,10 +135,11 @@ def painters(chromium: Chromium) -> Iterator[Painters]:
 
 
 @cache
-def sure(case: str, names: tuple[str, ...]) -> torch.Tensor:
+def sure(case: str, renderer: str) -> torch.Tensor:
     """The pixels of a case where no rounding decides what is drawn."""
     inputs, view = inputs_of(case)
-    return ~near_threshold(inputs, view, names=names, margin=1e-4)
+    names, least = names_of(renderer), least_alpha(renderer)
+    return ~near_threshold(inputs, view, names=names, margin=1e-4, least=least)
 
 
 definition = cache(defined)
@@ -156,7 +158,7 @@ def test_a_browser_agrees_with_the_definition(
 ) -> None:
     inputs, view = inputs_of(case)
     drawn = painters(kind, full_precision=True).paint(view, as_scene(inputs, renderer))
-    reference, keep = definition(case, renderer), sure(case, names_of(renderer))
+    reference, keep = definition(case, renderer), sure(case, renderer)
     assert torch.cat([drawn.image.flatten(), drawn.alpha.flatten()]).isfinite().all()
     for name in ("image", "alpha"):
         found = decibels(getattr(drawn, name)[keep], getattr(reference, name)[keep])

@@ -30,6 +30,7 @@ from mobilegs.compress.scalar_streams import Column, Scalar, scalars_of
 from mobilegs.compress.scalars import CODE_MAX, COLUMNS
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
+from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.scene import BLENDS
 from mobilegs.render.sortfree import WEIGHTINGS
 
@@ -95,6 +96,8 @@ def describe(coded: CodedScene) -> dict[str, Any]:
             "exponent_max": coded.weighting.exponent_max,
             "name": coded.weighting.name,
             "sigma": coded.weighting.sigma,
+            # what earlier versions did not name
+            **({"alpha_min": least} if (least := coded.weighting.alpha_min) != ALPHA_MIN else {}),
         },
     }
 
@@ -265,6 +268,7 @@ def _parse_weighting(fields: dict[str, Any]) -> Weighting:
         exponent_max=_number(fields, "exponent_max"),
         sigma=_number(fields, "sigma"),
         background_weight=_number(fields, "background_weight"),
+        alpha_min=_number(fields, "alpha_min") if "alpha_min" in fields else ALPHA_MIN,
     )
 
 

@@ -14,7 +14,7 @@ from mobilegs.camera import Camera
 from mobilegs.spherical_harmonics import sh_colors
 
 BLUR = 0.3  # px^2 added to both variances, so that no splat is thinner than a pixel
-ALPHA_MIN = 1 / 255  # contributions below are dropped
+ALPHA_MIN = 1 / 255  # contributions below are dropped, unless a scene drops more
 ALPHA_MAX = 0.99  # contributions are clamped to this
 JACOBIAN_MARGIN = 0.3  # the linearisation point stays within 1.3 times the half field of view
 
@@ -29,9 +29,9 @@ class Projected(NamedTuple):
         depths: camera-space z of the centres, `[n]`.
         colors: colours seen from the camera, at least 0, `[n, 3]`.
         radii: half width and height, in pixels, of the box around the ellipse on which alpha
-            reaches 1/255, `[n, 2]`; no gradient.
+            reaches alpha_min, `[n, 2]`; no gradient.
         visible: whether the Gaussian can touch the picture, `[n]`. Behind the near plane, off
-            the picture, too faint (opacity <= 1/255), with a value that is not finite or a
+            the picture, too faint (opacity <= alpha_min), with a value that is not finite or a
             quaternion of length 0: not visible, and of gradient 0.
     """
 
@@ -80,8 +80,12 @@ def project(
     sh: Float[Tensor, "n k 3"],
     *,
     camera: Camera,
+    alpha_min: float = ALPHA_MIN,
 ) -> Projected:
-    """Project activated Gaussians (scales in world units, opacities in [0, 1]) into `camera`."""
+    """Project activated Gaussians (scales in world units, opacities in [0, 1]) into `camera`.
+
+    What contributes less than `alpha_min` at a pixel is dropped there.
+    """
     rotation, translation = camera.viewmat[:3, :3], camera.viewmat[:3, 3]
     focal = camera.K.diagonal()[:2]
     drawn = (
@@ -90,7 +94,7 @@ def project(
         .all(1)
     )
     drawn &= (quats.detach() ** 2).sum(1) > 0
-    drawn &= opacities.detach() > ALPHA_MIN
+    drawn &= opacities.detach() > alpha_min
     # rows that are not drawn get harmless values, so that neither they nor 0 * inf reach a sum
     means = torch.where(drawn[:, None], means, camera.position)
     quats = torch.where(drawn[:, None], quats, quats.new_tensor([1.0, 0, 0, 0]))
@@ -119,7 +123,7 @@ def project(
     colors = sh_colors(sh, torch.nn.functional.normalize(safe, dim=1))
 
     with torch.no_grad():
-        reach = 2 * torch.log((opacities * 255).clamp_min(1))  # squared Mahalanobis radius
+        reach = 2 * torch.log((opacities / alpha_min).clamp_min(1))  # squared Mahalanobis radius
         radii = torch.stack([reach * var_x, reach * var_y], dim=1).sqrt()
         radii = torch.where(drawn[:, None], radii, 0.0)
         size = means2d.new_tensor([camera.width, camera.height])
@@ -131,11 +135,14 @@ def project(
 
 
 def pair_alphas(
-    projected: Projected, opacities: Float[Tensor, "n"], camera: Camera
+    projected: Projected,
+    opacities: Float[Tensor, "n"],
+    camera: Camera,
+    alpha_min: float = ALPHA_MIN,
 ) -> Float[Tensor, "pixels n"]:
     """Alpha of every Gaussian at every pixel, row by row; 0 where it does not contribute.
 
-    `alpha = min(0.99, o exp(-q / 2))`, and 0 below 1/255. The clamp stops the gradient.
+    `alpha = min(0.99, o exp(-q / 2))`, and 0 below `alpha_min`. The clamp stops the gradient.
     """
     like = projected.means2d
     ys, xs = torch.meshgrid(
@@ -147,5 +154,5 @@ def pair_alphas(
     dy = ys.reshape(-1, 1) - like[:, 1]
     a, b, c = projected.conics.unbind(1)
     alphas = opacities * torch.exp(-0.5 * (a * dx * dx + c * dy * dy) - b * dx * dy)
-    counts = (alphas >= ALPHA_MIN) & projected.visible
+    counts = (alphas >= alpha_min) & projected.visible
     return torch.where(counts, alphas.clamp_max(ALPHA_MAX), 0.0)

@@ -10,7 +10,7 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.render.lobes import seen_along
-from mobilegs.render.project import pair_alphas, project
+from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
 from mobilegs.render.rendered import Rendered
 
 WEIGHTINGS = ("mobile_gs", "no_depth", "no_scale", "sort_free_gs", "two_pass")
@@ -38,6 +38,9 @@ class Weighting:
     """Depth, in world units, at which a Gaussian of `sort_free_gs` stops counting."""
     background_weight: float = 0.0
     """Weight of the background in the mean of `sort_free_gs`; 0 for all others."""
+    alpha_min: float = ALPHA_MIN
+    """Where a Gaussian adds less to a pixel, it adds nothing: an ellipse ends there. What a frame
+    costs is mostly the area of ellipses, and 1/255 is more than a scene trained so needs."""
     detached: bool = False
     """Whether depth and scale learn nothing through w, as in the paper's release, where those
     gradients are lost. It changes no picture, and files do not hold it."""
@@ -47,6 +50,8 @@ class Weighting:
             raise InputError(f"unknown weighting '{self.name}': use one of {', '.join(WEIGHTINGS)}")
         if not 0 < self.exponent_max <= 80:
             raise InputError(f"exponent_max must lie in (0, 80], not {self.exponent_max}")
+        if not 1e-4 <= self.alpha_min <= 0.1:
+            raise InputError(f"alpha_min must lie in [0.0001, 0.1], not {self.alpha_min}")
 
     def weights(
         self, depths: Float[Tensor, "n"], s_max: Float[Tensor, "n"], phi: Float[Tensor, "n"]
@@ -109,9 +114,10 @@ def render_sortfree(
     offsets = torch.where(fine[:, None], means - camera.position, 1.0)
     directions = torch.nn.functional.normalize(offsets, dim=1)
     opacities, phi = seen_along(torch.where(fine[:, None, None], lobes, 0.0), directions)
-    projected = project(means, quats, scales, opacities, sh, camera=camera)
+    least = weighting.alpha_min
+    projected = project(means, quats, scales, opacities, sh, camera=camera, alpha_min=least)
     projected = projected._replace(visible=projected.visible & fine)
-    alphas = pair_alphas(projected, opacities, camera)  # [pixels, n]
+    alphas = pair_alphas(projected, opacities, camera, least)  # [pixels, n]
     log_passed = torch.log1p(-alphas).sum(1, keepdim=True)
     light = torch.exp(log_passed)  # [pixels, 1], T
     if weighting.name == "two_pass":

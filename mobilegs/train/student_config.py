@@ -38,9 +38,10 @@ class StudentConfig:
     blend: str = "sortfree"
     """`sorted` blends in the order of depth, as the teacher does: a quantised 3DGS scene. There is
     no phi then, and the view dependence must be `constant`."""
-    weighting: Weighting = field(default_factory=Weighting)
-    """The weights that take the place of the order. Of `sort_free_gs`, sigma (here in extents of
-    the scene) and the background's weight are where learning begins; a weight of 0 stays 0."""
+    weighting: Weighting = field(default_factory=lambda: Weighting(alpha_min=1 / 64))
+    """The weights that take the place of the order, and where ellipses end: at 1/64 they are a
+    third smaller than at the paper's 1/255. Of `sort_free_gs`, sigma (here in extents of the
+    scene) and the background's weight are where learning begins; a weight of 0 stays 0."""
     sh_degree: int = 1
     """Degree of the colour's spherical harmonics, 0 to 3."""
     view: ViewDependence = field(default_factory=ViewDependence)

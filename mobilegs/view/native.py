@@ -15,7 +15,7 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.render.lobes import constant_lobes
-from mobilegs.render.project import jacobian_limits, rotation_matrices
+from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
 from mobilegs.view.gpu import program
@@ -207,6 +207,7 @@ class GpuRenderer:
             *(camera.width, camera.height, weighting.sigma, weighting.background_weight),
             self.program.weight_scale,
             *(self.count, *self._sizes, WEIGHTINGS.index(weighting.name)),
+            ALPHA_MIN if self.program.sorted else weighting.alpha_min,
         )
 
     def _project(self, encoder: Any) -> None:
@@ -250,8 +251,9 @@ class GpuRenderer:
 
 
 # view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
-# size, sigma and background_weight, weight_scale, then the integers; what packed scenes need is 0
-_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 44x")
+# size, sigma and background_weight, weight_scale, then the integers; what packed scenes need is 0;
+# alpha_min
+_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f 4x")
 _DRAWN = struct.Struct("<5I")  # project.wgsl's Drawn
 
 

@@ -28,6 +28,7 @@ from mobilegs.render.lobes import constant_lobes  # noqa: E402
 ROWS = 12  # of each file that are written down
 FILES = {
     "nvq_constant": Case(40, size=5),
+    "nvq_ends": Case(25, size=4, alpha_min=1 / 64),
     "nvq_one": Case(1, LobeShape(0, 2, (3,)), size=2),
     "nvq_linear_lobes": Case(60, LobeShape(2, 6), size=16, skewed=True),
     "nvq_hidden_lobes": Case(300, LobeShape(1, 4, (8, 5)), opacity=False, size=64, exponent=0),

@@ -5,7 +5,6 @@
 #include "lanes.h"
 
 #define TILE 16
-#define ALPHA_MIN (1.0f / 255.0f)
 #define ALPHA_MAX 0.99f
 #define TRANSMITTANCE_MIN 1e-4f
 #define WEIGHT_MIN 1e-12f
@@ -25,6 +24,7 @@ struct View {
   float near_plane;
   float background[3];
   float exponent_max, sigma, background_weight;  // of the weighting
+  float alpha_min;                               // contributions below are dropped
   int width, height;
   int weighting;
   int detached;   // whether w gives no gradient to depth and scale
@@ -40,7 +40,7 @@ struct alignas(64) Splat {
   float weight;        // w of sort-free blending
   float r, g, b;       // colour, at least 0
   float z;             // camera-space depth
-  float reach;         // squared Mahalanobis radius at which alpha is 1/255
+  float reach;         // squared Mahalanobis radius at which alpha is alpha_min
   short x0, x1, y0, y1;  // pixels of the ellipse's box, [x0, x1) x [y0, y1); empty: not visible
   float det;             // of the conic, from a sum of squares: A C - B^2 would cancel
   float log2_opacity;
@@ -238,7 +238,7 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
     seen = seen_along(view, lobes, basis);
     opacity = 1 / (1 + expf(-seen.logit));
   }
-  if (!(opacity > ALPHA_MIN)) return false;
+  if (!(opacity > view.alpha_min)) return false;
   float var_x = BLUR, var_y = BLUR, cov = 0;
   for (int n = 0; n < 3; n++) {
     var_x += g.px[n] * g.px[n];
@@ -256,7 +256,7 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
   s.z = g.z;
   s.opacity = opacity;
   s.log2_opacity = log2f(opacity);
-  s.reach = (2 / LOG2_E) * (s.log2_opacity + 7.994353437f);  // 2 ln(255 o)
+  s.reach = (2 / LOG2_E) * (s.log2_opacity - log2f(view.alpha_min));  // 2 ln(o / alpha_min)
   s.weight = weight_of(view, g.z, largest(scale), max_of(seen.raw_phi, 0.0f));
 
   float color[3] = {0.5f, 0.5f, 0.5f};

@@ -85,7 +85,7 @@ MGS_FN Sums<float> load_sums(const float* p) {
 template <int COUNT>
 struct Batch {
   float4 place[COUNT];    // x, y, and a and b of a Row, the latter without its dy
-  float4 falloff[COUNT];  // c of a Row without its dy^2, log2 opacity, weight
+  float4 falloff[COUNT];  // c of a Row without its dy^2, log2 opacity, weight, least of a Row
   float4 color[COUNT];    // r, g, b, z
   short4 box[COUNT];      // x0, x1, y0, y1
 };
@@ -96,7 +96,7 @@ MGS_FN void stage(Batch<COUNT>& batch, int k, const Splat& s, bool weighted) {
   Row line = row_of(s, 1.0f);
   float w = weighted ? s.weight : 1.0f;
   batch.place[k] = make_float4(s.x, s.y, line.a, line.b);
-  batch.falloff[k] = make_float4(-0.5f * LOG2_E * s.C, s.log2_opacity, s.weight, 0.0f);
+  batch.falloff[k] = make_float4(-0.5f * LOG2_E * s.C, s.log2_opacity, s.weight, line.least);
   batch.color[k] = make_float4(w * s.r, w * s.g, w * s.b, w * s.z);
   batch.box[k] = make_short4(s.x0, s.x1, s.y0, s.y1);
 }
@@ -116,7 +116,7 @@ MGS_FN unsigned touching(const Batch<COUNT>& batch, int base, int count, int x, 
 
 // Alpha of one entry at (x, y), before its ceiling.
 MGS_FN float alpha_at(const float4& place, const float4& falloff, float dx, float dy) {
-  Row line = {place.z, place.w * dy, falloff.x * dy * dy + falloff.y};
+  Row line = {place.z, place.w * dy, falloff.x * dy * dy + falloff.y, falloff.w};
   return pair_alpha(dx, line);
 }
 

@@ -4,7 +4,7 @@
 #include "core.h"
 
 // ---------------------------------------------------------------- tiles
-// Columns [left, right] (in pixels, relative to nothing) that the ellipse alpha >= 1/255 covers
+// Columns [left, right] (in pixels, relative to nothing) that the ellipse alpha >= alpha_min covers
 // on the rows whose centres lie in [y_first, y_last].
 MGS_FN void row_span(const Splat& s, float y_first, float y_last, float& left, float& right) {
   float inverse_a = 1 / s.A, det = s.det;
@@ -40,24 +40,29 @@ MGS_FN void for_tiles(const Splat& s, int tiles_x, F visit) {
 }
 
 // ---------------------------------------------------------------- one pair
-// What a row of pixels needs to evaluate alpha along x: alpha = 2^(dx (dx a + b) + c).
+// What a row of pixels needs to evaluate alpha along x: alpha = 2^(dx (dx a + b) + c), which counts
+// where the exponent is not below `least`.
 struct Row {
-  float a, b, c;
+  float a, b, c, least;
 };
+
+// The logarithm of alpha_min.
+MGS_FN float least_of(const Splat& s) { return s.log2_opacity - 0.5f * LOG2_E * s.reach; }
 
 MGS_FN Row row_of(const Splat& s, float dy) {
   Row row;
   row.a = -0.5f * LOG2_E * s.A;
   row.b = -LOG2_E * s.B * dy;
   row.c = -0.5f * LOG2_E * s.C * dy * dy + s.log2_opacity;
+  row.least = least_of(s);
   return row;
 }
 
 // Alpha before its ceiling, 0 where it does not count.
 template <class V>
 MGS_FN V pair_alpha(V dx, const Row& row) {
-  V alpha = exp2_of(dx * (dx * row.a + row.b) + row.c);
-  return select(alpha < ALPHA_MIN, splat_value(alpha, 0.0f), alpha);
+  V exponent = dx * (dx * row.a + row.b) + row.c;
+  return select(exponent < row.least, splat_value(exponent, 0.0f), exp2_of(exponent));
 }
 
 // Sums over the pixels of one Gaussian, from which its gradients follow.

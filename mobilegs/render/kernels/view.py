@@ -6,7 +6,7 @@ import torch
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
-from mobilegs.render.project import jacobian_limits
+from mobilegs.render.project import ALPHA_MIN, jacobian_limits
 from mobilegs.render.sortfree import WEIGHTINGS, Weighting
 
 SPLAT_BYTES = 64
@@ -28,6 +28,7 @@ class KernelView(ctypes.Structure):
         ("exponent_max", ctypes.c_float),
         ("sigma", ctypes.c_float),
         ("background_weight", ctypes.c_float),
+        ("alpha_min", ctypes.c_float),
         ("width", ctypes.c_int),
         ("height", ctypes.c_int),
         ("weighting", ctypes.c_int),
@@ -77,6 +78,7 @@ def kernel_view(
     view.exponent_max = weighting.exponent_max
     view.sigma = weighting.sigma
     view.background_weight = weighting.background_weight
+    view.alpha_min = weighting.alpha_min if lobe_size else ALPHA_MIN
     view.width, view.height = camera.width, camera.height
     view.weighting, view.detached = WEIGHTINGS.index(weighting.name), weighting.detached
     view.sh_size, view.lobe_size = sh_size, lobe_size

@@ -58,7 +58,7 @@ fn look_at(i: u32) -> Look {
   let basis = harmonics(max(view.sh_size, view.lobe_size), away * inverseSqrt(dot(away, away)));
   let seen = lobes_along(i, basis);
   let opacity = 1.0 / (1.0 + exp(-seen.x));
-  if (!(opacity > ALPHA_MIN)) { return look; }
+  if (!(opacity > view.alpha_min)) { return look; }
   let box = reach_of(opacity) * sqrt(ellipse.variance);
   if (any(ellipse.center + box < vec2f(0.5))) { return look; }
   if (any(ellipse.center - box > view.size - 0.5)) { return look; }

@@ -1,4 +1,4 @@
-// Draws each Gaussian as the quad around the ellipse where alpha is at least 1/255, as splat.wgsl
+// Draws each Gaussian as the quad around the ellipse where alpha is at least alpha_min, as splat.wgsl
 // does. In the targets the picture's first row is row 0, so that gl_FragCoord counts as it does.
 #ifdef VERTEX
 
@@ -65,7 +65,7 @@ void main() {
   vec2 d = gl_FragCoord.xy - center.xy;
   vec2 q = vec2(dot(axes.xy, d), dot(axes.zw, d));
   float alpha = center.z * exp(-0.5 * dot(q, q));
-  alpha = alpha >= ALPHA_MIN ? min(alpha, ALPHA_MAX) : 0.0;
+  alpha = alpha >= log_scales.z ? min(alpha, ALPHA_MAX) : 0.0;
 #ifdef SORTED
   color_out = vec4(color.rgb * alpha, alpha);
 #else

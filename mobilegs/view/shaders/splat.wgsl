@@ -1,4 +1,4 @@
-// Draws each Gaussian as the quad around the ellipse where alpha is at least 1/255. Sort-free, both
+// Draws each Gaussian as the quad around the ellipse where alpha is at least alpha_min. Sort-free, both
 // targets share one blend state: colours add up, alpha multiplies by one minus itself.
 override SORTED = false;
 override STRIPS = false;  // an instance a quad; or a batch of quads: which is faster depends
@@ -58,7 +58,7 @@ fn alpha_at(corner: Corner) -> f32 {
   let d = corner.position.xy - corner.center.xy;
   let q = vec2f(dot(corner.axes.xy, d), dot(corner.axes.zw, d));
   let alpha = corner.center.z * exp(-0.5 * dot(q, q));
-  return select(0.0, min(alpha, ALPHA_MAX), alpha >= ALPHA_MIN);
+  return select(0.0, min(alpha, ALPHA_MAX), alpha >= view.alpha_min);
 }
 
 struct Sums {

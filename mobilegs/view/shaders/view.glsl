@@ -20,10 +20,9 @@ layout(std140) uniform View {
   int lobe_size;       // coefficients of opacity and phi, likewise
   int weighting;       // as WEIGHTINGS of sortfree.py
   vec4 frame;          // of packed positions: the centre; w is the unit
-  vec4 log_scales;     // of packed scales: the least one, and the span
+  vec4 log_scales;     // of packed scales: the least one, and the span; z: alpha_min
 };
 
-const float ALPHA_MIN = 1.0 / 255.0;
 const float ALPHA_MAX = 0.99;
 const float BLUR = 0.3;
 const int BATCH = 128;  // quads drawn as one instance, unless STRIPS
@@ -75,5 +74,5 @@ Ellipse ellipse_of(Shape shape) {
   return e;
 }
 
-// Standard deviations out to which alpha is at least 1/255.
-float reach_of(float opacity) { return sqrt(2.0 * log(255.0 * opacity)); }
+// Standard deviations out to which alpha is at least alpha_min, below which it is dropped.
+float reach_of(float opacity) { return sqrt(2.0 * log(opacity / log_scales.z)); }

@@ -20,6 +20,7 @@ struct View {
   weighting: u32,     // as WEIGHTINGS of sortfree.py
   frame: vec4f,       // of packed positions: the centre; w is the unit
   log_scales: vec2f,  // of packed scales: the least one, and the span
+  alpha_min: f32,     // contributions below are dropped
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -37,7 +38,6 @@ struct Look {
   opacity: f32,  // 0: it cannot touch the picture
 }
 
-const ALPHA_MIN = 1.0 / 255.0;
 const ALPHA_MAX = 0.99;
 const BLUR = 0.3;
 const BATCH = 128u;  // Gaussians that are drawn or left out together
@@ -73,5 +73,5 @@ fn ellipse_of(shape: Shape) -> Ellipse {
   return out;
 }
 
-// Standard deviations out to which alpha is at least 1/255.
-fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(255.0 * opacity)); }
+// Standard deviations out to which alpha is at least alpha_min.
+fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }

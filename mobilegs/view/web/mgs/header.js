@@ -14,6 +14,7 @@ import { SceneError } from "./error.js";
  * @property {number} exponent_max
  * @property {number} sigma
  * @property {number} background_weight
+ * @property {number} alpha_min
  */
 /**
  * @typedef {object} View a camera for a first look
@@ -252,10 +253,12 @@ function parseWeighting(fields) {
     exponent_max: number(fields, "exponent_max"),
     sigma: number(fields, "sigma"),
     background_weight: number(fields, "background_weight"),
+    alpha_min: fields.alpha_min === undefined ? 1 / 255 : number(fields, "alpha_min"),
   };
   if (!(weighting.exponent_max > 0 && weighting.exponent_max <= 80)) throw broken("exponent_max");
   if (!(weighting.sigma > 0 && weighting.sigma <= WORLD_MAX)) throw broken("sigma");
   if (weighting.background_weight < 0) throw broken("background_weight");
+  if (!(weighting.alpha_min >= 1e-4 && weighting.alpha_min <= 0.1)) throw broken("alpha_min");
   return weighting;
 }
 

@@ -92,6 +92,7 @@ export function emptyScene({ sorted, weighting, background, frame }, count, { lo
       exponentMax: weighting.exponent_max,
       sigma: weighting.sigma,
       backgroundWeight: weighting.background_weight,
+      alphaMin: weighting.alpha_min,
     },
     background: /** @type {[number, number, number]} */ (Array.from(background)),
   };

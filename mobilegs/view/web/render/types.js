@@ -45,6 +45,7 @@ import { fromHalf } from "../mgs/half.js";
  * @property {number} exponentMax ceiling of the exponent
  * @property {number} sigma depth at which a Gaussian stops counting, world units
  * @property {number} backgroundWeight of the background in the mean
+ * @property {number} [alphaMin] contributions below are dropped; sorted scenes have no other than 1/255
  */
 
 /**

@@ -37,5 +37,6 @@ export function packView(scene, { viewmat, fx, fy, cx, cy, width, height, near }
     const { center, unit, leastLogScale, logScaleSpan } = packing;
     floats.set([...center, unit, leastLogScale, logScaleSpan], 40);
   }
+  floats[46] = (!scene.sorted && weighting.alphaMin) || 1 / 255;
   return floats;
 }
