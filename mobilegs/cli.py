@@ -6,8 +6,9 @@ Nothing heavy is imported until a verb runs, so that `--help` answers at once.
 import os
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 from tyro.conf import FlagCreatePairsOff, Positional, arg
@@ -69,24 +70,39 @@ def train(words: Sequence[str]) -> None:
     run_training(run, f"add --resume to continue {run.output}")
 
 
+def compress(words: Sequence[str]) -> None:
+    """Make a phone-sized scene.mgs of a trained 3DGS scene, with its photos or without."""
+    from mobilegs.train.existing import CompressRun, compress_run
+
+    run = tyro.cli(CompressRun, prog="mobilegs compress", args=words, config=CONFIG)
+    work = partial(compress_run, run, progress=progress_bar)
+    finish(run.output, work, f"add --resume to continue {run.output}")
+
+
 def run_training(run: "TrainRun", again: str) -> None:
     """Train, and print what came of it; `again` says what to do when it was interrupted."""
-    from mobilegs.train.distributed import is_first
     from mobilegs.train.loop import train_run
 
+    finish(run.output, partial(train_run, run), again)
+
+
+def finish(output: Path, work: Callable[[], dict[str, Any]], again: str) -> None:
+    """Do the work, whose figures are a run's, and print what came of it."""
+    from mobilegs.train.distributed import is_first
+
     try:
-        metrics = train_run(run)
+        metrics = work()
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {again}") from None
     if not is_first():
         return
     student, teacher = metrics["student"], metrics["teacher"]
     print(
-        f"{run.output / 'scene.mgs'}: {student['gaussians']:,} Gaussians, "
+        f"{output / 'scene.mgs'}: {student['gaussians']:,} Gaussians, "
         f"{student['file_bytes']:,} bytes, on held-back photos {decibels(student)} "
         f"(teacher {decibels(teacher)})"
     )
-    print(f"{run.output / 'contact_sheet.png'} shows them side by side")
+    print(f"{output / 'contact_sheet.png'} shows them side by side")
 
 
 def render(
@@ -317,6 +333,7 @@ CONFIG = (FlagCreatePairsOff,)  # --json without its twin --no-json
 VERBS: dict[str, Callable[..., None]] = {
     "demo": demo,
     "train": train,
+    "compress": compress,
     "render": render,
     "eval": evaluate,
     "view": view,
@@ -363,8 +380,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if verb is None:
         return fail(f"there is no verb '{words[0]}': use one of {', '.join(VERBS)}", 2)
     try:
-        if verb is train:  # its options are the fields of a dataclass that is slow to import
-            train(words[1:])
+        if verb in (train, compress):  # options are fields of dataclasses that are slow to import
+            verb(words[1:])
         else:
             tyro.cli(verb, prog=f"mobilegs {words[0]}", args=words[1:], config=CONFIG)
     except InputError as error:

@@ -9,6 +9,7 @@ from mobilegs.compress.container import inspect_mgs, read_mgs
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply
 from mobilegs.formats.spz import read_spz
+from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 
 Device = Literal["auto", "cpu", "cuda"]
@@ -22,6 +23,19 @@ def choose_device(name: Device) -> torch.device:
     if name == "auto":
         name = "cuda" if torch.cuda.is_available() else "cpu"
     return torch.device(name)
+
+
+def read_gaussians(path: Path) -> Gaussians:
+    """The Gaussians of a plain 3DGS scene, whatever its format.
+
+    Raises InputError for a .mgs, which is no such scene, any other file, or a damaged one.
+    """
+    if path.suffix.lower() == ".mgs":
+        raise InputError(f"{path} is a finished .mgs: a plain 3DGS scene is needed, like a .ply")
+    gaussians = open_scene(path, torch.device("cpu")).gaussians
+    if not len(gaussians):
+        raise InputError(f"{path} has no Gaussians: there is nothing to learn from")
+    return gaussians
 
 
 def open_scene(path: Path, device: torch.device) -> Scene:

@@ -17,6 +17,7 @@ LEVELS: list[set[str]] = [
     {"compress"},
     {"evaluate"},
     {"scene_file", "pictures"},
+    {"revisit"},
     {"train"},
     {"view"},
     {"doctor", "terminal"},

@@ -9,11 +9,11 @@ from pathlib import Path
 import torch
 from jaxtyping import Float
 from PIL import Image
-from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from mobilegs.atomic import atomic_path, atomic_write
+from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera, look_at
+from mobilegs.data.colmap_write import write_model
 from mobilegs.data.dataset import Dataset, Frame, assemble, load_view, split_every_eighth
 from mobilegs.data.sample_scene import SampleScene
 
@@ -114,28 +114,11 @@ def write_sample(path: Path | str, dataset: Dataset | None = None) -> None:
     path = Path(path)
     dataset = sample_capture() if dataset is None else dataset
     frames = sorted([*dataset.train, *dataset.test], key=lambda frame: frame.name)
-    cameras, images = ["# CAMERA_ID MODEL WIDTH HEIGHT FX FY CX CY"], []
-    images.append("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of observations")
-    for number, frame in enumerate(frames, start=1):
+    for frame in frames:
         pixels = (load_view(frame).image * 255).round().to(torch.uint8)
         with atomic_path(path / "images" / frame.name) as temporary:
             Image.fromarray(pixels.numpy()).save(temporary)
-        camera = frame.camera
-        K, pose = camera.K.double(), camera.viewmat.double().numpy()
-        intrinsics = (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
-        cameras.append(f"{number} PINHOLE {camera.width} {camera.height} {_digits(intrinsics)}")
-        x, y, z, w = Rotation.from_matrix(pose[:3, :3]).as_quat()
-        images.append(f"{number} {_digits((w, x, y, z, *pose[:3, 3]))} {number} {frame.name}\n")
-    colors = (dataset.colors * 255).round().int().tolist()
-    points = ["# POINT3D_ID X Y Z R G B ERROR TRACK..."]
-    for number, (xyz, (r, g, b)) in enumerate(zip(dataset.points.tolist(), colors, strict=True)):
-        points.append(f"{number + 1} {_digits(xyz)} {r} {g} {b} 0")
-    for noun, lines in (("points3D", points), ("images", images), ("cameras", cameras)):
-        atomic_write(path / "sparse" / "0" / f"{noun}.txt", "\n".join(lines) + "\n")
-
-
-def _digits(values) -> str:
-    return " ".join(repr(float(value)) for value in values)
+    write_model(path, [(f.name, f.camera) for f in frames], dataset.points, dataset.colors)
 
 
 def _sparse_points(

@@ -26,6 +26,7 @@ from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
 from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.render.scene import Scene
+from mobilegs.scene_file import read_gaussians
 from mobilegs.train.checkpoint import digest
 from mobilegs.train.distributed import Team, joined
 from mobilegs.train.progress import Monitor
@@ -80,8 +81,8 @@ class TrainRun:
     """Start of all random choices."""
     resume: bool = False
     """Continue the run that RUN holds; begin one if there is none."""
-    teacher: Annotated[Path | None, arg(metavar="PLY")] = None
-    """A 3DGS scene in INRIA's layout that is the teacher, instead of training one."""
+    teacher: Annotated[Path | None, arg(metavar="SCENE")] = None
+    """A plain 3DGS scene that is the teacher, instead of training one."""
     max_splats: Annotated[int | None, arg(metavar="N")] = None
     """The teacher never has more Gaussians than this."""
     views_per_step: Annotated[int | None, arg(metavar="N")] = None
@@ -133,9 +134,7 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
         raise InputError(f"{run.capture} holds no photo back for the test: it needs more photos")
     given = None
     if run.teacher is not None and not folder.teacher.exists():
-        given = read_ply(run.teacher)
-        if not len(given):
-            raise InputError(f"{run.teacher} has no Gaussians: there is nothing to learn from")
+        given = read_gaussians(run.teacher)
     team.wait()  # until all have looked at the folder
     if team.first and not resuming:
         folder.begin(options=as_options(run), recipe=recipe, photos=photos_of(dataset))
@@ -149,10 +148,10 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
         Monitor(*written, coding=recipe.student.coding, silent=not team.first) as monitor,
     ):
         camera = dataset.train[0].camera
+        first = "" if run.teacher else f"{recipe.teacher.steps:,} steps for the teacher and "
         monitor.say(
             f"{len(dataset.train) + len(dataset.test)} photos of {camera.width}x{camera.height}, "
-            f"{recipe.teacher.steps:,} steps for the teacher and {recipe.student.steps:,} for the "
-            "student"
+            f"{first}{recipe.student.steps:,} steps for the student"
         )
         session = Session(run, folder, dataset, loader, monitor, team, saved)
         if not folder.teacher.exists():

@@ -1,0 +1,116 @@
+"""From a scene of another tool to a measured `scene.mgs`, with its photos or without."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import torch
+from tyro.conf import Positional, UseAppendAction, arg
+
+from mobilegs.errors import InputError
+from mobilegs.render.scene import Scene
+from mobilegs.revisit.photographs import Progress, Shoot, photograph, silent
+from mobilegs.scene_file import choose_device, read_gaussians
+from mobilegs.train.loop import TrainRun, resolved, train_run
+from mobilegs.train.recipes import PresetName
+
+# of a preset: pictures, and their longer side in pixels
+SHOTS: dict[PresetName, tuple[int, int]] = {
+    "demo": (48, 240),
+    "cpu": (160, 640),
+    "gpu": (400, 1280),
+}
+
+
+@dataclass(frozen=True)
+class CompressRun:
+    """Make a phone-sized scene.mgs of a trained 3DGS scene, with its photos or without.
+
+    Without photos, pictures are taken of the scene itself, from places around its middle, and kept
+    in RUN/capture. What is measured at the end are pictures that were not learned from.
+    """
+
+    scene: Annotated[Positional[Path], arg(metavar="SCENE")]
+    """A plain 3DGS scene: .ply, .spz, and what else `mobilegs info` opens."""
+    output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
+    """Folder for scene.mgs and everything else; it is made if it is missing."""
+    capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None
+    """The photos that the scene was trained on, with their poses: the student then learns from
+    both."""
+    cameras: Annotated[Path | None, arg(metavar="JSON")] = None
+    """The cameras.json that 3DGS leaves beside a scene: pictures are taken from there and from in
+    between. A scene that was seen from one side alone needs it."""
+    views: Annotated[int | None, arg(metavar="N")] = None
+    """Pictures to take; every eighth is held back. Without it 160 with the preset cpu, 400 with
+    gpu."""
+    size: Annotated[int | None, arg(metavar="PIXELS")] = None
+    """Their longer side. Without it 640 with the preset cpu, 1280 with gpu."""
+    downscale: Annotated[int | None, arg(metavar="N")] = None
+    """Divide the size of CAPTURE's photos by this."""
+    preset: PresetName | None = None
+    """How long: cpu is meant for two cores, gpu has 30,000 steps, demo is quick. Without it, gpu
+    where there is one."""
+    steps: Annotated[int | None, arg(metavar="N")] = None
+    """Steps of the student; all schedules scale with it."""
+    target_mb: Annotated[float | None, arg(metavar="MB")] = None
+    """Megabytes (10^6) that the file shall have. Without it, what the quality needs."""
+    seed: int = 0
+    """Start of all random choices."""
+    resume: bool = False
+    """Continue the run that RUN holds; begin one if there is none."""
+    lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
+    """Folder or http(s) address of LPIPS weights; MOBILEGS_LPIPS says the same."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Where to compute; auto takes a GPU if there is one."""
+    settings: Annotated[
+        tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
+    ] = ()
+    """Any field of the recipe in config.json, like student.opacity_rate=0.02."""
+
+
+def compress_run(
+    run: CompressRun,
+    *,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Go the whole way, or what is left of it, and return the contents of `metrics.json`.
+
+    Raises InputError before anything is written if an input cannot be used.
+    """
+    preset: PresetName = run.preset or ("gpu" if torch.cuda.is_available() else "cpu")
+    capture = run.capture
+    of_pictures = {"cameras": run.cameras, "views": run.views, "size": run.size}
+    if capture is not None:
+        given = [name for name, value in of_pictures.items() if value is not None]
+        if given:
+            raise InputError(f"with --capture no pictures are taken: leave out --{given[0]}")
+    elif run.downscale is not None:
+        raise InputError("--downscale is for the photos of --capture: use --size")
+    settings = ["student.coding=sq"]
+    if run.steps is not None:
+        settings.append(f"student.steps={run.steps}")
+    if run.target_mb is not None:
+        settings.append(f"student.target_mb={run.target_mb}")
+    training = TrainRun(
+        run.output / "capture" if capture is None else capture,
+        run.output,
+        preset=preset,
+        downscale=run.downscale,
+        seed=run.seed,
+        resume=run.resume,
+        teacher=run.scene,
+        lpips_weights=run.lpips_weights,
+        device=run.device,
+        settings=(tuple(settings), *run.settings),
+    )
+    if capture is None:
+        resolved(training, None)  # what cannot be is refused before pictures are taken
+        views, size = SHOTS[preset]
+        shoot = Shoot(run.views or views, run.size or size, run.cameras, run.seed)
+        if (run.output / "config.json").exists() and not run.resume:
+            raise InputError(
+                f"{run.output} holds a run already: give --resume to continue it, or another folder"
+            )
+        scene = Scene(read_gaussians(run.scene).to(choose_device(run.device)))
+        photograph(scene, run.scene, training.capture, shoot, progress=progress)
+    return train_run(training)
