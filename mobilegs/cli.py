@@ -119,10 +119,10 @@ def render(
     """Draw the views of a capture from a scene, one PNG a photo.
 
     Each picture carries the photo's own name: IMG_0042.JPG becomes IMG_0042.png. A .mgs is
-    drawn without sorting, a .ply or .spz sorted.
+    drawn without sorting, the others sorted.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
+        scene: The scene: a .mgs file, or a .ply, .spz, .sog, .splat or .glb of plain 3DGS.
         capture: Folder of the capture whose cameras are used.
         output: Folder for the pictures; it is made if it is missing.
         split: The held-back photos (test), or those trained on (train).
@@ -177,7 +177,7 @@ def evaluate(
     ones bring them to [-1, 1], as LPIPS was meant. Compare like with like.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
+        scene: The scene: a .mgs file, or a .ply, .spz, .sog, .splat or .glb of plain 3DGS.
         capture: Folder of the capture; photos 0, 8, 16, ... by name are the held-back ones.
         json: Print the figures, by photo too, as JSON.
         downscale: Divide the photos' size by this. Without it they are at most 1600 wide.
@@ -243,23 +243,32 @@ def export(
     scene: SceneFile,
     /,
     *,
-    to: Literal["html", "site"],
+    to: Literal["html", "site", "ply", "spz", "sog", "glb"],
     output: Annotated[Path, arg(aliases=["-o"], metavar="PATH")],
     title: str = "",
 ) -> None:
-    """Put a scene and its viewer into one HTML file, or into a folder for any web host.
+    """Put a scene and its viewer into an HTML file or a folder for any web host; or convert it.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
+        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS; for files of other tools
+            also .sog, .splat and .glb, and no .mgs that is drawn without sorting.
         to: html: one file, which also works from a disk or an e-mail. site: a folder, which
-            installs as an app where it is served by https, and then opens offline.
+            installs as an app where it is served by https, and then opens offline. ply, spz, sog,
+            glb: a file for other tools, without the viewer.
         output: The file or folder to write.
         title: What the page is called; what the scene is of if it is not given.
     """
-    from mobilegs.view.export import export_html, export_site, title_of
+    if to == "html" or to == "site":
+        from mobilegs.view.export import export_html, export_site, title_of
 
-    write = export_html if to == "html" else export_site
-    size = write(scene, output, title=title or title_of(scene))
+        write = export_html if to == "html" else export_site
+        size = write(scene, output, title=title or title_of(scene))
+    else:
+        from mobilegs.scene_file import convert_scene
+
+        if title:
+            raise InputError(f"a .{to} file has no title: leave out --title")
+        size = convert_scene(scene, output, to)
     print(f"{output}: {size:,} bytes")
 
 
@@ -267,7 +276,7 @@ def info(scene: SceneFile, /, *, json: bool = False) -> None:
     """Say what is in a scene's file, byte by byte.
 
     Args:
-        scene: A .mgs file, or a .ply or .spz of plain 3DGS.
+        scene: A .mgs file, or a .ply, .spz, .sog, .splat or .glb of plain 3DGS.
         json: Print it as JSON.
     """
     from mobilegs.evaluate.report import to_json

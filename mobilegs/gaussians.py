@@ -1,10 +1,14 @@
 """The noun that carries a scene: a set of 3D Gaussians, in the raw form that training moves."""
 
+import logging
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
+
+log = logging.getLogger(__name__)
 
 
 @dataclass
@@ -61,3 +65,14 @@ class Gaussians:
     def detached(self) -> "Gaussians":
         """The same values, cut from the graph of gradients."""
         return Gaussians(**{name: value.detach() for name, value in self.tensors().items()})
+
+    def finite(self, path: Path | str) -> "Gaussians":
+        """Those whose numbers are all finite; how many others `path` has is logged as a warning."""
+        good = torch.ones(len(self), dtype=torch.bool, device=self.means.device)
+        for value in self.tensors().values():
+            good &= value.isfinite().unsqueeze(1).flatten(1).all(1)
+        lost = len(self) - int(good.sum())
+        if not lost:
+            return self
+        log.warning("%s: %d of %d Gaussians are not finite and left out", path, lost, len(self))
+        return self.select(good)

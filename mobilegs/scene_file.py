@@ -1,5 +1,6 @@
-"""A scene's file, whatever its kind: open it, or say what is in it."""
+"""A scene's file, whatever its kind: open it, say what is in it, write it as another kind."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -7,13 +8,24 @@ import torch
 
 from mobilegs.compress.container import inspect_mgs, read_mgs
 from mobilegs.errors import InputError
-from mobilegs.formats.ply import read_ply
-from mobilegs.formats.spz import read_spz
+from mobilegs.formats.glb import read_glb, write_glb
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.sog import read_sog, write_sog
+from mobilegs.formats.splat import read_splat
+from mobilegs.formats.spz import read_spz, write_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 
 Device = Literal["auto", "cpu", "cuda"]
-PLAIN = {".ply": read_ply, ".spz": read_spz}  # to be blended sorted
+Kind = Literal["ply", "spz", "sog", "glb"]
+PLAIN = {  # to be blended sorted
+    ".ply": read_ply,
+    ".spz": read_spz,
+    ".sog": read_sog,
+    ".splat": read_splat,
+    ".glb": read_glb,
+}
+WRITERS = {"ply": write_ply, "spz": write_spz, "sog": write_sog, "glb": write_glb}
 
 
 def choose_device(name: Device) -> torch.device:
@@ -39,18 +51,20 @@ def read_gaussians(path: Path) -> Gaussians:
 
 
 def open_scene(path: Path, device: torch.device) -> Scene:
-    """Read a .mgs, .ply or .spz file onto `device`.
+    """Read a file of a scene onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat, .glb.
 
     A .mgs says how it is blended and over which background; the others are blended sorted, and
     background and near plane are the defaults of `Scene`. Raises InputError for any other file,
     or a damaged one.
     """
     kind = path.suffix.lower()
-    if kind in PLAIN:
-        return Scene(PLAIN[kind](path).to(device), background=torch.zeros(3, device=device))
     if kind == ".mgs":
         return read_mgs(path).decode(device)
-    raise InputError(f"{path} is no scene: a .mgs, .ply or .spz file is needed")
+    if path.name == "meta.json" or (path / "meta.json").is_file():  # a .sog that was unpacked
+        kind = ".sog"
+    if kind not in PLAIN:
+        raise InputError(f"{path} is no scene: a .mgs, {_names(PLAIN)} file is needed")
+    return Scene(PLAIN[kind](path).to(device), background=torch.zeros(3, device=device))
 
 
 def inspect_scene(path: Path) -> dict[str, Any]:
@@ -58,7 +72,7 @@ def inspect_scene(path: Path) -> dict[str, Any]:
     if path.suffix.lower() == ".mgs":
         return {"file": str(path), **inspect_mgs(path)}
     gaussians = open_scene(path, torch.device("cpu")).gaussians
-    size = path.stat().st_size
+    size = _size(path)
     return {
         "file": str(path),
         "blend": "sorted",
@@ -67,3 +81,43 @@ def inspect_scene(path: Path) -> dict[str, Any]:
         "file_bytes": size,
         "bytes_per_gaussian": size / max(len(gaussians), 1),
     }
+
+
+def convert_scene(scene: Path, output: Path, kind: Kind) -> int:
+    """Write a scene as a file of another kind, which other tools blend sorted; returns its bytes.
+
+    Raises InputError if the scene cannot be read, has no place in such a file, or would be lost.
+    """
+    if output.suffix.lower() != f".{kind}":
+        raise InputError(f"{output} would be a .{kind} file: give it a name that ends so")
+    if output.exists() and scene.exists() and output.samefile(scene):
+        raise InputError(f"{output} is the scene itself, and would be lost: give another name")
+    WRITERS[kind](output, sorted_gaussians(open_scene(scene, torch.device("cpu")), scene))
+    return output.stat().st_size
+
+
+def sorted_gaussians(scene: Scene, path: Path) -> Gaussians:
+    """The Gaussians of a scene as tools that sort must have them; `path` is for messages.
+
+    Raises InputError for a scene that is blended without sorting: drawn sorted, it looks wrong.
+    """
+    if scene.blend != "sorted":
+        raise InputError(
+            f"{path} is blended without sorting, and tools that sort would show it wrong: a "
+            "refitted export needs its capture and is not there yet, so give the run's teacher.ply"
+        )
+    return scene.gaussians
+
+
+def _names(kinds: Iterable[str]) -> str:
+    *most, last = kinds
+    return f"{', '.join(most)} or {last}"
+
+
+def _size(path: Path) -> int:
+    """Bytes of a file, or of the files of a .sog that was unpacked."""
+    if path.name != "meta.json" and not path.is_dir():
+        return path.stat().st_size
+    folder = path if path.is_dir() else path.parent
+    files = [folder / "meta.json", *folder.glob("*.webp")]
+    return sum(file.stat().st_size for file in files)

@@ -284,7 +284,7 @@ def test_doctor_looks_at_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> 
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("scene.obj", b"", "no scene: a .mgs, .ply or .spz"),
+        ("scene.obj", b"", "no scene: a .mgs, .ply, .spz, .sog, .splat or .glb"),
         ("scene.ply", b"ply", "is not a PLY file"),
         ("scene.mgs", b"ply", "scene.mgs|not a"),
         ("gone.ply", None, "cannot read"),

@@ -9,8 +9,8 @@ from torch import Tensor, nn
 from torch.nn.functional import embedding, normalize
 
 from mobilegs.compress.halves import round_half
-from mobilegs.compress.kmeans import kmeans, nearest_centers
 from mobilegs.errors import InputError
+from mobilegs.kmeans import kmeans, nearest_centers
 
 Attribute = Literal["scale", "rotation", "appearance", "opacity", "lobes"]
 SIZE_MAX = 4096  # entries of one codebook: indices take 12 bits, coder tables 14

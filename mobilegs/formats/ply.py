@@ -2,7 +2,8 @@
 
 One row a Gaussian: centre, (unused) normal, degree-0 colour `f_dc_*`, the higher harmonics
 `f_rest_*` channel by channel (all of red, then green, then blue), the opacity's logit, the
-scales' logarithms, the rotation wxyz. Axes are OpenCV's, as they come from the capture.
+scales' logarithms, the rotation wxyz. Axes are OpenCV's, as they come from the capture. A file in
+PlayCanvas's compressed layout goes on to `ply_compressed.py`.
 """
 
 import collections
@@ -20,6 +21,7 @@ import torch
 
 from mobilegs.atomic import atomic_path
 from mobilegs.errors import InputError
+from mobilegs.formats.ply_compressed import Table, read_compressed
 from mobilegs.gaussians import Gaussians
 
 log = logging.getLogger(__name__)
@@ -38,6 +40,8 @@ SCALES = ["scale_0", "scale_1", "scale_2"]
 ROTATION = ["rot_0", "rot_1", "rot_2", "rot_3"]
 COLUMNS = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR]  # as they are read
 BLOCK = 1 << 22  # bytes of rows that are read at a time
+# for the infinities that other tools write where a byte said fully opaque or a scale was 0
+SOLID, FLAT = 13.8, -69.0  # logit of 1 - 1e-6, logarithm of 1e-30
 
 
 @dataclass(frozen=True)
@@ -66,10 +70,11 @@ class Header:
 
 
 def read_ply(path: Path | str) -> Gaussians:
-    """Read a 3DGS scene: text, little- or big-endian, properties in any order.
+    """Read a 3DGS scene: text, little- or big-endian, properties in any order; or compressed.
 
     Properties that 3DGS does not use are skipped; the harmonics' degree (0 to 3) follows from
-    the number of `f_rest_*`. Rows with a value that is not finite are left out, with their
+    the number of `f_rest_*`. Infinite logits of opacities and scales of 0 are taken for very
+    large and small ones; rows with another value that is not finite are left out, with their
     number in a logged warning. The result is float32 on the CPU.
 
     Raises:
@@ -90,6 +95,9 @@ def read_ply(path: Path | str) -> Gaussians:
             header.render_mode,
         )
     vertex, before = find_vertex(header, path)
+    if "packed_position" in vertex.columns:
+        with path.open("rb") as file:
+            return read_compressed(file, tables_of(header, vertex, size, path), path)
     rest = check_properties(vertex, path)
     start = check_size(header, vertex, before, size, path)
     names = [*COLUMNS, *rest]
@@ -147,8 +155,6 @@ def find_vertex(header: Header, path: Path) -> tuple[Element, list[Element]]:
 
 def check_properties(vertex: Element, path: Path) -> list[str]:
     """Names of the `f_rest_*` properties, once everything that 3DGS needs is known to be there."""
-    if "packed_position" in vertex.columns:
-        raise InputError(f"{path} is a compressed PLY: convert it to a plain 3DGS .ply first")
     missing = [name for name in COLUMNS if name not in vertex.columns]
     if missing:
         raise InputError(f"{path} is no 3DGS scene: its vertices lack {', '.join(missing)}")
@@ -172,6 +178,20 @@ def check_size(
     if start + least > size:
         raise cut_off(path, vertex.count)
     return start
+
+
+def tables_of(header: Header, vertex: Element, size: int, path: Path) -> dict[str, Table]:
+    """Where each element lies in a file of `size` bytes, all of which are numbers in binary."""
+    if header.ascii or any(e.has_lists for e in header.elements):
+        raise InputError(f"{path} is a compressed PLY in text or with lists, which nobody writes")
+    tables, start = {}, header.length
+    for element in header.elements:
+        dtype = element.dtype(header.order)
+        tables[element.name] = Table(start, element.count, dtype)
+        start += element.count * dtype.itemsize
+    if start > size or len(tables) < len(header.elements):
+        raise cut_off(path, vertex.count)
+    return tables
 
 
 def read_binary(
@@ -222,6 +242,9 @@ def gaussians_from_rows(
     parts = [np.empty((count, size), np.float32) for size in sizes]
     kept = 0
     for table in blocks:
+        opacity, scales = table[:, 10], table[:, 7:10]
+        opacity[np.isposinf(opacity)], opacity[np.isneginf(opacity)] = SOLID, -SOLID
+        scales[np.isneginf(scales)] = FLAT
         table = table[np.isfinite(table).all(axis=1)]
         sh = table[:, 11:]
         # channel by channel in the file, here [m, k, 3]
@@ -252,7 +275,7 @@ def write_ply(path: Path | str, gaussians: Gaussians) -> None:
     """Write a scene in INRIA's order of properties, little-endian float32, whole or not at all.
 
     Only a scene that is meant for sorted blending belongs into a PLY; the header says so with
-    `comment SplatRenderMode: default`, which other tools understand.
+    `comment SplatRenderMode: default`, which other tools understand, and in our own words.
     """
     count, coefficients = gaussians.sh.shape[:2]
     rest = [f"f_rest_{i}" for i in range(3 * (coefficients - 1))]
@@ -272,6 +295,7 @@ def write_ply(path: Path | str, gaussians: Gaussians) -> None:
         "ply",
         "format binary_little_endian 1.0",
         "comment SplatRenderMode: default",
+        "comment mobilegs blend sorted",
         f"element vertex {count}",
         *(f"property float {name}" for name in names),
         "end_header\n",

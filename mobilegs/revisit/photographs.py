@@ -118,7 +118,7 @@ def _record(source: Path, shoot: Shoot) -> dict[str, Any]:
     how = asdict(shoot) | {"cameras": None}
     if shoot.cameras is not None:
         how["cameras"] = f"{zlib.crc32(shoot.cameras.read_bytes()):08x}"
-    data = source.read_bytes()
+    data = (source / "meta.json" if source.is_dir() else source).read_bytes()
     return {"scene": source.name, "bytes": len(data), "crc32": f"{zlib.crc32(data):08x}", **how}
 
 

@@ -18,7 +18,7 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 from mobilegs.view.bundle import WEB, element_script, viewer_script
-from mobilegs.view.serve import KINDS
+from mobilegs.view.serve import KINDS, refuse_unreadable
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
 ICON = 512
@@ -35,6 +35,7 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
 
     Raises InputError if there is a file that something else made.
     """
+    refuse_unreadable(scene)
     if output.is_file() and not _is_page(output):
         raise InputError(f"{output} is no exported page, and would be lost: give another name")
     image = base64.b64encode(_jpeg(poster_of(scene))).decode()
@@ -56,6 +57,7 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
 
     Returns the bytes in it. InputError if there is a folder that something else made.
     """
+    refuse_unreadable(scene)
     ours = output / "sw.js"
     if output.exists() and not (ours.is_file() and MARK in ours.read_bytes()):
         if not output.is_dir() or any(output.iterdir()):

@@ -16,6 +16,7 @@ SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
 SCRIPT = "/viewer.js"
 BLOCK = 1 << 20
 KINDS = (".mgs", ".ply", ".spz")
+OTHERS = " (`mobilegs export --to ply` makes one of other tools' scenes)"
 
 
 class Server(ThreadingHTTPServer):
@@ -154,23 +155,25 @@ def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: boo
 
 
 def refuse_unreadable(path: Path) -> None:
-    """Raise InputError unless there is a file of a scene's kind that can be read and is not empty.
+    """Raise InputError unless there is a file of a kind that the web viewer shows, and not empty.
 
-    What is in it is left to who opens it.
+    What else is in it is left to who opens it.
     """
     if path.is_dir():
         raise InputError(f"cannot read {path}: it is a folder")
     if path.suffix.lower() not in KINDS:
-        raise InputError(f"{path} is no scene: a .mgs, .ply or .spz file is needed")
+        raise InputError(f"{path} is no scene: a .mgs, .ply or .spz file is needed{OTHERS}")
     try:
         with path.open("rb") as file:
-            empty = not file.read(1)
+            head = file.read(1 << 16)
     except FileNotFoundError:
         raise InputError(f"cannot read {path}: there is no such file") from None
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
-    if empty:
+    if not head:
         raise InputError(f"{path} is empty")
+    if head.startswith(b"ply") and b" packed_position" in head:
+        raise InputError(f"{path} is a compressed .ply, which the web viewer does not show{OTHERS}")
 
 
 def own_address() -> str:

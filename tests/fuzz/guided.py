@@ -8,13 +8,12 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["mobilegs.compress", "mobilegs.formats"]):
+    from fuzz.campaign import SEEDS
     from fuzz.envelope import take_apart
     from fuzz.mutate import Mutator
     from fuzz.readers import Reader, quiet
-    from fuzz.seeds import mgs_seeds, ply_seeds, spz_seeds
 
 SECONDS = 1.0
-SEEDS = {"mgs": mgs_seeds, "ply": ply_seeds, "spz": spz_seeds}
 
 
 def main() -> None:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from fuzz.envelope import Parts, Piece, take_apart
+from fuzz.mutate_formats import mutated_glb, mutated_sog, mutated_splat
 from fuzz.mutate_plain import NUMBERS, WORDS, damaged, mutated_ply, mutated_spz
 from fuzz.seeds import Seed
 
@@ -32,11 +33,11 @@ TEXTS = [
 
 
 class Mutator:
-    """Inputs of one kind: `mgs`, `ply` or `spz`."""
+    """Inputs of one kind, see `MAKERS`."""
 
     def __init__(self, kind: str, seeds: dict[str, Seed], seed: int) -> None:
         self.seed = seed
-        self.make = {"mgs": _mgs, "ply": mutated_ply, "spz": mutated_spz}[kind]
+        self.make = MAKERS[kind]
         self.files = [seed.data for seed in seeds.values()]
         weights = [seed.weight for seed in seeds.values()]
         self.shares = [sum(weights[: i + 1]) for i in range(len(weights))]
@@ -249,3 +250,14 @@ CHANGES: list[Change] = [
 ]  # fmt: skip
 CHANGE_WEIGHTS = [20, 30, 12, 6, 5, 7, 6, 1, 3, 5, 5]
 CHANGE_SHARES = [sum(CHANGE_WEIGHTS[: i + 1]) for i in range(len(CHANGES))]
+
+
+MAKERS: dict[str, Callable[[random.Random, bytes, list[bytes]], bytes]] = {
+    "mgs": _mgs,
+    "ply": mutated_ply,
+    "compressed": mutated_ply,
+    "spz": mutated_spz,
+    "splat": mutated_splat,
+    "sog": mutated_sog,
+    "glb": mutated_glb,
+}

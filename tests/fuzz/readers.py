@@ -13,11 +13,22 @@ from torch import Tensor
 
 from mobilegs.compress.container import inspect, unpack
 from mobilegs.errors import InputError
+from mobilegs.formats.glb import read_glb
 from mobilegs.formats.ply import read_ply
+from mobilegs.formats.sog import read_sog
+from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz
 
 Verdict = str | None | dict[str, str]
 
+READERS = {
+    "ply": read_ply,
+    "compressed": read_ply,
+    "spz": read_spz,
+    "splat": read_splat,
+    "sog": read_sog,
+    "glb": read_glb,
+}
 EVERY = 20  # one in so many scenes is decoded to the last number
 SENTENCE = 300  # characters
 # what a terminal obeys, and halves of a pair, which nothing prints
@@ -90,7 +101,7 @@ class Reader:
             if self.kind == "mgs":
                 return _open_mgs(data, decode), None
             self.path.write_bytes(data)
-            scene = (read_ply if self.kind == "ply" else read_spz)(self.path)
+            scene = READERS[self.kind](self.path)
             return _finite(scene.tensors().values()), None
         except InputError as error:
             sentence = str(error).removeprefix(str(self.path))

@@ -104,6 +104,16 @@ test("what is fully opaque or not there at all stays finite", async () => {
   }
 });
 
+test("what other tools make of such bytes in a .ply stays finite too", () => {
+  const infinite = example(0).map((row, i) => ({ ...row, logit: i % 2 ? Infinity : -Infinity }));
+  infinite[0].logScale = [-Infinity, -1, -1];
+  infinite[1].mean = [NaN, 0, 0];
+  const { lobes, shapes, count } = readPly(plyOf(infinite));
+  assert.equal(count, COUNT - 1);
+  assert.ok(lobes.every(Number.isFinite) && shapes.every(Number.isFinite));
+  assert.ok(lobes[0] * C0 < -13 && lobes[2] * C0 < -13 && lobes[2 * (COUNT - 2)] * C0 > 13);
+});
+
 test("a file without Gaussians is a scene without Gaussians", async () => {
   assert.equal((await readSpz(gzipped(headOf(3, 0, 3)))).count, 0);
   assert.equal((await readSpz(streamedSpz(0, 3, [], []))).count, 0);

@@ -4,6 +4,7 @@
 
 const HEADER_MAX = 1 << 16;
 const C0 = 0.28209479177387814;
+const [SOLID, FLAT] = [13.8, -69]; // logit of 1 - 1e-6, logarithm of 1e-30
 const TYPES = new Map([
   ["char", 1], ["int8", 1], ["uchar", 1], ["uint8", 1], ["short", 2], ["int16", 2], ["ushort", 2],
   ["uint16", 2], ["int", 4], ["int32", 4], ["uint", 4], ["uint32", 4], ["float", 4], ["float32", 4],
@@ -44,11 +45,12 @@ export function readPly(bytes) {
   const scene = roomFor(rows, shSize);
   const row = new Float32Array(places.length);
   for (let i = 0; i < rows; i++) {
+    for (let k = 0; k < row.length; k++) row[k] = view.getFloat32(i * stride + places[k], true);
+    // what other tools write where a byte said fully opaque or a scale was 0
+    for (let k = 3; k < 6; k++) if (row[k] === -Infinity) row[k] = FLAT;
+    if (Math.abs(row[10]) === Infinity) row[10] = Math.sign(row[10]) * SOLID;
     let sum = 0;
-    for (let k = 0; k < row.length; k++) {
-      row[k] = view.getFloat32(i * stride + places[k], true);
-      sum += row[k] * 0; // NaN as soon as one number is not finite
-    }
+    for (let k = 0; k < row.length; k++) sum += row[k] * 0; // NaN as soon as one is not finite
     if (sum === 0) addRow(scene, row);
   }
   const { count } = scene;

@@ -5,8 +5,8 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mobilegs.compress.kmeans import kmeans, nearest_centers
 from mobilegs.errors import InputError
+from mobilegs.kmeans import kmeans, nearest_centers
 
 
 def seeded(seed: int = 0) -> torch.Generator:
