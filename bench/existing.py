@@ -1,0 +1,103 @@
+"""What `mobilegs compress` makes of trained scenes without their photos.
+
+    python bench/existing.py [--data DIR] [--runs RUNS] [--json OUT] [--steps 3000]
+
+DIR (default: MOBILEGS_DATA) holds splats/NAME.ply and splats/NAME_cameras.json. Each scene is
+compressed by the preset cpu, whose pictures come from places that the program found, and compared
+with itself three times: from the places that were held back; from places found anew, by another
+seed; and from the orbit in the file of cameras, which nobody looked at before. A run that RUNS
+holds already is not repeated; it was measured with the steps that it was made with.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import time
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from mobilegs.atomic import atomic_write
+from mobilegs.camera import Camera
+from mobilegs.compress.container import read_mgs
+from mobilegs.evaluate.metrics import as_displayed, psnr
+from mobilegs.render.scene import Scene
+from mobilegs.revisit.cameras_json import read_cameras_json
+from mobilegs.revisit.layout import layout_of
+from mobilegs.revisit.placement import between_cameras, place_cameras
+from mobilegs.scene_file import read_gaussians
+from mobilegs.train.existing import CompressRun, compress_run
+
+SCENES = {"flowers": "flowers_lod1", "playbot": "playbot_125k_sh3pad"}
+ANEW = 24  # places
+OTHER_SEED = 1
+
+
+@torch.inference_mode()
+def apart(teacher: Scene, student: Scene, cameras: list[Camera]) -> dict[str, float]:
+    """PSNR of the student's pictures against the teacher's."""
+    found = [
+        psnr(as_displayed(student.render(view).image), as_displayed(teacher.render(view).image))
+        for view in cameras
+    ]
+    return {"psnr": statistics.mean(found), "worst": min(found), "views": len(found)}
+
+
+def compressed(name: str, data: Path, runs: Path, steps: int) -> dict[str, Any]:
+    source, run = data / "splats" / f"{SCENES[name]}.ply", runs / name
+    cameras = data / "splats" / f"{name}_cameras.json"
+    began = time.monotonic()
+    resume = (run / "config.json").exists()
+    metrics = compress_run(CompressRun(source, run, preset="cpu", steps=steps, resume=resume))
+    seconds = metrics["seconds"]
+    teacher = Scene(read_gaussians(source))
+    student = read_mgs(run / "scene.mgs").decode("cpu")
+    layout = layout_of(teacher.gaussians)
+    generator = torch.Generator().manual_seed(OTHER_SEED)
+    width, height = metrics["image_size"]
+    anew = place_cameras(teacher, layout, ANEW, width=width, height=height, generator=generator)
+    given = read_cameras_json(cameras)
+    orbit = between_cameras(given, layout, len(given), size=width, generator=generator)
+    size, before = metrics["student"]["file_bytes"], source.stat().st_size
+    return {
+        "ply_bytes": before,
+        "ply_gaussians": len(teacher.gaussians),
+        "bytes": size,
+        "gaussians": metrics["student"]["gaussians"],
+        "smaller": before / size,
+        "held_back": {key: metrics["student"][key] for key in ("psnr", "ssim")},
+        "anew": apart(teacher, student, anew),
+        "orbit": apart(teacher, student, orbit),
+        "image_size": [width, height],
+        "steps": steps,
+        "seconds": seconds,
+        "seconds_here": time.monotonic() - began,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
+    parser.add_argument("--runs", type=Path, default=Path("runs/existing"))
+    parser.add_argument("--json", type=Path, default=Path("existing.json"))
+    parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--steps", type=int, default=3000)
+    options = parser.parse_args()
+    if options.data is None:
+        parser.error("--data, or MOBILEGS_DATA, must name the folder of splats")
+    found = json.loads(options.json.read_text()) if options.json.exists() else {}
+    for name in options.scenes:
+        row = compressed(name, options.data, options.runs, options.steps)
+        row["device"] = f"{platform.machine()}, {os.cpu_count()} cores"
+        row["threads"] = torch.get_num_threads()
+        row["date"] = time.strftime("%Y-%m-%d")
+        found[name] = row
+        atomic_write(options.json, json.dumps(found, indent=1) + "\n")
+        print(name, json.dumps(row), flush=True)
+
+
+if __name__ == "__main__":
+    main()
