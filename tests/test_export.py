@@ -1,5 +1,6 @@
 """Scenes that leave with their viewer: one HTML file, and a folder that opens offline."""
 
+import gzip
 import json
 import threading
 from collections.abc import Callable, Iterator
@@ -149,6 +150,10 @@ def test_what_no_viewer_shows_is_refused(
         assert cli.main(words) in (1, 2)
         assert sentence in capsys.readouterr().err
         assert not (tmp_path / "out").exists()
+
+
+def test_the_viewer_is_small() -> None:
+    assert len(gzip.compress(viewer_script().encode())) < 60_000
 
 
 @pytest.mark.parametrize("script", [viewer_script, element_script])

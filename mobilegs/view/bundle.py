@@ -14,6 +14,7 @@ NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
 COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | re.DOTALL)
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
+BREAK = re.compile(r"(?<=[;{])\n")  # where a line's end means nothing
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
 FILES = WEB / "files.js"
 WORKER = WEB / "load" / "worker.js"
@@ -56,7 +57,7 @@ def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
 
     for entry in entries:
         add(entry)
-    modules = "".join(parts[number] for number in range(len(numbers)))
+    modules = BREAK.sub("", "".join(parts[number] for number in range(len(numbers))))
     return f"""function whole(entry) {{
 const made = [];
 const module = (number) => (made[number] ??= modules[number]());
