@@ -1,0 +1,121 @@
+"""Which photos to compare, and what they have in common."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from scipy.cluster.vq import kmeans2
+
+from mobilegs.atomic import atomic_write
+from mobilegs.capture.engine import SEED, Progress, engine, in_background, rows_in, threads
+
+Pairs = Literal["auto", "all", "alike"]
+ALL_UP_TO = 80  # photos: 3,160 pairs
+NEIGHBOURS = 10  # next ones by name, and then 16, 32, ... further
+LOOK_ALIKES = 20  # a photo, by appearance
+WORDS = 128
+SAMPLES = 400  # features of a photo that the words are learned from
+ROUNDS = 10  # of k-means
+
+
+def match_photos(
+    database: Path, names: Sequence[str], *, pairs: Pairs, progress: Progress
+) -> dict[str, Any]:
+    """Match features between photos, and keep what one camera motion explains.
+
+    `names` are in the order of taking. `all` compares every two photos, `alike` each with its
+    neighbours and with those that look like it, `auto` is `all` up to `ALL_UP_TO` photos.
+    Pairs that the database holds already are kept. Returns the record
+    `{"pairs": which, "compared": number, "verified": number}`.
+    """
+    chosen = pairs if pairs != "auto" else "all" if len(names) <= ALL_UP_TO else "alike"
+    if chosen == "all":
+        listed = list(combinations(names, 2))
+    else:
+        listed = pairs_alike(names, aggregated(descriptors_of(database, names)))
+    matched_list = database.with_name("pairs.txt")
+    atomic_write(matched_list, "".join(f"{one} {other}\n" for one, other in listed))
+    pycolmap = engine()
+    in_background(
+        lambda token: pycolmap.match_image_pairs(
+            database,
+            matching_options=pycolmap.FeatureMatchingOptions(
+                num_threads=threads(), use_gpu=False
+            ),
+            pairing_options=pycolmap.ImportedPairingOptions(match_list_path=matched_list),
+            verification_options=pycolmap.TwoViewGeometryOptions(
+                ransac=pycolmap.RANSACOptions(random_seed=SEED)
+            ),
+            device=pycolmap.Device.cpu,
+            cancellation_token=token,
+        ),
+        lambda: progress(rows_in(database, "two_view_geometries"), len(listed)),
+    )
+    with pycolmap.Database.open(database) as content:
+        return {
+            "pairs": chosen,
+            "compared": len(listed),
+            "verified": content.num_verified_image_pairs(),
+        }
+
+
+def forget_matches(database: Path) -> None:
+    """Remove all matches from the database, which keeps cameras and features."""
+    if database.exists():
+        with engine().Database.open(database) as content:
+            content.clear_matches()
+            content.clear_two_view_geometries()
+
+
+def pairs_alike(
+    names: Sequence[str], looks: Float[np.ndarray, "n d"]
+) -> list[tuple[str, str]]:
+    """Each photo with its neighbours in order, nearer and farther, and with its look-alikes."""
+    count = len(names)
+    steps = [*range(1, NEIGHBOURS + 1)]
+    while 2 * steps[-1] < count:
+        steps.append(2 * steps[-1])
+    chosen = {(i, i + step) for step in steps for i in range(count - step)}
+    likeness = looks @ looks.T
+    np.fill_diagonal(likeness, -np.inf)
+    for i, row in enumerate(likeness):
+        nearest = np.argsort(-row, kind="stable")[: min(LOOK_ALIKES, count - 1)]
+        chosen |= {(min(i, int(j)), max(i, int(j))) for j in nearest}
+    return [(names[i], names[j]) for i, j in sorted(chosen)]
+
+
+def descriptors_of(database: Path, names: Sequence[str]) -> list[UInt8[np.ndarray, "_ 128"]]:
+    """The SIFT descriptors of each photo."""
+    with engine().Database.open(database) as content:
+        numbers = {image.name: image.image_id for image in content.read_all_images()}
+        return [content.read_descriptors(numbers[name]).data for name in names]
+
+
+def aggregated(descriptors: Sequence[UInt8[np.ndarray, "_ 128"]]) -> Float[np.ndarray, "n d"]:
+    """What each photo looks like as one vector of length 1 (VLAD), without any learned file.
+
+    Features are sorted into `WORDS` clusters of this capture's own; a photo is the sum of their
+    offsets from the centres, each sum scaled to length 1. COLMAP's vocabulary trees would have to
+    be downloaded.
+    """
+    random = np.random.default_rng(SEED)
+    unit = [_unit(photo.astype(np.float32)) for photo in descriptors]
+    samples = np.concatenate([photo[random.permutation(len(photo))[:SAMPLES]] for photo in unit])
+    words = min(WORDS, max(1, len(samples) // 10))
+    if not len(samples):
+        return np.zeros((len(unit), 1), np.float32)
+    centres = kmeans2(samples, words, iter=ROUNDS, minit="points", rng=random, missing="warn")[0]
+    looks = []
+    for photo in unit:
+        nearest = (photo @ centres.T - 0.5 * (centres * centres).sum(1)).argmax(1)
+        sums = np.zeros_like(centres)
+        np.add.at(sums, nearest, photo - centres[nearest])
+        looks.append(_unit(sums).ravel())
+    return _unit(np.stack(looks))
+
+
+def _unit(rows: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
+    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-9)
