@@ -11,7 +11,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.capture.mapping import Geometry
 
 PANEL = (620, 480)  # px
-BARS = 150  # px, height of the panel with a bar a photo
+BARS = 90  # px, height of the panel with a bar a photo
 GAP, LINE = 12, 22
 PAPER, INK, FAINT, GRID = (250, 250, 250), (20, 20, 20), (120, 120, 120), (225, 225, 225)
 CAMERA, MISSING = (30, 80, 200), (210, 40, 40)
@@ -20,7 +20,8 @@ SEEN_BY = (  # fewest photos, colour, legend
     (3, (215, 175, 40), "3 or 4"),
     (5, (70, 150, 80), "5 or more"),
 )
-FRAMED = (3.0, 97.0)  # percentiles of the points that the frame holds; cameras are always inside
+FRAMED = (5.0, 95.0)  # percentiles of the points that the frame holds; cameras are always inside
+MANY = 30_000  # points, from which on one takes a pixel instead of 2 x 2
 FRUSTUM = 0.035  # of the picture's width: length of a camera's wedge
 
 
@@ -31,11 +32,11 @@ def draw_coverage(
 
     Above, where the cameras stand (blue wedges, joined in the order of the photos' names) and the
     points they found, from above and from the front. Below, a bar a photo: how many points it
-    sees, logarithmically. `points_of_photos` has all photos in order, with 0 for one left out.
+    sees. `points_of_photos` has all photos in order, with 0 for one left out.
     """
     right, up, forward = axes_of(geometry.viewmats)
     width = 2 * PANEL[0] + 3 * GAP
-    height = LINE + PANEL[1] + BARS + 6 * LINE + 2 * GAP
+    height = LINE + PANEL[1] + BARS + 5 * LINE + 2 * GAP
     picture = Image.new("RGB", (width, height), PAPER)
     draw = ImageDraw.Draw(picture)
     text(draw, (GAP, GAP // 2), title, INK)
@@ -86,11 +87,10 @@ def panel(geometry: Geometry, axes: Float[np.ndarray, "2 3"]) -> Image.Image:
 
     picture = Image.new("RGB", PANEL, (255, 255, 255))
     draw = ImageDraw.Draw(picture)
-    pixels = place(points)
+    pixels, dot = place(points), 1 if len(points) < MANY else 0
     for least, color, _ in SEEN_BY:  # those that many see come last, on top
         for x, y in pixels[geometry.seen >= least].tolist():
-            if 0 <= x < PANEL[0] and 0 <= y < PANEL[1]:
-                draw.point((x, y), fill=color)
+            draw.rectangle((x, y, x + dot, y + dot), fill=color)
     places = place(eyes)
     draw.line([tuple(at) for at in places.tolist()], fill=(170, 190, 235), width=1)
     for at, look in zip(places, looks * (1, -1), strict=True):
@@ -122,7 +122,7 @@ def bars(
     highest = max([10, *counts.values()])
     each = width / max(len(counts), 1)
     for index, count in enumerate(counts.values()):
-        share = np.log1p(count) / np.log1p(highest) if count else 1.0
+        share = count / highest if count else 1.0
         x0 = left + index * each
         x1 = max(x0 + 1, x0 + each - (2 if each > 4 else 0))
         fill = CAMERA if count else MISSING

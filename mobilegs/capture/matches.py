@@ -42,9 +42,7 @@ def match_photos(
     in_background(
         lambda token: pycolmap.match_image_pairs(
             database,
-            matching_options=pycolmap.FeatureMatchingOptions(
-                num_threads=threads(), use_gpu=False
-            ),
+            matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads(), use_gpu=False),
             pairing_options=pycolmap.ImportedPairingOptions(match_list_path=matched_list),
             verification_options=pycolmap.TwoViewGeometryOptions(
                 ransac=pycolmap.RANSACOptions(random_seed=SEED)
@@ -70,9 +68,7 @@ def forget_matches(database: Path) -> None:
             content.clear_two_view_geometries()
 
 
-def pairs_alike(
-    names: Sequence[str], looks: Float[np.ndarray, "n d"]
-) -> list[tuple[str, str]]:
+def pairs_alike(names: Sequence[str], looks: Float[np.ndarray, "n d"]) -> list[tuple[str, str]]:
     """Each photo with its neighbours in order, nearer and farther, and with its look-alikes."""
     count = len(names)
     steps = [*range(1, NEIGHBOURS + 1)]

@@ -103,24 +103,24 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> Prepared:
     try:
         with image:
             exif = image.getexif()
-            upright = exif.get(_ORIENTATION, 1) not in range(2, 9)
             details = exif.get_ifd(_EXIF)
-            size = image.size if exif.get(_ORIENTATION, 1) not in range(5, 9) else image.size[::-1]
-            width, height = fitted(*size, max_size)
+            turned = exif.get(_ORIENTATION, 1)
+            width, height = image.size if turned not in range(5, 9) else image.size[::-1]
+            size = fitted(width, height, max_size)
             if not target.exists():
-                if upright and size == (width, height) and is_plain_jpeg(image):
+                if turned not in range(2, 9) and size == image.size and is_plain_jpeg(image):
                     with atomic_path(target) as temporary:
                         shutil.copyfile(source, temporary)
                 else:
                     picture = images.as_rgb(ImageOps.exif_transpose(image))
-                    save_photo(picture.resize((width, height), Image.Resampling.LANCZOS), target)
+                    save_photo(picture.resize(size, Image.Resampling.LANCZOS), target)
     except images.PIL_ERRORS as error:
         raise InputError(f"{source} cannot be decoded ({error})") from error
     focal = number(details.get(_FOCAL_35MM))
-    focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
+    focal = focal * math.hypot(*size) / _DIAGONAL_35MM if focal else None
     made_by = [exif.get(_MAKE), exif.get(_MODEL), number(details.get(_FOCAL)), focal]
     lens = " ".join(str(part).strip("\0 ") for part in made_by if part)
-    return Prepared(target.name, source.name, width, height, focal, lens)
+    return Prepared(target.name, source.name, *size, focal=focal, lens=lens)
 
 
 def open_photo(path: Path) -> Image.Image:

@@ -1,5 +1,6 @@
 """From photos or a video to a capture that can be trained: all stages, and the report."""
 
+import shutil
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from mobilegs.capture.engine import SEED, Progress, engine
 from mobilegs.capture.features import Lens, extract_features
 from mobilegs.capture.mapping import Mapper, map_photos, read_geometry, undistort_photos
 from mobilegs.capture.matches import Pairs, forget_matches, match_photos
-from mobilegs.capture.photos import HEIC, Prepared, list_photos, prepare_photos
+from mobilegs.capture.photos import FEWEST, HEIC, Prepared, list_photos, prepare_photos
 from mobilegs.capture.video import SUFFIXES as VIDEOS
 from mobilegs.capture.video import is_video, prepare_video
 from mobilegs.capture.workspace import Workspace, digest, file_digest
@@ -19,7 +20,7 @@ from mobilegs.data import images
 from mobilegs.errors import InputError
 
 VERSION = 1  # of what stages do: another one does them anew
-FEWEST = 3  # photos that must be placed, whatever share that is
+SMALLEST = 64  # pixels of a photo's longer side
 NAMED = 5  # photos that were left out and are named in a sentence
 
 Bar = Callable[[str], AbstractContextManager[Progress]]
@@ -27,14 +28,14 @@ Bar = Callable[[str], AbstractContextManager[Progress]]
 
 @dataclass(frozen=True)
 class CaptureOptions:
-    """How photos become a capture; `mobilegs capture --help` has the words.
+    """How photos become a capture.
 
     Attributes:
         max_size: longest side of the photos, in pixels, 64 or more.
         frames: taken from a video; None for 3 a second and at most 240.
         lens: how distortion is modelled: `simple` by one number, `opencv` by four.
         pairs: which photos are compared: `all`, `alike`, or `auto` by their number.
-        mapper: `incremental`, `global`, or `auto` by their number.
+        mapper: `incremental`, `global`, or `auto` by the number of photos.
         least: share of the photos that must be placed, 0 to 1.
     """
 
@@ -44,6 +45,17 @@ class CaptureOptions:
     pairs: Pairs = "auto"
     mapper: Mapper = "auto"
     least: float = 0.5
+
+
+@dataclass(frozen=True)
+class Job:
+    """What all stages need. `bar` opens a progress bar."""
+
+    source: Path
+    inputs: list[Path]
+    space: Workspace
+    options: CaptureOptions
+    bar: Bar
 
 
 def capture_photos(
@@ -58,62 +70,141 @@ def capture_photos(
     What an earlier call did with the same input and options is kept: an interrupted capture goes
     on, a finished one is left as it is. `bar` opens a progress bar for a stage. Raises InputError
     for input that cannot be used, where pycolmap is missing, and where too few photos could be
-    placed; then neither `images/` nor `sparse/` is there.
+    placed, which leaves neither `images/` nor `sparse/`.
     """
     options = options or CaptureOptions()
     refuse_options(options)
     engine()
-    space, inputs = Workspace(output), input_of(source)
+    inputs = input_of(source)
     if output.resolve() in (source.resolve(), *(path.resolve().parent for path in inputs)):
         raise InputError(f"{output} holds the photos: give another folder for the capture")
-    space.open()
+    job = Job(source, inputs, Workspace(output), options, bar)
+    job.space.open()
     with bar("reading") as progress:
-        key = digest(VERSION, options.max_size, options.frames, *digests(inputs, progress))
-    record = space.run("photos", key, lambda: prepare(source, inputs, space, options, bar))
+        keys = keys_of(options, digests(inputs, progress))
+    done = job.space.finished(keys["capture"])
+    if done is None:
+        done = go_through(job, keys)
+    refuse_few(done["registered"], done["left_out"], job)
+    return done
+
+
+def go_through(job: Job, keys: dict[str, str]) -> dict[str, Any]:
+    """Do what is left of all stages, and return the record of the last one."""
+    space = job.space
+    record = space.run("photos", keys["photos"], lambda: prepare(job))
     photos = [Prepared(**photo) for photo in record["photos"]]
-    names = [photo.name for photo in photos]
-
-    def features() -> dict[str, Any]:
-        with bar("features") as progress:
-            return extract_features(
-                space.database, space.photos, photos, lens=options.lens, progress=progress
-            )
-
-    def matches() -> dict[str, Any]:
-        with bar("matching") as progress:
-            return match_photos(space.database, names, pairs=options.pairs, progress=progress)
-
-    def model() -> dict[str, Any]:
-        with bar("placing") as progress:
-            found = map_photos(
-                space.database,
-                space.photos,
-                space.models,
-                mapper=options.mapper,
-                total=len(names),
-                progress=progress,
-            )
-        if found["models"]:
-            draw(space, names, found)
-        return found
-
-    def finish() -> dict[str, Any]:
-        with bar("undistorting"):
-            undistort_photos(space.models / "best", space.photos, space.undistorted)
-        install(space)
-        return report(source, space, photos)
-
-    key = digest(key, SEED, options.lens)
-    space.run("features", key, features)
-    key = digest(key, options.pairs)
-    if (before := space.read("matches")) is not None and before["key"] != key:
+    space.run("features", keys["features"], lambda: features(job, photos))
+    before = space.read("matches")
+    if before is not None and before["key"] != keys["matches"]:
         space.forget("matches")
         forget_matches(space.database)
-    space.run("matches", key, matches)
-    key = digest(key, options.mapper)
-    found = space.run("model", key, model)
-    refuse_few(found, photos, options.least, space)
-    return space.run("capture", key, finish)
+    space.run("matches", keys["matches"], lambda: matches(job, photos))
+    found = space.run("model", keys["model"], lambda: model(job, photos))
+    refuse_few(len(found["registered"]), left_out(photos, found), job)
+    return space.run("capture", keys["capture"], lambda: finish(job, photos))
+
+
+def keys_of(options: CaptureOptions, inputs: list[tuple[str, str]]) -> dict[str, str]:
+    """The key of every stage: of all that decides what it leaves."""
+    key, keys = digest(VERSION, SEED, inputs), {}
+    for stage, own in (
+        ("photos", [options.max_size, options.frames]),
+        ("features", options.lens),
+        ("matches", options.pairs),
+        ("model", options.mapper),
+        ("capture", None),
+    ):
+        keys[stage] = key = digest(key, own)
+    return keys
+
+
+# --- the stages -----------------------------------------------------------------------------------
+
+
+def prepare(job: Job) -> dict[str, Any]:
+    """Upright photos of a size."""
+    options, folder = job.options, job.space.photos
+    if is_video(job.source):
+        with job.bar("sharpest frames") as progress:
+            return prepare_video(
+                job.source,
+                folder,
+                frames=options.frames,
+                max_size=options.max_size,
+                progress=progress,
+            )
+    if options.frames is not None:
+        raise InputError(f"{job.source} is no video: leave out --frames")
+    with job.bar("photos") as progress:
+        return prepare_photos(job.inputs, folder, max_size=options.max_size, progress=progress)
+
+
+def features(job: Job, photos: list[Prepared]) -> dict[str, Any]:
+    """Their features, in the database."""
+    with job.bar("features") as progress:
+        return extract_features(
+            job.space.database, job.space.photos, photos, lens=job.options.lens, progress=progress
+        )
+
+
+def matches(job: Job, photos: list[Prepared]) -> dict[str, Any]:
+    """What photos have in common, in the database."""
+    names = [photo.name for photo in photos]
+    with job.bar("matching") as progress:
+        return match_photos(job.space.database, names, pairs=job.options.pairs, progress=progress)
+
+
+def model(job: Job, photos: list[Prepared]) -> dict[str, Any]:
+    """Poses and points, and a picture of them, also of too few."""
+    space = job.space
+    with job.bar("placing") as progress:
+        found = map_photos(
+            space.database,
+            space.photos,
+            space.models,
+            mapper=job.options.mapper,
+            total=len(photos),
+            progress=progress,
+        )
+    if found["models"]:
+        draw_coverage(
+            space.coverage,
+            read_geometry(space.models / "best"),
+            title=f"{len(found['registered'])} of {len(photos)} photos placed, "
+            f"{found['points']:,} points, {found['reprojection_error']:.2f} px reprojection error",
+            points_of_photos={
+                photo.name: found["points_of_photos"].get(photo.name, 0) for photo in photos
+            },
+        )
+    return found
+
+
+def finish(job: Job, photos: list[Prepared]) -> dict[str, Any]:
+    """`images/` and `sparse/0/` where `load_capture` reads them, the poses last; the report."""
+    space = job.space
+    with job.bar("undistorting"):
+        undistort_photos(space.models / "best", space.photos, space.undistorted)
+    space.sparse.mkdir()
+    (space.undistorted / "images").replace(space.images)
+    (space.undistorted / "sparse").replace(space.sparse / "0")
+    shutil.rmtree(space.undistorted)
+    records = {name: space.read(name) or {} for name in ("photos", "features", "matches", "model")}
+    found, compared = records["model"], records["matches"]
+    return {
+        "source": job.source.name,
+        "photos": len(photos),
+        "registered": len(found["registered"]),
+        "left_out": left_out(photos, found),
+        "features_a_photo": records["features"]["features"],
+        **{name: compared[name] for name in ("pairs", "compared", "verified")},
+        **{name: found[name] for name in ("mapper", "models", "reprojection_error", "points")},
+        **{name: found[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
+        "seconds_of": {name: record["seconds"] for name, record in records.items()},
+    }
+
+
+# --- input, and what is refused -------------------------------------------------------------------
 
 
 def is_source(path: Path) -> bool:
@@ -147,92 +238,34 @@ def digests(inputs: list[Path], progress: Progress) -> list[tuple[str, str]]:
     return found
 
 
-def prepare(
-    source: Path, inputs: list[Path], space: Workspace, options: CaptureOptions, bar: Bar
-) -> dict[str, Any]:
-    """The record of the first stage."""
-    if is_video(source):
-        with bar("sharpest frames") as progress:
-            return prepare_video(
-                source,
-                space.photos,
-                frames=options.frames,
-                max_size=options.max_size,
-                progress=progress,
-            )
-    if options.frames is not None:
-        raise InputError(f"{source} is no video: leave out --frames")
-    with bar("photos") as progress:
-        return prepare_photos(inputs, space.photos, max_size=options.max_size, progress=progress)
-
-
-def draw(space: Workspace, names: list[str], found: dict[str, Any]) -> None:
-    """Leave `coverage.png`, also where too few photos were placed."""
-    title = (
-        f"{len(found['registered'])} of {len(names)} photos placed, {found['points']:,} points, "
-        f"{found['reprojection_error']:.2f} px reprojection error"
-    )
-    draw_coverage(
-        space.coverage,
-        read_geometry(space.models / "best"),
-        title=title,
-        points_of_photos={name: found["points_of_photos"].get(name, 0) for name in names},
-    )
-
-
-def install(space: Workspace) -> None:
-    """Move what undistortion made to where `load_capture` reads it; the poses come last."""
-    space.sparse.mkdir()
-    (space.undistorted / "images").replace(space.images)
-    (space.undistorted / "sparse").replace(space.sparse / "0")
-
-
-def report(source: Path, space: Workspace, photos: list[Prepared]) -> dict[str, Any]:
-    """What `capture.json` holds: the figures of all stages, and how long each took."""
-    records = {stage: space.read(stage) or {} for stage in ("photos", "features", "matches")}
-    model = space.read("model") or {}
-    of = {photo.name: photo.source for photo in photos}
-    placed = set(model["registered"])
-    return {
-        "source": source.name,
-        "photos": len(photos),
-        "registered": len(placed),
-        "left_out": [of[name] for name in of if name not in placed],
-        "features_a_photo": records["features"]["features"],
-        **{name: model[name] for name in ("reprojection_error", "points", "photos_a_point")},
-        **{name: records["matches"][name] for name in ("pairs", "compared", "verified")},
-        **{name: model[name] for name in ("mapper", "models", "cameras", "points_of_photos")},
-        "seconds_of": {
-            stage: record["seconds"] for stage, record in {**records, "model": model}.items()
-        },
-    }
+def left_out(photos: list[Prepared], found: dict[str, Any]) -> list[str]:
+    """The sources of the photos that have no pose."""
+    placed = set(found["registered"])
+    return [photo.source for photo in photos if photo.name not in placed]
 
 
 def refuse_options(options: CaptureOptions) -> None:
     """InputError for an option outside of its range."""
-    if options.max_size < 64:
-        raise InputError(f"photos of {options.max_size} pixels show nothing: give 64 or more")
+    if options.max_size < SMALLEST:
+        raise InputError(
+            f"photos of {options.max_size} pixels show too little: give {SMALLEST} or more"
+        )
     if options.frames is not None and options.frames < FEWEST:
         raise InputError(f"{options.frames} frames make no scene: give {FEWEST} or more")
     if not 0 <= options.least <= 1:
         raise InputError(f"a share lies between 0 and 1, not at {options.least}")
 
 
-def refuse_few(
-    found: dict[str, Any], photos: list[Prepared], least: float, space: Workspace
-) -> None:
+def refuse_few(placed: int, missing: list[str], job: Job) -> None:
     """InputError with advice if too few photos were placed."""
-    placed = set(found["registered"])
-    if len(placed) >= max(FEWEST, least * len(photos)):
+    total = placed + len(missing)
+    if placed >= max(FEWEST, job.options.least * total):
         return
-    missing = [photo.source for photo in photos if photo.name not in placed]
     named = ", ".join(missing[:NAMED]) + (" ..." if len(missing) > NAMED else "")
-    seen = f"; {space.coverage} shows what could be" if placed else ""
+    seen = f"; {job.space.coverage} shows what could be" if placed else ""
     raise InputError(
-        f"only {len(placed)} of {len(photos)} photos could be placed (not {named}): take more, with "
-        "more overlap (each thing in three photos at least), moving sideways in small steps rather "
-        "than turning on the spot, sharp, in even light, of something with texture that keeps still"
-        f"{seen}"
+        f"only {placed} of {total} photos could be placed (not {named}): take more of them, with "
+        "more overlap (each thing in three photos at least), moving sideways in small steps "
+        "rather than turning on the spot, sharp, in even light, of something with texture that "
+        f"keeps still{seen}"
     )
-
-

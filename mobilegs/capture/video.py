@@ -134,7 +134,5 @@ def library() -> Any:
     try:
         import av
     except ImportError:
-        raise InputError(
-            f"reading a video needs PyAV, which is not installed: {INSTALL}"
-        ) from None
+        raise InputError(f"reading a video needs PyAV, which is not installed: {INSTALL}") from None
     return av

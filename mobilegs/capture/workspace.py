@@ -75,13 +75,20 @@ class Workspace:
         return record
 
     def read(self, stage: str) -> dict[str, Any] | None:
-        """The record of a stage; None where there is none that can be read."""
+        """The record of a stage; None where there is none, or what it speaks of is gone."""
         try:
             record = json.loads(self._record(stage).read_text())
             known = {"key": str(record["key"]), "done": bool(record["done"])}
-            return {**record, **known, "seconds": float(record["seconds"])}
+            record = {**record, **known, "seconds": float(record["seconds"])}
         except (OSError, ValueError, KeyError, TypeError):
             return None
+        return None if record["done"] and not self._product(stage).exists() else record
+
+    def finished(self, key: str) -> dict[str, Any] | None:
+        """The report, if the capture is whole and of this key; `work/` is not needed for that."""
+        record = self.read(STAGES[-1])
+        whole = record is not None and record["key"] == key and self.images.is_dir()
+        return record if whole else None
 
     def forget(self, stage: str) -> None:
         """Remove what a stage and those after it have left, records first."""
@@ -93,6 +100,16 @@ class Workspace:
                     shutil.rmtree(path)
                 else:
                     path.unlink(missing_ok=True)
+
+    def _product(self, stage: str) -> Path:
+        """What is there once a stage is done."""
+        return {
+            "photos": self.photos,
+            "features": self.database,
+            "matches": self.database,
+            "model": self.models,
+            "capture": self.sparse / "0",
+        }[stage]
 
     def _outputs(self, stage: str) -> list[Path]:
         """What a stage leaves. Matches are in the database of features, which pairs.py clears."""
