@@ -15,15 +15,16 @@ from tyro.conf import FlagCreatePairsOff, Positional, arg
 from mobilegs import __version__
 from mobilegs.errors import InputError
 from mobilegs.terminal import (
-    console,
-    decibels,
-    escape,
+    print_capture,
     print_contents,
     print_figures,
+    print_findings,
+    print_trained,
     progress_bar,
 )
 
 if TYPE_CHECKING:
+    from mobilegs.capture import CaptureRun
     from mobilegs.data.dataset import Dataset
     from mobilegs.render.scene import Scene
     from mobilegs.train.loop import TrainRun
@@ -62,11 +63,30 @@ def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
 
 
 def train(words: Sequence[str]) -> None:
-    """Train a capture: photos with poses in, a phone-sized scene.mgs out."""
+    """Train a capture, or photos or a video: a phone-sized scene.mgs comes out."""
     from mobilegs.train.loop import TrainRun
+    from mobilegs.train.unposed import with_poses
 
     run = tyro.cli(TrainRun, prog="mobilegs train", args=words, config=CONFIG)
-    run_training(run, f"add --resume to continue {run.output}")
+    run_training(with_poses(run, make_capture), f"add --resume to continue {run.output}")
+
+
+def capture(words: Sequence[str]) -> None:
+    """Find out where photos were taken, or the frames of a video: a capture for training."""
+    from mobilegs.capture import CaptureRun
+
+    make_capture(tyro.cli(CaptureRun, prog="mobilegs capture", args=words, config=CONFIG))
+
+
+def make_capture(run: "CaptureRun") -> None:
+    """Make a capture, and print what came of it."""
+    from mobilegs.capture import capture_photos
+
+    try:
+        found = capture_photos(run, bar=progress_bar)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("interrupted: give the same command to continue") from None
+    print_capture(found, run.output)
 
 
 def run_training(run: "TrainRun", again: str) -> None:
@@ -78,15 +98,8 @@ def run_training(run: "TrainRun", again: str) -> None:
         metrics = train_run(run)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {again}") from None
-    if not is_first():
-        return
-    student, teacher = metrics["student"], metrics["teacher"]
-    print(
-        f"{run.output / 'scene.mgs'}: {student['gaussians']:,} Gaussians, "
-        f"{student['file_bytes']:,} bytes, on held-back photos {decibels(student)} "
-        f"(teacher {decibels(teacher)})"
-    )
-    print(f"{run.output / 'contact_sheet.png'} shows them side by side")
+    if is_first():
+        print_trained(metrics, run.output)
 
 
 def render(
@@ -277,14 +290,7 @@ def doctor(*, json: bool = False) -> None:
     if json:
         print(to_json(checks.as_json(findings)))
         return
-    from rich.table import Table
-
-    table = Table(box=None, show_header=False)
-    marks = {"yes": "[green]yes[/]", "no": "[yellow]no[/]", "none": "-"}
-    for finding in findings:
-        text = f"{finding.found}\n-> {finding.remedy}" if finding.remedy else finding.found
-        table.add_row(marks[finding.state], finding.what, escape(text))
-    console().print(table)
+    print_findings(findings)
 
 
 # --- what the verbs share -------------------------------------------------------------------------
@@ -317,6 +323,7 @@ CONFIG = (FlagCreatePairsOff,)  # --json without its twin --no-json
 VERBS: dict[str, Callable[..., None]] = {
     "demo": demo,
     "train": train,
+    "capture": capture,
     "render": render,
     "eval": evaluate,
     "view": view,
@@ -328,8 +335,9 @@ VERBS: dict[str, Callable[..., None]] = {
 HELP = """\
 mobilegs {version}: 3D Gaussian splatting without sorting, in a file of a few megabytes.
 
-A capture (photos with poses: COLMAP, nerfstudio's transforms.json, NeRF-synthetic) becomes a
-teacher, a plain 3DGS scene; the teacher a student that needs no sorting; the student scene.mgs.
+Photos or a video become a capture (photos with poses: COLMAP, nerfstudio's transforms.json,
+NeRF-synthetic); the capture a teacher, a plain 3DGS scene; the teacher a student that needs no
+sorting; the student scene.mgs.
 
   mobilegs VERB ...          mobilegs VERB --help
 
@@ -363,8 +371,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if verb is None:
         return fail(f"there is no verb '{words[0]}': use one of {', '.join(VERBS)}", 2)
     try:
-        if verb is train:  # its options are the fields of a dataclass that is slow to import
-            train(words[1:])
+        if verb in (train, capture):  # options are fields of dataclasses that are slow to import
+            verb(words[1:])
         else:
             tyro.cli(verb, prog=f"mobilegs {words[0]}", args=words[1:], config=CONFIG)
     except InputError as error:

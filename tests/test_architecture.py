@@ -13,6 +13,7 @@ LEVELS: list[set[str]] = [
     {"camera", "gaussians", "spherical_harmonics"},
     {"render"},
     {"data"},
+    {"capture"},
     {"formats"},
     {"compress"},
     {"evaluate"},

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from tyro.conf import Positional, arg
 
 from mobilegs.capture.coverage import draw_coverage
 from mobilegs.capture.engine import SEED, Progress, engine
@@ -27,43 +29,49 @@ Bar = Callable[[str], AbstractContextManager[Progress]]
 
 
 @dataclass(frozen=True)
-class CaptureOptions:
-    """How photos become a capture.
+class CaptureRun:
+    """Find out where photos were taken, or the frames of a video: a capture for training.
 
-    Attributes:
-        max_size: longest side of the photos, in pixels, 64 or more.
-        frames: taken from a video; None for 3 a second and at most 240.
-        lens: how distortion is modelled: `simple` by one number, `opencv` by four.
-        pairs: which photos are compared: `all`, `alike`, or `auto` by their number.
-        mapper: `incremental`, `global`, or `auto` by the number of photos.
-        least: share of the photos that must be placed, 0 to 1.
+    CAPTURE then holds images/ and sparse/0/ (photos without distortion, and their poses, as COLMAP
+    leaves them), capture.json with all figures, and coverage.png. Ctrl-C is safe: the same command
+    goes on, and does nothing anew that is done. What it works with is in CAPTURE/work, which may
+    be deleted in the end.
     """
 
-    max_size: int = 1600
-    frames: int | None = None
+    source: Annotated[Positional[Path], arg(metavar="PHOTOS|VIDEO")]
+    """Folder of the photos (HEIC too), or a video."""
+    output: Annotated[Path, arg(aliases=["-o"], metavar="CAPTURE")]
+    """Folder for the capture; it is made if it is missing."""
+    max_size: Annotated[int, arg(metavar="PIXELS")] = 1600
+    """Photos are reduced until their longer side has so many pixels."""
+    frames: Annotated[int | None, arg(metavar="N")] = None
+    """How many frames of a video to take, the sharpest of each stretch of time. Without it 3 a
+    second, and 240 at most."""
     lens: Lens = "simple"
+    """How its distortion is modelled: simple with one number, opencv with four, for wide lenses
+    and many photos."""
     pairs: Pairs = "auto"
+    """Which photos to compare. all: every two. alike: each with those next to it by name, and with
+    20 that look like it. auto: all up to 80 photos, alike beyond."""
     mapper: Mapper = "auto"
-    least: float = 0.5
+    """How photos are placed. incremental: one after the other. global: all at once. auto:
+    incremental up to 250 photos, global beyond."""
+    least: Annotated[float, arg(metavar="SHARE")] = 0.5
+    """Stop if a smaller share of the photos can be placed."""
 
 
 @dataclass(frozen=True)
 class Job:
     """What all stages need. `bar` opens a progress bar."""
 
-    source: Path
+    run: CaptureRun
     inputs: list[Path]
     space: Workspace
-    options: CaptureOptions
     bar: Bar
 
 
 def capture_photos(
-    source: Path,
-    output: Path,
-    options: CaptureOptions | None = None,
-    *,
-    bar: Bar = lambda what: nullcontext(lambda done, total: None),
+    run: CaptureRun, *, bar: Bar = lambda what: nullcontext(lambda done, total: None)
 ) -> dict[str, Any]:
     """Make a capture (`images/`, `sparse/0/`) of photos or a video; returns `capture.json`.
 
@@ -72,16 +80,16 @@ def capture_photos(
     for input that cannot be used, where pycolmap is missing, and where too few photos could be
     placed, which leaves neither `images/` nor `sparse/`.
     """
-    options = options or CaptureOptions()
-    refuse_options(options)
+    refuse_options(run)
     engine()
-    inputs = input_of(source)
-    if output.resolve() in (source.resolve(), *(path.resolve().parent for path in inputs)):
-        raise InputError(f"{output} holds the photos: give another folder for the capture")
-    job = Job(source, inputs, Workspace(output), options, bar)
+    inputs = input_of(run.source)
+    holders = (run.source.resolve(), *(path.resolve().parent for path in inputs))
+    if run.output.resolve() in holders:
+        raise InputError(f"{run.output} holds the photos: give another folder for the capture")
+    job = Job(run, inputs, Workspace(run.output), bar)
     job.space.open()
     with bar("reading") as progress:
-        keys = keys_of(options, digests(inputs, progress))
+        keys = keys_of(run, digests(inputs, progress))
     done = job.space.finished(keys["capture"])
     if done is None:
         done = go_through(job, keys)
@@ -105,14 +113,14 @@ def go_through(job: Job, keys: dict[str, str]) -> dict[str, Any]:
     return space.run("capture", keys["capture"], lambda: finish(job, photos))
 
 
-def keys_of(options: CaptureOptions, inputs: list[tuple[str, str]]) -> dict[str, str]:
+def keys_of(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]:
     """The key of every stage: of all that decides what it leaves."""
     key, keys = digest(VERSION, SEED, inputs), {}
     for stage, own in (
-        ("photos", [options.max_size, options.frames]),
-        ("features", options.lens),
-        ("matches", options.pairs),
-        ("model", options.mapper),
+        ("photos", [run.max_size, run.frames]),
+        ("features", run.lens),
+        ("matches", run.pairs),
+        ("model", run.mapper),
         ("capture", None),
     ):
         keys[stage] = key = digest(key, own)
@@ -124,27 +132,27 @@ def keys_of(options: CaptureOptions, inputs: list[tuple[str, str]]) -> dict[str,
 
 def prepare(job: Job) -> dict[str, Any]:
     """Upright photos of a size."""
-    options, folder = job.options, job.space.photos
-    if is_video(job.source):
+    run, folder = job.run, job.space.photos
+    if is_video(run.source):
         with job.bar("sharpest frames") as progress:
             return prepare_video(
-                job.source,
+                run.source,
                 folder,
-                frames=options.frames,
-                max_size=options.max_size,
+                frames=run.frames,
+                max_size=run.max_size,
                 progress=progress,
             )
-    if options.frames is not None:
-        raise InputError(f"{job.source} is no video: leave out --frames")
+    if run.frames is not None:
+        raise InputError(f"{run.source} is no video: leave out --frames")
     with job.bar("photos") as progress:
-        return prepare_photos(job.inputs, folder, max_size=options.max_size, progress=progress)
+        return prepare_photos(job.inputs, folder, max_size=run.max_size, progress=progress)
 
 
 def features(job: Job, photos: list[Prepared]) -> dict[str, Any]:
     """Their features, in the database."""
     with job.bar("features") as progress:
         return extract_features(
-            job.space.database, job.space.photos, photos, lens=job.options.lens, progress=progress
+            job.space.database, job.space.photos, photos, lens=job.run.lens, progress=progress
         )
 
 
@@ -152,7 +160,7 @@ def matches(job: Job, photos: list[Prepared]) -> dict[str, Any]:
     """What photos have in common, in the database."""
     names = [photo.name for photo in photos]
     with job.bar("matching") as progress:
-        return match_photos(job.space.database, names, pairs=job.options.pairs, progress=progress)
+        return match_photos(job.space.database, names, pairs=job.run.pairs, progress=progress)
 
 
 def model(job: Job, photos: list[Prepared]) -> dict[str, Any]:
@@ -163,7 +171,7 @@ def model(job: Job, photos: list[Prepared]) -> dict[str, Any]:
             space.database,
             space.photos,
             space.models,
-            mapper=job.options.mapper,
+            mapper=job.run.mapper,
             total=len(photos),
             progress=progress,
         )
@@ -192,7 +200,7 @@ def finish(job: Job, photos: list[Prepared]) -> dict[str, Any]:
     records = {name: space.read(name) or {} for name in ("photos", "features", "matches", "model")}
     found, compared = records["model"], records["matches"]
     return {
-        "source": job.source.name,
+        "source": job.run.source.name,
         "photos": len(photos),
         "registered": len(found["registered"]),
         "left_out": left_out(photos, found),
@@ -244,22 +252,22 @@ def left_out(photos: list[Prepared], found: dict[str, Any]) -> list[str]:
     return [photo.source for photo in photos if photo.name not in placed]
 
 
-def refuse_options(options: CaptureOptions) -> None:
+def refuse_options(run: CaptureRun) -> None:
     """InputError for an option outside of its range."""
-    if options.max_size < SMALLEST:
+    if run.max_size < SMALLEST:
         raise InputError(
-            f"photos of {options.max_size} pixels show too little: give {SMALLEST} or more"
+            f"photos of {run.max_size} pixels show too little: give {SMALLEST} or more"
         )
-    if options.frames is not None and options.frames < FEWEST:
-        raise InputError(f"{options.frames} frames make no scene: give {FEWEST} or more")
-    if not 0 <= options.least <= 1:
-        raise InputError(f"a share lies between 0 and 1, not at {options.least}")
+    if run.frames is not None and run.frames < FEWEST:
+        raise InputError(f"{run.frames} frames make no scene: give {FEWEST} or more")
+    if not 0 <= run.least <= 1:
+        raise InputError(f"a share lies between 0 and 1, not at {run.least}")
 
 
 def refuse_few(placed: int, missing: list[str], job: Job) -> None:
     """InputError with advice if too few photos were placed."""
     total = placed + len(missing)
-    if placed >= max(FEWEST, job.options.least * total):
+    if placed >= max(FEWEST, job.run.least * total):
         return
     named = ", ".join(missing[:NAMED]) + (" ..." if len(missing) > NAMED else "")
     seen = f"; {job.space.coverage} shows what could be" if placed else ""
