@@ -1,12 +1,13 @@
 """Which photos to compare, and what they have in common."""
 
+import warnings
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Shaped, UInt8
 from scipy.cluster.vq import kmeans2
 
 from mobilegs.atomic import atomic_write
@@ -98,14 +99,17 @@ def aggregated(descriptors: Sequence[UInt8[np.ndarray, "_ 128"]]) -> Float[np.nd
     be downloaded.
     """
     random = np.random.default_rng(SEED)
-    unit = [_unit(photo.astype(np.float32)) for photo in descriptors]
-    samples = np.concatenate([photo[random.permutation(len(photo))[:SAMPLES]] for photo in unit])
-    words = min(WORDS, max(1, len(samples) // 10))
-    if not len(samples):
-        return np.zeros((len(unit), 1), np.float32)
-    centres = kmeans2(samples, words, iter=ROUNDS, minit="points", rng=random, missing="warn")[0]
+    samples = np.concatenate(
+        [_unit(photo[random.permutation(len(photo))[:SAMPLES]]) for photo in descriptors]
+    )
+    words = min(WORDS, len(samples) // 10)
+    if not words:
+        return np.zeros((len(descriptors), 1), np.float32)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a cluster that lost its members stays
+        centres = kmeans2(samples, words, iter=ROUNDS, minit="points", rng=random)[0]
     looks = []
-    for photo in unit:
+    for photo in map(_unit, descriptors):
         nearest = (photo @ centres.T - 0.5 * (centres * centres).sum(1)).argmax(1)
         sums = np.zeros_like(centres)
         np.add.at(sums, nearest, photo - centres[nearest])
@@ -113,5 +117,6 @@ def aggregated(descriptors: Sequence[UInt8[np.ndarray, "_ 128"]]) -> Float[np.nd
     return _unit(np.stack(looks))
 
 
-def _unit(rows: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
+def _unit(rows: Shaped[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
+    rows = rows.astype(np.float32)
     return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-9)
