@@ -104,23 +104,21 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> Prepared:
         with image:
             exif = image.getexif()
             details = exif.get_ifd(_EXIF)
-            turned = exif.get(_ORIENTATION, 1)
-            width, height = image.size if turned not in range(5, 9) else image.size[::-1]
-            size = fitted(width, height, max_size)
             if not target.exists():
-                if turned not in range(2, 9) and size == image.size and is_plain_jpeg(image):
+                if is_ready(image, max_size):
                     with atomic_path(target) as temporary:
                         shutil.copyfile(source, temporary)
                 else:
                     picture = images.as_rgb(ImageOps.exif_transpose(image))
-                    save_photo(picture.resize(size, Image.Resampling.LANCZOS), target)
+                    save_photo(reduced(picture, max_size), target)
     except images.PIL_ERRORS as error:
         raise InputError(f"{source} cannot be decoded ({error})") from error
+    width, height = images.image_size(target)
     focal = number(details.get(_FOCAL_35MM))
-    focal = focal * math.hypot(*size) / _DIAGONAL_35MM if focal else None
+    focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
     made_by = [exif.get(_MAKE), exif.get(_MODEL), number(details.get(_FOCAL)), focal]
     lens = " ".join(str(part).strip("\0 ") for part in made_by if part)
-    return Prepared(target.name, source.name, *size, focal=focal, lens=lens)
+    return Prepared(target.name, source.name, width, height, focal, lens)
 
 
 def open_photo(path: Path) -> Image.Image:
@@ -158,8 +156,15 @@ def fitted(width: int, height: int, longest: int) -> tuple[int, int]:
     return max(1, round(width * factor)), max(1, round(height * factor))
 
 
-def is_plain_jpeg(image: Image.Image) -> bool:
-    return image.format == "JPEG" and image.mode == "RGB"
+def reduced(picture: Image.Image, longest: int) -> Image.Image:
+    """The picture with at most `longest` pixels on its longer side."""
+    return picture.resize(fitted(*picture.size, longest), Image.Resampling.LANCZOS)
+
+
+def is_ready(image: Image.Image, longest: int) -> bool:
+    """Whether a photo can be used byte by byte: an upright JPEG in colour, small enough."""
+    plain = image.format == "JPEG" and image.mode == "RGB" and max(image.size) <= longest
+    return plain and image.getexif().get(_ORIENTATION, 1) not in range(2, 9)
 
 
 def number(value: Any) -> float:

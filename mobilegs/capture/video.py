@@ -11,7 +11,7 @@ from PIL import Image
 
 from mobilegs.atomic import make_folder
 from mobilegs.capture.engine import INSTALL, Progress
-from mobilegs.capture.photos import FEWEST, Prepared, fitted, save_photo
+from mobilegs.capture.photos import FEWEST, Prepared, fitted, reduced, save_photo
 from mobilegs.errors import InputError
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
@@ -43,11 +43,10 @@ def prepare_video(
     def take() -> None:
         if best is not None:
             name = f"frame_{len(found) + 1:04d}.jpg"
-            picture = upright(best)
-            width, height = fitted(*picture.size, max_size)
-            save_photo(picture.resize((width, height), Image.Resampling.LANCZOS), folder / name)
+            picture = reduced(upright(best), max_size)
+            save_photo(picture, folder / name)
             source = f"{video.name} at {best.time:.2f} s"
-            found.append(asdict(Prepared(name, source, width, height)))
+            found.append(asdict(Prepared(name, source, *picture.size)))
 
     for frame in decoded(video):
         part = min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
