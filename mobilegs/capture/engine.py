@@ -1,11 +1,9 @@
 """pycolmap: quiet, on as many threads as asked for, and stopped by Ctrl-C."""
 
 import os
-import sqlite3
 import threading
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from mobilegs.errors import InputError
@@ -66,15 +64,3 @@ def in_background(call: Callable[[Any], Any], watch: Callable[[], None] = lambda
     if failures:
         raise failures[0]
     return results[0]
-
-
-def rows_in(database: Path, table: str) -> int:
-    """How many rows a table of COLMAP's database has now, 0 where it cannot be asked."""
-    try:
-        connection = sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True)
-        try:
-            return connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
-        finally:
-            connection.close()
-    except sqlite3.OperationalError:  # it is being made, or locked for a moment
-        return 0

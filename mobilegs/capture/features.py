@@ -4,11 +4,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
-from mobilegs.capture.engine import Progress, engine, in_background, rows_in, threads
+from mobilegs.capture.engine import Progress, engine, in_background, threads
 from mobilegs.capture.photos import Prepared
 
 Lens = Literal["simple", "opencv"]
 MODELS = {"simple": "SIMPLE_RADIAL", "opencv": "OPENCV"}
+AT_ONCE = 16  # photos between two reports of progress
 GUESSED_FOCAL = 1.2  # of the longer side, where EXIF says nothing: COLMAP's own guess
 
 
@@ -23,17 +24,20 @@ def extract_features(
     import_cameras(database, folder, photos, lens)
     pycolmap = engine()
     options = pycolmap.FeatureExtractionOptions(num_threads=threads(), use_gpu=False)
-    in_background(
-        lambda token: pycolmap.extract_features(
-            database,
-            folder,
-            image_names=[photo.name for photo in photos],
-            extraction_options=options,
-            device=pycolmap.Device.cpu,
-            cancellation_token=token,
-        ),
-        lambda: progress(rows_in(database, "keypoints"), len(photos)),
-    )
+    for start in range(0, len(photos), AT_ONCE):
+        progress(start, len(photos))
+        some = [photo.name for photo in photos[start : start + AT_ONCE]]
+        in_background(
+            lambda token, some=some: pycolmap.extract_features(
+                database,
+                folder,
+                image_names=some,
+                extraction_options=options,
+                device=pycolmap.Device.cpu,
+                cancellation_token=token,
+            )
+        )
+    progress(len(photos), len(photos))
     with pycolmap.Database.open(database) as content:
         return {
             "cameras": content.num_cameras(),

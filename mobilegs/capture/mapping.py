@@ -1,8 +1,6 @@
 """Matches -> poses and points, and photos as pinhole cameras would have taken them."""
 
 import shutil
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -145,8 +143,9 @@ def _global(database: Path, photos: Path, models: Path, progress: Any) -> dict[i
     """Global mapping wants focal lengths; where EXIF gave none, pairs of photos tell them first."""
     pycolmap = engine()
     calibrated = models / "database.db"  # a copy: the mapper's guesses are not for others
-    with closing(sqlite3.connect(database)) as source, closing(sqlite3.connect(calibrated)) as copy:
-        source.backup(copy)
+    with pycolmap.Database.open(database):
+        pass  # what an interruption has left beside the file is in it once it is closed
+    shutil.copyfile(database, calibrated)
     options = pycolmap.GlobalPipelineOptions(
         num_threads=threads(), random_seed=SEED, min_model_size=SMALLEST
     )

@@ -11,12 +11,13 @@ from jaxtyping import Float, Shaped, UInt8
 from scipy.cluster.vq import kmeans2
 
 from mobilegs.atomic import atomic_write
-from mobilegs.capture.engine import SEED, Progress, engine, in_background, rows_in, threads
+from mobilegs.capture.engine import SEED, Progress, engine, in_background, threads
 
 Pairs = Literal["auto", "all", "alike"]
 ALL_UP_TO = 80  # photos: 3,160 pairs
 NEIGHBOURS = 10  # next ones by name, and then 16, 32, ... further
 LOOK_ALIKES = 20  # a photo, by appearance
+AT_ONCE = 100  # pairs between two reports of progress
 WORDS = 128
 SAMPLES = 400  # features of a photo that the words are learned from
 ROUNDS = 10  # of k-means
@@ -37,28 +38,40 @@ def match_photos(
         listed = list(combinations(names, 2))
     else:
         listed = pairs_alike(names, aggregated(descriptors_of(database, names)))
-    matched_list = database.with_name("pairs.txt")
-    atomic_write(matched_list, "".join(f"{one} {other}\n" for one, other in listed))
     pycolmap = engine()
-    in_background(
-        lambda token: pycolmap.match_image_pairs(
-            database,
-            matching_options=pycolmap.FeatureMatchingOptions(num_threads=threads(), use_gpu=False),
-            pairing_options=pycolmap.ImportedPairingOptions(match_list_path=matched_list),
-            verification_options=pycolmap.TwoViewGeometryOptions(
-                ransac=pycolmap.RANSACOptions(random_seed=SEED)
-            ),
-            device=pycolmap.Device.cpu,
-            cancellation_token=token,
-        ),
-        lambda: progress(rows_in(database, "two_view_geometries"), len(listed)),
-    )
+    for start in range(0, len(listed), AT_ONCE):
+        progress(start, len(listed))
+        _match(database, listed[start : start + AT_ONCE])
+    progress(len(listed), len(listed))
     with pycolmap.Database.open(database) as content:
         return {
             "pairs": chosen,
             "compared": len(listed),
             "verified": content.num_verified_image_pairs(),
         }
+
+
+def _match(database: Path, listed: Sequence[tuple[str, str]]) -> None:
+    """Match some pairs of photos.
+
+    That is how progress is known: the database must not be looked into meanwhile. Python's SQLite
+    and pycolmap's in one process take each other's locks away, which ended in damaged files.
+    """
+    pycolmap = engine()
+    names = database.with_name("pairs.txt")
+    atomic_write(names, "".join(f"{one} {other}\n" for one, other in listed))
+    matching = pycolmap.FeatureMatchingOptions(num_threads=threads(), use_gpu=False)
+    ransac = pycolmap.RANSACOptions(random_seed=SEED)
+    in_background(
+        lambda token: pycolmap.match_image_pairs(
+            database,
+            matching_options=matching,
+            pairing_options=pycolmap.ImportedPairingOptions(match_list_path=names),
+            verification_options=pycolmap.TwoViewGeometryOptions(ransac=ransac),
+            device=pycolmap.Device.cpu,
+            cancellation_token=token,
+        )
+    )
 
 
 def forget_matches(database: Path) -> None:
