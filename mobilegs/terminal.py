@@ -8,6 +8,9 @@ from typing import Any
 from mobilegs.doctor import Finding
 
 
+NAMED = 10  # photos in a line
+
+
 def console() -> Any:
     """Standard output, with colours where it is a terminal."""
     from rich.console import Console
@@ -42,7 +45,9 @@ def print_capture(found: dict[str, Any], output: Path) -> None:
         f"{found['points']:,} points, reprojection error {found['reprojection_error']:.2f} px"
     )
     if found["left_out"]:
-        print(f"left out: {', '.join(found['left_out'])}")
+        names = found["left_out"]
+        rest = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        print(f"left out: {', '.join(names[:NAMED])}{rest}")
     if len(found["models"]) > 1:
         sizes = " + ".join(str(size) for size in found["models"])
         print(f"the photos fall apart into models of {sizes}: the largest is kept")
