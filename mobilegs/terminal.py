@@ -7,7 +7,6 @@ from typing import Any
 
 from mobilegs.doctor import Finding
 
-
 NAMED = 10  # photos in a line
 
 

@@ -12,9 +12,10 @@ from PIL import Image
 from scipy.linalg import orthogonal_procrustes
 
 from mobilegs import cli, doctor
-from mobilegs.capture import CaptureRun, capture_photos, run
+from mobilegs.capture import CaptureRun, capture_photos, mapping, run
 from mobilegs.capture.engine import engine, in_background
 from mobilegs.capture.matches import aggregated, pairs_alike
+from mobilegs.capture.workspace import Workspace
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.train import loop, unposed
@@ -116,6 +117,23 @@ def test_another_mapper_keeps_features_and_matches(made: tuple[Path, Path]) -> N
     assert after["work/model.json"] != before["work/model.json"]
     found = centers(capture)
     assert relative_error(np.array([found[name] for name in sorted(found)]), CENTERS) < 0.02
+
+
+def test_the_same_photos_give_the_same_points(finished: tuple[Path, Path], tmp_path: Path) -> None:
+    space = Workspace(finished[1])
+    runs = [
+        mapping.map_photos(
+            space.database,
+            space.photos,
+            tmp_path / str(attempt),
+            mapper=mapper,
+            total=9,
+            progress=lambda done, total: None,
+        )
+        for mapper in ("incremental", "global")
+        for attempt in range(2)
+    ]
+    assert runs[0] == runs[1] and runs[2] == runs[3]
 
 
 def test_other_pairs_keep_features(made: tuple[Path, Path]) -> None:

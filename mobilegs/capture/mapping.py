@@ -154,7 +154,8 @@ def _global(database: Path, photos: Path, models: Path, progress: Any) -> dict[i
         with pycolmap.Database.open(calibrated) as content:
             known = all(camera.has_prior_focal_length for camera in content.read_all_cameras())
         if not known:
-            pycolmap.calibrate_view_graph(calibrated)
+            seeded = pycolmap.ViewGraphCalibrationOptions(random_seed=SEED)
+            pycolmap.calibrate_view_graph(calibrated, seeded)
         return pycolmap.global_mapping(calibrated, photos, models, options)
 
     try:
