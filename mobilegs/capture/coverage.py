@@ -22,7 +22,8 @@ SEEN_BY = (  # fewest photos, colour, legend
 )
 FRAMED = (5.0, 95.0)  # percentiles of the points that the frame holds; cameras are always inside
 MANY = 30_000  # points, from which on one takes a pixel instead of 2 x 2
-FRUSTUM = 0.035  # of the picture's width: length of a camera's wedge
+FRUSTUM = 0.035  # of a panel's width: length of a camera's wedge
+CROWD = 40  # cameras, from which on wedges shrink
 
 
 def draw_coverage(
@@ -93,19 +94,18 @@ def panel(geometry: Geometry, axes: Float[np.ndarray, "2 3"]) -> Image.Image:
             draw.rectangle((x, y, x + dot, y + dot), fill=color)
     places = place(eyes)
     draw.line([tuple(at) for at in places.tolist()], fill=(170, 190, 235), width=1)
-    for at, look in zip(places, looks * (1, -1), strict=True):
+    length = FRUSTUM * PANEL[0] * min(1.0, (CROWD / max(len(eyes), 1)) ** 0.5)
+    for at, look in zip(places, length * looks * (1, -1), strict=True):
         wedge(draw, at, look)
     draw.rectangle((0, 0, PANEL[0] - 1, PANEL[1] - 1), outline=GRID)
     return picture
 
 
 def wedge(
-    draw: ImageDraw.ImageDraw, at: Float[np.ndarray, "2"], look: Float[np.ndarray, "2"]
+    draw: ImageDraw.ImageDraw, at: Float[np.ndarray, "2"], ahead: Float[np.ndarray, "2"]
 ) -> None:
     """A camera: a triangle that opens to where it looks, a dot where that is along the view."""
-    length = FRUSTUM * PANEL[0]
-    ahead = length * look
-    across = 0.45 * length * np.array([-look[1], look[0]])
+    across = 0.45 * np.array([-ahead[1], ahead[0]])
     corners = [tuple(at), tuple(at + ahead + across), tuple(at + ahead - across)]
     draw.polygon(corners, outline=CAMERA)
     x, y = at.tolist()
