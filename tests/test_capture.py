@@ -282,8 +282,13 @@ def test_input_that_cannot_be_used_is_refused_before_anything_is_made(tmp_path: 
     foreign = tmp_path / "foreign"
     (foreign / "images").mkdir(parents=True)
     assert "would be overwritten" in refusal(photos, foreign)
-    assert [path.name for path in foreign.iterdir()] == ["images"]
+    (foreign / "capture.json").write_text('{"app": "of somebody else"}')
+    assert "would be overwritten" in refusal(photos, foreign)
+    assert sorted(path.name for path in foreign.iterdir()) == ["capture.json", "images"]
+    (tmp_path / "notes.txt").write_text("notes")
+    assert "is a file" in refusal(photos, tmp_path / "notes.txt")
     assert "leave out --frames" in refusal(photos, output, frames=9)
+    assert json.loads((output / "work/photos.json").read_text())["done"] is False
 
 
 def test_photos_that_cannot_be_used_are_named(tmp_path: Path) -> None:

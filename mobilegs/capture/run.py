@@ -87,7 +87,7 @@ def capture_photos(
     if run.output.resolve() in holders:
         raise InputError(f"{run.output} holds the photos: give another folder for the capture")
     job = Job(run, inputs, Workspace(run.output), bar)
-    job.space.open()
+    job.space.refuse_foreign()
     with bar("reading") as progress:
         keys = keys_of(run, digests(inputs, progress))
     done = job.space.finished(keys["capture"])

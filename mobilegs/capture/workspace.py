@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mobilegs.atomic import atomic_write, make_folder
+from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 
 STAGES = ("photos", "features", "matches", "model", "capture")
@@ -41,13 +41,15 @@ class Workspace:
         self.report = path / "capture.json"
         self.coverage = path / "coverage.png"
 
-    def open(self) -> None:
-        """Make the folder. InputError if it holds something that a capture would overwrite."""
-        if not (self._record("photos").exists() or self.report.exists()):
-            for there in (self.work, self.images, self.sparse, self.report, self.coverage):
-                if there.exists():
-                    raise InputError(f"{there} would be overwritten: give another folder")
-        make_folder(self.work)
+    def refuse_foreign(self) -> None:
+        """InputError if the folder holds something, not of a capture, that would be overwritten."""
+        if self.path.exists() and not self.path.is_dir():
+            raise InputError(f"{self.path} is a file: give a folder for the capture")
+        if self._parsed("photos") or self._parsed("capture"):
+            return
+        for there in (self.work, self.images, self.sparse, self.report, self.coverage):
+            if there.exists():
+                raise InputError(f"{there} would be overwritten: give another folder")
 
     def run(self, stage: str, key: str, do: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """The record of a stage, after doing what is left of it.
@@ -76,13 +78,17 @@ class Workspace:
 
     def read(self, stage: str) -> dict[str, Any] | None:
         """The record of a stage; None where there is none, or what it speaks of is gone."""
+        record = self._parsed(stage)
+        gone = record is not None and record["done"] and not self._product(stage).exists()
+        return None if gone else record
+
+    def _parsed(self, stage: str) -> dict[str, Any] | None:
         try:
             record = json.loads(self._record(stage).read_text())
             known = {"key": str(record["key"]), "done": bool(record["done"])}
-            record = {**record, **known, "seconds": float(record["seconds"])}
+            return {**record, **known, "seconds": float(record["seconds"])}
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return None if record["done"] and not self._product(stage).exists() else record
 
     def finished(self, key: str) -> dict[str, Any] | None:
         """The report, if the capture is whole and of this key; `work/` is not needed for that."""
