@@ -1,6 +1,7 @@
 """Places photos whose poses are known: how many, how far off, and in what time.
 
     python bench/structure.py [--json OUT] [--scenes fern horns bonsai]
+    python bench/structure.py --table           # of bench/results/structure.json, in docs/capture.md
 
 Photos are those of the captures that MOBILEGS_DATA names, without their poses: fern (20 at
 504x378), horns (62 at 499x374), every third of bonsai (98 at 800x533). Each is placed by both
@@ -38,6 +39,9 @@ SCENES = {  # folder, every which photo, which pairs
     "bonsai": ("bonsai", 3, ("alike",)),
 }
 BEST = 10
+ROOT = Path(__file__).parent.parent
+RESULTS, DOCS = ROOT / "bench/results/structure.json", ROOT / "docs/capture.md"
+BEGIN, END = "<!-- BEGIN:numbers -->", "<!-- END:numbers -->"
 
 
 def centers(capture: Path) -> dict[str, np.ndarray]:
@@ -112,11 +116,40 @@ def measure(scene: str, work: Path) -> dict[str, Any]:
     return cells
 
 
+def table(results: dict[str, Any]) -> str:
+    """A row for each scene, choice of pairs and mapper."""
+    rows = [
+        "| photos | pairs | mapper | placed | off, mean / largest | error | points | features, "
+        "matches, model |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for scene, cells in results["scenes"].items():
+        for name, cell in cells.items():
+            if name == "recall":
+                continue
+            pairs, mapper = name.split("/")
+            off, seconds = cell["off"], cell["seconds"]
+            times = ", ".join(f"{seconds[stage]:.0f}" for stage in ("features", "matches", "model"))
+            rows.append(
+                f"| {scene} | {cell['compared']:,} {pairs} | {mapper} "
+                f"| {cell['registered']} of {cell['photos']} "
+                f"| {off['mean']:.2%} / {off['largest']:.2%} "
+                f"| {cell['reprojection_error']:.2f} px | {cell['points']:,} | {times} s |"
+            )
+    return "\n".join(rows)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--json", type=Path)
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
+    if options.table:
+        before, rest = DOCS.read_text().split(BEGIN)
+        text = table(json.loads(RESULTS.read_text()))
+        DOCS.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END)[1]}")
+        return
     results: dict[str, Any] = {
         "machine": platform.machine(),
         "threads": os.environ.get("OMP_NUM_THREADS", "all"),
