@@ -1,7 +1,7 @@
 """Places photos whose poses are known: how many, how far off, and in what time.
 
     python bench/structure.py [--json OUT] [--scenes fern horns bonsai]
-    python bench/structure.py --table           # of bench/results/structure.json, in docs/capture.md
+    python bench/structure.py --table      # of bench/results/structure.json, in docs/capture.md
 
 Photos are those of the captures that MOBILEGS_DATA names, without their poses: fern (20 at
 504x378), horns (62 at 499x374), every third of bonsai (98 at 800x533). Each is placed by both
