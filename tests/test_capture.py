@@ -3,6 +3,7 @@
 import json
 import shutil
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,7 @@ def centers(capture: Path) -> dict[str, np.ndarray]:
     }
 
 
-def times(folder: Path) -> dict[str, int]:
+def written(folder: Path) -> dict[str, int]:
     """When each file in a folder was last written."""
     return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in sorted(folder.rglob("*"))}
 
@@ -82,36 +83,36 @@ def test_all_photos_are_placed_where_they_were_taken(finished: tuple[Path, Path]
 
 def test_a_second_run_does_nothing_anew(made: tuple[Path, Path]) -> None:
     photos, capture = made
-    before = times(capture)
+    before = written(capture)
     report = capture_photos(CaptureRun(photos, capture))
     assert report == json.loads((capture / "capture.json").read_text())
-    assert times(capture) == before
+    assert written(capture) == before
 
 
 def test_work_may_be_deleted_once_all_is_done(made: tuple[Path, Path]) -> None:
     photos, capture = made
     shutil.rmtree(capture / "work")
-    before = times(capture / "images")
+    before = written(capture / "images")
     capture_photos(CaptureRun(photos, capture))
-    assert times(capture / "images") == before
+    assert written(capture / "images") == before
 
 
 def test_a_changed_photo_is_noticed(made: tuple[Path, Path]) -> None:
     photos, capture = made
-    before = times(capture)
+    before = written(capture)
     layered_photo((0.01, 0.02)).save(photos / "photo_3.jpg", quality=95)
     capture_photos(CaptureRun(photos, capture))
-    after = times(capture)
+    after = written(capture)
     changed = {name for name in before if after[name] != before[name]}
     assert {"capture.json", "work/photos/photo_3.jpg", "work/database.db"} <= changed
 
 
 def test_another_mapper_keeps_features_and_matches(made: tuple[Path, Path]) -> None:
     photos, capture = made
-    before = times(capture)
+    before = written(capture)
     report = capture_photos(CaptureRun(photos, capture, mapper="global"))
     assert (report["mapper"], report["registered"]) == ("global", 9)
-    after = times(capture)
+    after = written(capture)
     same = ("features", "matches")
     assert all(after[f"work/{name}.json"] == before[f"work/{name}.json"] for name in same)
     assert after["work/model.json"] != before["work/model.json"]
@@ -138,10 +139,10 @@ def test_the_same_photos_give_the_same_points(finished: tuple[Path, Path], tmp_p
 
 def test_other_pairs_keep_features(made: tuple[Path, Path]) -> None:
     photos, capture = made
-    before = times(capture)
+    before = written(capture)
     report = capture_photos(CaptureRun(photos, capture, pairs="alike"))
     assert (report["pairs"], report["registered"]) == ("alike", 9)
-    assert times(capture)["work/features.json"] == before["work/features.json"]
+    assert written(capture)["work/features.json"] == before["work/features.json"]
 
 
 def test_an_interrupted_capture_goes_on(
@@ -158,9 +159,9 @@ def test_an_interrupted_capture_goes_on(
         with pytest.raises(KeyboardInterrupt):
             capture_photos(CaptureRun(photos, capture))
     assert {path.name for path in capture.iterdir()} == {"work"}
-    before = times(capture)
+    before = written(capture)
     report = capture_photos(CaptureRun(photos, capture))
-    after = times(capture)
+    after = written(capture)
     for name in ("photos", "features", "matches"):
         assert after[f"work/{name}.json"] == before[f"work/{name}.json"]
     complete = json.loads((whole / "capture.json").read_text())
@@ -406,6 +407,7 @@ def test_eval_names_the_verb_that_makes_poses(made: tuple[Path, Path]) -> None:
 def test_the_fern_is_placed_as_its_authors_placed_it(data_dir: Path, tmp_path: Path) -> None:
     fern = data_dir / "tiny_fern"
     shutil.copytree(fern / "images", tmp_path / "photos")
+    started = time.process_time()
     report = capture_photos(CaptureRun(tmp_path / "photos", tmp_path / "capture"))
     assert (report["registered"], report["photos"]) == (20, 20)
     assert report["reprojection_error"] < 0.9 and report["points"] > 1200
@@ -414,6 +416,7 @@ def test_the_fern_is_placed_as_its_authors_placed_it(data_dir: Path, tmp_path: P
         np.array([found[name] for name in sorted(found)]),
         np.array([truth[name] for name in sorted(truth)]),
     )
-    print(f"camera centres differ by {error:.4f} of their extent, {report['seconds_of']}")
+    seconds = time.process_time() - started  # of all threads; others on the machine do not count
+    print(f"camera centres differ by {error:.4f} of their extent, {seconds:.0f} s of processors")
     assert error < 0.02
-    assert sum(report["seconds_of"].values()) < 120
+    assert seconds < 120
