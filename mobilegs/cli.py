@@ -6,103 +6,26 @@ Nothing heavy is imported until a verb runs, so that `--help` answers at once.
 import os
 import sys
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
-from tyro.conf import FlagCreatePairsOff, Positional, arg
+from tyro.conf import Positional, arg
 
 from mobilegs import __version__
 from mobilegs.errors import InputError
-from mobilegs.terminal import (
-    console,
-    decibels,
-    escape,
-    print_contents,
-    print_figures,
-    progress_bar,
-)
+from mobilegs.making import CONFIG, Output, capture, compress, demo, train
+from mobilegs.terminal import print_contents, print_figures, print_findings, progress_bar
 
 if TYPE_CHECKING:
     from mobilegs.data.dataset import Dataset
     from mobilegs.render.scene import Scene
-    from mobilegs.train.loop import TrainRun
 
 Split = Literal["test", "train"]
 Device = Literal["auto", "cpu", "cuda"]
 SceneFile = Annotated[Positional[Path], arg(metavar="SCENE")]
 Capture = Annotated[Path, arg(metavar="CAPTURE")]
-Output = Annotated[Path, arg(aliases=["-o"], metavar="DIR")]
 Downscale = Annotated[int | None, arg(metavar="N")]
-
-
-def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
-    """Go the whole way on a small capture that mobilegs renders itself; minutes on two cores.
-
-    The folder then holds what `mobilegs train` leaves, and the capture beside it. A demo that
-    was interrupted goes on where it stopped.
-
-    Args:
-        output: Folder for everything; it is made if it is missing.
-        seed: Start of all random choices.
-    """
-    from mobilegs.atomic import make_folder
-    from mobilegs.data.sample import sample_capture, write_sample
-    from mobilegs.train.loop import TrainRun
-
-    capture = output / "capture"
-    if not (capture / "sparse" / "0" / "cameras.txt").exists():  # what is written last
-        if (output / "config.json").exists():
-            raise InputError(f"{output} holds a run of something else: give another folder")
-        make_folder(capture)
-        with progress_bar("tracing photos") as advance:
-            write_sample(capture, sample_capture(progress=advance))
-    run = TrainRun(capture, output, preset="demo", seed=seed, resume=True)
-    run_training(run, f"give the same command to continue {output}")
-
-
-def train(words: Sequence[str]) -> None:
-    """Train a capture: photos with poses in, a phone-sized scene.mgs out."""
-    from mobilegs.train.loop import TrainRun
-
-    run = tyro.cli(TrainRun, prog="mobilegs train", args=words, config=CONFIG)
-    run_training(run, f"add --resume to continue {run.output}")
-
-
-def compress(words: Sequence[str]) -> None:
-    """Make a phone-sized scene.mgs of a trained 3DGS scene, with its photos or without."""
-    from mobilegs.train.existing import CompressRun, compress_run
-
-    run = tyro.cli(CompressRun, prog="mobilegs compress", args=words, config=CONFIG)
-    work = partial(compress_run, run, progress=progress_bar)
-    finish(run.output, work, f"add --resume to continue {run.output}")
-
-
-def run_training(run: "TrainRun", again: str) -> None:
-    """Train, and print what came of it; `again` says what to do when it was interrupted."""
-    from mobilegs.train.loop import train_run
-
-    finish(run.output, partial(train_run, run), again)
-
-
-def finish(output: Path, work: Callable[[], dict[str, Any]], again: str) -> None:
-    """Do the work, whose figures are a run's, and print what came of it."""
-    from mobilegs.train.distributed import is_first
-
-    try:
-        metrics = work()
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted: {again}") from None
-    if not is_first():
-        return
-    student, teacher = metrics["student"], metrics["teacher"]
-    print(
-        f"{output / 'scene.mgs'}: {student['gaussians']:,} Gaussians, "
-        f"{student['file_bytes']:,} bytes, on held-back photos {decibels(student)} "
-        f"(teacher {decibels(teacher)})"
-    )
-    print(f"{output / 'contact_sheet.png'} shows them side by side")
 
 
 def render(
@@ -302,14 +225,7 @@ def doctor(*, json: bool = False) -> None:
     if json:
         print(to_json(checks.as_json(findings)))
         return
-    from rich.table import Table
-
-    table = Table(box=None, show_header=False)
-    marks = {"yes": "[green]yes[/]", "no": "[yellow]no[/]", "none": "-"}
-    for finding in findings:
-        text = f"{finding.found}\n-> {finding.remedy}" if finding.remedy else finding.found
-        table.add_row(marks[finding.state], finding.what, escape(text))
-    console().print(table)
+    print_findings(findings)
 
 
 # --- what the verbs share -------------------------------------------------------------------------
@@ -338,11 +254,11 @@ def open_both(
 
 # --- the way in -----------------------------------------------------------------------------------
 
-CONFIG = (FlagCreatePairsOff,)  # --json without its twin --no-json
 VERBS: dict[str, Callable[..., None]] = {
     "demo": demo,
     "train": train,
     "compress": compress,
+    "capture": capture,
     "render": render,
     "eval": evaluate,
     "view": view,
@@ -354,8 +270,9 @@ VERBS: dict[str, Callable[..., None]] = {
 HELP = """\
 mobilegs {version}: 3D Gaussian splatting without sorting, in a file of a few megabytes.
 
-A capture (photos with poses: COLMAP, nerfstudio's transforms.json, NeRF-synthetic) becomes a
-teacher, a plain 3DGS scene; the teacher a student that needs no sorting; the student scene.mgs.
+Photos or a video become a capture (photos with poses: COLMAP, nerfstudio's transforms.json,
+NeRF-synthetic); the capture a teacher, a plain 3DGS scene; the teacher a student that needs no
+sorting; the student scene.mgs. A teacher may also come from another tool.
 
   mobilegs VERB ...          mobilegs VERB --help
 
@@ -389,7 +306,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if verb is None:
         return fail(f"there is no verb '{words[0]}': use one of {', '.join(VERBS)}", 2)
     try:
-        if verb in (train, compress):  # options are fields of dataclasses that are slow to import
+        # options of these are fields of dataclasses that are slow to import
+        if verb in (train, compress, capture):
             verb(words[1:])
         else:
             tyro.cli(verb, prog=f"mobilegs {words[0]}", args=words[1:], config=CONFIG)

@@ -36,6 +36,7 @@ def examine() -> list[Finding]:
         gpu(),
         gpu_kernels(),
         gpu_renderer(),
+        capture(),
         lpips_weights(),
     ]
 
@@ -127,6 +128,16 @@ def gpu_renderer() -> Finding:
         found, _, remedy = str(error).partition(": ")
         return Finding("GPU renderer", "no", found, remedy)
     return Finding("GPU renderer", "yes", f"{about['device']}, {about['backend_type']}")
+
+
+def capture() -> Finding:
+    """Whether photos without poses, HEIC and videos can be used."""
+    needs = {"pycolmap": "poses", "pillow_heif": "HEIC photos", "av": "videos"}
+    missing = [f"{name} ({what})" for name, what in needs.items() if not find_module(name)]
+    if missing:
+        found = f"not installed: {', '.join(missing)}"
+        return Finding("Capture", "no", found, "pip install 'mobilegs[capture]'")
+    return Finding("Capture", "yes", "poses of photos and videos, HEIC included")
 
 
 def lpips_weights() -> Finding:

@@ -1,9 +1,13 @@
 """What the command line prints: tables, progress, figures for people."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+from mobilegs.doctor import Finding
+
+NAMED = 10  # photos in a line
 
 
 def console() -> Any:
@@ -31,6 +35,45 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(what, total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+def print_capture(found: dict[str, Any], output: Path) -> None:
+    """What came of a capture: how many photos have a place, and how well points fit."""
+    print(
+        f"{output}: {found['registered']} of {found['photos']} photos placed, "
+        f"{found['points']:,} points, reprojection error {found['reprojection_error']:.2f} px"
+    )
+    if found["left_out"]:
+        names = found["left_out"]
+        rest = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        print(f"left out: {', '.join(names[:NAMED])}{rest}")
+    if len(found["models"]) > 1:
+        sizes = " + ".join(str(size) for size in found["models"])
+        print(f"the photos fall apart into models of {sizes}: the largest is kept")
+    print(f"{output / 'coverage.png'} shows what is covered")
+
+
+def print_trained(metrics: dict[str, Any], run: Path) -> None:
+    """What came of a run: how large the scene is, and how good on held-back photos."""
+    student, teacher = metrics["student"], metrics["teacher"]
+    print(
+        f"{run / 'scene.mgs'}: {student['gaussians']:,} Gaussians, "
+        f"{student['file_bytes']:,} bytes, on held-back photos {decibels(student)} "
+        f"(teacher {decibels(teacher)})"
+    )
+    print(f"{run / 'contact_sheet.png'} shows them side by side")
+
+
+def print_findings(findings: Sequence[Finding]) -> None:
+    """What a machine can do, a row each."""
+    from rich.table import Table
+
+    table = Table(box=None, show_header=False)
+    marks = {"yes": "[green]yes[/]", "no": "[yellow]no[/]", "none": "-"}
+    for finding in findings:
+        text = f"{finding.found}\n-> {finding.remedy}" if finding.remedy else finding.found
+        table.add_row(marks[finding.state], finding.what, escape(text))
+    console().print(table)
 
 
 def print_figures(about: dict[str, Any], result: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ LEVELS: list[set[str]] = [
     {"camera", "gaussians", "spherical_harmonics", "kmeans"},
     {"render"},
     {"data"},
+    {"capture"},
     {"formats"},
     {"compress"},
     {"evaluate"},
@@ -21,7 +22,7 @@ LEVELS: list[set[str]] = [
     {"train"},
     {"view"},
     {"doctor", "terminal"},
-    {"cli", "__main__"},
+    {"making", "cli", "__main__"},
 ]
 # each reads another tool's format; nothing of ours is between them
 SIBLINGS_APART = {"formats"}

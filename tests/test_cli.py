@@ -78,7 +78,7 @@ def test_help_names_every_verb_and_imports_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    for verb in ("demo", "train", "eval", "render", "info", "doctor"):
+    for verb in ("demo", "train", "capture", "eval", "render", "info", "doctor"):
         assert f"\n  {verb} " in done.stdout
 
 
@@ -88,6 +88,7 @@ def test_help_names_every_verb_and_imports_nothing_heavy() -> None:
         ("demo", ["--output", "-o", "--seed"]),
         ("train", ["-o", "--preset", "--downscale", "--steps", "--seed", "--resume"]),
         ("train", ["--lpips-weights", "--teacher", "--max-splats", "--background"]),
+        ("capture", ["PHOTOS|VIDEO", "-o", "--max-size", "--frames", "--pairs", "--mapper"]),
         ("render", ["SCENE", "--capture", "--split", "-o", "--downscale"]),
         ("eval", ["SCENE", "--capture", "--json", "--downscale", "--lpips-weights"]),
         ("info", ["SCENE", "--json"]),

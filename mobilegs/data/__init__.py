@@ -9,7 +9,14 @@ from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_
 from mobilegs.data.nerfstudio import load_nerfstudio
 from mobilegs.errors import InputError
 
-__all__ = ["Dataset", "Frame", "View", "ViewLoader", "load_capture", "load_view"]
+__all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture", "load_view"]
+
+TRANSFORMS = ("transforms_train.json", "transforms.json")
+
+
+def has_poses(path: Path) -> bool:
+    """Whether a folder holds camera poses of a kind that `load_capture` reads."""
+    return find_model(path) is not None or any((path / name).is_file() for name in TRANSFORMS)
 
 
 def load_capture(
@@ -50,8 +57,8 @@ def _no_poses(path: Path) -> str:
     for folder in (path / "images", path):
         if images.list_images(folder):
             return (
-                f"{folder} has photos but {path} has no camera poses; make them first with `colmap "
-                f"automatic_reconstructor --workspace_path {path} --image_path {folder}`"
+                f"{folder} has photos but {path} has no camera poses; make them first with "
+                f"`mobilegs capture {path} -o CAPTURE`, and give CAPTURE"
             )
     return (
         f"{path} is not a capture: it has no sparse/0 (COLMAP), no transforms.json (nerfstudio) "

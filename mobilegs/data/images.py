@@ -14,7 +14,7 @@ SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff")
 WIDEST = 1600  # pixels: wider photos are reduced unless a factor is asked for, as in 3DGS
 
 # everything PIL raises for a damaged file, besides the oversized one it calls a bomb
-_PIL_ERRORS = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
+PIL_ERRORS = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
 
 
 def is_file(path: Path) -> bool:
@@ -29,7 +29,7 @@ def open_image(path: Path) -> Image.Image:
     """The image, header read, pixels not yet; `InputError` if it is not one."""
     try:
         return Image.open(path)
-    except _PIL_ERRORS as error:
+    except PIL_ERRORS as error:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
 
 
@@ -69,9 +69,9 @@ def read_pixels(
         try:
             image.load()
             if not _has_alpha(image):
-                return np.asarray(_boxed(_rgb(image), width, height)), None
+                return np.asarray(_boxed(as_rgb(image), width, height)), None
             rgba = image.convert("RGBA")
-        except _PIL_ERRORS as error:
+        except PIL_ERRORS as error:
             raise InputError(f"{path} cannot be decoded ({error})") from error
     alpha = rgba.getchannel("A")
     if over is None:
@@ -87,7 +87,7 @@ def read_mask(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
     with open_image(path) as image:
         try:
             return _solid(image.convert("L"), width, height)
-        except _PIL_ERRORS as error:
+        except PIL_ERRORS as error:
             raise InputError(f"{path} cannot be decoded ({error})") from error
 
 
@@ -123,7 +123,8 @@ def _has_alpha(image: Image.Image) -> bool:
     return image.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in image.info
 
 
-def _rgb(image: Image.Image) -> Image.Image:
+def as_rgb(image: Image.Image) -> Image.Image:
+    """The picture with three channels of 8 bits; transparency is dropped."""
     if image.mode.startswith("I;16"):  # 16-bit grey, which convert() would clip to white
         image = Image.fromarray((np.asarray(image).astype(np.uint16) >> 8).astype(np.uint8))
     return image.convert("RGB")

@@ -61,7 +61,8 @@ class TrainRun:
 
     capture: Annotated[Positional[Path], arg(metavar="CAPTURE")]
     """Folder of the photos and their poses: COLMAP, nerfstudio's transforms.json, or
-    NeRF-synthetic."""
+    NeRF-synthetic. Of photos without poses, or a video, mobilegs train makes RUN/capture first
+    (mobilegs capture has options for that)."""
     output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
     """Folder for the run; it is made if it is missing."""
     preset: PresetName | None = None
