@@ -14,7 +14,7 @@ from tyro.conf import Positional, arg
 
 from mobilegs import __version__
 from mobilegs.errors import InputError
-from mobilegs.making import CONFIG, Output, capture, compress, demo, train
+from mobilegs.making import CONFIG, capture, compress, demo, train
 from mobilegs.terminal import print_contents, print_figures, print_findings, progress_bar
 
 if TYPE_CHECKING:
@@ -32,14 +32,17 @@ def render(
     scene: SceneFile,
     /,
     *,
-    capture: Capture,
-    output: Output,
+    capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
+    output: Annotated[Path | None, arg(aliases=["-o"], metavar="DIR")] = None,
+    orbit: Annotated[Path | None, arg(metavar="MP4")] = None,
     split: Split = "test",
     downscale: Downscale = None,
+    seconds: float = 8.0,
+    size: tuple[int, int] = (1280, 720),
     device: Device = "auto",
     backend: Literal["kernels", "gpu"] = "kernels",
 ) -> None:
-    """Draw the views of a capture from a scene, one PNG a photo.
+    """Draw the views of a capture from a scene, one PNG a photo, or a video around the scene.
 
     Each picture carries the photo's own name: IMG_0042.JPG becomes IMG_0042.png. A .mgs is
     drawn without sorting, the others sorted.
@@ -48,8 +51,11 @@ def render(
         scene: The scene: a .mgs file, or a .ply, .spz, .sog, .splat or .glb of plain 3DGS.
         capture: Folder of the capture whose cameras are used.
         output: Folder for the pictures; it is made if it is missing.
+        orbit: Instead of these two: a video to write, of one turn around the scene.
         split: The held-back photos (test), or those trained on (train).
         downscale: Divide the photos' size by this. Without it they are at most 1600 wide.
+        seconds: How long the video is.
+        size: Width and height of the video.
         device: Where the kernels draw; auto takes an NVIDIA GPU if there is one.
         backend: The kernels that training uses, or gpu: as the viewers draw, with half floats,
             on any GPU that Vulkan, Metal or DirectX 12 reaches.
@@ -63,16 +69,18 @@ def render(
 
     if backend == "gpu":
         device = "cpu"  # where the scene is read; the renderer takes it from there
+    if orbit is not None:
+        if capture or output or downscale:
+            raise InputError("--orbit needs no photos: leave out --capture, -o and --downscale")
+        return render_orbit(scene, orbit, seconds, size, device, backend)
+    if capture is None or output is None:
+        raise InputError("what is to be drawn? give --capture CAPTURE -o DIR, or --orbit MP4")
     opened, dataset = open_both(scene, capture, downscale, device)
     frames = dataset.test if split == "test" else dataset.train
     if not frames:
         raise InputError(f"{capture} has no {split} views to draw")
     paths = picture_paths(frames, dataset, output)
-    draw = opened.render
-    if backend == "gpu":
-        from mobilegs.view.native import GpuRenderer
-
-        draw = GpuRenderer(opened).draw
+    draw = drawing(opened, backend)
     with torch.inference_mode(), progress_bar("drawing") as advance:
         for done, (frame, path) in enumerate(zip(frames, paths, strict=True), start=1):
             camera = frame.camera.to(opened.gaussians.means.device)
@@ -81,6 +89,36 @@ def render(
                 Image.fromarray(pixels).save(temporary, format="PNG")
             advance(done, len(frames))
     print(f"{len(frames)} pictures in {output}")
+
+
+def render_orbit(
+    scene: Path,
+    output: Path,
+    seconds: float,
+    size: tuple[int, int],
+    device: Device,
+    backend: Literal["kernels", "gpu"],
+) -> None:
+    """Write a video of one turn around a scene."""
+    from mobilegs.scene_file import choose_device
+    from mobilegs.view.video import open_with_views, write_orbit
+
+    opened, views = open_with_views(scene, choose_device(device))
+    draw = drawing(opened, backend)
+    width, height = size
+    with progress_bar("drawing") as advance:
+        options = {"seconds": seconds, "width": width, "height": height, "progress": advance}
+        written = write_orbit(opened, views, output, draw=draw, **options)
+    print(f"{output}: {written:,} bytes")
+
+
+def drawing(scene: "Scene", backend: Literal["kernels", "gpu"]) -> Callable:
+    """What draws a scene for a camera."""
+    if backend == "kernels":
+        return scene.render
+    from mobilegs.view.native import GpuRenderer
+
+    return GpuRenderer(scene).draw
 
 
 def evaluate(

@@ -19,13 +19,12 @@ from PIL import Image
 
 from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
-from mobilegs.compress.container import read_mgs
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.scene_file import open_scene
 from mobilegs.view.gpu import INSTALL
 from mobilegs.view.native import GpuRenderer
 from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, place_under
+from mobilegs.view.video import open_with_views
 
 SIZE = (1280, 720)  # logical pixels
 FPS_MAX = 120
@@ -57,11 +56,7 @@ def show(path: Path) -> None:
     is not a scene that a GPU draws.
     """
     toolkit = _toolkit()
-    if path.suffix.lower() == ".mgs":
-        coded = read_mgs(path)
-        scene, views = coded.decode(), coded.views or []
-    else:
-        scene, views = open_scene(path, torch.device("cpu")), []
+    scene, views = open_with_views(path, torch.device("cpu"))
     renderer = GpuRenderer(scene)
     canvas = toolkit.RenderCanvas(size=SIZE, title=path.stem, max_fps=FPS_MAX)
     try:
