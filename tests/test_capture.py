@@ -14,6 +14,7 @@ from scipy.linalg import orthogonal_procrustes
 
 from mobilegs import cli, doctor
 from mobilegs.capture import CaptureRun, capture_photos, mapping, run
+from mobilegs.capture.agreement import drop_misplaced, epipolar_errors
 from mobilegs.capture.engine import engine, in_background
 from mobilegs.capture.matches import aggregated, pairs_alike
 from mobilegs.capture.workspace import Workspace
@@ -135,6 +136,32 @@ def test_the_same_photos_give_the_same_points(finished: tuple[Path, Path], tmp_p
         for attempt in range(2)
     ]
     assert runs[0] == runs[1] and runs[2] == runs[3]
+
+
+def test_a_misplaced_photo_is_dropped(finished: tuple[Path, Path]) -> None:
+    space = Workspace(finished[1])
+    model = engine().Reconstruction(space.models / "best")
+    assert drop_misplaced(model, space.database) == []
+    moved = next(image for image in model.images.values() if image.name == "photo_3.jpg")
+    pose = moved.cam_from_world()
+    turn = engine().Rotation3d(np.array([0.0, 0.3, 0.0]))
+    shifted = engine().Rigid3d(turn, np.array([3.0, 1.0, 2.0])) * pose
+    moved.frame.set_cam_from_world(moved.camera_id, shifted)
+    assert drop_misplaced(model, space.database) == ["photo_3.jpg"]
+    assert model.num_reg_images() == 8
+
+
+def test_matches_lie_on_epipolar_lines() -> None:
+    random = np.random.default_rng(0)
+    points = random.normal(size=(50, 3)) + np.array([0, 0, 6])
+    angle = 0.2
+    rotation = [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+    motion = np.c_[np.array(rotation), [1.0, 0.2, -0.1]]
+    seen = points @ motion[:, :3].T + motion[:, 3]
+    one, other = points[:, :2] / points[:, 2:], seen[:, :2] / seen[:, 2:]
+    assert epipolar_errors(one, other, motion).max() < 1e-12
+    off = epipolar_errors(one, other + np.array([0, 0.01]), motion)
+    assert 0.005 < np.median(off) <= 0.01  # half of it may be the other point's
 
 
 def test_other_pairs_keep_features(made: tuple[Path, Path]) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mobilegs.atomic import make_folder
+from mobilegs.capture.agreement import drop_misplaced
 from mobilegs.capture.engine import SEED, Progress, engine, in_background, threads
 
 Mapper = Literal["auto", "incremental", "global"]
@@ -19,7 +20,7 @@ QUALITY = 95  # of the undistorted JPEG
 def map_photos(
     database: Path, photos: Path, models: Path, *, mapper: Mapper, total: int, progress: Progress
 ) -> dict[str, Any]:
-    """Reconstruct, and leave the model with most photos in `models/best`.
+    """Reconstruct, and leave the model with most photos, without misplaced ones, in `models/best`.
 
     `incremental` adds photo by photo, `global` solves for all at once; `auto` is `incremental` up
     to `INCREMENTAL_UP_TO` of the `total` photos. Returns the record
@@ -38,12 +39,14 @@ def map_photos(
     record = {"mapper": chosen, "models": [model.num_reg_images() for model in ranked]}
     if not ranked:
         return {**record, **_NOTHING}
+    misplaced = drop_misplaced(ranked[0], database)
     make_folder(models / "best")
     ranked[0].write_binary(models / "best")
-    return {**record, **figures(ranked[0])}
+    return {**record, **figures(ranked[0]), "misplaced": misplaced}
 
 
 _NOTHING = {
+    "misplaced": [],
     "registered": [],
     "reprojection_error": None,
     "points": 0,

@@ -208,6 +208,7 @@ def finish(job: Job, photos: list[Prepared]) -> dict[str, Any]:
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
         **{name: found[name] for name in ("mapper", "models", "reprojection_error", "points")},
         **{name: found[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
+        "misplaced": found["misplaced"],
         "seconds_of": {name: record["seconds"] for name, record in records.items()},
     }
 
