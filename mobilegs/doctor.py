@@ -132,7 +132,7 @@ def gpu_renderer() -> Finding:
 
 def capture() -> Finding:
     """Whether photos without poses, HEIC and videos can be used."""
-    needs = {"pycolmap": "poses", "pillow_heif": "HEIC photos", "av": "videos"}
+    needs = {"pycolmap": "poses", "pi_heif": "HEIC photos", "av": "videos"}
     missing = [f"{name} ({what})" for name, what in needs.items() if not find_module(name)]
     if missing:
         found = f"not installed: {', '.join(missing)}"

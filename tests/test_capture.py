@@ -12,7 +12,7 @@ from layered import CENTERS, layered_photo, write_photos
 from PIL import Image
 from scipy.linalg import orthogonal_procrustes
 
-from mobilegs import cli, doctor
+from mobilegs import cli, doctor, making
 from mobilegs.capture import CaptureRun, capture_photos, mapping, run
 from mobilegs.capture.agreement import drop_misplaced, epipolar_errors
 from mobilegs.capture.engine import engine, in_background
@@ -350,7 +350,7 @@ def test_without_pycolmap_one_sentence_says_what_to_install(
 
 def test_doctor_says_what_a_capture_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
     assert doctor.capture().state == "yes"
-    monkeypatch.setattr(doctor, "find_module", lambda name: name != "pillow_heif")
+    monkeypatch.setattr(doctor, "find_module", lambda name: name != "pi_heif")
     finding = doctor.capture()
     assert finding.state == "no" and "HEIC" in finding.found and "pip install" in finding.remedy
 
@@ -404,7 +404,7 @@ def test_train_refuses_before_it_places_photos(
     def forbidden(run: CaptureRun) -> None:
         raise AssertionError(f"{run} was begun")
 
-    monkeypatch.setattr(cli, "make_capture", forbidden)
+    monkeypatch.setattr(making, "make_capture", forbidden)
     photos, _ = made
     output = tmp_path / "run"
     train = ["train", str(photos), "-o", str(output)]

@@ -8,8 +8,9 @@ import torch
 
 from mobilegs.camera import look_at
 from mobilegs.cli import main
-from mobilegs.data import load_capture
+from mobilegs.data import load_capture, load_view
 from mobilegs.errors import InputError
+from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
@@ -218,6 +219,11 @@ def test_a_capture_is_made_of_a_scene(tmp_path: Path) -> None:
     assert (len(capture.train), len(capture.test)) == (14, 2)
     assert (capture.train[0].camera.width, capture.train[0].camera.height) == (64, 48)
     assert 100 < len(capture.points) <= 3000
+    view = capture.train[0]
+    assert view.camera.near == capture.near == pytest.approx(0.02 * layout_of(some).radius)
+    drawn = to_bytes(Scene(some).render(view.camera).image)
+    error = drawn.float() - to_bytes(load_view(view).image).float()
+    assert error.abs().mean() < 0.1  # poses in COLMAP's words are rounded otherwise
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()}
     photograph(Scene(some), source, folder, Shoot(views=16, size=64))
     assert before == {path: path.stat().st_mtime_ns for path in before}

@@ -151,6 +151,18 @@ def test_extent_and_near_follow_the_training_cameras(tmp_path):
     assert all(f.camera.near == dataset.near for f in [*dataset.train, *dataset.test])
 
 
+@pytest.mark.parametrize("text", ["", "near", "0", "-1", "nan", "inf", "1e30", "\x00"])
+def test_a_capture_may_say_where_its_near_plane_is(tmp_path, text):
+    path = capture(tmp_path)
+    (path / "near_plane.txt").write_text("0.0125\n")
+    dataset = load_capture(path)
+    assert dataset.near == 0.0125
+    assert all(f.camera.near == 0.0125 for f in [*dataset.train, *dataset.test])
+    (path / "near_plane.txt").write_text(text)
+    with pytest.raises(InputError, match="holds no near plane"):
+        load_capture(path)
+
+
 def test_cameras_in_one_place_still_have_a_positive_extent(tmp_path):
     root = capture(tmp_path)
     images = [(name, (*pose[:4], 0.0, 0.0, 0.0), 1) for name, pose, _ in poses(9)]

@@ -55,8 +55,8 @@ def test_cameras_go_around_what_the_training_cameras_look_at() -> None:
     cameras = orbit_cameras(Scene(garden(50)), views, 8, width=64, height=48)
     places = torch.stack([camera.position for camera in cameras])
     away = places - middle
-    assert torch.allclose(away.norm(dim=1), torch.tensor(math.sqrt(17.0)), atol=1e-3)
-    assert torch.allclose(away[:, 1], torch.tensor(-1.0), atol=1e-2)
+    assert torch.allclose(away.norm(dim=1), torch.tensor(math.sqrt(17.0)), atol=1e-2)
+    assert torch.allclose(away[:, 1], torch.tensor(-1.0), atol=0.05)
     assert torch.allclose(places[0], eyes[0], atol=1e-3)
     for camera in cameras:
         ahead = camera.viewmat[:3, :3] @ (middle - camera.position)

@@ -286,7 +286,7 @@ def test_view_opens_a_ply_in_a_window(
     ("name", "sentence"),
     [
         ("gone.mgs", "cannot"),
-        ("scene.obj", "no scene: a .mgs, .ply or .spz"),
+        ("scene.obj", "no scene: a .mgs, .ply, .spz"),
         ("gone.ply", "cannot"),
     ],
 )

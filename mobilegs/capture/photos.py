@@ -124,19 +124,19 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> Prepared:
 def open_photo(path: Path) -> Image.Image:
     """A photo, its header read; those of HEIC are decoded, and upright already.
 
-    Raises InputError if it is none, or HEIC and pillow-heif is missing.
+    Raises InputError if it is none, or HEIC and pi-heif is missing.
     """
     if path.suffix.lower() not in HEIC:
         return images.open_image(path)
     try:
-        import pillow_heif
+        import pi_heif
     except ImportError:
         raise InputError(
-            f"{path} is HEIC, which needs pillow-heif, and that is not installed: {INSTALL}; or "
+            f"{path} is HEIC, which needs pi-heif, and that is not installed: {INSTALL}; or "
             "export the photos as JPEG"
         ) from None
     try:
-        return pillow_heif.open_heif(path).to_pillow()
+        return pi_heif.open_heif(path).to_pillow()
     except (*images.PIL_ERRORS, RuntimeError) as error:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
 

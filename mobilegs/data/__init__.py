@@ -1,5 +1,6 @@
 """A capture on disk -> Dataset: posed photos, held-back photos, and sparse points."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from mobilegs.data import images
@@ -11,6 +12,7 @@ from mobilegs.errors import InputError
 
 __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture", "load_view"]
 
+NEAR_PLANE = "near_plane.txt"
 TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 
@@ -31,7 +33,8 @@ def load_capture(
     `downscale` divides the size of the photos (a folder `images_N` is used where it is there);
     None makes them at most 1600 pixels wide. `background` is RGB in [0, 1]; None is white for
     renders with transparency, black otherwise. `masks=False` ignores masks that lie beside the
-    photos. Photos are not decoded yet. Raises `InputError`.
+    photos. A file near_plane.txt with one number, in world units, takes the place of the near
+    plane that the spread of the cameras suggests. Photos are not decoded yet. Raises `InputError`.
     """
     path = Path(path)
     if downscale is not None and downscale < 1:
@@ -50,7 +53,22 @@ def load_capture(
         load = load_nerfstudio
     else:
         raise InputError(_no_poses(path))
-    return load(path, downscale=downscale, background=background, masks=masks)
+    dataset = load(path, downscale=downscale, background=background, masks=masks)
+    return _with_near(dataset, path / NEAR_PLANE) if (path / NEAR_PLANE).is_file() else dataset
+
+
+def _with_near(dataset: Dataset, file: Path) -> Dataset:
+    try:
+        near = float(file.read_bytes()[:100])
+    except ValueError:
+        near = 0.0
+    if not 0 < near < 1e20:
+        raise InputError(f"{file} holds no near plane: a number above 0 is needed, world units")
+    train, test = (
+        [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
+        for frames in (dataset.train, dataset.test)
+    )
+    return replace(dataset, train=train, test=test, near=near)
 
 
 def _no_poses(path: Path) -> str:

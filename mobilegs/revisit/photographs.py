@@ -13,6 +13,7 @@ from PIL import Image
 
 from mobilegs.atomic import atomic_path, atomic_write
 from mobilegs.camera import Camera
+from mobilegs.data import NEAR_PLANE
 from mobilegs.data.colmap_write import write_model
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
@@ -104,6 +105,7 @@ def photograph(
     named = [(f"{number:04}.png", cameras[i]) for number, i in enumerate(order)]
     folder.mkdir(parents=True, exist_ok=True)
     atomic_write(note, record)
+    atomic_write(folder / NEAR_PLANE, f"{named[0][1].near!r}\n")
     with progress("taking pictures") as advance:
         for done, (name, camera) in enumerate(named, start=1):
             drawn = scene.render(camera.to(scene.gaussians.means.device)).image
