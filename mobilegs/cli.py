@@ -212,7 +212,7 @@ def export(
 
     Args:
         scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS; for files of other tools
-            also .sog, .splat and .glb, and no .mgs that is drawn without sorting.
+            also .sog, .splat and .glb, and of a student in its run the teacher.
         to: html: one file, which also works from a disk or an e-mail. site: a folder, which
             installs as an app where it is served by https, and then opens offline. ply, spz, sog,
             glb: a file for other tools, without the viewer.
@@ -229,7 +229,9 @@ def export(
 
         if title:
             raise InputError(f"a .{to} file has no title: leave out --title")
-        size = convert_scene(scene, output, to)
+        size, source = convert_scene(scene, output, to)
+        if source != scene:
+            print(f"{scene} is no sorted splat: {source} goes in its place")
     print(f"{output}: {size:,} bytes")
 
 

@@ -83,30 +83,33 @@ def inspect_scene(path: Path) -> dict[str, Any]:
     }
 
 
-def convert_scene(scene: Path, output: Path, kind: Kind) -> int:
-    """Write a scene as a file of another kind, which other tools blend sorted; returns its bytes.
+def convert_scene(scene: Path, output: Path, kind: Kind) -> tuple[int, Path]:
+    """Write a scene as a file of another kind, which other tools blend sorted.
 
-    Raises InputError if the scene cannot be read, has no place in such a file, or would be lost.
+    A student is no sorted splat: where it lies in its run, the run's teacher goes in its place.
+    Returns the bytes, and the file that was converted. Raises InputError if the scene cannot be
+    read, has no place in such a file, or would be lost.
     """
     if output.suffix.lower() != f".{kind}":
         raise InputError(f"{output} would be a .{kind} file: give it a name that ends so")
-    if output.exists() and scene.exists() and output.samefile(scene):
+    opened = open_scene(scene, torch.device("cpu"))
+    if opened.blend != "sorted":
+        scene, opened = _teacher_of(scene)
+    if output.exists() and output.samefile(scene):
         raise InputError(f"{output} is the scene itself, and would be lost: give another name")
-    WRITERS[kind](output, sorted_gaussians(open_scene(scene, torch.device("cpu")), scene))
-    return output.stat().st_size
+    WRITERS[kind](output, opened.gaussians)
+    return output.stat().st_size, scene
 
 
-def sorted_gaussians(scene: Scene, path: Path) -> Gaussians:
-    """The Gaussians of a scene as tools that sort must have them; `path` is for messages.
-
-    Raises InputError for a scene that is blended without sorting: drawn sorted, it looks wrong.
-    """
-    if scene.blend != "sorted":
+def _teacher_of(student: Path) -> tuple[Path, Scene]:
+    """The sorted scene that a student in a run's folder learned from, and its file."""
+    teacher = student.with_name("teacher.ply")
+    if not (teacher.is_file() and student.with_name("metrics.json").is_file()):
         raise InputError(
-            f"{path} is blended without sorting, and tools that sort would show it wrong: a "
-            "refitted export needs its capture and is not there yet, so give the run's teacher.ply"
+            f"{student} is blended without sorting, and tools that sort would show it wrong: leave "
+            "it in its run's folder, whose teacher.ply then goes in its place, or give another one"
         )
-    return scene.gaussians
+    return teacher, open_scene(teacher, torch.device("cpu"))
 
 
 def _names(kinds: Iterable[str]) -> str:

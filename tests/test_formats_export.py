@@ -53,6 +53,23 @@ def test_a_mgs_that_is_blended_sorted_is_exported(tmp_path: Path) -> None:
         assert torch.equal(value, made.tensors()[name]), name
 
 
+def test_of_a_student_in_its_run_the_teacher_is_exported(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, there = tmp_path / "scene.mgs", tmp_path / "there.ply"
+    path.write_bytes(pack(make_scene(Case(20))))
+    teacher = tmp_path / "teacher.ply"
+    teacher.write_bytes(scene.read_bytes())
+    words = ["export", str(path), "--to", "ply", "-o"]
+    assert cli.main([*words, str(there)]) == 2  # any .ply could be called so
+    (tmp_path / "metrics.json").write_text("{}")
+    assert cli.main([*words, str(there)]) == 0
+    assert f"{teacher} goes in its place" in capsys.readouterr().out
+    assert torch.equal(read_ply(there).means, read_ply(teacher).means)
+    assert cli.main([*words, str(teacher)]) == 2
+    assert teacher.read_bytes() == scene.read_bytes()
+
+
 @pytest.mark.parametrize("kind", WRITERS)
 def test_a_scene_without_sorting_is_refused(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
