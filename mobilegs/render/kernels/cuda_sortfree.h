@@ -17,7 +17,7 @@ MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& li
     if ((int)threadIdx.x < count) {
       const Splat& s = splats[lists.ids[e + threadIdx.x]];
       stage(batch, threadIdx.x, s, false);
-      batch.falloff[threadIdx.x].w = limit_of(s);
+      batch.falloff[threadIdx.x].z = limit_of(s);
       if (s.opacity < SURFACE_ALPHA) batch.box[threadIdx.x] = make_short4(0, 0, 0, 0);
     }
     __syncthreads();
@@ -27,7 +27,7 @@ MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& li
         int k = base + __ffs(left) - 1;
         float4 place = batch.place[k], falloff = batch.falloff[k];
         float alpha = alpha_at(place, falloff, x - place.x, y - place.y);
-        if (alpha >= SURFACE_ALPHA) limit = min_of(limit, falloff.w);
+        if (alpha >= SURFACE_ALPHA) limit = min_of(limit, falloff.z);
       }
     }
   }
