@@ -1,6 +1,6 @@
 """What `mobilegs compress` makes of trained scenes without their photos.
 
-    python bench/existing.py [--data DIR] [--runs RUNS] [--json OUT] [--steps 3000]
+    python bench/existing.py [--data DIR] [--runs RUNS] [--json OUT] [--steps 3000] [--size 640]
 
 DIR (default: MOBILEGS_DATA) holds splats/NAME.ply and splats/NAME_cameras.json. Each scene is
 compressed by the preset cpu, whose pictures come from places that the program found, and compared
@@ -46,12 +46,15 @@ def apart(teacher: Scene, student: Scene, cameras: list[Camera]) -> dict[str, fl
     return {"psnr": statistics.mean(found), "worst": min(found), "views": len(found)}
 
 
-def compressed(name: str, data: Path, runs: Path, steps: int) -> dict[str, Any]:
+def compressed(
+    name: str, data: Path, runs: Path, steps: int, picture: int | None
+) -> dict[str, Any]:
     source, run = data / "splats" / f"{SCENES[name]}.ply", runs / name
     cameras = data / "splats" / f"{name}_cameras.json"
     began = time.monotonic()
     resume = (run / "config.json").exists()
-    metrics = compress_run(CompressRun(source, run, preset="cpu", steps=steps, resume=resume))
+    how = {"preset": "cpu", "steps": steps, "size": picture, "resume": resume}
+    metrics = compress_run(CompressRun(source, run, **how))
     seconds = metrics["seconds"]
     teacher = Scene(read_gaussians(source))
     student = read_mgs(run / "scene.mgs").decode("cpu")
@@ -85,12 +88,13 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("existing.json"))
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
     parser.add_argument("--steps", type=int, default=3000)
+    parser.add_argument("--size", type=int, help="of pictures, in pixels; 640 is the preset's")
     options = parser.parse_args()
     if options.data is None:
         parser.error("--data, or MOBILEGS_DATA, must name the folder of splats")
     found = json.loads(options.json.read_text()) if options.json.exists() else {}
     for name in options.scenes:
-        row = compressed(name, options.data, options.runs, options.steps)
+        row = compressed(name, options.data, options.runs, options.steps, options.size)
         row["device"] = f"{platform.machine()}, {os.cpu_count()} cores"
         row["threads"] = torch.get_num_threads()
         row["date"] = time.strftime("%Y-%m-%d")
