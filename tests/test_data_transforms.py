@@ -261,7 +261,7 @@ def test_strange_values_are_refused_or_read_but_nothing_else(tmp_path, key, plac
 def test_bare_photos_are_refused_with_the_way_to_poses(tmp_path, folder):
     (tmp_path / folder).mkdir(exist_ok=True)
     Image.new("RGB", (4, 4)).save(tmp_path / folder / "a.jpg")
-    assert "colmap" in refusal(tmp_path)
+    assert "mobilegs capture" in refusal(tmp_path)
 
 
 def test_what_is_no_capture_is_refused(tmp_path):

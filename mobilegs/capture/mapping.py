@@ -149,8 +149,9 @@ def _global(database: Path, photos: Path, models: Path, progress: Any) -> dict[i
     with pycolmap.Database.open(database):
         pass  # what an interruption has left beside the file is in it once it is closed
     shutil.copyfile(database, calibrated)
+    # one thread: with more of them the last digits differ from run to run, whatever the seed
     options = pycolmap.GlobalPipelineOptions(
-        num_threads=threads(), random_seed=SEED, min_model_size=SMALLEST
+        num_threads=1, random_seed=SEED, min_model_size=SMALLEST
     )
 
     def work(token: Any) -> Any:
