@@ -282,6 +282,9 @@ def test_compress_goes_the_whole_way(tmp_path: Path, capsys: pytest.CaptureFixtu
         (["garden.ply", "--downscale", "2"], "use --size"),
         (["garden.ply", "--target-mb", "-1"], "target_mb"),
         (["garden.ply", "--steps", "0"], "steps"),
+        (["garden.ply", "--views", "0"], "views must lie"),
+        (["garden.ply", "--size", "0"], "size must lie"),
+        (["garden.ply", "--cameras", "missing.json"], "there is no file missing.json"),
     ],
 )
 def test_compress_refuses_in_a_sentence(

@@ -9,6 +9,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
+from mobilegs.revisit.cameras_json import read_cameras_json
 from mobilegs.revisit.photographs import Progress, Shoot, photograph, silent
 from mobilegs.scene_file import choose_device, read_gaussians
 from mobilegs.train.loop import TrainRun, resolved, train_run
@@ -106,7 +107,13 @@ def compress_run(
     if capture is None:
         resolved(training, None)  # what cannot be is refused before pictures are taken
         views, size = SHOTS[preset]
-        shoot = Shoot(run.views or views, run.size or size, run.cameras, run.seed)
+        if run.views is not None:
+            views = run.views
+        if run.size is not None:
+            size = run.size
+        shoot = Shoot(views, size, run.cameras, run.seed)
+        if run.cameras is not None:
+            read_cameras_json(run.cameras)  # refused before anything else is done
         if (run.output / "config.json").exists() and not run.resume:
             raise InputError(
                 f"{run.output} holds a run already: give --resume to continue it, or another folder"
