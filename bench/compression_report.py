@@ -20,7 +20,13 @@ PARTS = {
     "rotations": ("rotation", "rotation-finer"),
     "colour": ("appearance",),
     "opacity, lobes": ("opacity", "lobes"),
-    "networks, books, header": ("appearance-decoder", "lobe-decoder", "codebooks", "header"),
+    "networks, books, header": (
+        "color-matrices",
+        "appearance-decoder",
+        "lobe-decoder",
+        "codebooks",
+        "header",
+    ),
 }
 
 

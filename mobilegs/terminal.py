@@ -99,9 +99,10 @@ PARTS = {
     "appearance": "colour",
     "opacity": "opacity",
     "lobes": "opacity and weight by direction",
-    "appearance-decoder": "networks",
-    "lobe-decoder": "networks",
-    "view-network": "networks",
+    "color-matrices": "networks and matrices",
+    "appearance-decoder": "networks and matrices",
+    "lobe-decoder": "networks and matrices",
+    "view-network": "networks and matrices",
     "codebooks": "codebooks",
 }
 CODINGS = {"nvq": "indices into codebooks (nvq)", "sq": "multiples of steps (sq)"}
@@ -144,7 +145,8 @@ def _sentences(found: dict[str, Any]) -> dict[str, str]:
         if sorts
         else f"without sorting, by the weights of {found['weighting']['name']}: "
         "a viewer that sorts shows it wrong",
-        "colour": f"{colour}, which a network makes once of six numbers",
+        "colour": f"{colour}, made once of six numbers by "
+        f"{'two matrices' if found['colors'] == 'linear' else 'networks'}",
         "opacity": "the same from everywhere",
         "codes": CODINGS[found["mode"]],
     }

@@ -1,4 +1,4 @@
-"""The networks that decode colour."""
+"""The matrices and the networks that decode colour."""
 
 import math
 
@@ -7,8 +7,11 @@ import pytest
 import torch
 
 from mobilegs.compress.appearance import (
+    COLORS,
     SLOPE,
     AppearanceDecoder,
+    LinearDecoder,
+    color_decoder,
     contract,
     encode_frequencies,
     fit_appearance,
@@ -90,14 +93,48 @@ def test_gradients_reach_weights_and_latents_but_not_positions() -> None:
         assert part.grad is not None and part.grad.abs().max() > 0
 
 
-def test_a_linear_start_passes_the_latents_through() -> None:
-    decoder = AppearanceDecoder(seeded())
+@pytest.mark.parametrize("colors", COLORS)
+def test_a_linear_start_passes_the_latents_through(colors: str) -> None:
+    decoder = color_decoder(colors, 1, seeded())
     directions = torch.randn(9, 3, generator=seeded(1))
     decoder.start_linear(directions)
     positions, static, view = torch.randn(3, 50, 3, generator=seeded(2))
     out = decoder(positions, static, view)
     assert torch.allclose(out[:, 0], static, atol=2e-3)  # 11 binary digits
     assert torch.allclose(out[:, 1:].flatten(1), view @ directions.T, atol=1e-2)
+
+
+def test_two_matrices_make_harmonics_wherever_a_gaussian_is() -> None:
+    decoder = LinearDecoder(2).double()
+    for matrix in decoder.parameters():
+        matrix.data.copy_(torch.randn(matrix.shape, generator=seeded(matrix.numel())))
+    static, view = torch.randn(2, 20, 3, generator=seeded(1)).double()
+    nowhere = torch.full((20, 3), torch.nan)
+    out = decoder(nowhere, static, view)
+    assert out.shape == (20, 9, 3)
+    assert torch.allclose(out[:, 0], static @ decoder.static2.half().double().T)
+    assert torch.allclose(out[:, 1:].flatten(1), view @ decoder.view2.half().double().T)
+    assert torch.equal(decoder.decode(nowhere, static, view), out)
+    out.square().sum().backward()
+    for matrix in decoder.parameters():
+        assert matrix.grad is not None and matrix.grad.abs().max() > 0
+
+
+@pytest.mark.parametrize("degree", [0, 1])
+def test_matrices_are_fitted_at_once_by_principal_directions(degree: int) -> None:
+    positions = torch.randn(500, 3, generator=seeded())
+    sh = smooth_harmonics(positions)[:, : (degree + 1) ** 2]
+    decoder, draws = color_decoder("linear", degree, seeded()), seeded()
+    latents = fit_appearance(decoder, positions, sh, generator=draws)
+    found = decoder.decode(positions, *latents)
+    assert torch.allclose(found[:, 0], sh[:, 0], atol=1e-6)
+    rest = sh[:, 1:].flatten(1)
+    assert torch.equal(draws.get_state(), seeded().get_state())
+    if degree:
+        values = torch.linalg.svdvals(rest.double())
+        least = values[3:].square().sum()  # what no three directions can tell
+        error = (found[:, 1:].flatten(1) - rest).double().square().sum()
+        assert error == pytest.approx(least.item(), rel=1e-2)
 
 
 def test_fitting_reproduces_the_colours_and_uses_what_position_tells() -> None:

@@ -540,5 +540,5 @@ def test_codes_out_of_range_are_refused(name: Attribute) -> None:
 def test_weights_that_are_not_finite_are_refused() -> None:
     scene = make_scene()
     scene.decoder["view1"][0, 0] = torch.nan
-    with pytest.raises(InputError, match="appearance decoder"):
+    with pytest.raises(InputError, match="colour decoder"):
         pack(scene)

@@ -9,7 +9,7 @@ import torch
 from test_web_decoder import Case, make_scene
 from tiny import STUDENT, train
 
-from mobilegs.compress.appearance import AppearanceDecoder
+from mobilegs.compress.appearance import COLORS, color_decoder
 from mobilegs.compress.codes import same
 from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
@@ -132,10 +132,13 @@ def test_slopes_lead_from_rare_codes_to_frequent_ones() -> None:
     torch.testing.assert_close(finer, 2 * slopes)
 
 
+@pytest.mark.parametrize("colors", COLORS)
 @pytest.mark.parametrize("degree", [0, 1, 3])
-def test_plain_appearance_latents_decode_to_the_same_colours(degree: int) -> None:
+def test_plain_appearance_latents_decode_to_the_same_colours(degree: int, colors: str) -> None:
     g = seeded(3)
-    decoder = AppearanceDecoder(g, degree)
+    decoder = color_decoder(colors, degree, g)
+    if colors == "linear":
+        decoder.start_linear(torch.randn(3 * (degree + 1) ** 2 - 3, 3, generator=g))
     places = torch.randn(3000, 3, generator=g)
     mix = torch.randn(3, 3, generator=g)
     static, view = (torch.randn(3000, 3, generator=g) @ mix for _ in range(2))

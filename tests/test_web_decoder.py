@@ -16,7 +16,7 @@ from test_compress_container import camera, join, places, split
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from mobilegs.compress.appearance import AppearanceDecoder
+from mobilegs.compress.appearance import color_decoder
 from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import inspect, pack, unpack
@@ -53,6 +53,7 @@ class Case:
     """Of scalars in the place of codebooks."""
     layers: tuple[int, ...] = ()
     alpha_min: float = ALPHA_MIN
+    colors: str = "networks"
 
 
 CASES = {
@@ -65,6 +66,7 @@ CASES = {
     "one hidden layer": Case(500, LobeShape(0, 2, (5,)), size=4096),
     "three hidden layers": Case(333, LobeShape(3, 32, (16, 1, 256)), opacity=False),
     "several lanes": Case(20_000, LobeShape(2, 12, (64,)), size=300, skewed=True),
+    "linear colours": Case(700, LobeShape(2, 12, (16,)), size=64, skewed=True, colors="linear"),
     "scalars": Case(9000, LobeShape(2, 12, (64,)), skewed=True, steps=ScalarSteps()),
     "scalars with lobes": Case(80, LobeShape(1, 2, (4,)), steps=ScalarSteps(), alpha_min=0.1),
     "one Gaussian of scalars": Case(1, LobeShape(1, 2), opacity=False, steps=ScalarSteps()),
@@ -72,7 +74,10 @@ CASES = {
     "scalars, coarse": Case(300, LobeShape(0, 0), steps=ScalarSteps(3.0, 2.0, 2.0, 9.0)),
     "one place": Case(60, LobeShape(3, 4), skewed=True, spread=0.0),
     "layers": Case(9000, LobeShape(2, 12, (64,)), skewed=True, layers=(700, 1, 8299)),
-    "layers of scalars": Case(400, LobeShape(1, 2, (4,)), steps=ScalarSteps(), layers=(390, 10)),
+    "layers of scalars": Case(
+        400, LobeShape(1, 2, (4,)), steps=ScalarSteps(), layers=(390, 10), colors="linear"
+    ),
+    "one linear colour": Case(1, steps=ScalarSteps(), colors="linear"),
     "layers of one Gaussian": Case(8, network=True, layers=(1,) * 8),
 }
 
@@ -95,6 +100,10 @@ def make_scene(case: Case, seed: int = 0) -> CodedScene:
     cuts: dict[Attribute, tuple[int, int]] = {n: (c.count, c.length) for n, c in CUTS.items()}
     if not case.opacity:
         del cuts["opacity"]
+    colors = color_decoder(case.colors, 1, g)
+    if case.colors == "linear":
+        for matrix in colors.parameters():
+            matrix.data.copy_(torch.randn(matrix.shape, generator=g))
     decoder = None
     if case.shape:
         decoder = LobeDecoder(case.shape, g)
@@ -117,7 +126,7 @@ def make_scene(case: Case, seed: int = 0) -> CodedScene:
         means,
         books,
         frame=Frame(torch.tensor([0.1, -0.2, 0.3]), 1.7, case.exponent),
-        decoder=AppearanceDecoder(g),
+        decoder=colors,
         lobe_decoder=decoder,
         network=ViewNetwork(g) if case.network else None,
         weighting=Weighting(

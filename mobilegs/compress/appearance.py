@@ -1,4 +1,4 @@
-"""Colour from six numbers per Gaussian: the small networks that decode its harmonics."""
+"""Colour from six numbers per Gaussian: the matrices, or networks, that decode its harmonics."""
 
 import math
 
@@ -10,6 +10,7 @@ from torch.nn.functional import leaky_relu, linear
 from mobilegs.compress import native
 from mobilegs.compress.halves import DIGITS, round_half
 
+COLORS = ("linear", "networks")
 OCTAVES = 16
 ENCODED = 2 * 3 * OCTAVES
 CONTEXT = 13
@@ -46,6 +47,52 @@ def encode_frequencies(unit: Float[Tensor, "n 3"]) -> Float[Tensor, "n 96"]:
     torch.sin(angles, out=encoded[:, : ENCODED // 2])
     torch.cos(angles, out=encoded[:, ENCODED // 2 :])
     return encoded
+
+
+class LinearDecoder(nn.Module):
+    """Latents -> spherical harmonics: degree 0 of the static ones, the others of the view ones.
+
+    A matrix each, without biases: what latents are added to is for their codes to hold. Computes
+    with the matrices rounded to half precision, as they are stored.
+    """
+
+    def __init__(self, degree: int = 1) -> None:
+        """`degree` is that of the harmonics, 0 to 3."""
+        super().__init__()
+        self.degree = degree
+        self.static2 = nn.Parameter(torch.eye(3, LATENTS))
+        self.view2 = nn.Parameter(torch.zeros(3 * (degree + 1) ** 2 - 3, LATENTS))
+
+    def forward(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n 3"],
+    ) -> Float[Tensor, "n k 3"]:
+        """Spherical harmonics of the colour, which do not depend on the positions."""
+        parts = linear(static, round_half(self.static2)), linear(view, round_half(self.view2))
+        return torch.cat(parts, dim=1).unflatten(1, (-1, 3))
+
+    @torch.no_grad()
+    def decode(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n 3"],
+    ) -> Float[Tensor, "n k 3"]:
+        """`forward` without gradients."""
+        return self(positions, static, view)
+
+    @torch.no_grad()
+    def start_linear(self, directions: Float[Tensor, "d 3"]) -> None:
+        """Make the output `[static, directions @ view]`."""
+        self.static2.copy_(torch.eye(3, LATENTS))
+        self.view2.copy_(directions)
+
+    @property
+    def of_latents(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
+        """What static and view latents are multiplied by."""
+        return self.static2, self.view2
 
 
 class AppearanceDecoder(nn.Module):
@@ -132,9 +179,22 @@ class AppearanceDecoder(nn.Module):
             last.zero_()
             last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
 
+    @property
+    def of_latents(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
+        """What static and view latents are multiplied by."""
+        return self.static1[:, CONTEXT:], self.view1[:, CONTEXT:]
+
+
+ColorDecoder = LinearDecoder | AppearanceDecoder
+
+
+def color_decoder(colors: str, degree: int, generator: torch.Generator) -> ColorDecoder:
+    """The decoder that a name of `COLORS` means; `generator` draws the weights of networks."""
+    return LinearDecoder(degree) if colors == "linear" else AppearanceDecoder(generator, degree)
+
 
 def fit_appearance(
-    decoder: AppearanceDecoder,
+    decoder: ColorDecoder,
     positions: Float[Tensor, "n 3"],
     sh: Float[Tensor, "n k 3"],
     *,
@@ -147,8 +207,8 @@ def fit_appearance(
     The static latents are the degree-0 coefficients, the view latents the projection of the
     others on their three principal directions (0 if there are none): distances between latents
     are distances between colours, which is what k-means needs. The decoder starts as the best
-    linear one and is then regressed (Adam on random batches), so that position tells it some of
-    what three numbers cannot. Moving the latents afterwards gained nothing on real scenes.
+    linear one. Networks are then regressed (Adam on random batches), so that position tells them
+    some of what three numbers cannot. Moving the latents afterwards gained nothing on real scenes.
     Returns (static, view) without gradients. Draws from `generator`, a CPU one.
     """
     target = sh.detach()
@@ -160,6 +220,8 @@ def fit_appearance(
         directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
     decoder.start_linear(directions.float())
     static, view = target[:, 0], rest @ directions.to(rest)
+    if isinstance(decoder, LinearDecoder):
+        return static.clone(), view
     optimizer = torch.optim.Adam(decoder.parameters(), lr=LEARNING_RATE, eps=1e-15)
     for step in range(steps):
         optimizer.param_groups[0]["lr"] = LEARNING_RATE * (1 - step / steps)

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from mobilegs.camera import NEAR, Camera
 from mobilegs.compress import native
-from mobilegs.compress.appearance import LATENTS, AppearanceDecoder
+from mobilegs.compress.appearance import LATENTS, color_decoder
 from mobilegs.compress.codebooks import (
     CUTS,
     SIZE_MAX,
@@ -62,7 +62,7 @@ class CodedScene:
         steps: per attribute, a float32 value; empty if there are codebooks.
         layers: how many Gaussians each layer has, the most important layer first; none at all
             are one layer. See `layers.py`.
-        decoder: the appearance decoder's weights, by the names of its parameters.
+        decoder: the weights of what decodes colours, by the names of its parameters.
         lobe_shape: of the decoder that gives lobes once, when the scene is opened; None means
             that there is none.
         lobe_decoder: its weights; empty if there is none.
@@ -118,6 +118,11 @@ class CodedScene:
         """Degree of the colour's harmonics, as the decoder's weights have it."""
         return math.isqrt(len(self.decoder["view2"]) // 3 + 1) - 1
 
+    @property
+    def colors(self) -> str:
+        """What decodes colours, one of `COLORS`, as the decoder's weights have it."""
+        return "networks" if "context1" in self.decoder else "linear"
+
     def sorted(self) -> "CodedScene":
         """The same scene in the order of the file: in each layer by Morton code, then as before."""
         codes = torch.from_numpy(morton_codes(self.positions).astype("int64"))
@@ -157,7 +162,7 @@ class CodedScene:
         """The scene that these codes mean; the networks that make its colours run once, here."""
         positions = self.positions.to(device)
         values = self.values(device)
-        decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
+        decoder = color_decoder(self.colors, self.sh_degree, torch.Generator()).to(device)
         decoder.load_state_dict({name: value.float() for name, value in self.decoder.items()})
         static, view = values["appearance"].split(LATENTS, dim=1)
         empty = torch.zeros(len(self), 1, device=device)
@@ -230,8 +235,9 @@ class CodedScene:
         if self.blend == "sorted" and (shape is not None or self.network is not None):
             raise InputError("the scene is blended sorted, but has lobes or a view network")
         if "view2" not in self.decoder or self.sh_degree not in SH_DEGREES:
-            raise InputError("the appearance decoder does not make harmonics of degree 0 to 3")
-        _check_weights("appearance decoder", self.decoder, decoder_shapes(self.sh_degree))
+            raise InputError("the colour decoder does not make harmonics of degree 0 to 3")
+        shapes = decoder_shapes(self.sh_degree, self.colors)
+        _check_weights("colour decoder", self.decoder, shapes)
         _check_weights("lobe decoder", self.lobe_decoder, lobe_shapes(shape))
         if self.network is not None:
             _check_weights("view network", self.network, network_shapes())
@@ -309,9 +315,9 @@ def check_meta(meta: dict[Any, Any]) -> None:
 
 
 @cache
-def decoder_shapes(sh_degree: int) -> dict[str, torch.Size]:
-    """Shapes of the appearance decoder's weights by name, in the file's order."""
-    decoder = AppearanceDecoder(torch.Generator(), sh_degree)
+def decoder_shapes(sh_degree: int, colors: str) -> dict[str, torch.Size]:
+    """Shapes of the colour decoder's weights by name, in the file's order."""
+    decoder = color_decoder(colors, sh_degree, torch.Generator())
     return {name: value.shape for name, value in decoder.named_parameters()}
 
 

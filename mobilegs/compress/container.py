@@ -27,6 +27,7 @@ from mobilegs.compress.streams import (
 from mobilegs.errors import InputError
 
 FILE_MAX = 1 << 32
+DECODERS = {"linear": "color-matrices", "networks": "appearance-decoder"}  # their streams
 GAUSSIANS_PER_BYTE = 1  # no real scene comes near; a small file must not ask for much memory
 
 
@@ -44,9 +45,8 @@ def pack(coded: CodedScene) -> bytes:
     if coded.lobe_shape is not None:
         shapes = lobe_shapes(coded.lobe_shape)
         streams.append(_pack_halves("lobe-decoder", coded.lobe_decoder, shapes))
-    streams.append(
-        _pack_halves("appearance-decoder", coded.decoder, decoder_shapes(coded.sh_degree))
-    )
+    shapes = decoder_shapes(coded.sh_degree, coded.colors)
+    streams.append(_pack_halves(DECODERS[coded.colors], coded.decoder, shapes))
     if coded.codebooks:
         streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
     scalars = scalars_of(coded)
@@ -131,7 +131,9 @@ def unpack(data: bytes) -> CodedScene:
         indices={name: _joined([codes[name] for codes in indices]) for name in indices[0]},
         layers=header.layers,
         codebooks={name: books[name] for name in header.cuts},
-        decoder=_unpack_halves(stream("appearance-decoder"), decoder_shapes(header.sh_degree)),
+        decoder=_unpack_halves(
+            stream(DECODERS[header.colors]), decoder_shapes(header.sh_degree, header.colors)
+        ),
         lobe_shape=header.lobes,
         lobe_decoder={}
         if header.lobes is None
@@ -182,6 +184,7 @@ def inspect(data: bytes) -> dict[str, Any]:
         "version": "{}.{}".format(*VERSION.unpack_from(data, 8)),
         "blend": header.blend,
         "sh_degree": header.sh_degree,
+        "colors": header.colors,
         "file_bytes": len(data),
         "gaussians": header.count,
         "bytes_per_gaussian": len(data) / header.count,
@@ -277,7 +280,10 @@ def _raw_bytes(header: Header, count: int) -> dict[str, int]:
     raw = {
         "view-network": halves(network_shapes().values()),
         "lobe-decoder": halves(lobe_shapes(header.lobes).values()),
-        "appearance-decoder": halves(decoder_shapes(header.sh_degree).values()),
+        **{
+            name: halves(decoder_shapes(header.sh_degree, colors).values())
+            for colors, name in DECODERS.items()
+        },
         "positions": 6 * count,
     }
     if header.cuts:

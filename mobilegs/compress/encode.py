@@ -7,7 +7,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from mobilegs.camera import NEAR, Camera
-from mobilegs.compress.appearance import AppearanceDecoder
+from mobilegs.compress.appearance import AppearanceDecoder, ColorDecoder
 from mobilegs.compress.codebooks import Attribute, SubVectorCodebooks
 from mobilegs.compress.codes import CodedScene, MetaValue
 from mobilegs.compress.halves import DIGITS, to_half
@@ -26,7 +26,7 @@ def encode_scene(
     codebooks: Mapping[Attribute, Codes],
     *,
     frame: Frame,
-    decoder: AppearanceDecoder,
+    decoder: ColorDecoder,
     lobe_decoder: LobeDecoder | None = None,
     network: ViewNetwork | None = None,
     blend: str = "sortfree",

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.compress.appearance import COLORS
 from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.codes import (
     COUNT_MAX,
@@ -53,6 +54,7 @@ class Header:
     lobes: LobeShape | None
     network: bool
     sh_degree: int
+    colors: str
     blend: str
     weighting: Weighting
     background: Tensor
@@ -66,6 +68,8 @@ def describe(coded: CodedScene) -> dict[str, Any]:
     return {
         "background": _listed(coded.background),
         "blend": coded.blend,
+        # earlier versions knew networks alone, and did not name them
+        **({"colors": coded.colors} if coded.colors != "networks" else {}),
         **_describe_codes(coded),
         "count": len(coded),
         **({"layers": list(coded.layers)} if coded.layers else {}),
@@ -109,8 +113,10 @@ def parse(fields: dict[str, Any]) -> Header:
         InputError: a field is missing, of another type, out of range, or asks for something
             that this program cannot do.
     """
-    for name, known in (("mode", MODES), ("blend", BLENDS), ("sh_degree", SH_DEGREES)):
-        value = _whole(fields.get(name))
+    colors = fields.get("colors", "networks")
+    known_values = (("mode", MODES), ("blend", BLENDS), ("sh_degree", SH_DEGREES))
+    for name, known in (*known_values, ("colors", COLORS)):
+        value = colors if name == "colors" else _whole(fields.get(name))
         if type(value) is not type(known[0]) or value not in known:  # True == 1
             raise InputError(
                 f"the .mgs file has {name} {str(value)[:40]!r}, which this program "
@@ -150,6 +156,7 @@ def parse(fields: dict[str, Any]) -> Header:
         lobes=lobes,
         network=network,
         sh_degree=_integer(fields, "sh_degree", min(SH_DEGREES), max(SH_DEGREES)),
+        colors=colors,
         blend=fields["blend"],
         weighting=_parse_weighting(_object(fields, "weighting")),
         background=_floats(fields, "background", 3),

@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mobilegs.compress.appearance import LATENTS, AppearanceDecoder
+from mobilegs.compress.appearance import LATENTS, ColorDecoder, LinearDecoder
 from mobilegs.compress.codebooks import (
     CUTS,
     Attribute,
@@ -127,10 +127,10 @@ def steer(
         codes.growth.add_(max(-FARTHEST, min(by, FARTHEST))).clamp_(-GROWTH_MAX, GROWTH_MAX)
 
 
-def shorten_weights(*decoders: AppearanceDecoder | LobeDecoder | None) -> None:
-    """From now on decoders compute with matrices of fewer digits, as files with steps hold them."""
+def shorten_weights(*decoders: ColorDecoder | LobeDecoder | None) -> None:
+    """From now on networks compute with weights of fewer digits, as files with steps hold them."""
     for decoder in decoders:
-        if decoder is not None:
+        if decoder is not None and not isinstance(decoder, LinearDecoder):
             decoder.digits = WEIGHT_DIGITS
 
 
@@ -138,7 +138,7 @@ def shorten_weights(*decoders: AppearanceDecoder | LobeDecoder | None) -> None:
 def decorrelated(
     values: Mapping[Attribute, Tensor],
     positions: Float[Tensor, "n 3"],
-    decoder: AppearanceDecoder,
+    decoder: ColorDecoder,
     lobe_decoder: LobeDecoder | None,
     view: ViewDependence,
 ) -> dict[Attribute, Tensor]:

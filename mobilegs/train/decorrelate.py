@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mobilegs.compress.appearance import CONTEXT, AppearanceDecoder
+from mobilegs.compress.appearance import ColorDecoder
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS
@@ -18,21 +18,21 @@ RIDGE = 1e-6  # of the mean sensitivity: what nobody sees still has a size
 
 @torch.no_grad()
 def decorrelate_appearance(
-    decoder: AppearanceDecoder,
+    decoder: ColorDecoder,
     positions: Float[Tensor, "n 3"],
     static: Float[Tensor, "n 3"],
     view: Float[Tensor, "n 3"],
 ) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 3"]]:
     """Static and view latents after a linear change each, which the decoder's weights undo."""
     found = []
-    for latents, first in ((static, decoder.static1), (view, decoder.view1)):
+    for latents, columns in zip((static, view), decoder.of_latents, strict=True):
 
         def decoded(changed: Tensor, rows: slice, of_static: bool = latents is static) -> Tensor:
             both = (changed, view[rows]) if of_static else (static[rows], changed)
             return decoder(positions[rows], *both).flatten(1)
 
         there, back = _axes(latents, decoded)
-        first[:, CONTEXT:] = first[:, CONTEXT:] @ back.T
+        columns.copy_(columns @ back.T)
         found.append(latents @ there)
     return found[0], found[1]
 

@@ -76,6 +76,7 @@ class Student:
             blend=config.blend,
             weighting=weighting,
             sh_degree=config.sh_degree,
+            colors=config.colors,
             rounded=config.positions_rounded,
             steps=config.scalars if config.coding == "sq" else None,
             canonical=config.canonical,

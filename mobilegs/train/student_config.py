@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field, fields
 
+from mobilegs.compress.appearance import COLORS
 from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.codes import LAYERS_MAX
 from mobilegs.compress.scalars import ScalarSteps
@@ -44,12 +45,15 @@ class StudentConfig:
     scene) and the background's weight are where learning begins; a weight of 0 stays 0."""
     sh_degree: int = 1
     """Degree of the colour's spherical harmonics, 0 to 3."""
+    colors: str = "linear"
+    """What makes harmonics of six latents: `linear`, two matrices, or the paper's `networks`, which
+    know where a Gaussian is."""
     view: ViewDependence = field(default_factory=ViewDependence)
     """Where opacity and weight come from, seen from a direction."""
     start_opacity: float = 0.0
     """Opacity of all Gaussians at the start (the release: 0.5); 0 keeps the teacher's."""
     net_fraction: float = 5 / 30
-    """When six latents and two small networks replace the harmonics (paper: 5,000 of 30,000)."""
+    """When six latents and what decodes them replace the harmonics (paper: 5,000 of 30,000)."""
     codes_fraction: float = 0.7
     """When codebooks replace what they stand for. (The release: 29,000 of 30,000, with
     codebooks that do not learn; these do, and profit from time.)"""
@@ -90,7 +94,7 @@ class StudentConfig:
     latent_rate: float = 2.5e-3
     """Rate of the colour's latents."""
     decoder_rate: float = 1e-3
-    """Rate of the networks that decode them."""
+    """Rate of what decodes them."""
     codebook_rate: float = 1e-3
     """Rate of the codebooks of scales and opacities."""
     rotation_codebook_rate: float = 5e-4
@@ -153,6 +157,8 @@ class StudentConfig:
             )
         if self.coding not in CODINGS:
             raise InputError(f"unknown coding '{self.coding}': use {' or '.join(CODINGS)}")
+        if self.colors not in COLORS:
+            raise InputError(f"unknown colors '{self.colors}': use {' or '.join(COLORS)}")
         if not 0 <= self.target_mb < math.inf or (self.target_mb and self.coding != "sq"):
             raise InputError(
                 f"target_mb {self.target_mb} must be at least 0, and needs coding=sq unless it is 0"

@@ -11,7 +11,7 @@ from torch.func import functional_call
 from torch.nn.functional import normalize, pad
 
 from mobilegs.camera import Camera
-from mobilegs.compress.appearance import AppearanceDecoder, fit_appearance
+from mobilegs.compress.appearance import ColorDecoder, color_decoder, fit_appearance
 from mobilegs.compress.codebooks import (
     Attribute,
     CodebookSizes,
@@ -42,7 +42,7 @@ class StudentModel:
     """Gaussians whose opacity and weight depend on the direction they are seen from.
 
     It begins `explicit`: the tensors of 3DGS with harmonics of a low degree. With `networks` the
-    harmonics become six latent numbers that an `AppearanceDecoder` turns back into harmonics,
+    harmonics become six latent numbers that a `ColorDecoder` turns back into harmonics,
     and positions are seen rounded as the file stores them. With `codes` all but the positions
     become indices into codebooks whose entries go on learning, and the networks compute with
     halves: what is drawn is now what the file will hold.
@@ -71,6 +71,7 @@ class StudentModel:
         blend: str = "sortfree",
         weighting: Weighting = Weighting(),  # noqa: B008 - frozen
         sh_degree: int = 1,
+        colors: str = "linear",
         rounded: bool = True,
         steps: ScalarSteps | None = None,
         canonical: bool = False,
@@ -101,13 +102,14 @@ class StudentModel:
         self.phase: Phase = "explicit"
         self.view = view
         self.sh_degree = sh_degree
+        self.colors = colors
         self.rounded = rounded
         self.steps = steps
         self.blend = blend
         self._weighting = weighting
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
-        self.decoder: AppearanceDecoder | None = None
+        self.decoder: ColorDecoder | None = None
         self.codebooks: dict[Attribute, Codes] = {}
         self.frame: Frame | None = None
         self.rates = dict(rates)
@@ -241,7 +243,7 @@ class StudentModel:
         assert self.phase == "explicit"
         means, self.frame = self.rows.tensors["means"].detach(), frame
         sh = torch.cat([self.rows.drop("sh0"), self.rows.drop("sh_rest")], dim=1)
-        self.decoder = AppearanceDecoder(generator, self.sh_degree).to(means.device)
+        self.decoder = color_decoder(self.colors, self.sh_degree, generator).to(means.device)
         static, view = fit_appearance(
             self.decoder,
             self.frame.normalised(self.frame.store(means)),
@@ -349,10 +351,7 @@ class StudentModel:
 
     @torch.no_grad()
     def forget_directions(self, share: float) -> None:
-        """Shrink by `share` what depends on the direction in lobes that are still free.
-
-        What photos keep asking for comes back; what no camera looks along goes to the mean.
-        """
+        """Shrink by `share` what depends on the direction in free lobes: photos bring it back."""
         if "explicit_lobes" in self.rows.tensors:
             self.rows.tensors["explicit_lobes"][:, 1:] *= 1 - share
 
@@ -379,7 +378,8 @@ class StudentModel:
             self._share("lobe_decoder", self.lobe_decoder)
         if state["frame"] is not None:
             self.frame = Frame(**state["frame"])
-            self.decoder = AppearanceDecoder(torch.Generator(), self.sh_degree).to(device)
+            self.decoder = color_decoder(self.colors, self.sh_degree, torch.Generator())
+            self.decoder.to(device)
             self._share("decoder", self.decoder)
         for name in state["indices"]:
             codes = coding.restored_codes(name, state, self.steps, self.codebooks)

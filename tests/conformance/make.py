@@ -40,6 +40,8 @@ FILES = {
     "sq_layers": Case(500, LobeShape(1, 2), steps=ScalarSteps()),
     "nvq_layers": Case(200, LobeShape(2, 4), size=20, skewed=True),
     "sq_sorted": Case(70, steps=ScalarSteps()),
+    "nvq_linear_colors": Case(60, LobeShape(2, 4, (5,)), size=16, colors="linear"),
+    "sq_linear_colors": Case(90, LobeShape(1, 2), steps=ScalarSteps(), colors="linear"),
     "nvq_weights": Case(20, LobeShape(2, 6, (64,)), size=8),  # as trained ones: nothing repeats
 }
 

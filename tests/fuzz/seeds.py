@@ -26,6 +26,7 @@ from mobilegs.compress.streams import decode_halves, decode_indices, index_width
 FLOATS = ("raw", "halves", "planes")
 USUAL = {
     "appearance-decoder": "planes",
+    "color-matrices": "raw",
     "view-network": "planes",
     "lobe-decoder": "raw",
     "codebooks": "raw",
@@ -45,6 +46,7 @@ def mgs_seeds() -> dict[str, Seed]:
     """Every mode, blend, degree, codec, decoder of lobes, and number of layers."""
     sq = ScalarSteps(0.15, 0.3, 0.1, 0.5, 1.0)
     linear = _made(Case(12, LobeShape(1, 2), size=5))
+    plain = _made(Case(12, LobeShape(1, 2), size=5, colors="linear", alpha_min=0.02))
     hidden = _made(Case(9, LobeShape(2, 4, (3,)), size=40, skewed=True))
     scalars = _made(Case(14, LobeShape(1, 2, (4,)), steps=sq))
     coarse = ScalarSteps(3.0, 2.0, 2.0, 9.0, 1.0)
@@ -62,6 +64,13 @@ def mgs_seeds() -> dict[str, Seed]:
         ("nothing but a bias", _made(Case(7, LobeShape(0, 0), opacity=False)), {}, 1),
         ("rans", _made(Case(300, LobeShape(0, 2), size=6, skewed=True)), {"": "rans"}, 0.3),
         ("sorted", replace(_made(Case(20)), blend="sorted"), {}, 1),
+        ("linear colours", plain, {"color-matrices": "halves"}, 3),
+        (
+            "linear colours of scalars",
+            _made(Case(14, LobeShape(1, 2, (4,)), steps=sq, colors="linear")),
+            {"color-matrices": "planes"},
+            3,
+        ),
         ("one place", _made(Case(30, LobeShape(3, 4), skewed=True, spread=0.0)), {}, 1),
         ("scalars", scalars, {"scale.1": "rans", "lobe-decoder": "raw"}, 3),
         (

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { BLOCK, Network, defined, definedSum, makeLayer } from "../../mobilegs/view/web/mgs/dense.js";
+import { BLOCK, Network, defined, makeLayer } from "../../mobilegs/view/web/mgs/dense.js";
 import { fromHalf, toHalf } from "../../mobilegs/view/web/mgs/half.js";
 import { simdIn } from "../../mobilegs/view/web/mgs/simd.js";
 import { randomNumbers } from "./pieces.js";
@@ -22,7 +22,7 @@ test("SIMD does what a layer is defined to do", () => {
     const layer = makeLayer(some(inputs * rows), inputs, offset || inputs === 0 ? some(rows) : undefined);
     const values = some(inputs * BLOCK);
     const [fast, plain] = [false, true].map((plain) => {
-      const network = new Network([layer], [inputs, layer.outputs], 0, plain);
+      const network = new Network([layer], [inputs, layer.outputs], plain);
       network.blocks[0].set(values);
       network.apply(network.layers[0], network.blocks[0], network.blocks[1], slope);
       return network.blocks[1];
@@ -40,17 +40,6 @@ test("SIMD does what a layer is defined to do", () => {
       for (let o = rows; o < layer.outputs; o++) assert.equal(fast[o * BLOCK + row], 0);
     }
   }
-});
-
-test("SIMD adds up rows of a table as it is defined to", () => {
-  const network = new Network([], [12], 300);
-  network.table.set(some(300));
-  network.rows.set(Int32Array.from(network.rows, () => Math.floor(289 * random())));
-  network.sum(12, network.blocks[0]);
-  const expected = new Float32Array(12 * BLOCK);
-  definedSum(network.table, network.rows, 12, expected);
-  assert.deepEqual(network.blocks[0], expected);
-  assert.ok(expected.some((value) => value > 0) && expected.includes(0));
 });
 
 test("a network with one input more reads what lies behind the others", () => {

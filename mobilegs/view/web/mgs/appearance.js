@@ -13,24 +13,51 @@ const HIDDEN = 64;
 const CONTEXT = 13;
 const SLOPE = 0.01;
 const LATENTS = 6;
-// Gaussians per number of a coordinate from which on a table is worth its making
-const SHARED = 16;
 const { fround, sqrt } = Math;
+
+/** Colours that are linear in their latents. */
+export class LinearDecoder {
+  #latents = new Float32Array(0);
+  #rows;
+
+  /** @param {Weights} weights */
+  constructor({ static2, view2 }) {
+    const rows = (/** @type {Float32Array} */ { length }) => Array.from({ length: length / 3 }, (_, i) => 3 * i);
+    this.#rows = [static2, view2].flatMap((matrix, of) =>
+      rows(matrix).map((i) => ({ of: 3 * of, weights: matrix.subarray(i, i + 3) })),
+    );
+  }
+
+  /**
+   * Writes the harmonics of some Gaussians, 12 numbers each, into `sh`.
+   *
+   * @param {Uint16Array} positions only their number counts
+   * @param {Codes} codes latents
+   * @param {Float32Array} sh
+   */
+  decode(positions, codes, sh) {
+    const count = positions.length / 3;
+    if (this.#latents.length < LATENTS * count) this.#latents = new Float32Array(LATENTS * count);
+    const latents = this.#latents;
+    lookUp(codes, latents, 1, count);
+    for (const [row, { of, weights: [a, b, c] }] of this.#rows.entries()) {
+      const [x, y, z] = [of, of + 1, of + 2].map((i) => latents.subarray(i * count, (i + 1) * count));
+      for (let i = 0, at = row; i < count; i++, at += 12) sh[at] = a * x[i] + b * y[i] + c * z[i];
+    }
+  }
+}
 
 /** Evaluates the networks of a file's colours, 9792 products per Gaussian. */
 export class AppearanceDecoder {
   #network;
   #latents = new Float32Array(BLOCK * LATENTS);
   #unit;
-  /** Halves from 0 to 1 in units of the radius, of either sign in the table; 0: there is none. */
-  #steps;
 
   /**
    * @param {Weights} weights
    * @param {number} exponent of positions
-   * @param {number} count Gaussians of the scene
    */
-  constructor({ context1, context2, static1, static2, view1, view2 }, exponent, count) {
+  constructor({ context1, context2, static1, static2, view1, view2 }, exponent) {
     const layers = [
       makeLayer(context1, ENCODED),
       makeLayer(context2, HIDDEN),
@@ -40,40 +67,9 @@ export class AppearanceDecoder {
       makeLayer(view2, HIDDEN),
     ];
     this.#unit = 2 ** exponent;
-    // the last of these halves is 1 / unit
-    const steps = ((15 - exponent) << 10) + 1;
-    this.#steps = count < SHARED * steps ? 0 : steps;
     // the third block holds the context, behind it the static or the view latents
     const widths = [ENCODED, HIDDEN, CONTEXT + 3, 4, 12];
-    this.#network = new Network(layers, widths, 6 * HIDDEN * this.#steps);
-    this.#tabulate();
-  }
-
-  /**
-   * What the first layer makes of every number that a coordinate within the radius can be.
-   *
-   * There the contraction does nothing, so that each coordinate counts for itself.
-   */
-  #tabulate() {
-    const { layers, blocks, table } = this.#network;
-    const [encoded, sums] = blocks;
-    const steps = this.#steps;
-    for (let start = 0; start < 6 * steps; start += BLOCK) {
-      const rows = Math.min(BLOCK, 6 * steps - start);
-      // of the other axes, nothing
-      encoded.fill(0);
-      for (let row = 0; row < rows; row++) {
-        const i = start + row;
-        const value = fromHalf(i % steps) * this.#unit;
-        const axis = Math.floor(i / (2 * steps));
-        writeOctaves(i % (2 * steps) < steps ? value : -value, encoded, axis * OCTAVES * BLOCK + row);
-      }
-      this.#network.apply(layers[0], encoded, sums, 1);
-      for (let row = 0; row < rows; row++) {
-        const place = (start + row) * HIDDEN;
-        for (let o = 0; o < HIDDEN; o++) table[place + o] = sums[o * BLOCK + row];
-      }
-    }
+    this.#network = new Network(layers, widths);
   }
 
   /**
@@ -91,11 +87,8 @@ export class AppearanceDecoder {
     const count = positions.length / 3;
     for (let start = 0; start < count; start += BLOCK) {
       const rows = Math.min(BLOCK, count - start);
-      if (this.#find(positions, start, rows)) network.sum(HIDDEN, hidden);
-      else {
-        this.#encode(positions, start, rows, encoded);
-        network.apply(context1, encoded, hidden, 0);
-      }
+      this.#encode(positions, start, rows, encoded);
+      network.apply(context1, encoded, hidden, 0);
       network.apply(context2, hidden, inputs, 1);
       lookUp(codes, latents, 1, BLOCK, start, start + rows);
       inputs.set(latents.subarray(0, 3 * BLOCK), CONTEXT * BLOCK);
@@ -110,27 +103,6 @@ export class AppearanceDecoder {
         for (let i = 0; i < 9; i++) sh[place + 3 + i] = degree1[i * BLOCK + row];
       }
     }
-  }
-
-  /**
-   * Finds the table's rows of a block of Gaussians; whether it has all of them.
-   *
-   * @param {Uint16Array} positions
-   * @param {number} start
-   * @param {number} rows
-   */
-  #find(positions, start, rows) {
-    const steps = this.#steps;
-    if (steps === 0) return false;
-    const found = this.#network.rows;
-    for (let i = 0; i < 3 * rows; i += 3) {
-      if (this.#distance(positions, 3 * start + i) > 1) return false;
-      for (let axis = 0; axis < 3; axis++) {
-        const half = positions[3 * start + i + axis];
-        found[i + axis] = ((2 * axis + (half >> 15)) * steps + (half & 0x7fff)) * HIDDEN;
-      }
-    }
-    return true;
   }
 
   /** From the centre, but at least 1, in units of the radius. @param {Uint16Array} positions @param {number} place */

@@ -56,45 +56,23 @@ export function defined({ inputs, outputs, weights, offsets }, input, output, sl
   }
 }
 
-/**
- * For every Gaussian of a block the sum of three rows of a table, or 0 where that is larger.
- *
- * @param {Float32Array} table
- * @param {Int32Array} rows where they begin, three of each Gaussian
- * @param {number} outputs numbers in a row, a multiple of 4
- * @param {Block} output
- */
-export function definedSum(table, rows, outputs, output) {
-  for (let row = 0; row < BLOCK; row++) {
-    const [a, b, c] = rows.subarray(3 * row);
-    for (let o = 0; o < outputs; o++) {
-      output[o * BLOCK + row] = Math.max(0, Math.fround(table[a + o] + table[b + o]) + table[c + o]);
-    }
-  }
-}
-
-/** Layers, blocks and a table in the memory that SIMD works on, where there is SIMD. */
+/** Layers and blocks in the memory that SIMD works on, where there is SIMD. */
 export class Network {
   /** @type {Layer[]} */
   layers;
   /** @type {Block[]} */
   blocks;
-  /** Of rows to add up. */
-  table;
-  /** Where these begin, three of each Gaussian. */
-  rows;
   #simd;
 
   /**
    * @param {Layer[]} layers
    * @param {number[]} widths values per Gaussian of each block that is needed
-   * @param {number} [table] numbers in it
    * @param {boolean} [plain] without SIMD
    */
-  constructor(layers, widths, table = 0, plain = false) {
+  constructor(layers, widths, plain = false) {
     const sizes = layers.flatMap(({ weights, offsets }) => [weights.length, offsets.length]);
     const blocks = widths.map((width) => BLOCK * width);
-    const total = [...sizes, ...blocks, table, 3 * BLOCK].reduce((a, b) => a + b, 0);
+    const total = [...sizes, ...blocks].reduce((a, b) => a + b, 0);
     // pages of 64 KiB
     const memory = new WebAssembly.Memory({ initial: Math.ceil(total / 2 ** 14) });
     let start = 0;
@@ -114,8 +92,6 @@ export class Network {
       offsets: moved(layer.offsets),
     }));
     this.blocks = blocks.map(take);
-    this.table = take(table);
-    this.rows = new Int32Array(memory.buffer, 4 * start, 3 * BLOCK);
     this.#simd = plain ? null : simdIn(BLOCK, memory);
   }
 
@@ -136,12 +112,5 @@ export class Network {
     }
     const { byteOffset: y } = output;
     this.#simd.layer(w.byteOffset, b.byteOffset, input.byteOffset, y, inputs, outputs, slope);
-  }
-
-  /** Adds up rows of the table, as `definedSum` does. @param {number} outputs @param {Block} output */
-  sum(outputs, output) {
-    const { table, rows } = this;
-    if (this.#simd === null) definedSum(table, rows, outputs, output);
-    else this.#simd.sum(table.byteOffset, rows.byteOffset, output.byteOffset, outputs);
   }
 }

@@ -31,6 +31,7 @@ import { SceneError } from "./error.js";
  * @property {Map<Attribute, Cut>} cuts in the file's order; none if there are scalars
  * @property {Map<Attribute, Scalar>} scalars in the file's order; none if there are cuts
  * @property {Frame} frame
+ * @property {string} colors one of `COLORS` in weights.js
  * @property {boolean} sorted whether Gaussians lie over one another, far ones first
  * @property {LobeShape | null} lobes
  * @property {boolean} network
@@ -84,10 +85,16 @@ const COLUMNS = [
  * @returns {Header}
  */
 export function parseHeader(fields, bytes) {
-  for (const [name, ...known] of [["mode", "nvq", "sq"], ["blend", "sortfree", "sorted"], ["sh_degree", 1]]) {
-    if (!known.some((value) => fields[name] === value)) {
+  const { colors = "networks" } = fields;
+  for (const [name, value, ...known] of [
+    ["mode", fields.mode, "nvq", "sq"],
+    ["blend", fields.blend, "sortfree", "sorted"],
+    ["sh_degree", fields.sh_degree, 1],
+    ["colors", colors, "linear", "networks"],
+  ]) {
+    if (!known.includes(value)) {
       throw new SceneError(
-        `the .mgs file has ${name} '${String(fields[name]).slice(0, 40)}', which this program ` +
+        `the .mgs file has ${name} '${String(value).slice(0, 40)}', which this program ` +
           "does not know: a newer one may",
       );
     }
@@ -110,6 +117,7 @@ export function parseHeader(fields, bytes) {
     cuts: plain ? new Map() : parseCuts(object(fields, "codebooks"), lobes),
     scalars: plain ? parseScalars(object(fields, "scalars"), lobes) : new Map(),
     frame: parseFrame(object(fields, "positions")),
+    colors: /** @type {string} */ (colors),
     sorted,
     lobes,
     network,

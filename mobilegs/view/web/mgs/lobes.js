@@ -17,8 +17,6 @@ import { STATICS } from "./weights.js";
 // the constant harmonic
 export const C0 = 0.28209479177387814;
 const LENGTH_MIN = 1e-12;
-// of one Gaussian
-const VALUES = new Float64Array(15);
 
 /** Evaluates a file's lobes, without the base opacity. */
 export class LobeDecoder {
@@ -59,6 +57,8 @@ export class LobeDecoder {
     const network = this.#network;
     const last = network.layers[network.layers.length - 1];
     const result = network.blocks[network.blocks.length - 1];
+    // moved as bits, which takes no conversions
+    const [from, to] = [result, lobes].map((floats) => new Int32Array(floats.buffer, floats.byteOffset, floats.length));
     const outputs = this.#outputs;
     const count = lobes.length / outputs;
     for (let start = 0; start < count; start += BLOCK) {
@@ -67,9 +67,8 @@ export class LobeDecoder {
       const block = this.#hide(attributes, start, rows);
       block.set(this.#latents, this.#width * BLOCK);
       network.apply(last, block, result, 1);
-      for (let row = 0; row < rows; row++) {
-        const place = (start + row) * outputs;
-        for (let i = 0; i < outputs; i++) lobes[place + i] = result[i * BLOCK + row];
+      for (let row = 0, at = start * outputs; row < rows; row++) {
+        for (let i = row; i < outputs * BLOCK; i += BLOCK) to[at++] = from[i];
       }
     }
   }
@@ -121,18 +120,21 @@ function joined(heads, width, basis, latents, rows) {
  * @param {number} start
  */
 function writeStatics({ sh, scales, quats }, row, out, start) {
-  for (let i = 0; i < 12; i++) VALUES[i] = sh[12 * row + i];
-  for (let i = 0; i < 3; i++) VALUES[12 + i] = scales[3 * row + i];
-  shorten(0, 12);
-  shorten(12, 15);
-  for (let i = 0; i < 15; i++) out[start + i * BLOCK] = VALUES[i];
+  writeShortened(sh, 12 * row, 12, out, start);
+  writeShortened(scales, 3 * row, 3, out, start + 12 * BLOCK);
   for (let i = 0; i < 4; i++) out[start + (15 + i) * BLOCK] = quats[4 * row + i];
 }
 
-/** @param {number} from @param {number} to */
-function shorten(from, to) {
+/**
+ * @param {Float32Array} numbers
+ * @param {number} from
+ * @param {number} count
+ * @param {Float32Array} out
+ * @param {number} start
+ */
+function writeShortened(numbers, from, count, out, start) {
   let square = 0;
-  for (let i = from; i < to; i++) square += VALUES[i] * VALUES[i];
+  for (let i = from; i < from + count; i++) square += numbers[i] * numbers[i];
   const grow = 1 / Math.max(Math.sqrt(square), LENGTH_MIN);
-  for (let i = from; i < to; i++) VALUES[i] *= grow;
+  for (let i = 0, at = start; i < count; i++, at += BLOCK) out[at] = numbers[from + i] * grow;
 }

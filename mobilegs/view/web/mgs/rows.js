@@ -1,6 +1,6 @@
 /** Codes of some Gaussians to what is drawn, as far as the codes have come. */
 
-import { AppearanceDecoder } from "./appearance.js";
+import { AppearanceDecoder, LinearDecoder } from "./appearance.js";
 import { lookUp, meanCodes } from "./codebooks.js";
 import { C0, LobeDecoder } from "./lobes.js";
 import { turn } from "./rotations.js";
@@ -33,8 +33,7 @@ const PARTS = /** @type {const} */ (["logScales", "scales", "quats", "sh", "lobe
 
 export class RowDecoder {
   #recipe;
-  /** Made with the first colours: its table takes longer than what is shown before. @type {AppearanceDecoder | null} */
-  #appearance = null;
+  #colors;
   #lobeDecoder;
   /** Colour and lobes, without the base opacity, as long as there are no others. */
   #neutral;
@@ -50,8 +49,10 @@ export class RowDecoder {
     this.#room = makeGaussians(new Uint16Array(0), lobes?.degree ?? 0, rangeOf(this.#of("scale")));
     const many = samples.length / 3;
     const found = new Float32Array(12 * many);
-    const few = new AppearanceDecoder(recipe.appearance, frame.exponent, many);
-    few.decode(samples, meanCodes(this.#of("appearance"), many), found);
+    this.#colors = header.colors === "linear"
+      ? new LinearDecoder(recipe.appearance)
+      : new AppearanceDecoder(recipe.appearance, frame.exponent);
+    this.#colors.decode(samples, meanCodes(this.#of("appearance"), many), found);
     this.#neutral = makeGaussians(samples.subarray(0, 3), this.#room.lobeDegree, [0, 0]);
     const { sh, scales, quats, lobes: constant } = this.#neutral;
     for (let i = 0; i < found.length; i++) if (i % 12 < 3) sh[i % 12] += found[i] / many;
@@ -89,11 +90,8 @@ export class RowDecoder {
       normaliseQuats(quats);
     } else fillRows(quats, this.#neutral.quats);
     const appearance = codes("appearance");
-    if (appearance) {
-      const { frame, count } = header;
-      this.#appearance ??= new AppearanceDecoder(this.#recipe.appearance, frame.exponent, count);
-      this.#appearance.decode(positions, appearance, sh);
-    } else fillRows(sh, this.#neutral.sh);
+    if (appearance) this.#colors.decode(positions, appearance, sh);
+    else fillRows(sh, this.#neutral.sh);
     // hidden layers look at everything else
     const names = [...header.cuts.keys(), ...header.scalars.keys()];
     const all = names.every((name) => columns[name]);

@@ -1,7 +1,7 @@
 /**
  * What networks need, with 128-bit SIMD: WebAssembly, put together here from its instructions.
  *
- * It does what `defined` and `definedSum` of dense.js do, some eight times as fast. Of a layer, four
+ * It does what `defined` of dense.js does, some eight times as fast. Of a layer, four
  * outputs of eight Gaussians are added up in registers, so that a number that is loaded is used four
  * or eight times.
  */
@@ -113,53 +113,17 @@ function layerBody(block) {
   return [2, 6, I32, 12, V128, ...code];
 }
 
-/**
- * `sum(table, rows, y, outputs)`: for every Gaussian the sum of three rows of a table, which begin at
- * the numbers in `rows`, or 0 where that is larger.
- *
- * @param {number} block Gaussians in a block
- */
-function sumBody(block) {
-  const [table, rows, y, outputs] = [0, 1, 2, 3];
-  const [row, o, py, sum] = [4, 5, 6, 10];
-  const [a, b, c] = [7, 8, 9].map((from) => [...get(from), ...get(o), PLUS, ...load(0)]);
-  const rowBytes = 4 * block;
-  const code = loop(
-    [
-      ...[0, 1, 2].flatMap((i) => [
-        ...get(rows), ...get(row), ...number(3), TIMES, PLUS, 0x28, ...at(4 * i),
-        ...number(4), TIMES, ...get(table), PLUS, ...set(7 + i),
-      ]),
-      ...get(y), ...get(row), PLUS, ...set(py),
-      ...number(0), ...set(o),
-      ...loop(
-        [
-          ...a, ...b, ...ADD, ...c, ...ADD, ...number(0), ...simd(0x11), ...MAXIMUM, ...set(sum),
-          // a lane after the other
-          ...[0, 1, 2, 3].flatMap((j) => [...get(py), ...get(sum), ...simd(0x5a), ...at(j * rowBytes), j]),
-          ...advance(o, 16),
-          ...advance(py, 4 * rowBytes),
-        ],
-        [...get(o), ...get(outputs), ...number(4), TIMES, BELOW],
-      ),
-      ...advance(row, 4),
-    ],
-    [...get(row), ...number(rowBytes), BELOW],
-  );
-  return [2, 6, I32, 1, V128, ...code, 0x0b];
-}
-
-/** The module, whose functions work in the memory that it is given. @param {number} block */
+/** The module, whose function works in the memory that it is given. @param {number} block */
 function assemble(block) {
   const name = (/** @type {string} */ text) => [text.length, ...new TextEncoder().encode(text)];
-  const bodies = [layerBody(block), sumBody(block)];
+  const body = layerBody(block);
   return Uint8Array.from([
     0x00, 0x61, 0x73, 0x6d, 1, 0, 0, 0,
-    ...section(1, [2, 0x60, 7, I32, I32, I32, I32, I32, I32, F32, 0, 0x60, 4, I32, I32, I32, I32, 0]),
+    ...section(1, [1, 0x60, 7, I32, I32, I32, I32, I32, I32, F32, 0]),
     ...section(2, [1, ...name("web"), ...name("memory"), 2, 0, 1]),
-    ...section(3, [2, 0, 1]),
-    ...section(7, [2, ...name("layer"), 0, 0, ...name("sum"), 0, 1]),
-    ...section(10, [2, ...bodies.flatMap((body) => [...unsigned(body.length), ...body])]),
+    ...section(3, [1, 0]),
+    ...section(7, [1, ...name("layer"), 0, 0]),
+    ...section(10, [1, ...unsigned(body.length), ...body]),
   ]); // prettier-ignore
 }
 
@@ -170,11 +134,10 @@ const modules = new Map();
  * @typedef {object} Simd
  * @property {(weights: number, offsets: number, x: number, y: number, inputs: number,
  *   outputs: number, slope: number) => void} layer
- * @property {(table: number, rows: number, y: number, outputs: number) => void} sum
  */
 
 /**
- * The functions in a memory of their own; null where there is no such thing, or it is forbidden.
+ * The function in a memory of its own; null where there is no such thing, or it is forbidden.
  *
  * @param {number} block Gaussians in a block, a multiple of 8
  * @param {WebAssembly.Memory} memory

@@ -4,15 +4,18 @@
 /** @typedef {[name: string, rows: number, columns: number]} Shape of a matrix, row by row */
 /** @typedef {Record<string, Float32Array>} Weights */
 
-/** @type {Shape[]} */
-export const APPEARANCE = [
-  ["context1", 64, 96],
-  ["context2", 13, 64],
-  ["static1", 64, 16],
-  ["static2", 3, 64],
-  ["view1", 64, 16],
-  ["view2", 9, 64],
-];
+/** By what a header says of colours: the stream, and its matrices. @type {Record<string, [string, Shape[]]>} */
+export const COLORS = {
+  linear: ["color-matrices", [["static2", 3, 3], ["view2", 9, 3]]],
+  networks: ["appearance-decoder", [
+    ["context1", 64, 96],
+    ["context2", 13, 64],
+    ["static1", 64, 16],
+    ["static2", 3, 64],
+    ["view1", 64, 16],
+    ["view2", 9, 64],
+  ]],
+};
 
 /** @type {Shape[]} */
 export const NETWORK = [
