@@ -37,10 +37,10 @@ raises `InputError`, whose text is one sentence.
 SETTINGS_HEAD = """\
 # Every setting of a training
 
-Made by `python docs/make_api.py` from the sources. `mobilegs train --set PATH=VALUE ...` changes any
-of these (`compress` has it, too), `with_settings` does it in Python, and `config.json` in a run has
-what it was made with. Where presets differ, each is named; `--steps`, `--max-splats`, `--method` and
-`--views-per-step` are short for some of them.
+Made by `python docs/make_api.py` from the sources. `mobilegs train --set PATH=VALUE ...` changes
+any of these (`compress` has it, too), `with_settings` does it in Python, and `config.json` in a run
+has what it was made with. Where presets differ, each is named; `--steps`, `--max-splats`,
+`--method` and `--views-per-step` are short for some of them.
 """
 SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Scenes": (
@@ -49,9 +49,9 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
         ("open_scene", "inspect_scene", "convert_scene", "Scene", "Gaussians", "InputError"),
     ),
     "Pictures": (
-        "A `Camera` and a `Scene` give a picture: `scene.render(camera).image`. `render_sorted` and "
-        "`render_sortfree` take tensors, have gradients for all of them, and run the kernels of the "
-        "device on which these are.",
+        "A `Camera` and a `Scene` give a picture: `scene.render(camera).image`. `render_sorted` "
+        "and `render_sortfree` take tensors, have gradients for all of them, and run the kernels "
+        "of the device on which these are.",
         (
             "Camera",
             "look_at",
@@ -79,9 +79,9 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
         ),
     ),
     "Training": (
-        "`train_run` is `mobilegs train`, `compress_run` is `mobilegs compress`. A `Recipe` says all "
-        "that decides what comes out, the capture and the seed aside; `docs/settings.md` lists its "
-        "fields.",
+        "`train_run` is `mobilegs train`, `compress_run` is `mobilegs compress`. A `Recipe` says "
+        "all that decides what comes out, the capture and the seed aside; `docs/settings.md` lists "
+        "its fields.",
         (
             "TrainRun",
             "train_run",
