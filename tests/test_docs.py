@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import mobilegs
+from mobilegs import cli
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/README.md"]
@@ -66,3 +67,24 @@ def test_what_a_page_points_to_is_there(page: Path) -> None:
         if not target.exists() and not list(ROOT.glob(inside or "-")):
             missing.append(inside or linked)
     assert not missing
+
+
+def test_commands_in_pages_have_the_options_that_there_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    wrong, helps = [], {}
+    for page in PAGES:
+        for line in page.read_text().splitlines():
+            match = re.match(r"    mobilegs (\S+)(.*)", line.split("#")[0])
+            if not match or match[1].isupper():
+                continue
+            verb, rest = match.groups()
+            if verb not in helps:
+                with pytest.raises(SystemExit):
+                    cli.main([verb, "--help"])
+                helps[verb] = capsys.readouterr().out
+            for option in re.findall(r"(?<= )--?[a-z][a-z-]*", rest):
+                if not re.search(rf"{option}\b", helps[verb]):
+                    wrong.append(f"{page.name}: {line.strip()}: {option}")
+    assert len(helps) > 6
+    assert not wrong
