@@ -1,3 +1,65 @@
-"""Mobile-GS: 3D Gaussian splatting without sorting, in a file of a few megabytes."""
+"""Mobile-GS: 3D Gaussian splatting without sorting, in a file of a few megabytes.
+
+What most programs need can be had from here by name, and `docs/api.md` describes it. A name is
+imported when it is first asked for: `import mobilegs` itself takes no time. `__init__.pyi` tells
+type checkers the same.
+"""
+
+import importlib
+from typing import Any
 
 __version__ = "0.1.0"
+
+# module -> what it has for everybody
+PUBLIC = {
+    "errors": ("InputError",),
+    "camera": ("Camera", "look_at"),
+    "gaussians": ("Gaussians",),
+    "render": ("render_sorted", "render_sortfree"),
+    "render.rendered": ("Rendered",),
+    "render.scene": ("Scene",),
+    "render.sortfree": ("Weighting",),
+    "data": ("load_capture",),
+    "data.dataset": ("Dataset", "Frame", "View", "ViewLoader", "load_view"),
+    "data.sample": ("sample_capture", "write_sample"),
+    "capture.run": ("CaptureRun", "capture_photos"),
+    "formats.ply": ("read_ply", "write_ply"),
+    "formats.spz": ("read_spz", "write_spz"),
+    "formats.sog": ("read_sog", "write_sog"),
+    "formats.glb": ("read_glb", "write_glb"),
+    "formats.splat": ("read_splat",),
+    "compress.codes": ("CodedScene",),
+    "compress.container": ("pack", "read_mgs", "unpack", "write_mgs"),
+    "compress.layers": ("layered",),
+    "evaluate.lpips": ("lpips_from",),
+    "evaluate.metrics": ("as_displayed", "psnr", "ssim", "to_bytes"),
+    "evaluate.report": ("evaluate_side_by_side",),
+    "scene_file": ("convert_scene", "inspect_scene", "open_scene"),
+    "train.recipes": (
+        "Recipe",
+        "cpu_recipe",
+        "demo_recipe",
+        "gpu_recipe",
+        "with_method",
+        "with_settings",
+        "with_steps",
+    ),
+    "train.loop": ("TrainRun", "train_run"),
+    "train.existing": ("CompressRun", "compress_run"),
+    "view.export": ("export_html", "export_site"),
+    "view.native": ("GpuRenderer",),
+    "view.serve": ("Server",),
+}
+_HOMES = {name: module for module, names in PUBLIC.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'mobilegs' has no attribute '{name}'")
+    found = getattr(importlib.import_module(f"mobilegs.{_HOMES[name]}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+SHOWN = 160  # characters of somebody else's error
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -28,6 +30,7 @@ class Finding:
 def examine() -> list[Finding]:
     """Everything that decides what mobilegs can do here; nothing is changed."""
     return [
+        version(),
         python(),
         torch(),
         memory(),
@@ -36,6 +39,8 @@ def examine() -> list[Finding]:
         gpu(),
         gpu_kernels(),
         gpu_renderer(),
+        window(),
+        phones(),
         capture(),
         lpips_weights(),
     ]
@@ -44,6 +49,12 @@ def examine() -> list[Finding]:
 def as_json(findings: list[Finding]) -> list[dict[str, Any]]:
     """The findings as plain data."""
     return [asdict(finding) for finding in findings]
+
+
+def version() -> Finding:
+    from mobilegs import __version__
+
+    return Finding("mobilegs", "yes", f"{__version__}, {Path(__file__).parent}")
 
 
 def python() -> Finding:
@@ -55,7 +66,9 @@ def torch() -> Finding:
     import torch
 
     build = f"CUDA {torch.version.cuda}" if torch.version.cuda else "CPU only"
-    return Finding("PyTorch", "yes", f"{torch.__version__} ({build}), {os.cpu_count()} CPU cores")
+    cores, threads = os.cpu_count(), torch.get_num_threads()
+    used = f"{threads} of {cores} CPU cores are used"
+    return Finding("PyTorch", "yes", f"{torch.__version__} ({build}), {used}")
 
 
 def memory() -> Finding:
@@ -70,7 +83,9 @@ def compiler() -> Finding:
     path = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
     if path:
         return Finding("C++ compiler", "yes", path)
-    return Finding("C++ compiler", "no", "none; needed only to install from source", "install g++")
+    remedies = {"Darwin": "xcode-select --install", "Windows": "Visual Studio's build tools"}
+    remedy = remedies.get(platform.system(), "apt-get install g++, or what your system calls it")
+    return Finding("C++ compiler", "no", "none; needed only to install from source", remedy)
 
 
 def cpu_kernels() -> Finding:
@@ -94,7 +109,7 @@ def gpu() -> Finding:
         size = f"{properties.total_memory / (1 << 30):.0f} GiB"
         major, minor = properties.major, properties.minor
         return Finding("GPU", "yes", f"{properties.name}, {size}, sm_{major}{minor}")
-    if not Path("/proc/driver/nvidia").exists():
+    if not has_nvidia():
         return Finding("GPU", "none", "no NVIDIA GPU: training runs on the CPU")
     if torch.version.cuda is None:
         remedy = "install a CUDA build of torch, see https://pytorch.org/get-started/locally"
@@ -103,17 +118,28 @@ def gpu() -> Finding:
     return Finding("GPU", "no", "there is one, but torch cannot open it", remedy)
 
 
+def has_nvidia() -> bool:
+    """Whether there is a graphics card of NVIDIA's, usable or not."""
+    return Path("/proc/driver/nvidia").exists() or shutil.which("nvidia-smi") is not None
+
+
 def gpu_kernels() -> Finding:
     """Whether CUDA kernels can be compiled, which needs libraries but no GPU and no toolkit."""
     remedy = "pip install 'mobilegs[cuda]'"
     if not all(find_module(name) for name in ("cuda.core", "cuda.bindings")):
+        if not has_nvidia():
+            return Finding("CUDA kernels", "none", "not installed, and without a GPU not needed")
         return Finding("CUDA kernels", "no", "cuda-core is not installed; needed for a GPU", remedy)
     try:
         core = importlib.import_module("cuda.core")  # loads its contents in a way types cannot see
         options = core.ProgramOptions(arch="sm_80")
         core.Program('extern "C" __global__ void probe() {}', "c++", options).compile("cubin")
     except Exception as error:  # whatever breaks a half-installed driver stack is worth showing
-        return Finding("CUDA kernels", "no", f"NVRTC does not compile ({error})", remedy)
+        why = " ".join(str(error).split())[:SHOWN]
+        if not has_nvidia():
+            why = f"NVRTC does not compile, and without a GPU need not ({why})"
+            return Finding("CUDA kernels", "none", why)
+        return Finding("CUDA kernels", "no", f"NVRTC does not compile ({why})", remedy)
     return Finding("CUDA kernels", "yes", "NVRTC compiles them on first use")
 
 
@@ -127,7 +153,29 @@ def gpu_renderer() -> Finding:
     except InputError as error:
         found, _, remedy = str(error).partition(": ")
         return Finding("GPU renderer", "no", found, remedy)
-    return Finding("GPU renderer", "yes", f"{about['device']}, {about['backend_type']}")
+    slow = ", in software: slow" if about["adapter_type"] == "CPU" else ""
+    return Finding("GPU renderer", "yes", f"{about['device']}, {about['backend_type']}{slow}")
+
+
+def window() -> Finding:
+    """Whether `mobilegs view --native` can open one."""
+    if not all(find_module(name) for name in ("wgpu", "rendercanvas", "glfw")):
+        found = "libraries are missing; the browser shows scenes without them"
+        return Finding("Window", "no", found, "pip install 'mobilegs[native]'")
+    screens = ("DISPLAY", "WAYLAND_DISPLAY")
+    if platform.system() == "Linux" and not any(os.environ.get(name) for name in screens):
+        return Finding("Window", "none", "this session has no screen: view --native opens nothing")
+    return Finding("Window", "yes", "view --native")
+
+
+def phones() -> Finding:
+    """Where devices in the same network would reach a scene."""
+    from mobilegs.view.serve import own_address
+
+    address = own_address()
+    if address.startswith("127.") or address == "localhost":
+        return Finding("Phones", "none", "this machine is in no network: view --lan reaches nobody")
+    return Finding("Phones", "yes", f"in this network view --lan is reached at {address}")
 
 
 def capture() -> Finding:

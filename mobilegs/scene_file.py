@@ -50,13 +50,14 @@ def read_gaussians(path: Path) -> Gaussians:
     return gaussians
 
 
-def open_scene(path: Path, device: torch.device) -> Scene:
+def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     """Read a file of a scene onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat, .glb.
 
     A .mgs says how it is blended and over which background; the others are blended sorted, and
     background and near plane are the defaults of `Scene`. Raises InputError for any other file,
     or a damaged one.
     """
+    path = Path(path)
     kind = path.suffix.lower()
     if kind == ".mgs":
         return read_mgs(path).decode(device)

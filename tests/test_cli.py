@@ -282,6 +282,31 @@ def test_doctor_looks_at_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> 
     assert "CPU kernels" in capsys.readouterr().out
 
 
+def test_doctor_asks_for_nothing_that_would_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "find_module", lambda name: False)
+    monkeypatch.setattr(doctor, "has_nvidia", lambda: False)
+    assert doctor.gpu_kernels().state == "none"  # without such a card nobody needs its libraries
+    monkeypatch.setattr(doctor, "has_nvidia", lambda: True)
+    assert "mobilegs[cuda]" in doctor.gpu_kernels().remedy
+    assert "mobilegs[native]" in doctor.window().remedy
+    monkeypatch.setattr(doctor, "find_module", lambda name: True)
+    monkeypatch.setattr(doctor.platform, "system", lambda: "Linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    assert doctor.window().state == "none"
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert doctor.window().state == "yes"
+
+
+def test_doctor_knows_where_phones_would_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mobilegs.view import serve
+
+    monkeypatch.setattr(serve, "own_address", lambda: "192.168.7.4")
+    assert "192.168.7.4" in doctor.phones().found
+    monkeypatch.setattr(serve, "own_address", lambda: "127.0.0.1")
+    assert doctor.phones().state == "none"
+
+
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [

@@ -1,0 +1,70 @@
+"""Fit Gaussians to one photo by gradient descent: the kernels in a loop of your own.
+
+    python examples/fit.py photo.jpg fitted.png --count 2000 --steps 300
+
+This is no training (one photo says nothing about depth), but all of it is here: tensors with
+gradients, `render_sortfree`, a loss, an optimiser.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import torch
+from PIL import Image
+
+from mobilegs import Camera, psnr, render_sortfree, to_bytes
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description="Fit Gaussians to a photo.")
+    options.add_argument("photo", type=Path)
+    options.add_argument("fitted", type=Path)
+    options.add_argument("--count", type=int, default=2000)
+    options.add_argument("--steps", type=int, default=300)
+    given = options.parse_args()
+
+    photo = Image.open(given.photo).convert("RGB")
+    photo.thumbnail((320, 320))
+    target = torch.from_numpy(np.array(photo)).float() / 255  # [h, w, 3]
+    height, width = target.shape[:2]
+    k = torch.tensor([[width, 0, width / 2], [0, width, height / 2], [0, 0, 1]])
+    camera = Camera(torch.eye(4), k, width, height)
+
+    torch.manual_seed(0)
+    count = given.count
+    means = (torch.rand(count, 3) - 0.5) * torch.tensor([1.0, height / width, 0.2])
+    raw = {
+        "means": means + torch.tensor([0.0, 0.0, 1.0]),  # a slab, one unit before the camera
+        "quats": torch.randn(count, 4),
+        "log_scales": torch.full((count, 3), -0.5 * float(np.log(count)) - 1),
+        "lobes": torch.zeros(count, 1, 2) + torch.tensor([0.0, 1 / 0.28209479]),  # phi = 1
+        "sh": torch.zeros(count, 1, 3),
+    }
+    for value in raw.values():
+        value.requires_grad_()
+    rates = {"means": 1e-3, "quats": 1e-2, "log_scales": 1e-2, "lobes": 5e-2, "sh": 2e-2}
+    groups = [{"params": [raw[name]], "lr": rate} for name, rate in rates.items()]
+    adam = torch.optim.Adam(groups, eps=1e-15)
+
+    for step in range(given.steps + 1):
+        image = render_sortfree(
+            raw["means"],
+            raw["quats"],
+            raw["log_scales"].exp(),
+            raw["lobes"],
+            raw["sh"],
+            camera=camera,
+            background=torch.zeros(3),
+        ).image
+        if step % max(1, given.steps // 5) == 0:
+            print(f"step {step}: {psnr(image.detach(), target):.2f} dB")
+        if step < given.steps:
+            adam.zero_grad()
+            (image - target).abs().mean().backward()
+            adam.step()
+    Image.fromarray(to_bytes(image.detach()).numpy()).save(given.fitted)
+
+
+if __name__ == "__main__":
+    main()

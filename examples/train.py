@@ -1,0 +1,46 @@
+"""Train a capture twice from Python, with two recipes, and say what the difference is worth.
+
+    python examples/train.py my_capture runs/two --downscale 2
+
+Both students learn from the same teacher: the first run trains it, the second is given its file.
+Any field of docs/settings.md can be changed in this way.
+"""
+
+import argparse
+from pathlib import Path
+
+from mobilegs import TrainRun, cpu_recipe, train_run, with_settings, with_steps
+
+VARIANTS = {
+    "default": [],
+    "steps": ["student.coding=sq"],  # multiples of steps instead of codebooks: smaller files
+}
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description="Train a capture with two recipes.")
+    options.add_argument("capture", type=Path)
+    options.add_argument("runs", type=Path)
+    options.add_argument("--downscale", type=int)
+    options.add_argument("--steps", type=int, help="of teacher and student together")
+    given = options.parse_args()
+
+    teacher = None
+    for name, settings in VARIANTS.items():
+        recipe = with_settings(cpu_recipe(), settings)
+        if given.steps:
+            recipe = with_steps(recipe, given.steps)
+        run = TrainRun(
+            given.capture,
+            given.runs / name,
+            downscale=given.downscale,
+            teacher=teacher,
+            resume=True,  # the same command goes on where it stopped
+        )
+        student = train_run(run, recipe=recipe)["student"]
+        teacher = given.runs / "default" / "teacher.ply"
+        print(f"{name:8} {student['psnr']:.2f} dB  {student['file_bytes']:,} bytes")
+
+
+if __name__ == "__main__":
+    main()
