@@ -26,6 +26,7 @@ SIDE = 640  # of pictures, in pixels, at most
 LEARNED, HELD = 160, 24  # pictures that are learned from and held back, at most
 COVERED = 0.01  # of a picture, at least: else it shows nothing of the scene
 PLACES = 112  # that are looked for where no capture tells
+UPRIGHT = 0.3  # of the mean of their ups, from which on cameras agree about the vertical
 ALIKE = 40  # degrees around their mean, within which cameras look in one direction
 # 3DGS's rates but for centres: these Gaussians lie where they belong, and all of them stay
 RATES = TeacherConfig(position_rate=1.6e-5, min_views=0, densify=DensifyConfig(strategy="fixed"))
@@ -94,32 +95,15 @@ def views_around(
 
     `first_looks` are the cameras that its file brings: half of the places lie among them, the
     others around the scene's middle. If there are several and they look in much the same
-    direction, the scene looks torn from elsewhere, and all lie among them. Raises InputError if
-    hardly any place shows the scene.
+    direction, the scene looks torn from elsewhere, and all places lie among them. Pictures are no
+    larger than theirs. Raises InputError if hardly any place shows the scene.
     """
-    generator = torch.Generator().manual_seed(seed)
-    layout = layout_of(scene.gaussians)
     given = [camera.to(torch.device("cpu")) for camera in first_looks]
-    among = PLACES // 2 if given else 0
-    if len(given) > 2 and _alike(given):
-        among = PLACES
-    cameras: list[Camera] = []
-    if among < PLACES:
-        with progress("finding places") as advance:
-            size = {"width": SIDE, "height": round(SIDE / SHAPE)}
-            count = PLACES - among
-            cameras += place_cameras(
-                scene, layout, count, **size, generator=generator, progress=advance
-            )
-    if among:
-        cameras += between_cameras(given, layout, among, size=SIDE, generator=generator)
-    # what is held back shall be anywhere
-    order = torch.randperm(len(cameras), generator=generator).tolist()
-    cameras = [cameras[i] for i in order]
+    cameras = _places(scene, given, torch.Generator().manual_seed(seed), progress)
     frames = [Frame(f"{number:04}.png", camera) for number, camera in enumerate(cameras)]
     train = [frame for number, frame in enumerate(frames) if number % TEST_EVERY]
-    center, extent = measure([frame.camera for frame in train], layout.center[None].cpu())
     nothing = torch.zeros(0, 3)
+    center, extent = measure([frame.camera for frame in train], scene.gaussians.means.cpu())
     places = Dataset(
         name="places",
         train=train,
@@ -134,16 +118,41 @@ def views_around(
     return Views(_pictures(scene, places, progress))
 
 
+def _places(
+    scene: Scene, given: list[Camera], generator: torch.Generator, progress: Progress
+) -> list[Camera]:
+    """Cameras among those given and around the scene's middle, in any order."""
+    side = min([SIDE, *(max(camera.width, camera.height) for camera in given)])
+    up = -torch.stack([camera.viewmat[1, :3] for camera in given]).mean(0) if given else None
+    layout = layout_of(scene.gaussians, up=up if up is not None and up.norm() > UPRIGHT else None)
+    among = PLACES // 2 if given else 0
+    if len(given) > 2 and _alike(given):
+        among = PLACES
+    cameras: list[Camera] = []
+    if among < PLACES:
+        size = {"width": side, "height": round(side / SHAPE)}
+        with progress("finding places") as advance:
+            cameras += place_cameras(
+                scene, layout, PLACES - among, **size, generator=generator, progress=advance
+            )
+    if among:
+        cameras += between_cameras(given, layout, among, size=side, generator=generator)
+    # what is held back shall be anywhere
+    order = torch.randperm(len(cameras), generator=generator).tolist()
+    return [cameras[i] for i in order]
+
+
 def refit(scene: Scene, views: Views, *, seed: int, progress: Progress = silent) -> Gaussians:
     """The scene's Gaussians, moved until they show sorted what they showed without sorting.
 
     They begin with the mean of their opacities over all directions. None is added or removed.
+    Photos, where there are any, are learned from as much as pictures of the scene.
     The same seed gives the same ones. Raises KeyboardInterrupt if told to stop.
     """
-    frames, device = views.own.train, scene.gaussians.means.device
-    stage = Teacher(
-        replace(RATES, steps=STEPS), views.own, seed=seed, device=device, start=scene.gaussians
-    )
+    device = scene.gaussians.means.device
+    frames = [*views.own.train, *(views.photos.train if views.photos else [])]
+    config, places = replace(RATES, steps=STEPS), replace(views.own, train=frames)
+    stage = Teacher(config, places, seed=seed, device=device, start=scene.gaussians)
     order = view_order(len(frames), 0, STEPS, seed)
     with (
         ViewLoader(frames) as loader,
