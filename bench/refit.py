@@ -6,7 +6,8 @@ RUNS holds NAME.mgs for each scene: students that `bench/paper.py` trained of th
 DIR (default: MOBILEGS_DATA). Each is refitted twice: from where its photos were taken, and without
 its capture, from among the four cameras that `mobilegs train` puts into a file. Either is measured
 from the capture's held-back places, where the second has never been: against the pictures of the
-scene without sorting, and against the photos.
+scene without sorting, and against the photos. What it would be to learn from its own pictures
+alone, or from photos alone, is measured, too.
 """
 
 import argparse
@@ -33,7 +34,7 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import PLAIN, Kind, write_gaussians
 from mobilegs.train.loop import FIRST_LOOKS
-from mobilegs.train.refit import STEPS, fit_of, refit, views_around, views_from
+from mobilegs.train.refit import STEPS, Views, fit_of, refit, views_around, views_from
 
 SCENES = ("horns-250", "lego-200")
 KINDS: tuple[Kind, ...] = ("ply", "spz", "sog", "glb")
@@ -75,6 +76,7 @@ def measured(name: str, path: Path, data: Path, folder: Path | None) -> dict[str
     alone = views_around(scene, [frame.camera for frame in looks], seed=0)
     began = time.monotonic()
     without = refit(scene, alone, seed=0)
+    seconds_without = time.monotonic() - began
 
     def sorts(gaussians: Gaussians) -> Scene:
         return Scene(gaussians, background=scene.background, near=scene.near)
@@ -82,6 +84,9 @@ def measured(name: str, path: Path, data: Path, folder: Path | None) -> dict[str
     if folder is not None:
         shown = [scene, sorts(scene.gaussians), sorts(found), sorts(without)]
         pictures(folder, name, views.photos or dataset, shown)
+    targets = {"own": Views(views.own)}
+    if views.photos is not None:
+        targets["photos"] = Views(views.photos)
     camera = views.own.train[0].camera
     return {
         "gaussians": len(found),
@@ -90,8 +95,12 @@ def measured(name: str, path: Path, data: Path, folder: Path | None) -> dict[str
         "steps": STEPS,
         "photos_before": evaluate(sorts(scene.gaussians), dataset)["psnr"],
         "with_capture": {"seconds": seconds, "files": files},
+        "learned_from": {
+            what: asdict(fit_of(scene, refit(scene, some, seed=0), views))
+            for what, some in targets.items()
+        },
         "without_capture": {
-            "seconds": time.monotonic() - began,
+            "seconds": seconds_without,
             "from_the_capture's_places": asdict(fit_of(scene, without, views)),
             "from_its_own": asdict(fit_of(scene, without, alone)),
         },

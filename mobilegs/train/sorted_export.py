@@ -54,9 +54,9 @@ def export_sorted(run: SortedExport, *, progress: Progress = silent) -> tuple[in
         raise InputError(f"a seed lies between 0 and {(1 << 32) - 1}, not at {run.seed}")
     opened = open_scene(scene, choose_device("auto"))
     teacher = teacher_of(scene) if opened.blend != "sorted" else None
-    for source in (scene, teacher):
+    for source, what in ((scene, "the scene itself"), (teacher, "what the scene learned from")):
         if source is not None and output.exists() and output.samefile(source):
-            raise InputError(f"{output} is the scene itself, and would be lost: give another name")
+            raise InputError(f"{output} is {what}, and would be lost: give another name")
     if opened.blend == "sorted":
         _refuse_refit(run, f"{scene} is a sorted splat already")
         return write_gaussians(output, opened.gaussians, kind), ""
