@@ -13,6 +13,7 @@ from mobilegs.terminal import print_capture, print_trained, progress_bar
 
 if TYPE_CHECKING:
     from mobilegs.capture import CaptureRun
+    from mobilegs.scene_file import Kind
     from mobilegs.train.loop import TrainRun
 
 Output = Annotated[Path, arg(aliases=["-o"], metavar="DIR")]
@@ -78,6 +79,22 @@ def compress(words: Sequence[str]) -> None:
     run = tyro.cli(CompressRun, prog="mobilegs compress", args=words, config=CONFIG)
     work = partial(compress_run, run, progress=progress_bar)
     finish(run.output, work, f"add --resume to continue {run.output}")
+
+
+def convert(scene: Path, output: Path, kind: "Kind", **how: Any) -> int:
+    """Write a scene as a file for tools that sort; `how` are fields of `SortedExport`.
+
+    What is to be said of it is printed. Returns the bytes.
+    """
+    from mobilegs.train.sorted_export import SortedExport, export_sorted
+
+    try:
+        size, said = export_sorted(SortedExport(scene, output, kind, **how), progress=progress_bar)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("interrupted: nothing was written") from None
+    if said:
+        print(said)
+    return size
 
 
 def run_training(run: "TrainRun", again: str) -> None:
