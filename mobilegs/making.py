@@ -20,7 +20,7 @@ Output = Annotated[Path, arg(aliases=["-o"], metavar="DIR")]
 CONFIG = (FlagCreatePairsOff,)  # --json without its twin --no-json
 
 
-def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
+def demo(*, output: Output = Path("demo"), seed: int = 0, live: bool = False) -> None:
     """Go the whole way on a small capture that mobilegs renders itself; minutes on two cores.
 
     The folder then holds what `mobilegs train` leaves, and the capture beside it. A demo that
@@ -29,11 +29,14 @@ def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
     Args:
         output: Folder for everything; it is made if it is missing.
         seed: Start of all random choices.
+        live: Show the scene in the browser while it trains; prints the address.
     """
     from mobilegs.atomic import make_folder
     from mobilegs.data.sample import sample_capture, write_sample
+    from mobilegs.train.live import ADDRESS, refuse
     from mobilegs.train.loop import TrainRun
 
+    refuse(live, ADDRESS)
     capture = output / "capture"
     if not (capture / "sparse" / "0" / "cameras.txt").exists():  # what is written last
         if (output / "config.json").exists():
@@ -41,7 +44,7 @@ def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
         make_folder(capture)
         with progress_bar("tracing photos") as advance:
             write_sample(capture, sample_capture(progress=advance))
-    run = TrainRun(capture, output, preset="demo", seed=seed, resume=True)
+    run = TrainRun(capture, output, preset="demo", seed=seed, resume=True, live=live)
     run_training(run, f"give the same command to continue {output}")
 
 
