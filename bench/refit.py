@@ -93,7 +93,7 @@ def measured(name: str, path: Path, data: Path, folder: Path | None) -> dict[str
         "bytes": path.stat().st_size,
         "image_size": [camera.width, camera.height],
         "steps": STEPS,
-        "photos_before": evaluate(sorts(scene.gaussians), dataset)["psnr"],
+        "photos_before": evaluate(sorts(scene.gaussians), views.photos or dataset)["psnr"],
         "with_capture": {"seconds": seconds, "files": files},
         "learned_from": {
             what: asdict(fit_of(scene, refit(scene, some, seed=0), views))
