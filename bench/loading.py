@@ -3,14 +3,18 @@
     python bench/loading.py --mgs RUN/scene.mgs [--json OUT] [--count 500000] [--rounds 3]
 
 The scene is a trained one, repeated with positions that move by 2 % of their distance from the
-centre, until it has `--count` Gaussians: its streams have the statistics of real ones. Times are
-milliseconds from navigation, the median of visits, each in a browser of its own: `first_picture`,
-when there is something to see (dots where Gaussians are); `loaded`, when everything is
-decoded and drawn; `decoded`, from the request for the scene until its last number is known.
-After a `first_visit` a browser has found out how its device draws fastest.
+centre, until it has `--count` Gaussians: its streams have the statistics of real ones, and it comes
+in layers as any scene of that size does. Times are milliseconds from navigation, the median of
+visits, each in a browser of its own: `first_picture`, when there is something to see (dots where
+Gaussians are); `loaded`, when everything is decoded and drawn; `decoded`, from the request for the
+scene until its last number is known. After a `first_visit` a browser has found out how its device
+draws fastest. `alone` are the milliseconds of that worker in a page that draws nothing, the first
+time and later: where the processor draws, too, it has less time for decoding.
 """
 
 import argparse
+import functools
+import http.server
 import json
 import os
 import platform
@@ -27,6 +31,8 @@ from chromium import launched
 
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import pack, read_mgs
+from mobilegs.compress.layers import layered, layers_for
+from mobilegs.view.bundle import WEB
 from mobilegs.view.serve import Server
 
 SPREAD = 0.02
@@ -42,6 +48,16 @@ addEventListener("load", () => {
 });
 """
 
+DECODE = """() => new Promise((resolve, reject) => {
+  const worker = new Worker("/web/load/worker.js", { type: "module" });
+  worker.onmessage = ({ data }) => {
+    if (data.kind === "done") resolve(data.milliseconds);
+    if (data.kind === "failed") reject(data.sentence);
+    if (data.kind === "done" || data.kind === "failed") worker.terminate();
+  };
+  worker.postMessage({ url: "/scene.mgs" });
+})"""
+
 
 def repeated(scene: CodedScene, count: int) -> CodedScene:
     """The scene over and over, a little elsewhere each time."""
@@ -50,7 +66,24 @@ def repeated(scene: CodedScene, count: int) -> CodedScene:
     positions = scene.positions[rows].float()
     moved = positions * (1 + SPREAD * torch.randn(positions.shape, generator=generator))
     indices = {name: codes[rows] for name, codes in scene.indices.items()}
-    return replace(scene, positions=moved.half(), indices=indices).sorted()
+    whole = replace(scene, positions=moved.half(), indices=indices, layers=())
+    return layered(whole, layers_for(count), scene.views)
+
+
+def alone(browser: Any, address: str) -> list[float]:
+    """What decoding takes where nothing is drawn, for several times in a page."""
+    page = browser.new_page()
+    page.goto(f"{address}/blank.html")
+    found = [page.evaluate(DECODE) for _ in range(4)]
+    page.close()
+    return found
+
+
+class Files(http.server.SimpleHTTPRequestHandler):
+    """Files of a folder, without a word about them."""
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
 
 
 def visits(browser: Any, address: str) -> list[dict[str, float]]:
@@ -108,6 +141,22 @@ def main() -> None:
             } | {"device": rows[0][0]["device"]}
             print(renderer, json.dumps(result[renderer]), flush=True)
         server.shutdown()
+        (Path(folder) / "blank.html").write_text("<!doctype html>")
+        (Path(folder) / "web").symlink_to(WEB)
+        handler = functools.partial(Files, directory=folder)
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as plain:
+            threading.Thread(target=plain.serve_forever, daemon=True).start()
+            runs = []
+            for _ in range(options.rounds):
+                browser = launched(playwright)
+                runs.append(alone(browser, f"http://127.0.0.1:{plain.server_port}"))
+                browser.close()
+            plain.shutdown()
+        result["alone"] = {
+            "first": round(statistics.median(run[0] for run in runs)),
+            "later": round(statistics.median(ms for run in runs for ms in run[1:])),
+        }
+        print("alone", json.dumps(result["alone"]), flush=True)
     result["load_average"] = os.getloadavg()[0]
     options.json.write_text(json.dumps(result, indent=1) + "\n")
 

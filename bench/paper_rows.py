@@ -5,6 +5,7 @@ from dataclasses import dataclass
 CONSTANT = "student.view.kind=constant"
 SORTED = (CONSTANT, "student.blend=sorted")
 EXPLICIT = ("student.codes_fraction=1", "student.net_fraction=1")
+FULL = "student.weighting.alpha_min=0.00392157"
 NO_VOTES = ("student.votes.quantile=0",)
 ALL_DEGREES = ("student.sh_degree=3",)
 MASKS = ("student.presence.weight=0.1",)
@@ -74,6 +75,11 @@ ROWS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents"),
     "network": Row("main", "the paper's network in every frame", ("student.view.kind=network",)),
+    "paper": Row(
+        "main",
+        "the paper's networks for colours and in every frame, ellipses out to alpha = 1/255",
+        ("student.view.kind=network", "student.colors=networks", FULL),
+    ),
     # ---- the paper's Table 5
     "no-order-independence": Row("ablation", "blended sorted, coded", SORTED),
     "no-view-dependence": Row(
@@ -83,11 +89,12 @@ ROWS: dict[str, Row] = {
     ),
     "no-phi": Row("ablation", "opacity a constant, phi = 1", (CONSTANT,)),
     "no-codes": Row("ablation", "neither networks nor codebooks", EXPLICIT, coded=False),
-    "full-ellipses": Row(
-        "ablation", "ellipses out to alpha = 1/255", ("student.weighting.alpha_min=0.00392157",)
-    ),
+    "full-ellipses": Row("ablation", "ellipses out to alpha = 1/255", (FULL,)),
     "no-depth-term": Row("ablation", "w without phi / d^2", ("student.weighting.name=no_depth",)),
     "no-scale-term": Row("ablation", "w without exp(s / d)", ("student.weighting.name=no_scale",)),
+    "color-networks": Row(
+        "ablation", "the paper's networks make the colours", ("student.colors=networks",)
+    ),
     "sh-0": Row("ablation", "colour of degree 0", ("student.sh_degree=0",)),
     "sh-2": Row("ablation", "colour of degree 2", ("student.sh_degree=2",)),
     "sh-3": Row("ablation", "colour of degree 3", ("student.sh_degree=3",)),

@@ -46,7 +46,7 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Scenes": (
         "A scene is `Gaussians` and how they are to be blended. `open_scene` reads all kinds of "
         "files.",
-        ("open_scene", "inspect_scene", "convert_scene", "Scene", "Gaussians", "InputError"),
+        ("open_scene", "inspect_scene", "Scene", "Gaussians", "InputError"),
     ),
     "Pictures": (
         "A `Camera` and a `Scene` give a picture: `scene.render(camera).image`. `render_sorted` "
@@ -87,6 +87,8 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "train_run",
             "CompressRun",
             "compress_run",
+            "SortedExport",
+            "export_sorted",
             "Recipe",
             "cpu_recipe",
             "gpu_recipe",

@@ -34,7 +34,7 @@ PUBLIC = {
     "evaluate.lpips": ("lpips_from",),
     "evaluate.metrics": ("as_displayed", "psnr", "ssim", "to_bytes"),
     "evaluate.report": ("evaluate_side_by_side",),
-    "scene_file": ("convert_scene", "inspect_scene", "open_scene"),
+    "scene_file": ("inspect_scene", "open_scene"),
     "train.recipes": (
         "Recipe",
         "cpu_recipe",
@@ -46,6 +46,7 @@ PUBLIC = {
     ),
     "train.loop": ("TrainRun", "train_run"),
     "train.existing": ("CompressRun", "compress_run"),
+    "train.sorted_export": ("SortedExport", "export_sorted"),
     "view.export": ("export_html", "export_site"),
     "view.native": ("GpuRenderer",),
     "view.serve": ("Server",),

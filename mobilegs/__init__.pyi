@@ -40,7 +40,6 @@ from mobilegs.render import render_sortfree as render_sortfree
 from mobilegs.render.rendered import Rendered as Rendered
 from mobilegs.render.scene import Scene as Scene
 from mobilegs.render.sortfree import Weighting as Weighting
-from mobilegs.scene_file import convert_scene as convert_scene
 from mobilegs.scene_file import inspect_scene as inspect_scene
 from mobilegs.scene_file import open_scene as open_scene
 from mobilegs.train.existing import CompressRun as CompressRun
@@ -54,6 +53,8 @@ from mobilegs.train.recipes import gpu_recipe as gpu_recipe
 from mobilegs.train.recipes import with_method as with_method
 from mobilegs.train.recipes import with_settings as with_settings
 from mobilegs.train.recipes import with_steps as with_steps
+from mobilegs.train.sorted_export import SortedExport as SortedExport
+from mobilegs.train.sorted_export import export_sorted as export_sorted
 from mobilegs.view.export import export_html as export_html
 from mobilegs.view.export import export_site as export_site
 from mobilegs.view.native import GpuRenderer as GpuRenderer

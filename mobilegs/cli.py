@@ -14,7 +14,7 @@ from tyro.conf import Positional, arg
 
 from mobilegs import __version__
 from mobilegs.errors import InputError
-from mobilegs.making import CONFIG, capture, compress, demo, train
+from mobilegs.making import CONFIG, capture, compress, convert, demo, train
 from mobilegs.terminal import print_contents, print_figures, print_findings, progress_bar
 
 if TYPE_CHECKING:
@@ -207,31 +207,41 @@ def export(
     to: Literal["html", "site", "ply", "spz", "sog", "glb"],
     output: Annotated[Path, arg(aliases=["-o"], metavar="PATH")],
     title: str = "",
+    refit: bool = False,
+    capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
+    seed: int = 0,
 ) -> None:
     """Put a scene and its viewer into an HTML file or a folder for any web host; or convert it.
 
+    Other tools sort, which a .mgs is not made for: of one in its run the teacher goes in its place,
+    any other is refitted by pictures of itself, which takes minutes, and the loss is measured.
+
     Args:
         scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS; for files of other tools
-            also .sog, .splat and .glb, and of a student in its run the teacher.
+            also .sog, .splat and .glb.
         to: html: one file, which also works from a disk or an e-mail. site: a folder, which
             installs as an app where it is served by https, and then opens offline. ply, spz, sog,
             glb: a file for other tools, without the viewer.
         output: The file or folder to write.
         title: What the page is called; what the scene is of if it is not given.
+        refit: For files of other tools: refit a .mgs that lies in its run, too.
+        capture: The photos of a .mgs that is refitted, with their poses. Without them it is looked
+            at from where its run's photos were taken, or from places that the program finds.
+        seed: Start of all random choices of a refit.
     """
     if to == "html" or to == "site":
         from mobilegs.view.export import export_html, export_site, title_of
 
+        if refit or capture or seed:
+            raise InputError(
+                "a page shows the scene itself: leave out --refit and what goes with it"
+            )
         write = export_html if to == "html" else export_site
         size = write(scene, output, title=title or title_of(scene))
     else:
-        from mobilegs.scene_file import convert_scene
-
         if title:
             raise InputError(f"a .{to} file has no title: leave out --title")
-        size, source = convert_scene(scene, output, to)
-        if source != scene:
-            print(f"{scene} is no sorted splat: {source} goes in its place")
+        size = convert(scene, output, to, refit=refit, capture=capture, seed=seed)
     print(f"{output}: {size:,} bytes")
 
 

@@ -13,13 +13,14 @@ from mobilegs.terminal import print_capture, print_trained, progress_bar
 
 if TYPE_CHECKING:
     from mobilegs.capture import CaptureRun
+    from mobilegs.scene_file import Kind
     from mobilegs.train.loop import TrainRun
 
 Output = Annotated[Path, arg(aliases=["-o"], metavar="DIR")]
 CONFIG = (FlagCreatePairsOff,)  # --json without its twin --no-json
 
 
-def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
+def demo(*, output: Output = Path("demo"), seed: int = 0, live: bool = False) -> None:
     """Go the whole way on a small capture that mobilegs renders itself; minutes on two cores.
 
     The folder then holds what `mobilegs train` leaves, and the capture beside it. A demo that
@@ -28,11 +29,14 @@ def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
     Args:
         output: Folder for everything; it is made if it is missing.
         seed: Start of all random choices.
+        live: Show the scene in the browser while it trains; prints the address.
     """
     from mobilegs.atomic import make_folder
     from mobilegs.data.sample import sample_capture, write_sample
+    from mobilegs.train.live import ADDRESS, refuse
     from mobilegs.train.loop import TrainRun
 
+    refuse(live, ADDRESS)
     capture = output / "capture"
     if not (capture / "sparse" / "0" / "cameras.txt").exists():  # what is written last
         if (output / "config.json").exists():
@@ -40,7 +44,7 @@ def demo(*, output: Output = Path("demo"), seed: int = 0) -> None:
         make_folder(capture)
         with progress_bar("tracing photos") as advance:
             write_sample(capture, sample_capture(progress=advance))
-    run = TrainRun(capture, output, preset="demo", seed=seed, resume=True)
+    run = TrainRun(capture, output, preset="demo", seed=seed, resume=True, live=live)
     run_training(run, f"give the same command to continue {output}")
 
 
@@ -78,6 +82,22 @@ def compress(words: Sequence[str]) -> None:
     run = tyro.cli(CompressRun, prog="mobilegs compress", args=words, config=CONFIG)
     work = partial(compress_run, run, progress=progress_bar)
     finish(run.output, work, f"add --resume to continue {run.output}")
+
+
+def convert(scene: Path, output: Path, kind: "Kind", **how: Any) -> int:
+    """Write a scene as a file for tools that sort; `how` are fields of `SortedExport`.
+
+    What is to be said of it is printed. Returns the bytes.
+    """
+    from mobilegs.train.sorted_export import SortedExport, export_sorted
+
+    try:
+        size, said = export_sorted(SortedExport(scene, output, kind, **how), progress=progress_bar)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("interrupted: nothing was written") from None
+    if said:
+        print(said)
+    return size
 
 
 def run_training(run: "TrainRun", again: str) -> None:

@@ -1,4 +1,4 @@
-"""A scene's file, whatever its kind: open it, say what is in it, write it as another kind."""
+"""A scene's file, whatever its kind: open it, say what is in it, write one of another kind."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -25,7 +25,8 @@ PLAIN = {  # to be blended sorted
     ".splat": read_splat,
     ".glb": read_glb,
 }
-WRITERS = {"ply": write_ply, "spz": write_spz, "sog": write_sog, "glb": write_glb}
+NOTED = {"ply": write_ply, "sog": write_sog, "glb": write_glb}  # whose headers take a note
+WRITERS = {**NOTED, "spz": write_spz}
 
 
 def choose_device(name: Device) -> torch.device:
@@ -84,33 +85,25 @@ def inspect_scene(path: Path) -> dict[str, Any]:
     }
 
 
-def convert_scene(scene: Path, output: Path, kind: Kind) -> tuple[int, Path]:
-    """Write a scene as a file of another kind, which other tools blend sorted.
+def write_gaussians(output: Path, gaussians: Gaussians, kind: Kind, *, note: str = "") -> int:
+    """Write a scene for sorted blending as a file of a kind, whole or not at all.
 
-    A student is no sorted splat: where it lies in its run, the run's teacher goes in its place.
-    Returns the bytes, and the file that was converted. Raises InputError if the scene cannot be
-    read, has no place in such a file, or would be lost.
+    `note`, of one line, goes into the file's header; a .spz has no place for it. Returns the bytes.
+    Raises InputError if the kind cannot hold the scene.
     """
-    if output.suffix.lower() != f".{kind}":
-        raise InputError(f"{output} would be a .{kind} file: give it a name that ends so")
-    opened = open_scene(scene, torch.device("cpu"))
-    if opened.blend != "sorted":
-        scene, opened = _teacher_of(scene)
-    if output.exists() and output.samefile(scene):
-        raise InputError(f"{output} is the scene itself, and would be lost: give another name")
-    WRITERS[kind](output, opened.gaussians)
-    return output.stat().st_size, scene
+    if kind in NOTED:
+        NOTED[kind](output, gaussians, note=note)
+    else:
+        WRITERS[kind](output, gaussians)
+    return output.stat().st_size
 
 
-def _teacher_of(student: Path) -> tuple[Path, Scene]:
-    """The sorted scene that a student in a run's folder learned from, and its file."""
+def teacher_of(student: Path) -> Path | None:
+    """The sorted scene that a student in a run's folder learned from, if it is there."""
     teacher = student.with_name("teacher.ply")
-    if not (teacher.is_file() and student.with_name("metrics.json").is_file()):
-        raise InputError(
-            f"{student} is blended without sorting, and tools that sort would show it wrong: leave "
-            "it in its run's folder, whose teacher.ply then goes in its place, or give another one"
-        )
-    return teacher, open_scene(teacher, torch.device("cpu"))
+    if teacher.is_file() and student.with_name("metrics.json").is_file():
+        return teacher
+    return None
 
 
 def _names(kinds: Iterable[str]) -> str:

@@ -163,6 +163,10 @@ class Chromium:
         """A new page, with no memory of others."""
         return Tab(self._browser.new_page(), self._server)
 
+    def foreign(self) -> Any:
+        """A new page for what another server sends, as playwright has it: close it in the end."""
+        return self._browser.new_page(viewport={"width": 900, "height": 600})
+
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Chromium]:

@@ -44,11 +44,12 @@ CLEAR, SOLID = 1e-12, 1 - 2.0**-24  # what opacities are clipped to, which have 
 STEEP = 80.0  # the largest logarithm of a scale that is written
 
 
-def write_glb(path: Path | str, gaussians: Gaussians) -> None:
+def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
     """Write a scene for sorted blending, whole or not at all; what is not finite is left out.
 
     `COLOR_0` holds the colours without harmonics, linear as glTF wants them, for viewers that know
-    points but no splats. Raises InputError for a scene without Gaussians, which glTF cannot hold.
+    points but no splats; `note` goes into the asset's extras. Raises InputError for a scene without
+    Gaussians, which glTF cannot hold.
     """
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     if not len(gaussians):
@@ -79,7 +80,7 @@ def write_glb(path: Path | str, gaussians: Gaussians) -> None:
         "asset": {
             "version": "2.0",
             "generator": f"mobilegs {__version__}",
-            "extras": {"blend": "sorted"},
+            "extras": {"blend": "sorted"} | ({"note": note} if note else {}),
         },
         "extensionsUsed": [NAME],
         "scene": 0,

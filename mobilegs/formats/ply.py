@@ -271,11 +271,12 @@ def columns(rows: np.ndarray, names: list[str]) -> np.ndarray:
         return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
 
 
-def write_ply(path: Path | str, gaussians: Gaussians) -> None:
+def write_ply(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
     """Write a scene in INRIA's order of properties, little-endian float32, whole or not at all.
 
     Only a scene that is meant for sorted blending belongs into a PLY; the header says so with
-    `comment SplatRenderMode: default`, which other tools understand, and in our own words.
+    `comment SplatRenderMode: default`, which other tools understand, and in our own words;
+    `note`, a line of ASCII, is one comment more.
     """
     count, coefficients = gaussians.sh.shape[:2]
     rest = [f"f_rest_{i}" for i in range(3 * (coefficients - 1))]
@@ -296,6 +297,7 @@ def write_ply(path: Path | str, gaussians: Gaussians) -> None:
         "format binary_little_endian 1.0",
         "comment SplatRenderMode: default",
         "comment mobilegs blend sorted",
+        *([f"comment mobilegs {note}"] if note else []),
         f"element vertex {count}",
         *(f"property float {name}" for name in names),
         "end_header\n",

@@ -276,12 +276,13 @@ def _looked_up(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.stack([table[rows[:, i], i] for i in range(3)], axis=1)
 
 
-def write_sog(path: Path | str, gaussians: Gaussians) -> None:
+def write_sog(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
     """Write a scene for sorted blending as version 2, a zip, whole or not at all; the same bytes
     for the same scene.
 
     Gaussians change their order, neighbours in space come together; what is not finite is left out.
-    Up to 65,536 Gaussians keep their own harmonics, more share as many sets of them.
+    Up to 65,536 Gaussians keep their own harmonics, more share as many sets of them. `note`
+    goes into the meta.json.
     """
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     gaussians = gaussians.select(morton_order(gaussians.means))
@@ -315,7 +316,10 @@ def write_sog(path: Path | str, gaussians: Gaussians) -> None:
     }
     meta: dict[str, Any] = {
         "version": 2,
-        "asset": {"generator": f"mobilegs {__version__}", "extras": {"blend": "sorted"}},
+        "asset": {
+            "generator": f"mobilegs {__version__}",
+            "extras": {"blend": "sorted"} | ({"note": note} if note else {}),
+        },
         "count": count,
         "means": {"mins": low, "maxs": high, "files": ["means_l.webp", "means_u.webp"]},
         "scales": {"codebook": scale_book.tolist(), "files": ["scales.webp"]},

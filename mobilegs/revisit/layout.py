@@ -50,7 +50,7 @@ def layout_of(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> 
     areas = two.prod(1)
     fine &= (areas > 0) & areas.isfinite()
     if not fine.any():
-        raise InputError("the scene has no Gaussian that can be seen: there is nothing to compress")
+        raise InputError("the scene has no Gaussian that can be seen: there is nothing to show")
     areas = areas.clamp_max(AREA_MAX * areas[fine].median())
     weights = torch.where(fine, gaussians.opacities * areas, 0.0)
     means = torch.where(fine[:, None], gaussians.means, 0.0)

@@ -92,7 +92,8 @@ def place_cameras(
                 return found
     raise InputError(
         f"of {TRIES * count} places only {len(found)} show this scene, where {count} are wanted: "
-        "give the cameras that it was made from (--cameras cameras.json) or the photos (--capture)"
+        "give the photos that it was made from (--capture), or if it is to be compressed their "
+        "cameras (--cameras cameras.json)"
     )
 
 

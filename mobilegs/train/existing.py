@@ -12,6 +12,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.revisit.cameras_json import read_cameras_json
 from mobilegs.revisit.photographs import Progress, Shoot, photograph, silent
 from mobilegs.scene_file import choose_device, read_gaussians
+from mobilegs.train.live import ADDRESS
 from mobilegs.train.loop import TrainRun, resolved, train_run
 from mobilegs.train.recipes import PresetName
 
@@ -63,6 +64,11 @@ class CompressRun:
     """Folder or http(s) address of LPIPS weights; MOBILEGS_LPIPS says the same."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Where to compute; auto takes a GPU if there is one."""
+    live: bool = False
+    """Show the scene in the browser while it trains; prints the address."""
+    live_at: Annotated[str, arg(metavar="HOST:PORT")] = ADDRESS
+    """Where --live listens, or at the next port that is free. With 0.0.0.0 as the host, browsers
+    on other devices can watch, and pause."""
     settings: Annotated[
         tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
     ] = ()
@@ -102,6 +108,8 @@ def compress_run(
         teacher=run.scene,
         lpips_weights=run.lpips_weights,
         device=run.device,
+        live=run.live,
+        live_at=run.live_at,
         settings=(tuple(settings), *run.settings),
     )
     if capture is None:

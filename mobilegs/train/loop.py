@@ -1,8 +1,6 @@
 """From a capture to a measured `scene.mgs`: teacher, student, file, figures."""
 
-import json
 import time
-import zlib
 from dataclasses import dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
@@ -29,6 +27,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.scene_file import read_gaussians
 from mobilegs.train.checkpoint import digest
 from mobilegs.train.distributed import Team, joined
+from mobilegs.train.live import ADDRESS, Watch, refuse, watched
 from mobilegs.train.progress import Monitor
 from mobilegs.train.recipes import (
     RECIPES,
@@ -39,7 +38,7 @@ from mobilegs.train.recipes import (
     with_settings,
     with_steps,
 )
-from mobilegs.train.run_folder import RunFolder, stopping_between_steps
+from mobilegs.train.run_folder import RunFolder, photos_of, same_photos, stopping_between_steps
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student import Student
 from mobilegs.train.teacher import Teacher
@@ -48,7 +47,10 @@ PREVIEWS = 8  # pictures a stage leaves
 MISSED = 0.05  # share of a size that was asked for, from which on it is said
 PREFETCH = 8  # views decoded ahead
 FIRST_LOOKS = 4  # cameras that go into the file, for viewers to begin at
-BETWEEN_SESSIONS = ("capture", "output", "resume", "lpips_weights", "device", "checkpoint_seconds")
+BETWEEN_SESSIONS = (
+    "capture", "output", "resume", "lpips_weights", "device", "checkpoint_seconds",
+    "live", "live_at",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,11 @@ class TrainRun:
     """Where to compute; auto takes a GPU if there is one."""
     checkpoint_seconds: float = 60.0
     """Time between two checkpoints."""
+    live: bool = False
+    """Show the scene in the browser while it trains; prints the address."""
+    live_at: Annotated[str, arg(metavar="HOST:PORT")] = ADDRESS
+    """Where --live listens, or at the next port that is free. With 0.0.0.0 as the host, browsers
+    on other devices can watch, and pause."""
     settings: Annotated[
         tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
     ] = ()
@@ -147,6 +154,7 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
     with (
         ViewLoader(dataset.train) as loader,
         Monitor(*written, coding=recipe.student.coding, silent=not team.first) as monitor,
+        watched(run.live, run.live_at, dataset, monitor) as live,
     ):
         camera = dataset.train[0].camera
         first = "" if run.teacher else f"{recipe.teacher.steps:,} steps for the teacher and "
@@ -154,7 +162,7 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
             f"{len(dataset.train) + len(dataset.test)} photos of {camera.width}x{camera.height}, "
             f"{first}{recipe.student.steps:,} steps for the student"
         )
-        session = Session(run, folder, dataset, loader, monitor, team, saved)
+        session = Session(run, folder, dataset, loader, monitor, live, team, saved)
         if not folder.teacher.exists():
             train_teacher(session, recipe)
         scene = Scene(
@@ -179,6 +187,7 @@ class Session:
     dataset: Dataset
     loader: ViewLoader
     monitor: Monitor
+    live: Watch | None
     team: Team
     saved: dict[str, Any]
     """The checkpoint that this session continues; its stage is None if there was none."""
@@ -250,6 +259,8 @@ def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:
                 team.refuse_difference(step, digest(stage.state()) if team.world > 1 else 0)
                 if team.first:
                     preview(stage, session)
+            if session.live is not None:
+                session.live.between_steps(stage, stop)
             stopping = any(asked for [asked] in team.numbers(stop.asked))
             late = time.monotonic() - saved_at > session.run.checkpoint_seconds
             if team.first and (late or stopping or stage.done == stage.steps):
@@ -320,6 +331,7 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
     """The recipe that the options of a new run ask for."""
     if not 0 <= run.seed < 1 << 32:
         raise InputError(f"a seed lies between 0 and {(1 << 32) - 1}, not at {run.seed}")
+    refuse(run.live, run.live_at)
     if recipe is None:
         recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
     if run.method is not None:
@@ -338,20 +350,6 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
             replace(recipe.student, views_per_step=run.views_per_step),
         )
     return with_settings(recipe, chain(*run.settings))
-
-
-def photos_of(dataset: Dataset) -> dict[str, Any]:
-    """By what a capture is known again: its photos, their sizes, where they were taken."""
-    frames = [*dataset.train, *dataset.test]
-    sizes = [[frame.name, frame.camera.width, frame.camera.height] for frame in frames]
-    poses = torch.stack([frame.camera.viewmat[:3] for frame in frames]).double().mean(0)
-    return {"names": zlib.crc32(json.dumps(sizes).encode()), "poses": poses.flatten().tolist()}
-
-
-def same_photos(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Whether two captures are the same but for what other machines round in another way."""
-    poses = [torch.tensor(photos["poses"], dtype=torch.float64) for photos in (one, other)]
-    return one["names"] == other["names"] and torch.allclose(*poses, rtol=1e-3, atol=1e-3)
 
 
 def as_options(run: TrainRun) -> dict[str, Any]:

@@ -129,7 +129,8 @@ class Monitor:
         elif self.task is not None:
             self.display.update(self.task, completed=stage.done, status=status)
 
-    def _status(self, stage: Stage) -> str:
+    def figures(self, stage: Stage) -> dict[str, str]:
+        """How a stage that has taken a step stands, for people."""
         if self.losses:
             loss, psnr = float(torch.stack(self.losses[-10:]).mean()), _psnr(self.errors[-100:])
         else:
@@ -139,10 +140,23 @@ class Monitor:
         left = (stage.steps - stage.done) / max(rate, 1e-9)
         fixed, each = SIZES[self.coding]
         size = (fixed + each * stage.count) / 1e6
-        return (
-            f"{stage.phase}  loss {loss:.4f}  {psnr:.2f} dB  {stage.count:,} Gaussians  "
-            f"~{size:.1f} MB  {rate:.1f} steps/s  {_clock(left)} left"
-        )
+        return {
+            "phase": stage.phase,
+            "loss": f"{loss:.4f}",
+            "PSNR": f"{psnr:.2f} dB",
+            "Gaussians": f"{stage.count:,}",
+            "file": f"~{size:.1f} MB",
+            "speed": f"{rate:.1f} steps/s",
+            "left": _clock(left),
+        }
+
+    def leave_out(self, seconds: float) -> None:
+        """Time that just passed does not count: the training stood still."""
+        self.started += seconds
+
+    def _status(self, stage: Stage) -> str:
+        phase, loss, psnr, count, size, speed, left = self.figures(stage).values()
+        return f"{phase}  loss {loss}  {psnr}  {count} Gaussians  {size}  {speed}  {left} left"
 
     def _flush(self) -> None:
         if not self.silent:

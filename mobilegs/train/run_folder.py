@@ -11,7 +11,10 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+import torch
+
 from mobilegs.atomic import atomic_write
+from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.recipes import Recipe, from_json
@@ -117,6 +120,20 @@ class RunFolder:
 
     def _teacher_crc(self) -> int | None:
         return zlib.crc32(self.teacher.read_bytes()) if self.teacher.exists() else None
+
+
+def photos_of(dataset: Dataset) -> dict[str, Any]:
+    """By what a capture is known again: its photos, their sizes, where they were taken."""
+    frames = [*dataset.train, *dataset.test]
+    sizes = [[frame.name, frame.camera.width, frame.camera.height] for frame in frames]
+    poses = torch.stack([frame.camera.viewmat[:3] for frame in frames]).double().mean(0)
+    return {"names": zlib.crc32(json.dumps(sizes).encode()), "poses": poses.flatten().tolist()}
+
+
+def same_photos(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Whether two captures are the same but for what other machines round in another way."""
+    poses = [torch.tensor(photos["poses"], dtype=torch.float64) for photos in (one, other)]
+    return one["names"] == other["names"] and torch.allclose(*poses, rtol=1e-3, atol=1e-3)
 
 
 class StopRequest:

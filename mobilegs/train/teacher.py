@@ -95,8 +95,13 @@ class Teacher:
         seed: int,
         device: torch.device,
         team: Team = ALONE,
+        start: Gaussians | None = None,
     ) -> None:
-        """Start from the capture's points, or random ones; `seed` decides all that is random."""
+        """Start from the capture's points, or random ones; `seed` decides all that is random.
+
+        `start` takes their place: Gaussians that are worth something already, all of whose
+        harmonics learn from the first step on.
+        """
         self.config = config
         self.steps = config.steps
         self.views_per_step = config.views_per_step
@@ -107,14 +112,17 @@ class Teacher:
         self.frames = dataset.train
         self.background = dataset.background.to(device)
         self.generator = torch.Generator().manual_seed(seed)
-        start = initial_gaussians(
-            dataset,
-            count=min(config.init_splats, config.max_splats),
-            opacity=config.init_opacity,
-            sh_degree=config.sh_degree,
-            generator=self.generator,
-        )
-        start.log_scales += math.log(config.init_scale)
+        self.degree_max = config.sh_degree if start is None else start.sh_degree
+        self.degree_first = 0 if start is None else start.sh_degree
+        if start is None:
+            start = initial_gaussians(
+                dataset,
+                count=min(config.init_splats, config.max_splats),
+                opacity=config.init_opacity,
+                sh_degree=config.sh_degree,
+                generator=self.generator,
+            )
+            start.log_scales += math.log(config.init_scale)
         self.strategy = self._strategy(len(start), device)
         tensors = start.to(device).tensors()
         sh = tensors.pop("sh")
@@ -134,7 +142,8 @@ class Teacher:
     def sh_degree(self) -> int:
         """Degree of the harmonics that the next step uses."""
         interval = max(1, round(self.config.sh_interval * self.steps))
-        return min(self.config.sh_degree, self.strategy.harmonics_clock(self.done) // interval)
+        raised = self.strategy.harmonics_clock(self.done) // interval
+        return min(self.degree_max, self.degree_first + raised)
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """One step on the sum of the views' losses; the result holds their means."""
@@ -182,7 +191,7 @@ class Teacher:
 
     def gaussians(self) -> Gaussians:
         """The teacher as it stands, with harmonics of the full degree."""
-        return self._gaussians(self.config.sh_degree).detached()
+        return self._gaussians(self.degree_max).detached()
 
     def scene(self) -> Scene:
         """The teacher as it stands, to be drawn sorted."""

@@ -1,0 +1,404 @@
+"""Watching a training: what is drawn, what it costs, and that it changes nothing."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from browser import Chromium
+from test_train_loop import RECIPE, finished
+from tiny import CPU, blobs, cameras
+
+from mobilegs import cli
+from mobilegs.camera import Camera, look_at
+from mobilegs.data.dataset import Dataset, View, load_view
+from mobilegs.errors import InputError
+from mobilegs.render.scene import Scene
+from mobilegs.train.densify import DensifyConfig
+from mobilegs.train.live import ADDRESS, place, refuse
+from mobilegs.train.live.pace import GOAL, LEAST, SAVED, SHARE, Pace
+from mobilegs.train.live.pictures import (
+    AROUND,
+    Eye,
+    Viewpoints,
+    decibels,
+    drawn_depth,
+    error_map,
+    fitted,
+    in_colors,
+    side_by_side,
+)
+from mobilegs.train.loop import TrainRun, train_run
+from mobilegs.train.progress import Monitor
+from mobilegs.train.run_folder import StopRequest
+from mobilegs.train.stage import view_order
+from mobilegs.train.teacher import Teacher, TeacherConfig
+
+pytest_plugins = ["tiny", "browser"]
+__all__ = ["finished"]  # a fixture
+pytest.importorskip("viser", reason="viser is not installed: pip install 'mobilegs[live]'")
+
+from mobilegs.train.live.page import SHOWN, Page  # noqa: E402
+from mobilegs.train.live.show import Show  # noqa: E402
+
+ANYWHERE = "127.0.0.1:0"  # any port that is free
+
+
+def eye_of(camera: Camera, *, width: int = 24, height: int = 24) -> Eye:
+    """An eye where a camera is."""
+    x, y, z = camera.position.tolist()
+    turn = tuple(camera.viewmat[:3, :3].T.flatten().tolist())
+    return Eye((x, y, z), turn, 2 * math.atan(12 / 28), width, height)
+
+
+# --- how much is drawn
+
+
+class Clock:
+    """Seconds that pass when told to."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.mark.parametrize("urgent", [True, False], ids=["moving", "resting"])
+def test_drawing_takes_no_more_than_its_share(urgent: bool) -> None:
+    clock = Clock()
+    pace, spent = Pace(clock), 0.0
+    while clock.now < 1100:
+        clock.now += 0.01  # a step
+        if pace.allows(urgent=urgent):
+            clock.now += 0.2
+            spent += 0.2
+            pace.spend(0.2)
+    assert 0.9 * SHARE < spent / 1000 < SHARE + (SAVED + 0.2) / 1000
+
+
+def test_a_picture_that_is_waited_for_goes_before_one_that_follows_the_training() -> None:
+    clock = Clock()
+    pace = Pace(clock)
+    pace.spend(0.7)
+    assert pace.allows(urgent=True)
+    assert not pace.allows(urgent=False)
+    clock.now += 3
+    assert pace.allows(urgent=False)
+
+
+def test_pictures_have_the_pixels_that_their_time_allows() -> None:
+    pace = Pace(Clock())
+    pace.learn("resting", 100_000, 0.1)
+    width, height = pace.size("resting", 3000, 2000)
+    assert width * height == pytest.approx(1e6 * GOAL["resting"], rel=0.01)
+    assert width / height == pytest.approx(1.5, rel=0.01)
+    pace.learn("moving", 100_000, 100.0)
+    width, height = pace.size("moving", 3000, 2000)
+    assert width * height == pytest.approx(LEAST["moving"], rel=0.02)
+    assert pace.size("paused", 900, 600) == (900, 600)
+    assert pace.size("moving", 20, 10) == (20, 10)
+
+
+# --- what is drawn
+
+
+def test_an_eye_where_a_photo_was_taken_sees_what_training_draws() -> None:
+    scene, camera = Scene(blobs()), cameras()[0]
+    seen = scene.render(eye_of(camera).camera(24, 24, camera.near)).image
+    assert torch.allclose(seen, scene.render(camera).image, atol=1e-4)
+
+
+def test_the_nearest_photo_is_near_and_looks_the_same_way(dataset: Dataset) -> None:
+    views = Viewpoints(dataset)
+    for index, frame in enumerate(dataset.train):
+        assert views.nearest(eye_of(frame.camera)) == index
+    # at the place of one, but turned as another that is not far away
+    place, other = dataset.train[0].camera, dataset.train[1].camera
+    turned = replace(eye_of(place), rotation=eye_of(other).rotation)
+    near = replace(dataset, extent=100.0)
+    assert Viewpoints(near).nearest(turned) == 1
+
+
+def test_who_stands_where_a_photo_was_taken_sees_all_of_it(dataset: Dataset) -> None:
+    views, camera = Viewpoints(dataset), dataset.train[2].camera
+    position, target = views.stand(2)
+    assert torch.allclose(position.float(), camera.position, atol=1e-5)
+    assert torch.allclose(target.float(), dataset.center, atol=1e-4)
+    assert views.fov(2, 1.0) == pytest.approx(2 * math.atan(12 / 28))
+    assert views.fov(2, 2.0) == pytest.approx(2 * math.atan(12 / 28))
+    assert math.tan(views.fov(2, 0.5) / 2) == pytest.approx(2 * 12 / 28)
+
+
+def test_cameras_that_look_away_from_each_other_have_something_to_turn_around(dataset) -> None:
+    up = torch.tensor([0.0, 0, 1])
+    outward = [
+        replace(frame, camera=replace(frame.camera, viewmat=look_at(eye, 2 * eye, up)))
+        for frame in dataset.train
+        for eye in [frame.camera.position]
+    ]
+    views = Viewpoints(replace(dataset, train=outward))
+    position, target = views.stand(0)
+    assert float((target - position).norm()) == pytest.approx(dataset.extent, rel=1e-5)
+
+
+def test_up_is_where_most_photos_have_it(dataset: Dataset) -> None:
+    assert float(Viewpoints(dataset).up[2]) > 0.9  # the cameras were made so
+
+
+def test_depth_has_the_colour_of_near_where_things_are_near() -> None:
+    up = torch.tensor([0.0, -1, 0])
+    K = torch.tensor([[28.0, 0, 12], [0, 28, 12], [0, 0, 1]])
+    camera = Camera(look_at(torch.tensor([0.0, 0, -3]), torch.zeros(3), up), K, 24, 24)
+    two = blobs().select(torch.tensor([0, 1]))
+    two.means[:] = torch.tensor([[-0.6, 0, -1.0], [0.6, 0, 1.0]])
+    two.log_scales[:], two.logit_opacities[:] = -1.3, 6.0
+    picture = drawn_depth(Scene(two), camera)
+    left, right = picture[12, 3:8].sum(1).max(), picture[12, 14:18].sum(1).max()
+    assert left > right + 0.5
+    assert picture[0, 0].tolist() == [0, 0, 0]  # where nothing is
+    assert torch.equal(drawn_depth(Scene(two.select(torch.tensor([], dtype=torch.long))), camera),
+                       torch.zeros(24, 24, 3))  # fmt: skip
+
+
+def test_an_error_is_bright_where_it_counts(dataset: Dataset) -> None:
+    view = load_view(dataset.train[0])
+    assert error_map(view.image, view).max() < 0.05
+    wrong = view.image.clone()
+    wrong[:6] = 1 - wrong[:6].round()
+    assert error_map(wrong, view)[:6].mean() > 0.5
+    assert error_map(wrong, view)[6:].max() < 0.05
+    mask = torch.ones(24, 24)
+    mask[:6] = 0
+    masked = View(view.name, view.camera, view.image, mask)
+    assert error_map(wrong, masked).max() < 0.05
+    assert decibels(wrong, masked) == math.inf
+    assert decibels(wrong, view) < 15
+
+
+def test_pictures_fit_on_any_canvas() -> None:
+    picture = torch.ones(20, 30, 3)
+    wide = fitted(picture, 900, 300)
+    assert wide.shape == (20, 60, 3)
+    assert (wide[:, 15:45] == 1).all() and (wide[:, :15] == AROUND).all()
+    high = fitted(picture, 300, 300)
+    assert high.shape == (30, 30, 3) and (high[5:25] == 1).all()
+    assert fitted(picture, 15, 10).shape == (10, 15, 3)
+    assert side_by_side([picture] * 3, 3.0).shape == (20, 102, 3)
+    assert side_by_side([picture] * 3, 0.5).shape == (72, 30, 3)
+
+
+def test_colours_grow_lighter_with_the_value() -> None:
+    colors = in_colors(torch.linspace(0, 1, 50)[None])[0]
+    assert (colors.sum(1).diff() > 0).all()
+    assert torch.equal(in_colors(torch.tensor([[math.nan, -1.0, 2.0]]))[0, 0], colors[0])
+
+
+# --- what it does to a training
+
+
+@pytest.fixture
+def pictures(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
+    """What was shown to somebody who sees every step, each in another way."""
+    shown: list[np.ndarray] = []
+    eye = eye_of(cameras()[1], width=40, height=30)
+
+    def show(page: Page, number: int, picture: np.ndarray) -> None:
+        shown.append(picture)
+        page.shown = SHOWN[len(shown) % len(SHOWN)]
+
+    monkeypatch.setattr(Page, "show", show)
+    monkeypatch.setattr(Page, "eyes", lambda page: {1: eye})
+    monkeypatch.setattr(Pace, "allows", lambda pace, *, urgent: True)
+    return shown
+
+
+def test_a_run_that_is_watched_ends_in_the_same_bytes(
+    capture: Path, finished: Path, tmp_path: Path, pictures: list[np.ndarray], capfd
+) -> None:
+    run = TrainRun(capture, tmp_path / "run", live=True, live_at=ANYWHERE)
+    train_run(run, recipe=RECIPE)
+    assert len(pictures) == RECIPE.teacher.steps + RECIPE.student.steps
+    assert all(picture.std() > 1 for picture in pictures)
+    for name in ("teacher.ply", "scene.mgs"):
+        assert (run.output / name).read_bytes() == (finished / name).read_bytes()
+    printed = capfd.readouterr()
+    assert "to watch: http://127.0.0.1:" in printed.err
+    assert printed.out == ""  # nothing of viser's
+
+
+def test_a_paused_run_waits_without_work_and_can_be_stopped(
+    capture: Path, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    used: list[float] = []
+
+    def stop() -> None:
+        used[0] = time.process_time() - used[0]
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def tell(page: Page, rows: dict[str, str]) -> None:
+        if not used and rows["student"].startswith("5 "):
+            page.pause(True)
+            used.append(time.process_time())
+            threading.Timer(2.0, stop).start()
+
+    monkeypatch.setattr("mobilegs.train.live.show.TOLD", 0.0)
+    monkeypatch.setattr(Page, "tell", lambda page, rows: "student" in rows and tell(page, rows))
+    run = TrainRun(capture, tmp_path / "run", live=True, live_at=ANYWHERE)
+    with pytest.raises(KeyboardInterrupt):
+        train_run(run, recipe=RECIPE)
+    assert used[0] < 0.5
+    assert (run.output / "checkpoint.safetensors").exists()
+    monkeypatch.undo()
+    resumed = replace(run, resume=True, live=False, live_at=ADDRESS)
+    metrics = train_run(resumed)
+    assert (run.output / "scene.mgs").read_bytes() == (finished / "scene.mgs").read_bytes()
+    assert metrics["seconds"]["student"] < 30
+
+
+def test_time_that_stood_still_does_not_count(dataset: Dataset, tmp_path: Path) -> None:
+    stage = Teacher(TeacherConfig(steps=10), dataset, seed=0, device=CPU)
+    monitor = Monitor(tmp_path / "journal", [], {}, silent=True)
+    monitor.begin(stage)
+    monitor.leave_out(50.0)
+    assert monitor.elapsed() < 0
+
+
+# --- what is refused
+
+
+def test_without_viser_a_sentence_says_what_to_install(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    for verb in (["train", str(capture)], ["demo"], ["compress", str(tmp_path / "scene.ply")]):
+        assert cli.main([*verb, "--output", str(tmp_path / "run"), "--live"]) == 2
+        said = capsys.readouterr().err
+        assert "pip install 'mobilegs[live]'" in said and said.count("\n") == 1
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("live", "address", "said"),
+    [
+        (False, "0.0.0.0:9000", "give both"),
+        (True, "9000", "no HOST:PORT"),
+        (True, "127.0.0.1:x", "no HOST:PORT"),
+        (True, "127.0.0.1:70000", "no HOST:PORT"),
+        (True, "203.0.113.5:9000", "an address of this machine"),
+    ],
+)
+def test_addresses_that_cannot_be_are_refused(live: bool, address: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        refuse(live, address)
+
+
+def test_several_processes_are_not_watched(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WORLD_SIZE", "2")
+    with pytest.raises(InputError, match="one process"):
+        refuse(True, ADDRESS)
+
+
+def test_nobody_else_can_watch_unless_asked() -> None:
+    assert place(ADDRESS)[0] == "127.0.0.1"
+
+
+def test_training_that_nobody_watches_does_not_load_viser() -> None:
+    code = "import sys, mobilegs.train.loop, mobilegs.train.existing; print('viser' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
+# --- in the browser
+
+
+class Watched:
+    """A teacher that trains, slowly, in a thread of its own until it is stopped."""
+
+    def __init__(self, dataset: Dataset, folder: Path) -> None:
+        fixed = TeacherConfig(steps=1_000_000, densify=DensifyConfig(strategy="fixed"))
+        self.stage = Teacher(fixed, dataset, seed=0, device=CPU)
+        self.page = Page("127.0.0.1", 0, dataset)
+        self.monitor = Monitor(folder / "journal", [], {}, silent=True)
+        self.monitor.begin(self.stage)
+        self.show = Show(self.page, dataset, self.monitor)
+        self.stop = StopRequest()
+        self._dataset = dataset
+        self._thread = threading.Thread(target=self._train)
+        self._thread.start()
+
+    def close(self) -> None:
+        self.stop.asked = True
+        self._thread.join()
+        self.page.close()
+
+    def _train(self) -> None:
+        frames = self._dataset.train
+        while not self.stop:
+            [index] = view_order(len(frames), self.stage.done, 1, 0)
+            self.monitor.after_step(
+                self.stage, self.stage.advance([(index, load_view(frames[index]))])
+            )
+            self.show.between_steps(self.stage, self.stop)
+            time.sleep(0.01)
+
+
+@pytest.fixture
+def watched(dataset: Dataset, tmp_path: Path) -> Iterator[Watched]:
+    """A training to be watched."""
+    made = Watched(dataset, tmp_path)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def browser(chromium: Chromium, watched: Watched) -> Iterator[object]:
+    """A page that watches, once its camera is where it begins."""
+    page = chromium.foreign()
+    page.asked = []
+    page.on("request", lambda request: page.asked.append(request.url))
+    page.goto(watched.page.address)
+    start = watched.page.views.positions[0].numpy()
+    until(page, lambda: any(np.allclose(eye.position, start, atol=1e-4) for eye in eyes(watched)))
+    yield page
+    page.close()
+
+
+def eyes(watched: Watched) -> list[Eye]:
+    return list(watched.page.eyes().values())
+
+
+def until(page, true: Callable[[], bool], seconds: float = 60.0) -> None:
+    """Wait until something is true."""
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "it never came to be"
+        page.wait_for_timeout(100)
+
+
+def pick(page, before: str, after: str) -> None:
+    """Choose something else in the list that shows `before`."""
+    page.locator(f'input[role=combobox][value="{before}"]').click()
+    page.get_by_role("option", name=after, exact=True).click()
+
+
+def test_the_browser_shows_what_training_draws_and_the_camera_stays(
+    watched: Watched, browser, tmp_path: Path
+) -> None:
+    page = browser
+    before = eyes(watched)[0]
+    watched.page.pause(True)  # the finest picture, of a step that stays
+    page.wait_for_timeout(2500)
+    shot = tmp_path / "shot.png"
+    page.screenshot(path=shot)
+    print(shot)
+    assert eyes(watched)[0] == before
