@@ -165,13 +165,15 @@ def choices() -> dict[str, str]:
 
 
 @cache
-def numbers() -> dict[str, str]:
-    """What names of numbers stand for: `NEAR` -> `0.2`."""
+def constants() -> dict[str, str]:
+    """What names of numbers and texts stand for: `NEAR` -> `0.2`."""
     found = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         for node in parsed(path).body:
-            if isinstance(node, ast.Assign) and re.fullmatch(r"[\d./ ]+", ast.unparse(node.value)):
-                found[ast.unparse(node.targets[0])] = ast.unparse(node.value)
+            if isinstance(node, ast.Assign):
+                value = ast.unparse(node.value)
+                if re.fullmatch(r"[\d./ ]+|'[^']*'", value):
+                    found[ast.unparse(node.targets[0])] = value.replace("'", '"')
     return found
 
 
@@ -216,7 +218,7 @@ def with_default(name: str, annotation: ast.expr | None, default: ast.expr | Non
     if default is None:
         return text
     value = ast.unparse(default).replace("'", '"')
-    value = numbers().get(value, value)
+    value = constants().get(value, value)
     if match := re.search(r"field\(default_factory=(?:lambda: )?(.*)\)$", value):
         value = match[1] if match[1].endswith(")") else f"{match[1]}()"
     return f"{text} = {value}"

@@ -42,6 +42,7 @@ def examine() -> list[Finding]:
         window(),
         phones(),
         capture(),
+        live(),
         lpips_weights(),
     ]
 
@@ -186,6 +187,13 @@ def capture() -> Finding:
         found = f"not installed: {', '.join(missing)}"
         return Finding("Capture", "no", found, "pip install 'mobilegs[capture]'")
     return Finding("Capture", "yes", "poses of photos and videos, HEIC included")
+
+
+def live() -> Finding:
+    """Whether a scene can be watched while it trains."""
+    if not find_module("viser"):
+        return Finding("Live view", "no", "viser is not installed", "pip install 'mobilegs[live]'")
+    return Finding("Live view", "yes", "train --live")
 
 
 def lpips_weights() -> Finding:

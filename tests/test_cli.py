@@ -289,6 +289,7 @@ def test_doctor_asks_for_nothing_that_would_not_help(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(doctor, "has_nvidia", lambda: True)
     assert "mobilegs[cuda]" in doctor.gpu_kernels().remedy
     assert "mobilegs[native]" in doctor.window().remedy
+    assert "mobilegs[live]" in doctor.live().remedy
     monkeypatch.setattr(doctor, "find_module", lambda name: True)
     monkeypatch.setattr(doctor.platform, "system", lambda: "Linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
