@@ -4,6 +4,7 @@ import json
 import typing
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from difflib import get_close_matches
 from typing import Any, Literal
 
 from mobilegs.errors import InputError
@@ -160,7 +161,9 @@ def _field(config: Any, name: str, setting: str) -> Any:
         raise InputError(f"'{setting}' names no setting: nothing is called '{name}' there")
     known = [f.name for f in fields(config)]
     if name not in known:
-        raise InputError(f"'{setting}' names no setting: '{name}' is none of {', '.join(known)}")
+        near = get_close_matches(name, known)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}"
+        raise InputError(f"'{setting}' names no setting, as nothing is called '{name}': {hint}")
     return getattr(config, name)
 
 

@@ -73,7 +73,9 @@ async function bytesOf(request) {
   if (!response.ok || response.body === null) {
     throw new Error(`${request.url} could not be loaded: the server says ${response.status}`);
   }
-  return { source: response.body, total: Number(response.headers.get("Content-Length")) || NaN };
+  // of what is compressed on its way the length is another one
+  const length = response.headers.has("Content-Encoding") ? NaN : Number(response.headers.get("Content-Length"));
+  return { source: response.body, total: length || NaN };
 }
 
 /**
