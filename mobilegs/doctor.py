@@ -37,6 +37,7 @@ def examine() -> list[Finding]:
         gpu_kernels(),
         gpu_renderer(),
         capture(),
+        live(),
         lpips_weights(),
     ]
 
@@ -138,6 +139,14 @@ def capture() -> Finding:
         found = f"not installed: {', '.join(missing)}"
         return Finding("Capture", "no", found, "pip install 'mobilegs[capture]'")
     return Finding("Capture", "yes", "poses of photos and videos, HEIC included")
+
+
+def live() -> Finding:
+    """Whether a training can be watched."""
+    if not find_module("viser"):
+        found = "viser is not installed; needed for --live"
+        return Finding("Watching training", "no", found, "pip install 'mobilegs[live]'")
+    return Finding("Watching training", "yes", "train --live shows it in the browser")
 
 
 def lpips_weights() -> Finding:

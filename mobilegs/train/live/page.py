@@ -121,7 +121,7 @@ class Page:
         first = self._server.initial_camera  # of a browser that connects, and never again
         position, target = views.stand(0)
         first.position, first.look_at = position.numpy(), target.numpy()
-        first.fov = views.fov(0, aspect=1.5)
+        first.fov = views.fov(0, aspect=1.2)  # of most windows beside the panel
         self._frustums = scene.add_frame("/cameras", show_axes=False)
         for index, camera in enumerate(views.cameras):
             to_world = camera.viewmat[:3, :3].T.double().cpu().numpy()
@@ -151,6 +151,7 @@ class Page:
     def _set_panel(self, names: list[str]) -> None:
         gui = self._server.gui
         gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()  # beside the picture, not over it
         self._figures = gui.add_markdown("before the first step")
         self._button = gui.add_button("Pause")
         shown = gui.add_dropdown("Show", SHOWN)
