@@ -190,10 +190,11 @@ def capture() -> Finding:
 
 
 def live() -> Finding:
-    """Whether a scene can be watched while it trains."""
+    """Whether a training can be watched."""
     if not find_module("viser"):
-        return Finding("Live view", "no", "viser is not installed", "pip install 'mobilegs[live]'")
-    return Finding("Live view", "yes", "train --live")
+        found = "viser is not installed; needed for --live"
+        return Finding("Watching training", "no", found, "pip install 'mobilegs[live]'")
+    return Finding("Watching training", "yes", "train --live shows it in the browser")
 
 
 def lpips_weights() -> Finding:

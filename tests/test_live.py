@@ -1,5 +1,6 @@
 """Watching a training: what is drawn, what it costs, and that it changes nothing."""
 
+import io
 import math
 import os
 import signal
@@ -9,12 +10,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 from browser import Chromium
+from PIL import Image
 from test_train_loop import RECIPE, finished
 from tiny import CPU, blobs, cameras
 
@@ -22,6 +25,7 @@ from mobilegs import cli
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
+from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.live import ADDRESS, place, refuse
@@ -47,7 +51,7 @@ pytest_plugins = ["tiny", "browser"]
 __all__ = ["finished"]  # a fixture
 pytest.importorskip("viser", reason="viser is not installed: pip install 'mobilegs[live]'")
 
-from mobilegs.train.live.page import SHOWN, Page  # noqa: E402
+from mobilegs.train.live.page import BALL, CHOOSE, SHOWN, Page  # noqa: E402
 from mobilegs.train.live.show import Show  # noqa: E402
 
 ANYWHERE = "127.0.0.1:0"  # any port that is free
@@ -332,7 +336,8 @@ class Watched:
         self.monitor.begin(self.stage)
         self.show = Show(self.page, dataset, self.monitor)
         self.stop = StopRequest()
-        self._dataset = dataset
+        self.dataset, self.near = dataset, dataset.near
+        self.names = [frame.name for frame in dataset.train]
         self._thread = threading.Thread(target=self._train)
         self._thread.start()
 
@@ -342,7 +347,7 @@ class Watched:
         self.page.close()
 
     def _train(self) -> None:
-        frames = self._dataset.train
+        frames = self.dataset.train
         while not self.stop:
             [index] = view_order(len(frames), self.stage.done, 1, 0)
             self.monitor.after_step(
@@ -385,20 +390,132 @@ def until(page, true: Callable[[], bool], seconds: float = 60.0) -> None:
         page.wait_for_timeout(100)
 
 
+def on_screen(eye: Eye, point: np.ndarray) -> tuple[float, float]:
+    """Where a point in the world is on the page, in pixels."""
+    camera = eye.camera(eye.width, eye.height, 0.1)
+    x, y, z = camera.viewmat[:3, :3].numpy() @ point + camera.viewmat[:3, 3].numpy()
+    focal, _, middle = camera.K[0].tolist()
+    return (focal * x / z + middle, focal * y / z + 300) if z > 0 else (-1, -1)
+
+
+def in_sight(eye: Eye, views: Viewpoints) -> list[tuple[int, float, float]]:
+    """The cameras whose balls are on the page where nothing lies over them, and where."""
+    points = (views.positions - 2 * BALL * views.extent * views.forwards).numpy()
+    places = [(index, *on_screen(eye, point)) for index, point in enumerate(points)]
+    return [(index, x, y) for index, x, y in places if 20 < x < 540 and 200 < y < 580]
+
+
 def pick(page, before: str, after: str) -> None:
     """Choose something else in the list that shows `before`."""
     page.locator(f'input[role=combobox][value="{before}"]').click()
     page.get_by_role("option", name=after, exact=True).click()
 
 
-def test_the_browser_shows_what_training_draws_and_the_camera_stays(
-    watched: Watched, browser, tmp_path: Path
-) -> None:
+def pixels(page) -> np.ndarray:
+    """What the browser shows, where neither panel nor notice is."""
+    png = page.screenshot()
+    return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), np.float64)[200:, :550]
+
+
+def test_the_browser_shows_what_training_draws(watched: Watched, browser) -> None:
     page = browser
-    before = eyes(watched)[0]
-    watched.page.pause(True)  # the finest picture, of a step that stays
-    page.wait_for_timeout(2500)
-    shot = tmp_path / "shot.png"
-    page.screenshot(path=shot)
-    print(shot)
-    assert eyes(watched)[0] == before
+    page.get_by_role("checkbox", name="Cameras").click(force=True)
+    until(page, lambda: not watched.page.with_cameras)
+    page.get_by_role("button", name="Pause").click()
+    until(page, lambda: watched.page.paused)
+    eye = eyes(watched)[0]
+    assert eye.height == 600
+    page.wait_for_timeout(500)  # the step in which it was asked for is over
+    camera = eye.camera(eye.width, eye.height, watched.near)
+    drawn = to_bytes(watched.stage.scene().render(camera).image).numpy()[200:, :550]
+    until(page, lambda: np.abs(pixels(page) - drawn).mean() < 3)
+
+
+def test_pause_stops_training_and_resume_lets_it_go_on(watched: Watched, browser) -> None:
+    page = browser
+    page.get_by_role("button", name="Pause").click()
+    resume = page.get_by_role("button", name="Resume")
+    resume.wait_for()
+    page.wait_for_timeout(300)
+    done = watched.stage.done
+    page.get_by_text(f"{done:,} of 1,000,000").wait_for()  # the figures are those of the step
+    assert page.get_by_text("50", exact=False).count()
+    page.wait_for_timeout(1000)
+    assert watched.stage.done == done
+    resume.click()
+    until(page, lambda: watched.stage.done > done + 5)
+
+
+def test_the_camera_moves_when_the_user_moves_it_and_never_else(watched: Watched, browser) -> None:
+    page = browser
+    first = eyes(watched)[0]
+    for before, after in pairwise(SHOWN):
+        pick(page, before, after)
+        until(page, lambda shown=after: watched.page.shown == shown)
+    pick(page, SHOWN[-1], SHOWN[0])
+    done = watched.stage.done
+    until(page, lambda: watched.stage.done > done + 20)
+    assert eyes(watched)[0] == first
+    page.mouse.move(300, 450)
+    page.mouse.down()
+    page.mouse.move(380, 450, steps=4)
+    page.mouse.up()
+    until(page, lambda: eyes(watched)[0].position != first.position)
+    page.wait_for_timeout(1500)  # it swings out
+    moved, done = eyes(watched)[0], watched.stage.done
+    until(page, lambda: watched.stage.done > done + 20)
+    assert eyes(watched)[0] == moved
+
+
+def test_a_photo_is_where_one_can_go(watched: Watched, browser) -> None:
+    page, positions = browser, watched.page.views.positions.numpy()
+
+    def stands_at(index: int) -> Callable[[], bool]:
+        return lambda: np.allclose(eyes(watched)[0].position, positions[index], atol=1e-3)
+
+    for _ in range(2):  # the same one again, too
+        pick(page, CHOOSE, watched.names[3])
+        until(page, stands_at(3))
+        page.get_by_role("button", name="Go back to the start").click()
+        until(page, stands_at(0))
+    others = []
+    for start, name in enumerate(watched.names):  # until there is another camera in sight
+        pick(page, CHOOSE, name)
+        until(page, stands_at(start))
+        page.wait_for_timeout(500)  # the angle may come after the place
+        others = [o for o in in_sight(eyes(watched)[0], watched.page.views) if o[0] != start]
+        if others:
+            break
+    [(index, x, y), *_] = others
+    page.mouse.move(x, y)
+    page.wait_for_timeout(500)
+    page.mouse.click(x, y)
+    until(page, stands_at(index), 20)
+    page.get_by_role("button", name="Go to the nearest photo").click()
+    page.wait_for_timeout(500)
+    assert stands_at(index)()
+
+
+def test_photo_picture_and_error_are_those_of_the_nearest_photo(watched: Watched, browser) -> None:
+    page = browser
+    page.get_by_role("button", name="Pause").click()
+    until(page, lambda: watched.page.paused)
+    pick(page, "picture", "photo | picture | error")
+    page.locator("strong", has_text=watched.names[0]).wait_for()
+    view = load_view(watched.dataset.train[0])
+    image = watched.stage.scene().render(view.camera).image
+    canvas = (eyes(watched)[0].width, eyes(watched)[0].height)
+    row = side_by_side([view.image, image, error_map(image, view)], canvas[0] / canvas[1])
+    wide = Image.fromarray(to_bytes(fitted(row, *canvas)).numpy()).resize(canvas)
+    drawn = np.asarray(wide, np.float64)[200:, :550]
+    until(page, lambda: np.abs(pixels(page) - drawn).mean() < 6)
+    page.get_by_text(f"{decibels(image, view):.2f} dB").first.wait_for()
+
+
+def test_nothing_is_asked_of_the_internet(watched: Watched, browser) -> None:
+    page = browser
+    page.wait_for_timeout(1000)
+    others = [url for url in page.asked if not url.startswith((watched.page.address, "data:"))]
+    assert not [url for url in others if not url.startswith("blob:")]
+    assert watched.page.address.startswith("http://127.0.0.1:")
+    assert page.get_by_text("Share").count() == 0

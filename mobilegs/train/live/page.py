@@ -19,7 +19,8 @@ from mobilegs.train.live.pictures import Eye, Viewpoints
 SHOWN = ("picture", "depth", "error", "photo", "photo | picture | error")
 WITH_PHOTO = SHOWN[2:]  # what is drawn from the nearest photo's camera instead of the browser's
 CHOOSE = "choose one"
-FRUSTUM = 0.06  # size of a camera, in extents of the scene
+FRUSTUM = 0.04  # size of a camera, in extents of the scene
+BALL = 0.01  # radius of the ball behind it, on which one clicks
 ORANGE = (250, 150, 50)
 QUALITY = 85  # of JPEG
 
@@ -40,6 +41,7 @@ class Page:
         asked: set whenever something was; to be cleared by who waits for it.
         paused: whether training is to stand still.
         shown: one of `SHOWN`.
+        with_cameras: whether the training cameras are drawn over the picture.
         views: the training cameras.
     """
 
@@ -48,6 +50,7 @@ class Page:
         self.asked = threading.Event()
         self.paused = False
         self.shown = SHOWN[0]
+        self.with_cameras = True
         self.views = Viewpoints(dataset)
         with redirect_stdout(io.StringIO()):  # viser prints a box; the address is for us to say
             self._server = LocalServer(
@@ -95,7 +98,7 @@ class Page:
     def choose(self, shown: str) -> None:
         """Show something else."""
         self.shown = shown
-        self._frustums.visible = self._with_cameras.value and shown not in WITH_PHOTO
+        self._frustums.visible = self.with_cameras and shown not in WITH_PHOTO
         self.asked.set()
 
     def go(self, client: viser.ClientHandle, index: int) -> None:
@@ -118,11 +121,11 @@ class Page:
         first = self._server.initial_camera  # of a browser that connects, and never again
         position, target = views.stand(0)
         first.position, first.look_at = position.numpy(), target.numpy()
-        first.fov = views.fov(0, aspect=1.5)
+        first.fov = views.fov(0, aspect=1.2)  # of most windows beside the panel
         self._frustums = scene.add_frame("/cameras", show_axes=False)
         for index, camera in enumerate(views.cameras):
             to_world = camera.viewmat[:3, :3].T.double().cpu().numpy()
-            frustum = scene.add_camera_frustum(
+            scene.add_camera_frustum(
                 f"/cameras/{index}",
                 fov=views.fov(index, camera.width / camera.height),
                 aspect=camera.width / camera.height,
@@ -133,21 +136,36 @@ class Page:
                 wxyz=transforms.SO3.from_matrix(to_world).wxyz,
                 position=views.positions[index].numpy(),
             )
-            frustum.on_click(lambda event, index=index: self.go(event.client, index))
+            ball = scene.add_icosphere(
+                f"/cameras/{index}/ball",
+                radius=BALL * views.extent,
+                color=ORANGE,
+                position=(0.0, 0.0, -2 * BALL * views.extent),
+                subdivisions=1,
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            # who stands where a photo was taken is within the frustum, and would always point at it
+            ball.on_click(lambda event, index=index: self.go(event.client, index))
 
     def _set_panel(self, names: list[str]) -> None:
         gui = self._server.gui
         gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()  # beside the picture, not over it
         self._figures = gui.add_markdown("before the first step")
         self._button = gui.add_button("Pause")
         shown = gui.add_dropdown("Show", SHOWN)
-        self._with_cameras = gui.add_checkbox("Cameras", True)
+        cameras = gui.add_checkbox("Cameras", self.with_cameras)
         photos = gui.add_dropdown("Go to photo", (CHOOSE, *names))
         nearest = gui.add_button("Go to the nearest photo")
         start = gui.add_button("Go back to the start")
         self._button.on_click(lambda _: self.pause(not self.paused))
         shown.on_update(lambda _: self.choose(shown.value))
-        self._with_cameras.on_update(lambda _: self.choose(self.shown))
+
+        @cameras.on_update
+        def _(_: viser.GuiEvent) -> None:
+            self.with_cameras = cameras.value
+            self.choose(self.shown)
 
         @photos.on_update
         def _(event: viser.GuiEvent) -> None:
