@@ -165,7 +165,7 @@ class Chromium:
 
     def foreign(self) -> Any:
         """A new page for what another server sends, as playwright has it: close it in the end."""
-        return self._browser.new_page(viewport={"width": 900, "height": 600})
+        return self._browser.new_page(viewport={"width": 1200, "height": 600})
 
 
 @pytest.fixture(scope="session")
