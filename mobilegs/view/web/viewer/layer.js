@@ -2,7 +2,7 @@
 
 import { loadingWorker } from "../files.js";
 import { farFirst } from "../load/order.js";
-import { fastestVariant, knownVariant, warmUp } from "../render/calibrate.js";
+import { fastestVariant, knownVariant } from "../render/calibrate.js";
 import { chooseRenderer } from "../render/choose.js";
 import { meanLogit, strides } from "../render/types.js";
 import { dot } from "./vector.js";
@@ -109,8 +109,6 @@ export class Layer {
       this.#measured = known !== null;
       this.#renderer = renderer;
       this.name = name;
-      // while the scene is on its way; a device that fails here fails elsewhere as well
-      warmUp(renderer).catch(() => {});
       return true;
     } catch (error) {
       this.#told.failed(error instanceof Error ? error.message : String(error));
@@ -161,7 +159,6 @@ export class Layer {
 
   /** @param {Camera} camera whose near plane the scene may have another opinion of */
   draw(camera) {
-    if (this.count === 0) return;
     this.#askOrder(camera);
     this.#renderer?.draw({ ...camera, near: this.near });
   }
