@@ -41,6 +41,14 @@ def test_a_setting_that_is_none_is_refused(setting: str) -> None:
         with_settings(RECIPE, [setting])
 
 
+def test_a_misspelt_setting_is_told_its_nearest_names_and_a_strange_one_all() -> None:
+    with pytest.raises(InputError, match="did you mean opacity_rate") as near:
+        with_settings(RECIPE, ["student.opacity_rat=1"])
+    assert "ssim_weight" not in str(near.value)
+    with pytest.raises(InputError, match="ssim_weight"):
+        with_settings(RECIPE, ["student.zzz=1"])
+
+
 @pytest.mark.parametrize(
     "setting",
     [

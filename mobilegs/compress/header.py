@@ -114,9 +114,12 @@ def parse(fields: dict[str, Any]) -> Header:
             that this program cannot do.
     """
     colors = fields.get("colors", "networks")
-    known_values = (("mode", MODES), ("blend", BLENDS), ("sh_degree", SH_DEGREES))
-    for name, known in (*known_values, ("colors", COLORS)):
-        value = colors if name == "colors" else _whole(fields.get(name))
+    for name, value, known in (
+        ("mode", fields.get("mode"), MODES),
+        ("blend", fields.get("blend"), BLENDS),
+        ("sh_degree", _whole(fields.get("sh_degree")), SH_DEGREES),
+        ("colors", colors, COLORS),
+    ):
         if type(value) is not type(known[0]) or value not in known:  # True == 1
             raise InputError(
                 f"the .mgs file has {name} {str(value)[:40]!r}, which this program "

@@ -57,8 +57,6 @@ export class LobeDecoder {
     const network = this.#network;
     const last = network.layers[network.layers.length - 1];
     const result = network.blocks[network.blocks.length - 1];
-    // moved as bits, which takes no conversions
-    const [from, to] = [result, lobes].map((floats) => new Int32Array(floats.buffer, floats.byteOffset, floats.length));
     const outputs = this.#outputs;
     const count = lobes.length / outputs;
     for (let start = 0; start < count; start += BLOCK) {
@@ -68,7 +66,7 @@ export class LobeDecoder {
       block.set(this.#latents, this.#width * BLOCK);
       network.apply(last, block, result, 1);
       for (let row = 0, at = start * outputs; row < rows; row++) {
-        for (let i = row; i < outputs * BLOCK; i += BLOCK) to[at++] = from[i];
+        for (let i = row; i < outputs * BLOCK; i += BLOCK) lobes[at++] = result[i];
       }
     }
   }
