@@ -241,7 +241,7 @@ def harmonics(header: dict, streams: dict, u: np.ndarray, latents: np.ndarray) -
     static, view = latents[:, :3], latents[:, 3:]
     rest = 3 * (header["sh_degree"] + 1) ** 2 - 3
     if header.get("colors", "networks") == "linear":
-        static2, view2 = matrices(streams["color-matrices"], (3, 3), (rest, 3))
+        static2, view2 = matrices(streams["color-matrices"], (3, 3), (rest, view.shape[1]))
         return np.concatenate([static @ static2.T, view @ view2.T], axis=1)
     shapes = ((64, 96), (13, 64), (64, 16), (3, 64), (64, 16), (rest, 64))
     weights = matrices(streams["appearance-decoder"], *shapes)

@@ -145,7 +145,7 @@ def _sentences(found: dict[str, Any]) -> dict[str, str]:
         if sorts
         else f"without sorting, by the weights of {found['weighting']['name']}: "
         "a viewer that sorts shows it wrong",
-        "colour": f"{colour}, made once of six numbers by "
+        "colour": f"{colour}, made once of {found['color_latents']} numbers by "
         f"{'two matrices' if found['colors'] == 'linear' else 'networks'}",
         "opacity": "the same from everywhere",
         "codes": CODINGS[found["mode"]],

@@ -10,6 +10,7 @@ from mobilegs.compress.appearance import (
     COLORS,
     SLOPE,
     AppearanceDecoder,
+    ColorShape,
     LinearDecoder,
     color_decoder,
     contract,
@@ -95,7 +96,7 @@ def test_gradients_reach_weights_and_latents_but_not_positions() -> None:
 
 @pytest.mark.parametrize("colors", COLORS)
 def test_a_linear_start_passes_the_latents_through(colors: str) -> None:
-    decoder = color_decoder(colors, 1, seeded())
+    decoder = color_decoder(ColorShape(colors), seeded())
     directions = torch.randn(9, 3, generator=seeded(1))
     decoder.start_linear(directions)
     positions, static, view = torch.randn(3, 50, 3, generator=seeded(2))
@@ -120,11 +121,14 @@ def test_two_matrices_make_harmonics_wherever_a_gaussian_is() -> None:
         assert matrix.grad is not None and matrix.grad.abs().max() > 0
 
 
-@pytest.mark.parametrize("degree", [0, 1])
-def test_matrices_are_fitted_at_once_by_principal_directions(degree: int) -> None:
+@pytest.mark.parametrize(("degree", "latents_of_view"), [(0, 3), (1, 3), (1, 7), (2, 9)])
+def test_matrices_are_fitted_at_once_by_principal_directions(
+    degree: int, latents_of_view: int
+) -> None:
     positions = torch.randn(500, 3, generator=seeded())
-    sh = smooth_harmonics(positions)[:, : (degree + 1) ** 2]
-    decoder, draws = color_decoder("linear", degree, seeded()), seeded()
+    sh = torch.randn(500, (degree + 1) ** 2, 3, generator=seeded(6))
+    shape = ColorShape(degree=degree, latents=3 + latents_of_view)
+    decoder, draws = color_decoder(shape, seeded()), seeded()
     latents = fit_appearance(decoder, positions, sh, generator=draws)
     found = decoder.decode(positions, *latents)
     assert torch.allclose(found[:, 0], sh[:, 0], atol=1e-6)
@@ -132,7 +136,7 @@ def test_matrices_are_fitted_at_once_by_principal_directions(degree: int) -> Non
     assert torch.equal(draws.get_state(), seeded().get_state())
     if degree:
         values = torch.linalg.svdvals(rest.double())
-        least = values[3:].square().sum()  # what no three directions can tell
+        least = values[latents_of_view:].square().sum()  # what so few directions cannot tell
         error = (found[:, 1:].flatten(1) - rest).double().square().sum()
         assert error == pytest.approx(least.item(), rel=1e-2)
 

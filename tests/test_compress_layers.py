@@ -44,7 +44,7 @@ def test_a_scene_in_layers_comes_back_and_is_the_same_scene(name: str) -> None:
         assert rows_of(found) == rows_of(whole)
         assert len(found.layers) == count and sum(found.layers) == len(whole)
         assert inspect(data)["layers"] == list(found.layers)
-        minor = 2 if whole.colors == "linear" else whole.weighting.alpha_min != ALPHA_MIN
+        minor = 2 if whole.color.colors == "linear" else whole.weighting.alpha_min != ALPHA_MIN
         assert inspect(data)["version"] == f"3.{int(minor)}"
 
 

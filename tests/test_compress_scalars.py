@@ -9,7 +9,7 @@ import torch
 from test_web_decoder import Case, make_scene
 from tiny import STUDENT, train
 
-from mobilegs.compress.appearance import COLORS, color_decoder
+from mobilegs.compress.appearance import COLORS, ColorShape, color_decoder
 from mobilegs.compress.codes import same
 from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
@@ -133,15 +133,19 @@ def test_slopes_lead_from_rare_codes_to_frequent_ones() -> None:
 
 
 @pytest.mark.parametrize("colors", COLORS)
-@pytest.mark.parametrize("degree", [0, 1, 3])
-def test_plain_appearance_latents_decode_to_the_same_colours(degree: int, colors: str) -> None:
+@pytest.mark.parametrize(("degree", "view_latents"), [(0, 3), (1, 3), (1, 8), (3, 3)])
+def test_plain_appearance_latents_decode_to_the_same_colours(
+    degree: int, view_latents: int, colors: str
+) -> None:
     g = seeded(3)
-    decoder = color_decoder(colors, degree, g)
+    most = 3 if colors == "networks" else view_latents
+    decoder = color_decoder(ColorShape(colors, degree, 3 + most), g)
     if colors == "linear":
-        decoder.start_linear(torch.randn(3 * (degree + 1) ** 2 - 3, 3, generator=g))
+        decoder.start_linear(torch.randn(3 * (degree + 1) ** 2 - 3, most, generator=g))
     places = torch.randn(3000, 3, generator=g)
-    mix = torch.randn(3, 3, generator=g)
-    static, view = (torch.randn(3000, 3, generator=g) @ mix for _ in range(2))
+    static, view = (
+        torch.randn(3000, n, generator=g) @ torch.randn(n, n, generator=g) for n in (3, most)
+    )
     before = decoder.decode(places, static, view)
     changed = decorrelate_appearance(decoder, places, static, view)
     after = decoder.decode(places, *changed)

@@ -75,7 +75,7 @@ def test_the_files_use_all_that_there_is() -> None:
     reports = [inspect(data) for data in FILES.values()]
     codecs = {row["codec"] for report in reports for row in report["streams"]}
     assert codecs == {"raw", "halves", "planes", "morton-class", "bits", "rans"}
-    assert {report["version"] for report in reports} == {"2.1", "2.2", "2.3", "3.0"}
+    assert {report["version"] for report in reports} == {"2.1", "2.2", "2.3", "2.4", "3.0"}
     assert {(report["mode"], report["blend"]) for report in reports} >= {
         *(("nvq", "sortfree"), ("sq", "sortfree"), ("sq", "sorted"))
     }

@@ -66,6 +66,7 @@ def test_a_misspelt_setting_is_told_its_nearest_names_and_a_strange_one_all() ->
         "student.votes.quantile=1.5",
         "student.votes.votes_per_interval=0",
         "student.presence.least=2",
+        "student.color_latents=5",
     ],
 )
 def test_what_a_setting_cannot_be_is_said_at_once(setting: str) -> None:
@@ -83,6 +84,9 @@ def test_settings_count_together() -> None:
         with_settings(RECIPE, ["student.target_mb=1"])
     twice = with_settings(RECIPE, ["student.votes.share=0.1", "student.votes.share=0.2"])
     assert twice.student.votes.share == 0.2
+    for coding, latents in (("sq", 12), ("nvq", 6)):  # 9 harmonics depend on the direction
+        many = with_settings(RECIPE, [f"student.coding={coding}", "student.color_latents=40"])
+        assert many.student.color.latents == latents
     with pytest.raises(InputError, match="in student, sigma must be above 0"):
         with_settings(RECIPE, ["student.weighting.sigma=0"])
 

@@ -16,7 +16,7 @@ from test_compress_container import camera, join, places, split
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from mobilegs.compress.appearance import color_decoder
+from mobilegs.compress.appearance import ColorShape, color_decoder
 from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import inspect, pack, unpack
@@ -54,6 +54,7 @@ class Case:
     layers: tuple[int, ...] = ()
     alpha_min: float = ALPHA_MIN
     colors: str = "networks"
+    color_latents: int = 6
 
 
 CASES = {
@@ -66,6 +67,9 @@ CASES = {
     "one hidden layer": Case(500, LobeShape(0, 2, (5,)), size=4096),
     "three hidden layers": Case(333, LobeShape(3, 32, (16, 1, 256)), opacity=False),
     "several lanes": Case(20_000, LobeShape(2, 12, (64,)), size=300, skewed=True),
+    "colours of all directions": Case(
+        300, LobeShape(1, 2), steps=ScalarSteps(), colors="linear", color_latents=12
+    ),
     "linear colours": Case(700, LobeShape(2, 12, (16,)), size=64, skewed=True, colors="linear"),
     "scalars": Case(9000, LobeShape(2, 12, (64,)), skewed=True, steps=ScalarSteps()),
     "scalars with lobes": Case(80, LobeShape(1, 2, (4,)), steps=ScalarSteps(), alpha_min=0.1),
@@ -100,7 +104,8 @@ def make_scene(case: Case, seed: int = 0) -> CodedScene:
     cuts: dict[Attribute, tuple[int, int]] = {n: (c.count, c.length) for n, c in CUTS.items()}
     if not case.opacity:
         del cuts["opacity"]
-    colors = color_decoder(case.colors, 1, g)
+    colors = color_decoder(ColorShape(case.colors, latents=case.color_latents), g)
+    cuts["appearance"] = (case.color_latents // 2, 2)
     if case.colors == "linear":
         for matrix in colors.parameters():
             matrix.data.copy_(torch.randn(matrix.shape, generator=g))

@@ -1,6 +1,7 @@
-"""Colour from six numbers per Gaussian: the matrices, or networks, that decode its harmonics."""
+"""Colour from a few numbers per Gaussian: the matrices, or networks, that decode its harmonics."""
 
 import math
+from typing import NamedTuple
 
 import torch
 from jaxtyping import Float
@@ -14,11 +15,28 @@ COLORS = ("linear", "networks")
 OCTAVES = 16
 ENCODED = 2 * 3 * OCTAVES
 CONTEXT = 13
-LATENTS = 3  # each of the static and the view latents
+LATENTS = 3  # each of the static and the view latents; of the latter matrices may have more
 HIDDEN = 64
 SLOPE = 0.01  # of the leaky ReLUs
 CHUNK = 65536
 LEARNING_RATE = 2e-3  # of the regression, falling to 0
+
+
+class ColorShape(NamedTuple):
+    """What colours are made of, and how."""
+
+    colors: str = "linear"
+    """One of `COLORS`."""
+    degree: int = 1
+    """Of the spherical harmonics, 0 to 3."""
+    latents: int = 2 * LATENTS
+    """Numbers of a Gaussian: three static ones, and behind them those of the view."""
+
+    @property
+    def latents_max(self) -> int:
+        """More would say nothing: there are no more harmonics. Networks take six."""
+        rest = 3 * (self.degree + 1) ** 2 - 3
+        return LATENTS + (max(LATENTS, rest) if self.colors == "linear" else LATENTS)
 
 
 def contract(positions: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3"]:
@@ -56,18 +74,18 @@ class LinearDecoder(nn.Module):
     with the matrices rounded to half precision, as they are stored.
     """
 
-    def __init__(self, degree: int = 1) -> None:
-        """`degree` is that of the harmonics, 0 to 3."""
+    def __init__(self, degree: int = 1, view: int = LATENTS) -> None:
+        """`degree` is that of the harmonics, 0 to 3; `view` counts the view latents."""
         super().__init__()
         self.degree = degree
         self.static2 = nn.Parameter(torch.eye(3, LATENTS))
-        self.view2 = nn.Parameter(torch.zeros(3 * (degree + 1) ** 2 - 3, LATENTS))
+        self.view2 = nn.Parameter(torch.zeros(3 * (degree + 1) ** 2 - 3, view))
 
     def forward(
         self,
         positions: Float[Tensor, "n 3"],
         static: Float[Tensor, "n 3"],
-        view: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
         """Spherical harmonics of the colour, which do not depend on the positions."""
         parts = linear(static, round_half(self.static2)), linear(view, round_half(self.view2))
@@ -78,19 +96,19 @@ class LinearDecoder(nn.Module):
         self,
         positions: Float[Tensor, "n 3"],
         static: Float[Tensor, "n 3"],
-        view: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
         """`forward` without gradients."""
         return self(positions, static, view)
 
     @torch.no_grad()
-    def start_linear(self, directions: Float[Tensor, "d 3"]) -> None:
+    def start_linear(self, directions: Float[Tensor, "d v"]) -> None:
         """Make the output `[static, directions @ view]`."""
         self.static2.copy_(torch.eye(3, LATENTS))
         self.view2.copy_(directions)
 
     @property
-    def of_latents(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
+    def of_latents(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ v"]]:
         """What static and view latents are multiplied by."""
         return self.static2, self.view2
 
@@ -188,9 +206,11 @@ class AppearanceDecoder(nn.Module):
 ColorDecoder = LinearDecoder | AppearanceDecoder
 
 
-def color_decoder(colors: str, degree: int, generator: torch.Generator) -> ColorDecoder:
-    """The decoder that a name of `COLORS` means; `generator` draws the weights of networks."""
-    return LinearDecoder(degree) if colors == "linear" else AppearanceDecoder(generator, degree)
+def color_decoder(shape: ColorShape, generator: torch.Generator) -> ColorDecoder:
+    """The decoder of a shape; `generator` draws the weights of networks."""
+    if shape.colors == "linear":
+        return LinearDecoder(shape.degree, shape.latents - LATENTS)
+    return AppearanceDecoder(generator, shape.degree)
 
 
 def fit_appearance(
@@ -201,11 +221,11 @@ def fit_appearance(
     generator: torch.Generator,
     steps: int = 400,
     batch: int = 4096,
-) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 3"]]:
+) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n v"]]:
     """Latents, and weights in `decoder`, that reproduce given harmonics as well as they can.
 
     The static latents are the degree-0 coefficients, the view latents the projection of the
-    others on their three principal directions (0 if there are none): distances between latents
+    others on their principal directions (0 if there are none): distances between latents
     are distances between colours, which is what k-means needs. The decoder starts as the best
     linear one. Networks are then regressed (Adam on random batches), so that position tells them
     some of what three numbers cannot. Moving the latents afterwards gained nothing on real scenes.
@@ -213,10 +233,11 @@ def fit_appearance(
     """
     target = sh.detach()
     rest = target[:, 1:].flatten(1)  # [n, 9] for degree 1
-    directions = torch.zeros(rest.shape[1], LATENTS, dtype=torch.float64)
+    count = decoder.of_latents[1].shape[1]
+    directions = torch.zeros(rest.shape[1], count, dtype=torch.float64)
     if rest.shape[1]:
         gram = (rest.T.double() @ rest.double()).cpu()
-        directions = torch.linalg.eigh(gram).eigenvectors[:, -LATENTS:].flip(1)
+        directions = torch.linalg.eigh(gram).eigenvectors[:, -count:].flip(1)
         directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
     decoder.start_linear(directions.float())
     static, view = target[:, 0], rest @ directions.to(rest)

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from mobilegs.camera import NEAR, Camera
 from mobilegs.compress import native
-from mobilegs.compress.appearance import LATENTS, color_decoder
+from mobilegs.compress.appearance import LATENTS, ColorShape, color_decoder
 from mobilegs.compress.codebooks import (
     CUTS,
     SIZE_MAX,
@@ -114,14 +114,13 @@ class CodedScene:
         return cuts
 
     @property
-    def sh_degree(self) -> int:
-        """Degree of the colour's harmonics, as the decoder's weights have it."""
-        return math.isqrt(len(self.decoder["view2"]) // 3 + 1) - 1
-
-    @property
-    def colors(self) -> str:
-        """What decodes colours, one of `COLORS`, as the decoder's weights have it."""
-        return "networks" if "context1" in self.decoder else "linear"
+    def color(self) -> ColorShape:
+        """What colours are made of, as the decoder's weights have it."""
+        view = self.decoder["view2"]
+        degree = math.isqrt(len(view) // 3 + 1) - 1
+        if "context1" in self.decoder:
+            return ColorShape("networks", degree)
+        return ColorShape("linear", degree, LATENTS + view.shape[1])
 
     def sorted(self) -> "CodedScene":
         """The same scene in the order of the file: in each layer by Morton code, then as before."""
@@ -162,9 +161,9 @@ class CodedScene:
         """The scene that these codes mean; the networks that make its colours run once, here."""
         positions = self.positions.to(device)
         values = self.values(device)
-        decoder = color_decoder(self.colors, self.sh_degree, torch.Generator()).to(device)
+        decoder = color_decoder(self.color, torch.Generator()).to(device)
         decoder.load_state_dict({name: value.float() for name, value in self.decoder.items()})
-        static, view = values["appearance"].split(LATENTS, dim=1)
+        static, view = values["appearance"].tensor_split([LATENTS], dim=1)
         empty = torch.zeros(len(self), 1, device=device)
         gaussians = Gaussians(
             means=self.frame.world(positions),
@@ -234,9 +233,11 @@ class CodedScene:
             raise InputError("the scene has lobes and a view network: one of them must go")
         if self.blend == "sorted" and (shape is not None or self.network is not None):
             raise InputError("the scene is blended sorted, but has lobes or a view network")
-        if "view2" not in self.decoder or self.sh_degree not in SH_DEGREES:
+        if "view2" not in self.decoder or self.color.degree not in SH_DEGREES:
             raise InputError("the colour decoder does not make harmonics of degree 0 to 3")
-        shapes = decoder_shapes(self.sh_degree, self.colors)
+        if not 2 * LATENTS <= self.color.latents <= self.color.latents_max:
+            raise InputError(f"colours cannot have {self.color.latents} latents")
+        shapes = decoder_shapes(self.color)
         _check_weights("colour decoder", self.decoder, shapes)
         _check_weights("lobe decoder", self.lobe_decoder, lobe_shapes(shape))
         if self.network is not None:
@@ -267,8 +268,9 @@ class CodedScene:
         step, rows = self.steps.get(name), self.indices.get(name)
         if step is None or rows is None:
             raise InputError(f"the scene has no {name} codes")
-        latents = 0 if self.lobe_shape is None else self.lobe_shape.latents
-        if rows.shape != (len(self), COLUMNS.get(name, latents)):
+        latents = {"appearance": self.color.latents}
+        latents["lobes"] = 0 if self.lobe_shape is None else self.lobe_shape.latents
+        if rows.shape != (len(self), (COLUMNS | latents)[name]):
             raise InputError(f"the {name} codes have the shape {tuple(rows.shape)}")
         if not STEP_MIN <= step <= STEP_MAX:
             raise InputError(f"the step {step} of the {name} codes is out of range")
@@ -315,9 +317,9 @@ def check_meta(meta: dict[Any, Any]) -> None:
 
 
 @cache
-def decoder_shapes(sh_degree: int, colors: str) -> dict[str, torch.Size]:
+def decoder_shapes(shape: ColorShape) -> dict[str, torch.Size]:
     """Shapes of the colour decoder's weights by name, in the file's order."""
-    decoder = color_decoder(colors, sh_degree, torch.Generator())
+    decoder = color_decoder(shape, torch.Generator())
     return {name: value.shape for name, value in decoder.named_parameters()}
 
 

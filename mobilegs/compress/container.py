@@ -45,8 +45,8 @@ def pack(coded: CodedScene) -> bytes:
     if coded.lobe_shape is not None:
         shapes = lobe_shapes(coded.lobe_shape)
         streams.append(_pack_halves("lobe-decoder", coded.lobe_decoder, shapes))
-    shapes = decoder_shapes(coded.sh_degree, coded.colors)
-    streams.append(_pack_halves(DECODERS[coded.colors], coded.decoder, shapes))
+    shapes = decoder_shapes(coded.color)
+    streams.append(_pack_halves(DECODERS[coded.color.colors], coded.decoder, shapes))
     if coded.codebooks:
         streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
     scalars = scalars_of(coded)
@@ -131,9 +131,7 @@ def unpack(data: bytes) -> CodedScene:
         indices={name: _joined([codes[name] for codes in indices]) for name in indices[0]},
         layers=header.layers,
         codebooks={name: books[name] for name in header.cuts},
-        decoder=_unpack_halves(
-            stream(DECODERS[header.colors]), decoder_shapes(header.sh_degree, header.colors)
-        ),
+        decoder=_unpack_halves(stream(DECODERS[header.color.colors]), decoder_shapes(header.color)),
         lobe_shape=header.lobes,
         lobe_decoder={}
         if header.lobes is None
@@ -183,8 +181,9 @@ def inspect(data: bytes) -> dict[str, Any]:
     return {
         "version": "{}.{}".format(*VERSION.unpack_from(data, 8)),
         "blend": header.blend,
-        "sh_degree": header.sh_degree,
-        "colors": header.colors,
+        "sh_degree": header.color.degree,
+        "colors": header.color.colors,
+        "color_latents": header.color.latents,
         "file_bytes": len(data),
         "gaussians": header.count,
         "bytes_per_gaussian": len(data) / header.count,
@@ -280,10 +279,7 @@ def _raw_bytes(header: Header, count: int) -> dict[str, int]:
     raw = {
         "view-network": halves(network_shapes().values()),
         "lobe-decoder": halves(lobe_shapes(header.lobes).values()),
-        **{
-            name: halves(decoder_shapes(header.sh_degree, colors).values())
-            for colors, name in DECODERS.items()
-        },
+        DECODERS[header.color.colors]: halves(decoder_shapes(header.color).values()),
         "positions": 6 * count,
     }
     if header.cuts:

@@ -7,11 +7,12 @@ import zlib
 from dataclasses import dataclass
 from typing import Any
 
+from mobilegs.compress.appearance import LATENTS
 from mobilegs.errors import InputError
 
 MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: shows what a text-mode transfer does to it
 MAJORS = (2, 3)
-MINOR = {2: 1, 3: 0}  # that a writer gives; `alpha_min` takes one more, `colors` two
+MINOR = {2: 1, 3: 0}  # that a writer gives; what `_later` says comes on top
 PREFIX = struct.Struct("<8sHHII")  # magic, major, minor, bytes of header, CRC-32
 VERSION = struct.Struct("<HH")  # at byte 8
 HEADER_MAX = 1 << 20
@@ -64,11 +65,19 @@ def seal(header: dict[str, Any], streams: list[Stream], *, major: int = 2) -> by
     text += b" " * (-(PREFIX.size + len(text)) % 8)
     if len(text) > HEADER_MAX:
         raise InputError(f"the header would take {len(text)} bytes: shorten the scene's notes")
-    minor = MINOR[major] + (2 if "colors" in header else "alpha_min" in header["weighting"])
+    minor = MINOR[major] + _later(header)
     head = PREFIX.pack(MAGIC, major, minor, len(text), 0)
     head = PREFIX.pack(MAGIC, major, minor, len(text), _checksum(head, text))
     padded = (bytes(stream.data) + bytes(-len(stream.data) % 8) for stream in streams)
     return b"".join([head, text, *padded])
+
+
+def _later(header: dict[str, Any]) -> int:
+    """How many versions later than the first ones a reader must be."""
+    if "colors" not in header:
+        return int("alpha_min" in header["weighting"])
+    columns = header["scalars"]["appearance"]["least"] if "scalars" in header else ()
+    return 3 if len(columns) > 2 * LATENTS else 2
 
 
 def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:

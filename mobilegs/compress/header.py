@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.compress.appearance import COLORS
+from mobilegs.compress.appearance import COLORS, ColorShape
 from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.codes import (
     COUNT_MAX,
@@ -53,8 +53,7 @@ class Header:
     frame: Frame
     lobes: LobeShape | None
     network: bool
-    sh_degree: int
-    colors: str
+    color: ColorShape
     blend: str
     weighting: Weighting
     background: Tensor
@@ -69,7 +68,7 @@ def describe(coded: CodedScene) -> dict[str, Any]:
         "background": _listed(coded.background),
         "blend": coded.blend,
         # earlier versions knew networks alone, and did not name them
-        **({"colors": coded.colors} if coded.colors != "networks" else {}),
+        **({"colors": coded.color.colors} if coded.color.colors != "networks" else {}),
         **_describe_codes(coded),
         "count": len(coded),
         **({"layers": list(coded.layers)} if coded.layers else {}),
@@ -85,7 +84,7 @@ def describe(coded: CodedScene) -> dict[str, Any]:
             "exponent": coded.frame.exponent,
             "radius": _listed(torch.tensor([coded.frame.radius]))[0],
         },
-        "sh_degree": coded.sh_degree,
+        "sh_degree": coded.color.degree,
         "views": [
             {
                 "K": _listed(view.K),
@@ -133,11 +132,12 @@ def parse(fields: dict[str, Any]) -> Header:
     meta = _object(fields, "meta")
     check_meta(meta)
     lobes, network = _parse_lobes(fields), _field(fields, "network", bool)
+    color = ColorShape(colors, _integer(fields, "sh_degree", min(SH_DEGREES), max(SH_DEGREES)))
     cuts: dict[Attribute, Cut] = {}
     sizes: dict[Attribute, int] = {}
     scalars: dict[Attribute, Scalar] = {}
     if fields["mode"] == "sq":
-        scalars = _parse_scalars(_object(fields, "scalars"), lobes)
+        color, scalars = _parse_scalars(_object(fields, "scalars"), color, lobes)
     else:
         books = _object(fields, "codebooks")
         cuts = _parse_cuts(books, lobes)
@@ -158,8 +158,7 @@ def parse(fields: dict[str, Any]) -> Header:
         ),
         lobes=lobes,
         network=network,
-        sh_degree=_integer(fields, "sh_degree", min(SH_DEGREES), max(SH_DEGREES)),
-        colors=colors,
+        color=color,
         blend=fields["blend"],
         weighting=_parse_weighting(_object(fields, "weighting")),
         background=_floats(fields, "background", 3),
@@ -222,15 +221,22 @@ def _describe_codes(coded: CodedScene) -> dict[str, Any]:
     }
 
 
-def _parse_scalars(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribute, Scalar]:
+def _parse_scalars(
+    fields: dict[str, Any], color: ColorShape, lobes: LobeShape | None
+) -> tuple[ColorShape, dict[Attribute, Scalar]]:
+    """What scalars there are, and the colour with as many latents as it has of them."""
     latents = 0 if lobes is None else lobes.latents
+    of_color = len(_field(_object(fields, "appearance"), "least", list))
+    if not color.latents <= of_color <= color.latents_max:
+        raise _broken("scalars.appearance")
+    counts = COLUMNS | {"appearance": of_color, "lobes": latents}
     found: dict[Attribute, Scalar] = {}
     for name in (*COLUMNS, "lobes"):
         if name == "opacity" and name not in fields and lobes is not None:
             continue
         if name == "lobes" and not latents:
             continue
-        part, count = _object(fields, name), COLUMNS.get(name, latents)
+        part, count = _object(fields, name), counts[name]
         lists = [_field(part, key, list) for key in Column._fields]
         if any(len(values) != count for values in lists):
             raise _broken(f"scalars.{name}")
@@ -250,7 +256,7 @@ def _parse_scalars(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attr
         found[name] = Scalar(step, tuple(columns))
     if "lobes" in fields and not latents:
         raise _broken("scalars.lobes")
-    return found
+    return color._replace(latents=of_color), found
 
 
 def _parse_lobes(fields: dict[str, Any]) -> LobeShape | None:

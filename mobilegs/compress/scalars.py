@@ -10,8 +10,8 @@ from torch import Tensor, nn
 from mobilegs.compress.codebooks import SIZE_MAX, Attribute
 from mobilegs.errors import InputError
 
-# columns of each attribute; the lobes' are as many as their decoder takes latents
-COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 6, "opacity": 1}
+# columns of each attribute; colours and lobes have as many as their decoders take latents
+COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 0, "opacity": 1}
 WEIGHT_DIGITS = 6  # of the networks' matrices
 CODE_MAX = 1 << 14  # of either sign
 REACH = SIZE_MAX // 2 - 1  # of what is coded: so a column always has few enough codes

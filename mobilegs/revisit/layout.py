@@ -23,12 +23,15 @@ class Layout:
     Attributes:
         center: what most of the scene is around, `[3]`, world units.
         radius: distance from it within which half of what can be seen lies, world units.
+        detail: standard deviation of the usual Gaussian, world units: of its two larger ones the
+            geometric mean, and of those the median by opacity.
         up: unit vector, `[3]`.
         weights: how much each Gaussian can be seen, opacity times area; 0 for what is not finite.
     """
 
     center: Float[Tensor, "3"]
     radius: float
+    detail: float
     up: Float[Tensor, "3"]
     weights: Float[Tensor, "n"]
 
@@ -67,7 +70,11 @@ def layout_of(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> 
         radius = float(two[fine].median())
     if up is None:
         up = _vertical(means - center, near)
-    return Layout(center, radius, torch.nn.functional.normalize(up.to(center), dim=0), weights)
+    seen = torch.where(fine, gaussians.opacities, 0.0)
+    detail = float(_median(two.prod(1).sqrt().nan_to_num(0), seen))
+    return Layout(
+        center, radius, detail, torch.nn.functional.normalize(up.to(center), dim=0), weights
+    )
 
 
 def _median(values: Float[Tensor, "n"], weights: Float[Tensor, "n"]) -> Float[Tensor, ""]:

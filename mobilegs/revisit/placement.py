@@ -15,6 +15,10 @@ from mobilegs.revisit.layout import Layout
 
 FIELD_OF_VIEW = 60  # degrees, across
 RADII = (0.6, 6.0)  # distances from the middle, in radii of the scene
+# of a picture's width: where the usual Gaussian is as wide (standard deviation), detail ends, and
+# nearer to the middle nobody stands, unless that is more than so many radii away
+DETAIL = 1 / 500
+DETAIL_RADII = 2.0
 RADII_WITHIN = (0.2, 1.5)  # the same where the scene is all around
 ELEVATIONS = (-4.0, 62.0)  # degrees above the horizon
 TRIAL = 64  # pixels across, of the picture that tells whether a place is good
@@ -47,7 +51,8 @@ def place_cameras(
 ) -> list[Camera]:
     """Cameras around the middle of a scene, which look at its middle or at any part of it.
 
-    Places are drawn at random, as much near as far, from about the horizon upwards. One is taken
+    Places are drawn at random, as much near as far, from about the horizon upwards, and from the
+    distance on at which the scene is not yet a blur. One is taken
     if a small picture from there shows enough of the scene, nothing close in the way, and what it
     looks at not hidden: that keeps cameras out of things. Where most places near the middle have
     the scene all around, it was seen from within, and cameras stay within.
@@ -71,11 +76,17 @@ def place_cameras(
         flat = math.cos(math.tau * turn) * side + math.sin(math.tau * turn) * ahead
         return layout.center.cpu() + distance * (math.sqrt(1 - sine * sine) * flat + sine * up)
 
+    nearest = min(
+        max(RADII[0], focal / width / DETAIL * layout.detail / layout.radius), DETAIL_RADII
+    )
     around = [_around(scene, somewhere(0.2, 1.0), layout) for _ in range(WITHIN)]
     inside = sorted(around)[WITHIN // 2] > ENCLOSED
     found: list[Camera] = []
     for _ in range(TRIES * count):
-        eye, target = somewhere(*(RADII_WITHIN if inside else RADII)), layout.center.cpu()
+        eye, target = (
+            somewhere(*(RADII_WITHIN if inside else (nearest, RADII[1]))),
+            layout.center.cpu(),
+        )
         if float(torch.rand(1, generator=generator)) < ANYWHERE:
             target = means[int(torch.multinomial(worth, 1, generator=generator))]
         if (target - eye).norm() < 0.25 * layout.radius:

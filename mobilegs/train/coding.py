@@ -147,7 +147,7 @@ def decorrelated(
     These have fewer digits from then on. `positions` are the normalised ones.
     """
     found = dict(values)
-    static, of_view = values["appearance"].split(LATENTS, dim=1)
+    static, of_view = values["appearance"].tensor_split([LATENTS], dim=1)
     if "lobes" in values:
         assert lobe_decoder is not None
         none = values["scale"].new_zeros(len(static))

@@ -21,8 +21,8 @@ def decorrelate_appearance(
     decoder: ColorDecoder,
     positions: Float[Tensor, "n 3"],
     static: Float[Tensor, "n 3"],
-    view: Float[Tensor, "n 3"],
-) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 3"]]:
+    view: Float[Tensor, "n v"],
+) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n v"]]:
     """Static and view latents after a linear change each, which the decoder's weights undo."""
     found = []
     for latents, columns in zip((static, view), decoder.of_latents, strict=True):

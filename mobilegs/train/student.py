@@ -53,7 +53,10 @@ class Student:
         self.steps = config.steps
         self.views_per_step = config.views_per_step
         self.done = 0
-        self.extent = extent
+        sizes = teacher.gaussians.scales.topk(2, dim=1).values.prod(1).sqrt()
+        self.position_rate = min(
+            config.position_rate * extent, config.position_share * float(sizes.median())
+        )
         self.near = teacher.near
         self.background = teacher.background
         self.generator = torch.Generator().manual_seed(seed)
@@ -75,8 +78,7 @@ class Student:
             self.generator,
             blend=config.blend,
             weighting=weighting,
-            sh_degree=config.sh_degree,
-            colors=config.colors,
+            color=config.color,
             rounded=config.positions_rounded,
             steps=config.scalars if config.coding == "sq" else None,
             canonical=config.canonical,
@@ -285,7 +287,7 @@ class Student:
         elif config.view.kind == "decoded":  # a lobe's constant counts only C0 = 0.28 in a picture
             lobe_decoder = 2 * config.network_rate
         rates = {
-            "means": config.position_rate * self.extent,
+            "means": self.position_rate,
             "quats": config.quat_rate,
             "log_scales": config.scale_rate,
             "logit_opacities": config.opacity_rate,

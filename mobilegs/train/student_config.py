@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field, fields
 
-from mobilegs.compress.appearance import COLORS
+from mobilegs.compress.appearance import COLORS, ColorShape
 from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.codes import LAYERS_MAX
 from mobilegs.compress.scalars import ScalarSteps
@@ -46,8 +46,12 @@ class StudentConfig:
     sh_degree: int = 1
     """Degree of the colour's spherical harmonics, 0 to 3."""
     colors: str = "linear"
-    """What makes harmonics of six latents: `linear`, two matrices, or the paper's `networks`, which
+    """What makes harmonics of latents: `linear`, two matrices, or the paper's `networks`, which
     know where a Gaussian is."""
+    color_latents: int = 6
+    """Latents of a colour with colors=linear and coding=sq, as far as there are harmonics that they
+    tell apart: three of its constant part, the others of what depends on the direction. All others
+    have the paper's six."""
     view: ViewDependence = field(default_factory=ViewDependence)
     """Where opacity and weight come from, seen from a direction."""
     start_opacity: float = 0.0
@@ -73,6 +77,9 @@ class StudentConfig:
     """How far rounding may move Gaussians in the training pictures: pixels, root mean square."""
     position_rate: float = 1.6e-6
     """Rate of the centres, in extents of the scene."""
+    position_share: float = 0.05
+    """Its limit, in sizes of the teacher's median Gaussian (geometric means of the two larger
+    scales): where cameras stand far off, an extent says little about what is fine."""
     quat_rate: float = 1e-3
     """Rate of the quaternions."""
     scale_rate: float = 5e-3
@@ -172,15 +179,31 @@ class StudentConfig:
         if self.presence.weight and self.blend != "sorted":
             raise InputError("masks (presence.weight) are for sorted blending: set blend=sorted")
         rates = [field.name for field in fields(self) if field.name.endswith("_rate")]
-        numbers = ("distill_weight", "depth_weight", "position_error", "free_share", "cache_mib")
+        numbers = (
+            "distill_weight",
+            "depth_weight",
+            "position_error",
+            "position_share",
+            "free_share",
+        )
         check(
             self,
             **dict.fromkeys((*rates, *numbers, "bit_price", "regression_steps"), NOT_NEGATIVE),
+            cache_mib=NOT_NEGATIVE,
             **dict.fromkeys(("steps", "views_per_step", "reassign_every"), COUNT),
             **dict.fromkeys(("ssim_weight", "decay_from"), FRACTION),
             layers=Range(high=float(LAYERS_MAX)),
             sh_degree=DEGREE,
+            color_latents=Range(low=float(ColorShape().latents)),
             start_opacity=Range(high=1.0, below=True),
         )
         check(self, final_rate=SHARE)  # a rate of the rates, which must leave something
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
+
+    @property
+    def color(self) -> ColorShape:
+        """What colours are made of."""
+        shape = ColorShape(self.colors, self.sh_degree)
+        if self.coding != "sq":
+            return shape
+        return shape._replace(latents=min(self.color_latents, shape.latents_max))

@@ -11,7 +11,7 @@ from torch.func import functional_call
 from torch.nn.functional import normalize, pad
 
 from mobilegs.camera import Camera
-from mobilegs.compress.appearance import ColorDecoder, color_decoder, fit_appearance
+from mobilegs.compress.appearance import ColorDecoder, ColorShape, color_decoder, fit_appearance
 from mobilegs.compress.codebooks import (
     Attribute,
     CodebookSizes,
@@ -70,13 +70,12 @@ class StudentModel:
         *,
         blend: str = "sortfree",
         weighting: Weighting = Weighting(),  # noqa: B008 - frozen
-        sh_degree: int = 1,
-        colors: str = "linear",
+        color: ColorShape = ColorShape(),  # noqa: B008 - a tuple
         rounded: bool = True,
         steps: ScalarSteps | None = None,
         canonical: bool = False,
     ) -> None:
-        """Start as the teacher cut to harmonics of `sh_degree`, its opacities as the base.
+        """Start as the teacher cut to the harmonics of `color`, its opacities as the base.
 
         Of `sort_free_gs` the weighting's sigma, and its background weight if that is not 0, are
         only where learning begins. Without `rounded`, training draws and decodes positions as they
@@ -84,7 +83,7 @@ class StudentModel:
         into codebooks; with `canonical`, too, Gaussians are turned as little as possible.
         """
         device = teacher.means.device
-        coefficients = (sh_degree + 1) ** 2
+        coefficients = (color.degree + 1) ** 2
         sh = torch.zeros(len(teacher), coefficients, 3, device=device)
         kept = min(coefficients, teacher.sh.shape[1])
         sh[:, :kept] = teacher.sh[:, :kept]
@@ -101,8 +100,7 @@ class StudentModel:
         }
         self.phase: Phase = "explicit"
         self.view = view
-        self.sh_degree = sh_degree
-        self.colors = colors
+        self.color = color
         self.rounded = rounded
         self.steps = steps
         self.blend = blend
@@ -243,7 +241,7 @@ class StudentModel:
         assert self.phase == "explicit"
         means, self.frame = self.rows.tensors["means"].detach(), frame
         sh = torch.cat([self.rows.drop("sh0"), self.rows.drop("sh_rest")], dim=1)
-        self.decoder = color_decoder(self.colors, self.sh_degree, generator).to(means.device)
+        self.decoder = color_decoder(self.color, generator).to(means.device)
         static, view = fit_appearance(
             self.decoder,
             self.frame.normalised(self.frame.store(means)),
@@ -378,7 +376,7 @@ class StudentModel:
             self._share("lobe_decoder", self.lobe_decoder)
         if state["frame"] is not None:
             self.frame = Frame(**state["frame"])
-            self.decoder = color_decoder(self.colors, self.sh_degree, torch.Generator())
+            self.decoder = color_decoder(self.color, torch.Generator())
             self.decoder.to(device)
             self._share("decoder", self.decoder)
         for name in state["indices"]:

@@ -42,6 +42,9 @@ FILES = {
     "sq_sorted": Case(70, steps=ScalarSteps()),
     "nvq_linear_colors": Case(60, LobeShape(2, 4, (5,)), size=16, colors="linear"),
     "sq_linear_colors": Case(90, LobeShape(1, 2), steps=ScalarSteps(), colors="linear"),
+    "sq_color_latents": Case(
+        64, LobeShape(1, 2), steps=ScalarSteps(), colors="linear", color_latents=8
+    ),
     "nvq_weights": Case(20, LobeShape(2, 6, (64,)), size=8),  # as trained ones: nothing repeats
 }
 

@@ -71,6 +71,12 @@ def mgs_seeds() -> dict[str, Seed]:
             {"color-matrices": "planes"},
             3,
         ),
+        (
+            "more latents of colours",
+            _made(Case(11, steps=sq, colors="linear", color_latents=10)),
+            {"color-matrices": "halves"},
+            3,
+        ),
         ("one place", _made(Case(30, LobeShape(3, 4), skewed=True, spread=0.0)), {}, 1),
         ("scalars", scalars, {"scale.1": "rans", "lobe-decoder": "raw"}, 3),
         (

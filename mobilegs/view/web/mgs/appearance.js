@@ -22,10 +22,11 @@ export class LinearDecoder {
 
   /** @param {Weights} weights */
   constructor({ static2, view2 }) {
-    const rows = (/** @type {Float32Array} */ { length }) => Array.from({ length: length / 3 }, (_, i) => 3 * i);
-    this.#rows = [static2, view2].flatMap((matrix, of) =>
-      rows(matrix).map((i) => ({ of: 3 * of, weights: matrix.subarray(i, i + 3) })),
-    );
+    const row = (/** @type {number} */ first, /** @type {Float32Array} */ weights) => ({ first, weights });
+    this.#rows = [
+      ...split(static2, 3).map((weights) => row(0, weights)),
+      ...split(view2, 9).map((weights) => row(3, weights)),
+    ];
   }
 
   /**
@@ -37,14 +38,26 @@ export class LinearDecoder {
    */
   decode(positions, codes, sh) {
     const count = positions.length / 3;
-    if (this.#latents.length < LATENTS * count) this.#latents = new Float32Array(LATENTS * count);
+    const size = codes.length * codes.books.length * count;
+    if (this.#latents.length < size) this.#latents = new Float32Array(size);
     const latents = this.#latents;
     lookUp(codes, latents, 1, count);
-    for (const [row, { of, weights: [a, b, c] }] of this.#rows.entries()) {
-      const [x, y, z] = [of, of + 1, of + 2].map((i) => latents.subarray(i * count, (i + 1) * count));
+    for (const [row, { first, weights }] of this.#rows.entries()) {
+      const [x, y, z] = [first, first + 1, first + 2].map((i) => latents.subarray(i * count, (i + 1) * count));
+      const [a, b, c, ...more] = weights;
       for (let i = 0, at = row; i < count; i++, at += 12) sh[at] = a * x[i] + b * y[i] + c * z[i];
+      for (const [k, d] of more.entries()) {
+        const from = (first + 3 + k) * count;
+        for (let i = 0, at = row; i < count; i++, at += 12) sh[at] += d * latents[from + i];
+      }
     }
   }
+}
+
+/** So many rows. @param {Float32Array} matrix @param {number} rows */
+function split(matrix, rows) {
+  const columns = matrix.length / rows;
+  return Array.from({ length: rows }, (_, i) => matrix.subarray(i * columns, (i + 1) * columns));
 }
 
 /** Evaluates the networks of a file's colours, 9792 products per Gaussian. */

@@ -5,7 +5,7 @@ import { SceneError } from "./error.js";
 import { decodeHalves } from "./halves.js";
 import { decodePositions } from "./positions.js";
 import { decodeFiner } from "./rotations.js";
-import { COLORS, NETWORK, lobeShapes, splitWeights, weightNumbers } from "./weights.js";
+import { NETWORK, colorShapes, lobeShapes, splitWeights, weightNumbers } from "./weights.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
 /** @typedef {import("./envelope.js").Row} Row */
@@ -98,12 +98,12 @@ export class Decoder {
   constructor(header, table) {
     this.#header = header;
     this.#table = table;
-    const { network, lobes, colors, cuts, scalars, layers } = header;
+    const { network, lobes, cuts, scalars, layers } = header;
     if (network) this.#planWeights("view-network", NETWORK, (found) => (this.network = found));
     if (lobes) {
       this.#planWeights("lobe-decoder", lobeShapes(lobes), (found) => (this.#lobes = found));
     }
-    this.#planWeights(...COLORS[colors], (found) => (this.#appearance = found));
+    this.#planWeights(...colorShapes(header), (found) => (this.#appearance = found));
     if (scalars.size) this.#books = scalarBooks(scalars);
     else {
       this.#plan("codebooks", FLOATS, [], (stream) => {

@@ -31,7 +31,7 @@ import { SceneError } from "./error.js";
  * @property {Map<Attribute, Cut>} cuts in the file's order; none if there are scalars
  * @property {Map<Attribute, Scalar>} scalars in the file's order; none if there are cuts
  * @property {Frame} frame
- * @property {string} colors one of `COLORS` in weights.js
+ * @property {string} colors `linear` or `networks`
  * @property {boolean} sorted whether Gaussians lie over one another, far ones first
  * @property {LobeShape | null} lobes
  * @property {boolean} network
@@ -69,11 +69,13 @@ const CUTS = [
   ["appearance", 3, 2],
   ["opacity", 1, 1],
 ];
-/** @type {[Attribute, number][]} */
+// latents of a colour: as many as the paper's, and as there are harmonics
+const COLOR_LATENTS = [6, 12];
+/** @type {[Attribute, number][]} those of colours may be more, and lobes have as many as latents */
 const COLUMNS = [
   ["scale", 3],
   ["rotation", 3],
-  ["appearance", 6],
+  ["appearance", COLOR_LATENTS[0]],
   ["opacity", 1],
 ];
 
@@ -115,7 +117,7 @@ export function parseHeader(fields, bytes) {
     count,
     layers: parseLayers(fields, count),
     cuts: plain ? new Map() : parseCuts(object(fields, "codebooks"), lobes),
-    scalars: plain ? parseScalars(object(fields, "scalars"), lobes) : new Map(),
+    scalars: plain ? parseScalars(object(fields, "scalars"), lobes, colors === "linear") : new Map(),
     frame: parseFrame(object(fields, "positions")),
     colors: /** @type {string} */ (colors),
     sorted,
@@ -203,9 +205,10 @@ function parseCuts(books, lobes) {
 /**
  * @param {Fields} scalars
  * @param {LobeShape | null} lobes
+ * @param {boolean} linear colours
  * @returns {Map<Attribute, Scalar>}
  */
-function parseScalars(scalars, lobes) {
+function parseScalars(scalars, lobes, linear) {
   /** @type {Map<Attribute, Scalar>} */
   const found = new Map();
   const latents = lobes?.latents ?? 0;
@@ -215,7 +218,11 @@ function parseScalars(scalars, lobes) {
     if (spare || count === 0) continue;
     const part = object(scalars, name);
     const [leasts, sizes, middles] = ["least", "size", "middle"].map((key) => list(part, key));
-    if ([leasts, sizes, middles].some((values) => values.length !== count)) throw broken(`scalars.${name}`);
+    const [fewest, most] = name === "appearance" && linear ? COLOR_LATENTS : [count, count];
+    const many = leasts.length;
+    if (many < fewest || many > most || sizes.length !== many || middles.length !== many) {
+      throw broken(`scalars.${name}`);
+    }
     const columns = leasts.map((_, i) => {
       const own = { least: leasts[i], size: sizes[i], middle: middles[i] };
       const least = integer(own, "least", -CODE_MAX, CODE_MAX);

@@ -1,21 +1,31 @@
 /** The matrices of the small networks, in the order of their streams. docs/format.md, 7 and 8. */
 
+/** @typedef {import("./header.js").Header} Header */
 /** @typedef {import("./header.js").LobeShape} LobeShape */
 /** @typedef {[name: string, rows: number, columns: number]} Shape of a matrix, row by row */
 /** @typedef {Record<string, Float32Array>} Weights */
 
-/** By what a header says of colours: the stream, and its matrices. @type {Record<string, [string, Shape[]]>} */
-export const COLORS = {
-  linear: ["color-matrices", [["static2", 3, 3], ["view2", 9, 3]]],
-  networks: ["appearance-decoder", [
-    ["context1", 64, 96],
-    ["context2", 13, 64],
-    ["static1", 64, 16],
-    ["static2", 3, 64],
-    ["view1", 64, 16],
-    ["view2", 9, 64],
-  ]],
-};
+/** @type {Shape[]} */
+const COLOR_NETWORKS = [
+  ["context1", 64, 96],
+  ["context2", 13, 64],
+  ["static1", 64, 16],
+  ["static2", 3, 64],
+  ["view1", 64, 16],
+  ["view2", 9, 64],
+];
+
+/**
+ * What makes colours, by what a header says of them: the stream, and its matrices.
+ *
+ * @param {Header} header
+ * @returns {[string, Shape[]]}
+ */
+export function colorShapes({ colors, scalars }) {
+  if (colors === "networks") return ["appearance-decoder", COLOR_NETWORKS];
+  const latents = scalars.get("appearance")?.columns.length ?? 6;
+  return ["color-matrices", [["static2", 3, 3], ["view2", 9, latents - 3]]];
+}
 
 /** @type {Shape[]} */
 export const NETWORK = [
