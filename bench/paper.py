@@ -20,6 +20,7 @@ import argparse
 import json
 import os
 import platform
+import signal
 import statistics
 import sys
 import time
@@ -351,6 +352,7 @@ def main() -> None:
     parser.add_argument("--list", action="store_true", help="say which scenes and rows there are")
     options = parser.parse_args()
     if options.list:
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` ends it without a word
         for name, place in PLACES.items():
             print(f"{place.group:<11} {name:<12} {place.folders[0]}")
         for name, row in ROWS.items():

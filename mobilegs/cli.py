@@ -207,6 +207,7 @@ def export(
     to: Literal["html", "site", "ply", "spz", "sog", "glb"],
     output: Annotated[Path, arg(aliases=["-o"], metavar="PATH")],
     title: str = "",
+    url: Annotated[str, arg(metavar="ADDRESS")] = "",
     refit: bool = False,
     capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
     seed: int = 0,
@@ -224,6 +225,8 @@ def export(
             glb: a file for other tools, without the viewer.
         output: The file or folder to write.
         title: What the page is called; what the scene is of if it is not given.
+        url: Where a site will lie, like https://me.example/garden/: services that preview links
+            find its picture by that.
         refit: For files of other tools: refit a .mgs that lies in its run, too.
         capture: The photos of a .mgs that is refitted, with their poses. Without them it is looked
             at from where its run's photos were taken, or from places that the program finds.
@@ -236,11 +239,17 @@ def export(
             raise InputError(
                 "a page shows the scene itself: leave out --refit and what goes with it"
             )
-        write = export_html if to == "html" else export_site
-        size = write(scene, output, title=title or title_of(scene))
+        title = title or title_of(scene)
+        if to == "site":
+            size = export_site(scene, output, title=title, url=url)
+        elif url:
+            raise InputError("a page in one file may lie anywhere: leave out --url")
+        else:
+            size = export_html(scene, output, title=title)
     else:
-        if title:
-            raise InputError(f"a .{to} file has no title: leave out --title")
+        for option, value in (("title", title), ("url", url)):
+            if value:
+                raise InputError(f"a .{to} file has no {option}: leave out --{option}")
         size = convert(scene, output, to, refit=refit, capture=capture, seed=seed)
     print(f"{output}: {size:,} bytes")
 

@@ -113,6 +113,27 @@ def test_the_folder_holds_what_it_names(site: tuple[Path, str], scene: Path) -> 
     assert "A &lt;garden&gt;" in (folder / "index.html").read_text()
 
 
+def test_a_site_that_knows_its_address_names_its_picture_in_full(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["export", str(scene), "--to", "site", "-o", str(tmp_path / "out"), "--url"]
+    for url in ("https://me.example/a&b", "https://me.example/a&b/index.html"):
+        assert cli.main([*words, url]) == 0
+        page = (tmp_path / "out" / "index.html").read_text()
+        assert 'og:image" content="https://me.example/a&amp;b/poster.jpg"' in page
+        assert 'og:url" content="https://me.example/a&amp;b/"' in page
+    for url in ("me.example/a", "ftp://me.example/", "https://", "https://[", "https://a b.c/"):
+        assert cli.main([*words, url]) == 2
+        assert "is no address of a site" in capsys.readouterr().err
+    page = tmp_path / "page.html"
+    assert (
+        cli.main(["export", str(scene), "--to", "html", "-o", str(page), "--url", "https://a.b"])
+        == 2
+    )
+    assert "leave out --url" in capsys.readouterr().err
+    assert not page.exists()
+
+
 def test_a_folder_is_written_anew_but_no_other_one(
     site: tuple[Path, str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

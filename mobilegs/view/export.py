@@ -5,7 +5,9 @@ import hashlib
 import html
 import io
 import json
+import re
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import torch
 from PIL import Image
@@ -27,6 +29,10 @@ MARK = b"Keeps an exported site on the device"  # of a folder that was written h
 TITLE = "<title>mobilegs</title>"
 LINK = '<link rel="icon" href="data:," />'
 ELEMENT = "<mobile-gs></mobile-gs>"
+PREVIEW = """    <meta property="og:url" content="{}" />
+    <meta property="og:type" content="website" />
+    <meta name="twitter:card" content="summary_large_image" />
+"""
 SCRIPT = '<script type="module" src="page.js"></script>'
 
 
@@ -52,12 +58,16 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
     return len(page.encode())
 
 
-def export_site(scene: Path, output: Path, *, title: str) -> int:
+def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     """Write a folder for any web host; phones can install it and open it offline.
 
-    Returns the bytes in it. InputError if there is a folder that something else made.
+    `url` is where it will lie: what previews links wants the whole address of the picture. Returns
+    the bytes in it. InputError if there is a folder that something else made, or for a `url`
+    that is no web address.
     """
     refuse_unreadable(scene)
+    if url:
+        url = _folder_address(url)
     ours = output / "sw.js"
     if output.exists() and not (ours.is_file() and MARK in ours.read_bytes()):
         if not output.is_dir() or any(output.iterdir()):
@@ -72,7 +82,8 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
         {
             TITLE: f"<title>{safe}</title>\n"
             f'    <meta property="og:title" content="{safe}" />\n'
-            '    <meta property="og:image" content="poster.jpg" />\n'
+            f'    <meta property="og:image" content="{html.escape(url)}poster.jpg" />\n'
+            f"{PREVIEW.format(html.escape(url)) if url else ''}"
             '    <link rel="manifest" href="manifest.webmanifest" />',
             LINK: '<link rel="icon" href="icon.png" />\n'
             '    <link rel="apple-touch-icon" href="icon.png" />',
@@ -110,6 +121,18 @@ def export_site(scene: Path, output: Path, *, title: str) -> int:
         if f"scene{kind}" != name:
             (output / f"scene{kind}").unlink(missing_ok=True)
     return sum(len(content) for content in files.values())
+
+
+def _folder_address(url: str) -> str:
+    """A web address as that of a folder."""
+    try:
+        parts = urlsplit(url)
+        sound = parts.scheme in ("http", "https") and parts.hostname and not parts.query
+    except ValueError:
+        sound = False
+    if not sound or parts.fragment or re.search(r"\s", url):
+        raise InputError(f"{url!r} is no address of a site, like https://me.example/garden/")
+    return url.removesuffix("index.html").rstrip("/") + "/"
 
 
 def title_of(scene: Path) -> str:
