@@ -111,6 +111,6 @@ export class Network {
       return;
     }
     const { byteOffset: y } = output;
-    this.#simd.layer(w.byteOffset, b.byteOffset, input.byteOffset, y, inputs, outputs, slope);
+    this.#simd(w.byteOffset, b.byteOffset, input.byteOffset, y, inputs, outputs, slope);
   }
 }

@@ -2,6 +2,7 @@
 
 import { BitReader, view } from "./bits.js";
 import { SceneError } from "./error.js";
+import { pullFast } from "./lanes.js";
 
 const PRECISION = 14;
 const TOTAL = 1 << PRECISION;
@@ -11,6 +12,8 @@ const LANES_MAX = 256;
 const LANE_SYMBOLS = 2048;
 // bytes
 const HEADER = 12;
+/** In the place of words that are left: a context was needed that is not used. */
+const UNUSED = -Infinity;
 
 /**
  * The `count` symbols below `alphabet` in a stream.
@@ -18,9 +21,10 @@ const HEADER = 12;
  * @param {Uint8Array} data
  * @param {number} count
  * @param {number} alphabet
+ * @param {boolean} [plain] without WebAssembly
  * @returns {Uint16Array}
  */
-export function decodeRans(data, count, alphabet) {
+export function decodeRans(data, count, alphabet, plain = false) {
   if (data.length < HEADER) throw new SceneError("a rANS stream is too short to hold its header");
   const numbers = view(data);
   const found = numbers.getUint16(0, true);
@@ -43,7 +47,19 @@ export function decodeRans(data, count, alphabet) {
   if (states.some((state) => state < STATE_LOW)) {
     throw new SceneError("a rANS stream starts in an impossible state");
   }
-  return pull(tables, states, data.subarray(start + 4 * lanes), count);
+  const short = Math.floor(count / lanes);
+  const longer = count % lanes;
+  const first = states.map((_, lane) => lane * short + Math.min(lane, longer));
+  const parts = /** @type {const} */ ([tables, states, first, data.subarray(start + 4 * lanes), count]);
+  const pulled = (plain ? undefined : pullFast(...parts)) ?? pull(...parts);
+  if (pulled.left === UNUSED) {
+    throw new SceneError("a rANS stream leads to a context that is not used: it is damaged");
+  }
+  if (pulled.left < 0) throw new SceneError("a rANS stream ends early: the file is damaged");
+  if (pulled.left > 0 || pulled.states.some((state) => state !== STATE_LOW)) {
+    throw new SceneError("a rANS stream does not end where it should: the file is damaged");
+  }
+  return pulled.decoded;
 }
 
 /** Lanes of a stream of `count` symbols: a power of two. @param {number} count */
@@ -62,18 +78,25 @@ export function laneCount(count) {
  */
 
 /**
+ * @typedef {object} Pulled
+ * @property {Uint16Array} decoded
+ * @property {number} left words that were not taken; less than 0: there are too few; UNUSED
+ * @property {Uint32Array} states in the end
+ */
+
+/**
  * @param {Tables} tables
  * @param {Uint32Array} states
+ * @param {Uint32Array} first place of each lane
  * @param {Uint8Array} words
  * @param {number} count
- * @returns {Uint16Array}
+ * @returns {Pulled}
  */
-function pull({ contexts, alphabet, symbols, spans }, states, words, count) {
+function pull({ contexts, alphabet, symbols, spans }, states, first, words, count) {
   const lanes = states.length;
   const short = Math.floor(count / lanes);
   // the first lanes have one symbol more
   const longer = count % lanes;
-  const first = Uint32Array.from(states, (_, lane) => lane * short + Math.min(lane, longer));
   const decoded = new Uint16Array(count);
   const total = words.length / 2;
   // one more, which is read but not taken
@@ -91,9 +114,7 @@ function pull({ contexts, alphabet, symbols, spans }, states, words, count) {
       const slot = state & (TOTAL - 1);
       const symbol = symbols[(context << PRECISION) | slot];
       const span = spans[context * alphabet + symbol];
-      if (span === 0) {
-        throw new SceneError("a rANS stream leads to a context that is not used: it is damaged");
-      }
+      if (span === 0) return { decoded, left: UNUSED, states };
       const next = (Math.imul(span & 0x7fff, state >>> PRECISION) + slot - (span >>> 15)) | 0;
       // Below 2^16 it takes a word, and as it is at least 4, one is enough. Not by a branch, which
       // would be guessed wrong every other time: that took 1.7 times as long.
@@ -103,11 +124,7 @@ function pull({ contexts, alphabet, symbols, spans }, states, words, count) {
       decoded[place] = symbol;
     }
   }
-  if (word > total) throw new SceneError("a rANS stream ends early: the file is damaged");
-  if (word !== total || states.some((state) => state !== STATE_LOW)) {
-    throw new SceneError("a rANS stream does not end where it should: the file is damaged");
-  }
-  return decoded;
+  return { decoded, left: total - word, states };
 }
 
 /**

@@ -6,29 +6,14 @@
  * or eight times.
  */
 
-const I32 = 0x7f;
+import { BELOW, I32, PLUS, TIMES, advance, assembled, get, loop, number, set, unsigned } from "./assembler.js";
+
 const F32 = 0x7d;
 const V128 = 0x7b;
 // Gaussians at a time: two vectors
 const ROWS = 8;
 const OUTPUTS = 4;
 
-/** @param {number} value @returns {number[]} LEB128 */
-function unsigned(value) {
-  return value < 128 ? [value] : [(value & 127) | 128, ...unsigned(value >>> 7)];
-}
-
-/** @param {number} value at least 0 @returns {number[]} signed LEB128 */
-function constant(value) {
-  const bytes = value < 64 ? [value] : [(value & 127) | 128];
-  return value < 64 ? bytes : [...bytes, ...constant(value >>> 7)];
-}
-
-/** @param {number} id @param {number[]} bytes */
-const section = (id, bytes) => [id, ...unsigned(bytes.length), ...bytes];
-const get = (/** @type {number} */ local) => [0x20, ...unsigned(local)];
-const set = (/** @type {number} */ local) => [0x21, ...unsigned(local)];
-const number = (/** @type {number} */ value) => [0x41, ...constant(value)];
 const simd = (/** @type {number} */ code) => [0xfd, ...unsigned(code)];
 // aligned to nothing
 const at = (/** @type {number} */ offset) => [0, ...unsigned(offset)];
@@ -39,15 +24,6 @@ const SPLAT = simd(0x13);
 const ADD = simd(0xe4);
 const MULTIPLY = simd(0xe6);
 const MAXIMUM = simd(0xe9);
-const PLUS = 0x6a;
-const TIMES = 0x6c;
-const BELOW = 0x49;
-
-/** @param {number[]} body @param {number[]} again what must be true to go on */
-const loop = (body, again) => [0x03, 0x40, ...body, ...again, 0x0d, 0, 0x0b];
-
-/** @param {number} local @param {number} step */
-const advance = (local, step) => [...get(local), ...number(step), PLUS, ...set(local)];
 
 /**
  * `layer(weights, offsets, x, y, inputs, outputs, slope)` takes places in bytes, and numbers of
@@ -113,27 +89,12 @@ function layerBody(block) {
   return [2, 6, I32, 12, V128, ...code];
 }
 
-/** The module, whose function works in the memory that it is given. @param {number} block */
-function assemble(block) {
-  const name = (/** @type {string} */ text) => [text.length, ...new TextEncoder().encode(text)];
-  const body = layerBody(block);
-  return Uint8Array.from([
-    0x00, 0x61, 0x73, 0x6d, 1, 0, 0, 0,
-    ...section(1, [1, 0x60, 7, I32, I32, I32, I32, I32, I32, F32, 0]),
-    ...section(2, [1, ...name("web"), ...name("memory"), 2, 0, 1]),
-    ...section(3, [1, 0]),
-    ...section(7, [1, ...name("layer"), 0, 0]),
-    ...section(10, [1, ...unsigned(body.length), ...body]),
-  ]); // prettier-ignore
-}
-
-/** @type {Map<number, WebAssembly.Module | null>} */
-const modules = new Map();
+/** @type {Map<number, (memory: WebAssembly.Memory) => Function | null>} */
+const made = new Map();
 
 /**
- * @typedef {object} Simd
- * @property {(weights: number, offsets: number, x: number, y: number, inputs: number,
- *   outputs: number, slope: number) => void} layer
+ * @typedef {(weights: number, offsets: number, x: number, y: number, inputs: number, outputs: number,
+ *   slope: number) => void} Simd
  */
 
 /**
@@ -144,15 +105,10 @@ const modules = new Map();
  * @returns {Simd | null}
  */
 export function simdIn(block, memory) {
-  let module = modules.get(block);
-  if (module === undefined) {
-    try {
-      module = new WebAssembly.Module(assemble(block));
-    } catch {
-      module = null;
-    }
-    modules.set(block, module);
+  let make = made.get(block);
+  if (make === undefined) {
+    make = assembled([I32, I32, I32, I32, I32, I32, F32], [], layerBody(block));
+    made.set(block, make);
   }
-  if (module === null) return null;
-  return /** @type {any} */ (new WebAssembly.Instance(module, { web: { memory } }).exports);
+  return /** @type {Simd | null} */ (make(memory));
 }
