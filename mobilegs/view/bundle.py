@@ -15,6 +15,14 @@ COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | r
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
 BREAK = re.compile(r"(?<=[;{])\n")  # where a line's end means nothing
+# texts, of which those in backquotes may have others within the braces of an expression
+TEXT = re.compile(
+    r"""("(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'"""
+    r"|`(?:\\.|\$\{(?:[^`{}]|`(?:\\.|[^`\\])*`|\{[^{}]*\})*\}|[^`\\$]|\$(?!\{))*`)"
+)
+SPACE = re.compile(
+    r" ?([=*<>?:|&,;{}()\[\]]+) ?"
+)  # not around + and -, two of which are another sign
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
 FILES = WEB / "files.js"
 WORKER = WEB / "load" / "worker.js"
@@ -26,8 +34,9 @@ def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
     Each of them and of what they import is a function in it that returns what the module
     exports, called when it is first asked for. A function knows its own text, so `whole` can
     give it to a thread that does what another entry does. It is no general tool: our modules
-    import by name and export declarations, and none in a circle. Comments and indentation are
-    left out, private names are short. `replaced` gives other texts for some modules.
+    import by name and export declarations, and none in a circle. Comments, indentation and
+    spaces around signs are left out, private names are short. `replaced` gives other texts
+    for some modules.
     """
     numbers = {path: number for number, path in enumerate(entries)}
     parts: dict[int, str] = {}
@@ -58,6 +67,7 @@ def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
     for entry in entries:
         add(entry)
     modules = BREAK.sub("", "".join(parts[number] for number in range(len(numbers))))
+    modules = _squeezed(modules)
     return f"""function whole(entry) {{
 const made = [];
 const module = (number) => (made[number] ??= modules[number]());
@@ -65,6 +75,14 @@ const modules = [
 {modules}];
 module(entry);
 }}"""
+
+
+def _squeezed(text: str) -> str:
+    """The same program without spaces around signs. Its patterns must not hold quotes or spaces."""
+    pieces = TEXT.split(text)  # code and texts in turns
+    assert all(piece.count("${") <= piece.count("}") for piece in pieces[1::2]), "texts in texts"
+    pieces[::2] = [SPACE.sub(r"\1", code) for code in pieces[::2]]
+    return "".join(pieces)
 
 
 def _short_names(text: str) -> str:

@@ -15,6 +15,11 @@ export function openScene(bytes) {
   return sceneOf(reader);
 }
 
+/** How many columns a part of a scene has: 1 if it is held row by row. @param {object} scene @param {string} part */
+export function columnsOf(scene, part) {
+  return ["sh", "lobes"].includes(part) ? scene[part].length / scene.count : 1;
+}
+
 /** All of a scene, as far as it is there: at least positions of its first layer are. @param {SceneReader} reader */
 export function sceneOf({ header, decoder }) {
   const rows = new RowDecoder(decoder.recipe);
@@ -27,8 +32,12 @@ export function sceneOf({ header, decoder }) {
     const all = new first[part].constructor((first[part].length / first.count) * count);
     let at = 0;
     for (const layer of layers) {
-      all.set(layer[part], at);
-      at += layer[part].length;
+      const columns = columnsOf(layer, part);
+      const size = layer[part].length / columns;
+      for (let i = 0; i < columns; i++) {
+        all.set(layer[part].subarray(i * size, (i + 1) * size), at + i * count);
+      }
+      at += size;
     }
     return [part, all];
   });

@@ -100,7 +100,7 @@ export class MobileGs extends HTMLElement {
     this.#ready = this.viewer.begin(/** @type {Choice} */ (choice));
     this.#blind = false;
     void this.#ready.then((able) => (this.#blind = !able));
-    const poster = this.getAttribute("poster")?.replace(/["\\\n]/g, encodeURIComponent);
+    const poster = this.getAttribute("poster")?.replace(/[\x22\\\n]/g, encodeURIComponent);
     if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
     const [source, other] = [this.getAttribute("src"), this.getAttribute("compare")];
     if (source) void this.open(source);

@@ -1,7 +1,7 @@
 /** Colour from position and latents. docs/format.md, section 7. */
 
 import { lookUp } from "./codebooks.js";
-import { BLOCK, Network, makeLayer } from "./dense.js";
+import { BLOCK, Network, makeLayer, writeColumns } from "./dense.js";
 import { fromHalf } from "./half.js";
 
 /** @typedef {import("./codebooks.js").Codes} Codes */
@@ -30,7 +30,7 @@ export class LinearDecoder {
   }
 
   /**
-   * Writes the harmonics of some Gaussians, 12 numbers each, into `sh`.
+   * Writes the harmonics of some Gaussians, 12 columns, into `sh`.
    *
    * @param {Uint16Array} positions only their number counts
    * @param {Codes} codes latents
@@ -45,10 +45,11 @@ export class LinearDecoder {
     for (const [row, { first, weights }] of this.#rows.entries()) {
       const [x, y, z] = [first, first + 1, first + 2].map((i) => latents.subarray(i * count, (i + 1) * count));
       const [a, b, c, ...more] = weights;
-      for (let i = 0, at = row; i < count; i++, at += 12) sh[at] = a * x[i] + b * y[i] + c * z[i];
+      const out = sh.subarray(row * count, (row + 1) * count);
+      for (let i = 0; i < count; i++) out[i] = a * x[i] + b * y[i] + c * z[i];
       for (const [k, d] of more.entries()) {
         const from = (first + 3 + k) * count;
-        for (let i = 0, at = row; i < count; i++, at += 12) sh[at] += d * latents[from + i];
+        for (let i = 0; i < count; i++) out[i] += d * latents[from + i];
       }
     }
   }
@@ -86,7 +87,7 @@ export class AppearanceDecoder {
   }
 
   /**
-   * Writes the harmonics of some Gaussians, 12 numbers each, into `sh`.
+   * Writes the harmonics of some Gaussians, 12 columns, into `sh`.
    *
    * @param {Uint16Array} positions the bits of the halves
    * @param {Codes} codes latents
@@ -110,11 +111,8 @@ export class AppearanceDecoder {
       inputs.set(latents.subarray(3 * BLOCK), CONTEXT * BLOCK);
       network.apply(view1, inputs, hidden, SLOPE);
       network.apply(view2, hidden, degree1, 1);
-      for (let row = 0; row < rows; row++) {
-        const place = 12 * (start + row);
-        for (let i = 0; i < 3; i++) sh[place + i] = degree0[i * BLOCK + row];
-        for (let i = 0; i < 9; i++) sh[place + 3 + i] = degree1[i * BLOCK + row];
-      }
+      writeColumns(degree0, 3, rows, sh, start, count);
+      writeColumns(degree1, 9, rows, sh, 3 * count + start, count);
     }
   }
 

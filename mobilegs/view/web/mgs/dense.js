@@ -56,6 +56,20 @@ export function defined({ inputs, outputs, weights, offsets }, input, output, sl
   }
 }
 
+/**
+ * Writes the first rows of a block into columns.
+ *
+ * @param {Block} block
+ * @param {number} columns
+ * @param {number} rows
+ * @param {Float32Array} out
+ * @param {number} at the first place
+ * @param {number} apart from one column to the next
+ */
+export function writeColumns(block, columns, rows, out, at, apart) {
+  for (let i = 0; i < columns; i++, at += apart) out.set(block.subarray(i * BLOCK, i * BLOCK + rows), at);
+}
+
 /** Layers and blocks in the memory that SIMD works on, where there is SIMD. */
 export class Network {
   /** @type {Layer[]} */

@@ -1,7 +1,7 @@
 /** Lobes, which tell opacity and weight by direction. docs/format.md, section 8. */
 
 import { lookUp } from "./codebooks.js";
-import { BLOCK, Network, makeLayer } from "./dense.js";
+import { BLOCK, Network, makeLayer, writeColumns } from "./dense.js";
 import { STATICS } from "./weights.js";
 
 /** @typedef {import("./codebooks.js").Codes} Codes */
@@ -9,7 +9,7 @@ import { STATICS } from "./weights.js";
 /** @typedef {import("./weights.js").Weights} Weights */
 /**
  * @typedef {object} Attributes what hidden layers look at
- * @property {Float32Array} sh
+ * @property {Float32Array} sh 12 columns
  * @property {Float32Array} scales standard deviations
  * @property {Float32Array} quats of length 1, or 0
  */
@@ -24,6 +24,7 @@ export class LobeDecoder {
   #network;
   #width;
   #latents;
+  #squares = new Float64Array(BLOCK);
 
   /**
    * @param {LobeShape} shape
@@ -47,7 +48,7 @@ export class LobeDecoder {
   }
 
   /**
-   * Writes the lobes of some Gaussians into `lobes`, which has room for nothing more.
+   * Writes the lobes of some Gaussians into the columns of `lobes`, which have room for nothing more.
    *
    * @param {Attributes} attributes
    * @param {Codes | null} codes latents, if there are any
@@ -65,9 +66,7 @@ export class LobeDecoder {
       const block = this.#hide(attributes, start, rows);
       block.set(this.#latents, this.#width * BLOCK);
       network.apply(last, block, result, 1);
-      for (let row = 0, at = start * outputs; row < rows; row++) {
-        for (let i = row; i < outputs * BLOCK; i += BLOCK) lobes[at++] = result[i];
-      }
+      writeColumns(result, outputs, rows, lobes, start, count);
     }
   }
 
@@ -81,12 +80,41 @@ export class LobeDecoder {
   #hide(attributes, start, rows) {
     const { layers, blocks } = this.#network;
     if (layers.length === 1) return blocks[0];
-    for (let row = 0; row < rows; row++) writeStatics(attributes, start + row, blocks[0], row);
+    this.#writeStatics(attributes, start, rows);
     blocks[0].set(this.#latents, STATICS * BLOCK);
     for (let i = 0; i + 1 < layers.length; i++) {
       this.#network.apply(layers[i], blocks[i], blocks[i + 1], 0);
     }
     return blocks[layers.length - 1];
+  }
+
+  /**
+   * Harmonics, standard deviations and rotation of some Gaussians, each divided by its length.
+   *
+   * @param {Attributes} attributes
+   * @param {number} start
+   * @param {number} rows
+   */
+  #writeStatics({ sh, scales, quats }, start, rows) {
+    const [[out], squares] = [this.#network.blocks, this.#squares];
+    const count = sh.length / 12;
+    squares.fill(0);
+    for (let i = 0; i < 12; i++) {
+      for (let row = 0, from = i * count + start; row < rows; row++, from++) squares[row] += sh[from] * sh[from];
+    }
+    for (let row = 0; row < rows; row++) squares[row] = 1 / Math.max(Math.sqrt(squares[row]), LENGTH_MIN);
+    for (let i = 0; i < 12; i++) {
+      const at = i * BLOCK;
+      for (let row = 0, from = i * count + start; row < rows; row++, from++) out[at + row] = sh[from] * squares[row];
+    }
+    for (let row = 0, from = start; row < rows; row++, from++) {
+      const [x, y, z] = [scales[3 * from], scales[3 * from + 1], scales[3 * from + 2]];
+      const grow = 1 / Math.max(Math.sqrt(x * x + y * y + z * z), LENGTH_MIN);
+      out[12 * BLOCK + row] = x * grow;
+      out[13 * BLOCK + row] = y * grow;
+      out[14 * BLOCK + row] = z * grow;
+      for (let i = 0; i < 4; i++) out[(15 + i) * BLOCK + row] = quats[4 * from + i];
+    }
   }
 }
 
@@ -107,32 +135,4 @@ function joined(heads, width, basis, latents, rows) {
     for (let i = 0; i < latents; i++) matrix[row * columns + width + i] = basis[i * rows + row];
   }
   return matrix;
-}
-
-/**
- * Harmonics, standard deviations and rotation of a Gaussian, each divided by its length.
- *
- * @param {Attributes} attributes
- * @param {number} row
- * @param {Float32Array} out
- * @param {number} start
- */
-function writeStatics({ sh, scales, quats }, row, out, start) {
-  writeShortened(sh, 12 * row, 12, out, start);
-  writeShortened(scales, 3 * row, 3, out, start + 12 * BLOCK);
-  for (let i = 0; i < 4; i++) out[start + (15 + i) * BLOCK] = quats[4 * row + i];
-}
-
-/**
- * @param {Float32Array} numbers
- * @param {number} from
- * @param {number} count
- * @param {Float32Array} out
- * @param {number} start
- */
-function writeShortened(numbers, from, count, out, start) {
-  let square = 0;
-  for (let i = from; i < from + count; i++) square += numbers[i] * numbers[i];
-  const grow = 1 / Math.max(Math.sqrt(square), LENGTH_MIN);
-  for (let i = 0, at = start; i < count; i++, at += BLOCK) out[at] = numbers[from + i] * grow;
 }

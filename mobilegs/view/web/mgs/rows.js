@@ -4,7 +4,7 @@ import { AppearanceDecoder, LinearDecoder } from "./appearance.js";
 import { lookUp, meanCodes } from "./codebooks.js";
 import { C0, LobeDecoder } from "./lobes.js";
 import { turn } from "./rotations.js";
-import { fillRows, makeGaussians, normaliseQuats } from "./scene.js";
+import { fillColumns, fillRows, makeGaussians, normaliseQuats } from "./scene.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
 /** @typedef {import("./codebooks.js").Codes} Codes */
@@ -55,7 +55,7 @@ export class RowDecoder {
     this.#colors.decode(samples, meanCodes(this.#of("appearance"), many), found);
     this.#neutral = makeGaussians(samples.subarray(0, 3), this.#room.lobeDegree, [0, 0]);
     const { sh, scales, quats, lobes: constant } = this.#neutral;
-    for (let i = 0; i < found.length; i++) if (i % 12 < 3) sh[i % 12] += found[i] / many;
+    for (let i = 0; i < 3 * many; i++) sh[Math.floor(i / many)] += found[i] / many;
     lookUp(exponentials(smallCodes(this.#of("scale"), 1)), scales, 3);
     quats[0] = 1;
     if (this.#lobeDecoder) {
@@ -91,12 +91,12 @@ export class RowDecoder {
     } else fillRows(quats, this.#neutral.quats);
     const appearance = codes("appearance");
     if (appearance) this.#colors.decode(positions, appearance, sh);
-    else fillRows(sh, this.#neutral.sh);
+    else fillColumns(sh, this.#neutral.sh);
     // hidden layers look at everything else
     const names = [...header.cuts.keys(), ...header.scalars.keys()];
     const all = names.every((name) => columns[name]);
     if (all && this.#lobeDecoder) this.#lobeDecoder.decode(gaussians, codes("lobes"), lobes);
-    else fillRows(lobes, this.#neutral.lobes);
+    else fillColumns(lobes, this.#neutral.lobes);
     if (names.includes("opacity")) {
       addBase(codes("opacity") ?? meanCodes(this.#of("opacity"), count), lobes);
     }
@@ -147,8 +147,7 @@ function exponentials({ books, ...codes }) {
  * @param {Float32Array} lobes
  */
 function addBase({ books: [book], columns: [column] }, lobes) {
-  const stride = lobes.length / column.length;
-  for (let i = 0; i < column.length; i++) lobes[i * stride] += book[column[i]] / C0;
+  for (let i = 0; i < column.length; i++) lobes[i] += book[column[i]] / C0;
 }
 
 /** The least and the largest number. @param {Books} books @returns {[number, number]} */

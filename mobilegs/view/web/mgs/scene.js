@@ -8,9 +8,9 @@
  * @property {Float32Array} logScales logarithms of the standard deviations, world units, 3 each
  * @property {Float32Array} scales standard deviations, world units, 3 each
  * @property {Float32Array} quats wxyz, 4 each, of length 1, or 0: then it is not to be drawn
- * @property {Float32Array} sh harmonics of the colour, 4 coefficients of r, g, b each
- * @property {Float32Array} lobes harmonics for the opacity's logit and for phi, in pairs,
- *     `(lobeDegree + 1)^2` of them each
+ * @property {Float32Array} sh harmonics of the colour: 12 columns, 4 coefficients of r, g, b each
+ * @property {Float32Array} lobes harmonics for the opacity's logit and for phi, in pairs of columns,
+ *     `(lobeDegree + 1)^2` of them
  * @property {number} lobeDegree 0 to 3; 0 if the file has no lobes: then they are constant
  */
 
@@ -54,6 +54,17 @@ export function normaliseQuats(quats) {
     quats[i + 2] = y / length;
     quats[i + 3] = z / length;
   }
+}
+
+/**
+ * Gives every Gaussian the same numbers, each in a column of its own.
+ *
+ * @param {Float32Array} array
+ * @param {Float32Array} numbers
+ */
+export function fillColumns(array, numbers) {
+  const count = array.length / numbers.length;
+  for (let i = 0; i < numbers.length; i++) array.fill(numbers[i], i * count, (i + 1) * count);
 }
 
 /**

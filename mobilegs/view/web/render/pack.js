@@ -116,8 +116,8 @@ export function packRows({ count, positions, logScales, quats, sh, lobes, lobeDe
     lobes: new Uint32Array(stride * count),
   };
   for (let i = 0; i < count; i++) {
-    const scales = packLobes(lobes, lobeBits, size * i, size, packed.lobes, stride * i);
-    packColor(sh, shBits, 12 * i, packed.colors, 4 * i);
+    const scales = packLobes(lobes, lobeBits, i, count, size, packed.lobes, stride * i);
+    packColor(sh, shBits, i, count, packed.colors, 4 * i);
     let logs = 0;
     for (let axis = 2; axis >= 0; axis--) {
       const share = Math.min(Math.max((logScales[3 * i + axis] - least) * grow, 0), 1);
@@ -153,40 +153,49 @@ function rotationWord(quats, at) {
   return word;
 }
 
-/** @param {Float32Array} sh @param {Int32Array} bits @param {number} place @param {Words} words @param {number} at */
-function packColor(sh, bits, place, words, at) {
-  const scale = scaleOf(bits, place + 3, place + 12, 1);
+/**
+ * @param {Float32Array} sh
+ * @param {Int32Array} bits
+ * @param {number} i
+ * @param {number} count from one column to the next
+ * @param {Words} words
+ * @param {number} at
+ */
+function packColor(sh, bits, i, count, words, at) {
+  const scale = scaleOf(bits, i + 3 * count, sh.length, count);
   const grow = GROWTHS[scale];
-  words[at] = toHalf(sh[place]) | (toHalf(sh[place + 1]) << 16);
-  words[at + 1] = toHalf(sh[place + 2]) | (scale << 16) | (rounded(grow * sh[place + 3]) << 24);
-  for (let k = place + 4, word = at + 2; word < at + 4; k += 4, word++) {
+  words[at] = toHalf(sh[i]) | (toHalf(sh[i + count]) << 16);
+  words[at + 1] = toHalf(sh[i + 2 * count]) | (scale << 16) | (rounded(grow * sh[i + 3 * count]) << 24);
+  for (let k = i + 4 * count, word = at + 2; word < at + 4; k += 4 * count, word++) {
     words[word] =
       rounded(grow * sh[k]) |
-      (rounded(grow * sh[k + 1]) << 8) |
-      (rounded(grow * sh[k + 2]) << 16) |
-      (rounded(grow * sh[k + 3]) << 24);
+      (rounded(grow * sh[k + count]) << 8) |
+      (rounded(grow * sh[k + 2 * count]) << 16) |
+      (rounded(grow * sh[k + 3 * count]) << 24);
   }
 }
 
 /**
  * @param {Float32Array} lobes
  * @param {Int32Array} bits
- * @param {number} place
- * @param {number} size
+ * @param {number} i
+ * @param {number} count from one column to the next
+ * @param {number} size columns
  * @param {Words} words
  * @param {number} at
  * @returns {number} both bytes of scales
  */
-function packLobes(lobes, bits, place, size, words, at) {
-  const end = place + size;
-  const logit = scaleOf(bits, place + 2, end, 2);
-  const phi = scaleOf(bits, place + 3, end, 2);
+function packLobes(lobes, bits, i, count, size, words, at) {
+  const end = size * count;
+  const logit = scaleOf(bits, i + 2 * count, end, 2 * count);
+  const phi = scaleOf(bits, i + 3 * count, end, 2 * count);
   const logits = GROWTHS[logit];
   const phis = GROWTHS[phi];
-  words[at] = toHalf(lobes[place]) | (toHalf(lobes[place + 1]) << 16);
-  for (let k = place + 2, word = at + 1; k < end; k += 4, word++) {
-    const pair = rounded(logits * lobes[k]) | (rounded(phis * lobes[k + 1]) << 8);
-    const next = k + 2 < end ? rounded(logits * lobes[k + 2]) | (rounded(phis * lobes[k + 3]) << 8) : 0;
+  words[at] = toHalf(lobes[i]) | (toHalf(lobes[i + count]) << 16);
+  for (let k = i + 2 * count, word = at + 1; k < end; k += 4 * count, word++) {
+    const pair = rounded(logits * lobes[k]) | (rounded(phis * lobes[k + count]) << 8);
+    const l = k + 2 * count;
+    const next = l < end ? rounded(logits * lobes[l]) | (rounded(phis * lobes[l + count]) << 8) : 0;
     words[word] = pair | (next << 16);
   }
   return logit | (phi << 8);
