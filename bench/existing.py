@@ -1,6 +1,6 @@
 """What `mobilegs compress` makes of trained scenes without their photos.
 
-    python bench/existing.py [--data DIR] [--runs RUNS] [--json OUT] [--steps 3000] [--size 640]
+    python bench/existing.py [--data DIR] [--runs RUNS] [--json OUT] [--steps N] [--size 640]
 
 DIR (default: MOBILEGS_DATA) holds splats/NAME.ply and splats/NAME_cameras.json. Each scene is
 compressed by the preset cpu, whose pictures come from places that the program found, and compared
@@ -47,7 +47,7 @@ def apart(teacher: Scene, student: Scene, cameras: list[Camera]) -> dict[str, fl
 
 
 def compressed(
-    name: str, data: Path, runs: Path, steps: int, picture: int | None
+    name: str, data: Path, runs: Path, steps: int | None, picture: int | None
 ) -> dict[str, Any]:
     source, run = data / "splats" / f"{SCENES[name]}.ply", runs / name
     cameras = data / "splats" / f"{name}_cameras.json"
@@ -75,7 +75,7 @@ def compressed(
         "anew": apart(teacher, student, anew),
         "orbit": apart(teacher, student, orbit),
         "image_size": [width, height],
-        "steps": steps,
+        "steps": json.loads((run / "config.json").read_text())["recipe"]["student"]["steps"],
         "seconds": seconds,
         "seconds_here": time.monotonic() - began,
     }
@@ -87,7 +87,7 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, default=Path("runs/existing"))
     parser.add_argument("--json", type=Path, default=Path("existing.json"))
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
-    parser.add_argument("--steps", type=int, default=3000)
+    parser.add_argument("--steps", type=int, help="of the student; 5,000 are the preset's")
     parser.add_argument("--size", type=int, help="of pictures, in pixels; 640 is the preset's")
     options = parser.parse_args()
     if options.data is None:

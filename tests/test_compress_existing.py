@@ -1,6 +1,7 @@
 """Scenes of other tools become .mgs files without their photos."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -102,6 +103,25 @@ def test_cameras_stand_upright_around_the_scene_and_see_it() -> None:
     assert all(torch.equal(a.viewmat, b.viewmat) for a, b in zip(cameras, again, strict=True))
     other = placed(some, seed=1)[1]
     assert not torch.equal(cameras[0].viewmat, other[0].viewmat)
+
+
+def test_cameras_stand_no_nearer_than_where_detail_ends() -> None:
+    scene, layout = Scene(garden()), layout_of(garden())
+    assert layout.detail == pytest.approx(0.05)
+    nearest = []
+    for detail in (1e-3, 3e-3, 1.0):
+        cameras = place_cameras(
+            scene,
+            replace(layout, detail=detail * layout.radius),
+            24,
+            width=80,
+            height=60,
+            generator=torch.Generator().manual_seed(0),
+        )
+        away = torch.stack([view.position for view in cameras]) - layout.center
+        nearest.append(float(away.norm(dim=1).min()) / layout.radius)
+    # a Gaussian is 1/500 of the width at 433 times its size
+    assert 0.6 <= nearest[0] < 1.2 and 1.29 <= nearest[1] < 2 and nearest[2] >= 1.999
 
 
 def test_cameras_stay_out_of_walls() -> None:
@@ -266,7 +286,8 @@ def test_compress_goes_the_whole_way(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "scene.mgs" in said
     metrics = json.loads((run / "metrics.json").read_text())
     assert metrics["student"]["psnr"] > 22
-    assert metrics["teacher"]["psnr"] > 45  # its own pictures, but for their 8 bits
+    own = metrics["teacher"]["psnr"]  # of its own pictures, but for their 8 bits
+    assert own is None or own > 45  # None: without any error
     assert (run / "scene.mgs").stat().st_size < source.stat().st_size / 4
     assert main([*words, "--resume"]) == 0
     assert main(words) == 2

@@ -341,6 +341,17 @@ def test_a_student_of_one_step_is_coded_in_the_end(dataset: Dataset, make_studen
     assert len(student.coded()) == student.count
 
 
+def test_a_centre_moves_no_further_than_a_share_of_the_usual_gaussian(dataset: Dataset) -> None:
+    sizes = blobs().scales.topk(2, dim=1).values.prod(1).sqrt()
+    for share, rate, expected in ((0.02, 1.0, 0.02 * float(sizes.median())), (9.0, 1e-3, 3e-3)):
+        config = replace(STUDENT, position_share=share, position_rate=rate)
+        student = Student(config, Scene(blobs()), cameras(), extent=3.0, seed=0)
+        train(student, dataset, 1)
+        after = student.model.rows.tensors["means"].detach()  # some are gone
+        moved = (after[:, None] - blobs().means).abs().amax(2).amin(1)
+        assert float(moved.max()) == pytest.approx(expected, rel=1e-3)  # a step of Adam
+
+
 def test_a_teacher_of_another_degree_is_cut_or_filled_up(dataset: Dataset) -> None:
     for coefficients in (1, 16):
         teacher = replace(blobs(), sh=torch.ones(50, coefficients, 3))
