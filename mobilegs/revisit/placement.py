@@ -81,12 +81,10 @@ def place_cameras(
     )
     around = [_around(scene, somewhere(0.2, 1.0), layout) for _ in range(WITHIN)]
     inside = sorted(around)[WITHIN // 2] > ENCLOSED
+    reach = RADII_WITHIN if inside else (nearest, RADII[1])
     found: list[Camera] = []
     for _ in range(TRIES * count):
-        eye, target = (
-            somewhere(*(RADII_WITHIN if inside else (nearest, RADII[1]))),
-            layout.center.cpu(),
-        )
+        eye, target = somewhere(*reach), layout.center.cpu()
         if float(torch.rand(1, generator=generator)) < ANYWHERE:
             target = means[int(torch.multinomial(worth, 1, generator=generator))]
         if (target - eye).norm() < 0.25 * layout.radius:
