@@ -188,7 +188,7 @@ def test_the_script_holds_each_module_once_and_leaves_nothing_behind(
     chromium: Chromium, scene: Path
 ) -> None:
     text = viewer_script()
-    assert text.count("class Decoder ") == text.count("function farFirst(") == 1
+    assert text.count("class Decoder{") == text.count("function farFirst(") == 1
     tab = chromium.tab()
     tab.page.evaluate("() => (window.before = Object.getOwnPropertyNames(window))")
     tab.page.evaluate("() => document.body.append(document.createElement('mobile-gs'))")
