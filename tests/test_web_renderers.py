@@ -192,15 +192,16 @@ const { header } = reader;
 const decoder = new RowDecoder(reader.decoder.recipe);
 const [codes] = reader.decoder.layers;
 const { positions } = codes;
-const one = decoder.decode({ positions: positions.subarray(0, 3), columns: {} });
+const one = packRows(decoder, { positions: positions.subarray(0, 3), columns: {} });
+const alike = (...room) => packAlike(header, decoder.logScaleRange, positions, one, ...room);
 // room for more, of which nothing is to be seen
-renderer.setScene(packAlike(header, positions, one, header.count + 5000));
+renderer.setScene(alike(header.count + 5000));
 renderer.show(header.count);
 for (const [from, to] of [[0, 1], [1, 150], [150, header.count]]) {
-  const packed = packRows(decoder.decode(codes.rows(from, to)));
+  const packed = packRows(decoder, codes.rows(from, to));
   for (const part of ["shapes", "colors", "lobes"]) renderer.update(part, from, packed[part]);
 }
-const { shapes, colors, lobes } = packAlike(header, positions, one);
+const { shapes, colors, lobes } = alike();
 window.bytesEach = [shapes, colors, lobes].reduce((sum, part) => sum + part.byteLength, 0);
 return renderer.pixels(camera);
 """

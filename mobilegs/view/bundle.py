@@ -5,6 +5,8 @@ import re
 from functools import cache
 from pathlib import Path
 
+from mobilegs.view.short_names import WORD, short_names
+
 FOLDER = Path(__file__).resolve().parent
 WEB = FOLDER / "web"
 SHADERS = FOLDER / "shaders"
@@ -14,15 +16,15 @@ NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
 COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | re.DOTALL)
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
-BREAK = re.compile(r"(?<=[;{])\n")  # where a line's end means nothing
+BREAK = re.compile(r"(?<=[;{])\n(?!#)")  # where a line's end means nothing
+SHADER_BREAK = re.compile(r"(?<=[;{},])\n(?!#)")
 # texts, of which those in backquotes may have others within the braces of an expression
 TEXT = re.compile(
     r"""("(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'"""
     r"|`(?:\\.|\$\{(?:[^`{}]|`(?:\\.|[^`\\])*`|\{[^{}]*\})*\}|[^`\\$]|\$(?!\{))*`)"
 )
-SPACE = re.compile(
-    r" ?([=*<>?:|&,;{}()\[\]]+) ?"
-)  # not around + and -, two of which are another sign
+SPACE = re.compile(r" ?([=*<>?:|&,;{}()\[\]]+) ?")
+SIGN = re.compile(r"(?<![-+]) ([-+/]=?) (?![-+])")  # two of them would be another sign
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
 FILES = WEB / "files.js"
 WORKER = WEB / "load" / "worker.js"
@@ -60,7 +62,8 @@ def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
         exported = [match[1] for match in EXPORT.finditer(text)]
         text = EXPORT.sub("", text)
         assert "import.meta" not in text, f"{path} asks where it lies"
-        parts[number] = f"() => {{\n{_short_names(text)}return {{ {', '.join(exported)} }};\n}},\n"
+        text = _short_locals(_short_names(text), exported)
+        parts[number] = f"() => {{\n{text}return {{ {', '.join(exported)} }};\n}},\n"
         under_way.remove(path)
         return number
 
@@ -77,11 +80,19 @@ module(entry);
 }}"""
 
 
+def _short_locals(text: str, exported: list[str]) -> str:
+    """The same module with short names for what is local to it."""
+    pieces = TEXT.split(text)
+    inside = {name for piece in pieces[1::2] if "${" in piece for name in WORD.findall(piece)}
+    pieces[::2] = short_names(pieces[::2], inside | set(exported))
+    return "".join(pieces)
+
+
 def _squeezed(text: str) -> str:
     """The same program without spaces around signs. Its patterns must not hold quotes or spaces."""
     pieces = TEXT.split(text)  # code and texts in turns
     assert all(piece.count("${") <= piece.count("}") for piece in pieces[1::2]), "texts in texts"
-    pieces[::2] = [SPACE.sub(r"\1", code) for code in pieces[::2]]
+    pieces[::2] = [SPACE.sub(r"\1", SIGN.sub(r"\1", code)) for code in pieces[::2]]
     return "".join(pieces)
 
 
@@ -94,8 +105,10 @@ def _short_names(text: str) -> str:
 
 
 def slim_shader(text: str) -> str:
-    """The same shader without remarks and indentation."""
-    return INDENT.sub("\n", REMARK.sub("", text)).lstrip()
+    """The same shader without remarks, indentation and spaces around signs. It has no macros."""
+    assert "#define" not in text, "what a macro is depends on spaces"
+    text = INDENT.sub("\n", REMARK.sub("", text)).lstrip()
+    return SHADER_BREAK.sub("", SPACE.sub(r"\1", SIGN.sub(r"\1", text)))
 
 
 @cache

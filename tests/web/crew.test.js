@@ -31,7 +31,7 @@ class Helper {
     if (!rows || !Helper.brings) return;
     setTimeout(() => {
       if (!this.#live) return;
-      this.onmessage({ data: { chunk, stage, packed: packRows(this.#decoder.decode(rows)) } });
+      this.onmessage({ data: { chunk, stage, packed: packRows(this.#decoder, rows) } });
     }, 1);
   }
 
@@ -46,7 +46,7 @@ globalThis.Worker = Helper;
 
 const { fields, streams } = smallScene(COUNT);
 const bytes = seal(fields, streams);
-const expected = packRows(openScene(bytes).scene);
+const expected = openScene(bytes).words;
 
 /** All words, as they are taken away in the end. @param {Crew} crew */
 function wordsOf(crew) {
@@ -121,7 +121,7 @@ test("layers are done for themselves, and count from the first one on", async ()
   await crew.finish();
   crew.dismiss();
   assert.equal(crew.layers, 2);
-  const words = alone.map(({ fields, streams }) => packRows(openScene(seal(fields, streams)).scene));
+  const words = alone.map(({ fields, streams }) => openScene(seal(fields, streams)).words);
   const found = wordsOf(crew);
   for (const part of PARTS) {
     const [first, second] = words.map((own) => own[part]);

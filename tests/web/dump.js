@@ -17,7 +17,7 @@ for (const path of paths) {
   const bytes = new Uint8Array(readFileSync(path));
   const { header, scene } = seed === "0" ? openScene(bytes) : openInPieces(bytes);
   const { network, means, logScales, quats, sh, lobes, count, lobeDegree } = scene;
-  const arrays = { means, logScales, quats, sh: inRows(sh, count), lobes: inRows(lobes, count), ...network };
+  const arrays = { means, logScales, quats, sh, lobes, ...network };
   let start = 0;
   const layout = Object.entries(arrays).map(([name, array]) => {
     const row = [name, start, array.length];
@@ -30,11 +30,6 @@ for (const path of paths) {
   writeFileSync(`${path}.json`, JSON.stringify({ header: described, count, lobeDegree, layout }, plain));
   const bytesOf = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
   writeFileSync(`${path}.bin`, Buffer.concat(Object.values(arrays).map(bytesOf)));
-}
-
-function inRows(columns, count) {
-  const stride = columns.length / count;
-  return columns.map((_, i) => columns[(i % stride) * count + Math.floor(i / stride)]);
 }
 
 function openInPieces(bytes) {

@@ -5,7 +5,6 @@ import { isDeepStrictEqual } from "node:util";
 import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
 import { WHOLE } from "../../mobilegs/view/web/mgs/decode.js";
 import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
-import { packRows } from "../../mobilegs/view/web/render/pack.js";
 import { pieces, randomNumbers } from "./pieces.js";
 import { openScene, sceneOf } from "./whole.js";
 import { layeredScene, seal } from "./write.js";
@@ -26,12 +25,11 @@ function endsOf(bytes, own) {
 
 /** Words of some scenes one behind the other. */
 function joinedWords(scenes) {
-  const all = scenes.map(({ fields, streams }) => packRows(openScene(seal(fields, streams)).scene));
+  const all = scenes.map(({ fields, streams }) => openScene(seal(fields, streams)).words);
   return Object.fromEntries(PARTS.map((part) => [part, all.flatMap((words) => [...words[part]])]));
 }
 
-function wordsOf(scene) {
-  const words = packRows(scene);
+function wordsOf({ words }) {
   return Object.fromEntries(PARTS.map((part) => [part, [...words[part]]]));
 }
 
@@ -86,7 +84,7 @@ async function loaded(bytes) {
 }
 
 test("layers are what each of them is as a file of its own, whole and in pieces", () => {
-  assert.deepEqual(wordsOf(openScene(BYTES).scene), COARSER[3]);
+  assert.deepEqual(wordsOf(openScene(BYTES)), COARSER[3]);
   const random = randomNumbers(7);
   for (let i = 0; i < 5; i++) {
     const reader = new SceneReader();
@@ -95,7 +93,7 @@ test("layers are what each of them is as a file of its own, whole and in pieces"
       while (reader.step());
     }
     reader.end();
-    assert.deepEqual(wordsOf(sceneOf(reader).scene), COARSER[3]);
+    assert.deepEqual(wordsOf(sceneOf(reader)), COARSER[3]);
   }
 });
 
@@ -113,7 +111,7 @@ test("what ends behind a layer is read as a coarser scene", () => {
     while (reader.step());
     const stages = reader.decoder.layers.map(({ stage }) => stage);
     assert.deepEqual(stages, LAYERS.map((_, j) => (j <= i ? WHOLE : 0)));
-    assert.deepEqual(wordsOf(sceneOf(reader).scene), COARSER[i]);
+    assert.deepEqual(wordsOf(sceneOf(reader)), COARSER[i]);
     if (i < LAYERS.length - 1) assert.throws(() => reader.end(), /ends inside its stream 'positions@\d'/);
     else reader.end();
   });
@@ -198,7 +196,7 @@ test("streams of layers must be there, once, and nothing else counts", () => {
   const swapped = streams.map(([name, ...rest]) => [{ "scale.0@1": "scale.0@3", "scale.0@3": "scale.0@1" }[name] ?? name, ...rest]);
   assert.throws(() => openScene(seal(fields, swapped, 3)), SceneError);
   const more = [["positions@4", "new", Uint8Array.of(1)], ["positions@0", "new", Uint8Array.of(2)]];
-  assert.deepEqual(wordsOf(openScene(seal(fields, [...streams, ...more], 3)).scene), COARSER[3]);
+  assert.deepEqual(wordsOf(openScene(seal(fields, [...streams, ...more], 3))), COARSER[3]);
 });
 
 test("a version without layers does not know the field, and there is no version after them", () => {

@@ -1,10 +1,13 @@
 /** Scenes as a whole, for comparisons. */
 
+import { BLOCK } from "../../mobilegs/view/web/mgs/machine.js";
 import { toWorld } from "../../mobilegs/view/web/mgs/positions.js";
 import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
 import { RowDecoder } from "../../mobilegs/view/web/mgs/rows.js";
+import { packRows } from "../../mobilegs/view/web/render/pack.js";
 
-const PARTS = ["positions", "logScales", "scales", "quats", "sh", "lobes"];
+/** Columns of each part; of lobes it depends. */
+const PARTS = { logScales: 3, scales: 3, quats: 4, sh: 12 };
 
 /** The scene in a whole file. @param {Uint8Array} bytes */
 export function openScene(bytes) {
@@ -15,33 +18,47 @@ export function openScene(bytes) {
   return sceneOf(reader);
 }
 
-/** How many columns a part of a scene has: 1 if it is held row by row. @param {object} scene @param {string} part */
-export function columnsOf(scene, part) {
-  return ["sh", "lobes"].includes(part) ? scene[part].length / scene.count : 1;
+/** Some rows as numbers, row by row. @param {RowDecoder} decoder @param {object} rows */
+export function numbersOf(decoder, rows) {
+  const count = rows.positions.length / 3;
+  const columns = { ...PARTS, lobes: 2 * (decoder.lobeDegree + 1) ** 2 };
+  const parts = Object.entries(columns).map(([part, width]) => [part, new Float32Array(width * count)]);
+  const found = Object.fromEntries(parts);
+  for (let from = 0; from < count; from += BLOCK) {
+    const block = decoder.decode(rows, from);
+    for (const [part, width] of Object.entries(columns)) {
+      for (let i = 0; i < block.count * width; i++) {
+        found[part][from * width + i] = block[part][(i % width) * BLOCK + Math.floor(i / width)];
+      }
+    }
+  }
+  return { count, ...found, positions: rows.positions };
 }
 
 /** All of a scene, as far as it is there: at least positions of its first layer are. @param {SceneReader} reader */
 export function sceneOf({ header, decoder }) {
   const rows = new RowDecoder(decoder.recipe);
-  const come = decoder.layers.filter(({ positions }) => positions);
-  // what is decoded next takes its memory again
-  const layers = come.map((layer) => structuredClone(rows.decode(layer.rows(0, layer.count))));
-  const count = layers.reduce((sum, layer) => sum + layer.count, 0);
-  const parts = PARTS.map((part) => {
-    const [first] = layers;
-    const all = new first[part].constructor((first[part].length / first.count) * count);
-    let at = 0;
-    for (const layer of layers) {
-      const columns = columnsOf(layer, part);
-      const size = layer[part].length / columns;
-      for (let i = 0; i < columns; i++) {
-        all.set(layer[part].subarray(i * size, (i + 1) * size), at + i * count);
+  const layers = decoder.layers.filter(({ positions }) => positions).map((layer) => layer.rows(0, layer.count));
+  const scene = joined(layers.map((layer) => numbersOf(rows, layer)));
+  const { lobeDegree, logScaleRange } = rows;
+  const means = toWorld(scene.positions, header.frame);
+  const words = joined(layers.map((layer) => packRows(rows, layer)));
+  return { header, words, scene: { ...scene, lobeDegree, logScaleRange, means, network: decoder.network } };
+}
+
+/** Arrays of some objects one behind the other; numbers are added. */
+function joined(objects) {
+  return Object.fromEntries(
+    Object.keys(objects[0]).map((name) => {
+      const all = objects.map((object) => object[name]);
+      if (typeof all[0] === "number") return [name, all.reduce((a, b) => a + b)];
+      const found = new all[0].constructor(all.reduce((sum, { length }) => sum + length, 0));
+      let at = 0;
+      for (const one of all) {
+        found.set(one, at);
+        at += one.length;
       }
-      at += size;
-    }
-    return [part, all];
-  });
-  const gaussians = { ...layers[0], count, ...Object.fromEntries(parts) };
-  const means = toWorld(gaussians.positions, header.frame);
-  return { header, scene: { ...gaussians, means, network: decoder.network } };
+      return [name, found];
+    }),
+  );
 }

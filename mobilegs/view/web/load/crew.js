@@ -148,7 +148,7 @@ export class Crew {
     this.#running = true;
     for (let chunk; (chunk = this.#next) >= 0 && this.#own; ) {
       const stage = (this.#given[chunk] = this.#wanted(chunk));
-      this.#take({ chunk, stage, packed: packRows(this.#own.decode(this.#rows(chunk))) });
+      this.#take({ chunk, stage, packed: packRows(this.#own, this.#rows(chunk)) });
       await turn();
     }
     this.#running = false;

@@ -13,7 +13,6 @@ import { isSpz, readSpz } from "./spz.js";
 /** @typedef {import("../mgs/decode.js").CodedLayer} CodedLayer */
 /** @typedef {import("../mgs/header.js").Header} Header */
 /** @typedef {import("../mgs/header.js").View} View */
-/** @typedef {import("../mgs/scene.js").Gaussians} Gaussians */
 /** @typedef {import("../render/pack.js").PackedRows} PackedRows */
 /** @typedef {import("../mgs/reader.js").SceneReader} SceneReader */
 /** @typedef {import("../render/types.js").Numbers} Numbers */
@@ -86,19 +85,27 @@ class Arriving {
   #header;
   #layers;
   #crew;
+  #logScales;
   #one;
   /** Layers that are shown; 0: some of the first. */
   #shown = 0;
 
-  /** @param {Header} header @param {CodedLayer[]} layers @param {Crew} crew @param {Gaussians} one of them */
-  constructor(header, layers, crew, one) {
+  /**
+   * @param {Header} header
+   * @param {CodedLayer[]} layers
+   * @param {Crew} crew
+   * @param {[number, number]} logScales their range
+   * @param {PackedRows} one of them
+   */
+  constructor(header, layers, crew, logScales, one) {
     this.#header = header;
     this.#layers = layers;
     this.#crew = crew;
+    this.#logScales = logScales;
     this.#one = one;
     const some = thinned(this.#first, FIRST);
     if (some.length === 3 * header.count) this.#shown = 1;
-    this.#send(packAlike(header, some, one), toWorld(some, header.frame));
+    this.#send(packAlike(header, logScales, some, one), toWorld(some, header.frame));
   }
 
   /** Positions of the first layer. */
@@ -116,8 +123,8 @@ class Arriving {
     const taken = this.#crew.taken.splice(0);
     if (before === 0) {
       const scene = done
-        ? emptyScene(this.#header, count, this.#one)
-        : packAlike(this.#header, this.#first, this.#one, count);
+        ? emptyScene(this.#header, count, this.#logScales)
+        : packAlike(this.#header, this.#logScales, this.#first, this.#one, count);
       for (const [from, packed] of taken) {
         for (const part of PARTS) scene[part].set(packed[part], (from * scene[part].length) / count);
       }
@@ -175,9 +182,9 @@ async function loadMgs(source) {
     const slow = waited * (total / received - 1) > SOON;
     if (layers[0].positions && !arriving) {
       const positions = layers[0].positions.subarray(0, 3);
-      const one = crew.begin(decoder).decode({ positions, columns: {} });
-      // its memory is taken again
-      arriving = new Arriving(header, layers, crew, structuredClone(one));
+      const own = crew.begin(decoder);
+      const one = packRows(own, { positions, columns: {} });
+      arriving = new Arriving(header, layers, crew, own.logScaleRange, one);
       timer = setInterval(() => arriving?.send(arrived), SOON);
     }
     for (const [i, { stage }] of layers.entries()) {
@@ -252,7 +259,7 @@ self.onmessage = async ({ data }) => {
   }
   if ("rows" in data) {
     const { rows, chunk, stage } = data;
-    const packed = packRows(decoder.decode(rows));
+    const packed = packRows(decoder, rows);
     const moved = PARTS.map((part) => packed[part].buffer);
     self.postMessage({ chunk, stage, packed }, { transfer: moved });
     return;

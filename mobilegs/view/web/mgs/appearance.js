@@ -1,10 +1,12 @@
 /** Colour from position and latents. docs/format.md, section 7. */
 
 import { lookUp } from "./codebooks.js";
-import { BLOCK, Network, makeLayer, writeColumns } from "./dense.js";
 import { fromHalf } from "./half.js";
+import { BLOCK } from "./machine.js";
 
 /** @typedef {import("./codebooks.js").Codes} Codes */
+/** @typedef {import("./machine.js").Block} Block */
+/** @typedef {import("./machine.js").Machine} Machine */
 /** @typedef {import("./weights.js").Weights} Weights */
 
 const OCTAVES = 16;
@@ -13,107 +15,106 @@ const HIDDEN = 64;
 const CONTEXT = 13;
 const SLOPE = 0.01;
 const LATENTS = 6;
+/** Columns that harmonics take while they are made: networks write some that are not needed. */
+export const SH_ROOM = 15;
 const { fround, sqrt } = Math;
 
-/** Colours that are linear in their latents. */
+/** Colours that are linear in their latents: static ones first, of which there are three. */
 export class LinearDecoder {
-  #latents = new Float32Array(0);
-  #rows;
+  #machine;
+  #latents;
+  #layer;
+  #sh;
 
-  /** @param {Weights} weights */
-  constructor({ static2, view2 }) {
-    const row = (/** @type {number} */ first, /** @type {Float32Array} */ weights) => ({ first, weights });
-    this.#rows = [
-      ...split(static2, 3).map((weights) => row(0, weights)),
-      ...split(view2, 9).map((weights) => row(3, weights)),
-    ];
+  /** @param {Machine} machine @param {Block} sh what it writes: 12 columns of harmonics @param {Weights} weights */
+  constructor(machine, sh, { static2, view2 }) {
+    const latents = 3 + view2.length / 9;
+    const matrix = new Float32Array(12 * latents);
+    for (let row = 0; row < 12; row++) {
+      const own = row < 3 ? static2.subarray(3 * row, 3 * row + 3) : view2.subarray((row - 3) * (latents - 3));
+      matrix.set(own.subarray(0, latents - 3), row * latents + (row < 3 ? 0 : 3));
+    }
+    this.#machine = machine;
+    this.#latents = machine.block(latents);
+    this.#layer = machine.layer(matrix, latents);
+    this.#sh = sh;
   }
 
   /**
-   * Writes the harmonics of some Gaussians, 12 columns, into `sh`.
+   * Writes the harmonics of some Gaussians, at most a block.
    *
    * @param {Uint16Array} positions only their number counts
    * @param {Codes} codes latents
-   * @param {Float32Array} sh
+   * @param {number} from the first of them in the codes
    */
-  decode(positions, codes, sh) {
-    const count = positions.length / 3;
-    const size = codes.length * codes.books.length * count;
-    if (this.#latents.length < size) this.#latents = new Float32Array(size);
-    const latents = this.#latents;
-    lookUp(codes, latents, 1, count);
-    for (const [row, { first, weights }] of this.#rows.entries()) {
-      const [x, y, z] = [first, first + 1, first + 2].map((i) => latents.subarray(i * count, (i + 1) * count));
-      const [a, b, c, ...more] = weights;
-      const out = sh.subarray(row * count, (row + 1) * count);
-      for (let i = 0; i < count; i++) out[i] = a * x[i] + b * y[i] + c * z[i];
-      for (const [k, d] of more.entries()) {
-        const from = (first + 3 + k) * count;
-        for (let i = 0; i < count; i++) out[i] += d * latents[from + i];
-      }
-    }
+  decode(positions, codes, from) {
+    lookUp(codes, this.#latents.numbers, BLOCK, from, from + positions.length / 3);
+    this.#machine.apply(this.#layer, this.#latents, this.#sh, 1);
   }
-}
-
-/** So many rows. @param {Float32Array} matrix @param {number} rows */
-function split(matrix, rows) {
-  const columns = matrix.length / rows;
-  return Array.from({ length: rows }, (_, i) => matrix.subarray(i * columns, (i + 1) * columns));
 }
 
 /** Evaluates the networks of a file's colours, 9792 products per Gaussian. */
 export class AppearanceDecoder {
-  #network;
-  #latents = new Float32Array(BLOCK * LATENTS);
+  #machine;
+  #layers;
+  #latents;
+  #encoded;
+  #hidden;
+  #inputs;
+  #own;
+  #sh;
+  #degree1;
   #unit;
 
   /**
+   * @param {Machine} machine
+   * @param {Block} sh what it writes
    * @param {Weights} weights
    * @param {number} exponent of positions
    */
-  constructor({ context1, context2, static1, static2, view1, view2 }, exponent) {
-    const layers = [
-      makeLayer(context1, ENCODED),
-      makeLayer(context2, HIDDEN),
-      makeLayer(static1, CONTEXT + 3),
-      makeLayer(static2, HIDDEN),
-      makeLayer(view1, CONTEXT + 3),
-      makeLayer(view2, HIDDEN),
+  constructor(machine, sh, { context1, context2, static1, static2, view1, view2 }, exponent) {
+    this.#machine = machine;
+    this.#layers = [
+      machine.layer(context1, ENCODED),
+      machine.layer(context2, HIDDEN),
+      machine.layer(static1, CONTEXT + 3),
+      machine.layer(static2, HIDDEN),
+      machine.layer(view1, CONTEXT + 3),
+      machine.layer(view2, HIDDEN),
     ];
     this.#unit = 2 ** exponent;
-    // the third block holds the context, behind it the static or the view latents
-    const widths = [ENCODED, HIDDEN, CONTEXT + 3, 4, 12];
-    this.#network = new Network(layers, widths);
+    this.#latents = machine.block(LATENTS);
+    this.#encoded = machine.block(ENCODED);
+    this.#hidden = machine.block(HIDDEN);
+    // the context, behind it the static or the view latents
+    this.#inputs = machine.block(CONTEXT + 3);
+    this.#own = machine.part(this.#inputs, CONTEXT, 3);
+    this.#sh = sh;
+    this.#degree1 = machine.part(sh, 3, 12);
   }
 
   /**
-   * Writes the harmonics of some Gaussians, 12 columns, into `sh`.
+   * Writes the harmonics of some Gaussians, at most a block.
    *
    * @param {Uint16Array} positions the bits of the halves
    * @param {Codes} codes latents
-   * @param {Float32Array} sh
+   * @param {number} from the first of them in the codes
    */
-  decode(positions, codes, sh) {
-    const network = this.#network;
-    const [context1, context2, static1, static2, view1, view2] = network.layers;
-    const [encoded, hidden, inputs, degree0, degree1] = network.blocks;
-    const latents = this.#latents;
-    const count = positions.length / 3;
-    for (let start = 0; start < count; start += BLOCK) {
-      const rows = Math.min(BLOCK, count - start);
-      this.#encode(positions, start, rows, encoded);
-      network.apply(context1, encoded, hidden, 0);
-      network.apply(context2, hidden, inputs, 1);
-      lookUp(codes, latents, 1, BLOCK, start, start + rows);
-      inputs.set(latents.subarray(0, 3 * BLOCK), CONTEXT * BLOCK);
-      network.apply(static1, inputs, hidden, SLOPE);
-      network.apply(static2, hidden, degree0, 1);
-      inputs.set(latents.subarray(3 * BLOCK), CONTEXT * BLOCK);
-      network.apply(view1, inputs, hidden, SLOPE);
-      network.apply(view2, hidden, degree1, 1);
-      writeColumns(degree0, 3, rows, sh, start, count);
-      writeColumns(degree1, 9, rows, sh, 3 * count + start, count);
-    }
+  decode(positions, codes, from) {
+    const machine = this.#machine;
+    const [context1, context2, static1, static2, view1, view2] = this.#layers;
+    const [latents, own] = [this.#latents.numbers, this.#own.numbers];
+    const [encoded, hidden, inputs] = [this.#encoded, this.#hidden, this.#inputs];
+    this.#encode(positions, encoded.numbers);
+    machine.apply(context1, encoded, hidden, 0);
+    machine.apply(context2, hidden, inputs, 1);
+    lookUp(codes, latents, BLOCK, from, from + positions.length / 3);
+    own.set(latents.subarray(0, 3 * BLOCK));
+    machine.apply(static1, inputs, hidden, SLOPE);
+    machine.apply(static2, hidden, this.#sh, 1);
+    own.set(latents.subarray(3 * BLOCK));
+    machine.apply(view1, inputs, hidden, SLOPE);
+    machine.apply(view2, hidden, this.#degree1, 1);
   }
 
   /** From the centre, but at least 1, in units of the radius. @param {Uint16Array} positions @param {number} place */
@@ -129,13 +130,10 @@ export class AppearanceDecoder {
    * Sines and cosines of the contracted positions: 16 octaves per axis, sines first.
    *
    * @param {Uint16Array} positions
-   * @param {number} start
-   * @param {number} rows
    * @param {Float32Array} encoded
    */
-  #encode(positions, start, rows, encoded) {
-    for (let row = 0; row < rows; row++) {
-      const place = 3 * (start + row);
+  #encode(positions, encoded) {
+    for (let row = 0, place = 0; place < positions.length; row++, place += 3) {
       const length = this.#distance(positions, place);
       const grow = fround(2 - fround(1 / length));
       for (let axis = 0; axis < 3; axis++) {

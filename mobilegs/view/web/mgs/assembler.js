@@ -1,6 +1,8 @@
-/** WebAssembly, put together here from its instructions. */
+/** WebAssembly, put together here from its instructions. Expressions and statements are their bytes. */
 
 export const I32 = 0x7f;
+export const F32 = 0x7d;
+export const V128 = 0x7b;
 export const PLUS = 0x6a;
 export const MINUS = 0x6b;
 export const TIMES = 0x6c;
@@ -34,27 +36,46 @@ export const loop = (body, again) => [0x03, 0x40, ...body, ...again, 0x0d, 0, 0x
 /** @param {number} local @param {number} step */
 export const advance = (local, step) => [...get(local), ...number(step), PLUS, ...set(local)];
 
+/** An operation on four numbers at a time. @param {number} code */
+export const simd = (code) => (/** @type {number[][]} */ ...operands) => [...operands.flat(), 0xfd, ...unsigned(code)];
+
+/** A place in memory, aligned to nothing. @param {number} code @param {number} offset */
+const placed = (code, offset) => [0xfd, ...unsigned(code), 0, ...unsigned(offset)];
+export const load = (/** @type {number[]} */ at, offset = 0) => [...at, ...placed(0x00, offset)];
+export const loadSplat = (/** @type {number[]} */ at, offset = 0) => [...at, ...placed(0x09, offset)];
+/** @param {number[]} at @param {number[]} value @param {number} [offset] */
+export const store = (at, value, offset = 0) => [...at, ...value, ...placed(0x0b, offset)];
+/** @param {number[]} at @param {number[]} value @param {number} lane @param {number} [offset] */
+export const storeLane = (at, value, lane, offset = 0) => [...at, ...value, ...placed(0x5a, offset), lane];
+/** One number four times. @param {number} value */
+export const floats = (value) => [0x43, ...new Uint8Array(Float32Array.of(value).buffer), 0xfd, 0x13];
+/** @param {number} value at least 0 */
+export const integers = (value) => [...number(value), 0xfd, 0x11];
+
 /**
- * A function of a memory that is given to it.
+ * Functions of a memory that is given to them.
  *
- * @param {number[]} parameters their types
- * @param {number[]} results
- * @param {number[]} body locals first
- * @returns {(memory: WebAssembly.Memory) => Function | null} null where there is no such thing, or it is forbidden
+ * @param {Record<string, {parameters: number[], results?: number[], body: number[]}>} functions
+ *     types, and what is done, locals first
+ * @returns {(memory: WebAssembly.Memory) => Record<string, Function> | null} null where there is no such thing, or
+ *     it is forbidden
  */
-export function assembled(parameters, results, body) {
+export function assembled(functions) {
   const text = (/** @type {string} */ words) => [words.length, ...new TextEncoder().encode(words)];
+  const all = Object.entries(functions);
+  const list = (/** @type {number[][]} */ items) => [items.length, ...items.flat()];
   /** @type {WebAssembly.Module | null} */
   let module = null;
   try {
     module = new WebAssembly.Module(
       Uint8Array.from([
         0x00, 0x61, 0x73, 0x6d, 1, 0, 0, 0,
-        ...section(1, [1, 0x60, parameters.length, ...parameters, results.length, ...results]),
+        ...section(1, list(all.map(([, { parameters, results = [] }]) =>
+          [0x60, parameters.length, ...parameters, results.length, ...results]))),
         ...section(2, [1, ...text("web"), ...text("memory"), 2, 0, 1]),
-        ...section(3, [1, 0]),
-        ...section(7, [1, ...text("run"), 0, 0]),
-        ...section(10, [1, ...unsigned(body.length), ...body]),
+        ...section(3, list(all.map((_, i) => [i]))),
+        ...section(7, list(all.map(([name], i) => [...text(name), 0, i]))),
+        ...section(10, list(all.map(([, { body }]) => [...unsigned(body.length), ...body]))),
       ]),
     ); // prettier-ignore
   } catch {
@@ -62,6 +83,6 @@ export function assembled(parameters, results, body) {
   }
   return (memory) => {
     if (module === null) return null;
-    return /** @type {any} */ (new WebAssembly.Instance(module, { web: { memory } }).exports).run;
+    return /** @type {any} */ (new WebAssembly.Instance(module, { web: { memory } }).exports);
   };
 }

@@ -2,6 +2,7 @@
 
 import { exactBits } from "./bits.js";
 import { SceneError } from "./error.js";
+import { BLOCK } from "./machine.js";
 import { decodeRans } from "./rans.js";
 
 /** @typedef {import("./envelope.js").Stream} Stream */
@@ -84,14 +85,13 @@ export function decodeIndices({ name, codec, data }, count, size) {
 }
 
 /**
- * Codes that give `count` Gaussians the mean of each book: what is drawn until their own come.
+ * Codes that give a block of Gaussians the mean of each book: what is drawn until their own come.
  *
  * @param {Books} books
- * @param {number} count
  * @returns {Codes}
  */
-export function meanCodes({ length, books, middles }, count) {
-  const column = new Uint16Array(count);
+export function meanCodes({ length, books, middles }) {
+  const column = new Uint16Array(BLOCK);
   return {
     length,
     books: books.map((book, i) => (middles ? book.subarray(middles[i], middles[i] + 1) : meanEntry(book, length))),
@@ -110,23 +110,21 @@ function meanEntry(book, length) {
 }
 
 /**
- * Writes the vectors of some Gaussians, one per `stride` numbers of `out`, with `step` from one of
- * their numbers to the next.
+ * Writes numbers of some Gaussians, in columns.
  *
  * @param {Codes} codes
  * @param {Float32Array} out
- * @param {number} stride
- * @param {number} [step]
- * @param {number} [from] the first of the Gaussians
- * @param {number} [to]
+ * @param {number} step from one column to the next
+ * @param {number} from the first of the Gaussians
+ * @param {number} to
  */
-export function lookUp({ length, books, columns }, out, stride, step = 1, from = 0, to = columns[0].length) {
+export function lookUp({ length, books, columns }, out, step, from, to) {
   for (let j = 0; j < books.length; j++) {
     const book = books[j];
     const column = columns[j];
     for (let e = 0; e < length; e++) {
       let place = (j * length + e) * step;
-      for (let i = from; i < to; i++, place += stride) out[place] = book[column[i] * length + e];
+      for (let i = from; i < to; i++) out[place++] = book[column[i] * length + e];
     }
   }
 }

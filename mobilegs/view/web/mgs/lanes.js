@@ -59,7 +59,7 @@ function body() {
   return [1, 12, I32, ...loop(row, [...get(short), ...get(step), NOT_BELOW]), ...get(word), 0x0b];
 }
 
-/** @type {((memory: WebAssembly.Memory) => Function | null) | undefined} */
+/** @type {((memory: WebAssembly.Memory) => Record<string, Function> | null) | undefined} */
 let make;
 /** Kept for the next stream. @type {{memory: WebAssembly.Memory, run: Function | null} | undefined} */
 let machine;
@@ -75,10 +75,10 @@ let machine;
  * @returns {import("./rans.js").Pulled | undefined} undefined: there is no such thing here
  */
 export function pullFast({ contexts, alphabet, symbols, spans }, states, first, words, count) {
-  make ??= assembled(Array(9).fill(I32), [I32], body());
+  make ??= assembled({ run: { parameters: Array(9).fill(I32), results: [I32], body: body() } });
   if (machine === undefined) {
     const memory = new WebAssembly.Memory({ initial: 1 });
-    machine = { memory, run: make(memory) };
+    machine = { memory, run: make(memory)?.run ?? null };
   }
   const { memory, run } = machine;
   if (run === null) return undefined;

@@ -8,7 +8,7 @@
  *     reader.end();
  *     const { recipe, layers } = reader.decoder;
  *     for each layer:
- *       new RowDecoder(recipe).decode(layer.rows(0, layer.count));
+ *       new RowDecoder(recipe).decode(layer.rows(0, layer.count));  // the first block of them
  *
  * A step takes some milliseconds; between two of them a caller may do something else. As soon as
  * a layer has `positions`, its Gaussians can be drawn: what has not come yet is neutral.

@@ -1,6 +1,7 @@
 /** Rotations as three angles, each as fine as its Gaussian needs. docs/format.md, section 6. */
 
 import { exactBits } from "./bits.js";
+import { BLOCK } from "./machine.js";
 
 /** @typedef {import("./header.js").Scalar} Scalar */
 
@@ -46,29 +47,30 @@ export function decodeFiner(data, books, columns) {
 }
 
 /**
- * Unit quaternions (w, x, y, z) of axis times angle.
+ * Unit quaternions (w, x, y, z) of axis times angle, of at most a block of Gaussians.
  *
  * @param {Scalar} scalar
  * @param {Uint16Array[]} columns three of cells, then three of finer bits
- * @param {Float32Array} logScales
- * @param {Float32Array} quats
+ * @param {number} from the first of them in the columns
+ * @param {number} to
+ * @param {Float32Array} logScales in columns
+ * @param {Float32Array} quats in columns
  */
-export function turn({ step, columns: cells }, columns, logScales, quats) {
-  const count = columns[0].length;
+export function turn({ step, columns: cells }, columns, from, to, logScales, quats) {
   const angle = (/** @type {number} */ axis, /** @type {number} */ i, /** @type {number} */ bits) =>
     step * (columns[axis][i] + cells[axis].least - 0.5 + (columns[3 + axis][i] + 0.5) / (1 << bits));
-  for (let i = 0; i < count; i++) {
-    const a = logScales[3 * i];
-    const b = logScales[3 * i + 1];
-    const c = logScales[3 * i + 2];
+  for (let i = from, row = 0; i < to; i++, row++) {
+    const a = logScales[row];
+    const b = logScales[row + BLOCK];
+    const c = logScales[row + 2 * BLOCK];
     const x = angle(0, i, finerBits(b, c));
     const y = angle(1, i, finerBits(a, c));
     const z = angle(2, i, finerBits(a, b));
     const whole = Math.sqrt(x * x + y * y + z * z);
     const share = whole > 1e-9 ? Math.sin(whole / 2) / whole : 0.5;
-    quats[4 * i] = Math.cos(whole / 2);
-    quats[4 * i + 1] = share * x;
-    quats[4 * i + 2] = share * y;
-    quats[4 * i + 3] = share * z;
+    quats[row] = Math.cos(whole / 2);
+    quats[row + BLOCK] = share * x;
+    quats[row + 2 * BLOCK] = share * y;
+    quats[row + 3 * BLOCK] = share * z;
   }
 }

@@ -1,10 +1,11 @@
 /** Codes of some Gaussians to what is drawn, as far as the codes have come. */
 
-import { AppearanceDecoder, LinearDecoder } from "./appearance.js";
+import { AppearanceDecoder, LinearDecoder, SH_ROOM } from "./appearance.js";
 import { lookUp, meanCodes } from "./codebooks.js";
 import { C0, LobeDecoder } from "./lobes.js";
+import { BLOCK, Machine } from "./machine.js";
 import { turn } from "./rotations.js";
-import { fillColumns, fillRows, makeGaussians, normaliseQuats } from "./scene.js";
+import { fill } from "./scene.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
 /** @typedef {import("./codebooks.js").Codes} Codes */
@@ -29,91 +30,134 @@ import { fillColumns, fillRows, makeGaussians, normaliseQuats } from "./scene.js
 
 // in their logarithms: some three times
 const SMALLER = 1.1;
-const PARTS = /** @type {const} */ (["logScales", "scales", "quats", "sh", "lobes"]);
+const TURNED_NOWHERE = [1, 0, 0, 0];
 
 export class RowDecoder {
   #recipe;
+  #machine = new Machine();
+  #blocks;
   #colors;
   #lobeDecoder;
+  /** What is decoded is written there. @type {Gaussians} */
+  #gaussians;
   /** Colour and lobes, without the base opacity, as long as there are no others. */
   #neutral;
-  /** What was decoded last. @type {Gaussians} */
-  #room;
+  /** Standard deviations, as codes have their logarithms, and of those whose own have not come. */
+  #sizes;
 
   /** @param {Recipe} recipe */
   constructor(recipe) {
     const { header, samples } = recipe;
-    const { lobes, frame } = header;
+    const { lobes: shape, frame } = header;
+    const machine = this.#machine;
     this.#recipe = recipe;
-    this.#lobeDecoder = lobes && new LobeDecoder(lobes, recipe.lobes);
-    this.#room = makeGaussians(new Uint16Array(0), lobes?.degree ?? 0, rangeOf(this.#of("scale")));
-    const many = samples.length / 3;
-    const found = new Float32Array(12 * many);
+    const degree = shape?.degree ?? 0;
+    const sh = machine.block(SH_ROOM);
+    const blocks = {
+      logScales: machine.block(3),
+      scales: machine.block(3),
+      quats: machine.block(4),
+      sh: machine.part(sh, 0, 12),
+      // the last layer writes four columns at a time
+      lobes: machine.block(2 * (degree + 1) ** 2 + 2),
+      words: machine.block(18),
+    };
+    this.#blocks = blocks;
+    this.#lobeDecoder = shape && new LobeDecoder(machine, blocks, blocks.lobes, shape, recipe.lobes);
     this.#colors = header.colors === "linear"
-      ? new LinearDecoder(recipe.appearance)
-      : new AppearanceDecoder(recipe.appearance, frame.exponent);
-    this.#colors.decode(samples, meanCodes(this.#of("appearance"), many), found);
-    this.#neutral = makeGaussians(samples.subarray(0, 3), this.#room.lobeDegree, [0, 0]);
-    const { sh, scales, quats, lobes: constant } = this.#neutral;
-    for (let i = 0; i < 3 * many; i++) sh[Math.floor(i / many)] += found[i] / many;
-    lookUp(exponentials(smallCodes(this.#of("scale"), 1)), scales, 3);
-    quats[0] = 1;
-    if (this.#lobeDecoder) {
-      const latents = recipe.books.get("lobes");
-      this.#lobeDecoder.decode(this.#neutral, latents ? meanCodes(latents, 1) : null, constant);
-    } else constant[1] = 1 / C0;
+      ? new LinearDecoder(machine, sh, recipe.appearance)
+      : new AppearanceDecoder(machine, sh, recipe.appearance, frame.exponent);
+    machine.settle();
+    const numbers = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
+    this.#gaussians = /** @type {any} */ ({
+      ...numbers, count: 0, lobeDegree: degree, logScaleRange: rangeOf(this.#of("scale")), memory: machine.memory,
+    });
+    const scale = this.#of("scale");
+    const small = smallCodes(scale);
+    this.#sizes = { small, sizes: exponentials(scale), smallSizes: exponentials(small) };
+    this.#neutral = { sh: this.#meanColor(samples), lobes: [0, 1 / C0] };
+    if (this.#lobeDecoder) this.#neutral.lobes = this.#meanLobes(this.#lobeDecoder);
+  }
+
+  /** Of some Gaussians. @param {Uint16Array} samples */
+  #meanColor(samples) {
+    const { sh } = this.#gaussians;
+    const mean = new Float64Array(12);
+    const codes = meanCodes(this.#of("appearance"));
+    for (let at = 0; at < samples.length; at += 3 * BLOCK) {
+      const some = samples.subarray(at, at + 3 * BLOCK);
+      this.#colors.decode(some, codes, 0);
+      for (let i = 0; i < 12; i++) {
+        for (let row = 0; 3 * row < some.length; row++) mean[i] += (3 * sh[i * BLOCK + row]) / samples.length;
+      }
+    }
+    return mean;
+  }
+
+  /** Of a Gaussian of which nothing is known. @param {LobeDecoder} decoder */
+  #meanLobes(decoder) {
+    const { scales, quats, sh, lobes } = this.#gaussians;
+    const latents = this.#recipe.books.get("lobes");
+    lookUp(this.#sizes.smallSizes, scales, BLOCK, 0, BLOCK);
+    fill(quats, TURNED_NOWHERE);
+    fill(sh, this.#neutral.sh);
+    decoder.decode(latents ? meanCodes(latents) : null, 0, BLOCK);
+    return Array.from({ length: lobes.length / BLOCK - 2 }, (_, i) => lobes[i * BLOCK]);
   }
 
   /**
-   * Gaussians, in memory that the next call takes again.
+   * A block of Gaussians, in memory that the next call takes again.
    *
    * @param {Rows} rows
+   * @param {number} [from] the first of them
    * @returns {Gaussians}
    */
-  decode({ positions, columns }) {
+  decode({ positions: all, columns }, from = 0) {
     const { header } = this.#recipe;
-    const gaussians = this.#roomFor(positions);
-    const { count, logScales, scales, quats, sh, lobes } = gaussians;
-    /** @type {(name: Attribute) => Codes | null} */
-    const codes = (name) => {
+    const positions = all.subarray(3 * from, 3 * (from + BLOCK));
+    const count = positions.length / 3;
+    const to = from + count;
+    const gaussians = { ...this.#gaussians, count, positions };
+    const { logScales, scales, quats, sh, lobes } = gaussians;
+    const { small, sizes, smallSizes } = this.#sizes;
+    /** @type {(name: Attribute, books: Books, mean: Codes, out: Float32Array) => void} */
+    const write = (name, books, mean, out) => {
       const found = columns[name];
-      return found ? { ...this.#of(name), columns: found } : null;
+      if (found) lookUp({ ...books, columns: found }, out, BLOCK, from, to);
+      else lookUp(mean, out, BLOCK, 0, BLOCK);
     };
-    const scale = codes("scale") ?? smallCodes(this.#of("scale"), count);
-    lookUp(scale, logScales, 3);
-    lookUp(exponentials(scale), scales, 3);
-    const rotation = codes("rotation");
+    write("scale", this.#of("scale"), small, logScales);
+    write("scale", sizes, smallSizes, scales);
+    const { rotation, appearance } = columns;
     const scalar = header.scalars.get("rotation");
-    if (rotation && scalar) turn(scalar, rotation.columns, logScales, quats);
+    if (rotation && scalar) turn(scalar, rotation, from, to, logScales, quats);
     else if (rotation) {
-      lookUp(rotation, quats, 4);
-      normaliseQuats(quats);
-    } else fillRows(quats, this.#neutral.quats);
-    const appearance = codes("appearance");
-    if (appearance) this.#colors.decode(positions, appearance, sh);
-    else fillColumns(sh, this.#neutral.sh);
+      lookUp({ ...this.#of("rotation"), columns: rotation }, quats, BLOCK, from, to);
+      this.#machine.units(this.#blocks.quats, this.#blocks.quats);
+    } else fill(quats, TURNED_NOWHERE);
+    if (appearance) this.#colors.decode(positions, { ...this.#of("appearance"), columns: appearance }, from);
+    else fill(sh, this.#neutral.sh);
     // hidden layers look at everything else
     const names = [...header.cuts.keys(), ...header.scalars.keys()];
-    const all = names.every((name) => columns[name]);
-    if (all && this.#lobeDecoder) this.#lobeDecoder.decode(gaussians, codes("lobes"), lobes);
-    else fillColumns(lobes, this.#neutral.lobes);
+    if (this.#lobeDecoder && names.every((name) => columns[name])) {
+      const latents = columns.lobes;
+      this.#lobeDecoder.decode(latents ? { ...this.#of("lobes"), columns: latents } : null, from, to);
+    } else fill(lobes, this.#neutral.lobes);
     if (names.includes("opacity")) {
-      addBase(codes("opacity") ?? meanCodes(this.#of("opacity"), count), lobes);
+      const { books: [book] } = columns.opacity ? this.#of("opacity") : meanCodes(this.#of("opacity"));
+      const column = columns.opacity?.[0];
+      // to the constant part of the opacity's lobe
+      for (let i = 0; i < count; i++) lobes[i] += book[column ? column[from + i] : 0] / C0;
     }
     return gaussians;
   }
 
-  /** @param {Uint16Array} positions @returns {Gaussians} */
-  #roomFor(positions) {
-    const count = positions.length / 3;
-    if (this.#room.count < count) {
-      this.#room = makeGaussians(positions, this.#room.lobeDegree, this.#room.logScaleRange);
-    }
-    const room = { ...this.#room, count, positions };
-    for (const part of PARTS) {
-      room[part] = room[part].subarray(0, (room[part].length / this.#room.count) * count);
-    }
-    return room;
+  get lobeDegree() {
+    return this.#gaussians.lobeDegree;
+  }
+
+  get logScaleRange() {
+    return this.#gaussians.logScaleRange;
   }
 
   /** @param {Attribute} name */
@@ -127,27 +171,16 @@ export class RowDecoder {
  * one sees how deep a place is.
  *
  * @param {Books} all
- * @param {number} count
  * @returns {Codes}
  */
-function smallCodes(all, count) {
-  const { books, ...codes } = meanCodes(all, count);
+function smallCodes(all) {
+  const { books, ...codes } = meanCodes(all);
   return { ...codes, books: books.map((book) => book.map((value) => value - SMALLER)) };
 }
 
-/** Standard deviations in the place of their logarithms. @param {Codes} codes @returns {Codes} */
-function exponentials({ books, ...codes }) {
-  return { ...codes, books: books.map((book) => book.map(Math.exp)) };
-}
-
-/**
- * Adds the base opacity's logit to the constant part of the opacity's lobe.
- *
- * @param {Codes} codes
- * @param {Float32Array} lobes
- */
-function addBase({ books: [book], columns: [column] }, lobes) {
-  for (let i = 0; i < column.length; i++) lobes[i] += book[column[i]] / C0;
+/** Standard deviations in the place of their logarithms. @template {Books} T @param {T} codes @returns {T} */
+function exponentials(codes) {
+  return { ...codes, books: codes.books.map((book) => book.map(Math.exp)) };
 }
 
 /** The least and the largest number. @param {Books} books @returns {[number, number]} */

@@ -12,50 +12,65 @@
  */
 
 import { toHalf } from "../mgs/half.js";
-import { fillRows } from "../mgs/scene.js";
+import { BLOCK } from "../mgs/machine.js";
+import { packerIn } from "./packer.js";
 
 /** @typedef {import("../mgs/header.js").Header} Header */
+/** @typedef {import("../mgs/rows.js").RowDecoder} RowDecoder */
+/** @typedef {import("../mgs/rows.js").Rows} Rows */
 /** @typedef {import("../mgs/scene.js").Gaussians} Gaussians */
 /** @typedef {import("./types.js").Part} Part */
 /** @typedef {import("./types.js").SceneData} SceneData */
 /** @typedef {Uint32Array<ArrayBuffer>} Words */
 /** @typedef {Record<Part, Words>} PackedRows */
+/** @typedef {typeof CONSTANTS} Constants */
 
+const { fround } = Math;
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 // logit of an opacity that nothing brings back
-const INVISIBLE = -1e4;
+const INVISIBLE = toHalf(-1e4);
 /** Gaussians in a first picture, at most: one of all keeps a slow device from decoding them. */
 export const FIRST = 65536;
 // of log-scales
 const STEPS = [2047, 2047, 1023];
-/** What a scale's byte stands for. */
-const SCALES = Float32Array.from({ length: 258 }, (_, byte) => 2 ** (byte / 8 - 16));
-const SCALE_BITS = new Int32Array(SCALES.buffer);
-/** From a number to its byte, by the byte of its scale. */
-const GROWTHS = Float64Array.from(SCALES, (scale) => 127 / scale);
 // no smaller part of a unit quaternion is above that root
-const TURN = 511 / Math.SQRT1_2;
+const TURN = fround(511 / Math.SQRT1_2);
+/** Steps of an octave. */
+const EIGHTHS = Float32Array.from({ length: 8 }, (_, k) => 2 ** (k / 8));
+/** What brings each of them to 127. */
+const GROWTHS = EIGHTHS.map((step) => 127 / step);
+export const CONSTANTS = {
+  block: BLOCK,
+  steps: STEPS,
+  turn: TURN,
+  invisible: INVISIBLE,
+  eighths: Array.from(new Uint32Array(EIGHTHS.buffer), (bits) => bits & 0x7fffff),
+  growths: [...GROWTHS],
+};
 
 /**
  * A scene whose Gaussians differ by nothing but their place; of many only some are to be seen.
  *
  * @param {Header} header
+ * @param {[number, number]} logScaleRange
  * @param {Uint16Array} positions
- * @param {Gaussians} one of them
+ * @param {PackedRows} one of them
  * @param {number} [room] Gaussians that there is room for: more than positions, and they are zeros
  * @returns {SceneData & PackedRows}
  */
-export function packAlike(header, positions, one, room = positions.length / 3) {
-  const scene = emptyScene(header, room, one);
+export function packAlike(header, logScaleRange, positions, one, room = positions.length / 3) {
+  const scene = emptyScene(header, room, logScaleRange);
   const { shapes, lobes } = scene;
   const count = positions.length / 3;
-  const words = packRows(one);
   for (const part of /** @type {Part[]} */ (["shapes", "colors", "lobes"])) {
-    fillRows(scene[part].subarray(0, words[part].length * count), words[part]);
+    const [all, { length }] = [scene[part].subarray(0, one[part].length * count), one[part]];
+    all.set(one[part]);
+    // what is filled doubles until it is all
+    for (let filled = length; filled < all.length; filled *= 2) all.copyWithin(filled, 0, filled);
   }
-  const [stride, apart] = [words.lobes.length, Math.ceil(count / FIRST)];
+  const [stride, apart] = [one.lobes.length, Math.ceil(count / FIRST)];
   for (let i = 0; i < count; i++) {
-    if (i % apart) lobes[i * stride] = toHalf(INVISIBLE) | (words.lobes[0] & 0xffff0000);
+    if (i % apart) lobes[i * stride] = INVISIBLE | (one.lobes[0] & 0xffff0000);
   }
   for (let i = 0, at = 0; i < positions.length; i += 3, at += 4) {
     shapes[at] = positions[i] | (positions[i + 1] << 16);
@@ -69,10 +84,11 @@ export function packAlike(header, positions, one, room = positions.length / 3) {
  *
  * @param {Header} header
  * @param {number} count
- * @param {Gaussians} like its degree, and the range of its log-scales
+ * @param {[number, number]} logScaleRange
  * @returns {SceneData & PackedRows}
  */
-export function emptyScene({ sorted, weighting, background, frame }, count, { lobeDegree, logScaleRange }) {
+export function emptyScene({ sorted, weighting, background, frame, lobes }, count, logScaleRange) {
+  const degree = lobes?.degree ?? 0;
   return {
     count,
     packing: {
@@ -84,8 +100,8 @@ export function emptyScene({ sorted, weighting, background, frame }, count, { lo
     shapes: new Uint32Array(4 * count),
     colors: new Uint32Array(4 * count),
     shSize: 4,
-    lobes: new Uint32Array(lobeStride(lobeDegree) * count),
-    lobeSize: (lobeDegree + 1) ** 2,
+    lobes: new Uint32Array(lobeStride(degree) * count),
+    lobeSize: (degree + 1) ** 2,
     sorted,
     weighting: {
       index: WEIGHTINGS.indexOf(weighting.name),
@@ -99,38 +115,27 @@ export function emptyScene({ sorted, weighting, background, frame }, count, { lo
 }
 
 /**
- * Packs Gaussians.
+ * Decodes Gaussians and packs them.
  *
- * @param {Gaussians} gaussians
+ * @param {RowDecoder} decoder
+ * @param {Rows} rows
  * @returns {PackedRows}
  */
-export function packRows({ count, positions, logScales, quats, sh, lobes, lobeDegree, logScaleRange }) {
-  const [least, largest] = logScaleRange;
-  const grow = largest > least ? 1 / (largest - least) : 0;
-  const size = 2 * (lobeDegree + 1) ** 2;
-  const stride = lobeStride(lobeDegree);
-  const [shBits, lobeBits] = [sh, lobes].map(bitsOf);
+export function packRows(decoder, rows) {
+  const count = rows.positions.length / 3;
+  const stride = lobeStride(decoder.lobeDegree);
   const packed = {
     shapes: new Uint32Array(4 * count),
     colors: new Uint32Array(4 * count),
     lobes: new Uint32Array(stride * count),
   };
-  for (let i = 0; i < count; i++) {
-    const scales = packLobes(lobes, lobeBits, i, count, size, packed.lobes, stride * i);
-    packColor(sh, shBits, i, count, packed.colors, 4 * i);
-    let logs = 0;
-    for (let axis = 2; axis >= 0; axis--) {
-      const share = Math.min(Math.max((logScales[3 * i + axis] - least) * grow, 0), 1);
-      logs = (logs << 11) | (STEPS[axis] * share + 0.5);
-    }
-    const q = 4 * i;
-    packed.shapes[q] = positions[3 * i] | (positions[3 * i + 1] << 16);
-    packed.shapes[q + 1] = positions[3 * i + 2] | (scales << 16);
-    packed.shapes[q + 2] = logs;
-    packed.shapes[q + 3] = rotationWord(quats, q);
-    if (quats[q] || quats[q + 1] || quats[q + 2] || quats[q + 3]) continue;
-    // no rotation
-    packed.lobes[stride * i] = toHalf(INVISIBLE) | (packed.lobes[stride * i] & 0xffff0000);
+  const size = 4 * BLOCK;
+  for (let from = 0; from < count; from += BLOCK) {
+    const block = decoder.decode(rows, from);
+    const words = packBlock(block);
+    packed.shapes.set(words.subarray(0, 4 * block.count), 4 * from);
+    packed.colors.set(words.subarray(size, size + 4 * block.count), 4 * from);
+    packed.lobes.set(words.subarray(2 * size, 2 * size + stride * block.count), stride * from);
   }
   return packed;
 }
@@ -138,98 +143,120 @@ export function packRows({ count, positions, logScales, quats, sh, lobes, lobeDe
 /** Words of a Gaussian's lobes. @param {number} degree */
 const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
 
-/** @param {Float32Array} quats @param {number} at */
-function rotationWord(quats, at) {
+/**
+ * The words of a block: shapes, then colours, then lobes.
+ *
+ * @param {Gaussians} block
+ * @param {boolean} [plain] without SIMD
+ */
+export function packBlock(block, plain = false) {
+  const { count, positions, logScales, quats, sh, lobes, lobeDegree, logScaleRange, memory } = block;
+  const words = new Uint32Array(memory.buffer, block.words.byteOffset, block.words.length);
+  const [least, largest] = logScaleRange;
+  const grow = largest > least ? fround(1 / (largest - least)) : 0;
+  const pack = plain ? null : packerIn(memory, CONSTANTS);
+  if (pack) {
+    const places = [logScales, quats, sh, lobes, words].map(({ byteOffset }) => byteOffset);
+    pack(...places, (lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree), least, grow);
+  } else defined(block, words, least, grow);
+  for (let i = 0, at = 0; i < count; i++, at += 4) {
+    words[at] = positions[3 * i] | (positions[3 * i + 1] << 16);
+    words[at + 1] |= positions[3 * i + 2];
+  }
+  return words;
+}
+
+/**
+ * All words of a block, but for positions.
+ *
+ * @param {Gaussians} block
+ * @param {Uint32Array} words
+ * @param {number} least of log-scales
+ * @param {number} grow
+ */
+function defined({ logScales, quats, sh, lobes, lobeDegree }, words, least, grow) {
+  const size = 2 * (lobeDegree + 1) ** 2;
+  const stride = lobeStride(lobeDegree);
+  for (let i = 0; i < BLOCK; i++) {
+    const at = (8 * BLOCK) + stride * i;
+    const scales = packLobes(lobes, i, size, words, at);
+    packColor(sh, i, words, 4 * (BLOCK + i));
+    words[4 * i + 1] = scales << 16;
+    let logs = 0;
+    for (let axis = 2; axis >= 0; axis--) {
+      const share = fround(fround(logScales[axis * BLOCK + i] - least) * grow);
+      logs = (logs << 11) | fround(fround(STEPS[axis] * Math.min(Math.max(share, 0), 1)) + 0.5);
+    }
+    words[4 * i + 2] = logs;
+    const q = [0, 1, 2, 3].map((k) => quats[k * BLOCK + i]);
+    words[4 * i + 3] = rotationWord(q);
+    // no rotation
+    if (!q.some(Boolean)) words[at] = INVISIBLE | (words[at] & 0xffff0000);
+  }
+}
+
+/** @param {number[]} quat */
+function rotationWord(quat) {
   let largest = 0;
   for (let i = 1; i < 4; i++) {
-    if (Math.abs(quats[at + i]) > Math.abs(quats[at + largest])) largest = i;
+    if (Math.abs(quat[i]) > Math.abs(quat[largest])) largest = i;
   }
   // a quaternion and its negative are one turn
-  const sign = quats[at + largest] < 0 ? -TURN : TURN;
+  const sign = quat[largest] < 0 ? -TURN : TURN;
   let word = largest;
   for (let i = 0; i < 4; i++) {
-    if (i !== largest) word = (word << 10) | ((sign * quats[at + i] + 1024.5) & 1023);
+    if (i !== largest) word = (word << 10) | (fround(fround(sign * quat[i]) + 1024.5) & 1023);
   }
   return word;
 }
 
 /**
  * @param {Float32Array} sh
- * @param {Int32Array} bits
  * @param {number} i
- * @param {number} count from one column to the next
- * @param {Words} words
+ * @param {Uint32Array} words
  * @param {number} at
  */
-function packColor(sh, bits, i, count, words, at) {
-  const scale = scaleOf(bits, i + 3 * count, sh.length, count);
-  const grow = GROWTHS[scale];
-  words[at] = toHalf(sh[i]) | (toHalf(sh[i + count]) << 16);
-  words[at + 1] = toHalf(sh[i + 2 * count]) | (scale << 16) | (rounded(grow * sh[i + 3 * count]) << 24);
-  for (let k = i + 4 * count, word = at + 2; word < at + 4; k += 4 * count, word++) {
-    words[word] =
-      rounded(grow * sh[k]) |
-      (rounded(grow * sh[k + count]) << 8) |
-      (rounded(grow * sh[k + 2 * count]) << 16) |
-      (rounded(grow * sh[k + 3 * count]) << 24);
-  }
+function packColor(sh, i, words, at) {
+  const value = (/** @type {number} */ column) => sh[column * BLOCK + i];
+  const others = Array.from({ length: 9 }, (_, k) => value(3 + k));
+  const scale = scaleOf(others);
+  const bytes = others.map((number) => rounded(scale, number));
+  words[at] = toHalf(value(0)) | (toHalf(value(1)) << 16);
+  words[at + 1] = toHalf(value(2)) | (scale << 16) | (bytes[0] << 24);
+  for (const first of [1, 5]) words[at + 1 + ((first + 3) >> 2)] = four(bytes, first);
 }
 
 /**
  * @param {Float32Array} lobes
- * @param {Int32Array} bits
  * @param {number} i
- * @param {number} count from one column to the next
  * @param {number} size columns
- * @param {Words} words
+ * @param {Uint32Array} words
  * @param {number} at
  * @returns {number} both bytes of scales
  */
-function packLobes(lobes, bits, i, count, size, words, at) {
-  const end = size * count;
-  const logit = scaleOf(bits, i + 2 * count, end, 2 * count);
-  const phi = scaleOf(bits, i + 3 * count, end, 2 * count);
-  const logits = GROWTHS[logit];
-  const phis = GROWTHS[phi];
-  words[at] = toHalf(lobes[i]) | (toHalf(lobes[i + count]) << 16);
-  for (let k = i + 2 * count, word = at + 1; k < end; k += 4 * count, word++) {
-    const pair = rounded(logits * lobes[k]) | (rounded(phis * lobes[k + count]) << 8);
-    const l = k + 2 * count;
-    const next = l < end ? rounded(logits * lobes[l]) | (rounded(phis * lobes[l + count]) << 8) : 0;
-    words[word] = pair | (next << 16);
-  }
+function packLobes(lobes, i, size, words, at) {
+  const value = (/** @type {number} */ column) => lobes[column * BLOCK + i];
+  const others = Array.from({ length: size - 2 }, (_, k) => value(2 + k));
+  const [logit, phi] = [0, 1].map((of) => scaleOf(others.filter((_, k) => k % 2 === of)));
+  const bytes = others.map((number, k) => rounded(k % 2 ? phi : logit, number));
+  words[at] = toHalf(value(0)) | (toHalf(value(1)) << 16);
+  for (let k = 0, word = at + 1; k < bytes.length; k += 4, word++) words[word] = four(bytes, k);
   return logit | (phi << 8);
 }
 
-/** @param {Float32Array} numbers */
-function bitsOf({ buffer, byteOffset, length }) {
-  return new Int32Array(buffer, byteOffset, length);
+/** @param {number[]} bytes @param {number} at */
+const four = (bytes, at) => bytes[at] | (bytes[at + 1] << 8) | (bytes[at + 2] << 16) | (bytes[at + 3] << 24);
+
+/** The byte of a number that is divided by a scale. @param {number} scale @param {number} value */
+function rounded(scale, value) {
+  const large = fround(fround(GROWTHS[scale & 7] * 2 ** (16 - (scale >> 3))) * value);
+  return fround(Math.min(Math.max(large, -127), 127) + 512.5) & 255;
 }
 
-/** The nearest whole number's byte; `Math.round` takes three times as long. @param {number} value above -512 */
-function rounded(value) {
-  return (value + 512.5) & 255;
-}
-
-/**
- * The byte of the least scale that reaches some numbers: eight steps an octave, from 2^-16 on.
- *
- * Bits of positive floats grow with them; there are no branches that nobody can guess.
- *
- * @param {Int32Array} bits
- * @param {number} from
- * @param {number} to
- * @param {number} step
- */
-function scaleOf(bits, from, to, step) {
-  let most = 0;
-  for (let k = from; k < to; k += step) {
-    const more = (bits[k] & 0x7fffffff) - most;
-    most += more & ~(more >> 31);
-  }
-  // exponent and three digits: the logarithm is up to 0.7 above them
-  let byte = Math.min(Math.max((most >>> 20) - 8 * (127 - 16), 0), 255);
-  byte += (SCALE_BITS[byte] - most) >>> 31;
-  byte += (SCALE_BITS[byte] - most) >>> 31;
-  return Math.min(byte, 255);
+/** The byte of the least scale that reaches all numbers: eight steps an octave, from 2^-16 on. @param {number[]} numbers */
+function scaleOf(numbers) {
+  const most = Math.max(0, ...numbers.map(Math.abs));
+  let byte = 0;
+  while (byte < 255 && EIGHTHS[byte & 7] * 2 ** ((byte >> 3) - 16) < most) byte++;
+  return byte;
 }
