@@ -92,6 +92,9 @@ ROWS: dict[str, Row] = {
     "full-ellipses": Row("ablation", "ellipses out to alpha = 1/255", (FULL,)),
     "no-depth-term": Row("ablation", "w without phi / d^2", ("student.weighting.name=no_depth",)),
     "no-scale-term": Row("ablation", "w without exp(s / d)", ("student.weighting.name=no_scale",)),
+    "wide-lobes": Row(
+        "ablation", "the network of the lobes 64 wide, not 16", ("student.view.hidden=64",)
+    ),
     "color-networks": Row(
         "ablation", "the paper's networks make the colours", ("student.colors=networks",)
     ),

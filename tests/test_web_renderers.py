@@ -193,7 +193,7 @@ const decoder = new RowDecoder(reader.decoder.recipe);
 const [codes] = reader.decoder.layers;
 const { positions } = codes;
 const one = packRows(decoder, { positions: positions.subarray(0, 3), columns: {} });
-const alike = (...room) => packAlike(header, decoder.logScaleRange, positions, one, ...room);
+const alike = (...room) => packAlike(header, decoder.scaleRange, positions, one, ...room);
 // room for more, of which nothing is to be seen
 renderer.setScene(alike(header.count + 5000));
 renderer.show(header.count);

@@ -43,7 +43,7 @@ class ViewDependence:
     """Numbers stored per Gaussian, a base opacity among them, for `latent`, `projected` and
     `fitted`: at most as many as lobes have, and all but the base rounded up to a multiple of
     `length`. 0 stores not even that: then only `latent` can tell opacities apart."""
-    hidden: int = 64
+    hidden: int = 16
     """Width of the network of `latent`."""
     fraction: float = 0.0
     """When free lobes become latents, as a fraction of the run."""

@@ -89,11 +89,12 @@ test("parts of a block are its columns", () => {
 /** A block of Gaussians as RowDecoder gives them. */
 function someBlock(lobeDegree, change) {
   const machine = new Machine();
-  const widths = { logScales: 3, scales: 3, quats: 4, sh: 12, lobes: 2 * (lobeDegree + 1) ** 2 + 2, words: 18 };
+  const widths = { scales: 3, quats: 4, sh: 12, lobes: 2 * (lobeDegree + 1) ** 2 + 2, words: 18 };
   const blocks = Object.entries(widths).map(([name, width]) => [name, machine.block(width)]);
   machine.settle();
   const parts = Object.fromEntries(blocks.map(([name, { numbers }]) => [name, numbers]));
-  for (const name of ["logScales", "sh", "lobes"]) parts[name].set(some(parts[name].length));
+  for (const name of ["sh", "lobes"]) parts[name].set(some(parts[name].length));
+  parts.scales.set(some(parts.scales.length).map(Math.exp));
   parts.lobes.fill(0, -2 * BLOCK);
   for (let i = 0; i < BLOCK; i++) {
     const quat = some(4);
@@ -101,7 +102,7 @@ function someBlock(lobeDegree, change) {
   }
   change(parts);
   const positions = Uint16Array.from({ length: 3 * BLOCK }, () => 65536 * random());
-  return { ...parts, count: BLOCK, positions, lobeDegree, logScaleRange: [-2, 2], memory: machine.memory };
+  return { ...parts, count: BLOCK, positions, lobeDegree, scaleRange: [Math.exp(-2), Math.exp(2)], memory: machine.memory };
 }
 
 const CHANGES = {
@@ -109,14 +110,14 @@ const CHANGES = {
   "numbers of all sizes": ({ sh, lobes }) => {
     for (const part of [sh, lobes]) part.forEach((value, i) => (part[i] = value * 2 ** (i % 60 - 40)));
   },
-  "numbers beyond what words can say": ({ sh, lobes, logScales }) => {
+  "numbers beyond what words can say": ({ sh, lobes, scales }) => {
     for (const part of [sh, lobes]) part.forEach((value, i) => (part[i] = value * 10 ** (i % 9)));
-    logScales.forEach((value, i) => (logScales[i] = value * (1 + (i % 3))));
+    scales.forEach((value, i) => (scales[i] = value ** (1 + (i % 3))));
   },
-  "zeros, and numbers that are alike": ({ sh, lobes, quats, logScales }) => {
+  "zeros, and numbers that are alike": ({ sh, lobes, quats, scales }) => {
     sh.fill(0);
     lobes.fill(-0.5, 0, 2 * BLOCK);
-    logScales.fill(-2);
+    scales.fill(Math.exp(-2));
     quats.fill(0);
     quats.fill(-0.5, 2, 5);
     for (let k = 1; k < 4; k++) quats.fill(0.5 * (k % 2 ? 1 : -1), k * BLOCK + 2, k * BLOCK + 5);
@@ -155,11 +156,15 @@ test("words say what they stand for", () => {
   const words = packBlock(block);
   const signed = (byte) => (byte << 24) >> 24;
   for (let i = 0; i < BLOCK; i++) {
-    const [xy, z, logs, turn] = words.subarray(4 * i, 4 * i + 4);
+    const [xy, z, sizes, turn] = words.subarray(4 * i, 4 * i + 4);
     assert.deepEqual([xy & 0xffff, xy >>> 16, z & 0xffff], [...block.positions.subarray(3 * i, 3 * i + 3)]);
     [2047, 2047, 1023].forEach((steps, axis) => {
-      const share = ((logs >>> (11 * axis)) & steps) / steps;
-      assert.ok(Math.abs(4 * share - 2 - block.logScales[axis * BLOCK + i]) <= 2.01 / steps);
+      const share = ((sizes >>> (11 * axis)) & steps) / steps;
+      const [least, largest] = new Uint32Array(Float32Array.of(...block.scaleRange).buffer);
+      const [found] = new Float32Array(Uint32Array.of(least + share * (largest - least)).buffer);
+      const expected = block.scales[axis * BLOCK + i];
+      // six octaves
+      assert.ok(Math.abs(found / expected - 1) <= 3.1 / steps, `${found} ${expected}`);
     });
     const thirds = [20, 10, 0].map((shift) => ((((turn >>> shift) & 1023) << 22) >> 22) / 511 / Math.SQRT2);
     thirds.splice(turn >>> 30, 0, Math.sqrt(Math.max(0, 1 - thirds.reduce((sum, part) => sum + part * part, 0))));
@@ -169,7 +174,7 @@ test("words say what they stand for", () => {
     const close = (found, part, column, tolerance) =>
       assert.ok(Math.abs(found - block[part][column * BLOCK + i]) <= tolerance, `${part} ${column} of ${i}`);
     [rg & 0xffff, rg >>> 16, b & 0xffff].forEach((half, column) => close(fromHalf(half), "sh", column, 1e-3));
-    const scaleOf = (byte) => 2 ** ((byte & 255) / 8 - 16);
+    const scaleOf = (byte) => (1 + (byte & 7) / 8) * 2 ** (((byte & 255) >> 3) - 16);
     const bytes = [b >>> 24, ...four.flatMap((word) => [0, 8, 16, 24].map((shift) => word >>> shift))];
     bytes.forEach((byte, k) => close((signed(byte) / 127) * scaleOf(b >>> 16), "sh", 3 + k, 0.51 * scaleOf(b >>> 16) / 127));
     const lobes = words.subarray(8 * BLOCK + 5 * i, 8 * BLOCK + 5 * i + 5);

@@ -40,10 +40,10 @@ export function sceneOf({ header, decoder }) {
   const rows = new RowDecoder(decoder.recipe);
   const layers = decoder.layers.filter(({ positions }) => positions).map((layer) => layer.rows(0, layer.count));
   const scene = joined(layers.map((layer) => numbersOf(rows, layer)));
-  const { lobeDegree, logScaleRange } = rows;
+  const { lobeDegree, scaleRange } = rows;
   const means = toWorld(scene.positions, header.frame);
   const words = joined(layers.map((layer) => packRows(rows, layer)));
-  return { header, words, scene: { ...scene, lobeDegree, logScaleRange, means, network: decoder.network } };
+  return { header, words, scene: { ...scene, lobeDegree, scaleRange, means, network: decoder.network } };
 }
 
 /** Arrays of some objects one behind the other; numbers are added. */

@@ -6,14 +6,15 @@ vec4 bytes_of(uint word) {
   return vec4(ivec4(w << 24, w << 16, w << 8, w) >> 24) / 127.0;
 }
 
-// A byte's scale: eight steps an octave.
-float scale_of(uint byte) { return exp2(float(byte & 255u) * 0.125 - 16.0); }
+// A byte's scale: the exponent and three digits of a float, from 2^-16 on.
+float scale_of(uint byte) { return uintBitsToFloat(((byte & 255u) + 888u) << 20); }
 
 Shape shape_of(int i) {
   uvec4 words = texelFetch(shapes, texel(i), 0);
   vec3 stored = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
   vec3 steps = vec3(uvec3(words.z, words.z >> 11, words.z >> 22) & uvec3(2047u, 2047u, 1023u));
-  vec3 scales = exp(log_scales.x + log_scales.y * steps / vec3(2047.0, 2047.0, 1023.0));
+  // a float's bits are nearly its logarithm
+  vec3 scales = uintBitsToFloat(uvec3(scale_bits.x + scale_bits.y * steps / vec3(2047.0, 2047.0, 1023.0)));
   // the largest part of a unit quaternion is what the three others leave
   int w = int(words.w);
   vec3 q = vec3(ivec3(w << 2, w << 12, w << 22) >> 22) * (0.7071067811865476 / 511.0);

@@ -1,6 +1,6 @@
 // A sort-free scene as render/pack.js packs it: 52 bytes a Gaussian with lobes of degree 2, and 8
 // for what it looks like.
-// x, y | z, two scales of lobes | log-scales, 11 + 11 + 10 bits | rotation
+// x, y | z, two scales of lobes | scales, 11 + 11 + 10 bits | rotation
 @group(0) @binding(1) var<storage, read> shapes: array<vec4u>;
 // constant r, g | constant b, a scale, first coefficient | eight more
 @group(0) @binding(2) var<storage, read> colors: array<vec4u>;
@@ -9,15 +9,17 @@
 
 alias StoredLook = vec2u;  // r, g, b with an exponent | opacity, weight
 
-// A byte's scale: eight steps an octave.
-fn scale_of(byte: u32) -> f32 { return exp2(f32(byte & 255u) * 0.125 - 16.0); }
+// A byte's scale: the exponent and three digits of a float, from 2^-16 on.
+fn scale_of(byte: u32) -> f32 { return bitcast<f32>(((byte & 255u) + 888u) << 20u); }
 
 fn shape_of(i: u32) -> Shape {
   let words = shapes[i];
   let xy = unpack2x16float(words.x);
   let mean = view.frame.xyz + view.frame.w * vec3f(xy, unpack2x16float(words.y).x);
   let steps = vec3f(vec3u(words.z, words.z >> 11u, words.z >> 22u) & vec3u(2047u, 2047u, 1023u));
-  let scales = exp(view.log_scales.x + view.log_scales.y * steps / vec3f(2047.0, 2047.0, 1023.0));
+  // a float's bits are nearly its logarithm
+  let bits = view.scale_bits.x + view.scale_bits.y * steps / vec3f(2047.0, 2047.0, 1023.0);
+  let scales = bitcast<vec3f>(vec3u(bits));
   // the largest part of a unit quaternion is what the three others leave
   let thirds = vec3i(bitcast<i32>(words.w << 2u), bitcast<i32>(words.w << 12u),
       bitcast<i32>(words.w << 22u)) >> vec3u(22u);

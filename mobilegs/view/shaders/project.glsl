@@ -44,7 +44,7 @@ Look look_at(int i) {
   harmonics(max(sh_size, lobe_size), away * inversesqrt(dot(away, away)), basis);
   vec2 seen = lobes_along(i, basis);
   float opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
-  if (!(opacity > log_scales.z)) { return look; }
+  if (!(opacity > scale_bits.z)) { return look; }
   vec2 box = reach_of(opacity) * sqrt(e.variance);
   if (any(lessThan(e.center + box, vec2(0.5)))) { return look; }
   if (any(greaterThan(e.center - box, size.xy - 0.5))) { return look; }

@@ -65,7 +65,7 @@ void main() {
   vec2 d = gl_FragCoord.xy - center.xy;
   vec2 q = vec2(dot(axes.xy, d), dot(axes.zw, d));
   float alpha = center.z * exp(-0.5 * dot(q, q));
-  alpha = alpha >= log_scales.z ? min(alpha, ALPHA_MAX) : 0.0;
+  alpha = alpha >= scale_bits.z ? min(alpha, ALPHA_MAX) : 0.0;
 #ifdef SORTED
   color_out = vec4(color.rgb * alpha, alpha);
 #else

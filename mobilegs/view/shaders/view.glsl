@@ -20,7 +20,7 @@ layout(std140) uniform View {
   int lobe_size;       // coefficients of opacity and phi, likewise
   int weighting;       // as WEIGHTINGS of sortfree.py
   vec4 frame;          // of packed positions: the centre; w is the unit
-  vec4 log_scales;     // of packed scales: the least one, and the span; z: alpha_min
+  vec4 scale_bits;     // of packed scales, as floats: of the least one, and the span; z: alpha_min
 };
 
 const float ALPHA_MAX = 0.99;
@@ -75,4 +75,4 @@ Ellipse ellipse_of(Shape shape) {
 }
 
 // Standard deviations out to which alpha is at least alpha_min, below which it is dropped.
-float reach_of(float opacity) { return sqrt(2.0 * log(opacity / log_scales.z)); }
+float reach_of(float opacity) { return sqrt(2.0 * log(opacity / scale_bits.z)); }

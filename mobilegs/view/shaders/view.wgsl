@@ -19,7 +19,7 @@ struct View {
   lobe_size: u32,     // coefficients of opacity and phi, likewise
   weighting: u32,     // as WEIGHTINGS of sortfree.py
   frame: vec4f,       // of packed positions: the centre; w is the unit
-  log_scales: vec2f,  // of packed scales: the least one, and the span
+  scale_bits: vec2f,  // of packed scales, as floats: of the least one, and the span
   alpha_min: f32,     // contributions below are dropped
 }
 

@@ -85,7 +85,7 @@ class Arriving {
   #header;
   #layers;
   #crew;
-  #logScales;
+  #scales;
   #one;
   /** Layers that are shown; 0: some of the first. */
   #shown = 0;
@@ -94,18 +94,18 @@ class Arriving {
    * @param {Header} header
    * @param {CodedLayer[]} layers
    * @param {Crew} crew
-   * @param {[number, number]} logScales their range
+   * @param {[number, number]} scales their range
    * @param {PackedRows} one of them
    */
-  constructor(header, layers, crew, logScales, one) {
+  constructor(header, layers, crew, scales, one) {
     this.#header = header;
     this.#layers = layers;
     this.#crew = crew;
-    this.#logScales = logScales;
+    this.#scales = scales;
     this.#one = one;
     const some = thinned(this.#first, FIRST);
     if (some.length === 3 * header.count) this.#shown = 1;
-    this.#send(packAlike(header, logScales, some, one), toWorld(some, header.frame));
+    this.#send(packAlike(header, scales, some, one), toWorld(some, header.frame));
   }
 
   /** Positions of the first layer. */
@@ -123,8 +123,8 @@ class Arriving {
     const taken = this.#crew.taken.splice(0);
     if (before === 0) {
       const scene = done
-        ? emptyScene(this.#header, count, this.#logScales)
-        : packAlike(this.#header, this.#logScales, this.#first, this.#one, count);
+        ? emptyScene(this.#header, count, this.#scales)
+        : packAlike(this.#header, this.#scales, this.#first, this.#one, count);
       for (const [from, packed] of taken) {
         for (const part of PARTS) scene[part].set(packed[part], (from * scene[part].length) / count);
       }
@@ -184,7 +184,7 @@ async function loadMgs(source) {
       const positions = layers[0].positions.subarray(0, 3);
       const own = crew.begin(decoder);
       const one = packRows(own, { positions, columns: {} });
-      arriving = new Arriving(header, layers, crew, own.logScaleRange, one);
+      arriving = new Arriving(header, layers, crew, own.scaleRange, one);
       timer = setInterval(() => arriving?.send(arrived), SOON);
     }
     for (const [i, { stage }] of layers.entries()) {

@@ -70,7 +70,7 @@ export class RowDecoder {
     machine.settle();
     const numbers = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
     this.#gaussians = /** @type {any} */ ({
-      ...numbers, count: 0, lobeDegree: degree, logScaleRange: rangeOf(this.#of("scale")), memory: machine.memory,
+      ...numbers, count: 0, lobeDegree: degree, scaleRange: rangeOf(exponentials(this.#of("scale"))), memory: machine.memory,
     });
     const scale = this.#of("scale");
     const small = smallCodes(scale);
@@ -156,8 +156,8 @@ export class RowDecoder {
     return this.#gaussians.lobeDegree;
   }
 
-  get logScaleRange() {
-    return this.#gaussians.logScaleRange;
+  get scaleRange() {
+    return this.#gaussians.scaleRange;
   }
 
   /** @param {Attribute} name */

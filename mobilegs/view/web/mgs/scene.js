@@ -6,7 +6,7 @@ import { BLOCK } from "./machine.js";
  * @typedef {object} Gaussians in columns of `BLOCK` numbers
  * @property {number} count how many
  * @property {Uint16Array} positions the bits of the centres as the file holds them, 3 halves each
- * @property {[number, number]} logScaleRange what no logarithm of a standard deviation lies outside of
+ * @property {[number, number]} scaleRange what no standard deviation lies outside of, but for dots
  * @property {Float32Array} logScales logarithms of the standard deviations, world units, 3 columns
  * @property {Float32Array} scales standard deviations, world units, 3 columns
  * @property {Float32Array} quats wxyz, 4 columns, of length 1, or 0: then it is not to be drawn

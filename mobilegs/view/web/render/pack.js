@@ -1,12 +1,12 @@
 /**
  * From what a `.mgs` file holds of each Gaussian to the words that packed.wgsl and packed.glsl read.
  *
- * shapes, 4 words: x, y | z, two scales of lobes | log-scales, 11 + 11 + 10 bits | rotation
+ * shapes, 4 words: x, y | z, two scales of lobes | sizes, 11 + 11 + 10 bits | rotation
  * colors, 4 words: constant r, g | constant b, a scale, first coefficient | eight more
  * lobes, 1 word and then 1 for two coefficients: constants | logit, phi, logit, phi ...
  *
  * Positions are the file's own halves, so are constants; the coefficients that depend on the
- * direction are bytes, 127 of which are a scale in eighths of octaves; a rotation is the three smaller
+ * direction are bytes, 127 of which are a scale, of which an octave has eight; a rotation is the three smaller
  * parts of its quaternion in 10 bits each, behind the number of the largest. With lobes of degree 2
  * that is 52 bytes.
  */
@@ -31,35 +31,34 @@ const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 const INVISIBLE = toHalf(-1e4);
 /** Gaussians in a first picture, at most: one of all keeps a slow device from decoding them. */
 export const FIRST = 65536;
-// of log-scales
+// of standard deviations' bits
 const STEPS = [2047, 2047, 1023];
 // no smaller part of a unit quaternion is above that root
 const TURN = fround(511 / Math.SQRT1_2);
-/** Steps of an octave. */
-const EIGHTHS = Float32Array.from({ length: 8 }, (_, k) => 2 ** (k / 8));
-/** What brings each of them to 127. */
-const GROWTHS = EIGHTHS.map((step) => 127 / step);
+/** A scale's byte is its exponent and the first three digits behind it, less those of the least one. */
+const LEAST_SCALE = 8 * (127 - 16);
+const BITS = new Uint32Array(1);
+const FLOAT = new Float32Array(BITS.buffer);
 export const CONSTANTS = {
   block: BLOCK,
   steps: STEPS,
   turn: TURN,
   invisible: INVISIBLE,
-  eighths: Array.from(new Uint32Array(EIGHTHS.buffer), (bits) => bits & 0x7fffff),
-  growths: [...GROWTHS],
+  leastScale: LEAST_SCALE,
 };
 
 /**
  * A scene whose Gaussians differ by nothing but their place; of many only some are to be seen.
  *
  * @param {Header} header
- * @param {[number, number]} logScaleRange
+ * @param {[number, number]} scaleRange of standard deviations
  * @param {Uint16Array} positions
  * @param {PackedRows} one of them
  * @param {number} [room] Gaussians that there is room for: more than positions, and they are zeros
  * @returns {SceneData & PackedRows}
  */
-export function packAlike(header, logScaleRange, positions, one, room = positions.length / 3) {
-  const scene = emptyScene(header, room, logScaleRange);
+export function packAlike(header, scaleRange, positions, one, room = positions.length / 3) {
+  const scene = emptyScene(header, room, scaleRange);
   const { shapes, lobes } = scene;
   const count = positions.length / 3;
   for (const part of /** @type {Part[]} */ (["shapes", "colors", "lobes"])) {
@@ -84,18 +83,19 @@ export function packAlike(header, logScaleRange, positions, one, room = position
  *
  * @param {Header} header
  * @param {number} count
- * @param {[number, number]} logScaleRange
+ * @param {[number, number]} scaleRange of standard deviations
  * @returns {SceneData & PackedRows}
  */
-export function emptyScene({ sorted, weighting, background, frame, lobes }, count, logScaleRange) {
+export function emptyScene({ sorted, weighting, background, frame, lobes }, count, scaleRange) {
   const degree = lobes?.degree ?? 0;
+  const [least, span] = bitsOf(scaleRange);
   return {
     count,
     packing: {
       center: /** @type {[number, number, number]} */ (Array.from(frame.center)),
       unit: frame.radius * 2 ** frame.exponent,
-      leastLogScale: logScaleRange[0],
-      logScaleSpan: logScaleRange[1] - logScaleRange[0],
+      leastScaleBits: least,
+      scaleBitsSpan: span,
     },
     shapes: new Uint32Array(4 * count),
     colors: new Uint32Array(4 * count),
@@ -140,6 +140,12 @@ export function packRows(decoder, rows) {
   return packed;
 }
 
+/** The bits of the least float of a range, and how far it reaches, as floats. @param {[number, number]} range */
+function bitsOf(range) {
+  const [least, largest] = range.map((value) => ((FLOAT[0] = value), fround(BITS[0])));
+  return [least, largest - least];
+}
+
 /** Words of a Gaussian's lobes. @param {number} degree */
 const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
 
@@ -150,13 +156,13 @@ const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
  * @param {boolean} [plain] without SIMD
  */
 export function packBlock(block, plain = false) {
-  const { count, positions, logScales, quats, sh, lobes, lobeDegree, logScaleRange, memory } = block;
+  const { count, positions, scales, quats, sh, lobes, lobeDegree, scaleRange, memory } = block;
   const words = new Uint32Array(memory.buffer, block.words.byteOffset, block.words.length);
-  const [least, largest] = logScaleRange;
-  const grow = largest > least ? fround(1 / (largest - least)) : 0;
+  const [least, span] = bitsOf(scaleRange);
+  const grow = span > 0 ? fround(1 / span) : 0;
   const pack = plain ? null : packerIn(memory, CONSTANTS);
   if (pack) {
-    const places = [logScales, quats, sh, lobes, words].map(({ byteOffset }) => byteOffset);
+    const places = [scales, quats, sh, lobes, words].map(({ byteOffset }) => byteOffset);
     pack(...places, (lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree), least, grow);
   } else defined(block, words, least, grow);
   for (let i = 0, at = 0; i < count; i++, at += 4) {
@@ -171,10 +177,10 @@ export function packBlock(block, plain = false) {
  *
  * @param {Gaussians} block
  * @param {Uint32Array} words
- * @param {number} least of log-scales
+ * @param {number} least of scales' bits
  * @param {number} grow
  */
-function defined({ logScales, quats, sh, lobes, lobeDegree }, words, least, grow) {
+function defined({ scales: sizes, quats, sh, lobes, lobeDegree }, words, least, grow) {
   const size = 2 * (lobeDegree + 1) ** 2;
   const stride = lobeStride(lobeDegree);
   for (let i = 0; i < BLOCK; i++) {
@@ -182,12 +188,13 @@ function defined({ logScales, quats, sh, lobes, lobeDegree }, words, least, grow
     const scales = packLobes(lobes, i, size, words, at);
     packColor(sh, i, words, 4 * (BLOCK + i));
     words[4 * i + 1] = scales << 16;
-    let logs = 0;
+    let all = 0;
     for (let axis = 2; axis >= 0; axis--) {
-      const share = fround(fround(logScales[axis * BLOCK + i] - least) * grow);
-      logs = (logs << 11) | fround(fround(STEPS[axis] * Math.min(Math.max(share, 0), 1)) + 0.5);
+      FLOAT[0] = sizes[axis * BLOCK + i];
+      const share = fround(fround(fround(BITS[0]) - least) * grow);
+      all = (all << 11) | fround(fround(STEPS[axis] * Math.min(Math.max(share, 0), 1)) + 0.5);
     }
-    words[4 * i + 2] = logs;
+    words[4 * i + 2] = all;
     const q = [0, 1, 2, 3].map((k) => quats[k * BLOCK + i]);
     words[4 * i + 3] = rotationWord(q);
     // no rotation
@@ -249,14 +256,13 @@ const four = (bytes, at) => bytes[at] | (bytes[at + 1] << 8) | (bytes[at + 2] <<
 
 /** The byte of a number that is divided by a scale. @param {number} scale @param {number} value */
 function rounded(scale, value) {
-  const large = fround(fround(GROWTHS[scale & 7] * 2 ** (16 - (scale >> 3))) * value);
+  BITS[0] = (scale + LEAST_SCALE) << 20;
+  const large = fround(fround(127 / FLOAT[0]) * value);
   return fround(Math.min(Math.max(large, -127), 127) + 512.5) & 255;
 }
 
-/** The byte of the least scale that reaches all numbers: eight steps an octave, from 2^-16 on. @param {number[]} numbers */
+/** The byte of the least scale that reaches all numbers: eight in an octave, from 2^-16 on. @param {number[]} numbers */
 function scaleOf(numbers) {
-  const most = Math.max(0, ...numbers.map(Math.abs));
-  let byte = 0;
-  while (byte < 255 && EIGHTHS[byte & 7] * 2 ** ((byte >> 3) - 16) < most) byte++;
-  return byte;
+  FLOAT[0] = Math.max(0, ...numbers.map(Math.abs));
+  return Math.min(Math.max(((BITS[0] + 0xfffff) >> 20) - LEAST_SCALE, 0), 255);
 }

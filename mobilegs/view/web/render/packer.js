@@ -10,7 +10,6 @@ const or = simd(0x50);
 const select = simd(0x52); // where all bits of the third are set, the first
 const sameInteger = simd(0x37);
 const belowInteger = simd(0x39);
-const aboveInteger = simd(0x3b);
 const notAboveInteger = simd(0x3d);
 const shiftedLeft = simd(0xab);
 const shifted = simd(0xad);
@@ -19,6 +18,7 @@ const difference = simd(0xb1);
 const leastInteger = simd(0xb6);
 const largestInteger = simd(0xb8);
 const whole = simd(0xf8);
+const float = simd(0xfa);
 const splat = simd(0x13);
 const below = simd(0x43);
 const above = simd(0x44);
@@ -27,6 +27,7 @@ const absolute = simd(0xe0);
 const plus = simd(0xe4);
 const minus = simd(0xe5);
 const times = simd(0xe6);
+const divided = simd(0xe7);
 const least = simd(0xe8);
 const largest = simd(0xe9);
 const LANES = [0, 1, 2, 3];
@@ -35,13 +36,13 @@ const LANES = [0, 1, 2, 3];
 const between = (value, low, high) => least(largest(value, low), high);
 
 /**
- * `pack(logScales, quats, sh, lobes, words, pairs, stride, leastLog, growLog)` takes places in bytes,
+ * `pack(scales, quats, sh, lobes, words, pairs, stride, leastBits, growBits)` takes places in bytes,
  * pairs of columns behind the first, and words of the lobes of a Gaussian.
  *
  * @param {import("./pack.js").Constants} constants
  */
-function packBody({ block, steps, turn, invisible, eighths, growths }) {
-  const [logs, quats, sh, lobes, words, pairs, stride, leastLog, growLog] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+function packBody({ block, steps, turn, invisible, leastScale }) {
+  const [scales, quats, sh, lobes, words, pairs, stride, leastBits, growBits] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
   const [row, at, end, out0, out1, out2, out3] = [9, 10, 11, 12, 13, 14, 15];
   const outs = [out0, out1, out2, out3];
   const [a, b, byte, grow, phiByte, phiGrow, word, x, most, phiMost, lost] = Array.from(Array(11), (_, i) => 16 + i);
@@ -75,16 +76,9 @@ function packBody({ block, steps, turn, invisible, eighths, growths }) {
   ];
   /** The scale's byte of the largest number, and what brings it to 127. */
   const scale = (/** @type {number} */ most, /** @type {number} */ byte, /** @type {number} */ grow) => [
-    ...and(get(most), integers(0x7fffff)), ...set(a),
-    ...shiftedLeft(difference(shifted(get(most), number(23)), integers(111)), number(3)),
-    ...eighths.flatMap((digits) => difference(aboveInteger(get(a), integers(digits)))),
-    ...set(byte),
+    ...difference(shifted(sum(get(most), integers(0xfffff)), number(20)), integers(leastScale)), ...set(byte),
     ...leastInteger(largestInteger(get(byte), integers(0)), integers(255)), ...set(byte),
-    ...floats(growths[0]), ...set(a),
-    ...growths.flatMap((growth, k) => [
-      ...select(floats(growth), get(a), sameInteger(and(get(byte), integers(7)), integers(k))), ...set(a),
-    ]),
-    ...times(get(a), shiftedLeft(difference(integers(143), shifted(get(byte), number(3))), number(23))), ...set(grow),
+    ...divided(floats(127), shiftedLeft(sum(get(byte), integers(leastScale)), number(20))), ...set(grow),
   ];
   const rounded = (/** @type {number} */ grow, /** @type {number[]} */ value) =>
     and(whole(plus(between(times(get(grow), value), floats(-127), floats(127)), floats(512.5))), integers(255));
@@ -142,13 +136,13 @@ function packBody({ block, steps, turn, invisible, eighths, growths }) {
     ...stored(shiftedLeft(or(get(byte), shiftedLeft(get(phiByte), number(8))), number(16)), 1),
   ];
 
-  const log = (/** @type {number} */ axis) => {
-    const share = times(minus(column(axis), splat(get(leastLog))), splat(get(growLog)));
+  const size = (/** @type {number} */ axis) => {
+    const share = times(minus(float(column(axis)), splat(get(leastBits))), splat(get(growBits)));
     return whole(plus(times(floats(steps[axis]), between(share, floats(0), floats(1))), floats(0.5)));
   };
   const shape = [
-    ...to(logs),
-    ...stored(or(or(log(0), shiftedLeft(log(1), number(11))), shiftedLeft(log(2), number(22))), 2),
+    ...to(scales),
+    ...stored(or(or(size(0), shiftedLeft(size(1), number(11))), shiftedLeft(size(2), number(22))), 2),
     ...to(quats),
     // the largest of the four, its size and its number
     ...column(0), ...set(x), ...integers(0), ...set(byte),

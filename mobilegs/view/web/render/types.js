@@ -33,8 +33,8 @@ import { fromHalf } from "../mgs/half.js";
  * @typedef {object} Packing
  * @property {[number, number, number]} center of positions, world units
  * @property {number} unit of positions, world units
- * @property {number} leastLogScale
- * @property {number} logScaleSpan from the least to the largest
+ * @property {number} leastScaleBits of the least standard deviation, as a float
+ * @property {number} scaleBitsSpan from there to the largest one's
  */
 
 /**

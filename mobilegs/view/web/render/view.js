@@ -34,8 +34,8 @@ export function packView(scene, { viewmat, fx, fy, cx, cy, width, height, near }
   const integers = [scene.count, scene.shSize, scene.lobeSize, weighting.index];
   new Int32Array(floats.buffer).set(integers, 33);
   if (packing) {
-    const { center, unit, leastLogScale, logScaleSpan } = packing;
-    floats.set([...center, unit, leastLogScale, logScaleSpan], 40);
+    const { center, unit, leastScaleBits, scaleBitsSpan } = packing;
+    floats.set([...center, unit, leastScaleBits, scaleBitsSpan], 40);
   }
   floats[46] = (!scene.sorted && weighting.alphaMin) || 1 / 255;
   return floats;
