@@ -16,7 +16,9 @@ const CHUNK = 8192;
 const WORTH = 100_000;
 const HELPERS = 3;
 /** Errands of a helper, so that it need not wait for the next one. */
-const AHEAD = 2;
+const AHEAD = 4;
+/** Milliseconds that messages wait. */
+const PATIENCE = 12;
 
 /**
  * Computes each chunk of Gaussians as soon as a stage of its layer is there, and again for a later
@@ -173,14 +175,19 @@ export class Crew {
   }
 }
 
-/** Lets messages through. */
-export function turn() {
+/** When messages could come through. */
+let last = 0;
+
+/** Lets messages through, if they have waited: that takes a millisecond or two. */
+export async function turn() {
+  if (performance.now() - last < PATIENCE) return;
   const { port1, port2 } = new MessageChannel();
-  return new Promise((resolve) => {
+  await new Promise((resolve) => {
     port1.onmessage = () => {
       port1.close();
       resolve(null);
     };
     port2.postMessage(null);
   });
+  last = performance.now();
 }

@@ -10,6 +10,12 @@ import { decodeRans } from "./rans.js";
 const CLASSES = 49;
 // codes have two digits of so many bits: 48 do not fit into bit operations
 const DIGITS = 24;
+/** Of 12 bits those of each axis moved together: four of the first axis, then of the others. */
+const THIRDS = Uint16Array.from({ length: 4096 }, (_, code) => {
+  let found = 0;
+  for (let bit = 0; bit < 12; bit++) found |= ((code >>> bit) & 1) << (4 * (bit % 3) + Math.floor(bit / 3));
+  return found;
+});
 
 /**
  * The bits of the stored positions, three halves for each of `count` Gaussians.
@@ -41,8 +47,13 @@ export function decodePositions(data, count) {
     high += low >>> DIGITS;
     low &= (1 << DIGITS) - 1;
     if (high >>> DIGITS) throw new SceneError("the stream of positions leaves its 48-bit grid");
-    for (let axis = 0; axis < 3; axis++) {
-      const ordered = everyThird(low >>> axis) | (everyThird(high >>> axis) << 8);
+    const a = THIRDS[low & 0xfff];
+    const b = THIRDS[low >>> 12];
+    const c = THIRDS[high & 0xfff];
+    const d = THIRDS[high >>> 12];
+    for (let axis = 0, from = 0; axis < 3; axis++, from += 4) {
+      const ordered =
+        ((a >>> from) & 15) | (((b >>> from) & 15) << 4) | (((c >>> from) & 15) << 8) | (((d >>> from) & 15) << 12);
       const half = ordered & 0x8000 ? ordered & 0x7fff : ordered ^ 0xffff;
       if (notFinite(half)) {
         throw new SceneError("the stream of positions holds numbers that are not finite");
@@ -62,14 +73,6 @@ export function thinned(positions, most) {
     some.set(positions.subarray(i, i + 3), at);
   }
   return some;
-}
-
-/** Bits 0, 3, ... 21 moved together. @param {number} code */
-function everyThird(code) {
-  code &= 0x249249;
-  code = (code | (code >>> 2)) & 0x0c30c3;
-  code = (code | (code >>> 4)) & 0x00f00f;
-  return (code | (code >>> 8)) & 0xff;
 }
 
 /**
