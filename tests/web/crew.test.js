@@ -77,7 +77,7 @@ for (const [name, Worker, brings] of [
     assert.equal(crew.layers, 1);
     crew.dismiss();
     assert.deepEqual(wordsOf(crew), expected);
-    assert.equal(Helper.made.some(({ sent }) => sent > 4), Boolean(Worker && brings));
+    assert.equal(Helper.made.some(({ sent }) => sent > 2), Boolean(Worker && brings));
   });
 }
 

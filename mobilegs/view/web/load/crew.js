@@ -16,9 +16,9 @@ const CHUNK = 8192;
 const WORTH = 100_000;
 const HELPERS = 3;
 /** Errands of a helper, so that it need not wait for the next one. */
-const AHEAD = 4;
+const AHEAD = 2;
 /** Milliseconds that messages wait. */
-const PATIENCE = 12;
+const PATIENCE = 8;
 
 /**
  * Computes each chunk of Gaussians as soon as a stage of its layer is there, and again for a later
