@@ -52,6 +52,12 @@ export const floats = (value) => [0x43, ...new Uint8Array(Float32Array.of(value)
 /** @param {number} value at least 0 */
 export const integers = (value) => [...number(value), 0xfd, 0x11];
 
+/** Memory of so many bytes at least; null in browsers that have no WebAssembly, or hide it. @param {number} bytes */
+export function memoryOf(bytes) {
+  // pages of 64 KiB
+  return typeof WebAssembly === "object" ? new WebAssembly.Memory({ initial: Math.ceil(bytes / 2 ** 16) }) : null;
+}
+
 /**
  * Functions of a memory that is given to them.
  *

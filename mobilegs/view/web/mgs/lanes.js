@@ -2,7 +2,7 @@
 
 import {
   ABOVE, AND, BELOW, I32, MINUS, NOT_BELOW, OR, PLUS, SHIFT_LEFT, SHIFT_RIGHT, TIMES, advance, assembled, get, loop,
-  number, set, unsigned,
+  memoryOf, number, set, unsigned,
 } from "./assembler.js"; // prettier-ignore
 
 /** Where places are, behind the states, in bytes. */
@@ -61,7 +61,7 @@ function body() {
 
 /** @type {((memory: WebAssembly.Memory) => Record<string, Function> | null) | undefined} */
 let make;
-/** Kept for the next stream. @type {{memory: WebAssembly.Memory, run: Function | null} | undefined} */
+/** Kept for the next stream. @type {{memory: WebAssembly.Memory | null, run: Function | null} | undefined} */
 let machine;
 
 /**
@@ -77,11 +77,11 @@ let machine;
 export function pullFast({ contexts, alphabet, symbols, spans }, states, first, words, count) {
   make ??= assembled({ run: { parameters: Array(9).fill(I32), results: [I32], body: body() } });
   if (machine === undefined) {
-    const memory = new WebAssembly.Memory({ initial: 1 });
-    machine = { memory, run: make(memory)?.run ?? null };
+    const memory = memoryOf(1);
+    machine = { memory, run: (memory && make(memory)?.run) ?? null };
   }
   const { memory, run } = machine;
-  if (run === null) return undefined;
+  if (memory === null || run === null) return undefined;
   const lanes = states.length;
   const spansAt = TABLES + 2 * symbols.length;
   const wordsAt = spansAt + 4 * spans.length;

@@ -4,6 +4,7 @@
  * Numbers lie in columns, in memory that SIMD works on where there is SIMD.
  */
 
+import { memoryOf } from "./assembler.js";
 import { simdIn } from "./simd.js";
 
 /** Gaussians in a block: what our own files need of it then stays in the second cache, and calls cost nothing. */
@@ -25,8 +26,8 @@ const NOTHING = new Float32Array(0);
 
 /** Places are given out first; numbers have theirs when all have been, which `settle` says. */
 export class Machine {
-  /** Where all blocks lie. */
-  memory = new WebAssembly.Memory({ initial: 0 });
+  /** Where all blocks lie; null where there is no WebAssembly. @type {WebAssembly.Memory | null} */
+  memory = null;
   /** @type {[Block, Float32Array | null, number][]} with what is to be in it, and its length */
   #given = [];
   #bytes = 0;
@@ -80,13 +81,13 @@ export class Machine {
 
   /** Gives all blocks their numbers. */
   settle() {
-    // pages of 64 KiB
-    this.memory.grow(Math.ceil(this.#bytes / 2 ** 16));
+    this.memory = memoryOf(this.#bytes);
+    const buffer = this.memory?.buffer ?? new ArrayBuffer(this.#bytes);
     for (const [block, numbers, length] of this.#given.splice(0)) {
-      block.numbers = new Float32Array(this.memory.buffer, block.at, length);
+      block.numbers = new Float32Array(buffer, block.at, length);
       if (numbers) block.numbers.set(numbers);
     }
-    this.#simd = this.#plain ? null : simdIn(BLOCK, LENGTH_MIN, this.memory);
+    this.#simd = this.#plain || !this.memory ? null : simdIn(BLOCK, LENGTH_MIN, this.memory);
   }
 
   /**

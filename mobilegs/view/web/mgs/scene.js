@@ -15,7 +15,7 @@ import { BLOCK } from "./machine.js";
  *     `(lobeDegree + 1)^2` of them, and two columns of zeros
  * @property {Float32Array} words room for what is made of them, 18 columns
  * @property {number} lobeDegree 0 to 3; 0 if the file has no lobes: then they are constant
- * @property {WebAssembly.Memory} memory where all columns lie
+ * @property {WebAssembly.Memory | null} memory where all columns lie, for WebAssembly
  */
 
 /**

@@ -157,10 +157,11 @@ const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
  */
 export function packBlock(block, plain = false) {
   const { count, positions, scales, quats, sh, lobes, lobeDegree, scaleRange, memory } = block;
-  const words = new Uint32Array(memory.buffer, block.words.byteOffset, block.words.length);
+  const { buffer, byteOffset, length } = block.words;
+  const words = new Uint32Array(buffer, byteOffset, length);
   const [least, span] = bitsOf(scaleRange);
   const grow = span > 0 ? fround(1 / span) : 0;
-  const pack = plain ? null : packerIn(memory, CONSTANTS);
+  const pack = plain || !memory ? null : packerIn(memory, CONSTANTS);
   if (pack) {
     const places = [scales, quats, sh, lobes, words].map(({ byteOffset }) => byteOffset);
     pack(...places, (lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree), least, grow);
@@ -184,7 +185,7 @@ function defined({ scales: sizes, quats, sh, lobes, lobeDegree }, words, least, 
   const size = 2 * (lobeDegree + 1) ** 2;
   const stride = lobeStride(lobeDegree);
   for (let i = 0; i < BLOCK; i++) {
-    const at = (8 * BLOCK) + stride * i;
+    const at = 8 * BLOCK + stride * i;
     const scales = packLobes(lobes, i, size, words, at);
     packColor(sh, i, words, 4 * (BLOCK + i));
     words[4 * i + 1] = scales << 16;
