@@ -50,6 +50,7 @@ def shortened(text: str, *kept: str) -> str:
         ("const found = text.replace(/[({]/g, found);", "const a = text.replace(/[({]/g, a);"),
         # names that are taken, and names that are for others
         ("const size = a;", "const b = a;"),
+        ("const size = 1; f(size)", "const a = 1; f(a)"),
         ("const known = 1;", "const known = 1;"),
         ("const self = 1; const window = 2;",) * 2,
     ],

@@ -47,8 +47,7 @@ def short_names(code: list[str], kept: set[str]) -> list[str]:
     used: Counter[str] = Counter()
     stack = [Bracket("")]
     for at, word in enumerate(words):
-        before = words[at - 1] if at else ""
-        after = words[at + 1] if at + 1 < len(words) else ""
+        before, after = _token(words, at - 1), _token(words, at + 1)
         inner = stack[-1]
         if word in OPEN:
             stack.append(_opened(words, at, ends, inner))
@@ -60,7 +59,8 @@ def short_names(code: list[str], kept: set[str]) -> list[str]:
                 inner.binds and before in (*OPEN[:2], ",", "...")
             ):
                 declared.add(word)
-            method = after == "(" and words[ends[at + 1] + 1] == "{" and before != "function"
+            called = after == "(" and before != "function"
+            method = called and _token(words, ends[at + 1] + 1) == "{"
             member = inner.is_class and before in ("{", "}", ";")
             short = inner.sign == "{" and before in ("{", ",", "...") and after in ",}=:"
             if method or member or short or before in ("get", "set", "async", "static", "class"):
@@ -98,9 +98,12 @@ def _ends(words: list[str]) -> dict[int, int]:
     return ends
 
 
+def _token(words: list[str], at: int) -> str:
+    return words[at] if 0 <= at < len(words) else ""
+
+
 def _opened(words: list[str], at: int, ends: dict[int, int], outer: Bracket) -> Bracket:
-    sign = words[at]
-    before = words[at - 1] if at else ""
+    sign, before = words[at], _token(words, at - 1)
     found = Bracket(sign)
     if sign == "{":
         head = words[max(0, at - 4) : at]
@@ -108,7 +111,7 @@ def _opened(words: list[str], at: int, ends: dict[int, int], outer: Bracket) -> 
     elif sign == "[":
         found.binds = before in ("const", "let") or (outer.binds and before in (*OPEN[:2], ","))
     else:
-        behind = words[ends[at] + 1] if ends[at] + 1 < len(words) else ""
+        behind = _token(words, ends[at] + 1)
         found.binds = behind == "=>" or (behind == "{" and before not in TESTS)
     return found
 
