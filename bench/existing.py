@@ -74,6 +74,7 @@ def compressed(
         "held_back": {key: metrics["student"][key] for key in ("psnr", "ssim")},
         "anew": apart(teacher, student, anew),
         "orbit": apart(teacher, student, orbit),
+        "pictures": len(list((run / "capture" / "images").iterdir())),
         "image_size": [width, height],
         "steps": json.loads((run / "config.json").read_text())["recipe"]["student"]["steps"],
         "seconds": seconds,

@@ -35,7 +35,7 @@ const TURNED_NOWHERE = [1, 0, 0, 0];
 export class RowDecoder {
   #recipe;
   #machine = new Machine();
-  #blocks;
+  #quats;
   #colors;
   #lobeDecoder;
   /** What is decoded is written there. @type {Gaussians} */
@@ -62,19 +62,18 @@ export class RowDecoder {
       lobes: machine.block(2 * (degree + 1) ** 2 + 2),
       words: machine.block(18),
     };
-    this.#blocks = blocks;
+    this.#quats = blocks.quats;
     this.#lobeDecoder = shape && new LobeDecoder(machine, blocks, blocks.lobes, shape, recipe.lobes);
     this.#colors = header.colors === "linear"
       ? new LinearDecoder(machine, sh, recipe.appearance)
       : new AppearanceDecoder(machine, sh, recipe.appearance, frame.exponent);
     machine.settle();
-    const numbers = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
-    this.#gaussians = /** @type {any} */ ({
-      ...numbers, count: 0, lobeDegree: degree, scaleRange: rangeOf(exponentials(this.#of("scale"))), memory: machine.memory,
-    });
     const scale = this.#of("scale");
     const small = smallCodes(scale);
     this.#sizes = { small, sizes: exponentials(scale), smallSizes: exponentials(small) };
+    const columns = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
+    const scaleRange = rangeOf(this.#sizes.sizes);
+    this.#gaussians = /** @type {any} */ ({ ...columns, count: 0, lobeDegree: degree, scaleRange, memory: machine.memory });
     this.#neutral = { sh: this.#meanColor(samples), lobes: [0, 1 / C0] };
     if (this.#lobeDecoder) this.#neutral.lobes = this.#meanLobes(this.#lobeDecoder);
   }
@@ -133,7 +132,7 @@ export class RowDecoder {
     if (rotation && scalar) turn(scalar, rotation, from, to, logScales, quats);
     else if (rotation) {
       lookUp({ ...this.#of("rotation"), columns: rotation }, quats, BLOCK, from, to);
-      this.#machine.units(this.#blocks.quats, this.#blocks.quats);
+      this.#machine.units(this.#quats, this.#quats);
     } else fill(quats, TURNED_NOWHERE);
     if (appearance) this.#colors.decode(positions, { ...this.#of("appearance"), columns: appearance }, from);
     else fill(sh, this.#neutral.sh);
