@@ -21,7 +21,7 @@ from mobilegs.compress.container import pack
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import write_ply
 from mobilegs.render import Weighting
-from mobilegs.view.bundle import element_script, viewer_script
+from mobilegs.view.bundle import SHADERS, element_script, slim_shader, viewer_script
 
 pytest_plugins = ["browser"]
 
@@ -171,6 +171,14 @@ def test_what_no_viewer_shows_is_refused(
         assert cli.main(words) in (1, 2)
         assert sentence in capsys.readouterr().err
         assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("file", sorted(SHADERS.glob("*.*sl")), ids=lambda file: file.name)
+def test_shaders_keep_the_lines_that_count(file: Path) -> None:
+    text = slim_shader(file.read_text())
+    assert text.endswith("\n") and len(text) < len(file.read_text())
+    orders = [line for line in text.splitlines() if "#" in line]
+    assert orders == [line for line in file.read_text().splitlines() if line.startswith("#")]
 
 
 def test_the_viewer_is_small() -> None:

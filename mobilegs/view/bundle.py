@@ -17,7 +17,7 @@ COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | r
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
 BREAK = re.compile(r"(?<=[;{])\n(?!#)")  # where a line's end means nothing
-SHADER_BREAK = re.compile(r"(?<=[;{},])\n(?!#)")
+SHADER_BREAK = re.compile(r"(?<=[;{},])\n(?!#|\Z)")  # they are put together by lines
 # texts, of which those in backquotes may have others within the braces of an expression
 TEXT = re.compile(
     r"""("(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'"""
