@@ -424,6 +424,7 @@ def test_train_refuses_before_it_places_photos(
     (output / "config.json").write_text("{}")
     assert "already holds a run" in said()
     assert "something else" in said("--resume")
+    assert "--live-at" in said("--resume", "--live-at", "127.0.0.1:9")
     monkeypatch.setenv("WORLD_SIZE", "2")
     assert "mobilegs capture" in said()
     assert unposed.with_poses(loop.TrainRun(tmp_path, output), forbidden).capture == tmp_path

@@ -7,6 +7,7 @@ from dataclasses import replace
 from mobilegs.capture import CaptureRun, is_source
 from mobilegs.data import has_poses
 from mobilegs.errors import InputError
+from mobilegs.train.live import refuse
 from mobilegs.train.loop import TrainRun, resolved
 from mobilegs.train.run_folder import RunFolder
 
@@ -24,6 +25,7 @@ def with_poses(run: TrainRun, make: Callable[[CaptureRun], None]) -> TrainRun:
             f"{run.capture} has no camera poses: make them with `mobilegs capture {run.capture} "
             "-o CAPTURE` before several processes train on CAPTURE"
         )
+    refuse(run.live, run.live_at)
     first = CaptureRun(run.capture, run.output / "capture")
     if not RunFolder(run.output).config.exists():
         resolved(run, None)
