@@ -3,6 +3,7 @@
 Nothing heavy is imported until a verb runs, so that `--help` answers at once.
 """
 
+import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -147,6 +148,7 @@ def evaluate(
     """
     from mobilegs.evaluate import report
     from mobilegs.evaluate.lpips import lpips_from
+    from mobilegs.scene_file import size_of
 
     opened, dataset = open_both(scene, capture, downscale, device)
     lpips = lpips_from(lpips_weights)
@@ -158,7 +160,7 @@ def evaluate(
         "downscale": downscale,
         "blend": opened.blend,
         "gaussians": len(opened.gaussians),
-        "file_bytes": scene.stat().st_size,
+        "file_bytes": size_of(scene),
     }
     if json:
         print(report.to_json(about | result))
@@ -378,9 +380,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
-        if not error.filename:
+        if not error.filename and error.errno != errno.ENOSPC:  # a full disk has no name
             raise
-        return fail(f"{error.strerror}: {error.filename}", 1)
+        return fail(": ".join(map(str, filter(None, (error.strerror, error.filename)))), 1)
     return 0
 
 

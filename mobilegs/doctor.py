@@ -186,6 +186,12 @@ def capture() -> Finding:
     if missing:
         found = f"not installed: {', '.join(missing)}"
         return Finding("Capture", "no", found, "pip install 'mobilegs[capture]'")
+    for name in needs:
+        try:
+            importlib.import_module(name)
+        except Exception as error:  # whatever its own libraries lack
+            remedy = f"pip install --force-reinstall {name.replace('_', '-')}"
+            return Finding("Capture", "no", f"{name} is there, but does not load: {error}", remedy)
     return Finding("Capture", "yes", "poses of photos and videos, HEIC included")
 
 

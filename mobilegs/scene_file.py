@@ -74,7 +74,7 @@ def inspect_scene(path: Path) -> dict[str, Any]:
     if path.suffix.lower() == ".mgs":
         return {"file": str(path), **inspect_mgs(path)}
     gaussians = open_scene(path, torch.device("cpu")).gaussians
-    size = _size(path)
+    size = size_of(path)
     return {
         "file": str(path),
         "blend": "sorted",
@@ -111,7 +111,7 @@ def _names(kinds: Iterable[str]) -> str:
     return f"{', '.join(most)} or {last}"
 
 
-def _size(path: Path) -> int:
+def size_of(path: Path) -> int:
     """Bytes of a file, or of the files of a .sog that was unpacked."""
     if path.name != "meta.json" and not path.is_dir():
         return path.stat().st_size

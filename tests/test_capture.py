@@ -13,7 +13,7 @@ from PIL import Image
 from scipy.linalg import orthogonal_procrustes
 
 from mobilegs import cli, doctor, making
-from mobilegs.capture import CaptureRun, capture_photos, mapping, run
+from mobilegs.capture import CaptureRun, capture_photos, mapping, matches, run
 from mobilegs.capture.agreement import drop_misplaced, epipolar_errors
 from mobilegs.capture.engine import engine, in_background
 from mobilegs.capture.matches import aggregated, pairs_alike
@@ -164,6 +164,15 @@ def test_matches_lie_on_epipolar_lines() -> None:
     assert epipolar_errors(one, other, motion).max() < 1e-12
     off = epipolar_errors(one, other + np.array([0, 0.01]), motion)
     assert 0.005 < np.median(off) <= 0.01  # half of it may be the other point's
+
+
+def test_many_photos_are_matched_by_likeness_and_mapped_at_once(
+    finished: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(matches, "ALL_UP_TO", 8)
+    monkeypatch.setattr(mapping, "INCREMENTAL_UP_TO", 8)
+    report = capture_photos(CaptureRun(finished[0], tmp_path / "capture"))
+    assert (report["pairs"], report["mapper"], report["registered"]) == ("alike", "global", 9)
 
 
 def test_other_pairs_keep_features(made: tuple[Path, Path]) -> None:
@@ -359,6 +368,14 @@ def test_doctor_says_what_a_capture_lacks(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(doctor, "find_module", lambda name: name != "pi_heif")
     finding = doctor.capture()
     assert finding.state == "no" and "HEIC" in finding.found and "pip install" in finding.remedy
+    monkeypatch.undo()
+
+    def broken(name: str) -> None:
+        raise ImportError(f"{name} wants libde265.so.0")
+
+    monkeypatch.setattr(doctor.importlib, "import_module", broken)
+    finding = doctor.capture()
+    assert finding.state == "no" and "does not load: pycolmap wants" in finding.found
 
 
 # --- mobilegs train -------------------------------------------------------------------------------
@@ -393,6 +410,18 @@ def test_train_makes_a_capture_of_photos_without_poses(
     assert load_capture(trained[0].capture).train
 
 
+def test_train_goes_the_whole_way_from_photos(
+    finished: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    photos, output = finished[0], tmp_path / "run"
+    words = ["train", str(photos), "-o", str(output), "--preset", "demo", "--steps", "40"]
+    assert cli.main([*words, "--downscale", "2"]) == 0
+    assert "9 of 9 photos placed" in capsys.readouterr().out
+    metrics = json.loads((output / "metrics.json").read_text())
+    assert metrics["student"]["psnr"] > 10
+    assert (output / "scene.mgs").stat().st_size == metrics["student"]["file_bytes"]
+
+
 def test_train_leaves_captures_alone(
     finished: tuple[Path, Path], trained: list[loop.TrainRun], tmp_path: Path
 ) -> None:
@@ -425,6 +454,10 @@ def test_train_refuses_before_it_places_photos(
     assert "already holds a run" in said()
     assert "something else" in said("--resume")
     assert "--live-at" in said("--resume", "--live-at", "127.0.0.1:9")
+    (output / "config.json").unlink()
+    assert "no LPIPS weights" in said("--lpips-weights", str(output))
+    (output / "teacher.ply").touch()
+    assert "would be overwritten" in said()
     monkeypatch.setenv("WORLD_SIZE", "2")
     assert "mobilegs capture" in said()
     assert unposed.with_poses(loop.TrainRun(tmp_path, output), forbidden).capture == tmp_path

@@ -134,6 +134,7 @@ def test_photos_are_found_beside_or_in_images(tmp_path: Path) -> None:
     assert list_photos(tmp_path) == []
     Image.new("RGB", (4, 4)).save(tmp_path / "cover.png")
     (tmp_path / "notes.txt").touch()
+    (tmp_path / "._cover.png").write_bytes(b"macOS")
     assert [path.name for path in list_photos(tmp_path)] == ["cover.png"]
     (tmp_path / "images").mkdir()
     (tmp_path / "images" / "1.HEIC").touch()

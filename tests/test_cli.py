@@ -1,6 +1,8 @@
 """The command line: what it prints, what it writes, how it refuses."""
 
+import errno
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -308,12 +310,23 @@ def test_doctor_knows_where_phones_would_look(monkeypatch: pytest.MonkeyPatch) -
     assert doctor.phones().state == "none"
 
 
+def test_a_full_disk_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full() -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setitem(cli.VERBS, "doctor", full)
+    assert cli.main(["doctor"]) == 1
+    assert capsys.readouterr().err == f"mobilegs: {os.strerror(errno.ENOSPC)}\n"
+
+
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
         ("scene.obj", b"", "no scene: a .mgs, .ply, .spz, .sog, .splat or .glb"),
         ("scene.ply", b"ply", "is not a PLY file"),
-        ("scene.mgs", b"ply", "scene.mgs|not a"),
+        ("scene.mgs", b"ply", "is not a .mgs scene but looks like a PLY"),
         ("gone.ply", None, "cannot read"),
         ("gone.mgs", None, "cannot read|cannot be read"),
     ],

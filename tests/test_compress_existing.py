@@ -78,6 +78,10 @@ def test_a_scene_without_anything_to_see_is_refused() -> None:
     some.log_scales[:] = float("-inf")
     with pytest.raises(InputError, match="no Gaussian that can be seen"):
         layout_of(some)
+    some = garden()
+    some.logit_opacities[:] = -200.0
+    with pytest.raises(InputError, match="no Gaussian that can be seen"):
+        layout_of(some)
 
 
 def placed(some: Gaussians, count: int = 24, seed: int = 0):
@@ -190,7 +194,9 @@ def test_cameras_json_is_read(tmp_path: Path) -> None:
         ("[]", "no list of cameras"),
         ("[1]", "camera 0 of .* lacks a number"),
         ('[{"width": 10}]', "camera 0 of .* lacks a number"),
-        ("SIDE", "size, position or rotation"),
+        ("SIDE", "size, focal length, position or rotation"),
+        ("FOCAL", "size, focal length, position or rotation"),
+        ("FAR", "not finite"),
         ("TURN", "rotation that is none"),
         ("NAN", "not finite"),
     ],
@@ -202,6 +208,10 @@ def test_a_cameras_json_that_is_none_is_refused(tmp_path: Path, text: str, sente
         rows[0]["width"] = 1e30
     elif text == "TURN":
         rows[0]["rotation"][0][0] += 1
+    elif text == "FOCAL":
+        rows[0] |= {"fx": [1, 2], "fy": [1, 2]}
+    elif text == "FAR":
+        rows[0]["position"][0] = 1e300
     elif text == "NAN":
         rows[0]["position"][0] = float("nan")
     path.write_text(json.dumps(rows) if text.isalpha() else text)
@@ -294,10 +304,58 @@ def test_compress_goes_the_whole_way(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "--resume" in capsys.readouterr().err
 
 
+def test_compress_takes_the_cameras_of_the_scene(tmp_path: Path) -> None:
+    source, run = tmp_path / "garden.ply", tmp_path / "run"
+    write_ply(source, garden(600))
+    given = cameras_json(tmp_path / "cameras.json")
+    words = ["compress", str(source), "-o", str(run), "--cameras", str(given)]
+    words += ["--preset", "demo", "--steps", "30", "--views", "16", "--size", "64"]
+    assert main([*words, "--target-mb", "0.01"]) == 0
+    eyes = torch.stack([view.camera.position for view in load_capture(run / "capture").train])
+    first = torch.stack([camera.position for camera in read_cameras_json(given)])
+    assert (torch.cdist(first, eyes).min(1).values < 1e-3).sum() >= 4  # of six, but those held back
+    assert (run / "scene.mgs").stat().st_size < 15_000
+
+
+def test_compress_learns_from_the_photos_of_the_scene(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, capture = tmp_path / "garden.ply", tmp_path / "capture"
+    write_ply(source, garden())
+    photograph(Scene(garden()), source, capture, Shoot(views=16, size=64))
+    words = ["compress", str(source), "--capture", str(capture), "--preset", "demo"]
+    assert main([*words, "--steps", "30", "-o", str(tmp_path / "run")]) == 0
+    assert json.loads((tmp_path / "run" / "metrics.json").read_text())["student"]["psnr"] > 18
+    assert not (tmp_path / "run" / "capture").exists()
+    elsewhere = garden()
+    elsewhere.means[:] += 1000
+    write_ply(source, elsewhere)
+    assert main([*words, "-o", str(tmp_path / "other")]) == 2
+    assert "14 of 14 photos of" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()
+
+
+def test_compress_refuses_cameras_of_another_scene(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, given = tmp_path / "garden.ply", cameras_json(tmp_path / "cameras.json")
+    rows = json.loads(given.read_text())
+    for row in rows:
+        row["position"][0] += 1000
+    given.write_text(json.dumps(rows))
+    write_ply(source, garden())
+    words = ["compress", str(source), "-o", str(tmp_path / "run"), "--cameras", str(given)]
+    assert main([*words, "--views", "16", "--size", "64"]) == 2
+    assert "show nothing of this scene" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (["missing.ply"], "missing.ply"),
+        (["garden.ply", "--lpips-weights", "nowhere"], "no LPIPS weights"),
+        (["run/teacher.ply"], "would be overwritten"),
         (["scene.mgs"], "finished .mgs"),
         (["garden.ply", "--capture", "here", "--views", "20"], "leave out --views"),
         (["garden.ply", "--downscale", "2"], "use --size"),
@@ -317,7 +375,21 @@ def test_compress_refuses_in_a_sentence(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     write_ply(tmp_path / "garden.ply", garden(100))
+    if words[0].startswith("run"):
+        (tmp_path / "run").mkdir()
+        write_ply(tmp_path / words[0], garden(100))
     (tmp_path / "scene.mgs").write_bytes(b"MGS")
     assert main(["compress", *words, "-o", "run"]) == 2
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "run" / "config.json").exists()
+    assert not (tmp_path / "run" / "capture").exists()
+
+
+def test_compress_refuses_a_file_in_the_place_of_its_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = tmp_path / "garden.ply"
+    write_ply(source, garden(100))
+    for output in (source, source / "run"):
+        assert main(["compress", str(source), "-o", str(output)]) == 2
+        assert "is a file: give a folder" in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """Pages that are made of the sources, what the package gives by name, links that lead somewhere."""
 
 import ast
+import json
 import re
 import runpy
 import subprocess
@@ -88,3 +89,29 @@ def test_commands_in_pages_have_the_options_that_there_are(
                     wrong.append(f"{page.name}: {line.strip()}: {option}")
     assert len(helps) > 6
     assert not wrong
+
+
+def test_pages_say_what_compress_was_measured_to_do() -> None:
+    found = json.loads((ROOT / "bench/results/existing.json").read_text())
+    page = (ROOT / "docs/existing.md").read_text()
+    quick = (ROOT / "docs/quickstart.md").read_text()
+    for name, row in found.items():
+        minutes = f"{row['seconds_here'] / 60:.0f}"
+        held, size = row["held_back"]["psnr"], f"{row['bytes'] / 1e6:.2f} MB"
+        line = next(line for line in quick.splitlines() if line.startswith(f"| *{name}*"))
+        assert line.endswith(f"| {size} | {held:.1f} dB | {minutes} |")
+        column = [line.split(" | ")[1 + list(found)[::-1].index(name)] for line in table(page)]
+        assert f"{row['gaussians']:,}, {size}" in column[1]
+        told = [word.strip(" |") for word in column[2:]]
+        others = [
+            f"{row[which]['psnr']:.2f}, {row[which]['worst']:.2f} dB" for which in ("anew", "orbit")
+        ]
+        steps = f"{row['steps']:,}, {row['pictures']} of {'x'.join(map(str, row['image_size']))}"
+        assert told == [f"{row['smaller']:.0f}", steps, minutes, f"{held:.2f} dB", *others]
+
+
+def table(page: str) -> list[str]:
+    """The rows of the last table of a page, without its head."""
+    lines = [line for line in page.splitlines() if line.startswith("|")]
+    begin = max(number for number, line in enumerate(lines) if line.startswith("|---"))
+    return lines[begin + 1 :]

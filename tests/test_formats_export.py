@@ -12,7 +12,7 @@ from test_web_decoder import Case, make_scene
 from mobilegs import cli
 from mobilegs.compress.container import pack, read_mgs
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
+from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, size_of, teacher_of
 
 OTHERS = Path(__file__).parent / "other_tools"
 CPU = torch.device("cpu")
@@ -124,6 +124,7 @@ def test_an_unpacked_sog_is_opened_and_inspected(scene: Path, tmp_path: Path) ->
     for path in (folder, folder / "meta.json"):
         assert inspect_scene(path)["gaussians"] == 60
         assert inspect_scene(path)["file_bytes"] == sum(f.stat().st_size for f in folder.iterdir())
+        assert size_of(path) == inspect_scene(path)["file_bytes"]  # what eval says, too
 
 
 def test_a_refusal_names_every_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

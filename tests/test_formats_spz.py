@@ -1,6 +1,7 @@
 """`.spz` as it is written: what it keeps, and what another program reads of it."""
 
 import gzip
+import json
 import math
 import struct
 from pathlib import Path
@@ -15,6 +16,7 @@ from mobilegs.formats.spz import SIGNS, read_spz, write_spz
 from mobilegs.gaussians import Gaussians
 
 OTHERS = Path(__file__).parent / "other_tools"
+C0 = 0.28209479177387814
 
 
 def turned(scene: Gaussians) -> Gaussians:
@@ -63,6 +65,30 @@ def test_another_program_reads_the_same_after_half_a_turn() -> None:
     assert torch.equal(one.log_scales, other.log_scales)
     assert torch.equal(one.logit_opacities, other.logit_opacities)
     assert worst(one.sh, other.sh) <= 1 / 8  # a step: it rounds twice
+
+
+@pytest.mark.parametrize("name", ["ours.spz", "spz_js.spz"])
+def test_niantics_own_code_reads_the_same(name: str) -> None:
+    """Of our file of version 3, and of one of version 2 that a writer in JavaScript made."""
+    parts = json.loads((OTHERS / f"{name}.niantic.json").read_text())
+    theirs = {part: torch.tensor(numbers).reshape(12, -1) for part, numbers in parts.items()}
+    ours = turned(read_spz(OTHERS / name))  # into the axes of the file
+    assert worst(ours.means, theirs["positions"]) < 1e-6
+    assert worst(ours.scales, theirs["scales"]) < 1e-6
+    assert worst(ours.opacities, theirs["alphas"][:, 0]) < 1e-6
+    assert worst(0.5 + C0 * ours.sh[:, 0], theirs["colors"]) < 1e-6
+    assert worst(ours.sh[:, 1:].flatten(1), theirs["sh"]) < 1e-6
+    quats = theirs["rotations"][:, [3, 0, 1, 2]]
+    assert worst(ours.quats * (ours.quats * quats).sum(1, keepdim=True).sign(), quats) < 1e-6
+
+
+def test_what_a_writer_in_javascript_made_is_the_scene_itself() -> None:
+    """After half a turn: it, too, leaves the axes of the `.ply` as they are."""
+    found, made = turned(read_spz(OTHERS / "spz_js.spz")), read_ply(OTHERS / "scene.ply")
+    assert worst(found.means, made.means) <= 2**-12
+    assert worst(found.log_scales, made.log_scales) <= 1 / 32 + 1e-6
+    assert worst(found.sh[:, 1:], made.sh[:, 1:].clamp(-1, 1)) <= 1 / 8
+    assert turn_between(found, made) < 0.1  # three bytes; a small fourth part of what they leave
 
 
 def test_what_is_written_today_is_what_the_other_program_was_given(tmp_path: Path) -> None:

@@ -53,6 +53,7 @@ def test_the_written_header_has_the_order_and_the_comment_that_other_tools_expec
 ) -> None:
     write_ply(tmp_path / "scene.ply", random_gaussians(3, 1, generator))
     lines = (tmp_path / "scene.ply").read_bytes().split(b"end_header\n")[0].decode().splitlines()
+    assert lines[2] == "element vertex 3"  # INRIA's viewer counts lines
     assert "comment SplatRenderMode: default" in lines
     names = [line.split()[2] for line in lines if line.startswith("property")]
     rest = [f"f_rest_{i}" for i in range(9)]

@@ -45,11 +45,16 @@ class Prepared:
 
 
 def list_photos(path: Path) -> list[Path]:
-    """The photos in `path/images`, or else in `path` itself, by name; none if there are none."""
+    """The photos in `path/images`, or else in `path` itself, by name; none if there are none.
+
+    Names that begin with a dot are not photos: macOS leaves such a file beside each of them.
+    """
     for folder in (path / "images", path):
         if folder.is_dir():
             found = [
-                file for file in folder.iterdir() if file.suffix.lower() in images.SUFFIXES + HEIC
+                file
+                for file in folder.iterdir()
+                if file.suffix.lower() in images.SUFFIXES + HEIC and file.name[0] != "."
             ]
             if found:
                 return sorted(found)

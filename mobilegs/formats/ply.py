@@ -295,11 +295,11 @@ def write_ply(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
     header = [
         "ply",
         "format binary_little_endian 1.0",
+        f"element vertex {count}",  # where INRIA's viewer takes it from without looking
+        *(f"property float {name}" for name in names),
         "comment SplatRenderMode: default",
         "comment mobilegs blend sorted",
         *([f"comment mobilegs {note}"] if note else []),
-        f"element vertex {count}",
-        *(f"property float {name}" for name in names),
         "end_header\n",
     ]
     with atomic_path(path) as temporary, temporary.open("wb") as file:

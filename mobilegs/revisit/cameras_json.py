@@ -44,11 +44,13 @@ def _camera(row: Any, name: str) -> Camera:
             f"{name} lacks a number: width, height, fx, fy, position and rotation are needed"
         ) from None
     sides = all(type(side) is int and 1 <= side <= SIDE_MAX for side in (width, height))
-    if not sides or position.shape != (3,) or rotation.shape != (3, 3):
-        raise InputError(f"{name} has a size, position or rotation that no camera has")
+    shapes = focal.shape, position.shape, rotation.shape
+    if not sides or shapes != ((2,), (3,), (3, 3)):
+        raise InputError(f"{name} has a size, focal length, position or rotation that none has")
     turned = torch.eye(3, dtype=torch.float64)
     right = torch.allclose(rotation @ rotation.T, turned, atol=1e-3) and rotation.det() > 0
-    if not right or not position.isfinite().all() or not all(0 < f < math.inf for f in focal):
+    small = position.float().isfinite().all() and all(0 < f < math.inf for f in focal.float())
+    if not right or not small:  # as floats, which it is drawn with
         raise InputError(f"{name} has a rotation that is none, or numbers that are not finite")
     viewmat = torch.eye(4, dtype=torch.float64)
     viewmat[:3, :3], viewmat[:3, 3] = rotation.T, -rotation.T @ position

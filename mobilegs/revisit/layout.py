@@ -40,8 +40,8 @@ class Layout:
 def layout_of(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> Layout:
     """Find the middle, the reach and the vertical of a scene; `up` is believed if it is given.
 
-    The middle is that of the ball which moves to the weighted median of what lies within twice
-    the median distance, until it rests: far walls and skies do not drag it along. Up is
+    The middle is that of the ball which moves to the weighted median of what lies within three
+    times the median distance, until it rests: far walls and skies do not drag it along. Up is
     perpendicular to the plane that the middle is flattest along, on the side where things rise
     from it, or, where it is close to -y or nothing is flat, as COLMAP's scenes mostly have it.
 
@@ -52,10 +52,10 @@ def layout_of(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> 
     two = torch.where(fine[:, None], gaussians.scales, 0.0).topk(2, dim=1).values
     areas = two.prod(1)
     fine &= (areas > 0) & areas.isfinite()
-    if not fine.any():
-        raise InputError("the scene has no Gaussian that can be seen: there is nothing to show")
     areas = areas.clamp_max(AREA_MAX * areas[fine].median())
     weights = torch.where(fine, gaussians.opacities * areas, 0.0)
+    if not weights.any():
+        raise InputError("the scene has no Gaussian that can be seen: there is nothing to show")
     means = torch.where(fine[:, None], gaussians.means, 0.0)
 
     near = weights

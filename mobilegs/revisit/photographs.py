@@ -21,6 +21,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.revisit.cameras_json import read_cameras_json
 from mobilegs.revisit.layout import Layout, layout_of
 from mobilegs.revisit.placement import between_cameras, place_cameras
+from mobilegs.revisit.sight import refuse_blind
 from mobilegs.spherical_harmonics import sh_colors
 
 POINTS = 10_000  # of the capture, at most
@@ -70,7 +71,8 @@ def photograph(
     A folder that holds it already stays as it is, and one that is not complete is completed.
     `source` is the file that the scene came from.
 
-    Raises InputError if the folder holds pictures of another scene, or taken in another way.
+    Raises InputError if the folder holds pictures of another scene, or taken in another way, or
+    if there is nothing to see from the cameras that are given.
     """
     record = json.dumps(_record(source, shoot), indent=1) + "\n"
     note = folder / RECORD
@@ -100,6 +102,8 @@ def photograph(
     else:
         given = read_cameras_json(shoot.cameras)
         cameras = between_cameras(given, layout, shoot.views, size=shoot.size, generator=generator)
+        whose = f"places at and between the cameras of {shoot.cameras}"
+        refuse_blind(scene, cameras, whose, "give the cameras.json that lies beside it")
     # neighbours in the file's order are neighbours in space; what is held back shall be anywhere
     order = torch.randperm(len(cameras), generator=generator).tolist()
     named = [(f"{number:04}.png", cameras[i]) for number, i in enumerate(order)]

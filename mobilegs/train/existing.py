@@ -7,13 +7,16 @@ from typing import Annotated, Any, Literal
 import torch
 from tyro.conf import Positional, UseAppendAction, arg
 
+from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
 from mobilegs.revisit.cameras_json import read_cameras_json
 from mobilegs.revisit.photographs import Progress, Shoot, photograph, silent
+from mobilegs.revisit.sight import refuse_blind
 from mobilegs.scene_file import choose_device, read_gaussians
+from mobilegs.train.beforehand import refuse_beforehand
 from mobilegs.train.live import ADDRESS
-from mobilegs.train.loop import TrainRun, resolved, train_run
+from mobilegs.train.loop import TrainRun, train_run
 from mobilegs.train.recipes import PresetName
 
 # Of a scene that is finished, and seen from places that say little about its detail: small steps,
@@ -48,7 +51,7 @@ class CompressRun:
     views: Annotated[int | None, arg(metavar="N")] = None
     """Pictures to take; every eighth is held back. Without it 400, with the preset demo 48."""
     size: Annotated[int | None, arg(metavar="PIXELS")] = None
-    """Their longer side. Without it 640 with the preset cpu, 1280 with gpu."""
+    """Their longer side. Without it 640 with the preset cpu, 1280 with gpu, 240 with demo."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
     """Divide the size of CAPTURE's photos by this."""
     preset: PresetName | None = None
@@ -114,8 +117,9 @@ def compress_run(
         live_at=run.live_at,
         settings=(tuple(settings), *run.settings),
     )
+    refuse_beforehand(training)
+    device = choose_device(run.device)
     if capture is None:
-        resolved(training, None)  # what cannot be is refused before pictures are taken
         views, size = SHOTS[preset]
         if run.views is not None:
             views = run.views
@@ -123,11 +127,11 @@ def compress_run(
             size = run.size
         shoot = Shoot(views, size, run.cameras, run.seed)
         if run.cameras is not None:
-            read_cameras_json(run.cameras)  # refused before anything else is done
-        if (run.output / "config.json").exists() and not run.resume:
-            raise InputError(
-                f"{run.output} holds a run already: give --resume to continue it, or another folder"
-            )
-        scene = Scene(read_gaussians(run.scene).to(choose_device(run.device)))
+            read_cameras_json(run.cameras)  # refused before the scene is read, which is large
+        scene = Scene(read_gaussians(run.scene).to(device))
         photograph(scene, run.scene, training.capture, shoot, progress=progress)
+    elif not (run.output / "config.json").exists():
+        cameras = [view.camera for view in load_capture(capture, downscale=run.downscale).train]
+        scene = Scene(read_gaussians(run.scene).to(device))
+        refuse_blind(scene, cameras, f"photos of {capture}", "give the capture that it was made of")
     return train_run(training)

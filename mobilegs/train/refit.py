@@ -16,6 +16,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.revisit.layout import layout_of
 from mobilegs.revisit.photographs import SHAPE, Progress, silent
 from mobilegs.revisit.placement import between_cameras, place_cameras
+from mobilegs.revisit.sight import refuse_blind
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.run_folder import stopping_between_steps
 from mobilegs.train.stage import view_order
@@ -24,7 +25,6 @@ from mobilegs.train.teacher import Teacher, TeacherConfig
 STEPS = 800
 SIDE = 640  # of pictures, in pixels, at most
 LEARNED, HELD = 160, 24  # pictures that are learned from and held back, at most
-COVERED = 0.01  # of a picture, at least: else it shows nothing of the scene
 PLACES = 112  # that are looked for where no capture tells
 UPRIGHT = 0.3  # of the mean of their ups, from which on cameras agree about the vertical
 ALIKE = 40  # degrees around their mean, within which cameras look in one direction
@@ -190,19 +190,15 @@ def fit_of(scene: Scene, refitted: Gaussians, views: Views, *, progress: Progres
 def _pictures(scene: Scene, places: Dataset, progress: Progress) -> Dataset:
     """The capture with pictures of the scene in the place of its photos."""
     frames = [*places.train, *places.test]
+    cameras = [frame.camera for frame in frames]
+    instead = "give the capture that it was made of"
+    refuse_blind(scene, cameras, f"photos of {places.name}", instead)
     drawn: list[Frame] = []
-    blind = 0
     with progress("taking pictures") as advance:
         for frame in frames:
             picture = scene.render(frame.camera.to(scene.gaussians.means.device))
             drawn.append(Frame(frame.name, frame.camera, pixels=to_bytes(picture.image).cpu()))
-            blind += float(picture.alpha.mean()) < COVERED
             advance(len(drawn), len(frames))
-    if blind > len(frames) / 2:
-        raise InputError(
-            f"{blind} of {len(frames)} photos of {places.name} show nothing of this scene: give "
-            "the capture that it was made of"
-        )
     count = len(places.train)
     return replace(places, train=drawn[:count], test=drawn[count:])
 

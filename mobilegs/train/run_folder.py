@@ -39,14 +39,15 @@ class RunFolder:
         self.contact_sheet = path / "contact_sheet.png"
         self.previews = path / "previews"
 
-    def begin(self, *, options: dict[str, Any], recipe: Recipe, photos: dict[str, Any]) -> None:
-        """Write down what the new run does, and with which photos.
+    def refuse(self) -> None:
+        """Raise InputError if no run can begin here.
 
-        Raises InputError if the folder holds a run already, or something of the name of its
-        files; anything else there stays as it is.
+        That is so if the folder holds one already, or something of the name of its files; anything
+        else there stays as it is.
         """
-        if self.path.exists() and not self.path.is_dir():
-            raise InputError(f"{self.path} is a file: give a folder for the run")
+        for path in (self.path, *self.path.parents):
+            if path.exists() and not path.is_dir():
+                raise InputError(f"{path} is a file: give a folder for the run")
         if self.config.exists():
             raise InputError(
                 f"{self.path} already holds a run: add --resume to continue it, or give another "
@@ -58,6 +59,10 @@ class RunFolder:
         ):  # fmt: skip
             if file.exists():
                 raise InputError(f"{file} would be overwritten: give another folder for the run")
+
+    def begin(self, *, options: dict[str, Any], recipe: Recipe, photos: dict[str, Any]) -> None:
+        """Write down what the new run does, and with which photos; refuses as `refuse` does."""
+        self.refuse()
         content = {"options": options, "recipe": asdict(recipe), "photos": photos}
         atomic_write(self.config, json.dumps(content, indent=2) + "\n")
 

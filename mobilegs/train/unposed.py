@@ -7,8 +7,8 @@ from dataclasses import replace
 from mobilegs.capture import CaptureRun, is_source
 from mobilegs.data import has_poses
 from mobilegs.errors import InputError
-from mobilegs.train.live import refuse
-from mobilegs.train.loop import TrainRun, resolved
+from mobilegs.train.beforehand import refuse_beforehand
+from mobilegs.train.loop import TrainRun
 from mobilegs.train.run_folder import RunFolder
 
 
@@ -25,15 +25,9 @@ def with_poses(run: TrainRun, make: Callable[[CaptureRun], None]) -> TrainRun:
             f"{run.capture} has no camera poses: make them with `mobilegs capture {run.capture} "
             "-o CAPTURE` before several processes train on CAPTURE"
         )
-    refuse(run.live, run.live_at)
+    refuse_beforehand(run)
     first = CaptureRun(run.capture, run.output / "capture")
-    if not RunFolder(run.output).config.exists():
-        resolved(run, None)
-    elif not run.resume:
-        raise InputError(
-            f"{run.output} already holds a run: add --resume to continue it, or give another folder"
-        )
-    elif not first.output.exists():
+    if RunFolder(run.output).config.exists() and not first.output.exists():
         raise InputError(f"{run.output} holds a run of something else: give another folder")
     make(first)
     return replace(run, capture=first.output)

@@ -1,0 +1,16 @@
+"""What a run would be refused for in the end, said before minutes go into its capture."""
+
+from mobilegs.evaluate.lpips import lpips_from
+from mobilegs.train.live import refuse
+from mobilegs.train.loop import TrainRun, resolved
+from mobilegs.train.run_folder import RunFolder
+
+
+def refuse_beforehand(run: TrainRun) -> None:
+    """Raise InputError for options that cannot be, and for a folder that no such run can go to."""
+    folder = RunFolder(run.output)
+    if not (run.resume and folder.config.exists()):
+        folder.refuse()
+        resolved(run, None)
+    refuse(run.live, run.live_at)
+    lpips_from(run.lpips_weights)
