@@ -115,6 +115,9 @@ def joined(name: Device) -> Iterator[Team]:
     if "TORCHELASTIC_RUN_ID" not in os.environ or os.environ["WORLD_SIZE"] == "1":
         yield Team(choose_device(name))
         return
+    # Arguments of its functions have as their default what group there is when it is imported. That
+    # shall be none: the group's threads would outlive it, and abort the process when Python ends.
+    import torch.distributed.nn.functional  # noqa: F401
     from torch.distributed.rendezvous import rendezvous
 
     store, rank, world = next(rendezvous("env://"))
