@@ -235,6 +235,6 @@ def test_a_place_where_nothing_can_be_written_is_told(
     assert "there is a file in the way" in capsys.readouterr().err
     assert cli.main(["export", scene, "--to", "html", "-o", str(run)]) == 2
     assert "it is a folder" in capsys.readouterr().err
-    with pytest.raises(InputError, match=r"cannot .*file"):
+    with pytest.raises(InputError, match=r"file is a file: give a folder"):
         train_run(TrainRun(capture, tmp_path / "file" / "run"), recipe=RECIPE)
     assert (tmp_path / "file").read_text() == "mine"
