@@ -19,6 +19,7 @@ from mobilegs.revisit.cameras_json import read_cameras_json
 from mobilegs.revisit.layout import layout_of
 from mobilegs.revisit.photographs import Shoot, photograph
 from mobilegs.revisit.placement import between_cameras, place_cameras
+from mobilegs.revisit.sight import refuse_blind
 
 UP = torch.tensor([0.0, 0.0, 1.0])
 
@@ -333,6 +334,10 @@ def test_compress_learns_from_the_photos_of_the_scene(
     assert main([*words, "-o", str(tmp_path / "other")]) == 2
     assert "14 of 14 photos of" in capsys.readouterr().err
     assert not (tmp_path / "other").exists()
+
+
+def test_where_there_is_no_camera_none_is_blind() -> None:
+    refuse_blind(Scene(garden(100)), [], "photos", "")
 
 
 def test_compress_refuses_cameras_of_another_scene(

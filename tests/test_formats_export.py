@@ -1,5 +1,6 @@
 """Scenes as files of other kinds: `mobilegs export --to`, and what opens and refuses them."""
 
+import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from test_web_decoder import Case, make_scene
 from mobilegs import cli
 from mobilegs.compress.container import pack, read_mgs
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, size_of, teacher_of
+from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
 
 OTHERS = Path(__file__).parent / "other_tools"
 CPU = torch.device("cpu")
@@ -116,7 +117,9 @@ def test_every_kind_is_opened_and_inspected(name: str) -> None:
     assert found["file_bytes"] == (OTHERS / name).stat().st_size
 
 
-def test_an_unpacked_sog_is_opened_and_inspected(scene: Path, tmp_path: Path) -> None:
+def test_an_unpacked_sog_is_opened_and_inspected(
+    scene: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     there, folder = tmp_path / "there.sog", tmp_path / "folder"
     assert cli.main(["export", str(scene), "--to", "sog", "-o", str(there)]) == 0
     with zipfile.ZipFile(there) as archive:
@@ -124,7 +127,10 @@ def test_an_unpacked_sog_is_opened_and_inspected(scene: Path, tmp_path: Path) ->
     for path in (folder, folder / "meta.json"):
         assert inspect_scene(path)["gaussians"] == 60
         assert inspect_scene(path)["file_bytes"] == sum(f.stat().st_size for f in folder.iterdir())
-        assert size_of(path) == inspect_scene(path)["file_bytes"]  # what eval says, too
+        capsys.readouterr()
+        assert cli.main(["eval", str(path), "--capture", str(capture), "--json"]) == 0
+        said = json.loads(capsys.readouterr().out)
+        assert said["file_bytes"] == inspect_scene(path)["file_bytes"]
 
 
 def test_a_refusal_names_every_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

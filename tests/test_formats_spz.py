@@ -14,9 +14,9 @@ from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply
 from mobilegs.formats.spz import SIGNS, read_spz, write_spz
 from mobilegs.gaussians import Gaussians
+from mobilegs.spherical_harmonics import C0
 
 OTHERS = Path(__file__).parent / "other_tools"
-C0 = 0.28209479177387814
 
 
 def turned(scene: Gaussians) -> Gaussians:

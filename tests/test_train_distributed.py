@@ -51,7 +51,7 @@ sys.exit(cli.main(words))
 
 # `mobilegs`, and what threads there are besides once it is done
 THREADS = """
-import os, sys
+import sys
 from pathlib import Path
 from mobilegs import cli
 code = cli.main(sys.argv[1:])

@@ -19,7 +19,7 @@ def refuse_blind(scene: Scene, cameras: Sequence[Camera], whose: str, instead: s
 
     `whose` says which cameras these are, `instead` what to give in their place.
     """
-    some = cameras[:: -(-len(cameras) // LOOKS)]
+    some = cameras[:: max(1, -(-len(cameras) // LOOKS))]  # there may be none
     blind = 0
     for camera in some:
         factor = min(1.0, SIDE / max(camera.width, camera.height))

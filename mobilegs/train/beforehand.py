@@ -9,8 +9,9 @@ from mobilegs.train.run_folder import RunFolder
 def refuse_beforehand(run: TrainRun) -> None:
     """Raise InputError for options that cannot be, and for a folder that no such run can go to."""
     folder = RunFolder(run.output)
-    if not (run.resume and folder.config.exists()):
+    if run.resume and folder.config.exists():
+        refuse(run.live, run.live_at)
+    else:
         folder.refuse()
         resolved(run, None)
-    refuse(run.live, run.live_at)
     lpips_from(run.lpips_weights)

@@ -118,7 +118,10 @@ def compress_run(
         settings=(tuple(settings), *run.settings),
     )
     refuse_beforehand(training)
-    device = choose_device(run.device)
+
+    def opened() -> Scene:  # not kept: the training reads it again
+        return Scene(read_gaussians(run.scene).to(choose_device(run.device)))
+
     if capture is None:
         views, size = SHOTS[preset]
         if run.views is not None:
@@ -128,10 +131,9 @@ def compress_run(
         shoot = Shoot(views, size, run.cameras, run.seed)
         if run.cameras is not None:
             read_cameras_json(run.cameras)  # refused before the scene is read, which is large
-        scene = Scene(read_gaussians(run.scene).to(device))
-        photograph(scene, run.scene, training.capture, shoot, progress=progress)
+        photograph(opened(), run.scene, training.capture, shoot, progress=progress)
     elif not (run.output / "config.json").exists():
         cameras = [view.camera for view in load_capture(capture, downscale=run.downscale).train]
-        scene = Scene(read_gaussians(run.scene).to(device))
-        refuse_blind(scene, cameras, f"photos of {capture}", "give the capture that it was made of")
+        instead = "give the capture that it was made of"
+        refuse_blind(opened(), cameras, f"photos of {capture}", instead)
     return train_run(training)
