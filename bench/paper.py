@@ -153,7 +153,7 @@ def trained(stage: Stage, folder: Path, work: Work, *, order_seed: int) -> float
     saved = kept.saved() or {"stage": None, "seconds": {}, "journal": []}
     run = TrainRun(work.capture, folder)
     with Monitor(kept.journal, saved["journal"], saved["seconds"]) as monitor:
-        session = Session(run, kept, work.dataset, work.loader, monitor, work.team, saved)
+        session = Session(run, kept, work.dataset, work.loader, monitor, None, work.team, saved)
         run_stage(stage, session, order_seed=order_seed)
         return monitor.seconds[stage.name]
 

@@ -169,7 +169,7 @@ class BoundedStudent(Student):
                 found.register_hook(lambda grad: grad + pull)
             return found
 
-        self.model.lobes = lobes
+        self.model.lobes = lobes  # pyright: ignore[reportAttributeAccessIssue]
 
 
 class NoisyStudent(Student):
@@ -188,7 +188,7 @@ class NoisyStudent(Student):
             noise[:, 0, 1] = NOISE[variant] / C0 * torch.randn(len(found), generator=draws)
             return found + noise
 
-        self.model.lobes = lobes
+        self.model.lobes = lobes  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def train(stage, views: list[View], *, seed: int) -> float:

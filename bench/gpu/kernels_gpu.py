@@ -116,7 +116,7 @@ def by_kernel(call: Callable[[], object]) -> dict[str, float]:
         end.record()
         samples.setdefault(name, []).append((start, end))
 
-    kernels.launch = watched
+    kernels.launch = watched  # pyright: ignore[reportAttributeAccessIssue]
     try:
         for _ in range(5):
             call()
