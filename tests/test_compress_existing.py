@@ -9,6 +9,7 @@ import torch
 
 from mobilegs.camera import look_at
 from mobilegs.cli import main
+from mobilegs.compress.container import read_mgs
 from mobilegs.data import load_capture, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
@@ -316,6 +317,23 @@ def test_compress_takes_the_cameras_of_the_scene(tmp_path: Path) -> None:
     first = torch.stack([camera.position for camera in read_cameras_json(given)])
     assert (torch.cdist(first, eyes).min(1).values < 1e-3).sum() >= 4  # of six, but those held back
     assert (run / "scene.mgs").stat().st_size < 15_000
+
+
+def test_compress_knows_what_lies_behind_the_scene(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, run = tmp_path / "garden.ply", tmp_path / "run"
+    write_ply(source, garden(600))
+    words = ["compress", str(source), "-o", str(run), "--preset", "demo"]
+    words += ["--steps", "30", "--views", "16", "--size", "64"]
+    assert main([*words, "--background", "1", "1", "2"]) == 2
+    assert "outside of 0..1" in capsys.readouterr().err and not run.exists()
+    assert main([*words, "--background", "1", "1", "0"]) == 0
+    assert read_mgs(run / "scene.mgs").decode().background.tolist() == [1, 1, 0]
+    own = json.loads((run / "metrics.json").read_text())["teacher"]["psnr"]
+    assert own is None or own > 45  # pictures and the training have the same colour behind
+    corners = [load_view(frame).image[0, 0] for frame in load_capture(run / "capture").train]
+    assert any(torch.equal(corner, torch.tensor([1.0, 1, 0])) for corner in corners)
 
 
 def test_compress_learns_from_the_photos_of_the_scene(

@@ -4,7 +4,7 @@ import json
 import zlib
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from mobilegs.atomic import atomic_path, atomic_write
 from mobilegs.camera import Camera
 from mobilegs.data import NEAR_PLANE
 from mobilegs.data.colmap_write import write_model
+from mobilegs.data.dataset import Color
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
@@ -27,6 +28,7 @@ from mobilegs.spherical_harmonics import sh_colors
 POINTS = 10_000  # of the capture, at most
 RECORD = "made_from.json"
 SHAPE = 4 / 3  # of pictures, where no camera tells
+BLACK = (0.0, 0.0, 0.0)
 
 # told what begins, gives what is told how far it is
 Progress = Callable[[str], AbstractContextManager[Callable[[int, int], None]]]
@@ -49,12 +51,16 @@ class Shoot:
     """A cameras.json of 3DGS: pictures are taken from there and from in between."""
     seed: int = 0
     """Start of all random choices."""
+    background: Color = BLACK
+    """Colour behind everything, in [0, 1]."""
 
     def __post_init__(self) -> None:
         if not 16 <= self.views <= 10_000:
             raise InputError(f"views must lie between 16 and 10000, not at {self.views}")
         if not 64 <= self.size <= 8192:
             raise InputError(f"size must lie between 64 and 8192 pixels, not at {self.size}")
+        if not all(0 <= channel <= 1 for channel in self.background):
+            raise InputError(f"the background {self.background} is outside of 0..1")
 
 
 @torch.inference_mode()
@@ -86,6 +92,8 @@ def photograph(
             return
     elif folder.exists() and any(folder.iterdir()):
         raise InputError(f"{folder} holds something else: give another output folder")
+    behind = torch.tensor(shoot.background, device=scene.gaussians.means.device)
+    scene = replace(scene, background=behind)
     generator = torch.Generator().manual_seed(shoot.seed)
     layout = layout_of(scene.gaussians)
     if shoot.cameras is None:

@@ -11,7 +11,7 @@ from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
 from mobilegs.revisit.cameras_json import read_cameras_json
-from mobilegs.revisit.photographs import Progress, Shoot, photograph, silent
+from mobilegs.revisit.photographs import BLACK, Progress, Shoot, photograph, silent
 from mobilegs.revisit.sight import refuse_blind
 from mobilegs.scene_file import choose_device, read_gaussians
 from mobilegs.train.beforehand import refuse_beforehand
@@ -54,6 +54,9 @@ class CompressRun:
     """Their longer side. Without it 640 with the preset cpu, 1280 with gpu, 240 with demo."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
     """Divide the size of CAPTURE's photos by this."""
+    background: tuple[float, float, float] | None = None
+    """Colour behind everything that the scene was trained with, RGB in 0..1: a file does not say.
+    Without it black; with CAPTURE, white for renders with transparency, too."""
     preset: PresetName | None = None
     """How long: cpu is meant for two cores, gpu has 30,000 steps, demo is quick. Without it, gpu
     where there is one."""
@@ -108,6 +111,7 @@ def compress_run(
         run.output,
         preset=preset,
         downscale=run.downscale,
+        background=run.background,
         seed=run.seed,
         resume=run.resume,
         teacher=run.scene,
@@ -128,7 +132,7 @@ def compress_run(
             views = run.views
         if run.size is not None:
             size = run.size
-        shoot = Shoot(views, size, run.cameras, run.seed)
+        shoot = Shoot(views, size, run.cameras, run.seed, run.background or BLACK)
         if run.cameras is not None:
             read_cameras_json(run.cameras)  # refused before the scene is read, which is large
         photograph(opened(), run.scene, training.capture, shoot, progress=progress)
