@@ -27,6 +27,7 @@ TYPES = {
     ".wgsl": "text/plain",
     ".glsl": "text/plain",
 }
+SMALL = {"width": 640, "height": 400}  # a processor draws each of these pixels
 # warnings about what is meant: reading a picture back, and an empty scene
 MEANT = ("GPU stall due to ReadPixels", "count of 0 is unusual")
 BLANK = b"<!doctype html><meta charset=utf-8><link rel=icon href=data:,><title>test</title>"
@@ -161,7 +162,7 @@ class Chromium:
 
     def tab(self) -> Tab:
         """A new page, with no memory of others."""
-        return Tab(self._browser.new_page(), self._server)
+        return Tab(self._browser.new_page(viewport=SMALL), self._server)
 
     def foreign(self) -> Any:
         """A new page for what another server sends, as playwright has it: close it in the end."""

@@ -5,6 +5,7 @@ import http.client
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import parse_qs, quote, urlsplit
 
 import pytest
 
@@ -97,15 +98,21 @@ def test_a_scene_that_has_gone_is_not_found(tmp_path: Path) -> None:
         server.shutdown()
 
 
-def test_two_scenes_are_compared(tmp_path: Path) -> None:
-    (tmp_path / "my & a.mgs").write_bytes(b"first")
+@pytest.mark.parametrize(
+    "name", ["a & b.mgs", "scene (1).mgs", "100%.mgs", "a+b,c.mgs", "it's#1.mgs", "ä?.mgs"]
+)
+def test_two_scenes_are_compared(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"first")
     (tmp_path / "b.ply").write_bytes(b"second")
-    with Server(tmp_path / "my & a.mgs", tmp_path / "b.ply") as server:
+    with Server(tmp_path / name, tmp_path / "b.ply") as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        first, second = "/scene/my%20%26%20a.mgs", "/other/b.ply"
-        assert get(server, "/")[1]["Location"] == f"/?url={first}&compare={second}"
+        page = get(server, "/")[1]["Location"]
+        # as the page reads its own address; what it asks for is then an address
+        wishes = parse_qs(urlsplit(page).query)
+        [first], [second] = wishes["url"], wishes["compare"]
+        assert first == f"/scene/{quote(name)}" and second == "/other/b.ply"
         assert get(server, first)[2] == b"first" and get(server, second)[2] == b"second"
-        assert get(server, "/other/my%20%26%20a.mgs")[0] == 404
+        assert get(server, first.replace("scene", "other", 1))[0] == 404
         server.shutdown()
 
 

@@ -5,6 +5,7 @@ import re
 from functools import cache
 from pathlib import Path
 
+from mobilegs import __version__
 from mobilegs.view.short_names import WORD, short_names
 
 FOLDER = Path(__file__).resolve().parent
@@ -141,11 +142,16 @@ export function loadingWorker() {{
 export async function shaderText(file) {{
   return SHADERS[file];
 }}
+export function version() {{
+  return "{__version__}";
+}}
 export function ownScene() {{
   const element = document.getElementById("scene");
   if (element === null) return null;
   const text = atob(element.textContent);
-  return new Blob([Uint8Array.from(text, (letter) => letter.charCodeAt(0))]);
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = text.charCodeAt(i); // `from` takes 30 times as long
+  return new Blob([bytes]);
 }}
 """
     text = f"({bundle([entry, WORKER], {FILES: own_files})})(0);\n"

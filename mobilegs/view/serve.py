@@ -7,7 +7,7 @@ import webbrowser
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from urllib.parse import quote, urlsplit
+from urllib.parse import quote, unquote, urlsplit
 
 from mobilegs.errors import InputError
 from mobilegs.view.bundle import WEB, viewer_script
@@ -15,6 +15,7 @@ from mobilegs.view.bundle import WEB, viewer_script
 SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
 SCRIPT = "/viewer.js"
 BLOCK = 1 << 20
+UNDECODED = "surrogateescape"  # names of files may be any bytes
 KINDS = (".mgs", ".ply", ".spz")
 OTHERS = " (`mobilegs export --to ply` makes one of other tools' scenes)"
 
@@ -35,8 +36,8 @@ class Server(ThreadingHTTPServer):
         self.scenes = {SCENE: scene}
         if other:  # both with their names, which the page shows
             self.scenes = {
-                f"{SCENE}/{quote(scene.name)}": scene,
-                f"{OTHER}/{quote(other.name)}": other,
+                f"{SCENE}/{scene.name}": scene,
+                f"{OTHER}/{other.name}": other,
             }
         for file in self.scenes.values():
             if not file.is_file():
@@ -54,9 +55,11 @@ class Server(ThreadingHTTPServer):
 
     @property
     def path(self) -> str:
-        """Of the page, with the scenes that it shows."""
+        """Of the page, with the addresses of the scenes that it shows."""
+        addresses = [quote(path, errors=UNDECODED) for path in self.scenes]
         return "/?" + "&".join(
-            f"{name}={path}" for name, path in zip(("url", "compare"), self.scenes, strict=False)
+            f"{name}={quote(address)}"
+            for name, address in zip(("url", "compare"), addresses, strict=False)
         )
 
 
@@ -68,6 +71,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         asked = urlsplit(self.path)
+        path = unquote(asked.path, errors=UNDECODED)
         if asked.path == "/" and not asked.query:
             self.send_response(HTTPStatus.FOUND)
             self.send_header("Location", self.server.path)
@@ -78,8 +82,8 @@ class Handler(BaseHTTPRequestHandler):
             self._answer("text/html", page.replace('src="page.js"', f'src="{SCRIPT}"'))
         elif asked.path == SCRIPT:
             self._answer("text/javascript", viewer_script())
-        elif asked.path in self.server.scenes:
-            self._answer_scene(self.server.scenes[asked.path])
+        elif path in self.server.scenes:
+            self._answer_scene(self.server.scenes[path])
         else:
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
 

@@ -57,7 +57,7 @@ fn look_at(i: u32) -> Look {
   let away = shape.mean - view.position;
   let basis = harmonics(max(view.sh_size, view.lobe_size), away * inverseSqrt(dot(away, away)));
   let seen = lobes_along(i, basis);
-  let opacity = 1.0 / (1.0 + exp(-seen.x));
+  let opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
   if (!(opacity > view.alpha_min)) { return look; }
   let box = reach_of(opacity) * sqrt(ellipse.variance);
   if (any(ellipse.center + box < vec2f(0.5))) { return look; }

@@ -38,8 +38,10 @@ export class MobileGs extends HTMLElement {
   /** @type {Split | null} */
   #split = null;
   #arrivals = new Arrivals();
-  /** What was opened last. @type {Source | null} */
+  /** What was opened last, instead of what `src` says. @type {Source | null} */
   #source = null;
+  /** What it was compared with last, instead of what `compare` says. @type {Source | null | undefined} */
+  #other;
   #twice = false; // whether it is compared with itself
   /** What had the focus before a dialog took it. @type {HTMLElement | null} */
   #opener = null;
@@ -76,9 +78,13 @@ export class MobileGs extends HTMLElement {
     this.addEventListener("drop", (event) => {
       event.preventDefault();
       this.#part("drop").hidden = true;
-      const [file, other] = event.dataTransfer?.files ?? [];
-      if (file) void this.open(file);
-      if (other) void this.compare(other);
+      this.#openFiles(event.dataTransfer?.files);
+    });
+    const picked = this.#picker;
+    picked.addEventListener("change", () => {
+      this.#dialog(null);
+      this.#openFiles(picked.files);
+      picked.value = ""; // the same one may be chosen again
     });
   }
 
@@ -87,7 +93,8 @@ export class MobileGs extends HTMLElement {
     queueMicrotask(() => this.isConnected && !this.viewer && this.#begin());
   }
 
-  #begin() {
+  /** @param {Choice} [choice] of a renderer, instead of what the attribute says */
+  #begin(choice = /** @type {Choice} */ (this.getAttribute("renderer") ?? "auto")) {
     this.#part("buttons").hidden = this.hasAttribute("noui");
     const full = /** @type {HTMLElement} */ (this.#root.querySelector("[data-act=full]"));
     full.hidden = !document.fullscreenEnabled;
@@ -96,18 +103,22 @@ export class MobileGs extends HTMLElement {
     const [floats, strips] = ["floats", "strips"].map((word) => Boolean(wished?.includes(word)));
     this.viewer = new Viewer(canvas, this, { variant: wished === null ? null : { floats, strips } });
     for (const name of WISHES) this.#wish(name);
-    const choice = this.getAttribute("renderer") ?? "auto";
-    this.#ready = this.viewer.begin(/** @type {Choice} */ (choice));
+    this.#ready = this.viewer.begin(choice);
     this.#blind = false;
     void this.#ready.then((able) => (this.#blind = !able));
     const poster = this.getAttribute("poster")?.replace(/[\x22\\\n]/g, encodeURIComponent);
     if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
-    const [source, other] = [this.getAttribute("src"), this.getAttribute("compare")];
+    const source = this.#source ?? this.getAttribute("src");
+    const other = this.#other === undefined ? this.getAttribute("compare") : this.#other;
     if (source) void this.open(source);
     if (other) void this.compare(other);
   }
 
   disconnectedCallback() {
+    this.#end();
+  }
+
+  #end() {
     this.viewer?.destroy();
     this.viewer = null;
     this.#uncover();
@@ -120,6 +131,8 @@ export class MobileGs extends HTMLElement {
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
+    if (name === "src") this.#source = null;
+    if (name === "compare") this.#other = undefined;
     if (!this.viewer || value === before) return;
     if (name === "compare") void this.compare(value || null);
     else if (name !== "src") this.#wish(name);
@@ -139,6 +152,7 @@ export class MobileGs extends HTMLElement {
    * @param {Source | null} other `sorted` stands for the same one, drawn as if it were a plain scene
    */
   async compare(other) {
+    this.#other = other;
     this.#twice = other === SORTED;
     const source = this.#twice ? this.#source : other;
     this.viewer?.alone();
@@ -169,7 +183,8 @@ export class MobileGs extends HTMLElement {
     else if (what === "own") viewer.background = null;
     else if (what === "mode") viewer.mode = viewer.mode === "orbit" ? "fly" : "orbit";
     else if (what === "picture") void this.#save();
-    else if (what === "copy") void navigator.clipboard?.writeText(this.#report);
+    else if (what === "open") this.#picker.click();
+    else if (what === "copy") void this.#copy();
     else if (what === "share") void navigator.share?.({ text: this.#report }).catch(() => {});
     else if (what === "full") {
       if (document.fullscreenElement) void document.exitFullscreen();
@@ -188,11 +203,11 @@ export class MobileGs extends HTMLElement {
     this.#tell();
   }
 
-  /** @param {Side} side @param {number} milliseconds */
-  loaded(side, milliseconds) {
+  /** @param {Side} side @param {number} milliseconds @param {number} bytes of the file */
+  loaded(side, milliseconds, bytes) {
     this.#arrivals.note(side, { share: 1, state: "loaded" });
     this.#tell();
-    if (side === 0) this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds } }));
+    if (side === 0) this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds, bytes } }));
   }
 
   /** @param {Side} side @param {string} sentence */
@@ -200,7 +215,22 @@ export class MobileGs extends HTMLElement {
     this.#arrivals.note(side, { share: 1, state: "failed", sentence });
     this.#tell();
     this.#part("message").hidden = false;
+    /** @type {HTMLElement} */ (this.#root.querySelector(".message [data-act=open]")).hidden = this.#source !== null;
     this.dispatchEvent(new CustomEvent("error", { detail: { sentence } }));
+  }
+
+  /** What draws cannot go on: the other way takes over, if there is one. @param {Side} side @param {string} sentence */
+  broken(side, sentence) {
+    const pose = this.viewer?.pose;
+    if (this.viewer?.device.renderer === "WebGL2" || this.getAttribute("renderer") === "webgpu" || !pose) {
+      this.failed(side, sentence);
+      return;
+    }
+    console.warn(`WebGL2 takes over: ${sentence}`);
+    const placed = this.viewer?.count;
+    this.#end();
+    this.#begin("webgl");
+    if (placed) this.viewer?.place(pose);
   }
 
   /** Shows figures, to be copied or shared. @param {Record<string, unknown>} figures */
@@ -208,9 +238,12 @@ export class MobileGs extends HTMLElement {
     const text = JSON.stringify(figures, null, 1);
     const panel = this.#part("report");
     /** @type {HTMLTextAreaElement} */ (panel.querySelector("textarea")).value = text;
-    const { cold, steady } = /** @type {any} */ (figures);
-    const words = `${cold.fps} frames/s cold, ${steady.fps} steady`;
+    const { cold, steady, interrupted } = /** @type {any} */ (figures);
+    const words = interrupted
+      ? "The page was not in sight all the time: measure again"
+      : `${cold.fps} frames/s cold, ${steady.fps} steady`;
     /** @type {HTMLElement} */ (panel.querySelector("h2")).textContent = words;
+    /** @type {HTMLElement} */ (panel.querySelector("[data-act=share]")).hidden = !navigator.share;
     if (panel.hidden) this.#dialog("report");
     this.dispatchEvent(new CustomEvent("report", { detail: figures }));
   }
@@ -236,8 +269,30 @@ export class MobileGs extends HTMLElement {
 
   get #report() {
     const area = /** @type {HTMLTextAreaElement} */ (this.#root.querySelector("textarea"));
+    area.focus();
     area.select(); // where a page may not copy, its reader still can
     return area.value;
+  }
+
+  /** Copies the figures. Pages that come over plain http have only the old way. */
+  async #copy() {
+    const text = this.#report;
+    const done = navigator.clipboard
+      ? await navigator.clipboard.writeText(text).then(() => true, () => false)
+      : document.execCommand("copy");
+    this.#part("copied").textContent = done ? "Copied." : "This browser lets no page copy: the text is selected.";
+  }
+
+  /** @returns {HTMLInputElement} */
+  get #picker() {
+    return /** @type {HTMLInputElement} */ (this.#root.querySelector("[type=file]"));
+  }
+
+  /** @param {FileList | null | undefined} files one or two */
+  #openFiles(files) {
+    const [file, other] = files ?? [];
+    if (file) void this.open(file);
+    if (other) void this.compare(other);
   }
 
   async #save() {

@@ -12,6 +12,11 @@ export async function shaderText(file) {
   return response.text();
 }
 
+/** Of the package that these files are of. */
+export function version() {
+  return "its source";
+}
+
 /** The scene that the page brings along. @returns {Blob | null} */
 export function ownScene() {
   return null;

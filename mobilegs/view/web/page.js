@@ -1,7 +1,7 @@
 /** The viewer's own page: a scene named in the address, the camera behind the #. */
 
 import "./element.js";
-import { ownScene } from "./files.js";
+import { ownScene, version } from "./files.js";
 import { planOf, runBench } from "./viewer/bench.js";
 import { readPose, writePose } from "./viewer/address.js";
 
@@ -23,7 +23,7 @@ setTimeout(() => {
   const own = ownScene();
   if (!url && own) void element.open(own);
   else if (!element.hasAttribute("src")) {
-    element.failed(0, "no scene is named: drop a .mgs, .ply or .spz file here, or add ?url=... to the address");
+    element.failed(0, "no scene is named: open a .mgs, .ply or .spz file, or add ?url=... to the address");
   }
   goTo();
   element.focus({ preventScroll: true });
@@ -56,15 +56,33 @@ if (asked !== null) {
       width: Math.round(innerWidth * devicePixelRatio),
       height: Math.round(innerHeight * devicePixelRatio),
     };
-    const found = await runBench(viewer, planOf(asked, screen), (share) => element.progress(0, share));
-    element.loaded(0, 0);
+    const { milliseconds, bytes } = /** @type {CustomEvent} */ (event).detail;
+    let found;
+    let interrupted = document.hidden; // then browsers draw nothing
+    const leave = () => (interrupted ||= document.hidden);
+    document.addEventListener("visibilitychange", leave);
+    // keeps a phone from switching its screen off; pages that come over plain http may not
+    const awake = await navigator.wakeLock?.request("screen").catch(() => null);
+    try {
+      found = await runBench(viewer, planOf(asked, screen), (share) => element.progress(0, share));
+    } catch (error) {
+      element.failed(0, `the frame rate cannot be measured: ${/** @type {Error} */ (error).message}`);
+      return;
+    } finally {
+      document.removeEventListener("visibilitychange", leave);
+      void awake?.release();
+    }
+    element.loaded(0, milliseconds, bytes);
     element.report({
       scene: element.getAttribute("src") ?? "own",
       date: new Date().toISOString(),
       gaussians: viewer.count,
-      milliseconds_to_load: Math.round(/** @type {CustomEvent} */ (event).detail.milliseconds),
+      file_bytes: bytes,
+      milliseconds_to_load: Math.round(milliseconds),
+      interrupted,
       ...found,
       ...viewer.device,
+      viewer: version(),
       browser: navigator.userAgent,
       device_pixel_ratio: devicePixelRatio,
     });

@@ -25,12 +25,14 @@ import { isSpz, readSpz } from "./spz.js";
  *   | {kind: "rows", part: Part, from: number, numbers: Numbers}
  *   | {kind: "order", order: Uint32Array<ArrayBuffer>}
  *   | {kind: "progress", received: number, total: number}
- *   | {kind: "done", milliseconds: number}
+ *   | {kind: "done", milliseconds: number, bytes: number}
  *   | {kind: "failed", sentence: string}} Message
  */
 
 /** Of a scene that does not say. */
 const NEAR = 0.2;
+/** Bytes to begin with, of a file that does not say how long it is. */
+const MORE = 2 ** 20;
 /** Milliseconds between two states that are shown. */
 const SOON = 1500;
 /** Gaussians for which a byte of the file that has come makes room: a claim alone does not. */
@@ -163,7 +165,7 @@ class Arriving {
 
 /**
  * A scene that is shown while it arrives, though not with every step: a picture of half of it keeps
- * the device from the other half.
+ * the device from the other half. Returns its bytes.
  *
  * @param {ReadableStream<Uint8Array>} source
  */
@@ -200,28 +202,35 @@ async function loadMgs(source) {
     await crew?.finish().finally(() => crew?.dismiss());
     arriving?.send(arrived);
   }
+  return arrived;
 }
 
 /**
- * A plain scene, which is read when all of it is there.
+ * A plain scene, which is read when all of it is there. Returns its bytes.
  *
  * @param {ReadableStream<Uint8Array<ArrayBuffer>>} source
  * @param {number} total bytes
  * @param {(bytes: Uint8Array<ArrayBuffer>) => SceneData | Promise<SceneData>} read
  */
 async function loadPlain(source, total, read) {
-  const pieces = [];
-  let received = 0;
+  let [bytes, received] = [new Uint8Array(total || MORE), 0];
   const reader = source.getReader();
   for (let piece; !(piece = await reader.read()).done; ) {
-    pieces.push(piece.value);
-    received += piece.value.length;
+    const needed = received + piece.value.length;
+    if (needed > bytes.length) {
+      const before = bytes;
+      bytes = new Uint8Array(Math.max(needed, 2 * bytes.length));
+      bytes.set(before);
+    }
+    bytes.set(piece.value, received);
+    received = needed;
     send({ kind: "progress", received, total });
   }
-  const data = await read(new Uint8Array(await new Blob(pieces).arrayBuffer()));
+  const data = await read(bytes.subarray(0, received));
   centers = new Float32Array(3 * data.count);
   for (let i = 0; i < centers.length; i++) centers[i] = data.shapes[4 * i + 3];
   sendScene(data, centers.slice(), [], NEAR);
+  return received;
 }
 
 /**
@@ -243,10 +252,11 @@ async function load(request) {
   const started = performance.now();
   const { source, total } = await bytesOf(request);
   const { first, whole } = await peeked(source);
-  if (isPly(first)) await loadPlain(whole, total, readPly);
-  else if (isSpz(first)) await loadPlain(whole, total, readSpz);
-  else await loadMgs(whole);
-  send({ kind: "done", milliseconds: performance.now() - started });
+  let bytes;
+  if (isPly(first)) bytes = await loadPlain(whole, total, readPly);
+  else if (isSpz(first)) bytes = await loadPlain(whole, total, readSpz);
+  else bytes = await loadMgs(whole);
+  send({ kind: "done", milliseconds: performance.now() - started, bytes });
 }
 
 /** Of a helper. @type {RowDecoder} */

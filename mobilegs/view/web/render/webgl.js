@@ -7,7 +7,7 @@
 
 import { strides } from "./types.js";
 import { HALF_SCALE, packView } from "./view.js";
-import { BATCH, makeFixed, makePrograms } from "./webgl_program.js";
+import { BATCH, TARGETS, makeFixed, makePrograms } from "./webgl_program.js";
 import { ROW, extent } from "./webgl_textures.js";
 
 /** @typedef {import("./types.js").Camera} Camera */
@@ -93,10 +93,10 @@ export class WebGlRenderer {
       })
     );
     if (gl === null) throw new Error("this browser cannot draw with WebGL2 here");
-    if (gl.getExtension("EXT_color_buffer_float") === null) {
+    if (!TARGETS.some((name) => gl.getExtension(name))) {
       throw new Error("this GPU cannot draw into textures of floats");
     }
-    if (floats && gl.getExtension("EXT_float_blend") === null) {
+    if (floats && !blendsFloats(gl)) {
       throw new Error("this GPU cannot blend 32-bit floats: draw with halves");
     }
     if (gl.getParameter(gl.MAX_TEXTURE_SIZE) < ROW) {
@@ -210,8 +210,7 @@ export class WebGlRenderer {
 
   /** The ways there are to draw. @returns {Variant[]} */
   get variants() {
-    const floats = this.#gl.getExtension("EXT_float_blend") !== null;
-    return (floats ? [false, true] : [false]).flatMap((floats) => [
+    return (blendsFloats(this.#gl) ? [false, true] : [false]).flatMap((floats) => [
       { floats, strips: false },
       { floats, strips: true },
     ]);
@@ -262,6 +261,8 @@ export class WebGlRenderer {
     for (const framebuffer of [looks, sums]) gl.deleteFramebuffer(framebuffer);
     gl.deleteVertexArray(quads);
     for (const buffer of [view, corners]) gl.deleteBuffer(buffer);
+    // or it would count among those that a page may have, of which the oldest is taken away
+    gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
   /**
@@ -372,4 +373,9 @@ export class WebGlRenderer {
       throw new Error(`this GPU cannot draw into ${what}`);
     }
   }
+}
+
+/** @param {WebGL2RenderingContext} gl */
+function blendsFloats(gl) {
+  return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
 }

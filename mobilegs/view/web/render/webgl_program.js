@@ -20,11 +20,13 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
 
 export const BATCH = 128; // quads of an instance, as in view.glsl
 const VIEW_BINDING = 0;
+/** Either lets a GPU draw packed scenes: the second knows halves alone, and there are phones that have no other. */
+export const TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
 
 /** @param {WebGL2RenderingContext} gl @returns {Fixed} */
 export function makeFixed(gl) {
   // a context that comes back has forgotten what it was asked for
-  for (const name of ["EXT_color_buffer_float", "EXT_float_blend"]) gl.getExtension(name);
+  for (const name of [...TARGETS, "EXT_float_blend"]) gl.getExtension(name);
   // all corners carry the same values: Metal would pay for another convention than its own
   const convention = gl.getExtension("WEBGL_provoking_vertex");
   convention?.provokingVertexWEBGL(convention.FIRST_VERTEX_CONVENTION_WEBGL);

@@ -29,9 +29,9 @@ export class WebGpuRenderer {
 
   /** How it draws; may be changed between frames. @type {Variant} */
   variant;
-  /** What the device told when it was lost, or null. @type {string | null} */
+  /** Why nothing is drawn any more, or null. @type {string | null} */
   lost = null;
-  /** Called once, with a sentence, when the device is lost. @type {(sentence: string) => void} */
+  /** Called once, with that sentence. @type {(sentence: string) => void} */
   onLost = () => {};
 
   #program;
@@ -85,12 +85,11 @@ export class WebGpuRenderer {
       corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
     }
     this.#corners = program.filled(corners, use.INDEX);
-    device.lost.then(({ reason, message }) => {
-      this.lost = message;
-      if (reason !== "destroyed") {
-        this.onLost("the graphics device was lost: reload the page to go on");
-      }
+    device.lost.then(({ reason }) => {
+      if (reason !== "destroyed") this.#end("the graphics device was lost: reload the page to go on");
     });
+    // shaders that the GPU refuses, and memory that it does not have, are told of in no other way
+    device.onuncapturederror = ({ error }) => this.#end(`this GPU cannot draw the scene: ${error.message}`);
   }
 
   /** The ways there are to draw. @returns {Variant[]} */
@@ -130,10 +129,7 @@ export class WebGpuRenderer {
     const filled = (/** @type {Numbers} */ part) =>
       this.#program.filled(part.length ? part : new Uint32Array(16), use.STORAGE | use.COPY_DST);
     const list = (/** @type {number} */ length) =>
-      this.#device.createBuffer({
-        size: 4 * Math.max(1, length),
-        usage: use.STORAGE | use.COPY_DST,
-      });
+      this.#device.createBuffer({ size: 4 * Math.max(1, length), usage: use.STORAGE | use.COPY_DST });
     this.#uploaded = {
       kind,
       parts: {
@@ -226,6 +222,7 @@ export class WebGpuRenderer {
     this.#frame(camera, texture.createView(), "rgba32float");
     await this.finished();
     texture.destroy();
+    if (this.lost !== null) throw new Error(this.lost);
   }
 
   /** Waits until everything that was asked for is drawn. */
@@ -235,8 +232,8 @@ export class WebGpuRenderer {
 
   /** The device in words, as far as the browser tells. */
   describe() {
-    const { vendor, architecture, device, description } = this.#device.adapterInfo;
-    return [vendor, architecture, device, description].filter(Boolean).join(" ");
+    const told = this.#device.adapterInfo; // not in all browsers
+    return [told?.vendor, told?.architecture, told?.device, told?.description].filter(Boolean).join(" ");
   }
 
   /** Asks what each pass of the last frame took, into `milliseconds`. */
@@ -247,7 +244,15 @@ export class WebGpuRenderer {
   /** Gives back everything; the renderer cannot be used any more. */
   destroy() {
     this.#release();
+    this.#device.onuncapturederror = null;
     this.#device.destroy();
+  }
+
+  /** @param {string} sentence */
+  #end(sentence) {
+    if (this.lost !== null) return;
+    this.lost = sentence;
+    this.onLost(sentence);
   }
 
   #release() {

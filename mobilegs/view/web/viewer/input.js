@@ -136,17 +136,20 @@ export class Input {
     if (last === undefined || other === undefined) return;
     const before = Math.hypot(last.x - other.x, last.y - other.y);
     const after = Math.hypot(now.x - other.x, now.y - other.y);
-    if (before > 0 && after > 0) this.#moved.pose().dolly(before / after);
+    if (this.#moved.mode() === "fly") this.#moved.pose().move(0, 0, 2 * (after - before) * this.#unit);
+    else if (before > 0 && after > 0) this.#moved.pose().dolly(before / after);
     this.#pan((now.x - last.x) / 2, (now.y - last.y) / 2);
   }
 
   /** @param {number} dx @param {number} dy pixels */
   #pan(dx, dy) {
-    const pose = this.#moved.pose();
-    const { clientHeight } = this.#element;
-    const away = Math.hypot(...pose.target.map((value, k) => value - pose.eye[k]));
-    const unit = away / Math.max(clientHeight, 1);
-    pose.move(-dx * unit, -dy * unit, 0);
+    this.#moved.pose().move(-dx * this.#unit, -dy * this.#unit, 0);
+  }
+
+  /** What a pixel stands for. */
+  get #unit() {
+    const { target, eye } = this.#moved.pose();
+    return Math.hypot(...target.map((value, k) => value - eye[k])) / Math.max(this.#element.clientHeight, 1);
   }
 
   /** @param {WheelEvent} event */

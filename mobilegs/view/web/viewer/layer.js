@@ -22,10 +22,13 @@ import { dot } from "./vector.js";
  * @property {() => void} arrived there is another scene, of which more may come
  * @property {() => void} changed there is more to see of it
  * @property {() => void} ordered it has the order that it was last seen to need
- * @property {(milliseconds: number) => void} loaded everything is decoded
+ * @property {(milliseconds: number, bytes: number) => void} loaded everything is decoded
  * @property {(sentence: string) => void} failed
+ * @property {(sentence: string) => void} broken what draws cannot go on
  */
 
+/** What is fastest by API, once a page and not by several at a time. @type {Map<string, Promise<Variant>>} */
+const fastest = new Map();
 const SAME_SIDE = Math.cos((0.5 * Math.PI) / 180); // an order serves all directions as near as that
 
 export class Layer {
@@ -44,6 +47,8 @@ export class Layer {
 
   /** Of the renderer. */
   name = "";
+  /** Whether it failed with the scene that is there. */
+  broken = false;
 
   #variant;
   #measured = false; // or known, or about to be
@@ -58,6 +63,7 @@ export class Layer {
   /** Whether there is a way to draw. */
   #ready = Promise.resolve(false);
   #destroyed = false;
+  #again = false; // the scene was there before, and the renderer had lost it
   #lobeStride = 2;
   /** Behind everything: what the scene says, what was wished for, and what the renderer reads. */
   #own = [0, 0, 0];
@@ -97,7 +103,7 @@ export class Layer {
         renderer.destroy();
         return false;
       }
-      renderer.onLost = (sentence) => this.#told.failed(sentence);
+      renderer.onLost = (sentence) => this.#break(sentence);
       if ("onRestored" in renderer) {
         renderer.onRestored = () => this.request && this.load(this.request);
       }
@@ -111,23 +117,20 @@ export class Layer {
       this.name = name;
       return true;
     } catch (error) {
-      this.#told.failed(error instanceof Error ? error.message : String(error));
+      this.#told.failed(sentenceOf(error));
       return false;
     }
   }
 
-  /** Finds out how to draw, with a renderer that nobody sees. */
+  /** Finds out how to draw. */
   async #calibrate() {
-    if (this.#measured) return;
+    if (this.#measured || this.broken) return;
     this.#measured = true;
     const choice = this.name === "WebGPU" ? "webgpu" : "webgl";
-    const { renderer } = await chooseRenderer(document.createElement("canvas"), choice);
-    try {
-      const variant = await fastestVariant(renderer, storage());
-      if (this.#renderer) this.#renderer.variant = variant;
-    } finally {
-      renderer.destroy();
-    }
+    const found = fastest.get(choice) ?? measured(choice);
+    fastest.set(choice, found);
+    const variant = await found;
+    if (this.#renderer) this.#renderer.variant = variant;
     this.#told.changed();
   }
 
@@ -139,6 +142,7 @@ export class Layer {
    */
   load(request) {
     this.#coming?.terminate();
+    this.#again = request === this.request && this.count > 0;
     this.request = request;
     const worker = loadingWorker();
     worker.onmessage = async ({ data }) => {
@@ -157,10 +161,20 @@ export class Layer {
     worker.postMessage(request);
   }
 
-  /** @param {Camera} camera whose near plane the scene may have another opinion of */
+  /** Throws if it cannot. @param {Camera} camera whose near plane the scene may have another opinion of */
   draw(camera) {
     this.#askOrder(camera);
     this.#renderer?.draw({ ...camera, near: this.near });
+  }
+
+  /** Draws; what goes wrong is told, once. @param {Camera} camera */
+  drawOrTell(camera) {
+    if (this.broken) return;
+    try {
+      this.draw(camera);
+    } catch (error) {
+      this.#break(sentenceOf(error));
+    }
   }
 
   /** Waits until everything that was asked for is drawn. */
@@ -217,8 +231,16 @@ export class Layer {
     this.#renderer = null;
   }
 
+  /** @param {string} sentence */
+  #break(sentence) {
+    this.broken = true;
+    this.#told.broken(sentence);
+  }
+
   /** @param {Message} message @param {Worker} worker that sent it */
   #receive(message, worker) {
+    // what else there is to say of a scene that cannot be drawn is of no use
+    if (this.broken && worker === this.#worker) return;
     if (message.kind === "failed") this.#told.failed(message.sentence);
     else if (message.kind === "progress") this.#told.progress(message.received / message.total);
     else if (message.kind === "scene") this.#take(message, worker);
@@ -226,9 +248,10 @@ export class Layer {
     else if (message.kind === "more") this.#show(message.centers);
     else if (message.kind === "order") this.#takeOrder(message.order);
     else {
+      if (this.#sorter !== "worker") worker.terminate(); // it has nothing left to do
       // a device that fails here fails elsewhere as well, and is told of then
       this.calibrated = this.#calibrate().catch(() => {});
-      this.#told.loaded(message.milliseconds);
+      this.#told.loaded(message.milliseconds, message.bytes);
     }
   }
 
@@ -248,9 +271,10 @@ export class Layer {
     } catch (error) {
       worker.terminate();
       this.count = 0;
-      this.#told.failed(error instanceof Error ? error.message : String(error));
+      this.#told.failed(sentenceOf(error));
       return;
     }
+    this.broken = false;
     this.near = near;
     this.views = views;
     this.#ordering = false;
@@ -258,7 +282,7 @@ export class Layer {
     this.#lobeStride = strides(data).lobes;
     this.#noteLobes(0, data.lobes);
     this.#show(centers);
-    if (!more) this.#told.arrived();
+    if (!more && !this.#again) this.#told.arrived();
   }
 
   /** Draws the Gaussians with these centres, the first ones of the scene. @param {Float32Array<ArrayBuffer>} centers */
@@ -304,6 +328,19 @@ export class Layer {
     for (let i = 0; i * stride < lobes.length; i++) {
       this.logits[from + i] = packed ? meanLogit(lobes[i * stride]) : lobes[i * stride];
     }
+  }
+}
+
+/** @param {unknown} error */
+const sentenceOf = (error) => (error instanceof Error ? error.message : String(error));
+
+/** How to draw, found out with a renderer that nobody sees. @param {"webgpu" | "webgl"} choice */
+async function measured(choice) {
+  const { renderer } = await chooseRenderer(document.createElement("canvas"), choice);
+  try {
+    return await fastestVariant(renderer, storage());
+  } finally {
+    renderer.destroy();
   }
 }
 

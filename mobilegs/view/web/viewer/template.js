@@ -47,7 +47,8 @@ export const TEMPLATE = `
   <label><input type="checkbox" name="turning" /> Turn slowly by itself</label>
   <label><input type="checkbox" name="stats" /> Show the frame rate</label>
   <small class="device"></small>
-  <p><button data-act="view">Next camera</button> <button data-act="picture">Save a picture</button>
+  <p><button data-act="open">Open a file</button><input type="file" multiple hidden />
+  <button data-act="view">Next camera</button> <button data-act="picture">Save a picture</button>
   <button data-act="close">Close</button></p>
 </div>
 <div class="panel help" role="dialog" aria-label="Help" tabindex="-1" hidden>
@@ -59,9 +60,10 @@ export const TEMPLATE = `
   <h2></h2>
   <textarea readonly rows="14" cols="44" aria-label="the figures as JSON"></textarea><br />
   <button data-act="copy">Copy</button> <button data-act="share">Share</button>
-  <button data-act="close">Close</button>
+  <button data-act="close">Close</button> <small class="copied" role="status"></small>
 </div>
-<div class="panel message" hidden><p role="alert"></p><button data-act="close">Close</button></div>
+<div class="panel message" hidden><p role="alert"></p><button data-act="open">Open a file</button>
+<button data-act="close">Close</button></div>
 <div class="panel drop" hidden>Drop a scene to open it, or two to compare them</div>`;
 
 export const KEYS = new Map([

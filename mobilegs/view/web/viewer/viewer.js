@@ -16,8 +16,9 @@ import { Resolution } from "./resolution.js";
  * @typedef {object} Listener what a viewer tells
  * @property {(side: Side, share: number) => void} progress of a file, 0 to 1; NaN while its size is
  *     not known
- * @property {(side: Side, milliseconds: number) => void} loaded everything is decoded
+ * @property {(side: Side, milliseconds: number, bytes: number) => void} loaded everything is decoded
  * @property {(side: Side, sentence: string) => void} failed
+ * @property {(side: Side, sentence: string) => void} broken what draws cannot go on
  * @property {(stats: Stats) => void} drawn
  */
 /**
@@ -202,6 +203,11 @@ export class Viewer {
   /** Draws a frame of a given size and waits until it is done. @param {number} width @param {number} height */
   async drawAndWait(width, height) {
     this.#first.draw(this.camera(width, height));
+    await this.finished();
+  }
+
+  /** Waits until everything that was asked for is drawn. */
+  async finished() {
     await this.#first.finished();
   }
 
@@ -259,11 +265,12 @@ export class Viewer {
         this.#soon ||= setTimeout(() => this.redraw(), PATIENCE);
       },
       ordered: () => this.redraw(),
-      loaded: (milliseconds) => {
-        this.#listener.loaded(side, milliseconds);
+      loaded: (milliseconds, bytes) => {
+        this.#listener.loaded(side, milliseconds, bytes);
         this.redraw();
       },
       failed: (sentence) => this.#listener.failed(side, sentence),
+      broken: (sentence) => this.#listener.broken(side, sentence),
     };
     return new Layer(canvas, told, this.#variant, sorting);
   }
@@ -298,7 +305,7 @@ export class Viewer {
     const { width, height } = this.#draw();
     clearTimeout(this.#rest);
     if (this.#moving) this.#rest = setTimeout(() => this.redraw(), 2 * LINGER);
-    if (this.count) {
+    if (this.count && !this.#first.broken) {
       const { name, count, milliseconds: passes } = this.#first;
       const milliseconds = this.#moving && followed ? since : 0;
       const compared = this.#second?.count ?? 0;
@@ -313,7 +320,7 @@ export class Viewer {
     const size = this.#resolution.size(clientWidth, clientHeight, devicePixelRatio, this.#moving);
     if (clientWidth && clientHeight) {
       const camera = this.camera(size.width, size.height);
-      for (const layer of this.#layers) layer.draw(camera);
+      for (const layer of this.#layers) layer.drawOrTell(camera);
     }
     return size;
   }

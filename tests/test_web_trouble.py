@@ -1,0 +1,234 @@
+"""Devices and browsers that fail: the visitor sees the scene all the same, or a sentence."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import Chromium, Tab
+from test_web_viewer import MGS, RENDERERS, SETTLED, nearness, screen, seen, served, visit
+
+from mobilegs.compress.container import unpack
+
+pytest_plugins = ["browser"]
+__all__ = ["served"]
+REFUSED_GLSL = """const { getProgramParameter } = WebGL2RenderingContext.prototype;
+WebGL2RenderingContext.prototype.getProgramParameter = function (program, what) {
+  return what === this.LINK_STATUS ? false : getProgramParameter.call(this, program, what);
+};"""
+REFUSED_WGSL = """const { createShaderModule } = GPUDevice.prototype;
+GPUDevice.prototype.createShaderModule = function (given) {
+  return createShaderModule.call(this, { ...given, code: `${given.code} this is no shader` });
+};"""
+LOSABLE = """const { requestDevice } = GPUAdapter.prototype;
+GPUAdapter.prototype.requestDevice = async function (...given) {
+  const device = await requestDevice.apply(this, given);
+  const lost = new Promise((resolve) => {
+    window.lose = () => resolve({ reason: "unknown", message: "test" });
+  });
+  return Object.defineProperty(device, "lost", { value: lost });
+};"""
+DEVICE = "document.querySelector('mobile-gs').viewer.device.renderer"
+TURN = """() => {
+  const { viewer } = document.querySelector("mobile-gs");
+  viewer.pose.orbit(0.5, 0.1);
+  viewer.redraw();
+}"""
+
+
+def as_kernels(tab: Tab) -> float:
+    scene = unpack(MGS).decode()
+    return nearness(tab, lambda camera: scene.render(camera).image)
+
+
+@pytest.mark.parametrize(
+    ("renderer", "broken", "sentence"),
+    [
+        ("webgl", REFUSED_GLSL, "this GPU refuses a shader"),
+        ("webgpu", REFUSED_WGSL, "this GPU cannot draw the scene"),
+        ("auto", f"{REFUSED_WGSL}{REFUSED_GLSL}", "this GPU refuses a shader"),
+    ],
+)
+def test_a_gpu_that_refuses_the_shaders_gets_a_sentence(
+    chromium: Chromium, served: Any, renderer: str, broken: str, sentence: str
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(f"{{{broken}}}")
+    visit(tab, served("scene.mgs", MGS), f"renderer={renderer}")
+    alert = tab.page.get_by_role("alert")
+    alert.filter(has_text=sentence).wait_for(timeout=20_000)
+    state = "document.querySelector('mobile-gs').dataset.state === 'failed'"
+    tab.page.wait_for_function(state)
+    tab.complaints.clear()  # the browser itself notes what the shader's fault is
+    tab.page.mouse.wheel(0, 100)  # which asks for another frame
+    tab.page.wait_for_timeout(300)
+    tab.close()
+
+
+def test_webgl_takes_over_where_webgpu_refuses_the_shaders(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(REFUSED_WGSL)
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert as_kernels(tab) > 45
+    tab.complaints.clear()
+    tab.close()
+
+
+def test_webgl_takes_over_from_a_lost_device(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(LOSABLE)
+    assert visit(tab, served("scene.mgs", MGS)) == "loaded"
+    tab.page.evaluate(TURN)
+    before, _ = seen(tab, 16, 16)
+    tab.page.evaluate("window.lose()")
+    tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert np.allclose(seen(tab, 16, 16)[0].viewmat, before.viewmat, atol=1e-6)
+    assert as_kernels(tab) > 45
+    assert [text for text in tab.complaints if "WebGL2 takes over" in text] == tab.complaints
+    tab.complaints.clear()
+    tab.close()
+
+
+def test_a_lost_device_gets_a_sentence_where_no_other_is_wanted(
+    chromium: Chromium, served: Any
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(LOSABLE)
+    assert visit(tab, served("scene.mgs", MGS), "renderer=webgpu") == "loaded"
+    tab.page.evaluate("window.lose()")
+    alert = tab.page.get_by_role("alert")
+    alert.wait_for(timeout=10_000)
+    assert "the graphics device was lost" in alert.inner_text()
+    tab.page.mouse.wheel(0, 100)
+    tab.page.wait_for_timeout(300)
+    tab.close()
+
+
+def test_a_lost_context_brings_its_scene_back_as_it_was_seen(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS), "renderer=webgl")
+    tab.page.evaluate(TURN)
+    tab.page.wait_for_timeout(500)
+    before = screen(tab)
+    tab.page.evaluate(
+        """async () => {
+          const canvas = document.querySelector("mobile-gs").shadowRoot.querySelector("canvas");
+          const lose = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+          lose.loseContext();
+          await new Promise((resolve) => setTimeout(resolve, 300));
+          lose.restoreContext();
+        }"""
+    )
+    tab.page.wait_for_timeout(500)
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.wait_for_timeout(500)
+    assert np.abs(screen(tab).astype(int) - before).mean() < 2
+    tab.complaints.clear()  # the browser notes that the context was lost
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_a_first_visit_finds_out_how_to_draw_and_draws_so(
+    chromium: Chromium, served: Any, renderer: str
+) -> None:
+    tab = chromium.tab()
+    server = served("scene.mgs", MGS)
+    tab.page.goto(f"{server.address('127.0.0.1')}&renderer={renderer}")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.evaluate("document.querySelector('mobile-gs').viewer.calibrated")
+    assert as_kernels(tab) > 45
+    kept = tab.page.evaluate("Object.keys(localStorage)")
+    assert len(kept) == 1 and kept[0].startswith("mobilegs variant")
+    tab.close()
+
+
+def test_a_bench_that_cannot_be_drawn_gets_a_sentence(tab: Tab, served: Any) -> None:
+    tab.page.add_init_script(
+        """const { getParameter } = WebGL2RenderingContext.prototype;
+        WebGL2RenderingContext.prototype.getParameter = function (what) {
+          return what === this.MAX_TEXTURE_SIZE ? 4096 : getParameter.call(this, what);
+        };"""
+    )
+    said = visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=1,5000x400")
+    alert = tab.page.get_by_role("alert")
+    alert.filter(has_text="a picture of 5000x400").wait_for(timeout=20_000)
+    assert "cannot be measured" in alert.inner_text() or said
+
+
+@pytest.mark.parametrize("clipboard", ["as it is", "none"])
+def test_figures_are_copied_over_plain_http_too(
+    chromium: Chromium, served: Any, clipboard: str
+) -> None:
+    tab = chromium.tab()
+    if clipboard == "none":
+        tab.page.add_init_script(
+            "Object.defineProperty(navigator, 'clipboard', { value: undefined })"
+        )
+    tab.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=1,32x32")
+    dialog = tab.page.get_by_role("dialog", name="Measured")
+    dialog.wait_for(timeout=60_000)
+    dialog.get_by_role("button", name="Copy").click()
+    dialog.get_by_text("Copied.").wait_for(timeout=5000)
+    text = tab.page.get_by_label("the figures as JSON").input_value()
+    area = "document.querySelector('mobile-gs').shadowRoot.querySelector('textarea')"
+    assert tab.page.evaluate(f"[{area}.selectionStart, {area}.selectionEnd]") == [0, len(text)]
+    tab.close()
+
+
+def test_a_scene_can_be_opened_as_soon_as_there_is_an_element(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    count = tab.page.evaluate(
+        """async () => {
+          const scene = await (await fetch("/scene")).blob();
+          const before = document.querySelector("mobile-gs");
+          const element = document.createElement("mobile-gs");
+          element.setAttribute("scale", "0.1");
+          before.replaceWith(element);
+          element.open(scene);
+          const loaded = () => new Promise((done) => element.addEventListener("load", done));
+          await loaded();
+          const again = loaded();
+          document.body.append(element.parentNode.removeChild(element)); // as frameworks do
+          await again;
+          return element.viewer.count;
+        }"""
+    )
+    assert count == 800
+
+
+def test_a_file_can_be_chosen_without_a_mouse(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.ply", b"no scene"))
+    tab.page.keyboard.press("Escape")
+    tab.page.get_by_role("button", name="Settings").click()
+    with tab.page.expect_file_chooser() as chooser:
+        tab.page.get_by_role("button", name="Open a file").click()
+    chooser.value.set_files([{"name": "a.mgs", "mimeType": "", "buffer": MGS}])
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert as_kernels(tab) > 45
+
+
+def test_two_fingers_fly_where_dragging_looks_around(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    pinch = """(mode) => {
+      const { viewer, shadowRoot } = document.querySelector("mobile-gs");
+      const canvas = shadowRoot.querySelector("canvas");
+      canvas.setPointerCapture = () => {};
+      viewer.mode = mode;
+      const { pose } = viewer;
+      const reach = () => Math.hypot(...pose.target.map((value, k) => value - pose.eye[k]));
+      const [target, before] = [[...pose.target], reach()];
+      const send = (kind, pointerId, x) =>
+        canvas.dispatchEvent(new PointerEvent(kind, { pointerId, clientX: x, clientY: 200 }));
+      for (let i = 0; i < 30; i++) {
+        send("pointerdown", 1, 300);
+        send("pointerdown", 2, 320);
+        send("pointermove", 2, 420);
+        send("pointerup", 1, 300);
+        send("pointerup", 2, 420);
+      }
+      return [reach() / before, Math.hypot(...pose.target.map((value, k) => value - target[k]))];
+    }"""
+    fly = tab.page.evaluate(pinch, "fly")
+    assert fly[0] == pytest.approx(1) and fly[1] > 5
+    assert tab.page.evaluate(pinch, "orbit")[0] < 0.01  # it comes nearer to what it looks at
