@@ -118,6 +118,14 @@ def test_scalar_codes_are_the_nearest_multiples() -> None:
     assert codes.indices.tolist() == [[0, -2], [-1, 14]]
 
 
+def test_steps_that_shrink_as_far_as_they_can_still_reach_every_size_and_opacity() -> None:
+    values = torch.linspace(-20, 20, 999)[:, None]  # e^20 is half a thousand million
+    codes = ScalarCodes.fit(values, step=0.01)
+    codes.growth.data -= 5
+    codes.reassign(values)
+    assert (codes() - values).abs().max() <= codes.step / 2 + 1e-6
+
+
 def test_slopes_lead_from_rare_codes_to_frequent_ones() -> None:
     values = torch.cat([torch.zeros(90), torch.ones(9), torch.full((1,), 4.0)])[:, None]
     codes = ScalarCodes.fit(values, step=1.0)

@@ -11,6 +11,7 @@ from torch import Tensor
 from torch.nn.functional import normalize
 
 from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.compress.envelope import unseal
 from mobilegs.render.lobes import constant_lobes
 
 FOLDER = Path(__file__).parent / "conformance"
@@ -71,11 +72,21 @@ def test_what_was_read_is_written_again_byte_by_byte(name: str) -> None:
     assert pack(unpack(FILES[name])) == FILES[name]
 
 
+def contexts_of(data: bytes) -> int:
+    """Contexts of the classes of a file's first positions: docs/format.md, sections 4 and 5."""
+    _, streams = unseal(data)
+    return int.from_bytes(streams["positions"].data[6:8], "little")
+
+
 def test_the_files_use_all_that_there_is() -> None:
     reports = [inspect(data) for data in FILES.values()]
     codecs = {row["codec"] for report in reports for row in report["streams"]}
     assert codecs == {"raw", "halves", "planes", "morton-class", "bits", "rans"}
-    assert {report["version"] for report in reports} == {"2.1", "2.2", "2.3", "2.4", "3.0"}
+    versions = {report["version"] for report in reports}
+    assert versions == {"2.1", "2.2", "2.3", "2.4", "3.0", "3.1", "3.2", "3.3"}
+    weightings = {unpack(data).weighting.name for data in FILES.values()}
+    assert weightings == {"mobile_gs", "no_depth", "no_scale", "sort_free_gs"}  # what viewers show
+    assert {contexts_of(data) for data in FILES.values()} == {1, 49}
     assert {(report["mode"], report["blend"]) for report in reports} >= {
         *(("nvq", "sortfree"), ("sq", "sortfree"), ("sq", "sorted"))
     }

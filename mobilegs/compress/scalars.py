@@ -15,8 +15,8 @@ COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 0, "op
 WEIGHT_DIGITS = 6  # of the networks' matrices
 CODE_MAX = 1 << 14  # of either sign
 REACH = SIZE_MAX // 2 - 1  # of what is coded: so a column always has few enough codes
-STEP_MIN, STEP_MAX = 0.002, 100.0
-FINEST = {"rotation": STEP_MIN}  # steps; of all others 0.01
+STEP_MIN, STEP_MAX = 0.01, 100.0  # the smallest still reaches 20 to either side
+FINEST = {"rotation": 0.002}  # angles reach no further than half a turn
 NUDGE = 1.05
 SPREAD = 0.1  # occurrences that every code between the least and the largest has for certain
 
@@ -38,7 +38,7 @@ class ScalarSteps:
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "lobes"):
-            step, finest = getattr(self, name), FINEST.get(name, 0.01)
+            step, finest = getattr(self, name), FINEST.get(name, STEP_MIN)
             if not finest <= step <= STEP_MAX:
                 raise InputError(f"the step of {name} must lie within {finest} to 100, not {step}")
 

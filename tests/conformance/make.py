@@ -10,6 +10,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import torch
 
 HERE = Path(__file__).parent
@@ -22,6 +23,7 @@ from mobilegs.compress.codes import CodedScene  # noqa: E402
 from mobilegs.compress.container import pack, unpack  # noqa: E402
 from mobilegs.compress.layers import layered  # noqa: E402
 from mobilegs.compress.lobes import LobeShape  # noqa: E402
+from mobilegs.compress.positions import from_morton, morton_codes  # noqa: E402
 from mobilegs.compress.scalars import ScalarSteps  # noqa: E402
 from mobilegs.render.lobes import constant_lobes  # noqa: E402
 
@@ -45,7 +47,19 @@ FILES = {
     "sq_color_latents": Case(
         64, LobeShape(1, 2), steps=ScalarSteps(), colors="linear", color_latents=8
     ),
+    "nvq_contexts": Case(3000, LobeShape(0, 0), size=1, colors="linear"),
+    "sq_ends_layers": Case(90, LobeShape(1, 2), steps=ScalarSteps(), alpha_min=1 / 64),
+    "nvq_linear_layers": Case(70, LobeShape(1, 2), size=8, colors="linear"),
+    "sq_latents_layers": Case(
+        80, LobeShape(1, 2), steps=ScalarSteps(), colors="linear", color_latents=8
+    ),
     "nvq_weights": Case(20, LobeShape(2, 6, (64,)), size=8),  # as trained ones: nothing repeats
+}
+# the others have no_depth
+WEIGHTINGS = {
+    "nvq_contexts": "mobile_gs",
+    "sq_ends_layers": "no_scale",
+    "nvq_linear_layers": "sort_free_gs",
 }
 
 
@@ -55,6 +69,12 @@ def made(name: str) -> CodedScene:
         for weights in (scene.decoder, scene.lobe_decoder, scene.network or {}):
             for part, value in weights.items():
                 weights[part] = (2 * value.float()).round().clamp(-1, 1).half() / 2
+    if name in WEIGHTINGS:
+        scene = replace(scene, weighting=replace(scene.weighting, name=WEIGHTINGS[name]))
+    if name == "nvq_contexts":  # in pairs of neighbours: small differences follow large ones
+        codes = morton_codes(scene.positions)[::2] & ~np.uint64(1)
+        pairs = np.sort(np.concatenate([codes, codes + np.uint64(1)]))
+        scene = replace(scene, positions=from_morton(pairs))
     if name == "sq_sorted":
         scene = replace(scene, blend="sorted")
     if name.endswith("layers"):
