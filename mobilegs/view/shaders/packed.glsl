@@ -60,13 +60,28 @@ vec3 color_along(int i, float basis[16]) {
   return 0.5 + basis[0] * constant + scale_of(words.y >> 16) * sloped;
 }
 
+vec2 two(int word, float a, float b) {
+  vec4 pair = bytes_of(texelFetch(lobes, texel(word), 0).r);
+  return a * pair.xy + b * pair.zw;
+}
+
+// Without a loop: an array with an index that varies lies in memory, not in registers.
 vec2 lobes_along(int i, float basis[16]) {
   int first = (lobe_size + 2) / 2 * i;
   vec2 sloped = vec2(0.0);
-  for (int k = 1; k < lobe_size; k += 2) {
-    vec4 pair = bytes_of(texelFetch(lobes, texel(first + (k + 1) / 2), 0).r);
-    sloped += basis[k] * pair.xy;
-    if (k < 15) { sloped += basis[k + 1] * pair.zw; }
+  if (lobe_size > 1) {
+    sloped += two(first + 1, basis[1], basis[2]);
+    sloped += two(first + 2, basis[3], basis[4]);
+  }
+  if (lobe_size > 4) {
+    sloped += two(first + 3, basis[5], basis[6]);
+    sloped += two(first + 4, basis[7], basis[8]);
+  }
+  if (lobe_size > 9) {
+    sloped += two(first + 5, basis[9], basis[10]);
+    sloped += two(first + 6, basis[11], basis[12]);
+    sloped += two(first + 7, basis[13], basis[14]);
+    sloped += two(first + 8, basis[15], 0.0);
   }
   uint word = texelFetch(shapes, texel(i), 0).y;
   return basis[0] * unpackHalf2x16(texelFetch(lobes, texel(first), 0).r) +

@@ -52,17 +52,31 @@ fn color_along(i: u32, basis: array<f32, 16>) -> vec3f {
   return 0.5 + basis[0] * constant + scale_of(words.y >> 16u) * sloped;
 }
 
+fn two(word: u32, a: f32, b: f32) -> vec2f {
+  let pair = unpack4x8snorm(lobes[word]);
+  return a * pair.xy + b * pair.zw;
+}
+
+// Without a loop: an array with an index that varies lies in memory, not in registers.
 fn lobes_along(i: u32, basis: array<f32, 16>) -> vec2f {
-  var b = basis;
-  let stride = (view.lobe_size + 2u) / 2u;
-  let first = stride * i;
+  let first = (view.lobe_size + 2u) / 2u * i;
   var sloped = vec2f(0.0);
-  for (var k = 1u; k < view.lobe_size; k += 2u) {
-    let pair = unpack4x8snorm(lobes[first + (k + 1u) / 2u]);
-    sloped += b[k] * pair.xy + b[k + 1u] * pair.zw;
+  if (view.lobe_size > 1u) {
+    sloped += two(first + 1u, basis[1], basis[2]);
+    sloped += two(first + 2u, basis[3], basis[4]);
+  }
+  if (view.lobe_size > 4u) {
+    sloped += two(first + 3u, basis[5], basis[6]);
+    sloped += two(first + 4u, basis[7], basis[8]);
+  }
+  if (view.lobe_size > 9u) {
+    sloped += two(first + 5u, basis[9], basis[10]);
+    sloped += two(first + 6u, basis[11], basis[12]);
+    sloped += two(first + 7u, basis[13], basis[14]);
+    sloped += two(first + 8u, basis[15], 0.0);
   }
   let word = shapes[i].y;
-  return b[0] * unpack2x16float(lobes[first]) +
+  return basis[0] * unpack2x16float(lobes[first]) +
       vec2f(scale_of(word >> 16u), scale_of(word >> 24u)) * sloped;
 }
 
