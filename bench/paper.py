@@ -11,8 +11,9 @@ takes images_4 outdoors and images_2 indoors, as most others do. Every eighth ph
 
 All rows of a scene learn from the same teacher (that of `--teacher-seed`), which is kept in RUNS
 with everything else: checkpoints, previews, scene.mgs and cell.json of each cell. What is there is
-not repeated, so the command can be interrupted and given again; `--json` collects the cells. They
-are told apart by row, steps and seed: what else `--set` changes wants RUNS of its own.
+not repeated, so the command can be interrupted and given again; `--json` collects the cells. What
+differs from the default is part of a folder's name (bench/paper_cells.py). A cell that fails leaves
+error.txt in its folder, the others are made, and the exit code is 1.
 bench/paper_report.py makes tables and plots of it. bench/paper_rows.py has the rows.
 """
 
@@ -24,11 +25,27 @@ import signal
 import statistics
 import sys
 import time
+import traceback
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
+from paper_cells import (
+    CELL,
+    TROUBLE,
+    about,
+    as_json,
+    begin,
+    collect,
+    folder_of,
+    is_done,
+    pack,
+    recipe_of,
+    teacher_folder,
+)
+from paper_places import PLACES, Place, found_in, shown_as
 from paper_rows import ROWS, Row
 
 from mobilegs.atomic import atomic_write
@@ -36,7 +53,7 @@ from mobilegs.camera import Camera
 from mobilegs.compress.container import read_mgs, write_mgs
 from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.errors import InputError
-from mobilegs.evaluate.lpips import lpips_from
+from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.render.kernels.cpu import kernel_level
@@ -45,14 +62,6 @@ from mobilegs.scene_file import choose_device
 from mobilegs.train.distributed import Team
 from mobilegs.train.loop import Session, TrainRun, run_stage
 from mobilegs.train.progress import Monitor
-from mobilegs.train.recipes import (
-    RECIPES,
-    PresetName,
-    Recipe,
-    with_method,
-    with_settings,
-    with_steps,
-)
 from mobilegs.train.run_folder import RunFolder
 from mobilegs.train.stage import Stage
 from mobilegs.train.student import Student
@@ -60,76 +69,6 @@ from mobilegs.train.teacher import Teacher
 
 TIMED_VIEWS = 16
 FEW_LPIPS = 4  # with --few-lpips, of the held-back photos one in so many
-
-
-@dataclass(frozen=True)
-class Place:
-    """A capture, where it may lie, and how it is used."""
-
-    group: str
-    folders: tuple[str, ...]
-    downscale: int | None
-    """What the photos' size is divided by; None: at most 1600 pixels wide."""
-    metric: str = "indoor"
-    """Of the importance that simplification goes by."""
-    preset: PresetName = "gpu"
-    settings: tuple[str, ...] = ()
-
-
-def _standard(group: str, parents: tuple[str, ...], scenes: dict[str, tuple[str, int | None]]):
-    return {
-        name: Place(group, (*(f"{parent}/{name}" for parent in parents), name), downscale, metric)
-        for name, (metric, downscale) in scenes.items()
-    }
-
-
-def _small(most: int) -> tuple[str, ...]:
-    """Mini-Splatting leaves half of its budget, and 5,000 steps are too few for it."""
-    return ("teacher.steps=10000", f"teacher.max_splats={most}")
-
-
-OUTDOOR, INDOOR = ("outdoor", 4), ("indoor", 2)
-PLACES: dict[str, Place] = {
-    **_standard(
-        "mipnerf360",
-        ("mipnerf360", "360_v2", "360"),
-        {
-            **dict.fromkeys(("bicycle", "flowers", "garden", "stump", "treehill"), OUTDOOR),
-            **dict.fromkeys(("room", "counter", "kitchen", "bonsai"), INDOOR),
-        },
-    ),
-    **_standard(
-        "tandt",
-        ("tandt", "tanks_and_temples", "tandt_db/tandt"),
-        dict.fromkeys(("train", "truck"), ("outdoor", None)),
-    ),
-    **_standard(
-        "db",
-        ("db", "deep_blending", "tandt_db/db"),
-        dict.fromkeys(("drjohnson", "playroom"), ("indoor", None)),
-    ),
-    # what two cores can do, and the same captures at their full size for a GPU
-    "bonsai-400": Place("small", ("bonsai",), 2, preset="cpu", settings=_small(100_000)),
-    "horns-250": Place("small", ("llff_horns",), 2, preset="cpu", settings=_small(60_000)),
-    "lego-200": Place("small", ("lego",), 4, preset="cpu", settings=_small(60_000)),
-    "bonsai-800": Place("full", ("bonsai",), 1),
-    "horns-499": Place("full", ("llff_horns",), 1),
-    "lego-800": Place("full", ("lego",), 1),
-}
-
-
-def found_in(data: Path, place: Place) -> Path | None:
-    """The first of a place's folders that is there."""
-    return next((data / name for name in place.folders if (data / name).is_dir()), None)
-
-
-def recipe_of(place: Place, row: Row, options: argparse.Namespace) -> Recipe:
-    """The preset with all that place, row and command line change."""
-    recipe = with_method(RECIPES[place.preset](), row.teacher)
-    if options.steps:
-        recipe = with_steps(recipe, options.steps)
-    metric = f"teacher.mini_splatting.metric={place.metric}"
-    return with_settings(recipe, (metric, *place.settings, *row.settings, *options.set))
 
 
 @dataclass(frozen=True)
@@ -160,12 +99,15 @@ def trained(stage: Stage, folder: Path, work: Work, *, order_seed: int) -> float
 
 def teacher_of(row: Row, seed: int, work: Work) -> tuple[Scene, float, Path]:
     """The teacher of a row, its seconds, and where it lies; trained now if it is not there."""
-    config = recipe_of(work.place, replace(row, settings=()), work.options).teacher
-    folder = work.options.runs / work.name / f"teacher-{row.teacher}-{config.steps}-{seed}"
+    of = replace(row, settings=(), student=False)
+    recipe = recipe_of(work.place, of, work.options)
+    steps = recipe.teacher.steps
+    folder = teacher_folder(row, work.name, work.place, seed, steps, work.options)
+    begin(folder, as_json(recipe, of, protocol=work.place.protocol, seed=seed))
     ply, note = folder / "teacher.ply", folder / "seconds.json"
     if not ply.exists():
         device = work.team.device
-        stage = Teacher(config, work.dataset, seed=seed, device=device)
+        stage = Teacher(recipe.teacher, work.dataset, seed=seed, device=device)
         seconds = trained(stage, folder, work, order_seed=2 * seed)
         atomic_write(note, json.dumps(seconds))
         write_ply(ply, stage.gaussians())
@@ -176,17 +118,6 @@ def teacher_of(row: Row, seed: int, work: Work) -> tuple[Scene, float, Path]:
         near=work.dataset.near,
     )
     return scene, json.loads(note.read_text()), ply
-
-
-def steps_of(name: str, recipe: Recipe) -> tuple[int, int]:
-    """Of the teacher, and of the student if the row has one."""
-    return recipe.teacher.steps, recipe.student.steps if ROWS[name].student else 0
-
-
-def folder_of(name: str, place: str, seed: int, options: argparse.Namespace) -> Path:
-    """Where a cell lies."""
-    steps = sum(steps_of(name, recipe_of(PLACES[place], ROWS[name], options)))
-    return options.runs / place / f"{name}-{steps}-{seed}"
 
 
 def float_bytes(scene: Scene) -> int:
@@ -214,44 +145,34 @@ def frame_ms(scene: Scene, cameras: list[Camera]) -> float:
     return statistics.median(times[1:])
 
 
-def figures(scene: Scene, work: Work, lpips) -> dict:
+def figures(scene: Scene, work: Work, lpips: LpipsSuite | None) -> dict:
     """What is measured of every scene."""
-    cameras = [frame.camera for frame in work.dataset.test]
-    found = evaluate(scene, work.dataset, lpips=None if work.options.few_lpips else lpips)
-    if work.options.few_lpips and lpips is not None:
-        some = replace(work.dataset, test=work.dataset.test[::FEW_LPIPS])
-        again = evaluate(scene, some, lpips=lpips)
+    test = work.dataset.test
+    some = test[::FEW_LPIPS] if work.options.few_lpips else test
+    found = evaluate(scene, work.dataset, lpips=lpips if some is test else None)
+    if some is not test and lpips is not None:
+        again = evaluate(scene, replace(work.dataset, test=some), lpips=lpips)
         found |= {name: value for name, value in again.items() if name.startswith("lpips")}
     found.pop("views")
     return {
         "gaussians": len(scene.gaussians),
         **{name: value for name, value in found.items() if value is not None},
-        "frame_ms": round(frame_ms(scene, cameras), 2),
+        "photos": len(test),
+        **({} if lpips is None else {"lpips_photos": len(some)}),
+        "frame_ms": round(frame_ms(scene, [frame.camera for frame in test]), 2),
     }
 
 
-def cell(name: str, seed: int, work: Work, lpips) -> dict:
+def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | None) -> dict:
     """One row on one scene with one seed, from its teacher to its figures."""
     row, options, dataset = ROWS[name], work.options, work.dataset
-    folder = folder_of(name, work.name, seed, options)
     recipe = recipe_of(work.place, row, options)
-    teacher_steps, student_steps = steps_of(name, recipe)
     camera = dataset.test[0].camera
-    about = {
-        "scene": work.name,
-        "row": name,
-        "seed": seed,
-        "image_size": [camera.width, camera.height],
-        "teacher_steps": teacher_steps,
-        "student_steps": student_steps,
-    }
+    of = {"image_size": [camera.width, camera.height]}
     if not row.student:
         scene, seconds, ply = teacher_of(row, seed, work)
-        return about | {
-            "seconds": round(seconds),
-            "bytes": ply.stat().st_size,
-            **figures(scene, work, lpips),
-        }
+        size = ply.stat().st_size
+        return of | {"seconds": round(seconds), "bytes": size, **figures(scene, work, lpips)}
     teacher, seconds, _ = teacher_of(row, options.teacher_seed, work)
     cameras = [frame.camera for frame in dataset.train]
     stage = Student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
@@ -263,10 +184,10 @@ def cell(name: str, seed: int, work: Work, lpips) -> dict:
     else:
         scene = stage.scene()
         size = float_bytes(scene)
-    found = {"teacher_seed": options.teacher_seed, "teacher_seconds": round(seconds)}
-    found |= {"seconds": round(spent), "bytes": size, **figures(scene, work, lpips)}
+    found = of | {"teacher_seconds": round(seconds), "seconds": round(spent), "bytes": size}
+    found |= figures(scene, work, lpips)
     RunFolder(folder).finish()
-    return about | found
+    return found
 
 
 def opened(options: argparse.Namespace) -> Iterator[tuple[str, Place, Path]]:
@@ -278,38 +199,107 @@ def opened(options: argparse.Namespace) -> Iterator[tuple[str, Place, Path]]:
         if capture is None:
             print(f"{name}: left out, {options.data} has none of {', '.join(place.folders)}")
             continue
-        if options.protocol == "paper" and place.group == "mipnerf360":
-            place = replace(place, downscale=None)
-        yield name, place, capture
+        yield name, shown_as(place, options.protocol), capture
 
 
-def run(options: argparse.Namespace) -> None:
-    """All cells asked for that are not there yet."""
+@dataclass(frozen=True)
+class Wanted:
+    """A cell that was asked for."""
+
+    row: str
+    seed: int
+    scene: str
+    place: Place
+    options: argparse.Namespace
+
+    @property
+    def folder(self) -> Path:
+        """Where it lies."""
+        return folder_of(self.row, self.scene, self.place, self.seed, self.options)
+
+    def about(self) -> dict:
+        """What it says of itself."""
+        return about(self.row, self.scene, self.place, self.seed, self.options)
+
+    def recipe(self) -> dict:
+        """All that it depends on."""
+        recipe = recipe_of(self.place, ROWS[self.row], self.options)
+        seeds = {"protocol": self.place.protocol, "seed": self.seed}
+        if ROWS[self.row].student:
+            seeds["teacher_seed"] = self.options.teacher_seed
+        return as_json(recipe, ROWS[self.row], **seeds)
+
+    def is_done(self) -> bool:
+        """Whether it is there; raises InputError if another one is in its place."""
+        return is_done(self.folder, self.about(), self.recipe())
+
+
+def measure(wanted: Wanted, work: Work, lpips: LpipsSuite | None) -> None:
+    """Make a cell and leave its figures in its folder."""
+    folder = wanted.folder
+    begin(folder, wanted.recipe())
+    known = forget_peak(work.team.device)
+    found = wanted.about() | cell(wanted.row, wanted.seed, folder, work, lpips)
+    found |= {"device": device_name(work.team), "date": time.strftime("%Y-%m-%d")}
+    if known:
+        found["cell_peak_memory_mib"] = peak_memory_mib()
+    atomic_write(folder / CELL, to_json(found) + "\n")
+    (folder / TROUBLE).unlink(missing_ok=True)
+    print(f"{folder}: {found['psnr']:.2f} dB, {found['bytes']:,} bytes", flush=True)
+
+
+def forget_peak(device: torch.device) -> bool:
+    """Let the process's peak memory begin anew; False where the system does not let it."""
+    if device.type == "cuda":
+        torch.cuda.reset_peak_memory_stats(device)
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        return False
+    return True
+
+
+@contextmanager
+def going_on(name: str, folder: Path | None, failed: list[str]) -> Iterator[None]:
+    """What goes wrong inside is noted, in the folder too, and ends nothing else."""
+    try:
+        yield
+    except Exception as error:  # whatever breaks one cell must not cost the others
+        failed.append(name)
+        print(f"{name}: {error}", file=sys.stderr)
+        if folder is not None:
+            atomic_write(folder / TROUBLE, traceback.format_exc())
+
+
+def run(options: argparse.Namespace) -> list[str]:
+    """All cells asked for that are not there yet; returns the names of those that failed."""
     weights = options.data / "lpips" if (options.data / "lpips").is_dir() else None
     lpips = lpips_from(None if weights is None else str(weights))
     team = Team(choose_device("auto"))
     rows = list(ROWS) if options.rows == ["all"] else options.rows
-    begun = time.monotonic()
+    begun, failed = time.monotonic(), []
     for name, place, capture in opened(options):
-        missing = [
-            (row, seed, folder_of(row, name, seed, options) / "cell.json")
-            for row in rows
-            for seed in options.seeds
-        ]
-        missing = [each for each in missing if not each[2].exists()]
+        missing: list[Wanted] = []
+        for row in rows:
+            for seed in options.seeds:
+                wanted = Wanted(row, seed, name, place, options)
+                with going_on(f"{name} {row} {seed}", None, failed):
+                    if not wanted.is_done():
+                        missing.append(wanted)
         if not missing:
             continue
-        dataset = load_capture(capture, downscale=place.downscale)
-        with ViewLoader(dataset.train) as loader:
-            work = Work(name, place, capture, dataset, loader, team, options)
-            for row, seed, path in missing:
-                if options.minutes and time.monotonic() - begun > 60 * options.minutes:
-                    return
-                found = cell(row, seed, work, lpips)
-                found |= {"device": device_name(team), "date": time.strftime("%Y-%m-%d")}
-                found["peak_memory_mib"] = peak_memory_mib()
-                atomic_write(path, to_json(found) + "\n")
-                print(f"{name} {row} {seed}: {found['psnr']:.2f} dB, {found['bytes']:,} bytes")
+        with going_on(name, None, failed):
+            dataset = load_capture(capture, downscale=place.downscale)
+            with ViewLoader(dataset.train) as loader:
+                work = Work(name, place, capture, dataset, loader, team, options)
+                for wanted in missing:
+                    if options.minutes and time.monotonic() - begun > 60 * options.minutes:
+                        return failed
+                    with going_on(f"{name} {wanted.row} {wanted.seed}", wanted.folder, failed):
+                        measure(wanted, work, lpips)
+                    if options.pack:
+                        pack(options.runs, options.pack)
+    return failed
 
 
 def device_name(team: Team) -> str:
@@ -317,17 +307,6 @@ def device_name(team: Team) -> str:
     if team.device.type == "cuda":
         return torch.cuda.get_device_name(team.device)
     return f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}"
-
-
-def collect(runs: Path, out: Path) -> None:
-    """All cells under RUNS, and what OUT had beside them, in one file."""
-    cells = json.loads(out.read_text())["cells"] if out.exists() else {}
-    for path in sorted(runs.glob("*/*/cell.json")):
-        found = json.loads(path.read_text())
-        steps = found["teacher_steps"] + found["student_steps"]
-        cells[f"{found['scene']}/{steps}/{found['row']}/{found['seed']}"] = found
-    ordered = dict(sorted(cells.items()))
-    atomic_write(out, json.dumps({"cells": ordered, "torch": torch.__version__}, indent=1) + "\n")
 
 
 def main() -> None:
@@ -348,6 +327,7 @@ def main() -> None:
     parser.add_argument("--set", nargs="+", default=[], metavar="PATH=VALUE")
     parser.add_argument("--protocol", choices=["paper", "standard"], default="paper")
     parser.add_argument("--few-lpips", action="store_true", help="LPIPS of one photo in four")
+    parser.add_argument("--pack", type=Path, help="archives of cells here, after every cell")
     parser.add_argument("--minutes", type=float, help="begin no cell after so many")
     parser.add_argument("--list", action="store_true", help="say which scenes and rows there are")
     options = parser.parse_args()
@@ -361,13 +341,16 @@ def main() -> None:
     if options.data is None:
         sys.exit("say where the captures are: --data DIR, or MOBILEGS_DATA")
     options.data = Path(options.data)
+    failed = []
     try:
-        run(options)
+        failed = run(options)
     except InputError as error:
         sys.exit(str(error))
     finally:
         if options.json:
             collect(options.runs, options.json)
+    if failed:
+        sys.exit(f"not done, see {TROUBLE} in their folders: {', '.join(failed)}")
 
 
 if __name__ == "__main__":

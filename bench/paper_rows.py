@@ -9,6 +9,8 @@ FULL = "student.weighting.alpha_min=0.00392157"
 NO_VOTES = ("student.votes.quantile=0",)
 ALL_DEGREES = ("student.sh_degree=3",)
 MASKS = ("student.presence.weight=0.1",)
+# opacity from the network alone: one base for all, which does not learn
+NO_BASE = ("student.view.kind=network", "student.start_opacity=0.5", "student.opacity_rate=0")
 # what the release does in the last thirtieth: codebooks that do not learn
 FROZEN = (
     "student.codes_fraction=0.9667",
@@ -74,14 +76,36 @@ def _scalars() -> dict[str, Row]:
 ROWS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents"),
-    "network": Row("main", "the paper's network in every frame", ("student.view.kind=network",)),
+    "network": Row(
+        "main",
+        "the paper's network in every frame, with a base opacity per Gaussian kept",
+        ("student.view.kind=network",),
+    ),
     "paper": Row(
         "main",
-        "the paper's networks for colours and in every frame, ellipses out to alpha = 1/255",
+        "the same, the paper's networks for colours, ellipses out to alpha = 1/255",
         ("student.view.kind=network", "student.colors=networks", FULL),
     ),
+    "release": Row(
+        "main",
+        "the published method with all errors of the release that can be put back",
+        (
+            *NO_BASE,
+            *FROZEN,
+            "student.colors=networks",
+            FULL,
+            "student.weighting.exponent_max=80",
+            "student.weighting.detached=true",
+            "student.depth_masked=false",
+            "student.depth_weight=0.2",
+            "student.moments_kept=false",
+            "student.positions_rounded=false",
+        ),
+    ),
     # ---- the paper's Table 5
-    "no-order-independence": Row("ablation", "blended sorted, coded", SORTED),
+    "no-order-independence": Row(
+        "ablation", "blended sorted, coded; one opacity a Gaussian, neither phi nor lobes", SORTED
+    ),
     "no-view-dependence": Row(
         "ablation",
         "opacity and phi are constants of the Gaussian",
@@ -99,8 +123,16 @@ ROWS: dict[str, Row] = {
         "ablation", "the paper's networks make the colours", ("student.colors=networks",)
     ),
     "sh-0": Row("ablation", "colour of degree 0", ("student.sh_degree=0",)),
-    "sh-2": Row("ablation", "colour of degree 2", ("student.sh_degree=2",)),
-    "sh-3": Row("ablation", "colour of degree 3", ("student.sh_degree=3",)),
+    "sh-2": Row(
+        "ablation",
+        "colour of degree 2 (24 numbers), from three view latents",
+        ("student.sh_degree=2",),
+    ),
+    "sh-3": Row(
+        "ablation",
+        "colour of degree 3 (45 numbers), from three view latents",
+        ("student.sh_degree=3",),
+    ),
     # ---- pruning
     "no-pruning": Row("pruning", "no votes", NO_VOTES),
     "by-opacity": Row("pruning", "votes on opacity alone", ("student.votes.by=opacity",)),
@@ -156,12 +188,16 @@ ROWS: dict[str, Row] = {
     # ---- errors of the release, put back one at a time
     "random-opacity": Row(
         "fixes",
-        "the network's start without the teacher's opacities",
-        ("student.view.kind=network", "student.start_opacity=0.5"),
+        "opacity from the network alone, none kept; compare with `network`",
+        NO_BASE,
     ),
     "frozen-codebooks": Row("fixes", "codes at the end, whose books do not learn", FROZEN),
     "depth-weight-0.2": Row("fixes", "the depth loss counted twice", ("student.depth_weight=0.2",)),
-    "depth-unmasked": Row("fixes", "the depth loss in all pixels", ("student.depth_masked=false",)),
+    "depth-unmasked": Row(
+        "fixes",
+        "the depth loss in all pixels, of depths that are not divided by alpha",
+        ("student.depth_masked=false",),
+    ),
     "moments-lost": Row(
         "fixes", "Adam begins anew when networks take over", ("student.moments_kept=false",)
     ),

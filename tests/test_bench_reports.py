@@ -2,18 +2,77 @@
 
 import compression_report
 import paper_report
+import pytest
+from paper_report import Run
+
+
+def cell(row: str, scene: str = "a", seed: int = 0, psnr: float = 30.0, **more) -> dict:
+    figures = {"ssim": 0.9, "bytes": 2**20, "gaussians": 1000, "frame_ms": 1.0, "seconds": 60}
+    where = {"image_size": [4, 3], "device": "none", "date": "2026-01-01"}
+    steps = {"teacher_steps": 10, "student_steps": 0 if row == "teacher" else 5}
+    return {"scene": scene, "row": row, "seed": seed, "psnr": psnr} | figures | where | steps | more
 
 
 def test_cells_of_other_lengths_are_no_seeds_of_each_other() -> None:
-    def cell(row: str, student_steps: int) -> dict:
-        return {"scene": "a", "row": row, "teacher_steps": 10, "student_steps": student_steps}
-
-    teacher, short, long = cell("teacher", 0), cell("ours", 1), cell("ours", 5)
+    teacher, short, long = cell("teacher"), cell("ours", student_steps=1), cell("ours")
     assert paper_report.runs_of([long, teacher, short]) == {
-        ("a", 10, 1): [teacher, short],
-        ("a", 10, 5): [teacher, long],
+        Run("a", 10, 1, ""): [teacher, short],
+        Run("a", 10, 5, ""): [teacher, long],
     }
-    assert paper_report.runs_of([teacher]) == {("a", 10, 0): [teacher]}
+    assert paper_report.runs_of([teacher]) == {Run("a", 10, 0, ""): [teacher]}
+
+
+def test_cells_of_other_protocols_teachers_and_settings_have_tables_of_their_own() -> None:
+    plain, standard = cell("ours"), cell("ours", protocol="standard")
+    seeded = cell("ours", teacher_seed=1)
+    changed = cell("ours", settings={"student.votes.quantile": "0", "teacher.min_views": "1"})
+    teacher = cell("teacher")
+    other = cell("teacher", settings={"teacher.min_views": "1"})
+    runs = paper_report.runs_of([plain, standard, seeded, changed, teacher, other])
+    assert runs == {
+        Run("a", 10, 5, ""): [teacher, plain],
+        Run("a", 10, 5, "standard"): [standard],
+        Run("a", 10, 5, "student.votes.quantile=0, teacher.min_views=1"): [other, changed],
+        Run("a", 10, 5, "teacher of seed 1"): [teacher, seeded],
+    }
+
+
+def test_rows_are_compared_by_seeds_that_both_have() -> None:
+    ours = [cell("ours", psnr=30.0), cell("ours", seed=1, psnr=33.0)]
+    one, neither = cell("network", seed=1, psnr=32.5), cell("no-phi", seed=7, psnr=10.0)
+    assert paper_report.difference([one], ours) == -0.5
+    assert paper_report.difference([neither], ours) is None
+    text = "\n".join(paper_report.sections([*ours, one, neither]))
+    assert "| 32.50 | -0.50 | - |" in text and "| 10.00 | - | - |" in text
+
+
+def test_a_group_has_means_over_the_scenes_that_have_a_row() -> None:
+    cells = [
+        cell("ours", "garden", psnr=27.0, lpips_vgg=0.1),
+        cell("ours", "garden", seed=1, psnr=28.0, lpips_vgg=0.1),
+        cell("ours", "room", psnr=31.0, lpips_vgg=0.3),
+        cell("no-pruning", "garden", psnr=27.2),
+        cell("ours", "truck", psnr=23.0),
+    ]
+    text = "\n".join(paper_report.sections(cells))
+    assert "### Mip-NeRF 360, mean of 2 of 9 scenes, 10 + 5 steps" in text
+    assert "### Tanks and Temples, mean of 1 of 2 scenes" in text and "Deep Blending" not in text
+    assert "| 2 | 29.25 | - | - | 0.9000 | 0.200 |" in text  # seeds first, then scenes
+    assert "| 1 | 27.20 | +0.20 | +0.10 | 0.9000 | - |" in text
+    assert "paper, mean of Mip-NeRF 360" in text and "| `ours` |" in text
+
+
+@pytest.mark.parametrize(
+    "counted, told",
+    [
+        ({"photos": 5, "lpips_photos": 2}, "LPIPS is of 2 of 5 held-back photos."),
+        ({"photos": 5, "lpips_photos": 5}, None),
+        ({}, "Of how many photos LPIPS is, older cells do not say."),
+    ],
+)
+def test_it_is_said_of_how_many_photos_lpips_is(counted: dict, told: str | None) -> None:
+    text = "\n".join(paper_report.sections([cell("ours", lpips_vgg=0.1, **counted)]))
+    assert told in text if told else "LPIPS is" not in text
 
 
 def test_files_after_other_lengths_are_compared_apart() -> None:

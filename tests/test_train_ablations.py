@@ -18,7 +18,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.train.adjoints import telling_weighting
 from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import VoteConfig, vote
-from mobilegs.train.recipes import cpu_recipe, with_method, with_settings
+from mobilegs.train.recipes import Recipe, cpu_recipe, with_method, with_settings
 from mobilegs.train.student import Student
 from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.view_dependence import ViewDependence
@@ -287,6 +287,28 @@ def test_every_row_of_the_papers_tables_is_a_recipe() -> None:
     assert recipes["vote-0.4"].student.votes.quantile == 0.4
     assert recipes["codebook-12"].student.codebooks.appearance == 4096
     assert recipes["quantised-3dgs"].teacher.densify.strategy == "clone_split"
+
+
+@pytest.mark.parametrize("row", ["random-opacity", "release"])
+def test_the_network_alone_tells_opacities_apart(
+    row: str, dataset: Dataset, make_student: MakeStudent
+) -> None:
+    recipe = with_settings(Recipe(student=STUDENT), ROWS[row].settings)
+    student = make_student(recipe.student)
+    train(student, dataset, 40)
+    scene = unpack(pack(student.coded())).decode()
+    assert len(scene.gaussians.logit_opacities.unique()) == 1
+    opacities, _ = student.model.seen_from(cameras()[0])
+    assert opacities.std() > 1e-3
+
+
+def test_the_release_has_all_its_errors_at_once() -> None:
+    """But one: without the teacher's pictures it would be another method."""
+    settings = set(ROWS["release"].settings)
+    for name, row in ROWS.items():
+        if row.table == "fixes" and name != "no-distillation":
+            assert set(row.settings) <= settings, name
+    assert set(ROWS["paper"].settings) <= settings
 
 
 def test_opacities_can_begin_alike(make_student: MakeStudent) -> None:

@@ -9,6 +9,7 @@ from mobilegs.train.losses import (
     color_distillation_loss,
     depth_distillation_loss,
     photo_loss,
+    raw_depth_loss,
     ssim_map,
 )
 
@@ -121,15 +122,17 @@ def test_depth_loss_counts_only_pixels_that_both_cover() -> None:
     assert alpha.grad.isfinite().all()
 
 
-def test_depth_loss_of_all_pixels_counts_a_missing_depth_as_next_to_nothing() -> None:
-    alpha = torch.tensor([[0.5, 0.9, 0.0]], requires_grad=True)
-    depth = torch.tensor([[1.0, 0.9, 0.0]], requires_grad=True)
-    teacher = torch.tensor([[1.0, 0.0, 2.0]])
-    loss = depth_distillation_loss(depth, alpha, teacher, covered=False)
+def test_raw_depths_are_compared_in_all_pixels() -> None:
+    depth = torch.tensor([[1.0, 0.9, 0.0, 0.2]], requires_grad=True)
+    teacher = torch.tensor([[1.0, 0.0, 2.0, 0.4]])
+    loss = raw_depth_loss(depth, teacher)
     loss.backward()
-    errors = torch.tensor([2.0, 1e8, 0.5e-8]).log()  # 1 / 0.5 over 1, 1 over 1e-8, 1e-8 over 2
+    errors = torch.tensor([1.0, 0.9e8, 0.5e-8, 0.5]).log()  # nothing counts as 1e-8
     torch.testing.assert_close(loss.detach(), errors.var(correction=0))
-    assert depth.grad is not None and depth.grad.isfinite().all() and depth.grad[0, 1] != 0
+    assert depth.grad is not None and (depth.grad[0, [0, 1, 3]] != 0).all()
+    mask = torch.tensor([[1.0, 0.0, 0.0, 1.0]])
+    expected = errors[[0, 3]].var(correction=0)
+    torch.testing.assert_close(raw_depth_loss(depth.detach(), teacher, mask=mask), expected)
 
 
 def test_depth_loss_without_a_common_pixel_is_zero_with_finite_gradients() -> None:

@@ -168,6 +168,17 @@ def test_the_teachers_depth_is_the_mean_where_it_covers() -> None:
     assert (picture.depth[~covered] == 0).all()
 
 
+def test_a_raw_depth_is_the_sum_that_the_release_compares() -> None:
+    camera = cameras()[0]
+    rendered = Scene(blobs()).render(camera, depth=True)
+    assert rendered.depth is not None
+    for level in (0.0, 1.0):
+        scene = Scene(blobs(), background=torch.full((3,), level))
+        picture = TeacherPictures(scene, cache_bytes=0, raw=True).get(0, camera)
+        expected = rendered.depth + level * (1 - rendered.alpha)
+        torch.testing.assert_close(picture.depth, expected, rtol=1e-3, atol=0)
+
+
 # --- the student
 
 

@@ -51,10 +51,10 @@ def main() -> None:
         "memory_gib": round(properties.total_memory / 2**30, 1),
         "torch": torch.__version__,
         "cuda": torch.version.cuda,
-        "parts": parts_of(options.folder / "parts.txt"),
+        "parts": parts_of(options.folder / "logs" / "parts.txt"),
         "tests": tests_of(options.folder / "tests.xml"),
         "kernels": figures_of(options.folder / "kernels.json"),
-        "bonsai": figures_of(options.folder / "bonsai" / "metrics.json"),
+        "bonsai": figures_of(options.folder / "scene" / "bonsai" / "metrics.json"),
         "frames": figures_of(options.folder / "frames.json"),
         "native": figures_of(options.folder / "native.json"),
     }

@@ -84,6 +84,8 @@ class Fixed:
 
     stop = 0
     """Gaussians are added before this step."""
+    harmonics_wait = False
+    """Whether there are none but of degree 0 until the strategy brings them, with a new Adam."""
 
     def rate_clock(self, done: int) -> int:
         """After `done` steps: how many the schedule of the centres' rate has behind it."""

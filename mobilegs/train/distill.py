@@ -7,6 +7,7 @@ from jaxtyping import Float, Float16
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 
 HALF_MAX = 65504.0
@@ -18,7 +19,7 @@ class TeacherPicture(NamedTuple):
     Attributes:
         image: the teacher's colours, `[h, w, 3]`.
         depth: mean camera-space z of each pixel, 0 where the teacher covers half of it or
-            less, `[h, w]`.
+            less, `[h, w]`; or the sum that `raw_depth` gives.
     """
 
     image: Float[Tensor, "h w 3"]
@@ -32,8 +33,9 @@ class TeacherPictures:
     depend on the size of the cache.
     """
 
-    def __init__(self, teacher: Scene, *, cache_bytes: int) -> None:
-        self.teacher = teacher
+    def __init__(self, teacher: Scene, *, cache_bytes: int, raw: bool = False) -> None:
+        """With `raw` depths are not divided by alpha, and stand in every pixel (the release)."""
+        self.teacher, self.raw = teacher, raw
         self.left = cache_bytes
         self._drawn: dict[int, Float16[Tensor, "h w 4"]] = {}
 
@@ -52,6 +54,15 @@ class TeacherPictures:
     def _draw(self, camera: Camera) -> Float16[Tensor, "h w 4"]:
         drawn = self.teacher.render(camera, depth=True)
         assert drawn.depth is not None
-        depth = torch.where(drawn.alpha > 0.5, drawn.depth / drawn.alpha.clamp_min(0.5), 0.0)
+        if self.raw:
+            depth = raw_depth(drawn, self.teacher.background)
+        else:
+            depth = torch.where(drawn.alpha > 0.5, drawn.depth / drawn.alpha.clamp_min(0.5), 0.0)
         picture = torch.cat([drawn.image, depth[:, :, None]], dim=2)
         return picture.clamp(-HALF_MAX, HALF_MAX).half()
+
+
+def raw_depth(drawn: Rendered, background: Float[Tensor, "3"]) -> Float[Tensor, "h w"]:
+    """The depth that the release compares: z drawn as a colour, over the background's mean."""
+    assert drawn.depth is not None
+    return drawn.depth + (1 - drawn.alpha) * background.mean()

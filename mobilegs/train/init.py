@@ -69,7 +69,7 @@ def neighbour_distances(points: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
         return torch.full((len(points),), 0.01)
     nearest = min(NEIGHBOURS, len(points) - 1)
     array = points.numpy().astype(np.float64)
-    distances, _ = KDTree(array).query(array, k=nearest + 1)
+    distances, _ = KDTree(array).query(array, k=nearest + 1, workers=-1)
     squared = (np.atleast_2d(distances)[:, 1:] ** 2).mean(axis=1)
     return torch.from_numpy(np.sqrt(np.maximum(squared, MIN_SQUARED_DISTANCE))).float()
 

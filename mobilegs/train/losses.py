@@ -3,14 +3,14 @@
 from functools import lru_cache
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 from torch.autograd.function import FunctionCtx
 
 from mobilegs.evaluate.metrics import C1, C2, SIGMA, WINDOW
 from mobilegs.train.ssim import CpuSsim
 
-LEAST_DEPTH = 1e-8  # whose logarithm stands for none at all
+LEAST_DEPTH = 1e-8  # so that no depth at all has a logarithm, too
 
 
 @lru_cache(maxsize=16)
@@ -124,27 +124,40 @@ def depth_distillation_loss(
     teacher_depth: Float[Tensor, "h w"],
     *,
     mask: Float[Tensor, "h w"] | None = None,
-    covered: bool = True,
 ) -> Float[Tensor, ""]:
     """Variance of the log-depth error: `mean(e^2) - mean(e)^2`, `e = log D - log D_teacher`.
 
     It does not see a common factor of all depths (Eigen et al. 2014, with lambda 1). `depth` is
     alpha-weighted, as the renderers give it, `teacher_depth` already the mean depth of a pixel,
     0 where the teacher has none to offer. Only pixels count whose alpha exceeds 0.5 in both;
-    without any the loss is 0. If not `covered`, all pixels count, with 1e-8 for a depth of 0, so
-    that one which either does not reach is worth more than all others (the release).
+    without any the loss is 0.
     """
     counts = (alpha > 0.5) & (teacher_depth > 0) & (depth > 0)
-    if not covered:
-        shown, counts = depth > 0, torch.ones_like(counts)
-        depth, alpha = torch.where(shown, depth, LEAST_DEPTH), torch.where(shown, alpha, 1.0)
-        teacher_depth = torch.where(teacher_depth > 0, teacher_depth, LEAST_DEPTH)
     if mask is not None:
         counts = counts & (mask > 0)
     one = torch.ones_like(depth)
     mean_depth = torch.where(counts, depth, one) / torch.where(counts, alpha, one)
-    error = torch.where(
-        counts, mean_depth.log() - torch.where(counts, teacher_depth, one).log(), 0.0
-    )
+    error = mean_depth.log() - torch.where(counts, teacher_depth, one).log()
+    return _variance(error, counts)
+
+
+def raw_depth_loss(
+    depth: Float[Tensor, "h w"],
+    teacher_depth: Float[Tensor, "h w"],
+    *,
+    mask: Float[Tensor, "h w"] | None = None,
+) -> Float[Tensor, ""]:
+    """The same variance as the release has it: of all pixels, of depths as they are drawn.
+
+    Both are sums of z over what a pixel shows, background included, not means. A depth of 0 counts
+    as 1e-8, so a pixel that only one of the two reaches is worth more than all others.
+    """
+    error = (depth + LEAST_DEPTH).log() - (teacher_depth + LEAST_DEPTH).log()
+    counts = torch.ones_like(depth, dtype=torch.bool) if mask is None else mask > 0
+    return _variance(error, counts)
+
+
+def _variance(error: Float[Tensor, "h w"], counts: Bool[Tensor, "h w"]) -> Float[Tensor, ""]:
+    error = torch.where(counts, error, 0.0)
     number = counts.sum().clamp_min(1)
     return (error * error).sum() / number - (error.sum() / number) ** 2

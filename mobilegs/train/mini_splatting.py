@@ -70,13 +70,17 @@ class MiniSplatting(CloneSplit):
         *,
         frames: Sequence[Frame],
         opacity: float,
+        sh_degree: int,
         steps: int,
         extent: float,
         max_splats: int,
         count: int,
         device: torch.device,
     ) -> None:
-        """`frames` are the training photos; `opacity` is that of Gaussians that begin anew."""
+        """`frames` are the training photos; `opacity` is that of Gaussians that begin anew.
+
+        `sh_degree` is what harmonics reach after the draw.
+        """
         super().__init__(
             config,
             steps=steps,
@@ -87,6 +91,8 @@ class MiniSplatting(CloneSplit):
         )
         self.more, self.frames, self.opacity = more, frames, opacity
         self.left_splats = max_splats
+        self.harmonics_wait = self.stop > 0
+        self.columns = (sh_degree + 1) ** 2 - 1
         self.reinit_splats = min(round(more.reinit_splats * max_splats), self.max_splats)
         self.reinit_interval = round(more.reinit_interval * steps)
         self.trim = max(round(more.trim_at * steps), self.stop + 1)
@@ -162,7 +168,7 @@ class MiniSplatting(CloneSplit):
         )
         if len(points):
             new = gaussians_at(points.cpu(), colors.cpu(), opacity=self.opacity, sh_degree=0)
-            self._begin_anew(adam, new)
+            self._begin_anew(adam, new, columns=adam.tensors["sh_rest"].shape[1])
         self._clear(len(adam.tensors["means"]), self.gradients.device)
 
     def _sample(self, adam: NamedAdam, generator: torch.Generator) -> None:
@@ -175,12 +181,11 @@ class MiniSplatting(CloneSplit):
         means, sh0 = (adam.tensors[name].detach().cpu()[rows] for name in ("means", "sh0"))
         new = gaussians_at(means, torch.zeros_like(means), opacity=self.opacity, sh_degree=0)
         new.sh = sh0
-        self._begin_anew(adam, new)
+        self._begin_anew(adam, new, columns=self.columns)
 
-    def _begin_anew(self, adam: NamedAdam, gaussians: Gaussians) -> None:
+    def _begin_anew(self, adam: NamedAdam, gaussians: Gaussians, *, columns: int) -> None:
         tensors = gaussians.to(self.gradients.device).tensors()
-        rest = adam.tensors["sh_rest"]
-        zeros = rest.new_zeros(len(gaussians), *rest.shape[1:])
+        zeros = tensors["sh"].new_zeros(len(gaussians), columns, 3)
         adam.restart({**tensors, "sh0": tensors["sh"], "sh_rest": zeros})
 
     def _importance(self, adam: NamedAdam) -> Float[Tensor, "n"]:

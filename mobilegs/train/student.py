@@ -15,9 +15,14 @@ from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train import coding
-from mobilegs.train.distill import TeacherPictures
+from mobilegs.train.distill import TeacherPictures, raw_depth
 from mobilegs.train.distributed import ALONE, Team
-from mobilegs.train.losses import color_distillation_loss, depth_distillation_loss, photo_loss
+from mobilegs.train.losses import (
+    color_distillation_loss,
+    depth_distillation_loss,
+    photo_loss,
+    raw_depth_loss,
+)
 from mobilegs.train.optim import log_linear
 from mobilegs.train.precision import frame_for
 from mobilegs.train.prune import Ballot, vote
@@ -60,7 +65,9 @@ class Student:
         self.near = teacher.near
         self.background = teacher.background
         self.generator = torch.Generator().manual_seed(seed)
-        self.pictures = TeacherPictures(teacher, cache_bytes=config.cache_mib << 20)
+        self.pictures = TeacherPictures(
+            teacher, cache_bytes=config.cache_mib << 20, raw=not config.depth_masked
+        )
         device = teacher.gaussians.means.device
         self.cameras = [camera.to(device) for camera in cameras]
         self.team = team
@@ -243,13 +250,14 @@ class Student:
                 drawn.image, teacher.image, mask=view.mask
             )
             if drawn.depth is not None:
-                loss = loss + config.depth_weight * depth_distillation_loss(
-                    drawn.depth,
-                    drawn.alpha,
-                    teacher.depth,
-                    mask=view.mask,
-                    covered=config.depth_masked,
-                )
+                if config.depth_masked:
+                    distance = depth_distillation_loss(
+                        drawn.depth, drawn.alpha, teacher.depth, mask=view.mask
+                    )
+                else:
+                    depth = raw_depth(drawn, self.background)
+                    distance = raw_depth_loss(depth, teacher.depth, mask=view.mask)
+                loss = loss + config.depth_weight * distance
         return loss
 
     @torch.no_grad()

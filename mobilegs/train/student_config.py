@@ -55,7 +55,8 @@ class StudentConfig:
     view: ViewDependence = field(default_factory=ViewDependence)
     """Where opacity and weight come from, seen from a direction."""
     start_opacity: float = 0.0
-    """Opacity of all Gaussians at the start (the release: 0.5); 0 keeps the teacher's."""
+    """Opacity of all Gaussians at the start (the release: 0.5, and with opacity_rate=0 the network
+    alone tells opacities apart, as there); 0 keeps the teacher's."""
     net_fraction: float = 5 / 30
     """When six latents and what decodes them replace the harmonics (paper: 5,000 of 30,000)."""
     codes_fraction: float = 0.7
@@ -68,7 +69,8 @@ class StudentConfig:
     depth_weight: float = 0.1
     """Weight of the scale-invariant log-depth distance to the teacher."""
     depth_masked: bool = True
-    """Whether that distance leaves out pixels which either does not cover (the release: no)."""
+    """Whether that distance leaves out pixels which either does not cover, and compares means.
+    (The release compares sums of z, in all pixels.)"""
     moments_kept: bool = True
     """Whether Adam goes on where it is when networks take over the colour (the release: no)."""
     positions_rounded: bool = True

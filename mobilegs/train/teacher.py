@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import torch
 from torch import Tensor
+from torch.nn.functional import pad
 
 from mobilegs.data.dataset import Dataset, View
 from mobilegs.gaussians import Gaussians
@@ -114,6 +115,7 @@ class Teacher:
         self.generator = torch.Generator().manual_seed(seed)
         self.degree_max = config.sh_degree if start is None else start.sh_degree
         self.degree_first = 0 if start is None else start.sh_degree
+        given = start is not None
         if start is None:
             start = initial_gaussians(
                 dataset,
@@ -126,7 +128,8 @@ class Teacher:
         self.strategy = self._strategy(len(start), device)
         tensors = start.to(device).tensors()
         sh = tensors.pop("sh")
-        self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": sh[:, 1:]}, self._rates())
+        rest = sh[:, 1:1] if self.strategy.harmonics_wait and not given else sh[:, 1:]
+        self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": rest}, self._rates())
 
     @property
     def phase(self) -> str:
@@ -224,6 +227,7 @@ class Teacher:
         if densify.strategy == "clone_split":
             return CloneSplit(densify, **run, **start)
         begin = {"frames": self.frames, "opacity": config.init_opacity}
+        begin["sh_degree"] = self.degree_max
         return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
 
     @torch.no_grad()
@@ -239,13 +243,16 @@ class Teacher:
             self.adam.keep_rows(keep)
 
     def _gaussians(self, degree: int) -> Gaussians:
-        tensors = self.adam.tensors
+        tensors, columns = self.adam.tensors, (degree + 1) ** 2 - 1
+        rest = tensors["sh_rest"][:, :columns]
+        if rest.shape[1] < columns:  # they still wait
+            rest = pad(rest, (0, 0, 0, columns - rest.shape[1]))
         return Gaussians(
             means=tensors["means"],
             quats=tensors["quats"],
             log_scales=tensors["log_scales"],
             logit_opacities=tensors["logit_opacities"],
-            sh=torch.cat([tensors["sh0"], tensors["sh_rest"][:, : (degree + 1) ** 2 - 1]], dim=1),
+            sh=torch.cat([tensors["sh0"], rest], dim=1),
         )
 
     def _rates(self) -> dict[str, float]:
