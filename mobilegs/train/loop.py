@@ -227,7 +227,7 @@ def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
     }
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
     coded = stage.coded(views=views, meta=meta)
-    layers = recipe.student.layers or layers_for(len(coded))
+    layers = recipe.student.layers or min(layers_for(len(coded)), recipe.student.layers_max)
     write_mgs(session.folder.scene, layered(coded, layers, stage.cameras))
     target, size = recipe.student.target_mb, session.folder.scene.stat().st_size / 1e6
     if target and abs(size - target) > MISSED * target:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 from mobilegs.compress.appearance import COLORS, ColorShape
 from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.codes import LAYERS_MAX
+from mobilegs.compress.envelope import STREAMS_MAX
 from mobilegs.compress.scalars import ScalarSteps
 from mobilegs.errors import InputError
 from mobilegs.render import Weighting
@@ -25,6 +26,9 @@ from mobilegs.train.ranges import (
 from mobilegs.train.view_dependence import ViewDependence
 
 CODINGS = ("nvq", "sq")
+# of a file with `sq`: one for each of its decoders, and in every layer positions, three scales,
+# three rotations and their finer bits, and the opacity
+NETWORK_STREAMS, ATTRIBUTE_STREAMS = 2, 9
 
 
 @dataclass(frozen=True)
@@ -199,8 +203,22 @@ class StudentConfig:
             color_latents=Range(low=float(ColorShape().latents)),
             start_opacity=Range(high=1.0, below=True),
         )
+        if self.layers > self.layers_max:
+            raise InputError(
+                f"{self.layers} layers with {self.color.latents} latents of colours and "
+                f"{self.view.latents} of lobes are more streams than a file may have: at most "
+                f"{self.layers_max} layers are possible"
+            )
         check(self, final_rate=SHARE)  # a rate of the rates, which must leave something
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
+
+    @property
+    def layers_max(self) -> int:
+        """Layers that a file has streams for: with `sq` each column is one in every layer."""
+        if self.coding != "sq":
+            return LAYERS_MAX
+        columns = ATTRIBUTE_STREAMS + self.color.latents + self.view.latents
+        return min(LAYERS_MAX, (STREAMS_MAX - NETWORK_STREAMS) // columns)
 
     @property
     def color(self) -> ColorShape:
