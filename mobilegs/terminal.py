@@ -116,7 +116,7 @@ def print_contents(found: dict[str, Any]) -> None:
     print(f"{found['file']}: {count:,} Gaussians, {size:,} bytes, {size / max(count, 1):.2f} each")
     table = Table(box=None, show_header=False)
     for name, text in _sentences(found).items():
-        table.add_row(name, escape(text))
+        table.add_row(escape(name), escape(text))
     console().print(table)
     if "streams" not in found:
         return
@@ -170,7 +170,7 @@ def readable(value: Any) -> str:
     """A value for people: thousands apart, three digits after the point."""
     if isinstance(value, float):
         return f"{value:,.3f}"
-    return f"{value:,}" if type(value) is int else escape(str(value))
+    return f"{value:,}" if type(value) is int else str(value)
 
 
 def decibels(figures: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from fuzz.envelope import take_apart
 from PIL import Image
 from scenes import no_gpu
 
@@ -263,6 +264,20 @@ def test_info_explains_a_file(
     text = " ".join(capsys.readouterr().out.split())
     assert all(sentence in text for sentence in sentences), text
     assert "not known" not in text and "header" in text
+
+
+def test_info_shows_notes_as_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    parts, path = take_apart((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "notes.mgs"
+    notes = {"[/x]": 1, "[bold]by": "[link=https://example.org]me", "steps [k]": 30.0, "z": "[red]"}
+    parts.header["meta"] = notes
+    path.write_bytes(parts.sealed())
+    assert cli.main(["info", str(path)]) == 0
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    for line in ("[/x] 1", "[bold]by [link=https://example.org]me", "steps [k] 30.000", "z [red]"):
+        assert line in lines, lines
 
 
 def test_the_parts_that_info_names_add_up(capsys: pytest.CaptureFixture[str]) -> None:

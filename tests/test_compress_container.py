@@ -5,6 +5,7 @@ import json
 import struct
 import tracemalloc
 import zlib
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,16 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from fuzz.envelope import Piece, take_apart
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobilegs.camera import Camera, look_at
+from mobilegs.compress import header as headers
+from mobilegs.compress import lobes as lobe_shapes
+from mobilegs.compress import rans
 from mobilegs.compress.appearance import AppearanceDecoder
+from mobilegs.compress.bits import pack_bits
 from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
 from mobilegs.compress.codes import CodedScene, same
 from mobilegs.compress.container import inspect, inspect_mgs, pack, read_mgs, unpack, write_mgs
@@ -423,14 +429,44 @@ def test_a_header_of_bytes_that_are_no_text_is_refused() -> None:
         unpack(head + text)
 
 
-@pytest.mark.parametrize("count", [2**26, 300_000, 41, 39])
-def test_a_false_count_is_refused_without_much_memory(data: bytes, count: int) -> None:
+@pytest.mark.parametrize("count", [2**26, 300_000])
+def test_a_count_beyond_the_bytes_is_refused_at_once(data: bytes, count: int) -> None:
     header, body = split(data)
+    for read in (inspect, unpack):
+        with pytest.raises(InputError, match=f"claims {count} Gaussians in"):
+            read(join({**header, "count": count}, body))
+
+
+DECODERS = {  # what they say to the first stream of rows, by its codec
+    "rans": "a rANS stream (is longer or shorter than|ends early|does not end where)",
+    "bits": "packed bits take more or fewer bytes than they should",
+}
+
+
+@pytest.mark.parametrize("codec", DECODERS)
+@pytest.mark.parametrize("count", [300_000, 3000, 48, 32])
+def test_a_false_count_is_refused_by_the_decoders_without_much_memory(
+    data: bytes, codec: str, count: int
+) -> None:
+    parts = take_apart(data)
+    assert parts.header["count"] == 40
+    symbols, widths = np.arange(40, dtype=np.uint16) % 5, np.full(40, 3)
+    first = parts.piece("scale.0")
+    first.codec = codec
+    first.data = (
+        rans.encode(symbols, 5) if codec == "rans" else pack_bits(symbols.astype(np.uint64), widths)
+    )
+    unpack(parts.sealed())
+    parts.header["count"] = count
+    parts.pieces.append(Piece("spare", "none", bytes(count)))  # bytes enough for so many
+    crafted = parts.sealed()
     tracemalloc.start()
     try:
-        with pytest.raises(InputError):
-            unpack(join({**header, "count": count}, body))
-        assert tracemalloc.get_traced_memory()[1] < 200 * len(data)
+        with pytest.raises(InputError, match=DECODERS[codec]):
+            unpack(crafted)
+        # the header speaks of 12 indices and a position for each Gaussian
+        bound = 2 * (len(crafted) + count * (12 * 2 + 6)) + 100_000
+        assert tracemalloc.get_traced_memory()[1] < bound
     finally:
         tracemalloc.stop()
 
@@ -474,22 +510,74 @@ def test_a_scene_that_no_file_can_hold_is_refused(change: dict[str, Any], senten
 
 
 @pytest.mark.parametrize(
-    "lobes",
+    ("lobes", "sentence"),
     [
-        0, [], {}, {**SHAPE, "degree": 4}, {**SHAPE, "degree": True}, {**SHAPE, "degree": 1},
-        {**SHAPE, "latents": 33}, {**SHAPE, "latents": 5}, {**SHAPE, "hidden": [0]},
-        {**SHAPE, "hidden": [9] * 4}, {**SHAPE, "hidden": [10**9]}, {**SHAPE, "hidden": [5.0]},
-        {**SHAPE, "hidden": [True]}, {**SHAPE, "hidden": None}, None,
+        (0, "field 'lobes'"),
+        ([], "field 'lobes'"),
+        ({}, "field 'hidden'"),
+        ({**SHAPE, "degree": 4}, "field 'degree'"),
+        ({**SHAPE, "degree": -1}, "field 'degree'"),
+        ({**SHAPE, "degree": True}, "field 'degree'"),
+        ({**SHAPE, "degree": 1}, "'lobe-decoder' of the .mgs file has a wrong length"),
+        ({**SHAPE, "latents": 5}, "field 'codebooks.lobes'"),
+        ({**SHAPE, "hidden": [0]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": [10**9]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": [5.0]}, "'lobe-decoder' of the .mgs file has a wrong length"),
+        ({**SHAPE, "hidden": [5.5]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": [True]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": None}, "field 'hidden'"),
+        (None, "field 'codebooks.lobes'"),
     ],
-)  # fmt: skip
-def test_lobes_that_cannot_be_are_refused(data: bytes, lobes: Any) -> None:
+)
+def test_lobes_that_cannot_be_are_refused(data: bytes, lobes: Any, sentence: str) -> None:
     header, body = split(data)
     assert header["lobes"] == SHAPE
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=sentence):
         unpack(join({**header, "lobes": lobes}, body))
+
+
+def test_a_header_that_does_not_speak_of_lobes_is_refused(data: bytes) -> None:
+    header, body = split(data)
     del header["lobes"]
-    with pytest.raises(InputError, match="lobes"):
+    with pytest.raises(InputError, match="field 'lobes'"):
         unpack(join(header, body))
+
+
+@pytest.mark.parametrize(
+    ("limit", "shape", "beyond", "field"),
+    [
+        ("LATENTS_MAX", (1, 32), (1, 33), "latents"),
+        ("HIDDEN_LAYERS", (1, 2, (3,) * 3), (1, 2, (3,) * 4), "lobes.hidden"),
+        ("HIDDEN_MAX", (1, 2, (256,)), (1, 2, (257,)), "hidden"),
+    ],
+)
+def test_lobes_are_as_large_as_the_limits_and_no_larger(
+    limit: str, shape: tuple, beyond: tuple, field: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def with_lobes(shape: LobeShape) -> CodedScene:
+        g, scene = seeded(), make_scene(view="decoded")
+        books = {"lobes": torch.randn(shape.latents, 4, 1, generator=g).half()}
+        rows = torch.randint(4, (len(scene), shape.latents), generator=g, dtype=torch.int16)
+        weights = LobeDecoder(shape, g).named_parameters()
+        return replace(
+            scene,
+            codebooks=scene.codebooks | books,
+            indices=scene.indices | {"lobes": rows},
+            lobe_shape=shape,
+            lobe_decoder={name: value.detach().half() for name, value in weights},
+        ).sorted()
+
+    largest = with_lobes(LobeShape(*shape))
+    assert same(unpack(pack(largest)), largest)
+    with monkeypatch.context() as patch:
+        for module in (lobe_shapes, headers):
+            patch.setattr(module, limit, getattr(module, limit) + 1)
+        larger = with_lobes(LobeShape(*beyond))
+        data = pack(larger)
+        assert same(unpack(data), larger)  # nothing else is wrong with it
+    for read in (inspect, unpack):
+        with pytest.raises(InputError, match=f"the field '{field}' in the header"):
+            read(data)
 
 
 @pytest.mark.parametrize(
@@ -507,6 +595,45 @@ def test_lobe_codebooks_that_cannot_be_are_refused_from_the_header_alone(
     without = {name: b for name, b in header["codebooks"].items() if name != "lobes"}
     with pytest.raises(InputError, match=r"codebooks\.lobes"):
         inspect(join({**header, "codebooks": without}, body))
+
+
+def _set(*path: str | int, to: Any) -> Callable[[dict[str, Any]], None]:
+    """What gives a value inside of a header another value."""
+
+    def change(header: dict[str, Any]) -> None:
+        inner: Any = header
+        for key in path[:-1]:
+            inner = inner[key]
+        inner[path[-1]] = to
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (_set("positions", "radius", to=1e21), "centre or radius"),
+        (_set("positions", "radius", to=0.0), "centre or radius"),
+        (_set("positions", "center", 1, to=-1e21), "centre or radius"),
+        (_set("near", to=-1), "near plane -1.0 is out of range"),
+        (_set("near", to=1e21), "near plane"),
+        (_set("background", 2, to=1.5), "background colour"),
+        (_set("weighting", "sigma", to=-1), "sigma"),
+        (_set("weighting", "background_weight", to=-0.1), "background weight"),
+        (_set("views", 0, "K", 0, to=-5.0), "focal length"),
+        (_set("views", 1, "K", 8, to=2.0), "matrices are not those of a camera"),
+        (_set("views", 1, "viewmat", 12, to=0.5), "matrices are not those of a camera"),
+        (_set("blend", to="sorted"), "blended sorted, but has lobes"),
+    ],
+)
+def test_numbers_out_of_range_are_refused_from_the_header_alone(
+    data: bytes, change: Callable[[dict[str, Any]], None], sentence: str
+) -> None:
+    header, body = split(data)
+    change(header)
+    for read in (inspect, unpack):
+        with pytest.raises(InputError, match=sentence):
+            read(join(header, body))
 
 
 def test_lobes_beside_a_network_and_no_opacity_at_all_are_refused(data: bytes) -> None:

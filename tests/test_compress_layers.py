@@ -19,6 +19,7 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.scene import Scene
 from mobilegs.train.student_config import StudentConfig
+from mobilegs.train.view_dependence import ViewDependence
 
 VIEWS = [view.to("cpu", torch.float32) for view in (camera(), camera(33, 21))]
 MANY = [name for name, case in CASES.items() if case.count >= 60]
@@ -167,11 +168,11 @@ def test_layers_of_a_coded_scene_must_add_up() -> None:
 
 
 def test_a_student_has_no_more_layers_than_its_file_has_streams_for() -> None:
-    asked = StudentConfig(coding="sq", color_latents=12)
+    asked = StudentConfig(coding="sq", color_latents=12, view=ViewDependence(latents=12))
     assert asked.layers_max == 7 and StudentConfig(coding="sq").layers_max == 8
     with pytest.raises(InputError, match="at most 7 layers"):
         replace(asked, layers=8)
-    shape = LobeShape(2, asked.view.latents, (16,))
+    shape = LobeShape(2, 12, (16,))
     case = Case(400, shape, steps=ScalarSteps(), colors="linear", color_latents=12)
     scene = make_scene(case)
     assert same(unpack(pack(looked_at(scene, 7))), looked_at(scene, 7))

@@ -1,12 +1,10 @@
 """Whole numbers packed into bits, lowest bit first, without a loop over the numbers."""
 
 import numpy as np
-from jaxtyping import Int, UInt8, UInt64
+from jaxtyping import Int, Integer, UInt8, UInt16, UInt64
 
 from mobilegs.compress import native
 from mobilegs.errors import InputError
-
-WIDTH_MAX = 48
 
 
 def pack_bits(values: UInt64[np.ndarray, "n"], widths: Int[np.ndarray, "n"]) -> bytes:
@@ -30,25 +28,19 @@ def pack_bits(values: UInt64[np.ndarray, "n"], widths: Int[np.ndarray, "n"]) -> 
     return words.astype("<u8").tobytes()[: (int(ends[-1]) + 7) // 8]
 
 
-def unpack_bits(data: bytes | memoryview, widths: Int[np.ndarray, "n"]) -> UInt64[np.ndarray, "n"]:
+def unpack_bits(
+    data: bytes | memoryview, widths: Integer[np.ndarray, "n"]
+) -> UInt64[np.ndarray, "n"]:
     """What `pack_bits` packed.
 
     Raises:
         InputError: `data` is not exactly as long as the widths ask, or ends in bits that are
             not 0.
     """
-    numbers = native.unpack_bits(data, widths)
-    return unpack_by_definition(data, widths) if numbers is None else numbers
-
-
-def unpack_by_definition(
-    data: bytes | memoryview, widths: Int[np.ndarray, "n"]
-) -> UInt64[np.ndarray, "n"]:
-    """What `unpack_bits` does, by its definition."""
     ends = np.cumsum(widths, dtype=np.int64)
     total = int(ends[-1]) if len(ends) else 0
     if len(data) != (total + 7) // 8:
-        raise InputError(f"packed bits take {len(data)} bytes where {(total + 7) // 8} belong")
+        raise InputError("packed bits take more or fewer bytes than they should")
     if total % 8 and data[-1] >> total % 8:
         raise InputError("packed bits end in bits that are not zero")
     words = np.frombuffer(bytes(data) + bytes(16 - len(data) % 8), dtype="<u8").astype(np.uint64)
@@ -59,6 +51,14 @@ def unpack_by_definition(
     high = (words[word + 1] << np.uint64(1)) << (np.uint64(63) - shift)
     mask = (np.uint64(1) << widths.astype(np.uint64)) - np.uint64(1)
     return (low | high) & mask
+
+
+def unpack_short(
+    data: bytes | memoryview, widths: Integer[np.ndarray, "n"]
+) -> UInt16[np.ndarray, "n"]:
+    """`unpack_bits` of at most 16 bits each, in little memory."""
+    numbers = native.unpack_short(data, widths)
+    return unpack_bits(data, widths).astype(np.uint16) if numbers is None else numbers
 
 
 def bit_lengths(values: UInt64[np.ndarray, "n"]) -> UInt8[np.ndarray, "n"]:

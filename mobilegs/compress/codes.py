@@ -4,11 +4,10 @@ import math
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from itertools import accumulate
-from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float16, Int
+from jaxtyping import Float, Float16, Int, UInt8
 from torch import Tensor
 
 from mobilegs.camera import NEAR, Camera
@@ -21,10 +20,10 @@ from mobilegs.compress.codebooks import (
     Cut,
     look_up,
 )
-from mobilegs.compress.envelope import short_text
+from mobilegs.compress.limits import check_blend, check_meta, check_ranges, check_views
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame, morton_codes
-from mobilegs.compress.rotations import decode_rotations, finer_bits
+from mobilegs.compress.rotations import decode_rotations, finer_bits_of
 from mobilegs.compress.scalars import CODE_MAX, COLUMNS
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
@@ -35,12 +34,7 @@ from mobilegs.spherical_harmonics import C0
 
 COUNT_MAX = 1 << 26
 LAYERS_MAX = 8
-VIEWS_MAX = 64
-SIDE_MAX = 1 << 16  # of a view, in pixels
-META_MAX = 64
 SH_DEGREES = (0, 1, 2, 3)
-TEXT_MAX = 4096
-WORLD_MIN, WORLD_MAX = 1e-20, 1e20  # lengths: the farthest half stays finite in float32
 EXPONENT_MAX = 14
 LOG_SCALE_MAX = 80.0  # exp of it is finite in float32
 STEP_MIN, STEP_MAX = 1e-5, 1e3
@@ -205,17 +199,10 @@ class CodedScene:
             raise InputError(f"the scene has {len(self.layers)} layers: {LAYERS_MAX} are allowed")
         if not self.positions.isfinite().all():
             raise InputError("the scene has positions that are not finite")
-        center, radius, exponent = self.frame.center, self.frame.radius, self.frame.exponent
-        if not (center.abs() <= WORLD_MAX).all() or not WORLD_MIN <= radius <= WORLD_MAX:
-            raise InputError("the scene's centre or radius is out of range")
-        if not 0 <= exponent <= EXPONENT_MAX:
+        if not 0 <= self.frame.exponent <= EXPONENT_MAX:
+            exponent = self.frame.exponent
             raise InputError(f"the exponent of positions is {exponent}: 0 to 14 are allowed")
-        if not 0 < self.near <= WORLD_MAX:
-            raise InputError(f"the scene's near plane {self.near} is out of range")
-        if not ((self.background >= 0) & (self.background <= 1)).all():
-            raise InputError("the scene's background colour lies outside of [0, 1]")
-        if not 0 < self.weighting.sigma <= WORLD_MAX or self.weighting.background_weight < 0:
-            raise InputError("the scene's weighting has a sigma or a background weight below 0")
+        check_ranges(self.frame, self.weighting, self.background, self.near)
         shape = self.lobe_shape
         needed: list[Attribute] = ["scale", "rotation", "appearance"]
         if shape is None:
@@ -231,8 +218,7 @@ class CodedScene:
             self._check_scalars(name) if self.steps else self._check_attribute(name)
         if shape is not None and self.network is not None:
             raise InputError("the scene has lobes and a view network: one of them must go")
-        if self.blend == "sorted" and (shape is not None or self.network is not None):
-            raise InputError("the scene is blended sorted, but has lobes or a view network")
+        check_blend(self.blend, by_direction=shape is not None or self.network is not None)
         if "view2" not in self.decoder or self.color.degree not in SH_DEGREES:
             raise InputError("the colour decoder does not make harmonics of degree 0 to 3")
         if not 2 * LATENTS <= self.color.latents <= self.color.latents_max:
@@ -242,7 +228,7 @@ class CodedScene:
         _check_weights("lobe decoder", self.lobe_decoder, lobe_shapes(shape))
         if self.network is not None:
             _check_weights("view network", self.network, network_shapes())
-        self._check_views()
+        check_views(self.views)
         check_meta(self.meta)
 
     def _check_attribute(self, name: Attribute) -> None:
@@ -282,38 +268,14 @@ class CodedScene:
             raise InputError("the scale codes hold numbers that are out of range")
 
     @property
-    def finer(self) -> Int[Tensor, "n 3"]:
+    def finer(self) -> UInt8[Tensor, "n 3"]:
         """With steps, the finer bits of the rotations' codes."""
-        return finer_bits(self.indices["scale"].float() * self.steps["scale"])
+        return finer_bits_of(self.indices["scale"], self.steps["scale"])
 
     @property
     def cells(self) -> Int[Tensor, "n 3"]:
         """With steps, the rotations' codes without their finer bits."""
         return self.indices["rotation"].int() >> self.finer.int()
-
-    def _check_views(self) -> None:
-        if len(self.views) > VIEWS_MAX:
-            raise InputError(f"the scene has {len(self.views)} views: {VIEWS_MAX} are allowed")
-        for view in self.views:
-            if not 1 <= min(view.width, view.height) <= max(view.width, view.height) <= SIDE_MAX:
-                raise InputError(f"a view of {view.width} x {view.height} pixels is out of range")
-            for matrix in (view.viewmat, view.K):
-                last = torch.eye(len(matrix))[-1]
-                if not matrix.isfinite().all() or not torch.equal(matrix[-1], last):
-                    raise InputError("a view's matrices are not those of a camera")
-            if min(view.K[0, 0], view.K[1, 1]) <= 0:
-                raise InputError("a view's focal length is not positive")
-
-
-def check_meta(meta: dict[Any, Any]) -> None:
-    """Raise `InputError` unless all notes are short texts, numbers, truth values or None."""
-    if len(meta) > META_MAX:
-        raise InputError(f"the scene has {len(meta)} notes: {META_MAX} are allowed")
-    for name, value in meta.items():
-        number = isinstance(value, int | float) and abs(value) <= 2**53  # JavaScript's limit
-        text = short_text(value, TEXT_MAX)
-        if not (number or text or value is None) or not short_text(name, TEXT_MAX):
-            raise InputError(f"the note {str(name)[:40]!r} is not a short text or a number")
 
 
 @cache

@@ -1,7 +1,7 @@
 """`.mgs` files: a coded scene to bytes and back, exactly. docs/format.md is the specification."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -70,24 +70,52 @@ def _pack_indices(coded: CodedScene) -> list[Stream]:
 
 
 def _unpack_indices(
-    header: Header, count: int, stream: Callable[[str], Stream]
-) -> dict[Attribute, Tensor]:
-    codes: dict[Attribute, Tensor] = {}
+    header: Header, codes: Mapping[Attribute, Tensor], stream: Callable[[str], Stream]
+) -> None:
+    """Fill a layer's `codes`."""
     for name, cut in header.cuts.items():
-        size = header.sizes[name]
-        found = np.empty((count, cut.count), dtype=np.int16)
+        found = codes[name].numpy()
         for i in range(cut.count):
-            found[:, i] = decode_indices(stream(f"{name}.{i}"), count, size)
-        codes[name] = torch.from_numpy(found)
-    return codes
-
-
-def _joined(parts: Sequence[Tensor]) -> Tensor:
-    return parts[0] if len(parts) == 1 else torch.cat(list(parts))
+            found[:, i] = decode_indices(stream(f"{name}.{i}"), len(found), header.sizes[name])
 
 
 def _in_layer(name: str, number: int) -> str:
     return f"{name}@{number}" if number else name
+
+
+def _unpack_rows(
+    header: Header, stream: Callable[[str], Stream]
+) -> tuple[Tensor, dict[Attribute, Tensor]]:
+    """Positions and codes of all layers, each of which is decoded to where it stays."""
+    indices: dict[Attribute, Tensor] = {}
+    for name, scalar in header.scalars.items():
+        indices[name] = _rows(header.count, len(scalar.columns), np.int32)
+    for name, cut in header.cuts.items():
+        indices[name] = _rows(header.count, cut.count, np.int16)
+    positions = _rows(header.count, 3, np.float16)
+    start = 0
+    for number, size in enumerate(header.layers or (header.count,)):
+        rows = slice(start, start + size)
+        start += size
+
+        def stream_of(name: str, number: int = number) -> Stream:
+            return stream(_in_layer(name, number))
+
+        places = stream_of("positions")
+        if places.codec != "morton-class":
+            raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
+        codes: dict[Attribute, Tensor] = {name: found[rows] for name, found in indices.items()}
+        if header.scalars:
+            unpack_scalars(header.scalars, codes, stream_of)
+        else:
+            _unpack_indices(header, codes, stream_of)
+        positions[rows] = decode_positions(places.data, size)
+    return positions, indices
+
+
+def _rows(count: int, columns: int, kind: type) -> Tensor:
+    """Room for a row of numbers a Gaussian: numpy's, whose large pages take less time to fill."""
+    return torch.from_numpy(np.empty((count, columns), dtype=kind))
 
 
 def unpack(data: bytes) -> CodedScene:
@@ -105,30 +133,14 @@ def unpack(data: bytes) -> CodedScene:
             raise InputError(f"the .mgs file lacks its stream '{name}'")
         return streams[name]
 
-    def layer(number: int, count: int) -> tuple[Tensor, dict[Attribute, Tensor]]:
-        def stream_of(name: str) -> Stream:
-            return stream(_in_layer(name, number))
-
-        places = stream_of("positions")
-        if places.codec != "morton-class":
-            raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
-        codes = (
-            unpack_scalars(header.scalars, count, stream_of)
-            if header.scalars
-            else _unpack_indices(header, count, stream_of)
-        )
-        return decode_positions(places.data, count), codes
-
     books = {}
     if header.cuts:
         books = _unpack_halves(stream("codebooks"), _codebook_shapes(header))
-    positions, indices = zip(
-        *(layer(i, size) for i, size in enumerate(header.layers or (header.count,))), strict=True
-    )
+    positions, indices = _unpack_rows(header, stream)
     coded = CodedScene(
-        positions=_joined(positions),
+        positions=positions,
         frame=header.frame,
-        indices={name: _joined([codes[name] for codes in indices]) for name in indices[0]},
+        indices=indices,
         layers=header.layers,
         codebooks={name: books[name] for name in header.cuts},
         decoder=_unpack_halves(stream(DECODERS[header.color.colors]), decoder_shapes(header.color)),

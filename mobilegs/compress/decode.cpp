@@ -14,9 +14,8 @@ namespace {
 constexpr int PRECISION = 14, TOTAL = 1 << PRECISION;
 constexpr uint32_t STATE_LOW = 1 << 16;
 constexpr int ALPHABET_MAX = 4096, CONTEXTS_MAX = 64, LANES_MAX = 256, LANE_SYMBOLS = 2048;
-constexpr int HEADER = 12, WIDTH_MAX = 48, AXIS_BITS = 16, CLASSES = 3 * AXIS_BITS + 1;
+constexpr int HEADER = 12, SHORT_MAX = 16, AXIS_BITS = 16, CLASSES = 3 * AXIS_BITS + 1;
 constexpr int BLOCK = 32;  // steps whose symbols are kept until each lane has a row of them
-constexpr int DAMAGED = 1;
 
 template <class T>
 T load(const uint8_t* p) {
@@ -48,6 +47,11 @@ class Bits {
     int64_t left = 8 * bytes_ - position_;
     return left >= 0 && left < 8 && take(int(left)) == 0;
   }
+  // What is wrong where numbers of `total` bits are all that there is.
+  int wrong(int64_t total) const {
+    if (bytes_ != (total + 7) / 8) return MGS_BITS_LENGTH;
+    return total % 8 && data_[bytes_ - 1] >> total % 8 ? MGS_BITS_END : MGS_SOUND;
+  }
 
  private:
   const uint8_t* data_;
@@ -67,39 +71,55 @@ struct Tables {
         symbols(new (std::nothrow) uint16_t[size_t(contexts) * TOTAL]()),
         spans(new (std::nothrow) uint32_t[size_t(contexts) * alphabet]()) {}
 
-  bool read(Bits bits) {
-    if (!symbols || !spans) return false;
-    for (int context = 0; context < contexts; context++)
-      if (bits.take(1) && !read_context(bits, context)) return false;
-    return bits.at_end();
+  // What is wrong with the tables. The first thing that is counts: beyond the end all is zeros.
+  int read(Bits bits) {
+    if (!symbols || !spans) return MGS_NO_MEMORY;
+    for (int context = 0; context < contexts; context++) {
+      if (!bits.take(1)) continue;
+      int wrong = read_context(bits, context);
+      if (bits.over()) return MGS_TABLES_CUT;
+      if (wrong) return wrong;
+    }
+    if (bits.over()) return MGS_TABLES_CUT;
+    return bits.at_end() ? MGS_SOUND : MGS_TABLES_LONG;
   }
   // Whether the first context, in which every lane begins, is used.
   bool used_first() const { return spans[symbols[0]] != 0; }
 
  private:
-  bool read_context(Bits& bits, int context) {
+  int read_context(Bits& bits, int context) {
     uint32_t* span = &spans[size_t(context) * alphabet];
     int last = -1;
     for (int symbol = 0; symbol < alphabet; symbol++)
       if ((span[symbol] = uint32_t(bits.take(1)))) last = symbol;
-    int k = int(bits.take(4)), start = 0;
-    for (int symbol = 0; symbol <= last; symbol++) {
+    int k = int(bits.take(4)), sum = 0;
+    for (int symbol = 0; symbol < last; symbol++) {
       if (!span[symbol]) continue;
-      int frequency = symbol < last ? golomb(bits, k) : TOTAL - start;
-      if (frequency < 1 || frequency > TOTAL - start) return false;
+      int frequency = golomb(bits, k);
+      if (!frequency) return MGS_TABLE_NUMBER;
+      span[symbol] = uint32_t(frequency);
+      sum += frequency;
+    }
+    if (last < 0 || sum >= TOTAL) return MGS_TABLE_SUM;
+    span[last] = uint32_t(TOTAL - sum);
+    for (int symbol = 0, start = 0; symbol <= last; symbol++) {
+      int frequency = int(span[symbol]);
+      if (!frequency) continue;
       span[symbol] = uint32_t(start << 15 | frequency);
       std::fill_n(&symbols[size_t(context) * TOTAL + start], frequency, uint16_t(symbol));
       start += frequency;
     }
-    return last >= 0 && !bits.over();
+    return MGS_SOUND;
   }
 
-  // A frequency, or 0 where none can be.
+  // A frequency, at most 2^15 - 1, or 0 where none can be.
   static int golomb(Bits& bits, int k) {
-    int width = k;
-    while (!bits.take(1))
-      if (++width > PRECISION) return 0;
-    return width > PRECISION ? 0 : int(bits.take(width)) + (1 << width) - (1 << k) + 1;
+    int64_t width = k;
+    while (!bits.take(1)) {
+      if (bits.over()) return 0;
+      width++;
+    }
+    return width > PRECISION ? 0 : int(bits.take(int(width))) + (1 << width) - (1 << k) + 1;
   }
 };
 
@@ -109,8 +129,9 @@ struct Lanes {
   const uint8_t *word, *end;
   uint32_t states[LANES_MAX];
   uint16_t before[LANES_MAX] = {};  // each lane's last symbol, its context
+  int wrong = MGS_SOUND;
 
-  // The next symbols of the first `active` lanes; false if the stream is damaged. Only if it is
+  // The next symbols of the first `active` lanes; false if something is `wrong`. Only if it is
   // CHECKED there may be fewer words than lanes.
   template <bool CHECKED, bool CONTEXTUAL>
   bool step(int active, uint16_t* row) {
@@ -122,12 +143,12 @@ struct Lanes {
       uint32_t state = states[lane], slot = state % TOTAL;
       uint16_t symbol = symbols[context * TOTAL + slot];
       uint32_t span = spans[context * tables.alphabet + symbol];
-      if (CONTEXTUAL && span == 0) return false;
+      if (CONTEXTUAL && span == 0) return refuse(lane, active, next_word);
       uint32_t next = (span & 0x7FFF) * (state / TOTAL) + slot - (span >> 15);
       // One word is enough, since `next` is at least 4. It is not taken by a branch, which would
       // be guessed wrong every other time.
       uint32_t few = next < STATE_LOW;
-      if (CHECKED && few > (next_word < end)) return false;
+      if (CHECKED && few > (next_word < end)) return refuse(lane, active, next_word);
       uint32_t found = CHECKED && !few ? 0 : load<uint16_t>(next_word);
       states[lane] = next << 16 * few | (found & -few);
       next_word += 2 * few;
@@ -136,6 +157,20 @@ struct Lanes {
     }
     word = next_word;
     return true;
+  }
+
+  // A step ends at `lane`: for want of words for all the lanes that are left, or else because of
+  // a context that is not used.
+  [[gnu::cold, gnu::noinline]] bool refuse(int lane, int active, const uint8_t* next_word) {
+    int64_t wanted = 0;
+    for (; lane < active; lane++) {
+      uint32_t state = states[lane], slot = state % TOTAL, context = before[lane];
+      uint16_t symbol = tables.symbols[context * TOTAL + slot];
+      uint32_t span = tables.spans[context * tables.alphabet + symbol];
+      wanted += (span & 0x7FFF) * (state / TOTAL) + slot - (span >> 15) < STATE_LOW;
+    }
+    wrong = wanted > (end - next_word) / 2 ? MGS_WORDS_CUT : MGS_STATE;
+    return false;
   }
 
   template <bool CONTEXTUAL>
@@ -182,65 +217,67 @@ uint16_t gather_axis(uint64_t code) {
 
 int mgs_decode_rans(const uint8_t* data, int64_t bytes, int64_t count, int32_t alphabet,
                     uint16_t* symbols) {
-  if (bytes < HEADER || count < 0 || alphabet < 1 || alphabet > ALPHABET_MAX) return DAMAGED;
+  if (bytes < HEADER || count < 0 || alphabet < 1 || alphabet > ALPHABET_MAX) return MGS_HEADER;
   int contexts = load<uint16_t>(data + 2), lanes = lane_count(count);
   int64_t table_bytes = load<uint32_t>(data + 4), words = load<uint32_t>(data + 8);
-  if (load<uint16_t>(data) != alphabet) return DAMAGED;
-  if ((contexts != 1 && contexts != alphabet) || contexts > CONTEXTS_MAX) return DAMAGED;
-  if (bytes != HEADER + table_bytes + 4 * lanes + 2 * words) return DAMAGED;
+  if (load<uint16_t>(data) != alphabet) return MGS_HEADER;
+  if ((contexts != 1 && contexts != alphabet) || contexts > CONTEXTS_MAX) return MGS_HEADER;
+  if (bytes != HEADER + table_bytes + 4 * lanes + 2 * words) return MGS_HEADER;
 
   Tables tables(contexts, alphabet);
-  if (!tables.read(Bits(data + HEADER, table_bytes))) return DAMAGED;
-  if (count > 0 && !tables.used_first()) return DAMAGED;
+  if (int wrong = tables.read(Bits(data + HEADER, table_bytes))) return wrong;
   const uint8_t* start = data + HEADER + table_bytes;
   Lanes pulled{tables, start + 4 * lanes, data + bytes, {}};
   for (int lane = 0; lane < lanes; lane++) {
     pulled.states[lane] = load<uint32_t>(start + 4 * lane);
-    if (pulled.states[lane] < STATE_LOW) return DAMAGED;
+    if (pulled.states[lane] < STATE_LOW) return MGS_FIRST_STATE;
   }
+  if (count > 0 && !tables.used_first()) return words < lanes ? MGS_WORDS_CUT : MGS_STATE;
   auto run = contexts > 1 ? pull<true> : pull<false>;
-  if (!run(pulled, lanes, count / lanes, int(count % lanes), symbols)) return DAMAGED;
+  if (!run(pulled, lanes, count / lanes, int(count % lanes), symbols)) return pulled.wrong;
   auto begun = [](uint32_t state) { return state == STATE_LOW; };
   bool whole = std::all_of(pulled.states, pulled.states + lanes, begun);
-  return whole && pulled.word == pulled.end ? 0 : DAMAGED;
+  return whole && pulled.word == pulled.end ? MGS_SOUND : MGS_END;
 }
 
-int mgs_unpack_bits(const uint8_t* data, int64_t bytes, const uint8_t* widths, int64_t count,
-                    uint64_t* numbers) {
+int mgs_unpack_short(const uint8_t* data, int64_t bytes, const uint8_t* widths, int64_t count,
+                     uint16_t* numbers) {
   int64_t total = 0;
   for (int64_t i = 0; i < count; i++) {
-    if (widths[i] > WIDTH_MAX) return DAMAGED;
+    if (widths[i] > SHORT_MAX) return MGS_HEADER;
     total += widths[i];
   }
-  if (bytes != (total + 7) / 8) return DAMAGED;
   Bits bits(data, bytes);
-  for (int64_t i = 0; i < count; i++) numbers[i] = bits.take(widths[i]);
-  return bits.at_end() ? 0 : DAMAGED;
+  if (int wrong = bits.wrong(total)) return wrong;
+  for (int64_t i = 0; i < count; i++) numbers[i] = uint16_t(bits.take(widths[i]));
+  return MGS_SOUND;
 }
 
 int mgs_decode_positions(const uint8_t* data, int64_t bytes, int64_t count, uint16_t* halves) {
-  if (bytes < 4 || count < 0 || load<uint32_t>(data) > bytes - 4) return DAMAGED;
+  if (bytes < 4 || count < 0 || load<uint32_t>(data) > bytes - 4) return MGS_HEADER;
   int64_t coded = load<uint32_t>(data);
   // Classes lie in the last third of what is to be filled: each is read just before the halves
   // reach it.
   const uint16_t* classes = halves + 2 * count;
-  if (mgs_decode_rans(data + 4, coded, count, CLASSES, halves + 2 * count)) return DAMAGED;
+  if (int wrong = mgs_decode_rans(data + 4, coded, count, CLASSES, halves + 2 * count))
+    return wrong;
   int64_t total = 0;
   for (int64_t i = 0; i < count; i++) total += std::max(classes[i] - 1, 0);
-  if (bytes - 4 - coded != (total + 7) / 8) return DAMAGED;
-
   Bits bits(data + 4 + coded, bytes - 4 - coded);
+  if (int wrong = bits.wrong(total)) return wrong;
+
   uint64_t code = 0;
+  bool finite = true;
   for (int64_t i = 0; i < count; i++) {
     int width = classes[i] - 1;
     if (width >= 0) code += uint64_t(1) << width | bits.take(width);
-    if (code >> 3 * AXIS_BITS) return DAMAGED;
+    if (code >> 3 * AXIS_BITS) return MGS_GRID;
     for (int axis = 0; axis < 3; axis++) {
       uint16_t number = gather_axis(code >> axis);
       uint16_t half = number & 0x8000 ? number & 0x7FFF : ~number;
-      if ((half & 0x7C00) == 0x7C00) return DAMAGED;  // infinite or NaN
+      finite &= (half & 0x7C00) != 0x7C00;  // neither infinite nor NaN
       halves[3 * i + axis] = half;
     }
   }
-  return bits.at_end() ? 0 : DAMAGED;
+  return finite ? MGS_SOUND : MGS_NOT_FINITE;
 }

@@ -17,13 +17,18 @@ from mobilegs.compress.codes import (
     LAYERS_MAX,
     LOG_SCALE_MAX,
     SH_DEGREES,
-    SIDE_MAX,
     STEP_MAX,
     STEP_MIN,
-    VIEWS_MAX,
     CodedScene,
     MetaValue,
+)
+from mobilegs.compress.limits import (
+    SIDE_MAX,
+    VIEWS_MAX,
+    check_blend,
     check_meta,
+    check_ranges,
+    check_views,
 )
 from mobilegs.compress.lobes import HIDDEN_LAYERS, HIDDEN_MAX, LATENTS_MAX, LobeShape
 from mobilegs.compress.positions import Frame
@@ -144,8 +149,9 @@ def parse(fields: dict[str, Any]) -> Header:
         sizes = {name: _integer(books[name], "size", 1, SIZE_MAX) for name in cuts}
     if network and lobes is not None:
         raise InputError("the .mgs file has lobes and a view network: it can have one of them")
+    check_blend(fields["blend"], by_direction=network or lobes is not None)
     count = _integer(fields, "count", 1, COUNT_MAX)
-    return Header(
+    header = Header(
         count=count,
         layers=_parse_layers(fields, count),
         cuts=cuts,
@@ -166,6 +172,9 @@ def parse(fields: dict[str, Any]) -> Header:
         views=[_parse_view(view, near) for view in views],
         meta=meta,
     )
+    check_ranges(header.frame, header.weighting, header.background, header.near)
+    check_views(header.views)
+    return header
 
 
 def _parse_layers(fields: dict[str, Any], count: int) -> tuple[int, ...]:

@@ -1,8 +1,7 @@
 """What takes long when a scene is opened, in C++: decode.cpp and networks.cpp.
 
 Nothing is defined here. `rans`, `bits`, `positions`, `codebooks`, `appearance` and `lobes` say what
-comes out, compute it themselves where the package was installed without its C++ library, and find
-the words for streams that are refused here.
+comes out, and compute it themselves where the package was installed without its C++ library.
 """
 
 import ctypes
@@ -10,11 +9,29 @@ from functools import cache
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int, UInt16, UInt64
+from jaxtyping import Float, Int, Integer, UInt16
 from torch import Tensor
 
+from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.kernels import cpu
+
+# what the definitions say where decode.h gives these numbers
+SENTENCES = {
+    2: "a rANS stream's frequency tables end early",
+    3: "a rANS stream's frequency table holds a number out of range",
+    4: "a rANS stream's frequencies do not sum to 16384",
+    5: "a rANS stream's frequency tables are longer than they should be",
+    6: "a rANS stream starts in an impossible state",
+    7: "a rANS stream ends early: the file is damaged",
+    8: "a rANS stream leads to an impossible state",
+    9: "a rANS stream does not end where it should: the file is damaged",
+    10: "packed bits take more or fewer bytes than they should",
+    11: "packed bits end in bits that are not zero",
+    12: "the stream of positions leaves its 48-bit grid",
+    13: "the stream of positions holds numbers that are not finite",
+}
+NO_MEMORY = 14
 
 
 @cache
@@ -29,27 +46,40 @@ def library() -> ctypes.CDLL | None:
 def decode_rans(
     data: bytes | memoryview, count: int, alphabet: int
 ) -> UInt16[np.ndarray, "n"] | None:
-    """`count` symbols below `alphabet` (1 to 4096); None if the stream is damaged."""
+    """`count` symbols below `alphabet` (1 to 4096); None if there is no library.
+
+    The stream's header has been looked at (`rans.read_head`).
+
+    Raises:
+        InputError: the stream is damaged; the sentence is that of the definition.
+    """
+    if library() is None:
+        return None
     symbols = np.empty(count, dtype=np.uint16)
-    sound = _decode("mgs_decode_rans", data, ctypes.c_int64(count), alphabet, _pointer(symbols))
-    return symbols if sound else None
+    _decode("mgs_decode_rans", data, ctypes.c_int64(count), alphabet, _pointer(symbols))
+    return symbols
 
 
-def unpack_bits(
-    data: bytes | memoryview, widths: Int[np.ndarray, "n"]
-) -> UInt64[np.ndarray, "n"] | None:
-    """Numbers of `widths` bits (0 to 48) each; None if the stream is damaged."""
+def unpack_short(
+    data: bytes | memoryview, widths: Integer[np.ndarray, "n"]
+) -> UInt16[np.ndarray, "n"] | None:
+    """Numbers of `widths` bits (0 to 16) each; None and errors as in `decode_rans`."""
+    if library() is None:
+        return None
     narrow = np.ascontiguousarray(widths, dtype=np.uint8)
-    numbers = np.empty(len(narrow), dtype=np.uint64)
+    numbers = np.empty(len(narrow), dtype=np.uint16)
     outputs = (_pointer(narrow), ctypes.c_int64(len(narrow)), _pointer(numbers))
-    return numbers if _decode("mgs_unpack_bits", data, *outputs) else None
+    _decode("mgs_unpack_short", data, *outputs)
+    return numbers
 
 
 def decode_positions(data: bytes | memoryview, count: int) -> UInt16[np.ndarray, "n 3"] | None:
-    """The bits of `count` positions; None if the stream is damaged."""
+    """The bits of `count` positions; None and errors as in `decode_rans`."""
+    if library() is None:
+        return None
     halves = np.empty((count, 3), dtype=np.uint16)
-    sound = _decode("mgs_decode_positions", data, ctypes.c_int64(count), _pointer(halves))
-    return halves if sound else None
+    _decode("mgs_decode_positions", data, ctypes.c_int64(count), _pointer(halves))
+    return halves
 
 
 def look_up(
@@ -163,13 +193,15 @@ def _joined(parts: list[Tensor]) -> Float[Tensor, "w"]:
     return torch.cat([part.detach().reshape(-1) for part in parts])
 
 
-def _decode(name: str, data: bytes | memoryview, *arguments) -> bool:
-    """Whether a function of decode.h is there and finds the stream sound."""
-    native = library()
-    if native is None:
-        return False
+def _decode(name: str, data: bytes | memoryview, *arguments) -> None:
+    """Call a function of decode.h; raises InputError if it does not find the stream sound."""
     stream = np.frombuffer(data, dtype=np.uint8)
-    return getattr(native, name)(_pointer(stream), ctypes.c_int64(len(stream)), *arguments) == 0
+    decode = getattr(_library(), name)
+    wrong = decode(_pointer(stream), ctypes.c_int64(len(stream)), *arguments)
+    if wrong == NO_MEMORY:
+        raise MemoryError
+    if wrong:
+        raise InputError(SENTENCES[wrong])
 
 
 def _pointer(array: np.ndarray) -> ctypes.c_void_p:

@@ -9,7 +9,7 @@ from jaxtyping import Float, Float16, UInt16, UInt64
 from torch import Tensor
 
 from mobilegs.compress import native, rans
-from mobilegs.compress.bits import bit_lengths, pack_bits, unpack_by_definition
+from mobilegs.compress.bits import bit_lengths, pack_bits, unpack_bits
 from mobilegs.compress.halves import to_half
 from mobilegs.errors import InputError
 
@@ -142,6 +142,7 @@ def decode_positions(data: bytes | memoryview, count: int) -> Float16[Tensor, "n
     Raises:
         InputError: the bytes are damaged, or hold a position that is not finite.
     """
+    rans.read_head(_classes(data), count, CLASSES)
     halves = native.decode_positions(data, count)
     if halves is None:
         return decode_by_definition(data, count)
@@ -150,13 +151,11 @@ def decode_positions(data: bytes | memoryview, count: int) -> Float16[Tensor, "n
 
 def decode_by_definition(data: bytes | memoryview, count: int) -> Float16[Tensor, "n 3"]:
     """What `decode_positions` does, by its definition."""
-    length = struct.unpack_from("<I", data)[0] if len(data) >= 4 else len(data)
-    if 4 + length > len(data):
-        raise InputError("the stream of positions is too short to hold what its header says")
-    classes = rans.decode_by_definition(data[4 : 4 + length], count, CLASSES)
+    coded = _classes(data)
+    classes = rans.decode_by_definition(coded, count, CLASSES)
     widths = np.maximum(classes.astype(np.int64) - 1, 0)
     lead = np.where(classes > 0, np.uint64(1) << widths.astype(np.uint64), np.uint64(0))
-    differences = unpack_by_definition(data[4 + length :], widths) | lead
+    differences = unpack_bits(data[4 + len(coded) :], widths) | lead
     codes = np.cumsum(differences, dtype=np.uint64)
     # a sum passes 2^48 long before it could wrap around 2^64: no overflow goes unseen
     if (codes >> np.uint64(3 * AXIS_BITS)).any():
@@ -165,3 +164,11 @@ def decode_by_definition(data: bytes | memoryview, count: int) -> Float16[Tensor
     if not stored.isfinite().all():
         raise InputError("the stream of positions holds numbers that are not finite")
     return stored
+
+
+def _classes(data: bytes | memoryview) -> memoryview:
+    """The stream of bit lengths in that of positions."""
+    length = struct.unpack_from("<I", data)[0] if len(data) >= 4 else len(data)
+    if 4 + length > len(data):
+        raise InputError("the stream of positions is too short to hold what its header says")
+    return memoryview(data)[4 : 4 + length]

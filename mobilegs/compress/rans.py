@@ -62,14 +62,13 @@ def decode(data: bytes | memoryview, count: int, alphabet: int) -> UInt16[np.nda
     Raises:
         InputError: the bytes are not a whole stream of that many symbols of that alphabet.
     """
+    read_head(data, count, alphabet)
     symbols = native.decode_rans(data, count, alphabet)
     return decode_by_definition(data, count, alphabet) if symbols is None else symbols
 
 
-def decode_by_definition(
-    data: bytes | memoryview, count: int, alphabet: int
-) -> UInt16[np.ndarray, "n"]:
-    """What `decode` does, by its definition."""
+def read_head(data: bytes | memoryview, count: int, alphabet: int) -> tuple[int, int, int]:
+    """Contexts, bytes of tables, and lanes of a stream; InputError if they cannot be."""
     if len(data) < HEADER.size:
         raise InputError("a rANS stream is too short to hold its header")
     found, contexts, table_bytes, word_count = HEADER.unpack_from(data)
@@ -77,11 +76,19 @@ def decode_by_definition(
         raise InputError(f"a rANS stream of {found} symbols stands where {alphabet} belong")
     if contexts not in (1, alphabet) or contexts > CONTEXTS_MAX:
         raise InputError(f"a rANS stream has {contexts} contexts")
-    if 8 * table_bytes > contexts * (5 + SYMBOL_BITS * alphabet) + 7:  # a bit takes 8 bytes below
+    if 8 * table_bytes > contexts * (5 + SYMBOL_BITS * alphabet) + 7:
         raise InputError("a rANS stream's frequency tables are longer than they should be")
     lanes = lane_count(count)
     if len(data) != HEADER.size + table_bytes + 4 * lanes + 2 * word_count:
         raise InputError("a rANS stream is longer or shorter than its header says")
+    return contexts, table_bytes, lanes
+
+
+def decode_by_definition(
+    data: bytes | memoryview, count: int, alphabet: int
+) -> UInt16[np.ndarray, "n"]:
+    """What `decode` does, by its definition."""
+    contexts, table_bytes, lanes = read_head(data, count, alphabet)
     body = memoryview(data)[HEADER.size :]
     frequencies = _read_tables(bytes(body[:table_bytes]), contexts, alphabet)
     states = np.frombuffer(body[table_bytes : table_bytes + 4 * lanes], dtype="<u4")

@@ -4,14 +4,14 @@ import itertools
 import math
 
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
 
 from mobilegs.compress.codebooks import canonical_quats
 from mobilegs.compress.scalars import (
+    FINEST,
     NUDGE,
     STEP_MAX,
-    STEP_MIN,
     ScalarCodes,
     entropy,
     stepped,
@@ -23,6 +23,7 @@ from mobilegs.render.project import rotation_matrices
 # differences on (in 256ths, where that passes 2^(c - 1/2)) an angle has one more bit.
 LIMITS = (53, 210, 405, 600, 787, 970, 1151, 1329)
 ANGLE_MIN = 1e-9
+BLOCK = 1 << 16  # rows at a time where there may be many
 
 
 def canonical_pairs(
@@ -101,6 +102,15 @@ def finer_bits(log_scales: Float[Tensor, "n 3"]) -> Int[Tensor, "n 3"]:
     return bits.to(steps.device).index_select(0, steps.flatten()).reshape(steps.shape)
 
 
+def finer_bits_of(codes: Int[Tensor, "n 3"], step: float) -> UInt8[Tensor, "n 3"]:
+    """`finer_bits` of log-scales that are multiples of a step, with little memory beside them."""
+    found = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
+    for start in range(0, len(codes), BLOCK):
+        rows = slice(start, start + BLOCK)
+        found[rows] = finer_bits(codes[rows].float() * step)
+    return found
+
+
 class RotationCodes(nn.Module):
     """Quaternions `[n, 4]` held as three whole numbers each, for the scales that `scales` gives.
 
@@ -125,7 +135,7 @@ class RotationCodes(nn.Module):
     @property
     def step(self) -> Float[Tensor, ""]:
         """The step as it is now."""
-        return (self.first * self.growth.exp()).clamp(STEP_MIN, STEP_MAX)
+        return (self.first * self.growth.exp()).clamp(FINEST["rotation"], STEP_MAX)
 
     @classmethod
     def fit(

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import torch
+from jaxtyping import Int32
 from torch import Tensor
 
-from mobilegs.compress.bits import pack_bits, unpack_bits
+from mobilegs.compress.bits import pack_bits, unpack_short
 from mobilegs.compress.codebooks import Attribute
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.envelope import Stream
-from mobilegs.compress.rotations import finer_bits
+from mobilegs.compress.rotations import finer_bits_of
 from mobilegs.compress.scalars import COLUMNS
 from mobilegs.compress.streams import decode_indices, encode_indices
 from mobilegs.errors import InputError
@@ -65,7 +65,7 @@ def pack_scalars(coded: CodedScene, scalars: Mapping[Attribute, Scalar]) -> list
             symbols = (codes[:, i] - column.least).numpy().astype(np.uint16)
             streams.append(encode_indices(f"{name}.{i}", symbols, column.size))
         if name == "rotation":
-            finer = coded.finer.flatten().numpy()
+            finer = coded.finer.flatten().numpy().astype(np.int64)
             turns = coded.indices[name].flatten().numpy().astype(np.int64)
             rest = (turns & ((1 << finer) - 1)).astype(np.uint64)
             streams.append(Stream(FINER, "bits", pack_bits(rest, finer)))
@@ -73,21 +73,20 @@ def pack_scalars(coded: CodedScene, scalars: Mapping[Attribute, Scalar]) -> list
 
 
 def unpack_scalars(
-    scalars: Mapping[Attribute, Scalar], count: int, stream: Callable[[str], Stream]
-) -> dict[Attribute, Tensor]:
-    """The codes that `pack_scalars` wrote; `stream` finds a stream or raises InputError."""
-    codes: dict[Attribute, Tensor] = {}
+    scalars: Mapping[Attribute, Scalar],
+    codes: Mapping[Attribute, Int32[Tensor, "n _"]],
+    stream: Callable[[str], Stream],
+) -> None:
+    """Fill a layer's `codes` with what `pack_scalars` wrote; `stream` finds streams or raises."""
     for name, scalar in scalars.items():
-        found = np.empty((count, len(scalar.columns)), dtype=np.int32)
+        found = codes[name].numpy()
         for i, column in enumerate(scalar.columns):
-            symbols = decode_indices(stream(f"{name}.{i}"), count, column.size)
+            symbols = decode_indices(stream(f"{name}.{i}"), len(found), column.size)
             np.add(symbols, column.least, out=found[:, i], dtype=np.int32)
-        codes[name] = torch.from_numpy(found)
-    finer = finer_bits(codes["scale"].float() * scalars["scale"].step)
+    finer = finer_bits_of(codes["scale"], scalars["scale"].step).numpy().reshape(-1)
     rest = stream(FINER)
     if rest.codec != "bits":
         raise InputError(f"the stream '{FINER}' of the .mgs file uses the codec '{rest.codec}'")
-    bits = unpack_bits(rest.data, finer.flatten().numpy()).astype(np.int32)
-    low = torch.from_numpy(bits).reshape(count, 3)
-    codes["rotation"] = (codes["rotation"] << finer.int()) | low
-    return codes
+    turns = codes["rotation"].numpy().reshape(-1)
+    np.left_shift(turns, finer, out=turns)
+    np.bitwise_or(turns, unpack_short(rest.data, finer), out=turns)

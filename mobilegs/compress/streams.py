@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import UInt16
 
 from mobilegs.compress import rans
-from mobilegs.compress.bits import pack_bits, unpack_bits
+from mobilegs.compress.bits import pack_bits, unpack_short
 from mobilegs.compress.envelope import Stream
 from mobilegs.errors import InputError
 
@@ -30,10 +30,10 @@ def decode_indices(stream: Stream, count: int, size: int) -> UInt16[np.ndarray, 
         return rans.decode(stream.data, count, size)
     if stream.codec != "bits":
         raise _unknown(stream)
-    symbols = unpack_bits(stream.data, np.full(count, index_width(size)))
+    symbols = unpack_short(stream.data, np.full(count, index_width(size), dtype=np.uint8))
     if symbols.max(initial=0) >= size:
         raise InputError(f"the stream '{stream.name}' points outside of its codebook")
-    return symbols.astype(np.uint16)
+    return symbols
 
 
 def encode_halves(name: str, halves: UInt16[np.ndarray, "n"]) -> Stream:

@@ -71,9 +71,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   } else if (way == BITS) {
     Exact<uint8_t> widths(count);  // of one width, or of those that the stream begins with
     for (uint32_t i = 0; i < count; i++)
-      widths.data[i] = data[0] & 64 && i < bytes.size() ? bytes[i] % 64 : uint8_t(alphabet);
-    Exact<uint64_t> numbers(count);
-    if (!mgs_unpack_bits(stream.data, bytes.size(), widths.data, count, numbers.data))
+      widths.data[i] = data[0] & 64 && i < bytes.size() ? bytes[i] % 32 : uint8_t(alphabet);
+    Exact<uint16_t> numbers(count);
+    if (!mgs_unpack_short(stream.data, bytes.size(), widths.data, count, numbers.data))
       for (uint32_t i = 0; i < count; i++)
         if (numbers.data[i] >> widths.data[i]) std::abort();
   } else {

@@ -55,7 +55,7 @@ def main() -> None:
     os.nice(10)
     build = ["clang++", "-std=c++17", "-O2", "-g", *SANITIZE, *SOURCES, "-o", target]
     subprocess.run(build, check=True)
-    # 16,384 numbers of eight bytes are 128 KiB, tables take 3 MiB
+    # 16,384 positions are 96 KiB, tables take 3 MiB
     limits = ["-malloc_limit_mb=4", "-rss_limit_mb=1024", "-timeout=20", "-max_len=20000"]
     # the output is one line a second at most; findings are written beside it
     command = [target, f"-runs={options.runs}", f"-seed={options.seed}", *limits, corpus]

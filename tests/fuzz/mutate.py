@@ -24,6 +24,7 @@ STRANGE = [
     "\u4e00" * 64, "\u4e00" * 65, [], {}, [0.0] * 3, [1e300] * 3, [[]], {"a": {}}, [None] * 100,
     {"count": 1, "length": 1, "size": 1}, {"degree": 3, "latents": 32, "hidden": [256] * 3},
     {"degree": 0, "latents": 0, "hidden": []}, {str(i): i for i in range(65)},
+    {"toString": 1}, [{"toString": 1}],
 ]  # fmt: skip
 HALVES = [0x7C00, 0xFC00, 0x7E00, 0xFFFF, 0x7BFF, 0xFBFF, 0x0001, 0x8000, 0x5500, 0x5501]
 TEXTS = [
@@ -218,8 +219,11 @@ def _json(r: random.Random, parts: Parts) -> None:
     elif way == 3:
         text = text.replace(b",", b" ,\t\n\r ")
     elif way == 4:
-        depth = r.choice([10, 100, 400])
-        text = text[:-1] + b',"deep":' + b"[" * depth + b"]" * depth + b"}"
+        depth = r.choice([10, 100, 400, 5000])
+        # what is not known here may lie too deep for Python alone
+        names = ["mode", "colors", "weighting", "meta", "views"]
+        name = "deep" if depth < 5000 and r.random() < 0.5 else r.choice(names)
+        text = text[:-1] + b',"' + name.encode() + b'":' + b"[" * depth + b"]" * depth + b"}"
     elif way == 5:
         text = text.replace(b'"', b"'", 1)
     elif way == 6:

@@ -96,7 +96,7 @@ export function parseHeader(fields, bytes) {
   ]) {
     if (!known.includes(value)) {
       throw new SceneError(
-        `the .mgs file has ${name} '${String(value).slice(0, 40)}', which this program ` +
+        `the .mgs file has ${name} '${shown(value)}', which this program ` +
           "does not know: a newer one may",
       );
     }
@@ -257,10 +257,11 @@ function parseFrame(fields) {
  * @returns {Weighting}
  */
 function parseWeighting(fields) {
-  const name = String(fields.name);
-  if (typeof fields.name !== "string" || !WEIGHTINGS.includes(name)) {
+  const { name } = fields;
+  if (typeof name !== "string") throw broken("name");
+  if (!WEIGHTINGS.includes(name)) {
     throw new SceneError(
-      `the .mgs file has the weighting '${name.slice(0, 40)}': known are ${WEIGHTINGS.join(", ")}`,
+      `the .mgs file has the weighting '${shown(name)}': known are ${WEIGHTINGS.join(", ")}`,
     );
   }
   const weighting = {
@@ -373,6 +374,16 @@ function finite(value, name) {
   // 3e38 is about the largest float32; beyond it rounding would make it infinite
   if (typeof value !== "number" || !(Math.abs(value) <= 3e38)) throw broken(name);
   return value;
+}
+
+/**
+ * What a sentence says of a value. What JSON has made of a list or an object may have no text.
+ *
+ * @param {unknown} value
+ */
+function shown(value) {
+  if (typeof value !== "object" || value === null) return String(value).slice(0, 40);
+  return Array.isArray(value) ? "a list" : "an object";
 }
 
 /** @param {string} name */

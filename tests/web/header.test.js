@@ -1,0 +1,47 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
+import { parseHeader } from "../../mobilegs/view/web/mgs/header.js";
+import { smallScene } from "./write.js";
+
+const DEEP = JSON.parse("[".repeat(5000) + "]".repeat(5000));
+// what has no text, or none that can be made
+const TEXTLESS = { "toString is a number": { toString: 1, length: [] }, "in a list": [{ toString: 1 }], deep: DEEP };
+
+/** Gives a field of the header, by the names on the way to it, another value. */
+function put(fields, path, value) {
+  const names = path.split(".");
+  const last = names.pop();
+  names.reduce((inner, name) => inner[name], fields)[last] = value;
+}
+
+function paths(fields) {
+  return Object.entries(fields).flatMap(([name, value]) => {
+    const inner = value !== null && typeof value === "object" && !Array.isArray(value) ? paths(value) : [];
+    return [name, ...inner.map((path) => `${name}.${path}`)];
+  });
+}
+
+for (const [what, value] of Object.entries(TEXTLESS)) {
+  test(`no field can be a value that has no text: ${what}`, () => {
+    const fields = { colors: "networks", layers: [40], ...smallScene().fields };
+    for (const path of paths(fields)) {
+      const crafted = structuredClone(fields);
+      put(crafted, path, value);
+      const refused = (error) => error instanceof SceneError && error.message.length < 200;
+      assert.throws(() => parseHeader(crafted, 1e6), refused, path);
+    }
+  });
+}
+
+test("a list in the place of a word is called one", () => {
+  const fields = { ...smallScene().fields, layers: [40] };
+  const refusal = (change) => () => parseHeader({ ...fields, ...change }, 1e6);
+  assert.throws(refusal({ mode: DEEP }), /has mode 'a list', which this program does not know/);
+  assert.throws(refusal({ colors: { toString: 1 } }), /has colors 'an object'/);
+  assert.throws(refusal({ mode: null }), /has mode 'null'/);
+  assert.throws(refusal({ mode: "x".repeat(50) }), /has mode 'x{40}'/);
+  const weighting = { ...fields.weighting, name: { toString: 1 } };
+  assert.throws(refusal({ weighting }), /the field 'name' in the header/);
+});
