@@ -6,10 +6,10 @@ The scene is a trained one, repeated with positions that move by 2 % of their di
 centre, until it has `--count` Gaussians: its streams have the statistics of real ones, and it comes
 in layers as any scene of that size does. Times are milliseconds from navigation, the median of
 visits, each in a browser of its own: `first_picture`, when the first frame is done (dots where
-Gaussians are); `loaded`, when everything is decoded and the frame with it done; `decoded`, from the request for the
-scene until its last number is known. After a `first_visit` a browser has found out how its device
-draws fastest. `alone` are the milliseconds of that worker in a page that draws nothing, the first
-time and later: where the processor draws, too, it has less time for decoding.
+Gaussians are); `loaded`, when everything is decoded and the frame with it done; `decoded`, from the
+request for the scene until its last number is known. After a `first_visit` a browser has found out
+how its device draws fastest. `alone` are the milliseconds of that worker in a page that draws
+nothing, the first time and later: where the processor draws, too, it has less time for decoding.
 """
 
 import argparse
