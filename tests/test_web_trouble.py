@@ -103,6 +103,10 @@ def test_a_lost_device_gets_a_sentence_where_no_other_is_wanted(
     assert "the graphics device was lost" in alert.inner_text()
     tab.page.mouse.wheel(0, 100)
     tab.page.wait_for_timeout(300)
+    tab.page.evaluate("document.querySelector('mobile-gs').open('/scene?again')")
+    alert.wait_for(state="hidden")
+    alert.wait_for(timeout=10_000)  # another scene would not be seen either
+    assert "the graphics device was lost" in alert.inner_text()
     tab.close()
 
 
@@ -220,15 +224,15 @@ def test_two_fingers_fly_where_dragging_looks_around(tab: Tab, served: Any) -> N
       const [target, before] = [[...pose.target], reach()];
       const send = (kind, pointerId, x) =>
         canvas.dispatchEvent(new PointerEvent(kind, { pointerId, clientX: x, clientY: 200 }));
-      for (let i = 0; i < 30; i++) {
-        send("pointerdown", 1, 300);
-        send("pointerdown", 2, 320);
-        send("pointermove", 2, 420);
-        send("pointerup", 1, 300);
-        send("pointerup", 2, 420);
-      }
+      send("pointerdown", 1, 300);
+      send("pointerdown", 2, 320);
+      for (let x = 330; x <= 620; x += 10) send("pointermove", 2, x);
+      send("pointerup", 1, 300);
+      send("pointerup", 2, 620);
       return [reach() / before, Math.hypot(...pose.target.map((value, k) => value - target[k]))];
     }"""
     fly = tab.page.evaluate(pinch, "fly")
-    assert fly[0] == pytest.approx(1) and fly[1] > 5
-    assert tab.page.evaluate(pinch, "orbit")[0] < 0.01  # it comes nearer to what it looks at
+    assert fly[0] == pytest.approx(1) and fly[1] > 1
+    tab.page.wait_for_timeout(400)  # or it would be a double tap
+    # it comes nearer to what it looks at
+    assert tab.page.evaluate(pinch, "orbit")[0] == pytest.approx(1 / 16)

@@ -266,6 +266,10 @@ export class Layer {
     this.#own = [...data.background];
     this.#drawn = data.background;
     this.background = this.#wished;
+    if (this.#renderer?.lost) {
+      this.#break(this.#renderer.lost);
+      return;
+    }
     try {
       this.#renderer?.setScene(data);
     } catch (error) {
