@@ -136,8 +136,7 @@ def main() -> None:
             "from a local server, from navigation on (decoded: from the request on); after "
             "its first visit a browser knows how its device draws fastest. A picture's time ends "
             "when its frame is done, which the processor draws here, too: seconds for half a "
-            "million Gaussians that lie in the same place over and over. A slow day of a shared "
-            "machine:",
+            "million Gaussians that lie in the same place over and over:",
             table(tables["loading"]),
             "Nothing was measured on a GPU yet: the CUDA kernels are compiled in every test run, "
             "and `bench/gpu/run.sh` awaits the first machine that has one.",
