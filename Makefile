@@ -26,10 +26,12 @@ help:
 demo: $(VENV)/installed
 	$(BIN)/mobilegs demo --output demo
 
-# everything runs even if something failed, and pytest's summary comes last
+# everything runs even if something failed, and pytest's summary comes last; a file of tests to each
+# core, since small tensors gain little from two
 test: $(VENV)/installed $(if $(CI),drivers)
 	@failed=0; $(MAKE) --no-print-directory lint || failed=1; \
-	$(BIN)/python -m pytest $(PYTEST_ARGS) || failed=1; exit $$failed
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS) \
+		|| failed=1; exit $$failed
 
 # a Vulkan device in software, and a browser; without them, tests that draw with them are skipped
 drivers:

@@ -3,7 +3,8 @@
     python bench/loading.py --mgs RUN/scene.mgs [--json OUT] [--count 500000] [--rounds 3]
 
 The scene is a trained one, repeated with positions that move by 2 % of their distance from the
-centre, until it has `--count` Gaussians: its streams have the statistics of real ones, and it comes
+centre, until it has `--count` Gaussians, which are as much smaller as it takes for them to cover as
+many pixels as those of the trained one: its streams have the statistics of real ones, and it comes
 in layers as any scene of that size does. Times are milliseconds from navigation, the median of
 visits, each in a browser of its own: `first_picture`, when the first frame is done (dots where
 Gaussians are); `loaded`, when everything is decoded and the frame with it done; `decoded`, from the
@@ -16,9 +17,11 @@ import argparse
 import functools
 import http.server
 import json
+import math
 import os
 import platform
 import statistics
+import sys
 import tempfile
 import threading
 import time
@@ -67,13 +70,18 @@ DECODE = """() => new Promise((resolve, reject) => {
 
 
 def repeated(scene: CodedScene, count: int) -> CodedScene:
-    """The scene over and over, a little elsewhere each time."""
+    """The scene over and over, a little elsewhere each time, in Gaussians that are smaller."""
+    if not scene.codebooks:
+        sys.exit("--mgs: a scene of the coding nvq is needed, whose sizes can be changed at once")
     generator = torch.Generator().manual_seed(0)
     rows = torch.arange(count) % len(scene)
     positions = scene.positions[rows].float()
     moved = positions * (1 + SPREAD * torch.randn(positions.shape, generator=generator))
     indices = {name: codes[rows] for name, codes in scene.indices.items()}
-    whole = replace(scene, positions=moved.half(), indices=indices, layers=())
+    # of areas that are smaller by the number of copies, the sum stays
+    smaller = scene.codebooks["scale"].float() - math.log(count / len(scene)) / 2
+    books = scene.codebooks | {"scale": smaller.half()}
+    whole = replace(scene, positions=moved.half(), indices=indices, codebooks=books, layers=())
     return layered(whole, layers_for(count), scene.views)
 
 
