@@ -69,6 +69,25 @@ export async function fastestVariant(renderer, storage) {
   return variant;
 }
 
+/**
+ * Draws a Gaussian that nobody sees, as `.mgs` have them: a device compiles shaders when it first needs
+ * them. It leaves the renderer with another scene.
+ *
+ * @param {Drawing} renderer
+ */
+export async function warmUp(renderer) {
+  renderer.setScene({
+    ...someScene(1, 1, () => [0, 0, 1]),
+    packing: { center: [0, 0, 0], unit: 1, leastScaleBits: 0, scaleBitsSpan: 0 },
+    shapes: Uint32Array.of(0, 0x3c00, 0, 0), // z is 1
+    colors: new Uint32Array(4),
+    shSize: 4,
+    lobes: new Uint32Array(5),
+    lobeSize: 9,
+  });
+  await renderer.drawUnseen(frontal(1));
+}
+
 /** @param {Variant} variant */
 const written = ({ floats, strips }) => `${floats} ${strips}`;
 

@@ -30,7 +30,7 @@ const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 // logit of an opacity that nothing brings back
 const INVISIBLE = toHalf(-1e4);
 /** Gaussians in a first picture, at most: one of all keeps a slow device from decoding them. */
-export const FIRST = 65536;
+export const FIRST = 16384;
 // of standard deviations' bits
 const STEPS = [2047, 2047, 1023];
 // no smaller part of a unit quaternion is above that root

@@ -195,7 +195,7 @@ export class WebGpuRenderer {
   async pixels(camera) {
     const { width, height } = camera;
     const stride = Math.ceil((16 * width) / 256) * 256; // rows of a copy must be aligned
-    const texture = this.#target(width, height);
+    const texture = this.#target(width, height, "rgba32float");
     this.#frame(camera, texture.createView(), "rgba32float");
     const buffer = this.#device.createBuffer({
       size: stride * height,
@@ -218,8 +218,8 @@ export class WebGpuRenderer {
 
   /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
   async drawUnseen(camera) {
-    const texture = this.#target(camera.width, camera.height);
-    this.#frame(camera, texture.createView(), "rgba32float");
+    const texture = this.#target(camera.width, camera.height, this.#format);
+    this.#frame(camera, texture.createView(), this.#format);
     await this.finished();
     texture.destroy();
     if (this.lost !== null) throw new Error(this.lost);
@@ -266,12 +266,12 @@ export class WebGpuRenderer {
     return [...Object.values(parts), looks, batches, ...(order ? [order] : [])];
   }
 
-  /** @param {number} width @param {number} height */
-  #target(width, height) {
+  /** @param {number} width @param {number} height @param {GPUTextureFormat} format */
+  #target(width, height, format) {
     const use = GPUTextureUsage;
     return this.#device.createTexture({
       size: [width, height],
-      format: "rgba32float",
+      format,
       usage: use.RENDER_ATTACHMENT | use.COPY_SRC,
     });
   }

@@ -2,7 +2,7 @@
 
 import { loadingWorker } from "../files.js";
 import { farFirst } from "../load/order.js";
-import { fastestVariant, knownVariant } from "../render/calibrate.js";
+import { fastestVariant, knownVariant, warmUp } from "../render/calibrate.js";
 import { chooseRenderer } from "../render/choose.js";
 import { meanLogit, strides } from "../render/types.js";
 import { dot } from "./vector.js";
@@ -29,6 +29,7 @@ import { dot } from "./vector.js";
 
 /** What is fastest by API, once a page and not by several at a time. @type {Map<string, Promise<Variant>>} */
 const fastest = new Map();
+const PLAIN = /\.(ply|spz)$/i; // addresses of scenes that are drawn sorted
 const SAME_SIDE = Math.cos((0.5 * Math.PI) / 180); // an order serves all directions as near as that
 
 export class Layer {
@@ -115,6 +116,8 @@ export class Layer {
       this.#measured = known !== null;
       this.#renderer = renderer;
       this.name = name;
+      // while the scene is on its way; a device that fails here fails elsewhere as well
+      if (!this.#sorting && !PLAIN.test(this.#address)) void warmUp(renderer).catch(() => {});
       return true;
     } catch (error) {
       this.#told.failed(sentenceOf(error));
@@ -163,6 +166,7 @@ export class Layer {
 
   /** Throws if it cannot. @param {Camera} camera whose near plane the scene may have another opinion of */
   draw(camera) {
+    if (this.#worker === null) return; // the renderer may have a scene of its own by now
     this.#askOrder(camera);
     this.#renderer?.draw({ ...camera, near: this.near });
   }
@@ -184,7 +188,8 @@ export class Layer {
 
   /** A picture as numbers, as renderers give it. @param {Camera} camera @returns {Promise<Float32Array>} */
   pixels(camera) {
-    return this.#renderer?.pixels(camera) ?? Promise.reject(new Error("nothing can be drawn"));
+    const shown = this.#worker && this.#renderer?.pixels(camera);
+    return shown ?? Promise.reject(new Error("nothing can be drawn"));
   }
 
   /** Of the scene, or what was wished for. @returns {Vector} sRGB in [0, 1] */
@@ -211,6 +216,11 @@ export class Layer {
     // a device that is lost meanwhile says so itself
     await this.#renderer.time().catch(() => {});
     this.#timing = false;
+  }
+
+  /** Where the scene comes from, as far as that has a name. */
+  get #address() {
+    return this.request && "url" in this.request ? this.request.url : "";
   }
 
   /** What draws, in words. */
