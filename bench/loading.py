@@ -70,19 +70,22 @@ DECODE = """() => new Promise((resolve, reject) => {
 
 
 def repeated(scene: CodedScene, count: int) -> CodedScene:
-    """The scene over and over, a little elsewhere each time, in Gaussians that are smaller."""
-    if not scene.codebooks:
-        sys.exit("--mgs: a scene of the coding nvq is needed, whose sizes can be changed at once")
+    """The scene over and over, a little elsewhere each time."""
     generator = torch.Generator().manual_seed(0)
     rows = torch.arange(count) % len(scene)
     positions = scene.positions[rows].float()
     moved = positions * (1 + SPREAD * torch.randn(positions.shape, generator=generator))
     indices = {name: codes[rows] for name, codes in scene.indices.items()}
-    # of areas that are smaller by the number of copies, the sum stays
-    smaller = scene.codebooks["scale"].float() - math.log(count / len(scene)) / 2
-    books = scene.codebooks | {"scale": smaller.half()}
-    whole = replace(scene, positions=moved.half(), indices=indices, codebooks=books, layers=())
+    whole = replace(scene, positions=moved.half(), indices=indices, layers=())
     return layered(whole, layers_for(count), scene.views)
+
+
+def smaller(scene: CodedScene, copies: float) -> CodedScene:
+    """Sizes so much smaller that as many copies cover as much in all."""
+    if not scene.codebooks:
+        sys.exit("--mgs: a scene of the coding nvq is needed, whose sizes can be changed at once")
+    scales = scene.codebooks["scale"].float() - math.log(copies) / 2
+    return replace(scene, codebooks=scene.codebooks | {"scale": scales.half()})
 
 
 def alone(browser: Any, address: str) -> list[float]:
@@ -128,7 +131,8 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=500_000)
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
-    scene = repeated(read_mgs(options.mgs), options.count)
+    trained = read_mgs(options.mgs)
+    scene = smaller(repeated(trained, options.count), options.count / len(trained))
     data = pack(scene)
     result: dict[str, Any] = {
         "date": time.strftime("%Y-%m-%d"),

@@ -29,6 +29,7 @@ from mobilegs.compress.codes import same
 from mobilegs.compress.container import pack, unpack
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame
+from mobilegs.compress.rotations import finer_bits, finer_bits_of
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.kernels import cpu
@@ -335,6 +336,21 @@ def test_codes_outside_of_their_books_are_left_to_the_definition() -> None:
 
 def numbers(*shape: int, seed: int) -> torch.Tensor:
     return torch.randn(*shape, generator=seeded(seed))
+
+
+@pytest.mark.parametrize("step", [0.0373, 1 / 256, 1e-5, 1e3])
+def test_finer_bits_are_those_of_the_definition(level: None, step: float) -> None:
+    step = float(np.float32(step))
+    g = seeded()
+    codes = torch.randint(-2047, 2048, (70_001, 3), generator=g, dtype=torch.int32)
+    codes[0], codes[1] = 2047, torch.tensor([-2047, 2047, -2047])
+    near = torch.randint(-90, 91, (20_000, 3), generator=g, dtype=torch.int32)
+    for rows in (codes, near, codes[:0], codes[::2]):
+        expected = finer_bits(rows.float() * step).byte()
+        assert torch.equal(finer_bits_of(rows, step), expected)
+        assert torch.equal(
+            finer_bits_of(rows.long(), step), expected
+        )  # that the library does not know
 
 
 @pytest.mark.usefixtures("level")

@@ -201,6 +201,30 @@ def test_a_scene_can_be_opened_as_soon_as_there_is_an_element(tab: Tab, served: 
     assert count == 800
 
 
+def test_a_lazy_element_waits_until_it_is_nearly_in_sight(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    begun = tab.page.evaluate(
+        """async () => {
+          document.documentElement.style.height = "auto";
+          document.body.style.height = `${5 * innerHeight}px`;
+          const before = document.querySelector("mobile-gs");
+          const element = document.createElement("mobile-gs");
+          const wishes = { src: "/scene", loading: "lazy", poster: "/poster", scale: "0.1",
+            style: `position: absolute; inset: auto; top: ${3 * innerHeight}px; height: 99px` };
+          for (const [name, value] of Object.entries(wishes)) element.setAttribute(name, value);
+          before.replaceWith(element);
+          await new Promise((done) => setTimeout(done, 500));
+          const early = element.viewer !== null || "state" in element.dataset;
+          const poster = element.style.background.includes("/poster");
+          const loaded = new Promise((done) => element.addEventListener("load", done));
+          scrollTo(0, 1.5 * innerHeight); // half a screen is between them
+          await loaded;
+          return [early, poster, element.viewer.count];
+        }"""
+    )
+    assert begun == [False, True, 800]
+
+
 def test_a_file_can_be_chosen_without_a_mouse(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.ply", b"no scene"))
     tab.page.keyboard.press("Escape")

@@ -24,7 +24,7 @@ from mobilegs.compress.limits import check_blend, check_meta, check_ranges, chec
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame, morton_codes
 from mobilegs.compress.rotations import decode_rotations, finer_bits_of
-from mobilegs.compress.scalars import CODE_MAX, COLUMNS
+from mobilegs.compress.scalars import CODE_MAX, COLUMNS, reach
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting
@@ -145,10 +145,10 @@ class CodedScene:
                 found = native.look_up(centers, rows)
                 values[name] = look_up(centers, rows) if found is None else found
             elif name == "rotation":
-                scales = self.indices["scale"].to(device).float() * self.steps["scale"]
-                values[name] = decode_rotations(rows, scales, self.steps[name])
+                values[name] = decode_rotations(rows, self.finer.to(device), self.steps[name])
             else:
-                values[name] = rows * self.steps[name]
+                # a third of the time of a product of whole numbers and a fraction
+                values[name] = rows.float().mul_(self.steps[name])
         return values
 
     def decode(self, device: torch.device | str = "cpu") -> Scene:
@@ -261,7 +261,7 @@ class CodedScene:
         if not STEP_MIN <= step <= STEP_MAX:
             raise InputError(f"the step {step} of the {name} codes is out of range")
         codes = rows if name != "rotation" else self.cells
-        least, largest = codes.amin(0), codes.amax(0)
+        least, largest = reach(codes)
         if (torch.maximum(-least, largest) > CODE_MAX).any() or (largest - least >= SIZE_MAX).any():
             raise InputError(f"the {name} codes reach too far: their step must be larger")
         if name == "scale" and int(rows.max()) * step > LOG_SCALE_MAX:

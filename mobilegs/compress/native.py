@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int, Integer, UInt16
+from jaxtyping import Float, Int, Integer, UInt8, UInt16
 from torch import Tensor
 
 from mobilegs.errors import InputError
@@ -80,6 +80,24 @@ def decode_positions(data: bytes | memoryview, count: int) -> UInt16[np.ndarray,
     halves = np.empty((count, 3), dtype=np.uint16)
     _decode("mgs_decode_positions", data, ctypes.c_int64(count), _pointer(halves))
     return halves
+
+
+def finer_bits(
+    codes: Int[Tensor, "n 3"], step: float, table: UInt8[Tensor, "m"]
+) -> UInt8[Tensor, "n 3"] | None:
+    """`rotations.finer_bits_of`, with its `table` of bits; None as in `look_up`."""
+    if codes.dtype != torch.int32 or codes.device.type != "cpu" or library() is None:
+        return None
+    held, bits = codes.contiguous(), torch.empty(codes.shape, dtype=torch.uint8)
+    _library().mgs_finer_bits(
+        cpu.address(held),
+        ctypes.c_int64(len(held)),
+        ctypes.c_float(step),
+        cpu.address(table),
+        len(table) - 1,
+        cpu.address(bits),
+    )
+    return bits
 
 
 def look_up(

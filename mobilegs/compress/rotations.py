@@ -2,11 +2,13 @@
 
 import itertools
 import math
+from functools import cache
 
 import torch
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, Int, Integer, UInt8
 from torch import Tensor, nn
 
+from mobilegs.compress import native
 from mobilegs.compress.codebooks import canonical_quats
 from mobilegs.compress.scalars import (
     FINEST,
@@ -97,18 +99,26 @@ def finer_bits(log_scales: Float[Tensor, "n 3"]) -> Int[Tensor, "n 3"]:
     apart = torch.stack([b - c, a - c, a - b], dim=1).abs()
     # limits are whole 256ths: looking them up takes a third of the time of a search
     steps = (apart * 256).clamp_max(LIMITS[-1]).int()
-    limits = torch.tensor(LIMITS, dtype=torch.int32)
-    bits = torch.bucketize(torch.arange(LIMITS[-1] + 1), limits, right=True, out_int32=True)
-    return bits.to(steps.device).index_select(0, steps.flatten()).reshape(steps.shape)
+    bits = _bits_by_steps().int().to(steps.device)
+    return bits.index_select(0, steps.flatten()).reshape(steps.shape)
 
 
 def finer_bits_of(codes: Int[Tensor, "n 3"], step: float) -> UInt8[Tensor, "n 3"]:
     """`finer_bits` of log-scales that are multiples of a step, with little memory beside them."""
+    fast = native.finer_bits(codes, step, _bits_by_steps())
+    if fast is not None:
+        return fast
     found = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
     for start in range(0, len(codes), BLOCK):
         rows = slice(start, start + BLOCK)
         found[rows] = finer_bits(codes[rows].float() * step)
     return found
+
+
+@cache
+def _bits_by_steps() -> UInt8[Tensor, "m"]:
+    steps = torch.arange(LIMITS[-1] + 1, dtype=torch.int32)
+    return torch.bucketize(steps, torch.tensor(LIMITS, dtype=torch.int32), right=True).byte()
 
 
 class RotationCodes(nn.Module):
@@ -154,7 +164,7 @@ class RotationCodes(nn.Module):
         With what these are `wanted` to be the step has a gradient, as that of `ScalarCodes`.
         """
         indices = self.indices if rows is None else self.indices[rows]
-        multiples = _multiples(indices, self._scales[0](rows))
+        multiples = _multiples(indices, finer_bits(self._scales[0](rows)))
         vectors = None if wanted is None else rotation_vectors(wanted.detach())
         return quats_of(stepped(multiples, self.step, vectors))
 
@@ -184,14 +194,14 @@ def encode_rotations(
 
 
 def decode_rotations(
-    indices: Int[Tensor, "n 3"], log_scales: Float[Tensor, "n 3"], step: float
+    indices: Int[Tensor, "n 3"], finer: Integer[Tensor, "n 3"], step: float
 ) -> Float[Tensor, "n 4"]:
-    """Unit quaternions of what `encode_rotations` gave."""
-    return quats_of(_multiples(indices, log_scales) * step)
+    """Unit quaternions of what `encode_rotations` gave, with the `finer_bits` that there are."""
+    return quats_of(_multiples(indices, finer) * step)
 
 
-def _multiples(indices: Int[Tensor, "n 3"], log_scales: Float[Tensor, "n 3"]) -> Tensor:
-    return (indices.float() + 0.5) / torch.exp2(finer_bits(log_scales).float()) - 0.5
+def _multiples(indices: Int[Tensor, "n 3"], finer: Integer[Tensor, "n 3"]) -> Tensor:
+    return (indices.float() + 0.5) / torch.exp2(finer.float()) - 0.5
 
 
 def _cells(vectors: Float[Tensor, "n 3"], step: Tensor) -> Int[Tensor, "n 3"]:

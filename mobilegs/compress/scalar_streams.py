@@ -18,6 +18,7 @@ from mobilegs.compress.streams import decode_indices, encode_indices
 from mobilegs.errors import InputError
 
 FINER = "rotation-finer"  # name of the stream
+BLOCK = 4096  # rows that a processor's cache holds while their columns are filled in
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,14 @@ def unpack_scalars(
     """Fill a layer's `codes` with what `pack_scalars` wrote; `stream` finds streams or raises."""
     for name, scalar in scalars.items():
         found = codes[name].numpy()
-        for i, column in enumerate(scalar.columns):
-            symbols = decode_indices(stream(f"{name}.{i}"), len(found), column.size)
-            np.add(symbols, column.least, out=found[:, i], dtype=np.int32)
+        columns = [
+            decode_indices(stream(f"{name}.{i}"), len(found), column.size)
+            for i, column in enumerate(scalar.columns)
+        ]
+        for start in range(0, len(found), BLOCK):
+            rows = slice(start, start + BLOCK)
+            for i, column in enumerate(scalar.columns):
+                np.add(columns[i][rows], column.least, out=found[rows, i], dtype=np.int32)
     finer = finer_bits_of(codes["scale"], scalars["scale"].step).numpy().reshape(-1)
     rest = stream(FINER)
     if rest.codec != "bits":

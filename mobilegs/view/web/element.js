@@ -7,8 +7,8 @@
  * and strips (or batches); `scale`, share of the screen's pixels to draw instead of as many as the device can;
  * `background`, a colour of CSS instead of the scene's own; `fov`, the field of view in degrees;
  * `autorotate` turns the scene until somebody takes hold of it; `noui` hides the buttons; `poster`, a
- * picture to show until there is something better. While scenes arrive `data-state` is `loading`, then
- * `loaded` or `failed`.
+ * picture to show until there is something better; `loading`, lazy: nothing begins before the element is
+ * nearly in sight. While scenes arrive `data-state` is `loading`, then `loaded` or `failed`.
  */
 
 import { Arrivals } from "./viewer/arrivals.js";
@@ -27,6 +27,7 @@ import { Viewer } from "./viewer/viewer.js";
 const DIALOGS = ["settings", "help", "report"];
 const WISHES = ["scale", "background", "fov", "autorotate"];
 const SORTED = "sorted"; // of compare: the same scene in the other way
+const NEAR = { rootMargin: "100%" };
 const STILL = "(prefers-reduced-motion: reduce)";
 
 export class MobileGs extends HTMLElement {
@@ -50,6 +51,8 @@ export class MobileGs extends HTMLElement {
   #view = 0;
   #ready = Promise.resolve(false);
   #blind = false; // there is no way to draw
+  /** Told when there is less than a screen between the element and what is seen. */
+  #near = new IntersectionObserver((all) => all.some((one) => one.isIntersecting) && this.#begin(), NEAR);
 
   constructor() {
     super();
@@ -90,14 +93,20 @@ export class MobileGs extends HTMLElement {
 
   connectedCallback() {
     // a script that comes with the element may still want to set attributes
-    queueMicrotask(() => this.isConnected && !this.viewer && this.#begin());
+    queueMicrotask(() => {
+      if (!this.isConnected || this.viewer) return;
+      const poster = this.getAttribute("poster")?.replace(/[\x22\\\n]/g, encodeURIComponent);
+      if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
+      if (this.getAttribute("loading") === "lazy") this.#near.observe(this);
+      else this.#begin();
+    });
   }
 
   /** @param {Choice} [choice] of a renderer, instead of what the attribute says */
   #begin(choice = /** @type {Choice} */ (this.getAttribute("renderer") ?? "auto")) {
+    this.#near.disconnect();
     this.#part("buttons").hidden = this.hasAttribute("noui");
-    const full = /** @type {HTMLElement} */ (this.#root.querySelector("[data-act=full]"));
-    full.hidden = !document.fullscreenEnabled;
+    /** @type {HTMLElement} */ (this.#root.querySelector("[data-act=full]")).hidden = !document.fullscreenEnabled;
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
     const wished = this.getAttribute("variant");
     const [floats, strips] = ["floats", "strips"].map((word) => Boolean(wished?.includes(word)));
@@ -106,8 +115,6 @@ export class MobileGs extends HTMLElement {
     this.#ready = this.viewer.begin(choice);
     this.#blind = false;
     void this.#ready.then((able) => (this.#blind = !able));
-    const poster = this.getAttribute("poster")?.replace(/[\x22\\\n]/g, encodeURIComponent);
-    if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
     const source = this.#source ?? this.getAttribute("src");
     const other = this.#other === undefined ? this.getAttribute("compare") : this.#other;
     if (source) void this.open(source);
@@ -115,6 +122,7 @@ export class MobileGs extends HTMLElement {
   }
 
   disconnectedCallback() {
+    this.#near.disconnect();
     this.#end();
   }
 
@@ -239,10 +247,9 @@ export class MobileGs extends HTMLElement {
     const panel = this.#part("report");
     /** @type {HTMLTextAreaElement} */ (panel.querySelector("textarea")).value = text;
     const { cold, steady, interrupted } = /** @type {any} */ (figures);
-    const words = interrupted
-      ? "The page was not in sight all the time: measure again"
-      : `${cold.fps} frames/s cold, ${steady.fps} steady`;
-    /** @type {HTMLElement} */ (panel.querySelector("h2")).textContent = words;
+    const words = `${cold.fps} frames/s cold, ${steady.fps} steady`;
+    /** @type {HTMLElement} */ (panel.querySelector("h2")).textContent =
+      interrupted ? "The page was not in sight all the time: measure again" : words;
     /** @type {HTMLElement} */ (panel.querySelector("[data-act=share]")).hidden = !navigator.share;
     if (panel.hidden) this.#dialog("report");
     this.dispatchEvent(new CustomEvent("report", { detail: figures }));
@@ -257,7 +264,7 @@ export class MobileGs extends HTMLElement {
     if (panel.hidden) return;
     if (stats.milliseconds) this.#times = [...this.#times.slice(-29), stats.milliseconds];
     const mean = this.#times.reduce((sum, time) => sum + time, 0) / this.#times.length;
-    const counts = stats.compared ? [stats.count, stats.compared] : [stats.count];
+    const counts = [stats.count, stats.compared].filter((count, side) => side === 0 || count);
     const lines = [
       `${stats.renderer}, ${stats.width} x ${stats.height}`,
       `${counts.map((count) => count.toLocaleString("en")).join(" | ")} Gaussians`,
@@ -299,9 +306,7 @@ export class MobileGs extends HTMLElement {
     const picture = await this.viewer?.screenshot(this.#split?.share);
     if (!picture) return;
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(picture);
-    link.download = "scene.png";
-    link.click();
+    Object.assign(link, { href: URL.createObjectURL(picture), download: "scene.png" }).click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
@@ -367,8 +372,8 @@ export class MobileGs extends HTMLElement {
     const { state, busy, share, sentence, names } = this.#arrivals;
     const bar = this.#part("bar");
     bar.hidden = !busy;
-    bar.classList.toggle("unknown", !Number.isFinite(share));
-    const percent = Number.isFinite(share) ? Math.round(100 * share) : 0;
+    bar.classList.toggle("unknown", Number.isNaN(share));
+    const percent = Math.round(100 * share) || 0;
     bar.setAttribute("aria-valuenow", String(percent));
     /** @type {HTMLElement} */ (bar.firstElementChild).style.width = `${percent}%`;
     const message = this.#part("message");
