@@ -209,13 +209,14 @@ def test_a_lazy_element_waits_until_it_is_nearly_in_sight(tab: Tab, served: Any)
           document.body.style.height = `${5 * innerHeight}px`;
           const before = document.querySelector("mobile-gs");
           const element = document.createElement("mobile-gs");
-          const wishes = { src: "/scene", loading: "lazy", poster: "/poster", scale: "0.1",
+          const pixel = "data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA=";
+          const wishes = { src: "/scene", loading: "lazy", poster: pixel, scale: "0.1",
             style: `position: absolute; inset: auto; top: ${3 * innerHeight}px; height: 99px` };
           for (const [name, value] of Object.entries(wishes)) element.setAttribute(name, value);
           before.replaceWith(element);
           await new Promise((done) => setTimeout(done, 500));
           const early = element.viewer !== null || "state" in element.dataset;
-          const poster = element.style.background.includes("/poster");
+          const poster = element.style.background.includes(pixel);
           const loaded = new Promise((done) => element.addEventListener("load", done));
           scrollTo(0, 1.5 * innerHeight); // half a screen is between them
           await loaded;
