@@ -36,6 +36,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from formats import turned
 from paper import PLACES, ROWS, Work, recipe_of, teacher_of
 
 from mobilegs.camera import Camera
@@ -215,7 +216,9 @@ def ours(
 
 
 def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> None:
-    """What other formats make of the teacher."""
+    """What other formats make of the teacher, as far as it is not there yet."""
+    if all(f"{name}/{peer}" in cells for peer in PEERS):
+        return
     dataset, teacher, lpips = world
     cells[f"{name}/teacher"] = figures(teacher, dataset, lpips)
     with tempfile.TemporaryDirectory() as folder:
@@ -223,6 +226,8 @@ def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> 
         write_ply(source, teacher.gaussians)
         cells[f"{name}/teacher"]["bytes"] = source.stat().st_size
         for peer, (suffix, *more) in PEERS.items():
+            if f"{name}/{peer}" in cells:
+                continue
             there, back = Path(folder) / f"there{suffix}", Path(folder) / f"{peer}.ply"
             times = []
             for command in ([str(source), str(there)], [str(there), str(back)]):
@@ -230,7 +235,7 @@ def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> 
                 _, seconds = timed(lambda program=program: subprocess.run(program, check=True))
                 times.append(seconds)
             # what is fully opaque in a .spz has no finite logit in a .ply
-            found = read_spz(there) if suffix == ".spz" else read_ply(back)
+            found = turned(read_spz(there)) if suffix == ".spz" else read_ply(back)
             scene = replace(teacher, gaussians=found)
             cells[f"{name}/{peer}"] = {
                 "bytes": there.stat().st_size,

@@ -107,9 +107,9 @@ def sections(cells: dict[str, dict]) -> list[str]:
             lines += ["In layers:", "", *table(LAYER_HEADINGS, rows), ""]
     for scene in dict.fromkeys(key.split("/")[0] for key in cells):
         teacher = cells.get(f"{scene}/teacher")
-        peers = {name: cells[f"{scene}/{name}"] for name in PEERS if f"{scene}/{name}" in cells}
         if teacher:
-            rows = [row_of(name, cell, teacher) for name, cell in peers.items()]
+            found = {name: cells.get(f"{scene}/{name}") for name in ("teacher", *PEERS)}
+            rows = [row_of(name, cell, teacher) for name, cell in found.items() if cell]
             lines += [f"### {scene}: the sorted teacher in other formats", ""]
             lines += [*table(HEADINGS, rows), ""]
     return lines
