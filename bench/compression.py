@@ -220,7 +220,9 @@ def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> 
     if all(f"{name}/{peer}" in cells for peer in PEERS):
         return
     dataset, teacher, lpips = world
-    cells[f"{name}/teacher"] = figures(teacher, dataset, lpips)
+    # of a scene without photos the pictures are its own
+    count = {"gaussians": len(teacher.gaussians)}
+    cells[f"{name}/teacher"] = count if name in SPLATS else figures(teacher, dataset, lpips)
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "teacher.ply"
         write_ply(source, teacher.gaussians)

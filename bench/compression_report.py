@@ -37,7 +37,7 @@ def table(headings: list[str], rows: list[list[str]]) -> list[str]:
 
 def against(cell: dict, base: dict | None, name: str, digits: int) -> str:
     """How far a figure lies from that of what was compressed."""
-    if base is None or cell is base or name not in cell:
+    if base is None or cell is base or name not in cell or name not in base:
         return "-"
     return f"{cell[name] - base[name]:+.{digits}f}"
 
@@ -46,7 +46,7 @@ def row_of(name: str, cell: dict, base: dict | None) -> list[str]:
     size, count = cell.get("bytes"), cell["gaussians"]
     return [
         f"`{name}`",
-        f"{cell['psnr']:.2f}",
+        f"{cell['psnr']:.2f}" if "psnr" in cell else "-",
         against(cell, base, "psnr", 2),
         against(cell, base, "lpips_vgg", 4),
         "-" if size is None else f"{size:,}",
