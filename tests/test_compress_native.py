@@ -348,9 +348,8 @@ def test_finer_bits_are_those_of_the_definition(level: None, step: float) -> Non
     for rows in (codes, near, codes[:0], codes[::2]):
         expected = finer_bits(rows.float() * step).byte()
         assert torch.equal(finer_bits_of(rows, step), expected)
-        assert torch.equal(
-            finer_bits_of(rows.long(), step), expected
-        )  # that the library does not know
+        # of whole numbers of this kind the library knows nothing
+        assert torch.equal(finer_bits_of(rows.long(), step), expected)
 
 
 @pytest.mark.usefixtures("level")

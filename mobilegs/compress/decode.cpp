@@ -1,5 +1,6 @@
 // The loops over symbols that decode a .mgs file; their definitions are rans.py, bits.py,
-// positions.py and rotations.py. Every length is checked before it is used, so no byte can lead outside of `data`.
+// positions.py and rotations.py. Every length is checked before it is used, so no byte can lead
+// outside of `data`.
 #include "decode.h"
 
 #include <algorithm>
@@ -286,7 +287,8 @@ int mgs_decode_positions(const uint8_t* data, int64_t bytes, int64_t count, uint
 void mgs_finer_bits(const int32_t* codes, int64_t count, float step, const uint8_t* table,
                     int32_t most, uint8_t* bits) {
   for (int64_t i = 0; i < 3 * count; i += 3) {
-    float a = float(codes[i]) * step, b = float(codes[i + 1]) * step, c = float(codes[i + 2]) * step;
+    float a = float(codes[i]) * step, b = float(codes[i + 1]) * step;
+    float c = float(codes[i + 2]) * step;
     float apart[3] = {b - c, a - c, a - b};
     for (int axis = 0; axis < 3; axis++)
       bits[i + axis] = table[int32_t(std::min(std::fabs(apart[axis]) * 256.0f, float(most)))];

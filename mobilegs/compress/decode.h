@@ -44,8 +44,8 @@ MGS_EXPORT int mgs_unpack_short(const uint8_t* data, int64_t bytes, const uint8_
 MGS_EXPORT int mgs_decode_positions(const uint8_t* data, int64_t bytes, int64_t count,
                                     uint16_t* halves);
 
-// rotations.py's finer_bits_of: for each axis of codes[count][3], times `step`, the entry of table[most + 1] at
-// 256 times the difference of the two others.
+// rotations.py's finer_bits_of: for each axis of codes[count][3], times `step`, the entry of
+// table[most + 1] at 256 times the difference of the two others.
 MGS_EXPORT void mgs_finer_bits(const int32_t* codes, int64_t count, float step,
                                const uint8_t* table, int32_t most, uint8_t* bits);
 
