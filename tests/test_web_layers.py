@@ -24,6 +24,14 @@ SIZES = (150, 1, 649)
 COUNT = sum(SIZES)
 SMALL = {"width": 320, "height": 240}
 SHOWN = "document.querySelector('mobile-gs').viewer?.count"
+# settles when there are more than dots
+TRUE_COLOURS = """async () => {
+  const { viewer } = document.querySelector("mobile-gs");
+  for (let i = 0; i < 300; i++) {
+    if (await viewer.pixels(viewer.camera(9, 9)).catch(() => null)) return;
+    await new Promise((later) => setTimeout(later, 100));
+  }
+}"""
 LAYERS: list[Any] = [
     None, [], [400], [390, 9], [390, 11], [0, 400], [-1, 401], [390, 10, 0], [400, 10], [10, 390],
     [50] * 8, [40] * 10, [391, 9], "xx", [True, 399], [390, None], [390, "10"], [[390], 10],
@@ -145,6 +153,7 @@ def test_layers_are_seen_in_true_colours_one_after_the_other(
         gate.let(end)
         count = sum(SIZES[: i + 1])
         tab.page.wait_for_function(f"{SHOWN} === {count}", timeout=30_000)
+        tab.page.evaluate(TRUE_COLOURS)
         some = replace(whole.pick(slice(0, count)), layers=()).decode()
         decibels = nearness(tab, lambda camera, some=some: some.render(camera).image)
         print(f"{renderer}, {kind}, {count} Gaussians: {decibels:.1f} dB")

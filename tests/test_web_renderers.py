@@ -184,24 +184,21 @@ def test_halves_are_enough_for_a_picture(kind: str, renderer: str, painters: Pai
 OPEN_MGS = """
 const { SceneReader } = await import("/web/mgs/reader.js");
 const { RowDecoder } = await import("/web/mgs/rows.js");
-const { packAlike, packRows } = await import("/web/render/pack.js");
+const { emptyScene, packRows } = await import("/web/render/pack.js");
 const reader = new SceneReader();
 reader.append(bytes);
 while (reader.step());
 const { header } = reader;
 const decoder = new RowDecoder(reader.decoder.recipe);
 const [codes] = reader.decoder.layers;
-const { positions } = codes;
-const one = packRows(decoder, { positions: positions.subarray(0, 3), columns: {} });
-const alike = (...room) => packAlike(header, decoder.scaleRange, positions, one, ...room);
 // room for more, of which nothing is to be seen
-renderer.setScene(alike(header.count + 5000));
+renderer.setScene(emptyScene(header, header.count + 5000, decoder.scaleRange));
 renderer.show(header.count);
 for (const [from, to] of [[0, 1], [1, 150], [150, header.count]]) {
   const packed = packRows(decoder, codes.rows(from, to));
   for (const part of ["shapes", "colors", "lobes"]) renderer.update(part, from, packed[part]);
 }
-const { shapes, colors, lobes } = alike();
+const { shapes, colors, lobes } = emptyScene(header, header.count, decoder.scaleRange);
 window.bytesEach = [shapes, colors, lobes].reduce((sum, part) => sum + part.byteLength, 0);
 return renderer.pixels(camera);
 """

@@ -28,17 +28,6 @@ GPUAdapter.prototype.requestDevice = async function (...given) {
   return Object.defineProperty(device, "lost", { value: lost });
 };"""
 DEVICE = "document.querySelector('mobile-gs').viewer.device.renderer"
-COUNTED = """window.made = [];
-const { createRenderPipeline } = GPUDevice.prototype;
-GPUDevice.prototype.createRenderPipeline = function (given) {
-  made.push(given.fragment.entryPoint);
-  return createRenderPipeline.call(this, given);
-};
-const { linkProgram } = WebGL2RenderingContext.prototype;
-WebGL2RenderingContext.prototype.linkProgram = function (program) {
-  made.push("linked");
-  return linkProgram.call(this, program);
-};"""
 TURN = """() => {
   const { viewer } = document.querySelector("mobile-gs");
   viewer.pose.orbit(0.5, 0.1);
@@ -210,31 +199,6 @@ def test_a_scene_can_be_opened_as_soon_as_there_is_an_element(tab: Tab, served: 
         }"""
     )
     assert count == 800
-
-
-@pytest.mark.parametrize(
-    ("renderer", "made"),
-    [("webgpu", ["add_weighted", "resolve_sortfree"]), ("webgl", ["linked"] * 3)],
-)
-def test_shaders_are_compiled_while_the_scene_is_on_its_way(
-    chromium: Chromium, served: Any, renderer: str, made: list[str]
-) -> None:
-    tab = chromium.tab()
-    tab.page.add_init_script(f"{{{COUNTED}}}")
-    held: list[Any] = []
-    tab.page.route("**/scene", lambda route: held.append(route))
-    server = served("scene.mgs", MGS)
-    tab.page.goto(f"{server.address('127.0.0.1')}&scale=1&variant=floats&renderer={renderer}")
-    tab.page.wait_for_function(f"made.length === {len(made)}", timeout=20_000)
-    assert tab.page.evaluate("made") == made and len(held) == 1
-    viewer = "document.querySelector('mobile-gs').viewer"
-    nothing = f"{viewer}.pixels({viewer}.camera(9, 9)).catch(({{ message }}) => message)"
-    assert tab.page.evaluate(nothing) == "nothing can be drawn"
-    held[0].continue_()
-    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    assert tab.page.evaluate("made") == made  # and for the scene none anew
-    assert as_kernels(tab) > 45
-    tab.close()
 
 
 def test_a_lazy_element_waits_until_it_is_nearly_in_sight(tab: Tab, served: Any) -> None:

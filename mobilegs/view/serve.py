@@ -4,6 +4,7 @@ import gzip
 import socket
 import sys
 import webbrowser
+from functools import cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -88,10 +89,8 @@ class Handler(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
 
     def _answer(self, kind: str, text: str) -> None:
-        body = text.encode()
         packed = "gzip" in self.headers.get("Accept-Encoding", "")
-        if packed:
-            body = gzip.compress(body, mtime=0)
+        body = _gzipped(text) if packed else text.encode()
         self._head(f"{kind}; charset=utf-8", len(body), packed=packed)
         self.wfile.write(body)
 
@@ -126,6 +125,12 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:
         pass
+
+
+@cache
+def _gzipped(text: str) -> bytes:
+    """A page or script, packed once and not for every visit."""
+    return gzip.compress(text.encode(), mtime=0)
 
 
 def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: bool) -> None:

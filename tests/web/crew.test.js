@@ -69,12 +69,16 @@ for (const [name, Worker, brings] of [
     reader.append(bytes);
     while (reader.step());
     const crew = new Crew([COUNT]);
-    assert.equal(Helper.made.length, Worker ? 3 : 0);
     crew.begin(reader.decoder);
+    assert.equal(Helper.made.length, 0);
+    crew.hire();
+    assert.equal(Helper.made.length, Worker ? 3 : 0);
     crew.advance(0, WHOLE);
     assert.equal(crew.layers, 0);
+    assert.ok(!crew.begun);
     await crew.finish();
     assert.equal(crew.layers, 1);
+    assert.ok(crew.begun);
     crew.dismiss();
     assert.deepEqual(wordsOf(crew), expected);
     assert.equal(Helper.made.some(({ sent }) => sent > 2), Boolean(Worker && brings));
@@ -91,6 +95,7 @@ test("a later stage is done again, and counts", async () => {
   assert.equal(reader.decoder.layers[0].stage, 2);
   const crew = new Crew([COUNT]);
   crew.begin(reader.decoder);
+  crew.hire();
   crew.advance(0, 2);
   await new Promise((resolve) => setTimeout(resolve, 20));
   assert.ok(crew.taken.length > 0);
@@ -113,9 +118,11 @@ test("layers are done for themselves, and count from the first one on", async ()
   while (reader.step());
   const crew = new Crew(sizes);
   crew.begin(reader.decoder);
+  crew.hire();
   crew.advance(1, WHOLE);
   while (crew.taken.length < Math.ceil(sizes[1] / 8192)) await new Promise((resolve) => setTimeout(resolve, 1));
   assert.equal(crew.layers, 0);
+  assert.ok(!crew.begun); // for there is nothing of the first
   assert.ok(crew.taken.every(([from]) => from >= sizes[0]));
   crew.advance(0, WHOLE);
   await crew.finish();

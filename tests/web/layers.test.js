@@ -37,12 +37,14 @@ function wordsOf({ words }) {
 class Page {
   shown = 0;
   words = null;
+  dots = null;
   sentence = "";
   done = false;
   onChange = () => {};
 
   receive(message) {
-    if (message.kind === "scene") {
+    if (message.kind === "dots") this.dots = message.dots;
+    else if (message.kind === "scene") {
       const { data, centers } = message;
       this.shown = centers.length / 3;
       this.words = data;
@@ -95,6 +97,19 @@ test("layers are what each of them is as a file of its own, whole and in pieces"
     reader.end();
     assert.deepEqual(wordsOf(sceneOf(reader)), COARSER[3]);
   }
+});
+
+test("dots come first, where Gaussians of the first layer are, in the mean colour", async () => {
+  const kinds = [];
+  page = new Page();
+  page.onChange = ({ kind }) => kinds.push(kind);
+  await globalThis.self.onmessage({ data: { file: new Blob([BYTES]) } });
+  assert.deepEqual(kinds.filter((kind) => kind !== "progress").slice(0, 2), ["dots", "scene"]);
+  const { header, scene } = openScene(BYTES);
+  const { centers, color, side, background } = page.dots;
+  assert.deepEqual(centers, scene.means.subarray(0, 3 * LAYERS[0]));
+  assert.deepEqual(background, [...header.background]);
+  assert.ok(side > 0 && color.length === 3 && color.every(Number.isFinite));
 });
 
 test("streams in another order give the same scene, as far as it can be shown", async () => {
@@ -166,8 +181,9 @@ test("a layer that has not come gets no memory, whatever the header says", async
   const [first, second] = reader.decoder.layers;
   assert.equal(first.stage, WHOLE);
   assert.equal(second.positions, null);
-  const { size } = await loaded(start);
-  assert.equal(size, 40);
+  const { size, dots } = await loaded(start);
+  assert.equal(size, undefined);
+  assert.equal(dots.centers.length, 3 * 40);
 });
 
 test("layers that cannot be are refused in one sentence", () => {

@@ -26,7 +26,7 @@ function assertDrawable(scene) {
   }
 }
 
-test("whatever prefix of a file is there can be drawn once there are positions", () => {
+test("whatever prefix of a file is there can be drawn once there are sizes and rotations", () => {
   const { fields, streams } = smallScene();
   const bytes = seal(fields, streams);
   const { scene: whole } = openScene(bytes);
@@ -43,6 +43,9 @@ test("whatever prefix of a file is there can be drawn once there are positions",
     assert.equal(reader.decoder.layers[0].positions !== null, arrived.includes("positions"));
     assert.equal(reader.decoder.layers[0].stage, Math.max(...arrived.map((name) => stages[name] ?? 0)));
     if (reader.decoder.layers[0].positions === null) return;
+    const { color, side } = new RowDecoder(reader.decoder.recipe).neutral;
+    assert.ok([...color, side].every(Number.isFinite));
+    if (reader.decoder.layers[0].stage < 1) return;
     const { scene } = sceneOf(reader);
     assertDrawable(scene);
     for (const part of PARTS) {

@@ -1,6 +1,6 @@
 // What TypeScript's own description of the browser lacks of WebGPU.
 declare const GPUBufferUsage: Record<
-  "MAP_READ" | "COPY_SRC" | "COPY_DST" | "INDEX" | "UNIFORM" | "STORAGE" | "INDIRECT" | "QUERY_RESOLVE",
+  "VERTEX" | "MAP_READ" | "COPY_SRC" | "COPY_DST" | "INDEX" | "UNIFORM" | "STORAGE" | "INDIRECT" | "QUERY_RESOLVE",
   number
 >;
 declare const GPUTextureUsage: Record<"COPY_SRC" | "TEXTURE_BINDING" | "RENDER_ATTACHMENT", number>;

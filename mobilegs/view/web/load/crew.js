@@ -5,6 +5,7 @@ import { RowDecoder } from "../mgs/rows.js";
 import { packRows } from "../render/pack.js";
 
 /** @typedef {import("../mgs/decode.js").Decoder} Decoder */
+/** @typedef {import("../mgs/rows.js").Recipe} Recipe */
 /** @typedef {import("../render/pack.js").PackedRows} PackedRows */
 /** @typedef {{chunk: number, stage: number, packed: PackedRows}} Brought what a helper sends back */
 /** @typedef {{worker: Worker, errands: number}} Helper with what it has not brought yet */
@@ -39,6 +40,7 @@ export class Crew {
   #own = null;
   /** @type {Helper[]} */
   #helpers = [];
+  #count; // Gaussians
   /** By chunk, the stage that somebody was asked for, and the one that there is. */
   #given;
   #done;
@@ -66,13 +68,21 @@ export class Crew {
     this.#stages = new Uint8Array(layers.length);
     this.#given = new Uint8Array(this.#chunks.length);
     this.#done = this.#given.slice();
-    const cores = count < WORTH ? 1 : navigator.hardwareConcurrency;
-    for (let i = 1; i < Math.min(cores, HELPERS + 1); i++) this.#hire();
+    this.#count = count;
   }
 
-  #hire() {
+  /** Hires helpers, if they are worth it. `begin` comes first. */
+  hire() {
+    const { recipe } = /** @type {Decoder} */ (this.#codes);
+    const cores = this.#count < WORTH ? 1 : navigator.hardwareConcurrency;
+    for (let i = 1; i < Math.min(cores, HELPERS + 1); i++) this.#hire(recipe);
+  }
+
+  /** @param {Recipe} recipe */
+  #hire(recipe) {
     try {
       const worker = new Worker(self.location.href, { type: "module" });
+      worker.postMessage({ recipe });
       const helper = { worker, errands: 0 };
       worker.onmessage = ({ data }) => {
         helper.errands--;
@@ -88,10 +98,8 @@ export class Crew {
 
   /** Positions of the first layer are there. @param {Decoder} codes @returns {RowDecoder} of this thread */
   begin(codes) {
-    const { recipe } = codes;
-    for (const { worker } of this.#helpers) worker.postMessage({ recipe });
     this.#codes = codes;
-    return (this.#own = new RowDecoder(recipe));
+    return (this.#own = new RowDecoder(codes.recipe));
   }
 
   /** Computes what a stage brings, if it was not asked for yet. @param {number} layer @param {number} stage */
@@ -162,6 +170,11 @@ export class Crew {
     this.#done[chunk] = stage;
     this.taken.push([this.#chunks[chunk].first, packed]);
     this.#check();
+  }
+
+  /** Whether there is something of every Gaussian of the first layer. */
+  get begun() {
+    return this.#chunks.every(({ layer }, chunk) => layer > 0 || this.#done[chunk] > 0);
   }
 
   /** How many layers, from the first one on, are done. */

@@ -4,7 +4,7 @@ import { WHOLE } from "../mgs/decode.js";
 import { thinned, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { RowDecoder } from "../mgs/rows.js";
-import { FIRST, emptyScene, packAlike, packRows } from "../render/pack.js";
+import { emptyScene, packRows } from "../render/pack.js";
 import { Crew, turn } from "./crew.js";
 import { farFirst } from "./order.js";
 import { isPly, readPly } from "./ply.js";
@@ -13,14 +13,15 @@ import { isSpz, readSpz } from "./spz.js";
 /** @typedef {import("../mgs/decode.js").CodedLayer} CodedLayer */
 /** @typedef {import("../mgs/header.js").Header} Header */
 /** @typedef {import("../mgs/header.js").View} View */
-/** @typedef {import("../render/pack.js").PackedRows} PackedRows */
+/** @typedef {import("../render/dots.js").Dots} Dots */
 /** @typedef {import("../mgs/reader.js").SceneReader} SceneReader */
 /** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 /** @typedef {{url: string} | {file: Blob} | {forward: [number, number, number]}} Request */
 /**
- * @typedef {{kind: "scene", data: SceneData, centers: Float32Array<ArrayBuffer>, views: View[], near: number}
+ * @typedef {{kind: "dots", dots: Dots, views: View[], near: number}
+ *   | {kind: "scene", data: SceneData, centers: Float32Array<ArrayBuffer>, views: View[], near: number}
  *   | {kind: "more", centers: Float32Array<ArrayBuffer>}
  *   | {kind: "rows", part: Part, from: number, numbers: Numbers}
  *   | {kind: "order", order: Uint32Array<ArrayBuffer>}
@@ -29,6 +30,8 @@ import { isSpz, readSpz } from "./spz.js";
  *   | {kind: "failed", sentence: string}} Message
  */
 
+/** Dots in a first picture, at most: more keep a slow device from decoding what they stand for. */
+const DOTS = 8192;
 /** Of a scene that does not say. */
 const NEAR = 0.2;
 /** Bytes to begin with, of a file that does not say how long it is. */
@@ -87,50 +90,47 @@ class Arriving {
   #header;
   #layers;
   #crew;
-  #scales;
-  #one;
-  /** Layers that are shown; 0: some of the first. */
+  #own;
+  /** Layers that are shown; 0: some of the first, as dots. */
   #shown = 0;
 
   /**
    * @param {Header} header
    * @param {CodedLayer[]} layers
    * @param {Crew} crew
-   * @param {[number, number]} scales their range
-   * @param {PackedRows} one of them
+   * @param {RowDecoder} own
    */
-  constructor(header, layers, crew, scales, one) {
+  constructor(header, layers, crew, own) {
     this.#header = header;
     this.#layers = layers;
     this.#crew = crew;
-    this.#scales = scales;
-    this.#one = one;
-    const some = thinned(this.#first, FIRST);
-    if (some.length === 3 * header.count) this.#shown = 1;
-    this.#send(packAlike(header, scales, some, one), toWorld(some, header.frame));
-  }
-
-  /** Positions of the first layer. */
-  get #first() {
-    return /** @type {Uint16Array} */ (this.#layers[0].positions);
+    this.#own = own;
+    const { frame, views, near } = header;
+    const background = /** @type {[number, number, number]} */ (Array.from(header.background));
+    const { color, side } = own.neutral;
+    const centers = toWorld(thinned(/** @type {Uint16Array} */ (layers[0].positions), DOTS), frame);
+    // few of them cover what all will cover
+    const grown = side * Math.sqrt((3 * header.count) / centers.length);
+    const dots = { centers, color, side: grown, background };
+    send({ kind: "dots", dots, views, near }, [dots.centers.buffer]);
   }
 
   /** Sends what has been done since the last time. @param {number} received bytes of the file */
   send(received) {
     const { count } = this.#header;
     if (ROOM * received < count) return;
+    if (!this.#crew.begun) return;
     const done = this.#crew.layers;
     const before = this.#shown;
     this.#shown = Math.max(done, 1);
     const taken = this.#crew.taken.splice(0);
     if (before === 0) {
-      const scene = done
-        ? emptyScene(this.#header, count, this.#scales)
-        : packAlike(this.#header, this.#scales, this.#first, this.#one, count);
+      const scene = emptyScene(this.#header, count, this.#own.scaleRange);
       for (const [from, packed] of taken) {
         for (const part of PARTS) scene[part].set(packed[part], (from * scene[part].length) / count);
       }
-      this.#send(scene, this.#centers());
+      centers = this.#centers();
+      sendScene(scene, centers.slice(), this.#header.views, this.#header.near);
       return;
     }
     for (const [from, packed] of taken) {
@@ -155,12 +155,6 @@ class Arriving {
     }
     return all;
   }
-
-  /** @param {SceneData} scene @param {Float32Array<ArrayBuffer>} shown */
-  #send(scene, shown) {
-    centers = shown;
-    sendScene(scene, shown.slice(), this.#header.views, this.#header.near);
-  }
 }
 
 /**
@@ -183,10 +177,8 @@ async function loadMgs(source) {
     const { layers } = decoder;
     const slow = waited * (total / received - 1) > SOON;
     if (layers[0].positions && !arriving) {
-      const positions = layers[0].positions.subarray(0, 3);
-      const own = crew.begin(decoder);
-      const one = packRows(own, { positions, columns: {} });
-      arriving = new Arriving(header, layers, crew, own.scaleRange, one);
+      arriving = new Arriving(header, layers, crew, crew.begin(decoder));
+      crew.hire(); // not before there is something to see: what helpers take to start delays it
       timer = setInterval(() => arriving?.send(arrived), SOON);
     }
     for (const [i, { stage }] of layers.entries()) {

@@ -1,4 +1,4 @@
-/** Codes of some Gaussians to what is drawn, as far as the codes have come. */
+/** Codes of some Gaussians to what is drawn, as far as colours and lobes have come. */
 
 import { AppearanceDecoder, LinearDecoder, SH_ROOM } from "./appearance.js";
 import { lookUp, meanCodes } from "./codebooks.js";
@@ -8,11 +8,11 @@ import { turn } from "./rotations.js";
 import { fill } from "./scene.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
-/** @typedef {import("./codebooks.js").Codes} Codes */
 /** @typedef {import("./header.js").Attribute} Attribute */
 /** @typedef {import("./header.js").Header} Header */
 /** @typedef {import("./scene.js").Gaussians} Gaussians */
 /** @typedef {import("./weights.js").Weights} Weights */
+/** @typedef {Record<"scale" | "rotation", Uint16Array[]> & Partial<Record<Attribute, Uint16Array[]>>} Columns */
 /**
  * @typedef {object} Recipe what decoding takes; a message to another thread can hold it
  * @property {Header} header
@@ -24,12 +24,11 @@ import { fill } from "./scene.js";
 /**
  * @typedef {object} Rows what a file holds of some Gaussians
  * @property {Uint16Array} positions 3 halves each
- * @property {Partial<Record<Attribute, Uint16Array[]>>} columns of attributes that have come, the
+ * @property {Columns} columns of attributes that have come, scales and rotations at least, the
  *     entry in each book
  */
 
-// in their logarithms: some three times
-const SMALLER = 1.1;
+const WIDTH = 1 / 3; // of a dot, in standard deviations
 const TURNED_NOWHERE = [1, 0, 0, 0];
 
 export class RowDecoder {
@@ -42,8 +41,10 @@ export class RowDecoder {
   #gaussians;
   /** Colour and lobes, without the base opacity, as long as there are no others. */
   #neutral;
-  /** Standard deviations, as codes have their logarithms, and of those whose own have not come. */
+  /** Standard deviations, as codes have their logarithms. */
   #sizes;
+  /** Those of a Gaussian in between. */
+  #usual;
 
   /** @param {Recipe} recipe */
   constructor(recipe) {
@@ -68,11 +69,10 @@ export class RowDecoder {
       ? new LinearDecoder(machine, sh, recipe.appearance)
       : new AppearanceDecoder(machine, sh, recipe.appearance, frame.exponent);
     machine.settle();
-    const scale = this.#of("scale");
-    const small = smallCodes(scale);
-    this.#sizes = { small, sizes: exponentials(scale), smallSizes: exponentials(small) };
+    this.#sizes = exponentials(this.#of("scale"));
+    this.#usual = exponentials(meanCodes(this.#of("scale")));
     const columns = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
-    const scaleRange = rangeOf(this.#sizes.sizes);
+    const scaleRange = rangeOf(this.#sizes);
     this.#gaussians = /** @type {any} */ ({ ...columns, count: 0, lobeDegree: degree, scaleRange, memory: machine.memory });
     this.#neutral = { sh: this.#meanColor(samples), lobes: [0, 1 / C0] };
     if (this.#lobeDecoder) this.#neutral.lobes = this.#meanLobes(this.#lobeDecoder);
@@ -97,7 +97,7 @@ export class RowDecoder {
   #meanLobes(decoder) {
     const { scales, quats, sh, lobes } = this.#gaussians;
     const latents = this.#recipe.books.get("lobes");
-    lookUp(this.#sizes.smallSizes, scales, BLOCK, 0, BLOCK);
+    lookUp(this.#usual, scales, BLOCK, 0, BLOCK);
     fill(quats, TURNED_NOWHERE);
     fill(sh, this.#neutral.sh);
     decoder.decode(latents ? meanCodes(latents) : null, 0, BLOCK);
@@ -118,22 +118,15 @@ export class RowDecoder {
     const to = from + count;
     const gaussians = { ...this.#gaussians, count, positions };
     const { logScales, scales, quats, sh, lobes } = gaussians;
-    const { small, sizes, smallSizes } = this.#sizes;
-    /** @type {(name: Attribute, books: Books, mean: Codes, out: Float32Array) => void} */
-    const write = (name, books, mean, out) => {
-      const found = columns[name];
-      if (found) lookUp({ ...books, columns: found }, out, BLOCK, from, to);
-      else lookUp(mean, out, BLOCK, 0, BLOCK);
-    };
-    write("scale", this.#of("scale"), small, logScales);
-    write("scale", sizes, smallSizes, scales);
-    const { rotation, appearance } = columns;
+    const { scale, rotation, appearance } = columns;
+    lookUp({ ...this.#of("scale"), columns: scale }, logScales, BLOCK, from, to);
+    lookUp({ ...this.#sizes, columns: scale }, scales, BLOCK, from, to);
     const scalar = header.scalars.get("rotation");
-    if (rotation && scalar) turn(scalar, rotation, from, to, logScales, quats);
-    else if (rotation) {
+    if (scalar) turn(scalar, rotation, from, to, logScales, quats);
+    else {
       lookUp({ ...this.#of("rotation"), columns: rotation }, quats, BLOCK, from, to);
       this.#machine.units(this.#quats, this.#quats);
-    } else fill(quats, TURNED_NOWHERE);
+    }
     if (appearance) this.#colors.decode(positions, { ...this.#of("appearance"), columns: appearance }, from);
     else fill(sh, this.#neutral.sh);
     // hidden layers look at everything else
@@ -159,22 +152,17 @@ export class RowDecoder {
     return this.#gaussians.scaleRange;
   }
 
+  /** Of a Gaussian of which no more than its place is known: its colour, and about how wide it is. */
+  get neutral() {
+    const color = /** @type {[number, number, number]} */ ([0, 1, 2].map((i) => 0.5 + C0 * this.#neutral.sh[i]));
+    const [a, b, c] = this.#usual.books.map(([size]) => size);
+    return { color, side: WIDTH * Math.cbrt(a * b * c) };
+  }
+
   /** @param {Attribute} name */
   #of(name) {
     return /** @type {Books} */ (this.#recipe.books.get(name));
   }
-}
-
-/**
- * Log-scales of Gaussians whose own have not come: dots, which are quick to draw, and between which
- * one sees how deep a place is.
- *
- * @param {Books} all
- * @returns {Codes}
- */
-function smallCodes(all) {
-  const { books, ...codes } = meanCodes(all);
-  return { ...codes, books: books.map((book) => book.map((value) => value - SMALLER)) };
 }
 
 /** Standard deviations in the place of their logarithms. @template {Books} T @param {T} codes @returns {T} */

@@ -88,6 +88,17 @@ export async function warmUp(renderer) {
   await renderer.drawUnseen(frontal(1));
 }
 
+/**
+ * Draws a dot that nobody sees into a canvas that nobody sees yet, so that the first picture has its shaders.
+ *
+ * @param {Pick<import("./choose.js").Renderer, "setDots" | "drawDots">} renderer
+ */
+export function warmUpDots(renderer) {
+  renderer.setDots({ centers: Float32Array.of(0, 0, 1), color: [0, 0, 0], side: 1, background: [0, 0, 0] });
+  renderer.drawDots(frontal(1));
+  renderer.setDots(null);
+}
+
 /** @param {Variant} variant */
 const written = ({ floats, strips }) => `${floats} ${strips}`;
 

@@ -29,8 +29,6 @@ const { fround } = Math;
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 // logit of an opacity that nothing brings back
 const INVISIBLE = toHalf(-1e4);
-/** Gaussians in a first picture, at most: one of all keeps a slow device from decoding them. */
-export const FIRST = 16384;
 // of standard deviations' bits
 const STEPS = [2047, 2047, 1023];
 // no smaller part of a unit quaternion is above that root
@@ -46,37 +44,6 @@ export const CONSTANTS = {
   invisible: INVISIBLE,
   leastScale: LEAST_SCALE,
 };
-
-/**
- * A scene whose Gaussians differ by nothing but their place; of many only some are to be seen.
- *
- * @param {Header} header
- * @param {[number, number]} scaleRange of standard deviations
- * @param {Uint16Array} positions
- * @param {PackedRows} one of them
- * @param {number} [room] Gaussians that there is room for: more than positions, and they are zeros
- * @returns {SceneData & PackedRows}
- */
-export function packAlike(header, scaleRange, positions, one, room = positions.length / 3) {
-  const scene = emptyScene(header, room, scaleRange);
-  const { shapes, lobes } = scene;
-  const count = positions.length / 3;
-  for (const part of /** @type {Part[]} */ (["shapes", "colors", "lobes"])) {
-    const [all, { length }] = [scene[part].subarray(0, one[part].length * count), one[part]];
-    all.set(one[part]);
-    // what is filled doubles until it is all
-    for (let filled = length; filled < all.length; filled *= 2) all.copyWithin(filled, 0, filled);
-  }
-  const [stride, apart] = [one.lobes.length, Math.ceil(count / FIRST)];
-  for (let i = 0; i < count; i++) {
-    if (i % apart) lobes[i * stride] = INVISIBLE | (one.lobes[0] & 0xffff0000);
-  }
-  for (let i = 0, at = 0; i < positions.length; i += 3, at += 4) {
-    shapes[at] = positions[i] | (positions[i + 1] << 16);
-    shapes[at + 1] = positions[i + 2] | (shapes[at + 1] & 0xffff0000);
-  }
-  return scene;
-}
 
 /**
  * A scene without its numbers, which `packRows` gives.

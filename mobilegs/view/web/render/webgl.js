@@ -7,9 +7,11 @@
 
 import { strides } from "./types.js";
 import { HALF_SCALE, packView } from "./view.js";
-import { BATCH, TARGETS, makeFixed, makePrograms } from "./webgl_program.js";
+import { WebGlDots } from "./webgl_dots.js";
+import { BATCH, TARGETS, blendsFloats, makeFixed, makePrograms } from "./webgl_program.js";
 import { ROW, extent } from "./webgl_textures.js";
 
+/** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Part} Part */
@@ -38,7 +40,7 @@ const ORDER = ["R32UI", "RED_INTEGER", 1];
 /** Draws a scene with WebGL2, which even browsers have that reach this page over plain http. */
 export class WebGlRenderer {
   /** The shaders that `create` is given, by file. */
-  static files = ["view", "wide", "packed", "whole", "project", "splat", "resolve"].map(
+  static files = ["view", "wide", "packed", "whole", "project", "splat", "resolve", "dots"].map(
     (name) => `${name}.glsl`,
   );
 
@@ -57,11 +59,13 @@ export class WebGlRenderer {
   /** @type {SceneData | null} */
   #scene = null;
   #inputs = PACKED; // of the scene
+  /** @type {WebGlDots | null} */
+  #dots = null;
   #sums = ""; // what the textures of the sums are for
 
   #onLost = (/** @type {Event} */ event) => {
     event.preventDefault(); // or the context would never come back
-    this.#scene = null;
+    this.#scene = this.#dots = null;
     this.lost = "the browser took the GPU away from this page: reload it if no picture returns";
     this.onLost(this.lost);
   };
@@ -165,6 +169,20 @@ export class WebGlRenderer {
     this.#fixed.textures.write(part, input, (strides(this.#scene)[part] / input[2]) * from, numbers);
   }
 
+  /** Dots that `drawDots` draws, or none any more; the scene stays. @param {Dots | null} dots */
+  setDots(dots) {
+    if (this.lost !== null) return;
+    this.#dots ??= new WebGlDots(this.#gl, this.#shaders.dots);
+    this.#dots.take(dots);
+  }
+
+  /** Draws them into the canvas, which takes the camera's size. @param {Camera} camera */
+  drawDots(camera) {
+    if (!this.#dots) return;
+    this.#fit(camera);
+    this.#dots.draw(camera);
+  }
+
   /**
    * The order of a sorted scene's Gaussians, far ones first; their own until it is known.
    *
@@ -185,9 +203,7 @@ export class WebGlRenderer {
    */
   draw(camera) {
     if (this.#scene === null) return;
-    const { canvas } = this.#gl;
-    if (canvas.width !== camera.width) canvas.width = camera.width;
-    if (canvas.height !== camera.height) canvas.height = camera.height;
+    this.#fit(camera);
     this.#sum(this.#scene, camera);
     this.#resolve(this.#scene, null, camera.height - 1);
   }
@@ -252,6 +268,7 @@ export class WebGlRenderer {
     const gl = this.#gl;
     const { view, corners, quads, looks, sums, programs, textures } = this.#fixed;
     this.#scene = null;
+    this.#dots?.destroy();
     gl.canvas.removeEventListener("webglcontextlost", this.#onLost);
     gl.canvas.removeEventListener("webglcontextrestored", this.#onRestored);
     textures.destroy();
@@ -263,6 +280,13 @@ export class WebGlRenderer {
     for (const buffer of [view, corners]) gl.deleteBuffer(buffer);
     // or it would count among those that a page may have, of which the oldest is taken away
     gl.getExtension("WEBGL_lose_context")?.loseContext();
+  }
+
+  /** @param {Camera} camera */
+  #fit({ width, height }) {
+    const { canvas } = this.#gl;
+    if (canvas.width !== width) canvas.width = width;
+    if (canvas.height !== height) canvas.height = height;
   }
 
   /**
@@ -373,9 +397,4 @@ export class WebGlRenderer {
       throw new Error(`this GPU cannot draw into ${what}`);
     }
   }
-}
-
-/** @param {WebGL2RenderingContext} gl */
-function blendsFloats(gl) {
-  return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
 }

@@ -23,6 +23,11 @@ const VIEW_BINDING = 0;
 /** Either lets a GPU draw packed scenes: the second knows halves alone, and there are phones that have no other. */
 export const TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
 
+/** Whether sums can be 32-bit floats. @param {WebGL2RenderingContext} gl */
+export function blendsFloats(gl) {
+  return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
+}
+
 /** @param {WebGL2RenderingContext} gl @returns {Fixed} */
 export function makeFixed(gl) {
   // a context that comes back has forgotten what it was asked for
@@ -61,33 +66,38 @@ export function makePrograms(gl, shaders, { sorted, packed, strips }) {
   const rows = packed ? shaders.packed : shaders.wide;
   const defined = `${sorted ? "#define SORTED\n" : ""}${strips ? "#define STRIPS\n" : ""}`;
   /** @type {(vertex: string, fragment: string) => WebGLProgram} */
-  const link = (vertex, fragment) => {
-    const program = gl.createProgram();
-    const version = `#version 300 es\n${defined}`;
-    for (const [kind, text] of /** @type {[GLenum, string][]} */ ([
-      [gl.VERTEX_SHADER, `${version}#define VERTEX\n${view}${vertex}`],
-      [gl.FRAGMENT_SHADER, `${version}${view}${fragment}`],
-    ])) {
-      const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-      gl.deleteShader(shader); // as soon as the program goes
-    }
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-      const logs = (gl.getAttachedShaders(program) ?? []).map((one) => gl.getShaderInfoLog(one));
-      logs.push(gl.getProgramInfoLog(program));
-      throw new Error(`this GPU refuses a shader: ${logs.join(" ")}`);
-    }
+  const made = (vertex, fragment) => {
+    const program = linked(gl, `${defined}#define VERTEX\n${view}${vertex}`, `${defined}${view}${fragment}`);
     gl.useProgram(program);
     SAMPLERS.forEach((name, unit) => gl.uniform1i(gl.getUniformLocation(program, name), unit));
     gl.uniformBlockBinding(program, gl.getUniformBlockIndex(program, "View"), VIEW_BINDING);
     return program;
   };
   return {
-    project: link(whole, `${rows}${project}`),
-    splat: link(`${rows}${splat}`, splat),
-    resolve: link(whole, resolve),
+    project: made(whole, `${rows}${project}`),
+    splat: made(`${rows}${splat}`, splat),
+    resolve: made(whole, resolve),
   };
+}
+
+/** Throws what the GPU says if it refuses. @param {WebGL2RenderingContext} gl @param {string} vertex @param {string} fragment */
+export function linked(gl, vertex, fragment) {
+  const program = gl.createProgram();
+  for (const [kind, text] of /** @type {[GLenum, string][]} */ ([
+    [gl.VERTEX_SHADER, vertex],
+    [gl.FRAGMENT_SHADER, fragment],
+  ])) {
+    const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
+    gl.shaderSource(shader, `#version 300 es\n${text}`);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+    gl.deleteShader(shader); // as soon as the program goes
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+    const logs = (gl.getAttachedShaders(program) ?? []).map((one) => gl.getShaderInfoLog(one));
+    logs.push(gl.getProgramInfoLog(program));
+    throw new Error(`this GPU refuses a shader: ${logs.join(" ")}`);
+  }
+  return program;
 }

@@ -2,8 +2,10 @@
 
 import { strides } from "./types.js";
 import { HALF_SCALE, VIEW_BYTES, packView } from "./view.js";
-import { BATCH, Program, sumFormats } from "./webgpu_program.js";
+import { WebGpuDots } from "./webgpu_dots.js";
+import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
 
+/** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Part} Part */
@@ -25,7 +27,7 @@ const NOTHING = new Float32Array(0);
 /** Both ways of blending share the device. */
 export class WebGpuRenderer {
   /** The shaders that `create` is given, by file. */
-  static files = ["view", "wide", "packed", "project", "splat", "resolve"].map((n) => `${n}.wgsl`);
+  static files = ["view", "wide", "packed", "project", "splat", "resolve", "dots"].map((n) => `${n}.wgsl`);
 
   /** How it draws; may be changed between frames. @type {Variant} */
   variant;
@@ -43,6 +45,8 @@ export class WebGpuRenderer {
   #scene = null;
   /** @type {Uploaded | null} */
   #uploaded = null;
+  /** @type {WebGpuDots | null} */
+  #dots = null;
   /** @type {{key: string, views: GPUTextureView[], textures: GPUTexture[]} | null} */
   #sums = null;
   #view;
@@ -164,6 +168,17 @@ export class WebGpuRenderer {
     this.#device.queue.writeBuffer(this.#uploaded.parts[part], start, numbers);
   }
 
+  /** Dots that `drawDots` draws, or none any more; the scene stays. @param {Dots | null} dots */
+  setDots(dots) {
+    this.#dots?.destroy();
+    this.#dots = dots && new WebGpuDots(this.#program, dots, this.#format);
+  }
+
+  /** Draws them into the canvas, which takes the camera's size. @param {Camera} camera */
+  drawDots(camera) {
+    if (this.lost === null) this.#dots?.draw(camera, this.#fitted(camera));
+  }
+
   /**
    * The order of a sorted scene, far ones first.
    *
@@ -180,10 +195,7 @@ export class WebGpuRenderer {
    * @param {Camera} camera
    */
   draw(camera) {
-    if (this.lost !== null) return;
-    if (this.#canvas.width !== camera.width) this.#canvas.width = camera.width;
-    if (this.#canvas.height !== camera.height) this.#canvas.height = camera.height;
-    this.#frame(camera, this.#context.getCurrentTexture().createView(), this.#format);
+    if (this.lost === null) this.#frame(camera, this.#fitted(camera), this.#format);
   }
 
   /**
@@ -244,6 +256,7 @@ export class WebGpuRenderer {
   /** Gives back everything; the renderer cannot be used any more. */
   destroy() {
     this.#release();
+    this.setDots(null);
     this.#device.onuncapturederror = null;
     this.#device.destroy();
   }
@@ -264,6 +277,13 @@ export class WebGpuRenderer {
     if (this.#uploaded === null) return [];
     const { parts, looks, batches, order } = this.#uploaded;
     return [...Object.values(parts), looks, batches, ...(order ? [order] : [])];
+  }
+
+  /** The canvas, of the camera's size. @param {Camera} camera */
+  #fitted({ width, height }) {
+    if (this.#canvas.width !== width) this.#canvas.width = width;
+    if (this.#canvas.height !== height) this.#canvas.height = height;
+    return this.#context.getCurrentTexture().createView();
   }
 
   /** @param {number} width @param {number} height @param {GPUTextureFormat} format */
@@ -298,7 +318,7 @@ export class WebGpuRenderer {
       timestampWrites: this.#program.stamps(2),
     });
     resolving.setPipeline(pipeline);
-    resolving.setBindGroup(0, this.#bind(pipeline, { 0: this.#view, ...numbered(sums, 1) }));
+    resolving.setBindGroup(0, this.#program.bind(pipeline, { 0: this.#view, ...numbered(sums, 1) }));
     resolving.draw(3);
     resolving.end();
     queue.submit([encoder.finish()]);
@@ -312,7 +332,7 @@ export class WebGpuRenderer {
     const across = Math.max(1, Math.min(groups, 65535));
     const pass = encoder.beginComputePass({ timestampWrites: this.#program.stamps(0) });
     pass.setPipeline(pipeline);
-    pass.setBindGroup(0, this.#bind(pipeline, numbered(all, 0)));
+    pass.setBindGroup(0, this.#program.bind(pipeline, numbered(all, 0)));
     pass.dispatchWorkgroups(across, Math.ceil(groups / across));
     pass.end();
   }
@@ -340,7 +360,7 @@ export class WebGpuRenderer {
     });
     pass.setPipeline(pipeline);
     const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order ?? batches };
-    pass.setBindGroup(0, this.#bind(pipeline, read));
+    pass.setBindGroup(0, this.#program.bind(pipeline, read));
     pass.setIndexBuffer(this.#corners, "uint16");
     if (this.variant.strips) {
       if (kind.sorted) pass.draw(4, count);
@@ -371,28 +391,4 @@ export class WebGpuRenderer {
     this.#sums = { key, textures, views };
     return views;
   }
-
-  /**
-   * @param {GPURenderPipeline | GPUComputePipeline} pipeline
-   * @param {Record<number, GPUBuffer | GPUTextureView>} resources by the number of their binding
-   */
-  #bind(pipeline, resources) {
-    return this.#device.createBindGroup({
-      layout: pipeline.getBindGroupLayout(0),
-      entries: Object.entries(resources).map(([binding, resource]) => ({
-        binding: Number(binding),
-        resource: resource instanceof GPUBuffer ? { buffer: resource } : resource,
-      })),
-    });
-  }
-}
-
-/**
- * @template T
- * @param {T[]} items
- * @param {number} first
- * @returns {Record<number, T>}
- */
-function numbered(items, first) {
-  return Object.fromEntries(items.map((item, i) => [first + i, item]));
 }

@@ -128,6 +128,20 @@ export class Program {
     });
   }
 
+  /** @param {GPUTextureFormat} format of the target */
+  dots(format) {
+    return this.#kept(`dots ${format}`, () => {
+      const module = this.device.createShaderModule({ code: this.#shaders.dots, label: "dots" });
+      /** @type {GPUVertexAttribute[]} */
+      const attributes = [{ shaderLocation: 0, offset: 0, format: "float32x3" }];
+      return this.device.createRenderPipeline({
+        layout: "auto",
+        vertex: { module, entryPoint: "corner_of_dot", buffers: [{ arrayStride: 12, attributes }] },
+        fragment: { module, entryPoint: "paint_dot", targets: [{ format }] },
+      });
+    });
+  }
+
   /**
    * A buffer that holds numbers.
    *
@@ -141,6 +155,22 @@ export class Program {
     new Uint8Array(buffer.getMappedRange()).set(bytes);
     buffer.unmap();
     return buffer;
+  }
+
+  /**
+   * What a pipeline reads and writes.
+   *
+   * @param {GPURenderPipeline | GPUComputePipeline} pipeline
+   * @param {Record<number, GPUBuffer | GPUTextureView>} resources by the number of their binding
+   */
+  bind(pipeline, resources) {
+    return this.device.createBindGroup({
+      layout: pipeline.getBindGroupLayout(0),
+      entries: Object.entries(resources).map(([binding, resource]) => ({
+        binding: Number(binding),
+        resource: resource instanceof GPUBuffer ? { buffer: resource } : resource,
+      })),
+    });
   }
 
   /** Where a pass notes when it began and ended. @param {number} pass */
@@ -190,6 +220,18 @@ export class Program {
     this.#modules.set(key, module);
     return module;
   }
+}
+
+/**
+ * Resources by the number of their binding, from one on.
+ *
+ * @template T
+ * @param {T[]} items
+ * @param {number} first
+ * @returns {Record<number, T>}
+ */
+export function numbered(items, first) {
+  return Object.fromEntries(items.map((item, i) => [first + i, item]));
 }
 
 /** @param {boolean} sorted @param {boolean} floats @returns {GPUTextureFormat[]} */

@@ -2,9 +2,10 @@
 
 import { loadingWorker } from "../files.js";
 import { farFirst } from "../load/order.js";
-import { fastestVariant, knownVariant, warmUp } from "../render/calibrate.js";
+import { knownVariant, warmUp, warmUpDots } from "../render/calibrate.js";
 import { chooseRenderer } from "../render/choose.js";
 import { meanLogit, strides } from "../render/types.js";
+import { fastestHere, storage } from "./fastest.js";
 import { dot } from "./vector.js";
 
 /** @typedef {import("../load/worker.js").Message} Message */
@@ -27,9 +28,7 @@ import { dot } from "./vector.js";
  * @property {(sentence: string) => void} broken what draws cannot go on
  */
 
-/** What is fastest by API, once a page and not by several at a time. @type {Map<string, Promise<Variant>>} */
-const fastest = new Map();
-const PLAIN = /\.(ply|spz)$/i; // addresses of scenes that are drawn sorted
+const AFTER = 50; // milliseconds that a first picture has to come onto the screen
 const SAME_SIDE = Math.cos((0.5 * Math.PI) / 180); // an order serves all directions as near as that
 
 export class Layer {
@@ -77,6 +76,8 @@ export class Layer {
   /** Direction of looking that the order is for. @type {Vector | null} */
   #ordered = null;
   #timing = false;
+  #dots = false; // whether they are all that there is to draw
+  #warm = false; // whether the shaders of scenes are compiled, or about to be
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -116,8 +117,7 @@ export class Layer {
       this.#measured = known !== null;
       this.#renderer = renderer;
       this.name = name;
-      // while the scene is on its way; a device that fails here fails elsewhere as well
-      if (!this.#sorting && !PLAIN.test(this.#address)) void warmUp(renderer).catch(() => {});
+      warmUpDots(renderer);
       return true;
     } catch (error) {
       this.#told.failed(sentenceOf(error));
@@ -130,9 +130,7 @@ export class Layer {
     if (this.#measured || this.broken) return;
     this.#measured = true;
     const choice = this.name === "WebGPU" ? "webgpu" : "webgl";
-    const found = fastest.get(choice) ?? measured(choice);
-    fastest.set(choice, found);
-    const variant = await found;
+    const variant = await fastestHere(choice);
     if (this.#renderer) this.#renderer.variant = variant;
     this.#told.changed();
   }
@@ -166,9 +164,25 @@ export class Layer {
 
   /** Throws if it cannot. @param {Camera} camera whose near plane the scene may have another opinion of */
   draw(camera) {
-    if (this.#worker === null) return; // the renderer may have a scene of its own by now
+    if (this.#worker === null) return;
+    const seen = { ...camera, near: this.near };
+    if (this.#dots) {
+      this.#renderer?.drawDots(seen);
+      void this.#warmUp();
+      return;
+    }
     this.#askOrder(camera);
-    this.#renderer?.draw({ ...camera, near: this.near });
+    this.#renderer?.draw(seen);
+  }
+
+  /** Has the shaders of scenes compiled, behind the first picture of dots. */
+  async #warmUp() {
+    const renderer = this.#renderer;
+    if (this.#warm || this.#sorting || !renderer) return;
+    this.#warm = true;
+    await new Promise((later) => setTimeout(later, AFTER));
+    // a device that fails here fails elsewhere as well
+    if (this.#dots && !this.#destroyed) await warmUp(renderer).catch(() => {});
   }
 
   /** Draws; what goes wrong is told, once. @param {Camera} camera */
@@ -188,7 +202,7 @@ export class Layer {
 
   /** A picture as numbers, as renderers give it. @param {Camera} camera @returns {Promise<Float32Array>} */
   pixels(camera) {
-    const shown = this.#worker && this.#renderer?.pixels(camera);
+    const shown = this.#worker && !this.#dots ? this.#renderer?.pixels(camera) : null;
     return shown ?? Promise.reject(new Error("nothing can be drawn"));
   }
 
@@ -216,11 +230,6 @@ export class Layer {
     // a device that is lost meanwhile says so itself
     await this.#renderer.time().catch(() => {});
     this.#timing = false;
-  }
-
-  /** Where the scene comes from, as far as that has a name. */
-  get #address() {
-    return this.request && "url" in this.request ? this.request.url : "";
   }
 
   /** What draws, in words. */
@@ -253,6 +262,7 @@ export class Layer {
     if (this.broken && worker === this.#worker) return;
     if (message.kind === "failed") this.#told.failed(message.sentence);
     else if (message.kind === "progress") this.#told.progress(message.received / message.total);
+    else if (message.kind === "dots") this.#takeDots(message, worker);
     else if (message.kind === "scene") this.#take(message, worker);
     else if (message.kind === "rows") this.#takeRows(message);
     else if (message.kind === "more") this.#show(message.centers);
@@ -265,38 +275,72 @@ export class Layer {
     }
   }
 
+  /** @param {Extract<Message, {kind: "dots"}>} message @param {Worker} worker */
+  #takeDots({ dots, views, near }, worker) {
+    this.#sorter = "";
+    const taken = this.#replace(worker, dots.background, () => this.#renderer?.setDots(dots));
+    if (!taken) return;
+    this.#dots = true;
+    this.#lookFrom(views, near);
+    this.logits = new Float32Array(dots.centers.length / 3);
+    this.#show(dots.centers);
+    if (!this.#again) this.#told.arrived();
+  }
+
   /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
   #take({ data, centers, views, near }, worker) {
     const more = worker === this.#worker; // of the scene that is shown
-    if (!more) this.#worker?.terminate();
-    this.#worker = worker;
-    this.#coming = null;
     this.#sorter = data.sorted ? "worker" : this.#sorting ? "page" : "";
     data.sorted = this.#sorter !== "";
-    this.#own = [...data.background];
-    this.#drawn = data.background;
-    this.background = this.#wished;
-    if (this.#renderer?.lost) {
-      this.#break(this.#renderer.lost);
-      return;
-    }
-    try {
+    const taken = this.#replace(worker, data.background, () => {
+      this.#renderer?.setDots(null);
       this.#renderer?.setScene(data);
-    } catch (error) {
-      worker.terminate();
-      this.count = 0;
-      this.#told.failed(sentenceOf(error));
-      return;
-    }
-    this.broken = false;
-    this.near = near;
-    this.views = views;
-    this.#ordering = false;
+    });
+    if (!taken) return;
+    this.#dots = false;
+    this.#lookFrom(views, near);
     this.logits = new Float32Array(data.count);
     this.#lobeStride = strides(data).lobes;
     this.#noteLobes(0, data.lobes);
     this.#show(centers);
     if (!more && !this.#again) this.#told.arrived();
+  }
+
+  /**
+   * Gives the renderer something else to draw, and tells if it does not take it.
+   *
+   * @param {Worker} worker whose scene it is
+   * @param {Vector} background read for every frame
+   * @param {() => void} give
+   */
+  #replace(worker, background, give) {
+    if (worker !== this.#worker) this.#worker?.terminate();
+    this.#worker = worker;
+    this.#coming = null;
+    this.#own = [...background];
+    this.#drawn = background;
+    this.background = this.#wished;
+    if (this.#renderer?.lost) {
+      this.#break(this.#renderer.lost);
+      return false;
+    }
+    try {
+      give();
+    } catch (error) {
+      worker.terminate();
+      this.count = 0;
+      this.#told.failed(sentenceOf(error));
+      return false;
+    }
+    this.broken = false;
+    return true;
+  }
+
+  /** @param {View[]} views @param {number} near */
+  #lookFrom(views, near) {
+    this.views = views;
+    this.near = near;
+    this.#ordering = false;
   }
 
   /** Draws the Gaussians with these centres, the first ones of the scene. @param {Float32Array<ArrayBuffer>} centers */
@@ -347,22 +391,3 @@ export class Layer {
 
 /** @param {unknown} error */
 const sentenceOf = (error) => (error instanceof Error ? error.message : String(error));
-
-/** How to draw, found out with a renderer that nobody sees. @param {"webgpu" | "webgl"} choice */
-async function measured(choice) {
-  const { renderer } = await chooseRenderer(document.createElement("canvas"), choice);
-  try {
-    return await fastestVariant(renderer, storage());
-  } finally {
-    renderer.destroy();
-  }
-}
-
-/** What this page remembers of the device; null where pages may not. */
-function storage() {
-  try {
-    return localStorage;
-  } catch {
-    return null;
-  }
-}

@@ -1,0 +1,60 @@
+/** Dots by WebGL2. */
+
+import { packDots, verticesOf } from "./dots.js";
+import { linked } from "./webgl_program.js";
+
+/** @typedef {import("./dots.js").Dots} Dots */
+/** @typedef {import("./types.js").Camera} Camera */
+
+/** Those of a scene that is about to come, by a program that stays. */
+export class WebGlDots {
+  #gl;
+  /** @type {Dots | null} */
+  #dots = null;
+  #program;
+  #triangles;
+  #vertices;
+  #count = 0;
+
+  /** @param {WebGL2RenderingContext} gl @param {string} shader */
+  constructor(gl, shader) {
+    this.#gl = gl;
+    this.#program = linked(gl, `#define VERTEX\n${shader}`, shader);
+    this.#triangles = gl.createVertexArray();
+    this.#vertices = gl.createBuffer();
+    gl.bindVertexArray(this.#triangles);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#vertices);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
+  }
+
+  /** @param {Dots | null} dots */
+  take(dots) {
+    const [gl, vertices] = [this.#gl, dots ? verticesOf(dots) : new Float32Array(0)];
+    this.#dots = dots;
+    this.#count = vertices.length / 3;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#vertices);
+    gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
+  }
+
+  /** Into the canvas. @param {Camera} camera */
+  draw(camera) {
+    const [gl, dots] = [this.#gl, this.#dots];
+    if (!dots) return;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, camera.width, camera.height);
+    gl.disable(gl.BLEND);
+    gl.clearBufferfv(gl.COLOR, 0, [...dots.background, 1]);
+    gl.useProgram(this.#program);
+    gl.uniform4fv(gl.getUniformLocation(this.#program, "dots"), packDots(dots, camera));
+    gl.bindVertexArray(this.#triangles);
+    gl.drawArrays(gl.TRIANGLES, 0, this.#count);
+  }
+
+  destroy() {
+    const gl = this.#gl;
+    gl.deleteProgram(this.#program);
+    gl.deleteVertexArray(this.#triangles);
+    gl.deleteBuffer(this.#vertices);
+  }
+}
