@@ -31,7 +31,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,6 @@ from mobilegs.camera import Camera
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import inspect, pack, unpack
 from mobilegs.compress.layers import layered
-from mobilegs.compress.scalars import ScalarSteps
 from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
 from mobilegs.data.dataset import Frame, assemble, split_every_eighth
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
@@ -64,15 +63,6 @@ SIDE = 400  # pixels, of pictures of splats
 LPIPS_EVERY = 4
 PRICES = (0.0003, 0.001, 0.003, 0.01)
 CANONICAL = "canonical=true"
-
-
-def finer(times: float) -> tuple[str, ...]:
-    """Steps so many times as fine; a bit is worth less there, as the square of a step."""
-    steps = ScalarSteps()
-    changed = (f"scalars.{one.name}={getattr(steps, one.name) / times}" for one in fields(steps))
-    return ("coding=sq", f"bit_price={StudentConfig().bit_price / times**2}", *changed)
-
-
 LARGE = (
     "codebooks.scale=256",
     "codebooks.rotation=4096",
@@ -86,7 +76,7 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "nvq-canonical": (CANONICAL,),
     "sq-fixed": ("coding=sq", "step_rate=0"),
     **{f"sq-{price}": ("coding=sq", f"bit_price={price}") for price in PRICES},
-    **{f"sq-finer-{times}": finer(times) for times in (1.5, 2, 3, 4)},
+    **{f"sq-fine-{fine}": ("coding=sq", f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
     "nvq-large": LARGE,
 }
 LAYERS = 3

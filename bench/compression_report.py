@@ -115,6 +115,17 @@ def sections(cells: dict[str, dict]) -> list[str]:
     return lines
 
 
+def kinds_of(variant: str) -> list[str]:
+    """The lines of the plot that a variant is a point of."""
+    if variant == "sq-0.001":
+        return ["sq, by price", "sq, by fineness"]
+    if variant.startswith("sq-fine-"):
+        return ["sq, by fineness"]
+    if variant in ("sq-fixed", "nvq-canonical"):
+        return [variant]
+    return ["nvq" if variant.startswith("nvq") else "sq, by price"]
+
+
 def plot(cells: dict[str, dict]) -> None:
     """What is lost by bytes a Gaussian, one panel a scene and length."""
     import matplotlib.pyplot as plt
@@ -128,9 +139,9 @@ def plot(cells: dict[str, dict]) -> None:
         lines: dict[str, list[tuple[float, float]]] = {}
         for name, cell in ours.items():
             if "bytes" in cell:
-                kind = "sq" if name.startswith("sq") and name != "sq-fixed" else name
                 lost = cell["psnr"] - ours["plain"]["psnr"]
-                lines.setdefault(kind, []).append((cell["bytes"] / cell["gaussians"], lost))
+                for kind in kinds_of(name):
+                    lines.setdefault(kind, []).append((cell["bytes"] / cell["gaussians"], lost))
         for kind, points in lines.items():
             color = colors.setdefault(kind, f"C{len(colors)}")
             x, y = zip(*sorted(points), strict=True)

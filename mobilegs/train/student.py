@@ -87,7 +87,7 @@ class Student:
             weighting=weighting,
             color=config.color,
             rounded=config.positions_rounded,
-            steps=config.scalars if config.coding == "sq" else None,
+            steps=config.steps_of_codes,
             canonical=config.canonical,
         )
         if config.presence.weight:
@@ -117,7 +117,7 @@ class Student:
         cameras = [self.cameras[index] for index in self.team.in_order([i for i, _ in views])]
         results = self._pull(cameras, views)
         if self.config.coding == "sq":
-            self.model.pay(len(cameras) * self.config.bit_price)
+            self.model.pay(len(cameras) * self.config.price)
         self.model.step()
         if self.config.view.decay:
             self.model.forget_directions(self.config.view.decay)

@@ -137,10 +137,14 @@ class StudentConfig:
     """Sizes of the codebooks of `nvq`."""
     scalars: ScalarSteps = field(default_factory=ScalarSteps)
     """Steps of `sq`."""
+    fineness: float = 1.0
+    """How many times as fine as `scalars` the steps begin; a bit's price falls with its square, as
+    what a step costs in the picture does."""
     step_rate: float = 2e-3
     """Rate of the steps' logarithms. 0: they stay as they are."""
     bit_price: float = 1e-3
-    """With `sq`, what a bit per Gaussian adds to the loss: more makes smaller, plainer files."""
+    """With `sq`, what a bit per Gaussian adds to the loss, at a fineness of 1: more makes smaller,
+    plainer files."""
     target_mb: float = 0.0
     """With `sq`, megabytes (10^6) that the file shall have: all steps follow alike, up to eight
     times as large or small as they are at first. 0: whatever price and steps lead to."""
@@ -209,8 +213,20 @@ class StudentConfig:
                 f"{self.view.latents} of lobes are more streams than a file may have: at most "
                 f"{self.layers_max} layers are possible"
             )
+        check(self, fineness=POSITIVE)
+        self.scalars.finer(self.fineness)  # refused here if it cannot be
         check(self, final_rate=SHARE)  # a rate of the rates, which must leave something
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
+
+    @property
+    def steps_of_codes(self) -> ScalarSteps | None:
+        """Where the steps of `sq` begin; `nvq` has none."""
+        return self.scalars.finer(self.fineness) if self.coding == "sq" else None
+
+    @property
+    def price(self) -> float:
+        """What a bit per Gaussian adds to the loss of a photo."""
+        return self.bit_price / self.fineness**2
 
     @property
     def layers_max(self) -> int:

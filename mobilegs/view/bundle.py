@@ -24,6 +24,10 @@ TEXT = re.compile(
     r"""("(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'"""
     r"|`(?:\\.|\$\{(?:[^`{}]|`(?:\\.|[^`\\])*`|\{[^{}]*\})*\}|[^`\\$]|\$(?!\{))*`)"
 )
+# where a line's end means nothing either: next to signs that no statement ends or begins with
+WITHIN = re.compile(r"(?<=[,(\[=&|?:])\n|\n(?=[)\]}.&|?:])")
+# a name in brackets that say nothing: those of a cast, or of a function's only parameter
+ALONE = re.compile(r"(?<=[=(,:?&|!])\((\w+)\)(?=[.,;)]|=>)")
 SPACE = re.compile(r" ?([=*<>?:|&,;{}()\[\]]+) ?")
 SIGN = re.compile(r"(?<![-+]) ([-+/]=?) (?![-+])")  # two of them would be another sign
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
@@ -34,15 +38,16 @@ WORKER = WEB / "load" / "worker.js"
 def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
     """A function `whole` that does what one of the modules `entries` does, told by its number.
 
-    Each of them and of what they import is a function in it that returns what the module
-    exports, called when it is first asked for. A function knows its own text, so `whole` can
-    give it to a thread that does what another entry does. It is no general tool: our modules
-    import by name and export declarations, and none in a circle. Comments, indentation and
-    spaces around signs are left out, private names are short. `replaced` gives other texts
+    Each of them and of what they import is a function in it that returns what the module exports,
+    in a row, called when it is first asked for. A function knows its own text, so `whole` can give
+    it to a thread that does what another entry does. It is no general tool: our modules import by
+    name and export declarations, and none in a circle. Comments, indentation and spaces around
+    signs are left out; private, local and imported names are short. `replaced` gives other texts
     for some modules.
     """
     numbers = {path: number for number, path in enumerate(entries)}
     parts: dict[int, str] = {}
+    exports: dict[int, list[str]] = {}  # each is known to others by its place in here
     under_way: set[Path] = set()
 
     def add(path: Path) -> int:
@@ -56,15 +61,20 @@ def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
 
         def imported(match: re.Match[str]) -> str:
             names, source = match.groups()
-            there = f"module({add(path.parent / source)});\n"
-            return there if names is None else f"const {{{names.replace(' as ', ': ')}}} = {there}"
+            there = add(path.parent / source)
+            if names is None:
+                return f"module({there});\n"
+            pairs = [name.strip().split(" as ") for name in names.split(",") if name.strip()]
+            known = {pair[0]: pair[-1] for pair in pairs}
+            places = ", ".join(known.pop(name, "") for name in exports[there])
+            assert not known, f"{source} exports no {', '.join(known)}"
+            return f"const [{places.rstrip(', ')}] = module({there});\n"
 
         text = NOTHING.sub("", IMPORT.sub(imported, text))
-        exported = [match[1] for match in EXPORT.finditer(text)]
-        text = EXPORT.sub("", text)
+        exports[number] = [match[1] for match in EXPORT.finditer(text)]
+        text = EXPORT.sub("", text) + f"return [{', '.join(exports[number])}];\n"
         assert "import.meta" not in text, f"{path} asks where it lies"
-        text = _short_locals(_short_names(text), exported)
-        parts[number] = f"() => {{\n{text}return {{ {', '.join(exported)} }};\n}},\n"
+        parts[number] = f"() => {{\n{_short_locals(_short_names(text))}}},\n"
         under_way.remove(path)
         return number
 
@@ -81,19 +91,20 @@ module(entry);
 }}"""
 
 
-def _short_locals(text: str, exported: list[str]) -> str:
+def _short_locals(text: str) -> str:
     """The same module with short names for what is local to it."""
     pieces = TEXT.split(text)
     inside = {name for piece in pieces[1::2] if "${" in piece for name in WORD.findall(piece)}
-    pieces[::2] = short_names(pieces[::2], inside | set(exported))
+    pieces[::2] = short_names(pieces[::2], inside)
     return "".join(pieces)
 
 
 def _squeezed(text: str) -> str:
-    """The same program without spaces around signs. Its patterns must not hold quotes or spaces."""
+    """The same program without what signs do not need; patterns must not hold quotes or spaces."""
     pieces = TEXT.split(text)  # code and texts in turns
     assert all(piece.count("${") <= piece.count("}") for piece in pieces[1::2]), "texts in texts"
-    pieces[::2] = [SPACE.sub(r"\1", SIGN.sub(r"\1", code)) for code in pieces[::2]]
+    for sign, instead in ((SIGN, r"\1"), (SPACE, r"\1"), (WITHIN, ""), (ALONE, r"\1")):
+        pieces[::2] = [sign.sub(instead, code) for code in pieces[::2]]
     return "".join(pieces)
 
 

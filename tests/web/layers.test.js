@@ -4,6 +4,7 @@ import { isDeepStrictEqual } from "node:util";
 
 import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
 import { WHOLE } from "../../mobilegs/view/web/mgs/decode.js";
+import { centersOf } from "../../mobilegs/view/web/mgs/positions.js";
 import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
 import { pieces, randomNumbers } from "./pieces.js";
 import { openScene, sceneOf } from "./whole.js";
@@ -45,16 +46,17 @@ class Page {
   receive(message) {
     if (message.kind === "dots") this.dots = message.dots;
     else if (message.kind === "scene") {
-      const { data, centers } = message;
-      this.shown = centers.length / 3;
+      const { data, places } = message;
+      this.shown = centersOf(places).length / 3;
       this.words = data;
       this.size = data.count;
     } else if (message.kind === "rows") {
       const stride = this.words[message.part].length / this.size;
       this.words[message.part].set(message.numbers, stride * message.from);
     } else if (message.kind === "more") {
-      assert.ok(message.centers.length > 3 * this.shown);
-      this.shown = message.centers.length / 3;
+      const { length } = centersOf(message.places);
+      assert.ok(length > 3 * this.shown);
+      this.shown = length / 3;
     } else if (message.kind === "failed") this.sentence = message.sentence;
     else if (message.kind === "done") this.done = true;
     this.onChange(message);

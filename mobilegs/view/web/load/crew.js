@@ -7,6 +7,7 @@ import { packRows } from "../render/pack.js";
 /** @typedef {import("../mgs/decode.js").Decoder} Decoder */
 /** @typedef {import("../mgs/rows.js").Recipe} Recipe */
 /** @typedef {import("../render/pack.js").PackedRows} PackedRows */
+/** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {{chunk: number, stage: number, packed: PackedRows}} Brought what a helper sends back */
 /** @typedef {{worker: Worker, errands: number}} Helper with what it has not brought yet */
 /** @typedef {{layer: number, from: number, to: number, first: number}} Chunk rows of a layer, the first of them in the scene */
@@ -29,6 +30,8 @@ const PATIENCE = 8;
 export class Crew {
   /** What has been done and nobody has taken away yet. @type {[from: number, PackedRows][]} */
   taken = [];
+  /** Room for all Gaussians, if there is: then what is done is written there. @type {PackedRows | null} */
+  room = null;
 
   /** @type {Chunk[]} */
   #chunks = [];
@@ -138,18 +141,24 @@ export class Crew {
     return this.#stages[this.#chunks[chunk].layer];
   }
 
-  /** @param {number} chunk */
-  #rows(chunk) {
+  /** @param {number} chunk @param {"slice" | "subarray"} how */
+  #rows(chunk, how) {
     const { layers } = /** @type {Decoder} */ (this.#codes);
     const { layer, from, to } = this.#chunks[chunk];
-    return layers[layer].rows(from, to);
+    return layers[layer].rows(from, to, how);
+  }
+
+  /** Where a chunk has room, if it has. @param {number} chunk @returns {PackedRows | undefined} */
+  #place(chunk) {
+    const { first, from, to } = this.#chunks[chunk];
+    return this.room ? partOf(this.room, this.#count, first, first + to - from) : undefined;
   }
 
   /** Gives a helper something to do. @param {Helper} helper */
   #send(helper) {
     for (let chunk; helper.errands < AHEAD && (chunk = this.#free) >= 0; helper.errands++) {
       const stage = (this.#given[chunk] = this.#wanted(chunk));
-      helper.worker.postMessage({ rows: this.#rows(chunk), chunk, stage });
+      helper.worker.postMessage({ rows: this.#rows(chunk, "slice"), chunk, stage });
     }
   }
 
@@ -158,7 +167,8 @@ export class Crew {
     this.#running = true;
     for (let chunk; (chunk = this.#next) >= 0 && this.#own; ) {
       const stage = (this.#given[chunk] = this.#wanted(chunk));
-      this.#take({ chunk, stage, packed: packRows(this.#own, this.#rows(chunk)) });
+      const packed = packRows(this.#own, this.#rows(chunk, "subarray"), this.#place(chunk));
+      this.#take({ chunk, stage, packed });
       await turn();
     }
     this.#running = false;
@@ -168,7 +178,9 @@ export class Crew {
   #take({ chunk, stage, packed }) {
     if (stage <= this.#done[chunk]) return;
     this.#done[chunk] = stage;
-    this.taken.push([this.#chunks[chunk].first, packed]);
+    const place = this.#place(chunk);
+    if (place === undefined) this.taken.push([this.#chunks[chunk].first, packed]);
+    else if (place.shapes.buffer !== packed.shapes.buffer) write(packed, place);
     this.#check();
   }
 
@@ -186,6 +198,27 @@ export class Crew {
   #check() {
     if (this.#ending && this.#next < 0) this.#resolve();
   }
+}
+
+/**
+ * Some rows of a whole scene, where they lie.
+ *
+ * @param {PackedRows} scene
+ * @param {number} count of its Gaussians
+ * @param {number} from
+ * @param {number} to
+ */
+export function partOf(scene, count, from, to) {
+  const part = (/** @type {Part} */ name) => {
+    const stride = scene[name].length / count;
+    return scene[name].subarray(stride * from, stride * to);
+  };
+  return { shapes: part("shapes"), colors: part("colors"), lobes: part("lobes") };
+}
+
+/** @param {PackedRows} packed @param {PackedRows} place of as many */
+export function write(packed, place) {
+  for (const part of /** @type {Part[]} */ (Object.keys(place))) place[part].set(packed[part]);
 }
 
 /** When messages could come through. */

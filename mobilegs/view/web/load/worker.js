@@ -1,11 +1,11 @@
 /** Reads a scene away from the page's own thread, sends it on as it arrives, and sorts if needed. */
 
 import { WHOLE } from "../mgs/decode.js";
-import { thinned, toWorld } from "../mgs/positions.js";
+import { centersOf, thinned, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { RowDecoder } from "../mgs/rows.js";
 import { emptyScene, packRows } from "../render/pack.js";
-import { Crew, turn } from "./crew.js";
+import { Crew, partOf, turn, write } from "./crew.js";
 import { farFirst } from "./order.js";
 import { isPly, readPly } from "./ply.js";
 import { isSpz, readSpz } from "./spz.js";
@@ -14,6 +14,8 @@ import { isSpz, readSpz } from "./spz.js";
 /** @typedef {import("../mgs/header.js").Header} Header */
 /** @typedef {import("../mgs/header.js").View} View */
 /** @typedef {import("../render/dots.js").Dots} Dots */
+/** @typedef {import("../render/pack.js").PackedRows} PackedRows */
+/** @typedef {import("../mgs/positions.js").Places} Places */
 /** @typedef {import("../mgs/reader.js").SceneReader} SceneReader */
 /** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("../render/types.js").Part} Part */
@@ -21,8 +23,8 @@ import { isSpz, readSpz } from "./spz.js";
 /** @typedef {{url: string} | {file: Blob} | {forward: [number, number, number]}} Request */
 /**
  * @typedef {{kind: "dots", dots: Dots, views: View[], near: number}
- *   | {kind: "scene", data: SceneData, centers: Float32Array<ArrayBuffer>, views: View[], near: number}
- *   | {kind: "more", centers: Float32Array<ArrayBuffer>}
+ *   | {kind: "scene", data: SceneData, places: Places, views: View[], near: number}
+ *   | {kind: "more", places: Places}
  *   | {kind: "rows", part: Part, from: number, numbers: Numbers}
  *   | {kind: "order", order: Uint32Array<ArrayBuffer>}
  *   | {kind: "progress", received: number, total: number}
@@ -51,16 +53,8 @@ let centers = new Float32Array(0);
 /** @param {Message} message @param {Transferable[]} [moved] */
 const send = (message, moved = []) => self.postMessage(message, { transfer: moved });
 
-/**
- * @param {SceneData} data
- * @param {Float32Array<ArrayBuffer>} centers
- * @param {View[]} views
- * @param {number} near
- */
-function sendScene(data, centers, views, near) {
-  const moved = [data.shapes.buffer, data.colors.buffer, data.lobes.buffer];
-  send({ kind: "scene", data, centers, views, near }, [...moved, centers.buffer]);
-}
+/** What of a scene moves to who draws it. @param {SceneData} data */
+const movable = ({ shapes, colors, lobes }) => [shapes.buffer, colors.buffer, lobes.buffer];
 
 /**
  * @param {{url: string} | {file: Blob}} request
@@ -93,6 +87,9 @@ class Arriving {
   #own;
   /** Layers that are shown; 0: some of the first, as dots. */
   #shown = 0;
+  /** Before it is sent. @type {SceneData & PackedRows | null} */
+  #scene = null;
+  #room = false; // whether it was made
 
   /**
    * @param {Header} header
@@ -118,19 +115,19 @@ class Arriving {
   /** Sends what has been done since the last time. @param {number} received bytes of the file */
   send(received) {
     const { count } = this.#header;
-    if (ROOM * received < count) return;
-    if (!this.#crew.begun) return;
+    if (!this.#crew.begun || !this.makeRoom(received)) return;
     const done = this.#crew.layers;
     const before = this.#shown;
     this.#shown = Math.max(done, 1);
     const taken = this.#crew.taken.splice(0);
-    if (before === 0) {
-      const scene = emptyScene(this.#header, count, this.#own.scaleRange);
+    const scene = this.#scene;
+    if (scene) {
       for (const [from, packed] of taken) {
-        for (const part of PARTS) scene[part].set(packed[part], (from * scene[part].length) / count);
+        write(packed, partOf(scene, count, from, from + packed.shapes.length / 4));
       }
-      centers = this.#centers();
-      sendScene(scene, centers.slice(), this.#header.views, this.#header.near);
+      this.#scene = this.#crew.room = null; // it goes away
+      const { views, near } = this.#header;
+      send({ kind: "scene", data: scene, places: this.#places(), views, near }, movable(scene));
       return;
     }
     for (const [from, packed] of taken) {
@@ -140,20 +137,31 @@ class Arriving {
       }
     }
     if (before === this.#shown) return;
-    centers = this.#centers();
-    send({ kind: "more", centers: centers.slice() });
+    send({ kind: "more", places: this.#places() });
   }
 
-  /** Of the layers that are shown. */
-  #centers() {
+  /** Whether there is a scene to write into, or was, after so many bytes. @param {number} received */
+  makeRoom(received) {
+    const { count } = this.#header;
+    if (!this.#room && ROOM * received >= count) {
+      this.#room = true;
+      this.#scene = this.#crew.room = emptyScene(this.#header, count, this.#own.scaleRange);
+    }
+    return this.#room;
+  }
+
+  /** Of the layers that are shown. Few of those who ask need them in the world. @returns {Places} */
+  #places() {
     const layers = this.#layers.slice(0, this.#shown);
-    const all = new Float32Array(layers.reduce((sum, { count }) => sum + 3 * count, 0));
+    const stored = new Uint16Array(layers.reduce((sum, { count }) => sum + 3 * count, 0));
     let at = 0;
     for (const { positions, count } of layers) {
-      all.set(toWorld(/** @type {Uint16Array} */ (positions), this.#header.frame), at);
+      stored.set(/** @type {Uint16Array} */ (positions), at);
       at += 3 * count;
     }
-    return all;
+    const places = { stored, frame: this.#header.frame };
+    if (this.#header.sorted) centers = centersOf(places);
+    return places;
   }
 }
 
@@ -181,6 +189,7 @@ async function loadMgs(source) {
       crew.hire(); // not before there is something to see: what helpers take to start delays it
       timer = setInterval(() => arriving?.send(arrived), SOON);
     }
+    arriving?.makeRoom(received);
     for (const [i, { stage }] of layers.entries()) {
       if (arriving && (stage === WHOLE || (slow && i === 0))) crew.advance(i, stage);
     }
@@ -221,7 +230,7 @@ async function loadPlain(source, total, read) {
   const data = await read(bytes.subarray(0, received));
   centers = new Float32Array(3 * data.count);
   for (let i = 0; i < centers.length; i++) centers[i] = data.shapes[4 * i + 3];
-  sendScene(data, centers.slice(), [], NEAR);
+  send({ kind: "scene", data, places: centers, views: [], near: NEAR }, movable(data));
   return received;
 }
 

@@ -53,13 +53,20 @@ export class CodedLayer {
     return missing < 0 ? WHOLE : missing;
   }
 
-  /** What has come of some Gaussians, for themselves; there must be positions. @param {number} from @param {number} to @returns {Rows} */
-  rows(from, to) {
+  /**
+   * What has come of some Gaussians; there must be positions.
+   *
+   * @param {number} from
+   * @param {number} to
+   * @param {"slice" | "subarray"} [how] for themselves, or where they lie
+   * @returns {Rows}
+   */
+  rows(from, to, how = "slice") {
     const columns = [...this.columns]
       .filter(([name]) => this.#has(name))
-      .map(([name, found]) => [name, found.map((column) => column.slice(from, to))]);
+      .map(([name, found]) => [name, found.map((column) => column[how](from, to))]);
     const all = /** @type {Uint16Array} */ (this.positions);
-    return { positions: all.slice(3 * from, 3 * to), columns: Object.fromEntries(columns) };
+    return { positions: all[how](3 * from, 3 * to), columns: Object.fromEntries(columns) };
   }
 
   /** Whether all of an attribute is there, or there is none. @param {Attribute} name */

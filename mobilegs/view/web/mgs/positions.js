@@ -6,6 +6,11 @@ import { fromHalf, notFinite } from "./half.js";
 import { decodeRans } from "./rans.js";
 
 /** @typedef {import("./header.js").Frame} Frame */
+/**
+ * Where Gaussians are: in the world, x, y, z each, or as a file stores it.
+ *
+ * @typedef {Float32Array<ArrayBuffer> | {stored: Uint16Array<ArrayBuffer>, frame: Frame}} Places
+ */
 
 const CLASSES = 49;
 // codes have two digits of so many bits: 48 do not fit into bit operations
@@ -90,4 +95,9 @@ export function toWorld(stored, { center, radius, exponent }) {
     means[i] = center[i % 3] + Math.fround(unit * fromHalf(stored[i]));
   }
   return means;
+}
+
+/** In the world. @param {Places} places */
+export function centersOf(places) {
+  return "stored" in places ? toWorld(places.stored, places.frame) : places;
 }

@@ -64,10 +64,8 @@ export function emptyScene({ sorted, weighting, background, frame, lobes }, coun
       leastScaleBits: least,
       scaleBitsSpan: span,
     },
-    shapes: new Uint32Array(4 * count),
-    colors: new Uint32Array(4 * count),
+    ...roomFor(degree, count),
     shSize: 4,
-    lobes: new Uint32Array(lobeStride(degree) * count),
     lobeSize: (degree + 1) ** 2,
     sorted,
     weighting: {
@@ -86,16 +84,12 @@ export function emptyScene({ sorted, weighting, background, frame, lobes }, coun
  *
  * @param {RowDecoder} decoder
  * @param {Rows} rows
+ * @param {PackedRows} [packed] room for them
  * @returns {PackedRows}
  */
-export function packRows(decoder, rows) {
+export function packRows(decoder, rows, packed = roomFor(decoder.lobeDegree, rows.positions.length / 3)) {
   const count = rows.positions.length / 3;
   const stride = lobeStride(decoder.lobeDegree);
-  const packed = {
-    shapes: new Uint32Array(4 * count),
-    colors: new Uint32Array(4 * count),
-    lobes: new Uint32Array(stride * count),
-  };
   const size = 4 * BLOCK;
   for (let from = 0; from < count; from += BLOCK) {
     const block = decoder.decode(rows, from);
@@ -106,6 +100,13 @@ export function packRows(decoder, rows) {
   }
   return packed;
 }
+
+/** @param {number} degree of lobes @param {number} count @returns {PackedRows} */
+const roomFor = (degree, count) => ({
+  shapes: new Uint32Array(4 * count),
+  colors: new Uint32Array(4 * count),
+  lobes: new Uint32Array(lobeStride(degree) * count),
+});
 
 /** The bits of the least float of a range, and how far it reaches, as floats. @param {[number, number]} range */
 function bitsOf(range) {

@@ -2,6 +2,7 @@
 
 import { loadingWorker } from "../files.js";
 import { farFirst } from "../load/order.js";
+import { centersOf } from "../mgs/positions.js";
 import { knownVariant, warmUp, warmUpDots } from "../render/calibrate.js";
 import { chooseRenderer } from "../render/choose.js";
 import { meanLogit, strides } from "../render/types.js";
@@ -11,6 +12,7 @@ import { dot } from "./vector.js";
 /** @typedef {import("../load/worker.js").Message} Message */
 /** @typedef {import("../load/worker.js").Request} Request */
 /** @typedef {import("../mgs/header.js").View} View */
+/** @typedef {import("../mgs/positions.js").Places} Places */
 /** @typedef {import("../render/choose.js").Choice} Choice */
 /** @typedef {import("../render/choose.js").Renderer} Renderer */
 /** @typedef {import("../render/types.js").Camera} Camera */
@@ -37,8 +39,7 @@ export class Layer {
   /** The cameras that it was taken with, as far as its file has them. @type {View[]} */
   views = [];
   near = 0.2;
-  /** What a double click looks through: centres and logits of mean opacities. */
-  centers = new Float32Array(0);
+  /** What a double click looks through, beside `centers`: logits of mean opacities. */
   logits = new Float32Array(0);
   /** What was asked for last. @type {Request | null} */
   request = null;
@@ -50,6 +51,7 @@ export class Layer {
   /** Whether it failed with the scene that is there. */
   broken = false;
 
+  #places = /** @type {Places} */ (new Float32Array(0));
   #variant;
   #measured = false; // or known, or about to be
   #sorting;
@@ -218,6 +220,11 @@ export class Layer {
     this.background.forEach((value, i) => (this.#drawn[i] = value));
   }
 
+  /** Centres of the Gaussians that are drawn, x, y, z each: in the world once somebody asks for them. */
+  get centers() {
+    return (this.#places = centersOf(this.#places));
+  }
+
   /** Milliseconds of the passes of a frame that was timed; null where the device does not tell. */
   get milliseconds() {
     return this.#renderer && "milliseconds" in this.#renderer ? this.#renderer.milliseconds : null;
@@ -265,7 +272,7 @@ export class Layer {
     else if (message.kind === "dots") this.#takeDots(message, worker);
     else if (message.kind === "scene") this.#take(message, worker);
     else if (message.kind === "rows") this.#takeRows(message);
-    else if (message.kind === "more") this.#show(message.centers);
+    else if (message.kind === "more") this.#show(message.places);
     else if (message.kind === "order") this.#takeOrder(message.order);
     else {
       if (this.#sorter !== "worker") worker.terminate(); // it has nothing left to do
@@ -288,7 +295,7 @@ export class Layer {
   }
 
   /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
-  #take({ data, centers, views, near }, worker) {
+  #take({ data, places, views, near }, worker) {
     const more = worker === this.#worker; // of the scene that is shown
     this.#sorter = data.sorted ? "worker" : this.#sorting ? "page" : "";
     data.sorted = this.#sorter !== "";
@@ -302,7 +309,7 @@ export class Layer {
     this.logits = new Float32Array(data.count);
     this.#lobeStride = strides(data).lobes;
     this.#noteLobes(0, data.lobes);
-    this.#show(centers);
+    this.#show(places);
     if (!more && !this.#again) this.#told.arrived();
   }
 
@@ -343,10 +350,10 @@ export class Layer {
     this.#ordering = false;
   }
 
-  /** Draws the Gaussians with these centres, the first ones of the scene. @param {Float32Array<ArrayBuffer>} centers */
-  #show(centers) {
-    this.centers = centers;
-    this.count = centers.length / 3;
+  /** Draws the Gaussians that are at these places, the first ones of the scene. @param {Places} places */
+  #show(places) {
+    this.#places = places;
+    this.count = ("stored" in places ? places.stored : places).length / 3;
     this.#renderer?.show(this.count);
     this.#ordered = null;
     this.#told.changed();
