@@ -73,7 +73,7 @@ def _scalars() -> dict[str, Row]:
     } | {
         f"sq-fine-{fine}": Row(
             "codebooks",
-            f"multiples of steps {fine} times as fine, a bit at the {fine**2}th of its price",
+            f"multiples of steps {fine} times as fine, a bit at 1/{fine**2} of its price",
             ("student.coding=sq", f"student.fineness={fine}"),
         )
         for fine in (2, 3)
