@@ -5,7 +5,9 @@
 
 One student of each scene learns without codes up to the point where codes come in (`--shared` of
 its steps); from there each variant goes on by itself, `plain` to the end without codes: what the
-others lose, they lose against it. `sq-0.001` has multiples of steps at a price of 0.001 a bit.
+others lose, they lose against it. `sq-0.001` has multiples of steps at a price of 0.001 a bit,
+`sq-fine-2` of steps half as large at a quarter of it, `nvq-large` four to eight times as many
+entries in its codebooks.
 Teachers are those of bench/paper.py with `--runs RUNS`, made now if they are not there; of
 `playbot`, a `.ply` of somebody else's, pictures from an orbit around it stand for photos.
 

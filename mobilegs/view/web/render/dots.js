@@ -14,7 +14,7 @@
  */
 
 export const DOT_BYTES = 80;
-export const VERTICES = 6; // of a dot
+const VERTICES = 6; // of a dot
 const LEAST = 1 / 500; // sides of far dots, in heights of the picture
 
 /**
