@@ -40,6 +40,7 @@ from typing import Any
 import torch
 from formats import turned
 from paper import PLACES, ROWS, Work, recipe_of, teacher_of
+from paper_rows import BASE
 
 from mobilegs.camera import Camera
 from mobilegs.compress.codes import CodedScene
@@ -76,8 +77,8 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "plain": ("codes_fraction=1",),
     "nvq": (),
     "nvq-canonical": (CANONICAL,),
-    "sq-fixed": ("coding=sq", "step_rate=0"),
-    **{f"sq-{price}": ("coding=sq", f"bit_price={price}") for price in PRICES},
+    "sq-fixed": ("coding=sq", "fineness=1", "step_rate=0"),
+    **{f"sq-{price}": ("coding=sq", "fineness=1", f"bit_price={price}") for price in PRICES},
     **{f"sq-fine-{fine}": ("coding=sq", f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
     "nvq-large": LARGE,
 }
@@ -90,7 +91,7 @@ def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, 
     """Photos, the sorted teacher, and how a student of it is trained."""
     if name in SPLATS:
         dataset, teacher = orbited(name, options.data)
-        return dataset, teacher, replace(cpu_recipe().student, steps=options.steps)
+        return dataset, teacher, replace(cpu_recipe().student, coding="nvq", steps=options.steps)
     place = PLACES[CAPTURES[name]]
     capture = options.data / place.folders[0]
     dataset = load_capture(capture, downscale=place.downscale)
@@ -98,8 +99,8 @@ def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, 
     with ViewLoader(dataset.train) as loader:
         team = Team(torch.device("cpu"))
         work = Work(CAPTURES[name], place, capture, dataset, loader, team, asked)
-        teacher, _, _ = teacher_of(ROWS["ours"], 0, work)
-    config = recipe_of(place, ROWS["ours"], asked).student
+        teacher, _, _ = teacher_of(ROWS[BASE], 0, work)
+    config = recipe_of(place, ROWS[BASE], asked).student
     return dataset, teacher, replace(config, steps=options.steps)
 
 

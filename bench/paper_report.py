@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from paper_cells import scenes_of
 from paper_places import TITLES as GROUPS
-from paper_rows import ROWS
+from paper_rows import BASE, ROWS
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "paper.md"
@@ -95,7 +95,7 @@ def signed(value: float | None) -> str:
 def row_of(name: str, cells: list[dict], base: list[dict] | None) -> list[str]:
     """A row of one scene, the mean of its seeds."""
     psnrs = [cell["psnr"] for cell in cells]
-    delta = difference(cells, base) if base and name != "ours" else None
+    delta = difference(cells, base) if base and name != BASE else None
     return [
         f"`{name}`",
         ROWS[name].about,
@@ -129,7 +129,7 @@ def mean_row(name: str, cells: list[dict], base: list[dict] | None) -> list[str]
         ROWS[name].about,
         str(len(scenes)),
         over(2, "psnr"),
-        signed(mean(known) if known and name != "ours" else None),
+        signed(mean(known) if known and name != BASE else None),
         signed(PAPER_DELTAS.get(name)),
         over(4, "ssim"),
         over(3, "lpips_vgg"),
@@ -140,7 +140,7 @@ def mean_row(name: str, cells: list[dict], base: list[dict] | None) -> list[str]
     ]
 
 
-FIGURES = ["PSNR", "against `ours`", "paper, mean of Mip-NeRF 360", "SSIM", "LPIPS"]
+FIGURES = ["PSNR", f"against `{BASE}`", "paper, mean of Mip-NeRF 360", "SSIM", "LPIPS"]
 FIGURES += ["MiB", "k Gaussians", "ms a frame", "min"]
 HEADINGS = ["row", "what", *FIGURES]
 OF_SEVERAL = ["row", "what", "scenes", *FIGURES]
@@ -189,18 +189,18 @@ def runs_of(cells: list[dict]) -> dict[Run, list[dict]]:
 
 
 def tables(cells: list[dict], headings: list[str], row) -> list[str]:
-    """One table for each of the paper's; `row` makes a line of a row's cells and of `ours`."""
+    """One table for each of the paper's; `row` makes a line of a row's cells and of `BASE`."""
     lines = []
     by_row = {
         name: rows for name in ROWS if (rows := [cell for cell in cells if cell["row"] == name])
     }
-    base = by_row.get("ours")
+    base = by_row.get(BASE)
     for kind, title in TITLES.items():
         names = [name for name in by_row if ROWS[name].table == kind]
         if not names:
             continue
         if kind != "main" and base:
-            names = ["ours", *names]
+            names = [BASE, *names]
         rows = [row(name, by_row[name], base) for name in names]
         lines += [f"**{title}**", "", *table(headings, rows), ""]
     return lines

@@ -38,28 +38,28 @@ def test_cells_of_other_protocols_teachers_and_settings_have_tables_of_their_own
 
 
 def test_rows_are_compared_by_seeds_that_both_have() -> None:
-    ours = [cell("ours", psnr=30.0), cell("ours", seed=1, psnr=33.0)]
+    base = [cell("codebooks", psnr=30.0), cell("codebooks", seed=1, psnr=33.0)]
     one, neither = cell("network", seed=1, psnr=32.5), cell("no-phi", seed=7, psnr=10.0)
-    assert paper_report.difference([one], ours) == -0.5
-    assert paper_report.difference([neither], ours) is None
-    text = "\n".join(paper_report.sections([*ours, one, neither]))
+    assert paper_report.difference([one], base) == -0.5
+    assert paper_report.difference([neither], base) is None
+    text = "\n".join(paper_report.sections([*base, one, neither]))
     assert "| 32.50 | -0.50 | - |" in text and "| 10.00 | - | - |" in text
 
 
 def test_a_group_has_means_over_the_scenes_that_have_a_row() -> None:
     cells = [
-        cell("ours", "garden", psnr=27.0, lpips_vgg=0.1),
-        cell("ours", "garden", seed=1, psnr=28.0, lpips_vgg=0.1),
-        cell("ours", "room", psnr=31.0, lpips_vgg=0.3),
+        cell("codebooks", "garden", psnr=27.0, lpips_vgg=0.1),
+        cell("codebooks", "garden", seed=1, psnr=28.0, lpips_vgg=0.1),
+        cell("codebooks", "room", psnr=31.0, lpips_vgg=0.3),
         cell("no-pruning", "garden", psnr=27.2),
-        cell("ours", "truck", psnr=23.0),
+        cell("codebooks", "truck", psnr=23.0),
     ]
     text = "\n".join(paper_report.sections(cells))
     assert "### Mip-NeRF 360, mean of 2 of 9 scenes, 10 + 5 steps" in text
     assert "### Tanks and Temples, mean of 1 of 2 scenes" in text and "Deep Blending" not in text
     assert "| 2 | 29.25 | - | - | 0.9000 | 0.200 |" in text  # seeds first, then scenes
     assert "| 1 | 27.20 | +0.20 | +0.10 | 0.9000 | - |" in text
-    assert "paper, mean of Mip-NeRF 360" in text and "| `ours` |" in text
+    assert "paper, mean of Mip-NeRF 360" in text and "| `codebooks` |" in text
 
 
 @pytest.mark.parametrize(

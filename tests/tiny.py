@@ -37,6 +37,8 @@ STUDENT = StudentConfig(
     net_fraction=1 / 6,
     codes_fraction=0.65,
     regression_steps=5,
+    coding="nvq",  # tests of `sq` say so
+    fineness=1.0,
     codebooks=CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
 )
 

@@ -36,7 +36,7 @@ pack() { "$python" bench/gpu/packed.py "$work" "$out"; }
 if [ "$agenda" = paper ]; then
   # shellcheck disable=SC2086  # several words
   part paper "${SECONDS_OF_PAPER:-510}" "$python" bench/paper.py --scenes ${SCENES:-full} \
-    --rows ${ROWS:-teacher ours sq-fine-2 network} --runs "$work" --json "$work/paper.json" --pack "$out"
+    --rows ${ROWS:-teacher ours codebooks network} --runs "$work" --json "$work/paper.json" --pack "$out"
   for scene in "$work"/*/ours-60000-0/scene.mgs; do
     [ -f "$scene" ] || continue
     folder=$(dirname "$scene")

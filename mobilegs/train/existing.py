@@ -19,9 +19,14 @@ from mobilegs.train.live import ADDRESS
 from mobilegs.train.loop import TrainRun, train_run
 from mobilegs.train.recipes import PresetName
 
-# Of a scene that is finished, and seen from places that say little about its detail: small steps,
-# and colours that tell of more directions than six latents can.
-FINISHED = ("student.position_share=0.01", "student.color_latents=9")
+# Of a scene that is finished, and seen from places that say little about its detail: it moves little
+# and slowly, colours tell of more directions than six latents can, and codes are as coarse as they
+# were found to be good enough for (docs/compression.md, playbot).
+FINISHED = (
+    "student.position_share=0.01",
+    "student.color_latents=9",
+    "student.fineness=1",
+)
 # of a preset: pictures, and their longer side in pixels
 SHOTS: dict[PresetName, tuple[int, int]] = {
     "demo": (48, 240),
@@ -101,7 +106,7 @@ def compress_run(
             raise InputError(f"with --capture no pictures are taken: leave out --{given[0]}")
     elif run.downscale is not None:
         raise InputError("--downscale is for the photos of --capture: use --size")
-    settings = ["student.coding=sq", *(FINISHED if capture is None else ())]
+    settings = list(FINISHED if capture is None else ())
     if run.steps is not None:
         settings.append(f"student.steps={run.steps}")
     if run.target_mb is not None:

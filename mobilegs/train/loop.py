@@ -153,7 +153,7 @@ def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str
     written = (folder.journal, saved["journal"], saved["seconds"])
     with (
         ViewLoader(dataset.train) as loader,
-        Monitor(*written, coding=recipe.student.coding, silent=not team.first) as monitor,
+        Monitor(*written, sizes=recipe.student.bytes_expected, silent=not team.first) as monitor,
         watched(run.live, run.live_at, dataset, monitor) as live,
     ):
         camera = dataset.train[0].camera

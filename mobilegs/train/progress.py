@@ -12,11 +12,10 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from mobilegs.atomic import atomic_write
 from mobilegs.train.stage import Stage, StepResult
+from mobilegs.train.student_config import StudentConfig
 
 ROWS_PER_STAGE = 100  # lines of the journal
 LINE_SECONDS = 10.0  # where there is no terminal, a line at least so far apart
-# of a file, by coding: networks, codebooks, header; and what each Gaussian adds
-SIZES = {"nvq": (45_000, 14.8), "sq": (40_000, 9.8)}
 
 
 class Monitor:
@@ -32,15 +31,15 @@ class Monitor:
         rows: list[dict],
         seconds: dict[str, float],
         *,
-        coding: str = "nvq",
+        sizes: tuple[int, float] = StudentConfig().bytes_expected,
         silent: bool = False,
     ) -> None:
         """`rows` and `seconds` (by stage) are those of the run so far, and are added to.
 
-        `coding` is the student's, by which the file's size is foretold. A silent one prints and
-        writes nothing.
+        `sizes` are bytes that a file has once and for each Gaussian, by which its size is foretold.
+        A silent one prints and writes nothing.
         """
-        self.coding = coding
+        self.sizes = sizes
         self.journal, self.rows, self.seconds, self.silent = journal, rows, seconds, silent
         self.console = Console(stderr=True, quiet=silent)
         columns = (
@@ -138,7 +137,7 @@ class Monitor:
         first, seconds = self.resumed_at
         rate = (stage.done - first) / max(self.elapsed() - seconds, 1e-9)
         left = (stage.steps - stage.done) / max(rate, 1e-9)
-        fixed, each = SIZES[self.coding]
+        fixed, each = self.sizes
         size = (fixed + each * stage.count) / 1e6
         return {
             "phase": stage.phase,

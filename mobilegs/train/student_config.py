@@ -127,9 +127,10 @@ class StudentConfig:
     """Fraction of the run from which the rates fall."""
     regression_steps: int = 400
     """Steps that fit the decoding networks to the harmonics they replace."""
-    coding: str = "nvq"
+    coding: str = "sq"
     """What codes are: `nvq`, indices into codebooks (the paper), or `sq`, multiples of steps,
-    of rotations turned as little as possible and of latents that are not correlated."""
+    of rotations turned as little as possible and of latents that are not correlated: truer at
+    fewer bytes (docs/compression.md)."""
     canonical: bool = False
     """Whether Gaussians are turned as little as possible with `nvq`, too, at the start: of the 24
     ways to name the axes of an ellipsoid the one whose rotation is smallest."""
@@ -137,7 +138,7 @@ class StudentConfig:
     """Sizes of the codebooks of `nvq`."""
     scalars: ScalarSteps = field(default_factory=ScalarSteps)
     """Steps of `sq`."""
-    fineness: float = 1.0
+    fineness: float = 2.0
     """How many times as fine as `scalars` the steps begin; a bit's price falls with its square, as
     what a step costs in the picture does."""
     step_rate: float = 2e-3
@@ -227,6 +228,13 @@ class StudentConfig:
     def price(self) -> float:
         """What a bit per Gaussian adds to the loss of a photo."""
         return self.bit_price / self.fineness**2
+
+    @property
+    def bytes_expected(self) -> tuple[int, float]:
+        """What a file has once, and for each Gaussian, by what such files have had so far."""
+        if self.coding == "nvq":
+            return 21_000, 15.6
+        return 6_000, 9.9 + 2.8 * math.log2(self.fineness)
 
     @property
     def layers_max(self) -> int:
