@@ -201,8 +201,8 @@ def train(stage, views: list[View], *, seed: int) -> float:
 
 
 def config_of(capture: str, variant: str) -> StudentConfig:
-    """The student's preset with what differs in a variant."""
-    settings = (f"student.{setting}" for setting in VARIANTS[variant])
+    """The student's preset, with the paper's codebooks and what differs in a variant."""
+    settings = ("student.coding=nvq", *(f"student.{setting}" for setting in VARIANTS[variant]))
     return with_settings(recipe_of(capture), settings).student
 
 

@@ -25,8 +25,9 @@ SETTINGS = (
     "teacher.init_splats=40",
     "teacher.densify.min_interval=3",
     "student.regression_steps=3",
-    *(f"student.codebooks.{name}=8" for name in ("scale", "rotation", "appearance", "opacity")),
 )
+ATTRIBUTES = ("scale", "rotation", "appearance", "opacity")
+BOOKS = ("student.coding=nvq", *(f"student.codebooks.{name}=8" for name in ATTRIBUTES))
 OPTIONS = ["--preset", "demo", "--steps", "30", "--views-per-step", "4", "--resume"]
 OPTIONS += ["--set", *SETTINGS]
 TEACHER_STEPS = 11  # of the 30
@@ -60,8 +61,8 @@ sys.exit(code)
 """
 
 
-def words(capture: Path, run: Path) -> list[str]:
-    return ["train", str(capture), "-o", str(run), *OPTIONS]
+def words(capture: Path, run: Path, settings: tuple[str, ...] = ()) -> list[str]:
+    return ["train", str(capture), "-o", str(run), *OPTIONS, *settings]
 
 
 def together(*program: str | Path) -> subprocess.CompletedProcess[str]:
@@ -111,9 +112,15 @@ def assert_same(run: Path, other: Path) -> None:
     assert rows == others
 
 
-def test_two_processes_leave_the_bytes_of_one(capture: Path, alone: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("settings", [(), BOOKS], ids=["sq", "nvq"])
+def test_two_processes_leave_the_bytes_of_one(
+    settings: tuple[str, ...], capture: Path, alone: Path, tmp_path: Path
+) -> None:
+    if settings:
+        alone = tmp_path / "alone"
+        assert cli.main(words(capture, alone, settings)) == 0
     program = ["--no-python", sys.executable, "-c", THREADS]
-    done = together(*program, *words(capture, tmp_path / "run"))
+    done = together(*program, *words(capture, tmp_path / "run", settings))
     assert done.returncode == 0, done.stderr
     assert_same(tmp_path / "run", alone)
     if sys.platform == "linux":  # a thread that is left, and holds a tensor, aborts Python's end

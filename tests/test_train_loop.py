@@ -14,7 +14,6 @@ import tyro
 from PIL import Image
 
 from mobilegs.cli import CONFIG
-from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.container import inspect_mgs
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
@@ -32,11 +31,7 @@ RECIPE = Recipe(
         init_splats=40,
         densify=DensifyConfig(min_interval=3, prune_scale=0.0),
     ),
-    StudentConfig(
-        steps=18,
-        regression_steps=3,
-        codebooks=CodebookSizes(scale=8, rotation=8, appearance=8, opacity=8),
-    ),
+    StudentConfig(steps=18, regression_steps=3),
 )
 OUTPUTS = {
     "config.json",

@@ -78,10 +78,11 @@ def test_what_a_setting_cannot_be_is_said_at_once(setting: str) -> None:
 
 
 def test_settings_count_together() -> None:
-    recipe = with_settings(RECIPE, ["student.target_mb=1", "student.coding=sq"])
+    books = with_settings(RECIPE, ["student.coding=nvq"])
+    recipe = with_settings(books, ["student.target_mb=1", "student.coding=sq"])
     assert (recipe.student.target_mb, recipe.student.coding) == (1.0, "sq")
     with pytest.raises(InputError, match=r"in student, target_mb 1.0 .* needs coding=sq"):
-        with_settings(RECIPE, ["student.target_mb=1"])
+        with_settings(books, ["student.target_mb=1"])
     twice = with_settings(RECIPE, ["student.votes.share=0.1", "student.votes.share=0.2"])
     assert twice.student.votes.share == 0.2
     for coding, latents in (("sq", 12), ("nvq", 6)):  # 9 harmonics depend on the direction
@@ -201,8 +202,7 @@ def test_a_seed_out_of_range_is_refused(tmp_path: Path, seed: int) -> None:
 def test_a_size_that_cannot_be_is_said(
     capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    settings = (("student.coding=sq", "student.target_mb=0.001"),)
-    recipe = with_settings(RECIPE, settings[0])
+    recipe = with_settings(RECIPE, ["student.target_mb=0.001"])
     train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
     said = capsys.readouterr().err
     assert "MB, not the 0.001 asked for" in said

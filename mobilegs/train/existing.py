@@ -19,9 +19,9 @@ from mobilegs.train.live import ADDRESS
 from mobilegs.train.loop import TrainRun, train_run
 from mobilegs.train.recipes import PresetName
 
-# Of a scene that is finished, and seen from places that say little about its detail: it moves little
-# and slowly, colours tell of more directions than six latents can, and codes are as coarse as they
-# were found to be good enough for (docs/compression.md, playbot).
+# Of a scene that is finished, and seen from places that say little about its detail: it moves
+# little, colours tell of more directions than six latents can, and codes are as coarse as was found
+# to be good enough (docs/compression.md, playbot).
 FINISHED = (
     "student.position_share=0.01",
     "student.color_latents=9",

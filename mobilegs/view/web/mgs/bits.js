@@ -11,10 +11,8 @@ export function view(data) {
 export class BitReader {
   #data;
   #byte = 0;
-  // bits read from the data and not yet taken
-  #kept = 0;
-  // how many these are, below 8 between two numbers
-  #bits = 0;
+  // bits of that byte that have been taken, below 8
+  #bit = 0;
 
   /** @param {Uint8Array} data */
   constructor(data) {
@@ -23,25 +21,25 @@ export class BitReader {
 
   /** Bits that have not been taken. */
   get left() {
-    return 8 * (this.#data.length - this.#byte) + this.#bits;
+    return 8 * (this.#data.length - this.#byte) - this.#bit;
   }
 
   /** The next `width` bits; the caller has seen that they are there. @param {number} width */
   take(width) {
-    let kept = this.#kept;
-    let bits = this.#bits;
-    while (bits < width) {
-      kept |= this.#data[this.#byte++] << bits;
-      bits += 8;
-    }
-    this.#kept = kept >>> width;
-    this.#bits = bits - width;
-    return kept & ((1 << width) - 1);
+    const data = this.#data;
+    const at = this.#byte;
+    // what lies behind the end counts as 0
+    const four = data[at] | (data[at + 1] << 8) | (data[at + 2] << 16) | (data[at + 3] << 24);
+    const end = this.#bit + width;
+    const found = (four >>> this.#bit) & ((1 << width) - 1);
+    this.#byte = at + (end >>> 3);
+    this.#bit = end & 7;
+    return found;
   }
 
   /** Whether less than a byte is left, and nothing but zeros. */
   atEnd() {
-    return this.left < 8 && this.#kept === 0;
+    return this.left < 8 && this.#data[this.#byte] >>> this.#bit === 0;
   }
 }
 

@@ -122,8 +122,12 @@ export function lookUp({ length, books, columns }, out, step, from, to) {
   for (let j = 0; j < books.length; j++) {
     const book = books[j];
     const column = columns[j];
-    for (let e = 0; e < length; e++) {
-      let place = (j * length + e) * step;
+    let place = j * length * step;
+    if (length === 1) {
+      for (let i = from; i < to; i++) out[place++] = book[column[i]];
+      continue;
+    }
+    for (let e = 0; e < length; e++, place = (j * length + e) * step) {
       for (let i = from; i < to; i++) out[place++] = book[column[i] * length + e];
     }
   }

@@ -20,26 +20,29 @@ const NONE = 0x45; // whether a number is 0
 const when = (/** @type {number[]} */ test, /** @type {number[]} */ body) => [...test, 0x04, 0x40, ...body, 0x0b];
 
 /**
- * `run(symbols, spans, words, end, lanes, short, longer, alphabet, contextual)`: places in bytes, and
- * numbers as in `pull`. Returns where the words are that were not taken, or 0 if a context is not
- * used; it stops as soon as more words were taken than there are.
+ * `plain(symbols, spans, words, end, lanes, short, longer, alphabet)`: places in bytes, and numbers as
+ * in `pull`. Returns where the words are that were not taken, or 0 if a context is not used; it stops
+ * as soon as more words were taken than there are. `contextual` has several contexts.
+ *
+ * @param {boolean} contextual
  */
-function body() {
-  const [symbols, spans, word, end, lanes, short, longer, alphabet, contextual] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
-  const [step, lane, last, mask, state, slot, context, symbol, span, next, few, place] = Array.from(Array(12), (_, i) => 9 + i);
+function body(contextual) {
+  const [symbols, spans, word, end, lanes, short, longer, alphabet] = [0, 1, 2, 3, 4, 5, 6, 7];
+  const [step, lane, last, mask, state, slot, context, symbol, span, next, few, place] = Array.from(Array(12), (_, i) => 8 + i);
+  const only = (/** @type {number[]} */ ...code) => (contextual ? code : []);
   const one = [
     ...get(lane), ...load(PLACES), ...get(step), ...number(1), SHIFT_LEFT, PLUS, ...set(place),
-    ...get(place), ...loadShort(0), ...get(mask), AND, ...set(context),
+    ...only(...get(place), ...loadShort(0), ...get(mask), AND, ...set(context)),
     ...get(lane), ...load(0), ...set(state),
     ...get(state), ...number((1 << PRECISION) - 1), AND, ...set(slot),
-    ...get(context), ...number(PRECISION), SHIFT_LEFT, ...get(slot), OR, ...number(1), SHIFT_LEFT,
+    ...only(...get(context), ...number(PRECISION), SHIFT_LEFT), ...get(slot), ...only(OR), ...number(1), SHIFT_LEFT,
     ...get(symbols), PLUS, ...loadShort(0), ...set(symbol),
-    ...get(context), ...get(alphabet), TIMES, ...get(symbol), PLUS, ...number(2), SHIFT_LEFT,
+    ...only(...get(context), ...get(alphabet), TIMES), ...get(symbol), ...only(PLUS), ...number(2), SHIFT_LEFT,
     ...get(spans), PLUS, ...load(0), ...set(span),
     ...when([...get(span), NONE], [...number(0), RETURN]),
     ...get(span), ...number(0x7fff), AND, ...get(state), ...number(PRECISION), SHIFT_RIGHT, TIMES,
     ...get(slot), PLUS, ...get(span), ...number(15), SHIFT_RIGHT, MINUS, ...set(next),
-    ...get(next), ...number(16), SHIFT_RIGHT, ...number(1), MINUS, ...number(31), SHIFT_RIGHT, ...set(few),
+    ...get(next), ...number(16), SHIFT_RIGHT, NONE, ...set(few),
     ...get(lane),
     ...get(next), ...get(few), ...number(4), SHIFT_LEFT, SHIFT_LEFT,
     ...get(word), ...loadShort(0), ...number(0), ...get(few), MINUS, AND, OR,
@@ -53,7 +56,8 @@ function body() {
     ...get(lanes), ...get(longer), ...get(step), ...get(short), BELOW, SELECT, ...number(2), SHIFT_LEFT, ...set(last),
     ...when(get(last), loop(one, [...get(lane), ...get(last), BELOW])),
     ...when([...get(word), ...get(end), ABOVE], [...get(word), RETURN]),
-    ...number(0), ...get(contextual), MINUS, ...set(mask),
+    // only the first symbol of a lane has none before it
+    ...number(0), ...number(1), MINUS, ...set(mask),
     ...advance(step, 1),
   ];
   return [1, 12, I32, ...loop(row, [...get(short), ...get(step), NOT_BELOW]), ...get(word), 0x0b];
@@ -61,7 +65,7 @@ function body() {
 
 /** @type {((memory: WebAssembly.Memory) => Record<string, Function> | null) | undefined} */
 let make;
-/** Kept for the next stream. @type {{memory: WebAssembly.Memory | null, run: Function | null} | undefined} */
+/** Kept for the next stream. @type {{memory: WebAssembly.Memory | null, run: Record<string, Function> | null} | undefined} */
 let machine;
 
 /**
@@ -75,10 +79,14 @@ let machine;
  * @returns {import("./rans.js").Pulled | undefined} undefined: there is no such thing here
  */
 export function pullFast({ contexts, alphabet, symbols, spans }, states, first, words, count) {
-  make ??= assembled({ run: { parameters: Array(9).fill(I32), results: [I32], body: body() } });
+  const [parameters, results] = [Array(8).fill(I32), [I32]];
+  make ??= assembled({
+    plain: { parameters, results, body: body(false) },
+    contextual: { parameters, results, body: body(true) },
+  });
   if (machine === undefined) {
     const memory = memoryOf(1);
-    machine = { memory, run: (memory && make(memory)?.run) ?? null };
+    machine = { memory, run: memory && make(memory) };
   }
   const { memory, run } = machine;
   if (memory === null || run === null) return undefined;
@@ -97,7 +105,8 @@ export function pullFast({ contexts, alphabet, symbols, spans }, states, first, 
   new Uint32Array(buffer, spansAt, spans.length).set(spans);
   new Uint8Array(buffer, wordsAt, words.length).set(words);
   const [short, longer, end] = [Math.floor(count / lanes), count % lanes, wordsAt + words.length];
-  const word = run(TABLES, spansAt, wordsAt, end, lanes, short, longer, alphabet, contexts > 1 ? 1 : 0);
+  const pull = contexts > 1 ? run.contextual : run.plain;
+  const word = pull(TABLES, spansAt, wordsAt, end, lanes, short, longer, alphabet);
   return {
     decoded: new Uint16Array(buffer, decodedAt, count).slice(),
     left: word ? (end - word) / 2 : -Infinity,

@@ -5,19 +5,20 @@ import { BLOCK } from "./machine.js";
 
 /** @typedef {import("./header.js").Scalar} Scalar */
 
-/** Differences of log-scales from which on an angle has one more bit. */
-const LIMITS = Float64Array.of(53, 210, 405, 600, 787, 970, 1151, 1329).map((limit) => limit / 256);
+/** Differences of log-scales from which on an angle has one more bit, in 256ths. */
+const LIMITS = [53, 210, 405, 600, 787, 970, 1151, 1329];
+/** How many bits more, by the difference in 256ths. */
+const FINER = Uint8Array.from({ length: 1330 }, (_, apart) => LIMITS.filter((limit) => limit <= apart).length);
+/** Where in its cell an angle lies, by its finer bits below a leading one: the middle is 0. */
+const PLACES = Float64Array.from({ length: 512 }, (_, bits) => (bits + 0.5) / 2 ** (31 - Math.clz32(bits)) - 1.5);
+/** Half of the angle, squared, up to which the series below are exact to 1e-10. */
+const SERIES_MAX = 2.5;
 
 /** @param {number} a @param {number} b log-scales, float32 values */
-function finerBits(a, b) {
-  const apart = Math.abs(Math.fround(a - b));
-  let bits = 0;
-  while (bits < 8 && LIMITS[bits] <= apart) bits++;
-  return bits;
-}
+const finerBits = (a, b) => FINER[Math.min(256 * Math.abs(Math.fround(a - b)), 1329) | 0];
 
 /**
- * The finer bits of all angles, a column for each axis.
+ * The finer bits of all angles below a leading one, a column for each axis.
  *
  * @param {Uint8Array} data
  * @param {Float32Array[]} books of log-scales
@@ -27,21 +28,23 @@ function finerBits(a, b) {
 export function decodeFiner(data, books, columns) {
   const [first, second, third] = columns;
   const count = first.length;
-  const widths = new Uint8Array(3 * count);
+  const found = [new Uint16Array(count), new Uint16Array(count), new Uint16Array(count)];
+  const [x, y, z] = found;
   let total = 0;
   for (let i = 0; i < count; i++) {
     const a = books[0][first[i]];
     const b = books[1][second[i]];
     const c = books[2][third[i]];
-    widths[3 * i] = finerBits(b, c);
-    widths[3 * i + 1] = finerBits(a, c);
-    widths[3 * i + 2] = finerBits(a, b);
-    total += widths[3 * i] + widths[3 * i + 1] + widths[3 * i + 2];
+    x[i] = finerBits(b, c);
+    y[i] = finerBits(a, c);
+    z[i] = finerBits(a, b);
+    total += x[i] + y[i] + z[i];
   }
   const bits = exactBits(data, total);
-  const found = [new Uint16Array(count), new Uint16Array(count), new Uint16Array(count)];
   for (let i = 0; i < count; i++) {
-    for (let axis = 0; axis < 3; axis++) found[axis][i] = bits.take(widths[3 * i + axis]);
+    x[i] = (1 << x[i]) | bits.take(x[i]);
+    y[i] = (1 << y[i]) | bits.take(y[i]);
+    z[i] = (1 << z[i]) | bits.take(z[i]);
   }
   return found;
 }
@@ -53,22 +56,24 @@ export function decodeFiner(data, books, columns) {
  * @param {Uint16Array[]} columns three of cells, then three of finer bits
  * @param {number} from the first of them in the columns
  * @param {number} to
- * @param {Float32Array} logScales in columns
  * @param {Float32Array} quats in columns
  */
-export function turn({ step, columns: cells }, columns, from, to, logScales, quats) {
-  const angle = (/** @type {number} */ axis, /** @type {number} */ i, /** @type {number} */ bits) =>
-    step * (columns[axis][i] + cells[axis].least - 0.5 + (columns[3 + axis][i] + 0.5) / (1 << bits));
+export function turn({ step, columns: [{ least: a }, { least: b }, { least: c }] }, columns, from, to, quats) {
+  const [cellsX, cellsY, cellsZ, finerX, finerY, finerZ] = columns;
   for (let i = from, row = 0; i < to; i++, row++) {
-    const a = logScales[row];
-    const b = logScales[row + BLOCK];
-    const c = logScales[row + 2 * BLOCK];
-    const x = angle(0, i, finerBits(b, c));
-    const y = angle(1, i, finerBits(a, c));
-    const z = angle(2, i, finerBits(a, b));
-    const whole = Math.sqrt(x * x + y * y + z * z);
-    const share = whole > 1e-9 ? Math.sin(whole / 2) / whole : 0.5;
-    quats[row] = Math.cos(whole / 2);
+    const x = step * (cellsX[i] + a + PLACES[finerX[i]]);
+    const y = step * (cellsY[i] + b + PLACES[finerY[i]]);
+    const z = step * (cellsZ[i] + c + PLACES[finerZ[i]]);
+    // of half the angle: its square, its cosine, and half its sine by itself
+    const s = (x * x + y * y + z * z) / 4;
+    let cosine = 1 + s * (-1 / 2 + s * (1 / 24 + s * (-1 / 720 + s * (1 / 40320 + s * (-1 / 3628800 + s * (1 / 479001600 - s / 87178291200))))));
+    let share = 1 / 2 + s * (-1 / 12 + s * (1 / 240 + s * (-1 / 10080 + s * (1 / 725760 + s * (-1 / 79833600 + s / 12454041600)))));
+    if (s > SERIES_MAX) {
+      const half = Math.sqrt(s);
+      cosine = Math.cos(half);
+      share = Math.sin(half) / (2 * half);
+    }
+    quats[row] = cosine;
     quats[row + BLOCK] = share * x;
     quats[row + 2 * BLOCK] = share * y;
     quats[row + 3 * BLOCK] = share * z;

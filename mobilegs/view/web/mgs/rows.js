@@ -8,6 +8,7 @@ import { turn } from "./rotations.js";
 import { fill } from "./scene.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
+/** @typedef {import("./codebooks.js").Codes} Codes */
 /** @typedef {import("./header.js").Attribute} Attribute */
 /** @typedef {import("./header.js").Header} Header */
 /** @typedef {import("./scene.js").Gaussians} Gaussians */
@@ -41,6 +42,8 @@ export class RowDecoder {
   #gaussians;
   /** Colour and lobes, without the base opacity, as long as there are no others. */
   #neutral;
+  /** What has codes, with the columns that are decoded. @type {Partial<Record<Attribute, Codes>>} */
+  #codes;
   /** Standard deviations, as codes have their logarithms. */
   #sizes;
   /** Those of a Gaussian in between. */
@@ -69,6 +72,7 @@ export class RowDecoder {
       ? new LinearDecoder(machine, sh, recipe.appearance)
       : new AppearanceDecoder(machine, sh, recipe.appearance, frame.exponent);
     machine.settle();
+    this.#codes = Object.fromEntries([...recipe.books].map(([name, books]) => [name, { ...books, columns: [] }]));
     this.#sizes = exponentials(this.#of("scale"));
     this.#usual = exponentials(meanCodes(this.#of("scale")));
     const columns = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
@@ -96,7 +100,7 @@ export class RowDecoder {
   /** Of a Gaussian of which nothing is known. @param {LobeDecoder} decoder */
   #meanLobes(decoder) {
     const { scales, quats, sh, lobes } = this.#gaussians;
-    const latents = this.#recipe.books.get("lobes");
+    const latents = this.#codes.lobes;
     lookUp(this.#usual, scales, BLOCK, 0, BLOCK);
     fill(quats, TURNED_NOWHERE);
     fill(sh, this.#neutral.sh);
@@ -111,32 +115,38 @@ export class RowDecoder {
    * @param {number} [from] the first of them
    * @returns {Gaussians}
    */
-  decode({ positions: all, columns }, from = 0) {
+  decode({ positions: centers, columns }, from = 0) {
     const { header } = this.#recipe;
-    const positions = all.subarray(3 * from, 3 * (from + BLOCK));
+    const positions = centers.subarray(3 * from, 3 * (from + BLOCK));
     const count = positions.length / 3;
     const to = from + count;
-    const gaussians = { ...this.#gaussians, count, positions };
+    const [gaussians, codes] = [this.#gaussians, this.#codes];
+    gaussians.count = count;
+    gaussians.positions = positions;
     const { logScales, scales, quats, sh, lobes } = gaussians;
     const { scale, rotation, appearance } = columns;
-    lookUp({ ...this.#of("scale"), columns: scale }, logScales, BLOCK, from, to);
-    lookUp({ ...this.#sizes, columns: scale }, scales, BLOCK, from, to);
+    let all = true;
+    for (const name of /** @type {Attribute[]} */ (Object.keys(codes))) {
+      const found = columns[name];
+      if (found) this.#of(name).columns = found;
+      else all = false;
+    }
+    this.#sizes.columns = scale;
+    lookUp(this.#of("scale"), logScales, BLOCK, from, to);
+    lookUp(this.#sizes, scales, BLOCK, from, to);
     const scalar = header.scalars.get("rotation");
-    if (scalar) turn(scalar, rotation, from, to, logScales, quats);
+    if (scalar) turn(scalar, rotation, from, to, quats);
     else {
-      lookUp({ ...this.#of("rotation"), columns: rotation }, quats, BLOCK, from, to);
+      lookUp(this.#of("rotation"), quats, BLOCK, from, to);
       this.#machine.units(this.#quats, this.#quats);
     }
-    if (appearance) this.#colors.decode(positions, { ...this.#of("appearance"), columns: appearance }, from);
+    if (appearance) this.#colors.decode(positions, this.#of("appearance"), from);
     else fill(sh, this.#neutral.sh);
     // hidden layers look at everything else
-    const names = [...header.cuts.keys(), ...header.scalars.keys()];
-    if (this.#lobeDecoder && names.every((name) => columns[name])) {
-      const latents = columns.lobes;
-      this.#lobeDecoder.decode(latents ? { ...this.#of("lobes"), columns: latents } : null, from, to);
-    } else fill(lobes, this.#neutral.lobes);
-    if (names.includes("opacity")) {
-      const { books: [book] } = columns.opacity ? this.#of("opacity") : meanCodes(this.#of("opacity"));
+    if (this.#lobeDecoder && all) this.#lobeDecoder.decode(codes.lobes ?? null, from, to);
+    else fill(lobes, this.#neutral.lobes);
+    if (codes.opacity) {
+      const { books: [book] } = columns.opacity ? codes.opacity : meanCodes(codes.opacity);
       const column = columns.opacity?.[0];
       // to the constant part of the opacity's lobe
       for (let i = 0; i < count; i++) lobes[i] += book[column ? column[from + i] : 0] / C0;
@@ -161,7 +171,7 @@ export class RowDecoder {
 
   /** @param {Attribute} name */
   #of(name) {
-    return /** @type {Books} */ (this.#recipe.books.get(name));
+    return /** @type {Codes} */ (this.#codes[name]);
   }
 }
 
