@@ -19,7 +19,6 @@ import math
 import os
 import platform
 import statistics
-import sys
 import tempfile
 import threading
 import time
@@ -85,9 +84,11 @@ def repeated(scene: CodedScene, count: int) -> CodedScene:
 
 def smaller(scene: CodedScene, copies: float) -> CodedScene:
     """Sizes so much smaller that as many copies cover as much in all."""
-    if not scene.codebooks:
-        sys.exit("--mgs: a scene of the coding nvq is needed, whose sizes can be changed at once")
-    scales = scene.codebooks["scale"].float() - math.log(copies) / 2
+    less = math.log(copies) / 2
+    if scene.steps:
+        codes = scene.indices["scale"] - round(less / scene.steps["scale"])
+        return replace(scene, indices=scene.indices | {"scale": codes})
+    scales = scene.codebooks["scale"].float() - less
     return replace(scene, codebooks=scene.codebooks | {"scale": scales.half()})
 
 
@@ -133,6 +134,7 @@ def main() -> None:
     result: dict[str, Any] = {
         "date": time.strftime("%Y-%m-%d"),
         "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "coding": "sq" if scene.steps else "nvq",
         "gaussians": len(scene),
         "file_bytes": len(data),
     }
