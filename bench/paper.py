@@ -1,6 +1,6 @@
 """The paper's tables on any of its captures: scenes x rows x seeds, from one command.
 
-    python bench/paper.py --data DIR --scenes mipnerf360 tandt db --rows teacher ours network
+    python bench/paper.py --data DIR --scenes mipnerf360 tandt db --rows teacher ours codebooks
     python bench/paper.py --scenes small --rows all --set student.steps=1200
     python bench/paper.py --list
 
@@ -46,7 +46,7 @@ from paper_cells import (
     teacher_folder,
 )
 from paper_places import PLACES, Place, found_in, shown_as
-from paper_rows import ROWS, Row
+from paper_rows import BASE, ROWS, Row
 
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
@@ -68,6 +68,7 @@ from mobilegs.train.student import Student
 from mobilegs.train.teacher import Teacher
 
 TIMED_VIEWS = 16
+USUAL = ["teacher", "ours", BASE]
 FEW_LPIPS = 4  # with --few-lpips, of the held-back photos one in so many
 
 
@@ -318,9 +319,7 @@ def main() -> None:
     parser.add_argument(
         "--scenes", nargs="+", default=["small"], choices=[*PLACES, *groups], metavar="SCENE"
     )
-    parser.add_argument(
-        "--rows", nargs="+", default=["teacher", "ours"], choices=["all", *ROWS], metavar="ROW"
-    )
+    parser.add_argument("--rows", nargs="+", default=USUAL, choices=["all", *ROWS], metavar="ROW")
     parser.add_argument("--seeds", nargs="+", type=int, default=[0])
     parser.add_argument("--teacher-seed", type=int, default=0)
     parser.add_argument("--steps", type=int, help="of teacher and student together")

@@ -67,7 +67,7 @@ def _scalars() -> dict[str, Row]:
     return {
         f"sq-{price}": Row(
             "codebooks",
-            f"multiples of steps, {price} a bit per Gaussian",
+            f"multiples of steps of a fineness of 1, {price} a bit per Gaussian",
             ("student.fineness=1", f"student.bit_price={price}"),
         )
         for price in (0.0003, 0.001, 0.003)

@@ -133,6 +133,7 @@ def main() -> None:
             table(tables["viewer"]),
             f"`python bench/loading.py`, {loading['date']}, {loading['machine']}, the same "
             f"browser: {loading['gaussians']:,} Gaussians in {loading['file_bytes'] / 1e6:.1f} MB "
+            f"({loading['coding']}) "
             "from a local server, from navigation on (decoded: from the request on); after "
             "its first visit a browser knows how its device draws fastest. A picture's time ends "
             "when its frame is done, which the processor draws here, too. The Gaussians are a "

@@ -172,6 +172,8 @@ def test_a_student_has_no_more_layers_than_its_file_has_streams_for() -> None:
     assert asked.layers_max == 7 and StudentConfig(coding="sq").layers_max == 8
     with pytest.raises(InputError, match="at most 7 layers"):
         replace(asked, layers=8)
+    free = StudentConfig(view=ViewDependence("free", degree=3, fraction=0.5))
+    assert free.view.shape and free.view.shape.latents == 32 and free.layers_max == 5
     shape = LobeShape(2, 12, (16,))
     case = Case(400, shape, steps=ScalarSteps(), colors="linear", color_latents=12)
     scene = make_scene(case)

@@ -349,14 +349,21 @@ def test_fineness_makes_steps_finer_and_bits_cheaper(dataset, make_student) -> N
         assert step == pytest.approx(4 * fine[name])
 
 
+def test_steps_that_a_fineness_makes_too_small_are_named_with_it() -> None:
+    fine = replace(STUDENT.scalars, scale=0.015)
+    with pytest.raises(InputError, match=r"fineness of 2 the step of scale .* not 0\.0075"):
+        replace(STUDENT, coding="sq", fineness=2.0, scalars=fine)
+    replace(STUDENT, coding="nvq", fineness=2.0, scalars=fine)  # which has none
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
         {"coding": "vq"},
         {"fineness": 0.0},
         {"fineness": math.nan},
-        {"fineness": 1e3},
-        {"fineness": 1e-6},
+        {"coding": "sq", "fineness": 1e3},
+        {"coding": "sq", "fineness": 1e-6},
         {"bit_price": -1.0},
         {"bit_price": math.nan},
         {"target_mb": 1.0},

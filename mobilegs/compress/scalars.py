@@ -46,7 +46,10 @@ class ScalarSteps:
 
     def finer(self, times: float) -> "ScalarSteps":
         """Steps so many times as fine; an InputError if a file cannot hold them."""
-        return ScalarSteps(**{name: step / times for name, step in asdict(self).items()})
+        try:
+            return ScalarSteps(**{name: step / times for name, step in asdict(self).items()})
+        except InputError as error:
+            raise InputError(f"with a fineness of {times:g} {error}") from None
 
 
 class ScalarCodes(nn.Module):

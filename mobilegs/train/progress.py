@@ -144,7 +144,7 @@ class Monitor:
             "loss": f"{loss:.4f}",
             "PSNR": f"{psnr:.2f} dB",
             "Gaussians": f"{stage.count:,}",
-            "file": f"~{size:.1f} MB",
+            "file": f"~{size:.{1 if size >= 1 else 2}f} MB",
             "speed": f"{rate:.1f} steps/s",
             "left": _clock(left),
         }

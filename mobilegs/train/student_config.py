@@ -62,10 +62,10 @@ class StudentConfig:
     """Opacity of all Gaussians at the start (the release: 0.5, and with opacity_rate=0 the network
     alone tells opacities apart, as there); 0 keeps the teacher's."""
     net_fraction: float = 5 / 30
-    """When six latents and what decodes them replace the harmonics (paper: 5,000 of 30,000)."""
+    """When latents and what decodes them replace the harmonics (paper: 5,000 of 30,000)."""
     codes_fraction: float = 0.7
-    """When codebooks replace what they stand for. (The release: 29,000 of 30,000, with
-    codebooks that do not learn; these do, and profit from time.)"""
+    """When codes replace what they stand for. (The release: 29,000 of 30,000, with codebooks that
+    do not learn; these, and steps, do, and profit from time.)"""
     ssim_weight: float = 0.2
     """Share of D-SSIM in the distance to the photo, the rest is L1."""
     distill_weight: float = 1.0
@@ -109,17 +109,17 @@ class StudentConfig:
     decoder_rate: float = 1e-3
     """Rate of what decodes them."""
     codebook_rate: float = 1e-3
-    """Rate of the codebooks of scales and opacities."""
+    """With `nvq`, rate of the codebooks of scales and opacities."""
     rotation_codebook_rate: float = 5e-4
-    """Rate of the codebooks of rotations."""
+    """With `nvq`, rate of the codebooks of rotations."""
     appearance_codebook_rate: float = 1e-3
-    """Rate of the codebooks of the colour's latents."""
+    """With `nvq`, rate of the codebooks of the colour's latents."""
     lobe_codebook_rate: float = 5e-3
-    """Rate of the codebooks of the lobes' latents."""
+    """With `nvq`, rate of the codebooks of the lobes' latents."""
     free_share: float = 0.2
     """With codes, what is left of the rates of what they stand for."""
     reassign_every: int = 25
-    """With codes, steps between two choices of the nearest codebook entries. (The nearest
+    """With `nvq`, steps between two choices of the nearest codebook entries. (With `sq` the nearest
     multiples are chosen in every step.)"""
     final_rate: float = 0.1
     """What is left of every rate at the end; it falls geometrically from `decay_from` on."""
@@ -135,14 +135,14 @@ class StudentConfig:
     """Whether Gaussians are turned as little as possible with `nvq`, too, at the start: of the 24
     ways to name the axes of an ellipsoid the one whose rotation is smallest."""
     codebooks: CodebookSizes = field(default_factory=CodebookSizes)
-    """Sizes of the codebooks of `nvq`."""
+    """Sizes of the codebooks; with `nvq` alone."""
     scalars: ScalarSteps = field(default_factory=ScalarSteps)
-    """Steps of `sq`."""
+    """Steps, at a fineness of 1; with `sq` alone."""
     fineness: float = 2.0
     """How many times as fine as `scalars` the steps begin; a bit's price falls with its square, as
     what a step costs in the picture does."""
     step_rate: float = 2e-3
-    """Rate of the steps' logarithms. 0: they stay as they are."""
+    """With `sq`, rate of the steps' logarithms. 0: they stay as they are."""
     bit_price: float = 1e-3
     """With `sq`, what a bit per Gaussian adds to the loss, at a fineness of 1: more makes smaller,
     plainer files."""
@@ -210,12 +210,12 @@ class StudentConfig:
         )
         if self.layers > self.layers_max:
             raise InputError(
-                f"{self.layers} layers with {self.color.latents} latents of colours and "
-                f"{self.view.latents} of lobes are more streams than a file may have: at most "
+                f"{self.layers} layers with {self.color.latents} latents of colours and those of "
+                "lobes are more streams than a file may have: at most "
                 f"{self.layers_max} layers are possible"
             )
         check(self, fineness=POSITIVE)
-        self.scalars.finer(self.fineness)  # refused here if it cannot be
+        _ = self.steps_of_codes  # refused here if it cannot be
         check(self, final_rate=SHARE)  # a rate of the rates, which must leave something
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
 
@@ -232,16 +232,19 @@ class StudentConfig:
     @property
     def bytes_expected(self) -> tuple[int, float]:
         """What a file has once, and for each Gaussian, by what such files have had so far."""
+        if self.target_mb:
+            return round(1e6 * self.target_mb), 0.0
         if self.coding == "nvq":
             return 21_000, 15.6
-        return 6_000, 9.9 + 2.8 * math.log2(self.fineness)
+        return 6_000, max(9.9 + 2.8 * math.log2(self.fineness), 4.0)
 
     @property
     def layers_max(self) -> int:
         """Layers that a file has streams for: with `sq` each column is one in every layer."""
         if self.coding != "sq":
             return LAYERS_MAX
-        columns = ATTRIBUTE_STREAMS + self.color.latents + self.view.latents
+        lobes = self.view.shape.latents if self.view.shape else 0
+        columns = ATTRIBUTE_STREAMS + self.color.latents + lobes
         return min(LAYERS_MAX, (STREAMS_MAX - NETWORK_STREAMS) // columns)
 
     @property

@@ -42,10 +42,10 @@ class StudentModel:
     """Gaussians whose opacity and weight depend on the direction they are seen from.
 
     It begins `explicit`: the tensors of 3DGS with harmonics of a low degree. With `networks` the
-    harmonics become six latent numbers that a `ColorDecoder` turns back into harmonics,
+    harmonics become a few latent numbers that a `ColorDecoder` turns back into harmonics,
     and positions are seen rounded as the file stores them. With `codes` all but the positions
-    become indices into codebooks whose entries go on learning, and the networks compute with
-    halves: what is drawn is now what the file will hold.
+    become multiples of steps, or indices into codebooks, which go on learning, and the networks
+    compute with halves: what is drawn is now what the file will hold.
 
     Apart from this, lobes that begin free are `settled` at some time before the codes: from
     then on a `LobeDecoder` makes them from the latents that will be coded.

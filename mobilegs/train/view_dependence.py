@@ -48,9 +48,9 @@ class ViewDependence:
     fraction: float = 0.0
     """When free lobes become latents, as a fraction of the run."""
     length: int = 2
-    """Latents (the base aside) that share a codebook entry."""
+    """With `nvq`, latents (the base aside) that share a codebook entry."""
     size: int = 64
-    """Entries of each of those codebooks."""
+    """Entries of each of those codebooks, with `nvq`."""
     decay: float = 0.0
     """Share of what depends on the direction that free lobes forget in a step."""
 
