@@ -81,6 +81,9 @@ def test_webgl_takes_over_from_a_lost_device(chromium: Chromium, served: Any) ->
     assert visit(tab, served("scene.mgs", MGS)) == "loaded"
     tab.page.evaluate(TURN)
     before, _ = seen(tab, 16, 16)
+    # what cannot be opened leaves the scene, which is then the one to be drawn in another way
+    tab.page.evaluate("document.querySelector('mobile-gs').open(new Blob(['no scene']))")
+    tab.page.wait_for_function("document.querySelector('mobile-gs').dataset.state === 'failed'")
     tab.page.evaluate("window.lose()")
     tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"

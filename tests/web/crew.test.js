@@ -108,6 +108,30 @@ test("a later stage is done again, and counts", async () => {
   assert.deepEqual(wordsOf(crew), expected);
 });
 
+test("what was done before there is room lies there under what is done later", async () => {
+  globalThis.Worker = undefined;
+  const reader = new SceneReader();
+  const cut = bytes.length - 70_000; // lobes are missing
+  reader.append(bytes.subarray(0, cut));
+  while (reader.step());
+  const crew = new Crew([COUNT]);
+  crew.begin(reader.decoder);
+  crew.advance(0, 2);
+  await new Promise((resolve) => setTimeout(resolve, 20));
+  const early = crew.taken.length;
+  assert.ok(early > 0);
+  const room = Object.fromEntries(PARTS.map((part) => [part, new Uint32Array(expected[part].length)]));
+  crew.room = room;
+  assert.equal(crew.taken.length, 0);
+  assert.deepEqual(room.colors.subarray(0, 4 * 8192), expected.colors.subarray(0, 4 * 8192));
+  reader.append(bytes.subarray(cut));
+  while (reader.step());
+  crew.advance(0, reader.decoder.layers[0].stage);
+  await crew.finish();
+  assert.equal(crew.taken.length, 0);
+  assert.deepEqual(room, expected);
+});
+
 test("layers are done for themselves, and count from the first one on", async () => {
   Object.assign(Helper, { made: [], brings: true });
   globalThis.Worker = Helper;

@@ -223,6 +223,7 @@ export class MobileGs extends HTMLElement {
     this.#arrivals.note(side, { share: 1, state: "failed", sentence });
     this.#tell();
     this.#part("message").hidden = false;
+    if (side === 0) this.#source = this.viewer?.source ?? this.#source; // the scene before stays
     /** @type {HTMLElement} */ (this.#root.querySelector(".message [data-act=open]")).hidden = this.#source !== null;
     this.dispatchEvent(new CustomEvent("error", { detail: { sentence } }));
   }
@@ -362,8 +363,7 @@ export class MobileGs extends HTMLElement {
         source instanceof Blob ? { file: source } : { url: new URL(source, document.baseURI).href };
       load(viewer, request);
     } catch (error) {
-      const why = error instanceof Error ? error.message : String(error);
-      this.failed(side, `the scene cannot be opened: ${why}`);
+      this.failed(side, `the scene cannot be opened: ${/** @type {Error} */ (error).message}`);
     }
   }
 

@@ -30,9 +30,6 @@ const PATIENCE = 8;
 export class Crew {
   /** What has been done and nobody has taken away yet. @type {[from: number, PackedRows][]} */
   taken = [];
-  /** Room for all Gaussians, if there is: then what is done is written there. @type {PackedRows | null} */
-  room = null;
-
   /** @type {Chunk[]} */
   #chunks = [];
   /** Of each layer, the stage that is wanted. */
@@ -44,6 +41,7 @@ export class Crew {
   /** @type {Helper[]} */
   #helpers = [];
   #count; // Gaussians
+  #room = /** @type {PackedRows | null} */ (null);
   /** By chunk, the stage that somebody was asked for, and the one that there is. */
   #given;
   #done;
@@ -72,6 +70,15 @@ export class Crew {
     this.#given = new Uint8Array(this.#chunks.length);
     this.#done = this.#given.slice();
     this.#count = count;
+  }
+
+  /** Room for all Gaussians, if there is: then what is done is written there. @param {PackedRows | null} room */
+  set room(room) {
+    this.#room = room;
+    if (room === null) return;
+    for (const [from, packed] of this.taken.splice(0)) {
+      write(packed, partOf(room, this.#count, from, from + packed.shapes.length / 4));
+    }
   }
 
   /** Hires helpers, if they are worth it. `begin` comes first. */
@@ -151,7 +158,7 @@ export class Crew {
   /** Where a chunk has room, if it has. @param {number} chunk @returns {PackedRows | undefined} */
   #place(chunk) {
     const { first, from, to } = this.#chunks[chunk];
-    return this.room ? partOf(this.room, this.#count, first, first + to - from) : undefined;
+    return this.#room ? partOf(this.#room, this.#count, first, first + to - from) : undefined;
   }
 
   /** Gives a helper something to do. @param {Helper} helper */

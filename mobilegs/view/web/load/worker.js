@@ -5,7 +5,7 @@ import { centersOf, thinned, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { RowDecoder } from "../mgs/rows.js";
 import { emptyScene, packRows } from "../render/pack.js";
-import { Crew, partOf, turn, write } from "./crew.js";
+import { Crew, turn } from "./crew.js";
 import { farFirst } from "./order.js";
 import { isPly, readPly } from "./ply.js";
 import { isSpz, readSpz } from "./spz.js";
@@ -114,7 +114,6 @@ class Arriving {
 
   /** Sends what has been done since the last time. @param {number} received bytes of the file */
   send(received) {
-    const { count } = this.#header;
     if (!this.#crew.begun || !this.makeRoom(received)) return;
     const done = this.#crew.layers;
     const before = this.#shown;
@@ -122,9 +121,6 @@ class Arriving {
     const taken = this.#crew.taken.splice(0);
     const scene = this.#scene;
     if (scene) {
-      for (const [from, packed] of taken) {
-        write(packed, partOf(scene, count, from, from + packed.shapes.length / 4));
-      }
       this.#scene = this.#crew.room = null; // it goes away
       const { views, near } = this.#header;
       send({ kind: "scene", data: scene, places: this.#places(), views, near }, movable(scene));
@@ -144,8 +140,8 @@ class Arriving {
   makeRoom(received) {
     const { count } = this.#header;
     if (!this.#room && ROOM * received >= count) {
-      this.#room = true;
       this.#scene = this.#crew.room = emptyScene(this.#header, count, this.#own.scaleRange);
+      this.#room = true;
     }
     return this.#room;
   }
@@ -198,9 +194,11 @@ async function loadMgs(source) {
   try {
     await readScene(source, onStep);
   } finally {
-    clearInterval(timer);
     // layers that have come are shown, whatever became of the rest
-    await crew?.finish().finally(() => crew?.dismiss());
+    await crew?.finish().finally(() => {
+      clearInterval(timer);
+      crew?.dismiss();
+    });
     arriving?.send(arrived);
   }
   return arrived;

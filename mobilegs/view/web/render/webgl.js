@@ -210,11 +210,11 @@ export class WebGlRenderer {
 
   /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
   async drawUnseen(camera) {
-    if (this.#scene === null) return;
     const gl = this.#gl;
-    this.#sum(this.#scene, camera);
+    if (this.#scene) this.#sum(this.#scene, camera);
     gl.readBuffer(gl.COLOR_ATTACHMENT0);
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, new Float32Array(4));
+    if (gl.isContextLost()) throw new Error("the graphics device was lost");
   }
 
   /** Waits until everything that was asked for is drawn. */

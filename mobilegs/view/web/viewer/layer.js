@@ -5,9 +5,10 @@ import { farFirst } from "../load/order.js";
 import { centersOf } from "../mgs/positions.js";
 import { knownVariant, warmUp, warmUpDots } from "../render/calibrate.js";
 import { chooseRenderer } from "../render/choose.js";
-import { meanLogit, strides } from "../render/types.js";
+import { strides } from "../render/types.js";
 import { fastestHere, storage } from "./fastest.js";
-import { dot } from "./vector.js";
+import { Ordering } from "./ordering.js";
+import { noteLogits } from "./pick.js";
 
 /** @typedef {import("../load/worker.js").Message} Message */
 /** @typedef {import("../load/worker.js").Request} Request */
@@ -16,7 +17,6 @@ import { dot } from "./vector.js";
 /** @typedef {import("../render/choose.js").Choice} Choice */
 /** @typedef {import("../render/choose.js").Renderer} Renderer */
 /** @typedef {import("../render/types.js").Camera} Camera */
-/** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("../render/types.js").Variant} Variant */
 /** @typedef {import("./vector.js").Vector} Vector */
 /**
@@ -31,7 +31,6 @@ import { dot } from "./vector.js";
  */
 
 const AFTER = 50; // milliseconds that a first picture has to come onto the screen
-const SAME_SIDE = Math.cos((0.5 * Math.PI) / 180); // an order serves all directions as near as that
 
 export class Layer {
   /** Gaussians of the scene. */
@@ -41,13 +40,12 @@ export class Layer {
   near = 0.2;
   /** What a double click looks through, beside `centers`: logits of mean opacities. */
   logits = new Float32Array(0);
-  /** What was asked for last. @type {Request | null} */
+  /** What is on its way, else what is shown. @type {Request | null} */
   request = null;
   /** Settles when it is known how to draw fastest: it takes its time behind the first scene. */
   calibrated = Promise.resolve();
 
-  /** Of the renderer. */
-  name = "";
+  name = ""; // of the renderer
   /** Whether it failed with the scene that is there. */
   broken = false;
 
@@ -65,6 +63,8 @@ export class Layer {
   /** Whether there is a way to draw. */
   #ready = Promise.resolve(false);
   #destroyed = false;
+  /** @type {Request | null} */
+  #shown = null;
   #again = false; // the scene was there before, and the renderer had lost it
   #lobeStride = 2;
   /** Behind everything: what the scene says, what was wished for, and what the renderer reads. */
@@ -72,11 +72,7 @@ export class Layer {
   /** @type {Vector | null} */
   #wished = null;
   #drawn = [0, 0, 0];
-  /** Who makes an order, if the scene needs one. @type {"" | "worker" | "page"} */
-  #sorter = "";
-  #ordering = false; // whether the worker was asked for one
-  /** Direction of looking that the order is for. @type {Vector | null} */
-  #ordered = null;
+  #ordering = new Ordering();
   #timing = false;
   #dots = false; // whether they are all that there is to draw
   #warm = false; // whether the shaders of scenes are compiled, or about to be
@@ -145,7 +141,6 @@ export class Layer {
    */
   load(request) {
     this.#coming?.terminate();
-    this.#again = request === this.request && this.count > 0;
     this.request = request;
     const worker = loadingWorker();
     worker.onmessage = async ({ data }) => {
@@ -158,7 +153,7 @@ export class Layer {
     };
     worker.onerror = (event) => {
       event.preventDefault();
-      this.#told.failed("the viewer's own files could not be loaded: reload the page");
+      this.#fail("the viewer's own files could not be loaded: reload the page", worker);
     };
     this.#coming = worker;
     worker.postMessage(request);
@@ -242,11 +237,8 @@ export class Layer {
   /** What draws, in words. */
   get device() {
     const { floats, strips } = this.#renderer?.variant ?? { floats: false, strips: false };
-    return {
-      renderer: this.name,
-      adapter: this.#renderer?.describe() ?? "",
-      variant: `${floats ? "floats" : "halves"}, ${strips ? "strips" : "batches"}`,
-    };
+    const variant = `${floats ? "floats" : "halves"}, ${strips ? "strips" : "batches"}`;
+    return { renderer: this.name, adapter: this.#renderer?.describe() ?? "", variant };
   }
 
   destroy() {
@@ -267,24 +259,42 @@ export class Layer {
   #receive(message, worker) {
     // what else there is to say of a scene that cannot be drawn is of no use
     if (this.broken && worker === this.#worker) return;
-    if (message.kind === "failed") this.#told.failed(message.sentence);
-    else if (message.kind === "progress") this.#told.progress(message.received / message.total);
-    else if (message.kind === "dots") this.#takeDots(message, worker);
+    if (message.kind === "failed") this.#fail(message.sentence, worker);
+    else if (message.kind === "progress") {
+      if (this.#asked(worker)) this.#told.progress(message.received / message.total);
+    } else if (message.kind === "dots") this.#takeDots(message, worker);
     else if (message.kind === "scene") this.#take(message, worker);
     else if (message.kind === "rows") this.#takeRows(message);
     else if (message.kind === "more") this.#show(message.places);
     else if (message.kind === "order") this.#takeOrder(message.order);
     else {
-      if (this.#sorter !== "worker") worker.terminate(); // it has nothing left to do
+      if (this.#ordering.by !== "worker") worker.terminate(); // it has nothing left to do
+      if (!this.#asked(worker)) return;
       // a device that fails here fails elsewhere as well, and is told of then
       this.calibrated = this.#calibrate().catch(() => {});
       this.#told.loaded(message.milliseconds, message.bytes);
     }
   }
 
+  /** Whether nothing else was asked for since. @param {Worker} worker */
+  #asked(worker) {
+    return worker === (this.#coming ?? this.#worker);
+  }
+
+  /** @param {string} sentence @param {Worker} worker */
+  #fail(sentence, worker) {
+    const asked = this.#asked(worker);
+    if (worker === this.#coming) {
+      this.#coming = null;
+      this.request = this.#shown;
+    }
+    if (worker !== this.#worker || this.#ordering.by !== "worker") worker.terminate();
+    if (asked) this.#told.failed(sentence);
+  }
+
   /** @param {Extract<Message, {kind: "dots"}>} message @param {Worker} worker */
   #takeDots({ dots, views, near }, worker) {
-    this.#sorter = "";
+    this.#ordering.begin("");
     const taken = this.#replace(worker, dots.background, () => this.#renderer?.setDots(dots));
     if (!taken) return;
     this.#dots = true;
@@ -297,8 +307,8 @@ export class Layer {
   /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
   #take({ data, places, views, near }, worker) {
     const more = worker === this.#worker; // of the scene that is shown
-    this.#sorter = data.sorted ? "worker" : this.#sorting ? "page" : "";
-    data.sorted = this.#sorter !== "";
+    this.#ordering.begin(data.sorted ? "worker" : this.#sorting ? "page" : "");
+    data.sorted = this.#ordering.by !== "";
     const taken = this.#replace(worker, data.background, () => {
       this.#renderer?.setDots(null);
       this.#renderer?.setScene(data);
@@ -308,7 +318,7 @@ export class Layer {
     this.#lookFrom(views, near);
     this.logits = new Float32Array(data.count);
     this.#lobeStride = strides(data).lobes;
-    this.#noteLobes(0, data.lobes);
+    noteLogits(this.logits, this.#lobeStride, 0, data.lobes);
     this.#show(places);
     if (!more && !this.#again) this.#told.arrived();
   }
@@ -323,7 +333,11 @@ export class Layer {
   #replace(worker, background, give) {
     if (worker !== this.#worker) this.#worker?.terminate();
     this.#worker = worker;
-    this.#coming = null;
+    if (worker === this.#coming) {
+      this.#again = this.request === this.#shown && this.count > 0;
+      this.#shown = this.request;
+      this.#coming = null;
+    }
     this.#own = [...background];
     this.#drawn = background;
     this.background = this.#wished;
@@ -347,7 +361,6 @@ export class Layer {
   #lookFrom(views, near) {
     this.views = views;
     this.near = near;
-    this.#ordering = false;
   }
 
   /** Draws the Gaussians that are at these places, the first ones of the scene. @param {Places} places */
@@ -355,44 +368,30 @@ export class Layer {
     this.#places = places;
     this.count = ("stored" in places ? places.stored : places).length / 3;
     this.#renderer?.show(this.count);
-    this.#ordered = null;
+    this.#ordering.renew();
     this.#told.changed();
   }
 
   /** @param {Extract<Message, {kind: "rows"}>} message */
   #takeRows({ part, from, numbers }) {
     this.#renderer?.update(part, from, numbers);
-    if (part === "lobes") this.#noteLobes(from, numbers);
+    if (part === "lobes") noteLogits(this.logits, this.#lobeStride, from, numbers);
     this.#told.changed();
   }
 
   /** @param {Uint32Array<ArrayBuffer>} order */
   #takeOrder(order) {
-    this.#ordering = false;
+    this.#ordering.arrived();
     this.#renderer?.setOrder(order);
     this.#told.ordered();
   }
 
   /** Asks for another order when the scene needs one and is seen from another side. @param {Camera} camera */
-  #askOrder({ viewmat }) {
-    const forward = /** @type {Vector} */ ([viewmat[8], viewmat[9], viewmat[10]]);
-    const turned = this.#ordered === null || dot(forward, this.#ordered) < SAME_SIDE;
-    if (!this.#sorter || this.#ordering || !turned) return;
-    this.#ordered = forward;
-    if (this.#sorter === "page") this.#renderer?.setOrder(farFirst(this.centers, forward));
-    else {
-      this.#ordering = true;
-      this.#worker?.postMessage({ forward });
-    }
-  }
-
-  /** @param {number} from @param {Numbers} lobes */
-  #noteLobes(from, lobes) {
-    const stride = this.#lobeStride;
-    const packed = lobes instanceof Uint32Array;
-    for (let i = 0; i * stride < lobes.length; i++) {
-      this.logits[from + i] = packed ? meanLogit(lobes[i * stride]) : lobes[i * stride];
-    }
+  #askOrder(camera) {
+    const forward = this.#ordering.needed(camera);
+    if (forward === null) return;
+    if (this.#ordering.by === "page") this.#renderer?.setOrder(farFirst(this.centers, forward));
+    else this.#worker?.postMessage({ forward });
   }
 }
 

@@ -1,6 +1,9 @@
 /** Which place of the scene lies under a pixel. */
 
+import { meanLogit } from "../render/types.js";
+
 /** @typedef {import("../render/types.js").Camera} Camera */
+/** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("./vector.js").Vector} Vector */
 
 const NEARBY = 12; // pixels around the pointer
@@ -31,4 +34,19 @@ export function placeUnder(centers, logits, camera, x, y) {
     best = i;
   }
   return best < 0 ? null : [centers[3 * best], centers[3 * best + 1], centers[3 * best + 2]];
+}
+
+/**
+ * Notes the mean opacities that rows of lobes tell of.
+ *
+ * @param {Float32Array} logits
+ * @param {number} stride numbers of a Gaussian
+ * @param {number} from the first of them
+ * @param {Numbers} lobes
+ */
+export function noteLogits(logits, stride, from, lobes) {
+  const packed = lobes instanceof Uint32Array;
+  for (let i = 0; i * stride < lobes.length; i++) {
+    logits[from + i] = packed ? meanLogit(lobes[i * stride]) : lobes[i * stride];
+  }
 }

@@ -173,6 +173,13 @@ export class Viewer {
     return this.#first.calibrated;
   }
 
+  /** Where the scene comes from that is shown or on its way. @returns {string | Blob | null} */
+  get source() {
+    const { request } = this.#first;
+    if (request === null || "forward" in request) return null;
+    return "url" in request ? request.url : request.file;
+  }
+
   /** What draws, in words. */
   get device() {
     return this.#first.device;
