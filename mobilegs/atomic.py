@@ -14,13 +14,16 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
     """A temporary path beside `path`, with its suffix, renamed to `path` if the block succeeds.
 
     On any exception, Ctrl-C included, the temporary file is removed and `path` is left as it
-    was. Parent folders are made. Raises InputError if that is no place for a file.
+    was. Parent folders are made, links are followed. Raises InputError if that is no place for a
+    file.
     """
-    path = Path(path)
+    path = Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder")
+    if path.exists() and not path.is_file():
+        raise InputError(f"cannot write {path}: it is no file, but a device or a pipe")
     make_folder(path.parent)
-    name = f".{path.stem}-"
+    name = f".{path.stem[:50]}-"
     try:
         handle, name = tempfile.mkstemp(prefix=name, suffix=path.suffix, dir=path.parent)
     except OSError as error:

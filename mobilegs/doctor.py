@@ -174,7 +174,7 @@ def phones() -> Finding:
     from mobilegs.view.serve import own_address
 
     address = own_address()
-    if address.startswith("127.") or address == "localhost":
+    if address is None or address.startswith("127."):
         return Finding("Phones", "none", "this machine is in no network: view --lan reaches nobody")
     return Finding("Phones", "yes", f"in this network view --lan is reached at {address}")
 

@@ -321,8 +321,9 @@ def test_doctor_knows_where_phones_would_look(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(serve, "own_address", lambda: "192.168.7.4")
     assert "192.168.7.4" in doctor.phones().found
-    monkeypatch.setattr(serve, "own_address", lambda: "127.0.0.1")
-    assert doctor.phones().state == "none"
+    for nowhere in ("127.0.0.1", None):
+        monkeypatch.setattr(serve, "own_address", lambda found=nowhere: found)
+        assert doctor.phones().state == "none"
 
 
 def test_a_full_disk_is_one_sentence(

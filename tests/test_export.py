@@ -2,6 +2,8 @@
 
 import gzip
 import json
+import os
+import re
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -17,7 +19,7 @@ from test_web_decoder import Case, make_scene
 from test_web_viewer import SETTLED
 
 from mobilegs import cli
-from mobilegs.compress.container import pack
+from mobilegs.compress.container import pack, read_mgs
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import write_ply
 from mobilegs.render import Weighting
@@ -40,11 +42,26 @@ def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
     words = ["export", str(scene), "--to", "site", "-o", str(folder), "--title", "A <garden>"]
     assert cli.main(words) == 0
 
-    class Quiet(SimpleHTTPRequestHandler):
+    class Host(SimpleHTTPRequestHandler):
+        """As some hosts are: pages have one address only, and answers may vary."""
+
+        def do_GET(self) -> None:
+            if self.path.endswith("/index.html"):
+                self.send_response(308)
+                self.send_header("Location", self.path.removesuffix("index.html"))
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+            else:
+                super().do_GET()
+
+        def end_headers(self) -> None:
+            self.send_header("Vary", "Origin")
+            super().end_headers()
+
         def log_message(self, format: str, *args: object) -> None:
             pass
 
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(folder)))
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Host, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield folder, f"http://127.0.0.1:{server.server_port}/"
     server.shutdown()
@@ -69,8 +86,6 @@ def test_the_html_file_opens_from_a_disk_without_a_network(
 def test_a_plain_scene_goes_into_one_file_too(
     chromium: Chromium, scene: Path, tmp_path: Path
 ) -> None:
-    from mobilegs.compress.container import read_mgs
-
     write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
     page = tmp_path / "plain.html"
     words = ["export", str(tmp_path / "plain.ply"), "--to", "html", "-o", str(page)]
@@ -94,6 +109,36 @@ def test_the_folder_opens_again_without_a_network(
     tab.page.context.set_offline(True)
     tab.page.reload()
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.goto(f"{address}index.html?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.close()
+
+
+@pytest.mark.parametrize("file", ["viewer.js", "index.html"])
+def test_what_is_not_of_its_version_yet_is_not_kept(
+    chromium: Chromium, site: tuple[Path, str], file: str
+) -> None:
+    """A site may be visited while it is uploaded."""
+    folder, address = site
+    content = (folder / file).read_text()
+    version = re.findall(r'VERSION = "(\w+)"', (folder / "sw.js").read_text())[0]
+    (folder / file).write_text(
+        f"{content}\n" if file == "viewer.js" else content.replace(version, "")
+    )
+    tab = chromium.tab()
+    tab.page.goto(f"{address}?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    script = """async () => {
+      const { installing } = await navigator.serviceWorker.register("sw.js");
+      if (installing) await new Promise((settled) => (installing.onstatechange = settled));
+      return installing?.state ?? "redundant";
+    }"""
+    assert tab.page.evaluate(script) == "redundant"
+    (folder / file).write_text(content)
+    tab.page.reload()
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.wait_for_function("navigator.serviceWorker.controller !== null", timeout=30_000)
+    tab.complaints.clear()  # of the file that was refused
     tab.close()
 
 
@@ -107,9 +152,11 @@ def test_the_folder_holds_what_it_names(site: tuple[Path, str], scene: Path) -> 
     with Image.open(folder / "poster.jpg") as poster:
         assert poster.size == (1200, 630)
         assert np.asarray(poster).std() > 5
-    listed = (folder / "sw.js").read_text().split("FILES = ", 1)[1].split("];", 1)[0] + "]"
+    listed = (folder / "sw.js").read_text().split("FILES = ", 1)[1].split("};", 1)[0] + "}"
     files = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
-    assert set(json.loads(listed)) == files - {"sw.js"} | {"."}
+    assert set(json.loads(listed)) == files - {"sw.js", "mobile-gs.js"} | {"."}
+    # what visitors look at to find out whether there is something new comes last
+    assert max(folder.iterdir(), key=lambda path: path.stat().st_mtime_ns).name == "sw.js"
     assert "A &lt;garden&gt;" in (folder / "index.html").read_text()
 
 
@@ -122,7 +169,12 @@ def test_a_site_that_knows_its_address_names_its_picture_in_full(
         page = (tmp_path / "out" / "index.html").read_text()
         assert 'og:image" content="https://me.example/a&amp;b/poster.jpg"' in page
         assert 'og:url" content="https://me.example/a&amp;b/"' in page
-    for url in ("me.example/a", "ftp://me.example/", "https://", "https://[", "https://a b.c/"):
+    assert cli.main([*words, "https://me.example:8080/myindex.html"]) == 0
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert 'og:url" content="https://me.example:8080/myindex.html/"' in page
+    wrong = ["me.example/a", "ftp://me.example/", "https://", "https://[", "https://a b.c/"]
+    wrong += ["https://a.b/?", "https://a.b/#", "https://a.b:99999/", "https://u:p@a.b/"]
+    for url in wrong:
         assert cli.main([*words, url]) == 2
         assert "is no address of a site" in capsys.readouterr().err
     page = tmp_path / "page.html"
@@ -142,6 +194,10 @@ def test_a_folder_is_written_anew_but_no_other_one(
     words = ["export", str(scene), "--to", "site", "-o"]
     assert cli.main([*words, str(folder), "--title", "other"]) == 0
     assert (folder / "sw.js").read_text() != before  # visitors get what has changed
+    (folder / "sw.js").unlink()  # as if it had been interrupted
+    (folder / "scene.ply").write_text("somebody's own")
+    assert cli.main([*words, str(folder)]) == 0
+    assert (folder / "sw.js").exists() and (folder / "scene.ply").exists()
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.txt").write_text("precious")
@@ -272,7 +328,32 @@ def test_a_page_is_called_after_the_capture(tmp_path: Path) -> None:
 
 def test_an_exported_folder_holds_one_scene(scene: Path, site: tuple[Path, str]) -> None:
     folder, _ = site
-    (folder / "scene.ply").write_bytes(b"of an export before")
     (folder / "scene.txt").write_bytes(b"mine")
-    assert cli.main(["export", str(scene), "--to", "site", "-o", str(folder)]) == 0
-    assert {path.name for path in folder.glob("scene.*")} == {"scene.mgs", "scene.txt"}
+    plain = folder.parent / "plain.ply"
+    write_ply(plain, read_mgs(scene).decode().gaussians)
+    for file in (plain, scene):
+        assert cli.main(["export", str(file), "--to", "site", "-o", str(folder)]) == 0
+        assert {path.name for path in folder.glob("scene.*")} == {
+            f"scene{file.suffix}",
+            "scene.txt",
+        }
+
+
+def test_names_that_are_no_text_become_titles(scene: Path, tmp_path: Path) -> None:
+    try:
+        named = tmp_path / os.fsdecode(b"caf\xe9.mgs")
+        named.write_bytes(scene.read_bytes())
+    except (OSError, UnicodeError):
+        pytest.skip("this system has no such names")
+    for to in ("html", "site"):
+        assert cli.main(["export", str(named), "--to", to, "-o", str(tmp_path / to)]) == 0
+    for page in (tmp_path / "html", tmp_path / "site" / "index.html"):
+        assert "<title>caf\ufffd</title>" in page.read_text()
+
+
+def test_a_scene_that_no_page_can_hold_is_refused(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("mobilegs.view.export.HTML_MAX", 1000)
+    words = ["export", str(scene), "--to", "html", "-o", str(tmp_path / "a.html")]
+    assert cli.main(words) == 2 and "use --to site" in capsys.readouterr().err

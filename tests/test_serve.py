@@ -1,7 +1,10 @@
 """The server of the viewer: what it gives away, and what it keeps."""
 
+import _thread
 import gzip
 import http.client
+import os
+import socket
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +14,7 @@ import pytest
 
 from mobilegs import cli
 from mobilegs.errors import InputError
+from mobilegs.formats.ply import COLUMNS
 from mobilegs.view.bundle import viewer_script
 from mobilegs.view.serve import SCENE, Server, own_address, serve
 
@@ -39,10 +43,73 @@ def get(
     return found
 
 
+def ply(kind: str, number: str) -> bytes:
+    """The header of a scene without Gaussians."""
+    lines = ["ply", f"format {kind} 1.0", "element vertex 0"]
+    lines += [f"property {number} {name}" for name in COLUMNS]
+    return "\n".join([*lines, "end_header", ""]).encode()
+
+
 def test_the_scene_arrives_as_it_is(server: Server) -> None:
     status, headers, body = get(server, "/scene")
     assert status == 200 and body == server.scenes[SCENE].read_bytes()
     assert headers["Content-Length"] == str(len(body))
+
+
+def test_heads_can_be_asked_for(server: Server) -> None:
+    for path in ("/scene", "/?url=/scene", "/nothing"):
+        connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+        connection.request("HEAD", path)
+        answer = connection.getresponse()
+        status, headers, _ = get(server, path)
+        assert answer.status == status
+        assert answer.getheader("Content-Length") == headers["Content-Length"]
+        assert answer.read() == b""
+        connection.close()
+
+
+def test_what_is_no_address_is_refused(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as connection:
+        connection.sendall(b"GET http://[ HTTP/1.1\r\nHost: a\r\n\r\n")
+        assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
+    assert get(server, "/scene")[0] == 200
+    assert capsys.readouterr().err == ""
+
+
+def test_a_scene_that_is_cut_while_it_is_sent_ends_the_connection(tmp_path: Path) -> None:
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(bytes(30 << 20))
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+        connection.request("GET", "/scene")
+        answer = connection.getresponse()
+        answer.read(1000)
+        os.truncate(scene, 1 << 20)
+        with pytest.raises(http.client.IncompleteRead):
+            answer.read()
+        connection.close()
+        server.shutdown()
+
+
+def test_a_browser_that_waits_for_the_page_gets_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Some commands end only when their browser does."""
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(b"scene")
+    found: list[int] = []
+
+    def browse(address: str) -> None:
+        connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=20)
+        connection.request("GET", "/")
+        found.append(connection.getresponse().status)
+        connection.close()
+        _thread.interrupt_main()  # as Ctrl-C does
+
+    monkeypatch.setattr("webbrowser.open", browse)
+    serve(scene, None, lan=False, port=0, browser=True)
+    assert found == [302]
 
 
 def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
@@ -118,7 +185,7 @@ def test_two_scenes_are_compared(tmp_path: Path, name: str) -> None:
 
 def test_it_listens_on_this_machine_alone_unless_asked(server: Server) -> None:
     assert server.server_address[0] == "127.0.0.1"
-    assert own_address()
+    assert own_address() is None or "." in str(own_address())
 
 
 def test_a_port_that_is_taken_is_told(server: Server, tmp_path: Path) -> None:
@@ -144,6 +211,14 @@ def test_view_refuses_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
         ("empty.mgs", b"", "is empty"),
         ("notes.txt", b"text", "is no scene"),
         ("folder.mgs", None, "it is a folder"),
+        ("text.ply", ply("ascii", "float"), "no .ply that the web viewer shows"),
+        ("big.ply", ply("binary_big_endian", "float"), "no .ply that the web viewer shows"),
+        ("double.ply", ply("binary_little_endian", "double"), "no .ply that the web viewer shows"),
+        (
+            "mesh.ply",
+            b"ply\nformat ascii 1.0\nelement face 1\nend_header\n",
+            "no .ply that the web",
+        ),
     ],
 )
 def test_what_is_no_scene_is_not_served(

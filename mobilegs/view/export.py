@@ -24,11 +24,22 @@ from mobilegs.view.serve import KINDS, refuse_unreadable
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
 ICON = 512
-MARK = b"Keeps an exported site on the device"  # of a folder that was written here
+# files of a folder that was written here, and what is in them: the first one comes first
+MADE = "A scene in 3D, exported by mobilegs"
+MARKS = {"manifest.webmanifest": MADE, "sw.js": "Keeps an exported site on the device"}
+COSMETIC = ("manifest.webmanifest", "poster.jpg", "icon.png")
+HTML_MAX = 400_000_000  # bytes of a scene: strings of browsers end at 2^29
 # of index.html, replaced by what an exported page has in their place
 TITLE = "<title>mobilegs</title>"
 LINK = '<link rel="icon" href="data:," />'
 ELEMENT = "<mobile-gs></mobile-gs>"
+LINK_ICON = '<link rel="icon" href="icon.png" />'
+# not before there is something to see: what is kept comes once more
+REGISTER = """<script>
+      const keep = () => navigator.serviceWorker?.register("sw.js");
+      const scene = document.querySelector("mobile-gs");
+      for (const name of ["load", "error"]) scene.addEventListener(name, keep, { once: true });
+    </script>"""
 PREVIEW = """    <meta property="og:url" content="{}" />
     <meta property="og:type" content="website" />
     <meta name="twitter:card" content="summary_large_image" />
@@ -44,11 +55,16 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
     refuse_unreadable(scene)
     if output.is_file() and not _is_page(output):
         raise InputError(f"{output} is no exported page, and would be lost: give another name")
+    if scene.stat().st_size > HTML_MAX:
+        raise InputError(
+            f"{scene} is larger than the {HTML_MAX // 10**6} MB that browsers take in a page: "
+            "use --to site"
+        )
     image = base64.b64encode(_jpeg(poster_of(scene))).decode()
     data = base64.b64encode(scene.read_bytes()).decode()
     page = _page(
         {
-            TITLE: f"<title>{html.escape(title)}</title>",
+            TITLE: f"<title>{_shown(title)}</title>",
             ELEMENT: f'<mobile-gs poster="data:image/jpeg;base64,{image}"></mobile-gs>',
             SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
             f'    <script type="module">\n{viewer_script()}</script>',
@@ -68,8 +84,11 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     refuse_unreadable(scene)
     if url:
         url = _folder_address(url)
-    ours = output / "sw.js"
-    if output.exists() and not (ours.is_file() and MARK in ours.read_bytes()):
+    kept = output / "sw.js"
+    if output.exists() and not any(
+        (output / file).is_file() and mark.encode() in (output / file).read_bytes()
+        for file, mark in MARKS.items()
+    ):
         if not output.is_dir() or any(output.iterdir()):
             raise InputError(f"{output} holds something else: give a new folder")
     picture = poster_of(scene)
@@ -77,7 +96,7 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     edge = (POSTER[0] - POSTER[1]) // 2
     square = picture.crop((edge, 0, edge + POSTER[1], POSTER[1])).resize((ICON, ICON))
     square.save(icon, format="PNG")
-    safe, name = html.escape(title), f"scene{scene.suffix.lower()}"
+    safe, name = _shown(title), f"scene{scene.suffix.lower()}"
     page = _page(
         {
             TITLE: f"<title>{safe}</title>\n"
@@ -85,22 +104,20 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
             f'    <meta property="og:image" content="{html.escape(url)}poster.jpg" />\n'
             f"{PREVIEW.format(html.escape(url)) if url else ''}"
             '    <link rel="manifest" href="manifest.webmanifest" />',
-            LINK: '<link rel="icon" href="icon.png" />\n'
-            '    <link rel="apple-touch-icon" href="icon.png" />',
+            LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
             ELEMENT: f'<mobile-gs src="{name}" poster="poster.jpg"></mobile-gs>',
-            SCRIPT: '<script type="module" src="viewer.js"></script>\n'
-            '    <script>navigator.serviceWorker?.register("sw.js");</script>',
+            SCRIPT: f'<script type="module" src="viewer.js"></script>\n    {REGISTER}',
         }
     )
     manifest = {
-        "name": title,
+        "name": html.unescape(safe),
+        "description": MADE,
         "start_url": ".",
         "display": "fullscreen",
         "background_color": "#0d0f12",
         "icons": [{"src": "icon.png", "sizes": f"{ICON}x{ICON}", "type": "image/png"}],
     }
     files = {
-        "index.html": page.encode(),
         "manifest.webmanifest": json.dumps(manifest, indent=1).encode(),
         "poster.jpg": _jpeg(picture),
         "icon.png": icon.getvalue(),
@@ -108,31 +125,44 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
         "mobile-gs.js": element_script().encode(),
         name: scene.read_bytes(),
     }
-    version = hashlib.sha256(b"".join(files.values())).hexdigest()[:16]
-    names = json.dumps([".", *files])
-    text = (WEB / "offline.js").read_text()
-    text = _replaced(
-        text, {'VERSION = ""': f'VERSION = "{version}"', "FILES = []": f"FILES = {names}"}
+    version = hashlib.sha256(page.encode() + b"".join(files.values())).hexdigest()[:16]
+    page = _replaced(
+        page, {LINK_ICON: f'<meta name="version" content="{version}" />\n    {LINK_ICON}'}
     )
-    files = {"sw.js": text.encode(), **files}  # the mark comes first: an interrupted export goes on
+    # hosts add to pages and repack pictures
+    wanted = {".": version, "index.html": version, **dict.fromkeys(COSMETIC, "")}
+    wanted |= {file: hashlib.sha256(files[file]).hexdigest() for file in ("viewer.js", name)}
+    changes = {
+        'VERSION = ""': f'VERSION = "{version}"',
+        "FILES = {}": f"FILES = {json.dumps(wanted)}",
+    }
+    text = _replaced((WEB / "offline.js").read_text(), changes)
+    before = kept.read_text() if kept.is_file() else ""
+    # what tells visitors that there is something new comes last
+    files |= {"index.html": page.encode(), "sw.js": text.encode()}
     for file, content in files.items():
         atomic_write(output / file, content)
-    for kind in KINDS:  # of an export before
-        if f"scene{kind}" != name:
-            (output / f"scene{kind}").unlink(missing_ok=True)
+    for old in (f"scene{kind}" for kind in KINDS):
+        if old != name and json.dumps(old) in before:
+            (output / old).unlink(missing_ok=True)
     return sum(len(content) for content in files.values())
+
+
+def _shown(title: str) -> str:
+    """A title for a page; what is no text, as in names of files, is replaced."""
+    return html.escape(title.encode(errors="surrogateescape").decode(errors="replace"))
 
 
 def _folder_address(url: str) -> str:
     """A web address as that of a folder."""
     try:
         parts = urlsplit(url)
-        sound = parts.scheme in ("http", "https") and parts.hostname and not parts.query
+        sound = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
     except ValueError:
         sound = False
-    if not sound or parts.fragment or re.search(r"\s", url):
+    if not sound or re.search(r"[\s?#@]", url):
         raise InputError(f"{url!r} is no address of a site, like https://me.example/garden/")
-    return url.removesuffix("index.html").rstrip("/") + "/"
+    return url.removesuffix("/index.html").rstrip("/") + "/"
 
 
 def title_of(scene: Path) -> str:

@@ -3,6 +3,7 @@
 import gzip
 import socket
 import sys
+import threading
 import webbrowser
 from functools import cache
 from http import HTTPStatus
@@ -11,6 +12,7 @@ from pathlib import Path
 from urllib.parse import quote, unquote, urlsplit
 
 from mobilegs.errors import InputError
+from mobilegs.formats.ply import COLUMNS, parse_header
 from mobilegs.view.bundle import WEB, viewer_script
 
 SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
@@ -71,7 +73,11 @@ class Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def do_GET(self) -> None:
-        asked = urlsplit(self.path)
+        try:
+            asked = urlsplit(self.path)
+        except ValueError:
+            self.send_error(HTTPStatus.BAD_REQUEST, "that is no address")
+            return
         path = unquote(asked.path, errors=UNDECODED)
         if asked.path == "/" and not asked.query:
             self.send_response(HTTPStatus.FOUND)
@@ -88,11 +94,15 @@ class Handler(BaseHTTPRequestHandler):
         else:
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
 
+    def do_HEAD(self) -> None:
+        self.do_GET()
+
     def _answer(self, kind: str, text: str) -> None:
         packed = "gzip" in self.headers.get("Accept-Encoding", "")
         body = _gzipped(text) if packed else text.encode()
         self._head(f"{kind}; charset=utf-8", len(body), packed=packed)
-        self.wfile.write(body)
+        if self.command != "HEAD":
+            self.wfile.write(body)
 
     def _answer_scene(self, file: Path) -> None:
         try:
@@ -104,8 +114,13 @@ class Handler(BaseHTTPRequestHandler):
             size = opened.seek(0, 2)
             opened.seek(0)
             self._head("application/octet-stream", size)
-            while block := opened.read(BLOCK):
+            if self.command == "HEAD":
+                return
+            while size and (block := opened.read(min(size, BLOCK))):
                 self.wfile.write(block)
+                size -= len(block)
+            if size:  # it was cut meanwhile: nothing else tells the visitor
+                self.close_connection = True
 
     def _head(self, kind: str, size: int, *, packed: bool = False) -> None:
         self.send_response(HTTPStatus.OK)
@@ -147,20 +162,30 @@ def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: boo
     with server:
         local = server.address("127.0.0.1")
         print(f"{scene} is shown at {local}")
-        if lan:
-            address = server.address(own_address())
-            print(f"in this network at {address}")
+        host = own_address() if lan else None
+        if host:
+            print(f"in this network at {server.address(host)}")
             if sys.stdout.isatty():
-                import segno
-
-                segno.make(address, error="l").terminal(compact=True)
+                _show_code(server.address(host))
+        elif lan:
+            print("this machine is in no network: nobody else can open it")
         print("Ctrl-C ends it", flush=True)
-        if browser:
-            webbrowser.open(local)
+        if browser:  # some commands wait until their browser ends
+            threading.Thread(target=webbrowser.open, args=(local,), daemon=True).start()
         try:
             server.serve_forever()
         except KeyboardInterrupt:
             print()
+
+
+def _show_code(address: str) -> None:
+    """A QR code in the terminal, if that has what it is drawn with."""
+    import segno
+
+    try:
+        segno.make(address, error="l").terminal(compact=True)
+    except UnicodeEncodeError:
+        print("(this terminal cannot show a QR code)")
 
 
 def refuse_unreadable(path: Path) -> None:
@@ -181,15 +206,26 @@ def refuse_unreadable(path: Path) -> None:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     if not head:
         raise InputError(f"{path} is empty")
-    if head.startswith(b"ply") and b" packed_position" in head:
-        raise InputError(f"{path} is a compressed .ply, which the web viewer does not show{OTHERS}")
+    if head.startswith(b"ply"):
+        if b" packed_position" in head:
+            raise InputError(
+                f"{path} is a compressed .ply, which the web viewer does not show{OTHERS}"
+            )
+        header = parse_header(head, path)
+        vertex = header.elements[0] if header.elements else None
+        plain = vertex is not None and vertex.name == "vertex" and header.order == "<"
+        if not plain or any(vertex.columns.get(name) != "f4" for name in COLUMNS):
+            raise InputError(
+                f"{path} is no .ply that the web viewer shows, whose vertices come first, in "
+                f"binary, little-endian floats{OTHERS}"
+            )
 
 
-def own_address() -> str:
-    """This machine's address in its network; its name where it has none."""
+def own_address() -> str | None:
+    """This machine's address in its network; None where it is in none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))  # nothing is sent: the system only picks a way
             return probe.getsockname()[0]
         except OSError:
-            return socket.gethostname()
+            return None

@@ -45,6 +45,12 @@ test("a pose survives the address", () => {
   const pose = new Pose([0.125, -2, 3], [0, 1, 0], [0, -1, 0]);
   const read = readPose(`#${writePose(pose)}`);
   assert.deepEqual([read?.eye, read?.target], [pose.eye, pose.target]);
+  for (const [eye, at] of [[[450012.34, 3, -8], [450016.5, 4, -8]], [[1200, 0, 0.02], [1200, 0, 0]], [[0, 9e6, 0], [0, 0, 0]]]) {
+    const far = new Pose(/** @type {any} */ (eye), /** @type {any} */ (at), [0, 0, 1]);
+    const { eye: x, target: y } = /** @type {Pose} */ (readPose(writePose(far)));
+    const apart = Math.hypot(...eye.map((one, k) => one - at[k]));
+    assert.ok(eye.every((one, k) => Math.abs(one - x[k]) < 1e-4 * apart && Math.abs(at[k] - y[k]) < 1e-4 * apart));
+  }
   for (const text of ["", "#eye=1,2", "#eye=1,2,x&at=0,0,0&up=0,1,0", "#eye=1,1,1&at=1,1,1&up=0,1,0"]) {
     assert.equal(readPose(text), null);
   }

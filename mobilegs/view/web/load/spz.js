@@ -92,7 +92,8 @@ function sizesOf({ version, count, degree }) {
  * @returns {Promise<{header: Header, content: Uint8Array}>}
  */
 async function gunzipped(bytes) {
-  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")).getReader();
+  const body = /** @type {ReadableStream<Uint8Array<ArrayBuffer>>} */ (new Response(bytes).body);
+  const reader = body.pipeThrough(new DecompressionStream("gzip")).getReader();
   /** @type {Uint8Array<ArrayBuffer>[]} */
   const pieces = [];
   let length = 0;

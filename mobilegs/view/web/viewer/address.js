@@ -1,13 +1,16 @@
 /** The camera in the page's address, so that a link shows what its sender saw. */
 
 import { Pose } from "./pose.js";
+import { length, minus } from "./vector.js";
 
 /** @typedef {import("./vector.js").Vector} Vector */
 
 /** @param {Pose} pose @returns {string} for behind the # */
 export function writePose({ eye, target, up }) {
-  const text = (/** @type {Vector} */ vector) => vector.map((x) => Number(x.toPrecision(5))).join(",");
-  return `eye=${text(eye)}&at=${text(target)}&up=${text(up)}`;
+  // a ten-thousandth of the way to the target, wherever in the world that is
+  const digits = Math.min(20, Math.max(0, Math.ceil(4 - Math.log10(length(minus(target, eye))))));
+  const text = (/** @type {Vector} */ vector, most = digits) => vector.map((x) => Number(x.toFixed(most))).join(",");
+  return `eye=${text(eye)}&at=${text(target)}&up=${text(up, 5)}`;
 }
 
 /** @param {string} hash with or without its # @returns {Pose | null} null if it holds none */

@@ -1,0 +1,81 @@
+"""Files that appear whole or not at all."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from mobilegs.atomic import atomic_path, atomic_write
+from mobilegs.errors import InputError
+
+# `mobilegs doctor`, which for once writes a file and takes its time
+SLOW = """
+import sys, time
+from pathlib import Path
+from mobilegs import cli
+from mobilegs.__main__ import run
+from mobilegs.atomic import atomic_path
+def write():
+    with atomic_path(Path(sys.argv[2])) as temporary:
+        temporary.write_text("half")
+        time.sleep(60)
+cli.VERBS["doctor"] = write
+sys.argv[1:] = ["doctor", *sys.argv[1:]]
+cli.tyro.cli = lambda verb, **_: verb()
+sys.exit(run())
+"""
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_what_fails_leaves_what_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "out.txt"
+    atomic_write(path, "before")
+    with pytest.raises(KeyboardInterrupt), atomic_path(path) as temporary:
+        temporary.write_text("half")
+        raise KeyboardInterrupt
+    assert path.read_text() == "before" and names(tmp_path) == {"out.txt"}
+
+
+def test_long_names_have_room(tmp_path: Path) -> None:
+    path = tmp_path / ("a" * 251 + ".mgs")
+    atomic_write(path, b"1")
+    assert path.read_bytes() == b"1"
+
+
+def test_links_are_followed(tmp_path: Path) -> None:
+    target, link = tmp_path / "far" / "target.txt", tmp_path / "link.txt"
+    target.parent.mkdir()
+    target.write_text("before")
+    link.symlink_to(target)
+    atomic_write(link, "after")
+    assert link.is_symlink() and target.read_text() == "after"
+    assert names(tmp_path) == {"far", "link.txt"} and names(target.parent) == {"target.txt"}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_no_place_for_a_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="a device or a pipe"):
+        atomic_write(tmp_path / "pipe", "text")
+    assert (tmp_path / "pipe").is_fifo()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signals")
+@pytest.mark.parametrize("number", ["SIGTERM", "SIGHUP"])
+def test_a_process_that_is_told_to_end_leaves_nothing_half(tmp_path: Path, number: str) -> None:
+    program = [sys.executable, "-c", SLOW, str(tmp_path / "out.txt")]
+    environment = {name: value for name, value in os.environ.items() if name != "RANK"}
+    with subprocess.Popen(program, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        while not names(tmp_path) and process.poll() is None:
+            time.sleep(0.05)
+        time.sleep(0.2)
+        process.send_signal(getattr(signal, number))
+        assert process.stderr and process.stderr.read() == "mobilegs: interrupted\n"
+    assert process.returncode == 130 and not names(tmp_path)
