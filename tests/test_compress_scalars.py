@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 import torch
 from test_web_decoder import Case, make_scene
-from tiny import STUDENT, train
+from tiny import STUDENT, blobs, train
 
 from mobilegs.compress.appearance import COLORS, ColorShape, color_decoder
 from mobilegs.compress.codes import same
@@ -27,8 +27,10 @@ from mobilegs.compress.scalars import ScalarCodes, ScalarSteps, entropy
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
+from mobilegs.render.scene import Scene
 from mobilegs.train.coding import pay, steer
 from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
+from mobilegs.train.student import Student
 
 pytest_plugins = ["tiny"]
 
@@ -182,6 +184,16 @@ def test_plain_lobe_latents_decode_to_the_same_lobes(hidden: tuple[int, ...]) ->
     assert (after - before).abs().max() < 4e-3 * before.abs().max()
     covariance = torch.cov(changed.T)
     assert (covariance - covariance.diagonal().diag()).abs().max() < 1e-3 * covariance.max()
+
+
+def test_a_single_gaussian_is_trained_and_coded(dataset) -> None:
+    seen_by = [frame.camera for frame in dataset.train]
+    alone = Scene(blobs().select(torch.tensor([3])), near=0.2)
+    config = replace(STUDENT, coding="sq")
+    student = Student(config, alone, seen_by, extent=dataset.extent, seed=0)
+    train(student, dataset, 40)
+    assert all(torch.isfinite(value).all() for value in student.coded().values().values())
+    assert len(unpack(pack(student.coded())).decode().gaussians) == 1
 
 
 def test_a_scene_of_scalars_comes_back_and_says_what_it_is() -> None:

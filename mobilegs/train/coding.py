@@ -91,7 +91,10 @@ def learning(codes: Codes, values: Tensor, rows: Tensor | None) -> Tensor:
 
 @torch.no_grad()
 def pay(codes: Codes, values: Tensor, price: float) -> None:
-    """Add to the gradients of `values` and of the step what a bit per Gaussian costs."""
+    """Add to the gradients of `values` and of the step what a bit per Gaussian costs.
+
+    Of rotations only the step pays, and no scale for the finer bits of angles that it causes.
+    """
     if isinstance(codes, SubVectorCodebooks):
         return
     due: dict[Tensor, Tensor] = {}

@@ -64,7 +64,8 @@ def _axes(
     rows = slice(None, None, -(-len(latents) // SAMPLES))  # every so many
     some = latents[rows]
     start, columns = decoded(some, rows), []
-    for i, size in enumerate((NUDGE * some.std(0)).clamp_min(1e-4).tolist()):
+    spread = some.std(0, correction=min(1, len(some) - 1))
+    for i, size in enumerate((NUDGE * spread).clamp_min(1e-4).tolist()):
         moved = some.clone()
         moved[:, i] += size
         columns.append((decoded(moved, rows) - start) / size)
