@@ -106,7 +106,7 @@ def compress_run(
             raise InputError(f"with --capture no pictures are taken: leave out --{given[0]}")
     elif run.downscale is not None:
         raise InputError("--downscale is for the photos of --capture: use --size")
-    settings = list(FINISHED if capture is None else ())
+    settings: list[str] = [*FINISHED] if capture is None else []
     if run.steps is not None:
         settings.append(f"student.steps={run.steps}")
     if run.target_mb is not None:

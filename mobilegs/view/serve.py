@@ -212,9 +212,9 @@ def refuse_unreadable(path: Path) -> None:
                 f"{path} is a compressed .ply, which the web viewer does not show{OTHERS}"
             )
         header = parse_header(head, path)
-        vertex = header.elements[0] if header.elements else None
-        plain = vertex is not None and vertex.name == "vertex" and header.order == "<"
-        if not plain or any(vertex.columns.get(name) != "f4" for name in COLUMNS):
+        names = [element.name for element in header.elements]
+        plain = names[:1] == ["vertex"] and header.order == "<"
+        if not plain or any(header.elements[0].columns.get(name) != "f4" for name in COLUMNS):
             raise InputError(
                 f"{path} is no .ply that the web viewer shows, whose vertices come first, in "
                 f"binary, little-endian floats{OTHERS}"
