@@ -11,7 +11,7 @@ const LIMITS = [53, 210, 405, 600, 787, 970, 1151, 1329];
 const FINER = Uint8Array.from({ length: 1330 }, (_, apart) => LIMITS.filter((limit) => limit <= apart).length);
 /** Where in its cell an angle lies, by its finer bits below a leading one: the middle is 0. */
 const PLACES = Float64Array.from({ length: 512 }, (_, bits) => (bits + 0.5) / 2 ** (31 - Math.clz32(bits)) - 1.5);
-/** Half of the angle, squared, up to which the series below are exact to 1e-10. */
+/** Half of the angle, squared, up to which the series below are exact to 1e-9. */
 const SERIES_MAX = 2.5;
 
 /** @param {number} a @param {number} b log-scales, float32 values */
