@@ -30,6 +30,7 @@ from mobilegs.compress.container import pack, unpack
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.positions import Frame
 from mobilegs.compress.rotations import finer_bits, finer_bits_of
+from mobilegs.compress.scalar_streams import join
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.kernels import cpu
@@ -350,6 +351,27 @@ def test_finer_bits_are_those_of_the_definition(level: None, step: float) -> Non
         assert torch.equal(finer_bits_of(rows, step), expected)
         # of whole numbers of this kind the library knows nothing
         assert torch.equal(finer_bits_of(rows.long(), step), expected)
+
+
+@pytest.mark.usefixtures("level")
+@pytest.mark.parametrize("many", [1, 3, 12])
+@pytest.mark.parametrize("count", [0, 1, 1024, 5001])
+def test_columns_are_joined_as_by_the_definition(
+    count: int, many: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draws = np.random.default_rng(0)
+    columns = [draws.integers(0, 4096, count, dtype=np.uint16) for _ in range(many)]
+    least = [-(1 << 14) - i for i in range(many)]
+    expected = np.stack(columns, axis=1).astype(np.int32) + least
+    beside = np.full((count, 2 * many), -7, dtype=np.int32)  # where the library does not go
+    for out in (np.empty((count, many), dtype=np.int32), beside[:, ::2]):
+        join(columns, least, out=out)
+        assert np.array_equal(out, expected)
+    assert (beside[:, 1::2] == -7).all()
+    monkeypatch.setattr(native, "library", lambda: None)
+    by_definition = np.empty((count, many), dtype=np.int32)
+    join(columns, least, out=by_definition)
+    assert np.array_equal(by_definition, expected)
 
 
 @pytest.mark.usefixtures("level")

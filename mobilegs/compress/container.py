@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import torch
 from torch import Tensor
 
 from mobilegs.atomic import atomic_write
+from mobilegs.compress import native
 from mobilegs.compress.codebooks import Attribute
 from mobilegs.compress.codes import CodedScene, decoder_shapes, lobe_shapes, network_shapes
 from mobilegs.compress.envelope import VERSION, Stream, seal, unseal
@@ -70,13 +73,18 @@ def _pack_indices(coded: CodedScene) -> list[Stream]:
 
 
 def _unpack_indices(
-    header: Header, codes: Mapping[Attribute, Tensor], stream: Callable[[str], Stream]
+    header: Header,
+    codes: Mapping[Attribute, Tensor],
+    stream: Callable[[str], Stream],
+    pool: Executor,
 ) -> None:
     """Fill a layer's `codes`."""
     for name, cut in header.cuts.items():
         found = codes[name].numpy()
-        for i in range(cut.count):
-            found[:, i] = decode_indices(stream(f"{name}.{i}"), len(found), header.sizes[name])
+        streams = [stream(f"{name}.{i}") for i in range(cut.count)]
+        columns = pool.map(decode_indices, streams, repeat(len(found)), repeat(header.sizes[name]))
+        for i, column in enumerate(columns):
+            found[:, i] = column
 
 
 def _in_layer(name: str, number: int) -> str:
@@ -86,36 +94,36 @@ def _in_layer(name: str, number: int) -> str:
 def _unpack_rows(
     header: Header, stream: Callable[[str], Stream]
 ) -> tuple[Tensor, dict[Attribute, Tensor]]:
-    """Positions and codes of all layers, each of which is decoded to where it stays."""
+    """Positions and codes of all layers, each of which is decoded to where it stays.
+
+    Streams are decoded side by side: the C++ library lets go of the interpreter.
+    """
     indices: dict[Attribute, Tensor] = {}
     for name, scalar in header.scalars.items():
-        indices[name] = _rows(header.count, len(scalar.columns), np.int32)
+        indices[name] = native.room(header.count, len(scalar.columns), dtype=torch.int32)
     for name, cut in header.cuts.items():
-        indices[name] = _rows(header.count, cut.count, np.int16)
-    positions = _rows(header.count, 3, np.float16)
+        indices[name] = native.room(header.count, cut.count, dtype=torch.int16)
+    positions = native.room(header.count, 3, dtype=torch.float16)
     start = 0
-    for number, size in enumerate(header.layers or (header.count,)):
-        rows = slice(start, start + size)
-        start += size
+    with ThreadPoolExecutor(torch.get_num_threads()) as pool:
+        for number, size in enumerate(header.layers or (header.count,)):
+            rows = slice(start, start + size)
+            start += size
 
-        def stream_of(name: str, number: int = number) -> Stream:
-            return stream(_in_layer(name, number))
+            def stream_of(name: str, number: int = number) -> Stream:
+                return stream(_in_layer(name, number))
 
-        places = stream_of("positions")
-        if places.codec != "morton-class":
-            raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
-        codes: dict[Attribute, Tensor] = {name: found[rows] for name, found in indices.items()}
-        if header.scalars:
-            unpack_scalars(header.scalars, codes, stream_of)
-        else:
-            _unpack_indices(header, codes, stream_of)
-        positions[rows] = decode_positions(places.data, size)
+            places = stream_of("positions")
+            if places.codec != "morton-class":
+                raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
+            found = pool.submit(decode_positions, places.data, size)
+            codes: dict[Attribute, Tensor] = {name: part[rows] for name, part in indices.items()}
+            if header.scalars:
+                unpack_scalars(header.scalars, codes, stream_of, pool)
+            else:
+                _unpack_indices(header, codes, stream_of, pool)
+            positions[rows] = found.result()
     return positions, indices
-
-
-def _rows(count: int, columns: int, kind: type) -> Tensor:
-    """Room for a row of numbers a Gaussian: numpy's, whose large pages take less time to fill."""
-    return torch.from_numpy(np.empty((count, columns), dtype=kind))
 
 
 def unpack(data: bytes) -> CodedScene:

@@ -17,6 +17,7 @@ constexpr int PRECISION = 14, TOTAL = 1 << PRECISION;
 constexpr uint32_t STATE_LOW = 1 << 16;
 constexpr int ALPHABET_MAX = 4096, CONTEXTS_MAX = 64, LANES_MAX = 256, LANE_SYMBOLS = 2048;
 constexpr int HEADER = 12, SHORT_MAX = 16, AXIS_BITS = 16, CLASSES = 3 * AXIS_BITS + 1;
+constexpr int64_t ROWS = 1024;  // whose columns are joined while the cache holds them
 constexpr int BLOCK = 32;  // steps whose symbols are kept until each lane has a row of them
 
 template <class T>
@@ -240,6 +241,15 @@ int mgs_decode_rans(const uint8_t* data, int64_t bytes, int64_t count, int32_t a
   auto begun = [](uint32_t state) { return state == STATE_LOW; };
   bool whole = std::all_of(pulled.states, pulled.states + lanes, begun);
   return whole && pulled.word == pulled.end ? MGS_SOUND : MGS_END;
+}
+
+void mgs_join(int64_t count, int32_t many, const uint16_t* const* columns, const int32_t* least,
+              int32_t* out) {
+  for (int64_t from = 0; from < count; from += ROWS) {
+    int64_t to = std::min(count, from + ROWS);
+    for (int32_t column = 0; column < many; column++)
+      for (int64_t i = from; i < to; i++) out[i * many + column] = columns[column][i] + least[column];
+  }
 }
 
 int mgs_unpack_short(const uint8_t* data, int64_t bytes, const uint8_t* widths, int64_t count,

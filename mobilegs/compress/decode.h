@@ -36,6 +36,11 @@ extern "C" {
 MGS_EXPORT int mgs_decode_rans(const uint8_t* data, int64_t bytes, int64_t count, int32_t alphabet,
                                uint16_t* symbols);
 
+// scalar_streams.py's join: columns[many] of `count` symbols each, and what the least of a column
+// stands for, into out[count][many].
+MGS_EXPORT void mgs_join(int64_t count, int32_t many, const uint16_t* const* columns,
+                         const int32_t* least, int32_t* out);
+
 // `bits`: numbers of widths[i] bits each (0 to 16) one after the other, into numbers[count].
 MGS_EXPORT int mgs_unpack_short(const uint8_t* data, int64_t bytes, const uint8_t* widths,
                                 int64_t count, uint16_t* numbers);

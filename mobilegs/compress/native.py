@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int, Integer, UInt8, UInt16
+from jaxtyping import Float, Int, Int32, Integer, UInt8, UInt16
 from torch import Tensor
 
 from mobilegs.errors import InputError
@@ -43,6 +43,15 @@ def library() -> ctypes.CDLL | None:
         return None
 
 
+def room(
+    *shape: int, dtype: torch.dtype = torch.float32, device: torch.device | str = "cpu"
+) -> Tensor:
+    """Room for numbers: on the CPU numpy's, whose large pages take a third of the time to fill."""
+    if torch.device(device).type != "cpu":
+        return torch.empty(shape, dtype=dtype, device=device)
+    return torch.from_numpy(np.empty(shape, dtype=str(dtype).removeprefix("torch.")))
+
+
 def decode_rans(
     data: bytes | memoryview, count: int, alphabet: int
 ) -> UInt16[np.ndarray, "n"] | None:
@@ -73,6 +82,22 @@ def unpack_short(
     return numbers
 
 
+def joined(
+    columns: list[UInt16[np.ndarray, "n"]], least: list[int], out: Int32[np.ndarray, "n c"]
+) -> bool:
+    """`scalar_streams.join`; False, and nothing done, if there is no library."""
+    if library() is None or not out.flags.c_contiguous:
+        return False
+    _library().mgs_join(
+        ctypes.c_int64(len(out)),
+        len(columns),
+        (ctypes.c_void_p * len(columns))(*(column.ctypes.data for column in columns)),
+        _pointer(np.array(least, dtype=np.int32)),
+        _pointer(out),
+    )
+    return True
+
+
 def decode_positions(data: bytes | memoryview, count: int) -> UInt16[np.ndarray, "n 3"] | None:
     """The bits of `count` positions; None and errors as in `decode_rans`."""
     if library() is None:
@@ -88,7 +113,7 @@ def finer_bits(
     """`rotations.finer_bits_of`, with its `table` of bits; None as in `look_up`."""
     if codes.dtype != torch.int32 or codes.device.type != "cpu" or library() is None:
         return None
-    held, bits = codes.contiguous(), torch.empty(codes.shape, dtype=torch.uint8)
+    held, bits = codes.contiguous(), room(*codes.shape, dtype=torch.uint8)
     _library().mgs_finer_bits(
         cpu.address(held),
         ctypes.c_int64(len(held)),
@@ -108,7 +133,7 @@ def look_up(
     if indices.dtype != torch.int16 or not takes(centers):
         return None
     held, codes = centers.detach().contiguous(), indices.contiguous()
-    values = torch.empty(len(codes), books * length)
+    values = room(len(codes), books * length)
     strays = _library().mgs_look_up(
         ctypes.c_int64(len(codes)),
         cpu.address(codes),
@@ -136,7 +161,7 @@ def decode_colors(
 ) -> Float[Tensor, "n k 3"]:
     """Harmonics; `weights` are the six matrices of an `AppearanceDecoder` in their order."""
     rest, numbers = len(weights[-1]), _joined(weights)
-    sh = torch.empty(len(positions), 1 + rest // 3, 3)
+    sh = room(len(positions), 1 + rest // 3, 3)
     rows = positions.contiguous()
     # halves of one tensor, as they mostly are, need not be copied
     static, view = (part if part.stride(1) == 1 else part.contiguous() for part in (static, view))
@@ -171,7 +196,7 @@ def decode_lobes(
     """
     numbers = _joined([part for layer in hidden for part in layer] + [bias, last])
     widths = np.array([len(offset) for offset, _ in hidden], dtype=np.int32)
-    lobes = torch.empty(len(latents), len(bias) // 2, 2)
+    lobes = room(len(latents), len(bias) // 2, 2)
     held = [
         part.detach().contiguous()
         for part in (

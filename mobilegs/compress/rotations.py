@@ -197,7 +197,11 @@ def decode_rotations(
     indices: Int[Tensor, "n 3"], finer: Integer[Tensor, "n 3"], step: float
 ) -> Float[Tensor, "n 4"]:
     """Unit quaternions of what `encode_rotations` gave, with the `finer_bits` that there are."""
-    return quats_of(_multiples(indices, finer) * step)
+    quats = native.room(len(indices), 4, device=indices.device)
+    for start in range(0, len(indices), BLOCK):  # which a processor's cache holds
+        rows = slice(start, start + BLOCK)
+        quats[rows] = quats_of(_multiples(indices[rows], finer[rows]) * step)
+    return quats
 
 
 def _multiples(indices: Int[Tensor, "n 3"], finer: Integer[Tensor, "n 3"]) -> Tensor:

@@ -1,13 +1,16 @@
 """Streams of the mode `sq`: columns of whole numbers, and the finer bits of rotations."""
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from itertools import islice, repeat
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Int32
+from jaxtyping import Int32, UInt16
 from torch import Tensor
 
+from mobilegs.compress import native
 from mobilegs.compress.bits import pack_bits, unpack_short
 from mobilegs.compress.codebooks import Attribute
 from mobilegs.compress.codes import CodedScene
@@ -77,18 +80,16 @@ def unpack_scalars(
     scalars: Mapping[Attribute, Scalar],
     codes: Mapping[Attribute, Int32[Tensor, "n _"]],
     stream: Callable[[str], Stream],
+    pool: Executor,
 ) -> None:
     """Fill a layer's `codes` with what `pack_scalars` wrote; `stream` finds streams or raises."""
+    names = {name: [f"{name}.{i}" for i in range(len(scalars[name].columns))] for name in scalars}
+    streams = [stream(name) for row in names.values() for name in row]
+    sizes = [column.size for scalar in scalars.values() for column in scalar.columns]
+    symbols = pool.map(decode_indices, streams, repeat(len(codes["scale"])), sizes)
     for name, scalar in scalars.items():
-        found = codes[name].numpy()
-        columns = [
-            decode_indices(stream(f"{name}.{i}"), len(found), column.size)
-            for i, column in enumerate(scalar.columns)
-        ]
-        for start in range(0, len(found), BLOCK):
-            rows = slice(start, start + BLOCK)
-            for i, column in enumerate(scalar.columns):
-                np.add(columns[i][rows], column.least, out=found[rows, i], dtype=np.int32)
+        columns = list(islice(symbols, len(names[name])))
+        join(columns, [column.least for column in scalar.columns], out=codes[name].numpy())
     finer = finer_bits_of(codes["scale"], scalars["scale"].step).numpy().reshape(-1)
     rest = stream(FINER)
     if rest.codec != "bits":
@@ -96,3 +97,15 @@ def unpack_scalars(
     turns = codes["rotation"].numpy().reshape(-1)
     np.left_shift(turns, finer, out=turns)
     np.bitwise_or(turns, unpack_short(rest.data, finer), out=turns)
+
+
+def join(
+    columns: list[UInt16[np.ndarray, "n"]], least: list[int], *, out: Int32[np.ndarray, "n c"]
+) -> None:
+    """Columns beside each other, each with its least code added."""
+    if native.joined(columns, least, out):
+        return
+    for start in range(0, len(out), BLOCK):
+        rows = slice(start, start + BLOCK)
+        for i, (column, first) in enumerate(zip(columns, least, strict=True)):
+            np.add(column[rows], first, out=out[rows, i], dtype=np.int32)
