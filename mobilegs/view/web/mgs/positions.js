@@ -15,10 +15,10 @@ import { decodeRans } from "./rans.js";
 const CLASSES = 49;
 // codes have two digits of so many bits: 48 do not fit into bit operations
 const DIGITS = 24;
-/** Of 12 bits those of each axis moved together: four of the first axis, then of the others. */
-const THIRDS = Uint16Array.from({ length: 4096 }, (_, code) => {
+/** Of 12 bits those of each axis moved together: four of the first axis, 10 places on those of the others. */
+const THIRDS = Uint32Array.from({ length: 4096 }, (_, code) => {
   let found = 0;
-  for (let bit = 0; bit < 12; bit++) found |= ((code >>> bit) & 1) << (4 * (bit % 3) + Math.floor(bit / 3));
+  for (let bit = 0; bit < 12; bit++) found |= ((code >>> bit) & 1) << (10 * (bit % 3) + Math.floor(bit / 3));
   return found;
 });
 
@@ -35,7 +35,8 @@ export function decodePositions(data, count) {
     throw new SceneError("the stream of positions is too short to hold what its header says");
   }
   const classes = decodeRans(data.subarray(4, coded), count, CLASSES);
-  const total = classes.reduce((sum, width) => sum + Math.max(width - 1, 0), 0);
+  let total = 0;
+  for (let i = 0; i < count; i++) total += Math.max(classes[i] - 1, 0);
   const bits = exactBits(data.subarray(coded), total);
   const stored = new Uint16Array(3 * count);
   let low = 0;
@@ -52,13 +53,11 @@ export function decodePositions(data, count) {
     high += low >>> DIGITS;
     low &= (1 << DIGITS) - 1;
     if (high >>> DIGITS) throw new SceneError("the stream of positions leaves its 48-bit grid");
-    const a = THIRDS[low & 0xfff];
-    const b = THIRDS[low >>> 12];
-    const c = THIRDS[high & 0xfff];
-    const d = THIRDS[high >>> 12];
-    for (let axis = 0, from = 0; axis < 3; axis++, from += 4) {
-      const ordered =
-        ((a >>> from) & 15) | (((b >>> from) & 15) << 4) | (((c >>> from) & 15) << 8) | (((d >>> from) & 15) << 12);
+    // of each axis eight bits
+    const lower = THIRDS[low & 0xfff] | (THIRDS[low >>> 12] << 4);
+    const upper = THIRDS[high & 0xfff] | (THIRDS[high >>> 12] << 4);
+    for (let axis = 0, from = 0; axis < 3; axis++, from += 10) {
+      const ordered = ((lower >>> from) & 255) | (((upper >>> from) & 255) << 8);
       const half = ordered & 0x8000 ? ordered & 0x7fff : ordered ^ 0xffff;
       if (notFinite(half)) {
         throw new SceneError("the stream of positions holds numbers that are not finite");

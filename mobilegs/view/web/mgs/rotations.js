@@ -1,6 +1,6 @@
 /** Rotations as three angles, each as fine as its Gaussian needs. docs/format.md, section 6. */
 
-import { exactBits } from "./bits.js";
+import { BitReader, exactBits } from "./bits.js";
 import { BLOCK } from "./machine.js";
 
 /** @typedef {import("./header.js").Scalar} Scalar */
@@ -30,22 +30,24 @@ export function decodeFiner(data, books, columns) {
   const count = first.length;
   const found = [new Uint16Array(count), new Uint16Array(count), new Uint16Array(count)];
   const [x, y, z] = found;
+  const [a, b, c] = books;
+  const bits = new BitReader(data);
   let total = 0;
   for (let i = 0; i < count; i++) {
-    const a = books[0][first[i]];
-    const b = books[1][second[i]];
-    const c = books[2][third[i]];
-    x[i] = finerBits(b, c);
-    y[i] = finerBits(a, c);
-    z[i] = finerBits(a, b);
-    total += x[i] + y[i] + z[i];
+    const u = a[first[i]];
+    const v = b[second[i]];
+    const w = c[third[i]];
+    const p = finerBits(v, w);
+    const q = finerBits(u, w);
+    const r = finerBits(u, v);
+    // at most 24, which are zeros behind the end
+    const all = bits.take(p + q + r);
+    x[i] = (1 << p) | (all & ((1 << p) - 1));
+    y[i] = (1 << q) | ((all >>> p) & ((1 << q) - 1));
+    z[i] = (1 << r) | (all >>> (p + q));
+    total += p + q + r;
   }
-  const bits = exactBits(data, total);
-  for (let i = 0; i < count; i++) {
-    x[i] = (1 << x[i]) | bits.take(x[i]);
-    y[i] = (1 << y[i]) | bits.take(y[i]);
-    z[i] = (1 << z[i]) | bits.take(z[i]);
-  }
+  exactBits(data, total);
   return found;
 }
 
