@@ -3,9 +3,9 @@
     python bench/compression.py [--json OUT] [--runs RUNS] [--scenes bonsai horns lego playbot]
         [--steps 2000] [--peers FOLDER/node_modules/.bin/splat-transform]
 
-One student of each scene learns without codes up to the point where codes come in (`--shared` of
-its steps); from there each variant goes on by itself, `plain` to the end without codes: what the
-others lose, they lose against it. `sq-0.001` has multiples of steps at a price of 0.001 a bit,
+One student of each scene learns without codes for 0.7 of its steps, where codebooks come in; from
+there each variant goes on by itself, `plain` to the end without codes: what the others lose, they
+lose against it. `sq-0.001` has multiples of steps, which come in later, at a price of 0.001 a bit,
 `sq-fine-2` of steps half as large at a quarter of it, `nvq-large` four to eight times as many
 entries in its codebooks.
 Teachers are those of bench/paper.py with `--runs RUNS`, made now if they are not there; of
@@ -66,6 +66,8 @@ SIDE = 400  # pixels, of pictures of splats
 LPIPS_EVERY = 4
 PRICES = (0.0003, 0.001, 0.003, 0.01)
 CANONICAL = "canonical=true"
+BOOKS = {"coding": "nvq", "codes_fraction": 0.7}
+STEPS = ("coding=sq", "codes_fraction=0.9")
 LARGE = (
     "codebooks.scale=256",
     "codebooks.rotation=4096",
@@ -77,9 +79,9 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "plain": ("codes_fraction=1",),
     "nvq": (),
     "nvq-canonical": (CANONICAL,),
-    "sq-fixed": ("coding=sq", "fineness=1", "step_rate=0"),
-    **{f"sq-{price}": ("coding=sq", "fineness=1", f"bit_price={price}") for price in PRICES},
-    **{f"sq-fine-{fine}": ("coding=sq", f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
+    "sq-fixed": (*STEPS, "fineness=1", "step_rate=0"),
+    **{f"sq-{price}": (*STEPS, "fineness=1", f"bit_price={price}") for price in PRICES},
+    **{f"sq-fine-{fine}": (*STEPS, f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
     "nvq-large": LARGE,
 }
 LAYERS = 3
@@ -91,7 +93,7 @@ def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, 
     """Photos, the sorted teacher, and how a student of it is trained."""
     if name in SPLATS:
         dataset, teacher = orbited(name, options.data)
-        return dataset, teacher, replace(cpu_recipe().student, coding="nvq", steps=options.steps)
+        return dataset, teacher, replace(cpu_recipe().student, **BOOKS, steps=options.steps)
     place = PLACES[CAPTURES[name]]
     capture = options.data / place.folders[0]
     dataset = load_capture(capture, downscale=place.downscale)

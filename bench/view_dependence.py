@@ -24,6 +24,7 @@ from functools import partial
 from pathlib import Path
 
 import torch
+from paper_rows import CODEBOOKS
 from torch import Tensor
 from torch.nn.functional import normalize
 
@@ -202,7 +203,7 @@ def train(stage, views: list[View], *, seed: int) -> float:
 
 def config_of(capture: str, variant: str) -> StudentConfig:
     """The student's preset, with the paper's codebooks and what differs in a variant."""
-    settings = ("student.coding=nvq", *(f"student.{setting}" for setting in VARIANTS[variant]))
+    settings = (*CODEBOOKS, *(f"student.{setting}" for setting in VARIANTS[variant]))
     return with_settings(recipe_of(capture), settings).student
 
 

@@ -31,7 +31,7 @@ class ScalarSteps:
     """Of angles about axes across which a Gaussian is round, in radians; others are finer."""
     appearance: float = 0.14
     """Of the colour's latents, in units of the mean change of all harmonics together."""
-    opacity: float = 0.3
+    opacity: float = 0.6
     """Of the base opacity's logit."""
     lobes: float = 1.7
     """Of the lobes' latents, in units of the mean change of all coefficients together."""

@@ -40,7 +40,7 @@ def gpu_recipe() -> Recipe:
             net_fraction=5 / 30,
             final_rate=0.3,
             decay_from=0.65,
-            step_rate=1.5e-4,  # steps then grow as far as in the shorter runs that were measured
+            step_rate=4e-4,  # steps then grow as far as in the shorter runs that were measured
         ),
     )
 

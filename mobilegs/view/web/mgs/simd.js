@@ -3,7 +3,7 @@
  *
  * It does what `apply` and `units` of machine.js define, some eight times as fast. Of a layer, four
  * outputs of eight Gaussians are added up in registers, so that a number that is loaded is used four
- * or eight times. Where there is relaxed SIMD, a product and its sum are one instruction.
+ * or eight times.
  */
 
 import {
@@ -21,16 +21,14 @@ const plus = simd(0xe4);
 const times = simd(0xe6);
 const divided = simd(0xe7);
 const largest = simd(0xe9);
-const multiplyAdd = simd(0x105);
 
 /**
  * `layer(weights, offsets, x, y, inputs, outputs, slope)` takes places in bytes, and numbers of
  * inputs and of outputs.
  *
  * @param {number} block Gaussians in a block
- * @param {boolean} relaxed
  */
-function layerBody(block, relaxed) {
+function layerBody(block) {
   const [weights, offsets, x, y, inputs, outputs, slope] = [0, 1, 2, 3, 4, 5, 6];
   const [o, row, px, pw, end, py] = [7, 8, 9, 10, 11, 12];
   const [x0, x1, w, slopes] = [13, 14, 15, 16];
@@ -39,10 +37,7 @@ function layerBody(block, relaxed) {
   const rowBytes = 4 * block;
   const multiplied = four.flatMap((j) => [
     ...loadSplat(get(pw), 4 * j), ...set(w),
-    ...[x0, x1].flatMap((values, k) => {
-      const [a, b, c] = [w, values, sum(j, k)].map(get);
-      return [...(relaxed ? multiplyAdd(a, b, c) : plus(c, times(a, b))), ...set(sum(j, k))];
-    }),
+    ...[x0, x1].flatMap((values, k) => [...plus(get(sum(j, k)), times(get(w), get(values))), ...set(sum(j, k))]),
   ]);
   const overInputs = loop(
     [
@@ -138,12 +133,9 @@ let make;
  * @returns {Simd | null}
  */
 export function simdIn(block, least, memory) {
-  const made = (/** @type {boolean} */ relaxed) =>
-    assembled({
-      layer: { parameters: [I32, I32, I32, I32, I32, I32, F32], body: layerBody(block, relaxed) },
-      units: { parameters: [I32, I32, I32], body: unitsBody(block, least) },
-    });
-  make ??= made(true);
-  const found = make(memory) ?? (make = made(false))(memory);
-  return /** @type {Simd | null} */ (/** @type {unknown} */ (found));
+  make ??= assembled({
+    layer: { parameters: [I32, I32, I32, I32, I32, I32, F32], body: layerBody(block) },
+    units: { parameters: [I32, I32, I32], body: unitsBody(block, least) },
+  });
+  return /** @type {Simd | null} */ (/** @type {unknown} */ (make(memory)));
 }
