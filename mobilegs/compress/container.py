@@ -31,6 +31,7 @@ from mobilegs.errors import InputError
 
 FILE_MAX = 1 << 32
 DECODERS = {"linear": "color-matrices", "networks": "appearance-decoder"}  # their streams
+AT_ONCE = 8  # streams that are decoded, each of which may take 3 MiB beside what it fills
 GAUSSIANS_PER_BYTE = 1  # no real scene comes near; a small file must not ask for much memory
 
 
@@ -105,7 +106,7 @@ def _unpack_rows(
         indices[name] = native.room(header.count, cut.count, dtype=torch.int16)
     positions = native.room(header.count, 3, dtype=torch.float16)
     start = 0
-    with ThreadPoolExecutor(torch.get_num_threads()) as pool:
+    with ThreadPoolExecutor(min(torch.get_num_threads(), AT_ONCE)) as pool:
         for number, size in enumerate(header.layers or (header.count,)):
             rows = slice(start, start + size)
             start += size
