@@ -337,8 +337,8 @@ def test_learned_steps_go_on_where_they_were(dataset, make_student) -> None:
 
 def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
     bits = []
-    for price in (0.0, 1.0):
-        config = replace(STUDENT, coding="sq", bit_price=price)
+    for price in (0.0, 4.0):
+        config = replace(STUDENT, coding="sq", fineness=2.0, bit_price=price)
         student = make_student(replace(config, codes_fraction=0.3))
         train(student, dataset, 40)
         codes = student.model.codebooks
