@@ -21,11 +21,12 @@ from mobilegs.train.recipes import PresetName
 
 # Of a scene that is finished, and seen from places that say little about its detail: it moves
 # little, colours tell of more directions than six latents can, and codes are as coarse as was found
-# to be good enough (docs/compression.md, playbot).
+# to be good enough (docs/compression.md, playbot), which need not be waited for.
 FINISHED = (
     "student.position_share=0.01",
     "student.color_latents=9",
     "student.fineness=1",
+    "student.codes_fraction=0.7",
 )
 # of a preset: pictures, and their longer side in pixels
 SHOTS: dict[PresetName, tuple[int, int]] = {
