@@ -21,7 +21,7 @@ from mobilegs.train.recipes import PresetName
 
 # Of a scene that is finished, and seen from places that say little about its detail: it moves
 # little, colours tell of more directions than six latents can, and codes are as coarse as was found
-# to be good enough (docs/compression.md, playbot), which need not be waited for.
+# to be good enough (docs/compression.md, playbot), and gain nothing by coming late.
 FINISHED = (
     "student.position_share=0.01",
     "student.color_latents=9",
