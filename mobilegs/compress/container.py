@@ -97,7 +97,7 @@ def _unpack_rows(
 ) -> tuple[Tensor, dict[Attribute, Tensor]]:
     """Positions and codes of all layers, each of which is decoded to where it stays.
 
-    Streams are decoded side by side: the C++ library lets go of the interpreter.
+    Streams are decoded side by side by the C++ library, which lets go of the interpreter.
     """
     indices: dict[Attribute, Tensor] = {}
     for name, scalar in header.scalars.items():
@@ -106,7 +106,8 @@ def _unpack_rows(
         indices[name] = native.room(header.count, cut.count, dtype=torch.int16)
     positions = native.room(header.count, 3, dtype=torch.float16)
     start = 0
-    with ThreadPoolExecutor(min(torch.get_num_threads(), AT_ONCE)) as pool:
+    many = min(torch.get_num_threads(), AT_ONCE) if native.library() else 1
+    with ThreadPoolExecutor(many) as pool:
         for number, size in enumerate(header.layers or (header.count,)):
             rows = slice(start, start + size)
             start += size
