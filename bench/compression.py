@@ -40,7 +40,7 @@ from typing import Any
 import torch
 from formats import turned
 from paper import PLACES, ROWS, Work, recipe_of, teacher_of
-from paper_rows import BASE
+from paper_rows import BASE, CODEBOOKS
 
 from mobilegs.camera import Camera
 from mobilegs.compress.codes import CodedScene
@@ -66,7 +66,6 @@ SIDE = 400  # pixels, of pictures of splats
 LPIPS_EVERY = 4
 PRICES = (0.0003, 0.001, 0.003, 0.01)
 CANONICAL = "canonical=true"
-BOOKS = {"coding": "nvq", "codes_fraction": 0.7}
 STEPS = ("coding=sq", "codes_fraction=0.9")
 LARGE = (
     "codebooks.scale=256",
@@ -93,7 +92,8 @@ def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, 
     """Photos, the sorted teacher, and how a student of it is trained."""
     if name in SPLATS:
         dataset, teacher = orbited(name, options.data)
-        return dataset, teacher, replace(cpu_recipe().student, **BOOKS, steps=options.steps)
+        config = with_settings(cpu_recipe(), CODEBOOKS).student
+        return dataset, teacher, replace(config, steps=options.steps)
     place = PLACES[CAPTURES[name]]
     capture = options.data / place.folders[0]
     dataset = load_capture(capture, downscale=place.downscale)

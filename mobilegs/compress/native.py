@@ -46,7 +46,7 @@ def library() -> ctypes.CDLL | None:
 def room(
     *shape: int, dtype: torch.dtype = torch.float32, device: torch.device | str = "cpu"
 ) -> Tensor:
-    """Room for numbers: on the CPU numpy's, whose large pages take a third of the time to fill."""
+    """Room for numbers: on the CPU numpy's, whose large pages take less time to fill."""
     if torch.device(device).type != "cpu":
         return torch.empty(shape, dtype=dtype, device=device)
     return torch.from_numpy(np.empty(shape, dtype=str(dtype).removeprefix("torch.")))
