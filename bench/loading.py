@@ -5,7 +5,8 @@
 The scene is a trained one, repeated with positions that move by 2 % of their distance from the
 centre, until it has `--count` Gaussians, which are as much smaller as it takes for them to cover as
 many pixels as those of the trained one: its streams have the statistics of real ones, and it comes
-in layers as any scene of that size does. Times are milliseconds from navigation, the median of
+in layers as any scene of that size does. Times are milliseconds from navigation, in a window that
+has been open for some seconds (a new one keeps the browser busy with itself), the median of
 visits, each in a browser of its own: `first_picture`, when the first frame is done (dots where
 Gaussians are); `loaded`, when everything is decoded and the frame with it done; `decoded`, from the
 request for the scene until its last number is known. After a `first_visit` a browser has found out
@@ -35,6 +36,7 @@ from mobilegs.compress.layers import layered, layers_for
 from mobilegs.view.serve import Server
 
 SPREAD = 0.02
+IDLE = 2500  # milliseconds
 LISTEN = """
 addEventListener("load", () => {
   const scene = document.querySelector("mobile-gs");
@@ -54,11 +56,9 @@ addEventListener("load", () => {
 });
 """
 
-# the thread that the viewer's own script makes of itself
+# the viewer's script is its thread's, too
 DECODE = """async () => {
-  const text = await (await fetch("/viewer.js")).text();
-  const thread = new Blob([text.replace(/\\(0\\);\\s*$/, "(1);")], { type: "text/javascript" });
-  const worker = new Worker(URL.createObjectURL(thread));
+  const worker = new Worker("/viewer.js");
   const found = await new Promise((resolve, reject) => {
     worker.onmessage = ({ data }) => {
       if (data.kind === "done") resolve(data.milliseconds);
@@ -96,6 +96,7 @@ def alone(browser: Any, address: str) -> list[float]:
     """What decoding takes where nothing is drawn, for several times in a page."""
     page = browser.new_page()
     page.goto(f"{address}/nothing")
+    page.wait_for_timeout(IDLE)
     found = [page.evaluate(DECODE) for _ in range(4)]
     page.close()
     return found
@@ -108,6 +109,7 @@ def visits(browser: Any, address: str) -> list[dict[str, float]]:
     for _ in range(2):
         page = context.new_page()
         page.add_init_script(LISTEN)
+        page.wait_for_timeout(IDLE)
         page.goto(address)
         page.wait_for_function("window.found && window.found.loaded", timeout=120_000)
         row = page.evaluate("window.found")

@@ -4,6 +4,7 @@ import _thread
 import gzip
 import http.client
 import os
+import re
 import socket
 import threading
 from collections.abc import Iterator
@@ -124,9 +125,14 @@ def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
 
 def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:
     _, _, page = get(server, "/?url=/scene")
-    assert b'src="/viewer.js"' in page
-    status, headers, body = get(server, "/viewer.js")
+    found = re.search(rb'src="(/viewer\.js\?\w{16})"', page)
+    assert found and page.count(found[1]) == 2  # for the page itself, and for its thread
+    status, headers, body = get(server, found[1].decode())
     assert status == 200 and body.decode() == viewer_script()
+    assert "immutable" in headers["Cache-Control"]
+    for address in ("/viewer.js", "/viewer.js?0123456789abcdef"):
+        status, headers, other = get(server, address)
+        assert status == 200 and other == body and headers["Cache-Control"] == "no-cache"
     assert "javascript" in headers["Content-Type"] and "Content-Encoding" not in headers
     _, headers, packed = get(server, "/viewer.js", {"Accept-Encoding": "br, gzip"})
     assert headers["Content-Encoding"] == "gzip" and gzip.decompress(packed) == body

@@ -31,6 +31,7 @@ ALONE = re.compile(r"(?<=[=(,:?&|!])\((\w+)\)(?=[.,;)]|=>)")
 SPACE = re.compile(r" ?([=*<>?:|&,;{}()\[\]]+) ?")
 SIGN = re.compile(r"(?<![-+]) ([-+/]=?) (?![-+])")  # two of them would be another sign
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
+SCRIPT = '<script type="module" src="page.js"></script>'  # of index.html
 FILES = WEB / "files.js"
 WORKER = WEB / "load" / "worker.js"
 
@@ -133,6 +134,14 @@ def viewer_script() -> str:
     return _script(WEB / "page.js")
 
 
+def linked(address: str) -> str:
+    """What in a page begins the viewer whose script is at an address, behind its element."""
+    early = INDENT.sub("\n", COMMENT.sub("", (WEB / "early.js").read_text())).strip()
+    assert early.count('"viewer.js"') == 1
+    early = early.replace('"viewer.js"', json.dumps(address))
+    return f'<script>\n{early}\n</script>\n    <script type="module" src="{address}"></script>'
+
+
 @cache
 def element_script() -> str:
     """`<mobile-gs>` for other pages as one script."""
@@ -140,15 +149,30 @@ def element_script() -> str:
 
 
 def _script(entry: Path) -> str:
-    """A page's part and its thread's, which is the same text with another beginning."""
+    """A page's part and its thread's: what each of them is finds out which it shall be."""
     files = sorted(SHADERS.glob("*.*sl"))
     shaders = json.dumps({file.name: slim_shader(file.read_text()) for file in files})
     own_files = f"""
 const SHADERS = {shaders};
-export function loadingWorker() {{
-  const url = URL.createObjectURL(new Blob([`(${{whole}})(1)`], {{ type: "text/javascript" }}));
-  setTimeout(() => URL.revokeObjectURL(url), 60000);
-  return new Worker(url);
+let {{ earlyWorker, earlyAdapter }} = globalThis;
+export function loadingWorker(request, take) {{
+  const early = earlyWorker;
+  earlyWorker = null;
+  let worker = early?.worker;
+  if (early?.url !== request.url) worker = worker?.terminate();
+  if (!worker) {{
+    const url = URL.createObjectURL(new Blob([`(${{whole}})(1)`], {{ type: "text/javascript" }}));
+    setTimeout(() => URL.revokeObjectURL(url), 60000);
+    worker = new Worker(url);
+    worker.postMessage(request);
+  }} else early.held.forEach(take);
+  worker.onmessage = take;
+  return worker;
+}}
+export async function findAdapter() {{
+  const early = earlyAdapter;
+  earlyAdapter = null;
+  return (await early) ?? navigator.gpu.requestAdapter({{ powerPreference: "high-performance" }});
 }}
 export async function shaderText(file) {{
   return SHADERS[file];
@@ -165,6 +189,6 @@ export function ownScene() {{
   return new Blob([bytes]);
 }}
 """
-    text = f"({bundle([entry, WORKER], {FILES: own_files})})(0);\n"
+    text = f"({bundle([entry, WORKER], {FILES: own_files})})(globalThis.document ? 0 : 1);\n"
     # what ends a script for HTML may stand in a text, where a backslash changes nothing
     return text.replace("</", "<\\/")

@@ -19,7 +19,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
-from mobilegs.view.bundle import WEB, element_script, viewer_script
+from mobilegs.view.bundle import SCRIPT, WEB, element_script, linked, viewer_script
 from mobilegs.view.serve import KINDS, refuse_unreadable
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
@@ -44,7 +44,6 @@ PREVIEW = """    <meta property="og:url" content="{}" />
     <meta property="og:type" content="website" />
     <meta name="twitter:card" content="summary_large_image" />
 """
-SCRIPT = '<script type="module" src="page.js"></script>'
 
 
 def export_html(scene: Path, output: Path, *, title: str) -> int:
@@ -106,7 +105,7 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
             '    <link rel="manifest" href="manifest.webmanifest" />',
             LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
             ELEMENT: f'<mobile-gs src="{name}" poster="poster.jpg"></mobile-gs>',
-            SCRIPT: f'<script type="module" src="viewer.js"></script>\n    {REGISTER}',
+            SCRIPT: f"{linked('viewer.js')}\n    {REGISTER}",
         }
     )
     manifest = {

@@ -1,6 +1,7 @@
 """The web viewer, served to this machine's browser or to phones in the same network."""
 
 import gzip
+import hashlib
 import socket
 import sys
 import threading
@@ -13,10 +14,10 @@ from urllib.parse import quote, unquote, urlsplit
 
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, parse_header
-from mobilegs.view.bundle import WEB, viewer_script
+from mobilegs.view.bundle import SCRIPT, WEB, linked, viewer_script
 
 SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
-SCRIPT = "/viewer.js"
+VIEWER = "/viewer.js"
 BLOCK = 1 << 20
 UNDECODED = "surrogateescape"  # names of files may be any bytes
 KINDS = (".mgs", ".ply", ".spz")
@@ -51,6 +52,7 @@ class Server(ThreadingHTTPServer):
             super().__init__((host, port), Handler)
         except OSError as error:
             raise InputError(f"cannot listen on {host}:{port}: {error.strerror}") from None
+        _gzipped(viewer_script())  # before somebody waits for it
 
     def address(self, host: str) -> str:
         """What to open in a browser that reaches this machine as `host`."""
@@ -86,9 +88,10 @@ class Handler(BaseHTTPRequestHandler):
             self.end_headers()
         elif asked.path == "/":
             page = (WEB / "index.html").read_text()
-            self._answer("text/html", page.replace('src="page.js"', f'src="{SCRIPT}"'))
-        elif asked.path == SCRIPT:
-            self._answer("text/javascript", viewer_script())
+            self._answer("text/html", page.replace(SCRIPT, linked(f"{VIEWER}?{_version()}")))
+        elif asked.path == VIEWER:
+            lasting = asked.query == _version()
+            self._answer("text/javascript", viewer_script(), lasting=lasting)
         elif path in self.server.scenes:
             self._answer_scene(self.server.scenes[path])
         else:
@@ -97,10 +100,10 @@ class Handler(BaseHTTPRequestHandler):
     def do_HEAD(self) -> None:
         self.do_GET()
 
-    def _answer(self, kind: str, text: str) -> None:
+    def _answer(self, kind: str, text: str, *, lasting: bool = False) -> None:
         packed = "gzip" in self.headers.get("Accept-Encoding", "")
         body = _gzipped(text) if packed else text.encode()
-        self._head(f"{kind}; charset=utf-8", len(body), packed=packed)
+        self._head(f"{kind}; charset=utf-8", len(body), packed=packed, lasting=lasting)
         if self.command != "HEAD":
             self.wfile.write(body)
 
@@ -122,13 +125,14 @@ class Handler(BaseHTTPRequestHandler):
             if size:  # it was cut meanwhile: nothing else tells the visitor
                 self.close_connection = True
 
-    def _head(self, kind: str, size: int, *, packed: bool = False) -> None:
+    def _head(self, kind: str, size: int, *, packed: bool = False, lasting: bool = False) -> None:
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(size))
         if packed:
             self.send_header("Content-Encoding", "gzip")
-        self.send_header("Cache-Control", "no-cache")
+        # a script's address changes with it
+        self.send_header("Cache-Control", "max-age=31536000, immutable" if lasting else "no-cache")
         self.send_header("X-Content-Type-Options", "nosniff")
         self.end_headers()
 
@@ -140,6 +144,11 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:
         pass
+
+
+@cache
+def _version() -> str:
+    return hashlib.sha256(viewer_script().encode()).hexdigest()[:16]
 
 
 @cache

@@ -1,8 +1,22 @@
 /** Where the viewer's own files come from. A page that holds everything itself has another one. */
 
-/** The thread that reads scenes. @returns {Worker} */
-export function loadingWorker() {
-  return new Worker(new URL("./load/worker.js", import.meta.url), { type: "module" });
+/**
+ * A thread that reads a scene.
+ *
+ * @param {import("./load/worker.js").Request} request
+ * @param {(event: MessageEvent<import("./load/worker.js").Message>) => void} take what it says
+ * @returns {Worker}
+ */
+export function loadingWorker(request, take) {
+  const worker = new Worker(new URL("./load/worker.js", import.meta.url), { type: "module" });
+  worker.onmessage = take;
+  worker.postMessage(request);
+  return worker;
+}
+
+/** @returns {Promise<GPUAdapter | null>} */
+export function findAdapter() {
+  return navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
 }
 
 /** A shader's text. @param {string} file @returns {Promise<string>} */

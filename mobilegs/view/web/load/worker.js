@@ -249,13 +249,20 @@ async function peeked(source) {
 /** @param {{url: string} | {file: Blob}} request */
 async function load(request) {
   const started = performance.now();
-  const { source, total } = await bytesOf(request);
-  const { first, whole } = await peeked(source);
-  let bytes;
-  if (isPly(first)) bytes = await loadPlain(whole, total, readPly);
-  else if (isSpz(first)) bytes = await loadPlain(whole, total, readSpz);
-  else bytes = await loadMgs(whole);
-  send({ kind: "done", milliseconds: performance.now() - started, bytes });
+  try {
+    const { source, total } = await bytesOf(request);
+    const { first, whole } = await peeked(source);
+    let bytes;
+    if (isPly(first)) bytes = await loadPlain(whole, total, readPly);
+    else if (isSpz(first)) bytes = await loadPlain(whole, total, readSpz);
+    else bytes = await loadMgs(whole);
+    send({ kind: "done", milliseconds: performance.now() - started, bytes });
+  } catch (error) {
+    const { message } = /** @type {Error} */ (error);
+    // what asks for more memory than there is fails in words of the browser's own
+    const sentence = error instanceof RangeError ? `the scene is too large for this device: ${message}` : message;
+    send({ kind: "failed", sentence });
+  }
 }
 
 /** Of a helper. @type {RowDecoder} */
@@ -278,12 +285,8 @@ self.onmessage = async ({ data }) => {
     send({ kind: "order", order }, [order.buffer]);
     return;
   }
-  try {
-    await load(data);
-  } catch (error) {
-    const { message } = /** @type {Error} */ (error);
-    // what asks for more memory than there is fails in words of the browser's own
-    const sentence = error instanceof RangeError ? `the scene is too large for this device: ${message}` : message;
-    send({ kind: "failed", sentence });
-  }
+  await load(data);
 };
+
+// a page that was there before the viewer's script names the scene with its thread: early.js
+if (self.name) void load({ url: self.name });

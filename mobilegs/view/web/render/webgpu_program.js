@@ -1,5 +1,7 @@
 /** The graphics device, and the shaders of view/shaders as its pipelines. */
 
+import { findAdapter } from "../files.js";
+
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Variant} Variant */
 /** @typedef {{sorted: boolean, packed: boolean}} Kind of a scene */
@@ -28,7 +30,7 @@ export class Program {
     if (!("gpu" in navigator)) {
       throw new Error("this browser has no WebGPU here; it may need https, or a newer version");
     }
-    const adapter = await navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
+    const adapter = await findAdapter();
     if (adapter === null) throw new Error("this device gives WebGPU no graphics adapter");
     /** @type {GPUFeatureName[]} */
     const wanted = ["timestamp-query", "float32-blendable"];

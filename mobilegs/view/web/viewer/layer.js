@@ -142,21 +142,19 @@ export class Layer {
   load(request) {
     this.#coming?.terminate();
     this.request = request;
-    const worker = loadingWorker();
-    worker.onmessage = async ({ data }) => {
+    const worker = loadingWorker(request, async ({ data }) => {
       if (!(await this.#ready)) {
         worker.terminate();
         return;
       }
       // what an old worker has sent before its end still arrives
       if (worker === this.#coming || worker === this.#worker) this.#receive(data, worker);
-    };
+    });
     worker.onerror = (event) => {
       event.preventDefault();
       this.#fail("the viewer's own files could not be loaded: reload the page", worker);
     };
     this.#coming = worker;
-    worker.postMessage(request);
   }
 
   /** Throws if it cannot. @param {Camera} camera whose near plane the scene may have another opinion of */
