@@ -8,9 +8,9 @@ library and by the definitions in numpy and torch, in turns in one process, afte
 not counted; `ratio` is the definition's time over the library's. Milliseconds, medians over the
 rounds: `wall`, which a busy machine prolongs, and `processor`, of all threads together. Threads
 are as many as OMP_NUM_THREADS says. `peak_mib`: by how much the process grows at most meanwhile
-(Linux alone tells), the results included. `node`: milliseconds of the viewer's code until all
-is packed for a GPU, in one thread of node and in processes of their own (`decoding.js`): the
-`first` time, with everything to compile, and `later`.
+(Linux alone tells), the results included. In processes of their own, in which nothing else
+happens, the `first` time and `later`: `python`, from bytes to tensors; `node`, the viewer's code in
+one thread until all is packed for a GPU (`decoding.js`), which has everything to compile at first.
 """
 
 import argparse
@@ -19,6 +19,8 @@ import json
 import os
 import platform
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -35,6 +37,18 @@ from mobilegs.render.kernels import cpu
 
 STATUS = Path("/proc/self/status")
 CLOCKS = {"wall": time.perf_counter, "processor": time.process_time}
+OPEN = """
+import json, sys, time
+from pathlib import Path
+from mobilegs.compress.container import unpack
+data = Path(sys.argv[1]).read_bytes()
+times = []
+for _ in range(5):
+    start = time.perf_counter()
+    unpack(data).decode()
+    times.append(1000 * (time.perf_counter() - start))
+print(json.dumps(times))
+"""
 WAYS = {"library": cpu.library, "definition": lambda: None}
 
 
@@ -87,18 +101,23 @@ def measured(data: bytes, rounds: int) -> dict[str, Any]:
     return found
 
 
-def by_node(data: bytes, rounds: int) -> dict[str, float]:
-    """Times of one file in the viewer's code."""
+def alone(run: Callable[[str], Any], data: bytes, rounds: int) -> dict[str, float]:
+    """Times of one file in processes of their own, which write them as JSON."""
     with tempfile.NamedTemporaryFile(suffix=".mgs") as file:
         file.write(data)
         file.flush()
-        runs = []
-        for _ in range(rounds):
-            arguments = [str(Path(__file__).with_suffix(".js")), file.name]
-            done = node(arguments, return_completed_process=True, capture_output=True, check=True)
-            runs.append(json.loads(done.stdout))
+        runs = [json.loads(run(file.name).stdout) for _ in range(rounds)]
     later = statistics.median(ms for run in runs for ms in run[1:])
     return {"first": round(statistics.median(run[0] for run in runs)), "later": round(later)}
+
+
+def by_python(file: str) -> Any:
+    return subprocess.run([sys.executable, "-c", OPEN, file], capture_output=True, check=True)
+
+
+def by_node(file: str) -> Any:
+    program = str(Path(__file__).with_suffix(".js"))
+    return node([program, file], return_completed_process=True, capture_output=True, check=True)
 
 
 def main() -> None:
@@ -121,7 +140,8 @@ def main() -> None:
         data = pack(scene)
         mode = "sq" if scene.steps else "nvq"
         row = {"mode": mode, "file_bytes": len(data), **measured(data, options.rounds)}
-        row["node"] = by_node(data, options.rounds)
+        row["python"] = alone(by_python, data, options.rounds)
+        row["node"] = alone(by_node, data, options.rounds)
         result["files"].append(row)
         print(json.dumps(row), flush=True)
     result["load_average"] = os.getloadavg()[0]
