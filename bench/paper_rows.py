@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, replace
 
-CODEBOOKS = ("student.coding=nvq", "student.codes_fraction=0.7")
+# what the presets do otherwise than the paper in all rows: codes, and a price on what is painted
+CODEBOOKS = ("student.coding=nvq", "student.codes_fraction=0.7", "student.fill_price=0")
 CONSTANT = "student.view.kind=constant"
 SORTED = (CONSTANT, "student.blend=sorted")
 EXPLICIT = ("student.codes_fraction=1", "student.net_fraction=1")
@@ -84,6 +85,9 @@ def _scalars() -> dict[str, Row]:
 OURS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents, codes are multiples of steps"),
+    "unpaid": Row(
+        "main", "the default, nothing asked for what frames paint", ("student.fill_price=0",)
+    ),
     **_scalars(),
 }
 # all with codebooks, as the paper has them

@@ -27,6 +27,7 @@ FINISHED = (
     "student.color_latents=9",
     "student.fineness=1",
     "student.codes_fraction=0.7",
+    "student.fill_price=0",
 )
 # of a preset: pictures, and their longer side in pixels
 SHOTS: dict[PresetName, tuple[int, int]] = {

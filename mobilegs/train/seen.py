@@ -3,11 +3,15 @@
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
+from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, render_sorted, render_sortfree, visible_rows
+from mobilegs.render.lobes import seen_along
+from mobilegs.render.project import ALPHA_MIN
 from mobilegs.train.adjoints import take_rows, telling_weighting
+from mobilegs.train.fill import overdraw
 from mobilegs.train.student_model import StudentModel
 
 
@@ -61,19 +65,41 @@ class Seen:
 
         `radii` are those of the Gaussians drawn, not of all.
         """
-        rows, camera = self.rows[number], self.cameras[number]
-        of = {name: t if rows is None else take_rows(t, rows) for name, t in self.cut.items()}
+        of, camera = self._of(number), self.cameras[number]
         model, options = self.model, {"camera": camera, "background": background, "depth": depth}
         shapes = (of["means"], of["quats"], of["log_scales"].exp())
         if model.blend == "sorted":
             return render_sorted(*shapes, of["opacities"], of["sh"], **options)
-        lobes = of.get("lobes")
-        if lobes is None:
-            lobes = model.lobes(Gaussians(**of), of["means"][:, :0], camera)
+        lobes = self._lobes(of, camera)
         if learned := model.learned_weighting():
             weights = {name: log.exp() for name, log in learned.items()}
             lobes = telling_weighting(lobes, of["means"], camera, **weights)
         return render_sortfree(*shapes, lobes, of["sh"], weighting=model.weighting, **options)
+
+    def overdraw(self, number: int) -> Float[Tensor, ""]:
+        """Ellipses over a pixel of camera `number`'s picture, differentiable for the scales."""
+        of, camera = self._of(number), self.cameras[number]
+        least = ALPHA_MIN
+        with torch.no_grad():
+            opacities = of.get("opacities")
+            if opacities is None:
+                directions = normalize(of["means"] - camera.position, dim=1)
+                opacities, _ = seen_along(self._lobes(of, camera), directions)
+                least = self.model.weighting.alpha_min
+        shapes = (of["means"], of["quats"], of["log_scales"])
+        return overdraw(*shapes, opacities, camera=camera, alpha_min=least)
+
+    def _of(self, number: int) -> dict[str, Tensor]:
+        """What a camera sees, of the leaves."""
+        rows = self.rows[number]
+        return {name: t if rows is None else take_rows(t, rows) for name, t in self.cut.items()}
+
+    def _lobes(self, of: dict[str, Tensor], camera: Camera) -> Tensor:
+        """Its lobes, which a network may have to give for this view."""
+        lobes = of.get("lobes")
+        if lobes is None:
+            lobes = self.model.lobes(Gaussians(**of), of["means"][:, :0], camera)
+        return lobes
 
     def backward(self) -> None:
         """Give the model the gradients that the leaves have received."""

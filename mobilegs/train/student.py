@@ -229,12 +229,11 @@ class Student:
         presence = None if masks is None else config.presence.draw(masks, self.generator)
         seen = Seen(self.model, cameras, presence=presence)
         for number, (index, view) in enumerate(views):
-            drawn = seen.draw(
-                number * team.world + team.rank,
-                background=self.background,
-                depth=config.depth_weight > 0,
-            )
+            at, depth = number * team.world + team.rank, config.depth_weight > 0
+            drawn = seen.draw(at, background=self.background, depth=depth)
             loss, error = self._loss(drawn, index, view), squared_error(drawn.image, view)
+            if config.fill_price:
+                loss = loss + config.fill_price * seen.overdraw(at)
             results += team.add_gradients(seen.leaves, loss, error)
         seen.backward()
         if masks is not None:

@@ -75,6 +75,9 @@ class StudentConfig:
     depth_masked: bool = True
     """Whether that distance leaves out pixels which either does not cover, and compares means.
     (The release compares sums of z, in all pixels.)"""
+    fill_price: float = 1e-4
+    """What the loss asks for each ellipse that lies over a pixel, in the mean of the picture, since
+    that is what a frame costs: scales alone pay. (The paper: nothing.)"""
     moments_kept: bool = True
     """Whether Adam goes on where it is when networks take over the colour (the release: no)."""
     positions_rounded: bool = True
@@ -196,10 +199,12 @@ class StudentConfig:
             "position_error",
             "position_share",
             "free_share",
+            "bit_price",
+            "fill_price",
         )
         check(
             self,
-            **dict.fromkeys((*rates, *numbers, "bit_price", "regression_steps"), NOT_NEGATIVE),
+            **dict.fromkeys((*rates, *numbers, "regression_steps"), NOT_NEGATIVE),
             cache_mib=NOT_NEGATIVE,
             **dict.fromkeys(("steps", "views_per_step", "reassign_every"), COUNT),
             **dict.fromkeys(("ssim_weight", "decay_from"), FRACTION),
