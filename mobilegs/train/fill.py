@@ -1,11 +1,11 @@
 """What a frame costs: how often its pixels are painted, as something that training can lower."""
 
 import math
+from typing import Any
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
-from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.render.project import rotation_matrices
@@ -30,16 +30,39 @@ def overdraw(
     Gaussians are those that can touch the picture. Gradients reach `log_scales` alone: opacities
     that pay for their area fade, which costs the picture far more.
     """
-    offsets = (means - camera.position).detach()
-    distances = offsets.norm(dim=1)
-    along = normalize(offsets, dim=1)
-    u = (rotation_matrices(quats.detach()).mT @ along[:, :, None])[:, :, 0]  # [n, 3]
-    s = log_scales.exp()
-    faces = torch.stack([s[:, 1] * s[:, 2], s[:, 0] * s[:, 2], s[:, 0] * s[:, 1]], 1)
-    shadows = math.pi * (faces * u).norm(dim=1)
-    reach = 2 * torch.log((opacities.detach() / alpha_min).clamp_min(1))  # squared radius
-    focal = float(camera.K[0, 0] * camera.K[1, 1])
-    pixels = camera.width * camera.height
-    areas = reach * shadows * focal / distances.square().clamp_min(camera.near**2)
-    counted = offsets @ camera.viewmat[2, :3] > camera.near
-    return torch.where(counted, areas.clamp_max(pixels), 0.0).sum() / pixels
+    others = (t.detach() for t in (means, quats, opacities))
+    return _Overdraw.apply(log_scales, *others, camera, alpha_min)  # pyright: ignore
+
+
+class _Overdraw(torch.autograd.Function):
+    """A shadow A = sqrt(f1^2 + f2^2 + f3^2), with s_k in two of the f, has A - f_k^2 / A as its
+    derivative by the logarithm of s_k."""
+
+    @staticmethod
+    def forward(  # pyright: ignore[reportIncompatibleMethodOverride]
+        ctx: Any,
+        log_scales: Tensor,
+        means: Tensor,
+        quats: Tensor,
+        opacities: Tensor,
+        camera: Camera,
+        alpha_min: float,
+    ) -> Tensor:
+        offsets = means - camera.position
+        u = (offsets[:, None, :] @ rotation_matrices(quats))[:, 0]  # [n, 3], as long as offsets
+        squares = (u * torch.exp(log_scales.sum(1, keepdim=True) - log_scales)).square()
+        total = squares.sum(1)
+        reach = 2 * torch.log((opacities / alpha_min).clamp_min(1))  # squared radius
+        pixels = camera.width * camera.height
+        scale = math.pi * float(camera.K[0, 0] * camera.K[1, 1]) / pixels
+        distances = offsets.norm(dim=1).clamp_min(camera.near)
+        shares = scale * reach * total.sqrt() / distances**3  # of the picture
+        shares = torch.where(offsets @ camera.viewmat[2, :3] > camera.near, shares, 0.0)
+        paying = torch.where(shares < 1, shares / total.clamp_min(torch.finfo(total.dtype).tiny), 0)
+        ctx.save_for_backward(paying[:, None] * (total[:, None] - squares))
+        return shares.clamp_max(1).sum()
+
+    @staticmethod
+    def backward(ctx: Any, grad: Tensor) -> tuple[Tensor, None, None, None, None, None]:  # pyright: ignore
+        (slopes,) = ctx.saved_tensors
+        return grad * slopes, None, None, None, None, None

@@ -3,13 +3,12 @@
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
-from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, render_sorted, render_sortfree, visible_rows
-from mobilegs.render.lobes import seen_along
 from mobilegs.render.project import ALPHA_MIN
+from mobilegs.spherical_harmonics import C0
 from mobilegs.train.adjoints import take_rows, telling_weighting
 from mobilegs.train.fill import overdraw
 from mobilegs.train.student_model import StudentModel
@@ -70,36 +69,34 @@ class Seen:
         shapes = (of["means"], of["quats"], of["log_scales"].exp())
         if model.blend == "sorted":
             return render_sorted(*shapes, of["opacities"], of["sh"], **options)
-        lobes = self._lobes(of, camera)
+        lobes = of.get("lobes")
+        if lobes is None:
+            lobes = model.lobes(Gaussians(**of), of["means"][:, :0], camera)
         if learned := model.learned_weighting():
             weights = {name: log.exp() for name, log in learned.items()}
             lobes = telling_weighting(lobes, of["means"], camera, **weights)
         return render_sortfree(*shapes, lobes, of["sh"], weighting=model.weighting, **options)
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:
-        """Ellipses over a pixel of camera `number`'s picture, differentiable for the scales."""
-        of, camera = self._of(number), self.cameras[number]
-        least = ALPHA_MIN
+        """Ellipses over a pixel of camera `number`'s picture, differentiable for the scales.
+
+        Opacities are those from everywhere: the price of an area need not be exact.
+        """
+        of, least = self._of(number), self.model.weighting.alpha_min
         with torch.no_grad():
-            opacities = of.get("opacities")
-            if opacities is None:
-                directions = normalize(of["means"] - camera.position, dim=1)
-                opacities, _ = seen_along(self._lobes(of, camera), directions)
-                least = self.model.weighting.alpha_min
+            if "opacities" in of:
+                opacities, least = of["opacities"], ALPHA_MIN
+            elif "lobes" in of:
+                opacities = torch.sigmoid(C0 * of["lobes"][:, 0, 0])
+            else:
+                opacities = torch.sigmoid(of["logit_opacities"])
         shapes = (of["means"], of["quats"], of["log_scales"])
-        return overdraw(*shapes, opacities, camera=camera, alpha_min=least)
+        return overdraw(*shapes, opacities, camera=self.cameras[number], alpha_min=least)
 
     def _of(self, number: int) -> dict[str, Tensor]:
         """What a camera sees, of the leaves."""
         rows = self.rows[number]
         return {name: t if rows is None else take_rows(t, rows) for name, t in self.cut.items()}
-
-    def _lobes(self, of: dict[str, Tensor], camera: Camera) -> Tensor:
-        """Its lobes, which a network may have to give for this view."""
-        lobes = of.get("lobes")
-        if lobes is None:
-            lobes = self.model.lobes(Gaussians(**of), of["means"][:, :0], camera)
-        return lobes
 
     def backward(self) -> None:
         """Give the model the gradients that the leaves have received."""
