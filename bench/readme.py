@@ -137,7 +137,8 @@ def main() -> None:
             "from a local server, from navigation on, in a window that has been open for some "
             "seconds (decoded: from the request on); after its first visit a browser knows how "
             "its device draws fastest. A picture's time ends when its frame is done, which the "
-            "processor draws here, too. The Gaussians are a trained scene's, copied and made smaller until they are so many:",
+            "processor draws here, too. The Gaussians are a trained scene's, copied and made "
+            "smaller until they are so many:",
             table(tables["loading"]),
             "Nothing was measured on a GPU yet: the CUDA kernels are compiled in every test run, "
             "and `bench/gpu/run.sh` awaits the first machine that has one.",
