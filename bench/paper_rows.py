@@ -88,6 +88,9 @@ OURS: dict[str, Row] = {
     "unpaid": Row(
         "main", "the default, nothing asked for what frames paint", ("student.fill_price=0",)
     ),
+    "paid-twice": Row(
+        "main", "the default, twice the price on what frames paint", ("student.fill_price=1e-4",)
+    ),
     **_scalars(),
 }
 # all with codebooks, as the paper has them

@@ -73,6 +73,12 @@ class Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     wbufsize = -1  # an answer in one piece: in two, the second waits for TCP's acknowledgement
 
+    def handle(self) -> None:
+        try:
+            super().handle()
+        except ConnectionError:  # a tab that was closed
+            self.close_connection = True
+
     def do_GET(self) -> None:
         path = urlsplit(self.path).path
         file = (VIEW / path.lstrip("/")).resolve()

@@ -75,7 +75,7 @@ class StudentConfig:
     depth_masked: bool = True
     """Whether that distance leaves out pixels which either does not cover, and compares means.
     (The release compares sums of z, in all pixels.)"""
-    fill_price: float = 1e-4
+    fill_price: float = 5e-5
     """What the loss asks for each ellipse that lies over a pixel, in the mean of the picture, since
     that is what a frame costs: scales alone pay. (The paper: nothing.)"""
     moments_kept: bool = True
