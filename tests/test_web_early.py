@@ -106,3 +106,21 @@ def test_a_browser_without_such_threads_says_so(chromium: Chromium, served: Any)
     alert = tab.page.get_by_role("alert")
     alert.filter(has_text="the scene cannot be opened: none").wait_for(timeout=20_000)
     tab.close()
+
+
+def test_where_a_page_may_not_begin_a_thread_the_viewer_does(
+    chromium: Chromium, served: Any
+) -> None:
+    tab = chromium.tab()
+
+    def strict(route: Any) -> None:
+        answer = route.fetch()
+        policy = {"Content-Security-Policy": "worker-src blob:"}
+        route.fulfill(response=answer, headers={**answer.headers, **policy})
+
+    tab.page.route(re.compile(r"/\?url="), strict)
+    assert visit(tab, served("scene.mgs", MGS)) == "loaded"
+    assert tab.page.evaluate("globalThis.earlyWorker") is None
+    assert all("Content Security Policy" in text for text in tab.complaints)
+    tab.complaints.clear()
+    tab.close()

@@ -165,7 +165,7 @@ export function loadingWorker(request, take) {{
     setTimeout(() => URL.revokeObjectURL(url), 60000);
     worker = new Worker(url);
     worker.postMessage(request);
-  }} else early.held.forEach(take);
+  }} else early.held.splice(0).forEach(take); // a scene among them is large
   worker.onmessage = take;
   return worker;
 }}
