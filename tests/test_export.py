@@ -16,6 +16,7 @@ import pytest
 from browser import Chromium
 from PIL import Image
 from test_web_decoder import Case, make_scene
+from test_web_early import COUNTED
 from test_web_viewer import SETTLED
 
 from mobilegs import cli
@@ -101,14 +102,18 @@ def test_the_folder_opens_again_without_a_network(
 ) -> None:
     _, address = site
     tab = chromium.tab()
+    tab.page.add_init_script(COUNTED)
+    begun = f"begun.length === 1 && begun[0] === '{address}scene.mgs'"  # by the page: early.js
     tab.page.goto(f"{address}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.evaluate(begun)
     assert tab.page.title() == "A <garden>"
     tab.page.wait_for_function("navigator.serviceWorker.ready.then(() => true)", timeout=30_000)
     tab.page.wait_for_function("navigator.serviceWorker.controller !== null", timeout=30_000)
     tab.page.context.set_offline(True)
     tab.page.reload()
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.evaluate(begun)
     tab.page.goto(f"{address}index.html?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     tab.close()

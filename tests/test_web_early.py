@@ -8,7 +8,7 @@ from test_web_viewer import MGS, SETTLED, served, visit
 
 pytest_plugins = ["browser"]
 __all__ = ["served"]
-# threads that read a scene have a name if the page began them
+# the names of threads: those that a page begins have their scene's
 COUNTED = """{
   window.begun = [];
   window.adapters = 0;
@@ -121,6 +121,29 @@ def test_where_a_page_may_not_begin_a_thread_the_viewer_does(
     tab.page.route(re.compile(r"/\?url="), strict)
     assert visit(tab, served("scene.mgs", MGS)) == "loaded"
     assert tab.page.evaluate("globalThis.earlyWorker") is None
-    assert all("Content Security Policy" in text for text in tab.complaints)
+    assert tab.complaints and all("Content Security Policy" in text for text in tab.complaints)
     tab.complaints.clear()
+    tab.close()
+
+
+def test_a_thread_that_fails_late_is_replaced(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        """{
+          const Own = Worker;
+          window.Worker = class extends Own {
+            constructor(address, options) {
+              super(options?.name ? "/missing.js" : address, options);
+            }
+          };
+        }"""
+    )
+    held: list[Any] = []
+    tab.page.route("**/missing.js", held.append)
+    server = served("scene.mgs", MGS)
+    tab.page.goto(server.address("127.0.0.1"), wait_until="commit")
+    tab.page.wait_for_function("globalThis.earlyWorker === null", timeout=20_000)
+    held[0].fulfill(status=404)
+    tab.page.wait_for_function(LOADED, timeout=60_000)
+    tab.complaints.clear()  # the browser itself notes the 404
     tab.close()

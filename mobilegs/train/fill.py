@@ -49,17 +49,18 @@ class _Overdraw(torch.autograd.Function):
         alpha_min: float,
     ) -> Tensor:
         offsets = means - camera.position
-        u = (offsets[:, None, :] @ rotation_matrices(quats))[:, 0]  # [n, 3], as long as offsets
+        distances = offsets.norm(dim=1).clamp_min(camera.near)
+        u = (offsets[:, None, :] @ rotation_matrices(quats))[:, 0] / distances[:, None]  # [n, 3]
         squares = (u * torch.exp(log_scales.sum(1, keepdim=True) - log_scales)).square()
         total = squares.sum(1)
         reach = 2 * torch.log((opacities / alpha_min).clamp_min(1))  # squared radius
         pixels = camera.width * camera.height
         scale = math.pi * float(camera.K[0, 0] * camera.K[1, 1]) / pixels
-        distances = offsets.norm(dim=1).clamp_min(camera.near)
-        shares = scale * reach * total.sqrt() / distances**3  # of the picture
+        shares = scale * reach * total.sqrt() / distances.square()  # of the picture
         shares = torch.where(offsets @ camera.viewmat[2, :3] > camera.near, shares, 0.0)
-        paying = torch.where(shares < 1, shares / total.clamp_min(torch.finfo(total.dtype).tiny), 0)
-        ctx.save_for_backward(paying[:, None] * (total[:, None] - squares))
+        least = torch.finfo(total.dtype).tiny
+        slopes = (shares / total.clamp_min(least))[:, None] * (total[:, None] - squares)
+        ctx.save_for_backward(torch.where((shares < 1)[:, None], slopes, 0.0))
         return shares.clamp_max(1).sum()
 
     @staticmethod

@@ -64,7 +64,8 @@ class Seen:
 
         `radii` are those of the Gaussians drawn, not of all.
         """
-        of, camera = self._of(number), self.cameras[number]
+        rows, camera = self.rows[number], self.cameras[number]
+        of = {name: t if rows is None else take_rows(t, rows) for name, t in self.cut.items()}
         model, options = self.model, {"camera": camera, "background": background, "depth": depth}
         shapes = (of["means"], of["quats"], of["log_scales"].exp())
         if model.blend == "sorted":
@@ -82,21 +83,19 @@ class Seen:
 
         Opacities are those from everywhere: the price of an area need not be exact.
         """
-        of, least = self._of(number), self.model.weighting.alpha_min
+        cut, least = self.cut, self.model.weighting.alpha_min
         with torch.no_grad():
-            if "opacities" in of:
-                opacities, least = of["opacities"], ALPHA_MIN
-            elif "lobes" in of:
-                opacities = torch.sigmoid(C0 * of["lobes"][:, 0, 0])
+            if "opacities" in cut:
+                opacities, least = cut["opacities"], ALPHA_MIN
             else:
-                opacities = torch.sigmoid(of["logit_opacities"])
-        shapes = (of["means"], of["quats"], of["log_scales"])
-        return overdraw(*shapes, opacities, camera=self.cameras[number], alpha_min=least)
-
-    def _of(self, number: int) -> dict[str, Tensor]:
-        """What a camera sees, of the leaves."""
-        rows = self.rows[number]
-        return {name: t if rows is None else take_rows(t, rows) for name, t in self.cut.items()}
+                logits = C0 * cut["lobes"][:, 0, 0] if "lobes" in cut else cut["logit_opacities"]
+                opacities = torch.sigmoid(logits)
+        rows, camera = self.rows[number], self.cameras[number]
+        of = [cut["means"].detach(), cut["quats"].detach(), cut["log_scales"], opacities.detach()]
+        means, quats, log_scales, opacities = (
+            t if rows is None else take_rows(t, rows) for t in of
+        )
+        return overdraw(means, quats, log_scales, opacities, camera=camera, alpha_min=least)
 
     def backward(self) -> None:
         """Give the model the gradients that the leaves have received."""

@@ -1,5 +1,6 @@
 """The viewer's ES modules as one script, for pages that bring everything along."""
 
+import hashlib
 import json
 import re
 from functools import cache
@@ -134,8 +135,18 @@ def viewer_script() -> str:
     return _script(WEB / "page.js")
 
 
-def linked(address: str) -> str:
-    """What in a page begins the viewer whose script is at an address, behind its element."""
+@cache
+def viewer_version() -> str:
+    """What changes with the viewer's script."""
+    return hashlib.sha256(viewer_script().encode()).hexdigest()[:16]
+
+
+def linked(path: str) -> str:
+    """What in a page begins the viewer whose script is at a path, behind its element.
+
+    Its address changes with it: browsers may keep it, and threads are of the page's version.
+    """
+    address = f"{path}?{viewer_version()}"
     early = INDENT.sub("\n", COMMENT.sub("", (WEB / "early.js").read_text())).strip()
     assert early.count('"viewer.js"') == 1
     early = early.replace('"viewer.js"', json.dumps(address))
@@ -154,24 +165,27 @@ def _script(entry: Path) -> str:
     shaders = json.dumps({file.name: slim_shader(file.read_text()) for file in files})
     own_files = f"""
 const SHADERS = {shaders};
-let {{ earlyWorker, earlyAdapter }} = globalThis;
+export function newWorker() {{
+  const url = URL.createObjectURL(new Blob([`(${{whole}})(1)`], {{ type: "text/javascript" }}));
+  setTimeout(() => URL.revokeObjectURL(url), 60000);
+  return new Worker(url);
+}}
 export function loadingWorker(request, take) {{
-  const early = earlyWorker;
-  earlyWorker = null;
+  const early = globalThis.earlyWorker;
+  globalThis.earlyWorker = null;
   let worker = early?.worker;
   if (early?.url !== request.url) worker = worker?.terminate();
-  if (!worker) {{
-    const url = URL.createObjectURL(new Blob([`(${{whole}})(1)`], {{ type: "text/javascript" }}));
-    setTimeout(() => URL.revokeObjectURL(url), 60000);
-    worker = new Worker(url);
+  if (worker) early.held.forEach(take);
+  else {{
+    worker = newWorker();
     worker.postMessage(request);
-  }} else early.held.splice(0).forEach(take); // a scene among them is large
+  }}
   worker.onmessage = take;
   return worker;
 }}
 export async function findAdapter() {{
-  const early = earlyAdapter;
-  earlyAdapter = null;
+  const early = globalThis.earlyAdapter;
+  globalThis.earlyAdapter = null;
   return (await early) ?? navigator.gpu.requestAdapter({{ powerPreference: "high-performance" }});
 }}
 export async function shaderText(file) {{

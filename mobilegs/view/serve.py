@@ -1,7 +1,6 @@
 """The web viewer, served to this machine's browser or to phones in the same network."""
 
 import gzip
-import hashlib
 import socket
 import sys
 import threading
@@ -14,7 +13,7 @@ from urllib.parse import quote, unquote, urlsplit
 
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, parse_header
-from mobilegs.view.bundle import SCRIPT, WEB, linked, viewer_script
+from mobilegs.view.bundle import SCRIPT, WEB, linked, viewer_script, viewer_version
 
 SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
 VIEWER = "/viewer.js"
@@ -88,9 +87,9 @@ class Handler(BaseHTTPRequestHandler):
             self.end_headers()
         elif asked.path == "/":
             page = (WEB / "index.html").read_text()
-            self._answer("text/html", page.replace(SCRIPT, linked(f"{VIEWER}?{_version()}")))
+            self._answer("text/html", page.replace(SCRIPT, linked(VIEWER)))
         elif asked.path == VIEWER:
-            lasting = asked.query == _version()
+            lasting = asked.query == viewer_version()
             self._answer("text/javascript", viewer_script(), lasting=lasting)
         elif path in self.server.scenes:
             self._answer_scene(self.server.scenes[path])
@@ -133,6 +132,7 @@ class Handler(BaseHTTPRequestHandler):
             self.send_header("Content-Encoding", "gzip")
         # a script's address changes with it
         self.send_header("Cache-Control", "max-age=31536000, immutable" if lasting else "no-cache")
+        self.send_header("Vary", "Accept-Encoding")
         self.send_header("X-Content-Type-Options", "nosniff")
         self.end_headers()
 
@@ -144,11 +144,6 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:
         pass
-
-
-@cache
-def _version() -> str:
-    return hashlib.sha256(viewer_script().encode()).hexdigest()[:16]
 
 
 @cache

@@ -17,7 +17,7 @@
       /** @type {MessageEvent[]} */
       const held = []; // what it says until somebody listens
       worker.onmessage = (event) => held.push(event);
-      // where pages may not begin a thread so, the viewer can
+      // where a page may not begin it so, the viewer can
       worker.onerror = () => Object.assign(globalThis, { earlyWorker: undefined });
       Object.assign(globalThis, { earlyWorker: { url, worker, held } });
     }

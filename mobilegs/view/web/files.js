@@ -1,5 +1,10 @@
 /** Where the viewer's own files come from. A page that holds everything itself has another one. */
 
+/** A thread that reads scenes, or helps with it. @returns {Worker} */
+export function newWorker() {
+  return new Worker(new URL("./load/worker.js", import.meta.url), { type: "module" });
+}
+
 /**
  * A thread that reads a scene.
  *
@@ -8,7 +13,7 @@
  * @returns {Worker}
  */
 export function loadingWorker(request, take) {
-  const worker = new Worker(new URL("./load/worker.js", import.meta.url), { type: "module" });
+  const worker = newWorker();
   worker.onmessage = take;
   worker.postMessage(request);
   return worker;

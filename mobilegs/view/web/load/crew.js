@@ -1,5 +1,6 @@
 /** Gaussians of a `.mgs` made ready for the GPU, by this thread and some helpers. */
 
+import { newWorker } from "../files.js";
 import { WHOLE } from "../mgs/decode.js";
 import { RowDecoder } from "../mgs/rows.js";
 import { packRows } from "../render/pack.js";
@@ -91,7 +92,7 @@ export class Crew {
   /** @param {Recipe} recipe */
   #hire(recipe) {
     try {
-      const worker = new Worker(self.location.href, { type: "module" });
+      const worker = newWorker();
       worker.postMessage({ recipe });
       const helper = { worker, errands: 0 };
       worker.onmessage = ({ data }) => {

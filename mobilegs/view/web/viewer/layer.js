@@ -138,8 +138,9 @@ export class Layer {
    * there is nothing to draw with yet.
    *
    * @param {Request} request
+   * @param {boolean} [again] in a thread of the viewer's own, after one that the page had begun
    */
-  load(request) {
+  load(request, again = false) {
     this.#coming?.terminate();
     this.request = request;
     const worker = loadingWorker(request, async ({ data }) => {
@@ -152,7 +153,8 @@ export class Layer {
     });
     worker.onerror = (event) => {
       event.preventDefault();
-      this.#fail("the viewer's own files could not be loaded: reload the page", worker);
+      if (!again && worker === this.#coming) this.load(request, true);
+      else this.#fail("the viewer's own files could not be loaded: reload the page", worker);
     };
     this.#coming = worker;
   }
