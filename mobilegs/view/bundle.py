@@ -172,7 +172,7 @@ export function newWorker() {{
 }}
 export function loadingWorker(request, take) {{
   const early = globalThis.earlyWorker;
-  globalThis.earlyWorker = null;
+  delete globalThis.earlyWorker;
   let worker = early?.worker;
   if (early?.url !== request.url) worker = worker?.terminate();
   if (worker) early.held.forEach(take);
@@ -185,7 +185,7 @@ export function loadingWorker(request, take) {{
 }}
 export async function findAdapter() {{
   const early = globalThis.earlyAdapter;
-  globalThis.earlyAdapter = null;
+  delete globalThis.earlyAdapter;
   return (await early) ?? navigator.gpu.requestAdapter({{ powerPreference: "high-performance" }});
 }}
 export async function shaderText(file) {{
