@@ -24,8 +24,8 @@ class Helper {
     Helper.made.push(this);
   }
 
-  postMessage(message) {
-    const { recipe, rows, chunk, stage } = structuredClone(message);
+  postMessage(message, options) {
+    const { recipe, rows, chunk, stage } = structuredClone(message, options);
     if (recipe) this.#decoder = new RowDecoder(recipe);
     else this.sent++;
     if (!rows || !Helper.brings) return;

@@ -4,7 +4,7 @@ import test from "node:test";
 import { fromHalf, toHalf } from "../../mobilegs/view/web/mgs/half.js";
 import { BLOCK, LENGTH_MIN, Machine } from "../../mobilegs/view/web/mgs/machine.js";
 import { simdIn } from "../../mobilegs/view/web/mgs/simd.js";
-import { CONSTANTS, packBlock } from "../../mobilegs/view/web/render/pack.js";
+import { CONSTANTS, packer } from "../../mobilegs/view/web/render/pack.js";
 import { packerIn } from "../../mobilegs/view/web/render/packer.js";
 import { randomNumbers } from "./pieces.js";
 
@@ -141,7 +141,7 @@ for (const [name, change] of Object.entries(CHANGES)) {
       assert.notEqual(packerIn(block.memory, CONSTANTS), null);
       const [fast, plain] = KINDS.map((plain) => {
         block.words.fill(0);
-        return packBlock(block, plain).slice();
+        return packer(block, plain)().slice();
       });
       assert.ok(fast.some((word) => word !== 0));
       assert.deepEqual(fast, plain, `degree ${lobeDegree}`);
@@ -153,7 +153,7 @@ test("words say what they stand for", () => {
   const block = someBlock(2, ({ quats }) => {
     for (let k = 0; k < 4; k++) quats[k * BLOCK + 3] = 0;
   });
-  const words = packBlock(block);
+  const words = packer(block)();
   const signed = (byte) => (byte << 24) >> 24;
   for (let i = 0; i < BLOCK; i++) {
     const [xy, z, sizes, turn] = words.subarray(4 * i, 4 * i + 4);

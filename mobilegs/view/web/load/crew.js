@@ -166,7 +166,9 @@ export class Crew {
   #send(helper) {
     for (let chunk; helper.errands < AHEAD && (chunk = this.#free) >= 0; helper.errands++) {
       const stage = (this.#given[chunk] = this.#wanted(chunk));
-      helper.worker.postMessage({ rows: this.#rows(chunk, "slice"), chunk, stage });
+      const rows = this.#rows(chunk, "slice");
+      const moved = [rows.positions, ...Object.values(rows.columns).flat()].map(({ buffer }) => buffer);
+      helper.worker.postMessage({ rows, chunk, stage }, { transfer: moved });
     }
   }
 

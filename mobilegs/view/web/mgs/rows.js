@@ -148,8 +148,7 @@ export class RowDecoder {
     if (codes.opacity) {
       const { books: [book] } = columns.opacity ? codes.opacity : meanCodes(codes.opacity);
       const column = columns.opacity?.[0];
-      // to the constant part of the opacity's lobe
-      for (let i = 0; i < count; i++) lobes[i] += book[column ? column[from + i] : 0] / C0;
+      addOpacities(lobes, book, column, from, count);
     }
     return gaussians;
   }
@@ -173,6 +172,19 @@ export class RowDecoder {
   #of(name) {
     return /** @type {Codes} */ (this.#codes[name]);
   }
+}
+
+/**
+ * Adds to the constant part of the opacity's lobe.
+ *
+ * @param {Float32Array} lobes
+ * @param {Float32Array} book
+ * @param {Uint16Array | undefined} column nothing: what stands for all
+ * @param {number} from
+ * @param {number} count
+ */
+function addOpacities(lobes, book, column, from, count) {
+  for (let i = 0; i < count; i++) lobes[i] += book[column ? column[from + i] : 0] / C0;
 }
 
 /** Standard deviations in the place of their logarithms. @template {Books} T @param {T} codes @returns {T} */

@@ -91,9 +91,11 @@ export function packRows(decoder, rows, packed = roomFor(decoder.lobeDegree, row
   const count = rows.positions.length / 3;
   const stride = lobeStride(decoder.lobeDegree);
   const size = 4 * BLOCK;
+  let pack;
   for (let from = 0; from < count; from += BLOCK) {
     const block = decoder.decode(rows, from);
-    const words = packBlock(block);
+    pack ??= packer(block); // it is the same block every time
+    const words = pack();
     packed.shapes.set(words.subarray(0, 4 * block.count), 4 * from);
     packed.colors.set(words.subarray(size, size + 4 * block.count), 4 * from);
     packed.lobes.set(words.subarray(2 * size, 2 * size + stride * block.count), stride * from);
@@ -118,27 +120,32 @@ function bitsOf(range) {
 const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
 
 /**
- * The words of a block: shapes, then colours, then lobes.
+ * What makes the words of a block: shapes, then colours, then lobes. It looks anew at the numbers that lie there,
+ * and does little else: engines compile what is called for every block, and that takes time, too.
  *
  * @param {Gaussians} block
  * @param {boolean} [plain] without SIMD
+ * @returns {() => Words}
  */
-export function packBlock(block, plain = false) {
-  const { count, positions, scales, quats, sh, lobes, lobeDegree, scaleRange, memory } = block;
+export function packer(block, plain = false) {
+  const { scales, quats, sh, lobes, lobeDegree, scaleRange, memory } = block;
   const { buffer, byteOffset, length } = block.words;
-  const words = new Uint32Array(buffer, byteOffset, length);
+  const words = new Uint32Array(/** @type {ArrayBuffer} */ (buffer), byteOffset, length);
   const [least, span] = bitsOf(scaleRange);
   const grow = span > 0 ? fround(1 / span) : 0;
   const pack = plain || !memory ? null : packerIn(memory, CONSTANTS);
-  if (pack) {
-    const places = [scales, quats, sh, lobes, words].map(({ byteOffset }) => byteOffset);
-    pack(...places, (lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree), least, grow);
-  } else defined(block, words, least, grow);
-  for (let i = 0, at = 0; i < count; i++, at += 4) {
-    words[at] = positions[3 * i] | (positions[3 * i + 1] << 16);
-    words[at + 1] |= positions[3 * i + 2];
-  }
-  return words;
+  const [at0, at1, at2, at3] = [scales, quats, sh, lobes].map(({ byteOffset }) => byteOffset);
+  const [pairs, stride] = [(lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree)];
+  return () => {
+    if (pack) pack(at0, at1, at2, at3, byteOffset, pairs, stride, least, grow);
+    else defined(block, words, least, grow);
+    const { count, positions } = block;
+    for (let i = 0, at = 0; i < count; i++, at += 4) {
+      words[at] = positions[3 * i] | (positions[3 * i + 1] << 16);
+      words[at + 1] |= positions[3 * i + 2];
+    }
+    return words;
+  };
 }
 
 /**
