@@ -9,6 +9,7 @@ SORTED = (CONSTANT, "student.blend=sorted")
 EXPLICIT = ("student.codes_fraction=1", "student.net_fraction=1")
 FULL = "student.weighting.alpha_min=0.00392157"
 NO_VOTES = ("student.votes.quantile=0",)
+ONCE = ("student.votes.interval=0.4", "student.votes.until=0.4")
 ALL_DEGREES = ("student.sh_degree=3",)
 MASKS = ("student.presence.weight=0.1",)
 # opacity from the network alone: one base for all, which does not learn
@@ -159,6 +160,12 @@ THEIRS: dict[str, Row] = {
     "no-pruning": Row("pruning", "no votes", NO_VOTES),
     "by-opacity": Row("pruning", "votes on opacity alone", ("student.votes.by=opacity",)),
     "by-scale": Row("pruning", "votes on the scale alone", ("student.votes.by=scale",)),
+    "by-opacity-once": Row(
+        "pruning", "votes on opacity alone, one pruning", ("student.votes.by=opacity", *ONCE)
+    ),
+    "by-scale-once": Row(
+        "pruning", "votes on the scale alone, one pruning", ("student.votes.by=scale", *ONCE)
+    ),
     **_thresholds(),
     "mini-splatting-on": Row(
         "pruning",

@@ -3,9 +3,10 @@
     python bench/viewer.py --mgs RUN/scene.mgs --ply RUN/teacher.ply [--json OUT] [--frames 10]
 
 Ours draws the student's `.mgs` without sorting; the other viewers, and ours sorted, draw the sorted
-teacher's `.ply` that it was trained from. Others come from npm (`viewers/package.json`). All get
-the same cameras: the point that the capture's cameras look at, from the distance of the first of
-them, with its field of view and a central principal point.
+teacher's `.ply` that it was trained from. Others come from npm (`viewers/package.json`), but for
+antimatter15's, of which `--antimatter15` names a clone. All get the same cameras: the point that
+the capture's cameras look at, from the distance of the first of them, with its field of view and a
+central principal point.
 
 Every viewer runs in a browser of its own, all of them in turns, `--rounds` times:
 
@@ -24,9 +25,9 @@ Every viewer runs in a browser of its own, all of them in turns, `--rounds` time
 
 Ours picks the fastest way to draw when it begins; sums in halves and in floats, as named, do not.
 Viewers are used as they ship, except that nothing fades in, harmonics are drawn to the highest
-degree that they can (2 in mkkellogg's), Spark is told that the scene was trained without
-anti-aliasing, and frames are asked for one by one. What is left between a settled picture and the
-true one are choices of each viewer: what it culls, rounds or sorts by.
+degree that they can (2 in mkkellogg's, 0 in antimatter15's), Spark is told that the scene was
+trained without anti-aliasing, and frames are asked for one by one. What is left between a settled
+picture and the true one are choices of each viewer: what it culls, rounds or sorts by.
 
 A software device says nothing about the times of phones, and it bends the turns both ways: by
 degrees a frame, workers have all the time to sort between two frames, which flatters viewers that
@@ -66,7 +67,7 @@ RING = 360  # cameras around the scene, one a degree
 JUMPS = [120, 240]  # degrees
 TURN_STEP, TURN_SPEED = 6, 90  # degrees a frame, degrees a second
 ALIKE = 99.0  # dB, reported where two pictures are equal
-NOT_MEASURED = {"antimatter15/splat": "not measured: not in a registry"}
+ANTIMATTER15 = "antimatter15, WebGL2"
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ VARIANTS = {
     "PlayCanvas 2.23.3, WebGL2": Variant("playcanvas", "ply", {"api": "webgl"}),
     "Spark 2.2.0, WebGL2": Variant("spark", "ply"),
     "mkkellogg 0.4.7, WebGL2": Variant("mkkellogg", "ply"),
+    ANTIMATTER15: Variant("antimatter15", "ply"),
 }
 
 
@@ -211,15 +213,17 @@ def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict
         browser.close()
 
 
-def viewer_bytes(variant: Variant) -> int:
+def viewer_bytes(variant: Variant, server: Server) -> int:
     """What a page ships of the viewer, gzipped.
 
-    Ours is the script that `mobilegs view` serves and `export` writes. Others are bundled and
-    minified, so that only what their page uses counts; the page itself is in there, with about
-    1 kB.
+    Ours is the script that `mobilegs view` serves and `export` writes, antimatter15's the one of
+    its clone. Others are bundled and minified, so that only what their page uses counts; the page
+    itself is in there, with about 1 kB.
     """
     if variant.module == "ours":
         return len(gzip.compress(viewer_script().encode()))
+    if variant.module == "antimatter15":
+        return len(gzip.compress((server.folders["antimatter15"] / "main.js").read_bytes()))
     program = PEERS / "node_modules" / ".bin" / "esbuild"
     options = ["--bundle", "--minify", "--format=esm", "--log-level=error"]
     page = PAGES / f"{variant.module}.js"
@@ -292,12 +296,15 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     scenes = {"mgs": options.mgs, "ply": options.ply}
     width, height = map(int, options.size.split("x"))
     ring = ring_of(options.mgs, width, height)
-    server, truth = Server(FOLDERS, scenes), Truth(scenes, ring)
+    clone = {} if options.antimatter15 is None else {"antimatter15": options.antimatter15}
+    server, truth = Server(FOLDERS | clone, scenes), Truth(scenes, ring)
     server.plan = plan_of(ring)
     chosen = {name: v for name, v in VARIANTS.items() if options.only in name}
     rounds: dict[str, list[dict]] = {name: [] for name in chosen}
     rest: dict[str, dict] = {}
-    missing = dict(NOT_MEASURED)
+    missing: dict[str, str] = {}
+    if options.antimatter15 is None:
+        missing[ANTIMATTER15] = "no registry has it: --antimatter15 names a clone"
     with sync_playwright() as playwright:
         for number in range(options.rounds):
             turns = 0 if number else options.turn_frames
@@ -331,7 +338,7 @@ def once(
     true = partial(truth.image, variant.scene)
     turns = {turn: errors_of(found[turn], turn, pictures, true) for turn in ("turn", "timed")}
     return {
-        "viewer_gzip_bytes": viewer_bytes(variant),
+        "viewer_gzip_bytes": viewer_bytes(variant, server),
         "scene_bytes": server.scenes[variant.scene].stat().st_size,
         **turns,
     }
@@ -357,6 +364,7 @@ def main() -> None:
     parser.add_argument("--turn-frames", type=int, default=5)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--only", default="", help="viewers with this in their name")
+    parser.add_argument("--antimatter15", type=Path, metavar="DIR", help="a clone of it")
     parser.add_argument("--pictures", type=Path, help="folder for a picture of every viewer")
     options = parser.parse_args()
     measured = measure(options)

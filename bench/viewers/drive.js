@@ -43,6 +43,7 @@ const cameraAt = (/** @type {number} */ degrees) => ring[((degrees % 360) + 360)
 
 /** What the canvas shows; to be called before the frame that drew it ends. @returns {Picture} */
 function pictureOf(/** @type {HTMLCanvasElement} */ canvas) {
+  copy.fillRect(0, 0, width, height); // some canvases are transparent, and what was there shines through
   copy.drawImage(canvas, 0, 0);
   return copy.getImageData(0, 0, width, height).data;
 }
