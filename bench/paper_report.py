@@ -20,6 +20,7 @@ ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "paper.md"
 PLOT = ROOT / "docs" / "paper.png"
 FEW = 3  # cells that need no plot
+SHOWN_DB = 7  # below the best row
 BEGIN, END = "<!-- BEGIN:tables -->", "<!-- END:tables -->"
 TITLES = {
     "main": "Teacher and students",
@@ -240,7 +241,10 @@ def sections(cells: list[dict]) -> list[str]:
 
 
 def plot(cells: list[dict]) -> None:
-    """Bytes and PSNR of every row, one panel a scene and length, if there are some."""
+    """Bytes and PSNR of every row, one panel a scene and length, if there are some.
+
+    What lies far below the best is counted beside the axis.
+    """
     import matplotlib.pyplot as plt
     from matplotlib.ticker import LogLocator, NullFormatter
 
@@ -251,13 +255,18 @@ def plot(cells: list[dict]) -> None:
     looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*osD^v", strict=True)}
     for i, look in enumerate(looks.values()):
         look["color"] = f"C{i}"
-    for axis, (run, found) in zip(axes[0], runs.items(), strict=True):
+    for axis, (run, every) in zip(axes[0], runs.items(), strict=True):
+        least = max(cell["psnr"] for cell in every) - SHOWN_DB
+        found = [cell for cell in every if cell["psnr"] > least]
+        left = len(every) - len(found)
         for kind, title in TITLES.items():
             some = [cell for cell in found if ROWS[cell["row"]].table == kind]
             sizes = [cell["bytes"] / 2**20 for cell in some]
             psnrs = [cell["psnr"] for cell in some]
             axis.plot(sizes, psnrs, ls="", label=title, alpha=0.8, **looks[kind])
-        axis.set(title=f"{run.scene}, {run.title}", xlabel="MiB", ylabel="PSNR, dB", xscale="log")
+        below = f" ({left} below {least:.1f})" if left else ""
+        axis.set(title=f"{run.scene}, {run.title}", xlabel="MiB", xscale="log")
+        axis.set_ylabel(f"PSNR, dB{below}")
         axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axis.xaxis.set_major_formatter(lambda size, _: f"{size:g}")
         axis.xaxis.set_minor_formatter(NullFormatter())
