@@ -4,9 +4,9 @@
 
 Ours draws the student's `.mgs` without sorting; the other viewers, and ours sorted, draw the sorted
 teacher's `.ply` that it was trained from. Others come from npm (`viewers/package.json`), but for
-antimatter15's, of which `--antimatter15` names a clone. All get the same cameras: the point that
-the capture's cameras look at, from the distance of the first of them, with its field of view and a
-central principal point.
+antimatter15's, of which `--antimatter15` names a clone (the results are of 027a182). All get the
+same cameras: the point that the capture's cameras look at, from the distance of the first of them,
+with its field of view and a central principal point.
 
 Every viewer runs in a browser of its own, all of them in turns, `--rounds` times:
 
