@@ -5,6 +5,7 @@ import gzip
 import http.client
 import os
 import re
+import signal
 import socket
 import threading
 from collections.abc import Iterator
@@ -109,7 +110,11 @@ def test_a_browser_that_waits_for_the_page_gets_it(
         _thread.interrupt_main()  # as Ctrl-C does
 
     monkeypatch.setattr("webbrowser.open", browse)
-    serve(scene, None, lan=False, port=0, browser=True)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs may ignore it
+    try:
+        serve(scene, None, lan=False, port=0, browser=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert found == [302]
 
 
