@@ -11,7 +11,11 @@ FULL = "student.weighting.alpha_min=0.00392157"
 NO_VOTES = ("student.votes.quantile=0",)
 ONCE = ("student.votes.interval=0.4", "student.votes.until=0.4")
 ALL_DEGREES = ("student.sh_degree=3",)
-MASKS = ("student.presence.weight=0.1",)
+MASKS = (
+    "student.presence.weight=0.1",
+    "student.presence.rate=0.01",
+    "student.presence.until=0.8",
+)
 # opacity from the network alone: one base for all, which does not learn
 NO_BASE = ("student.view.kind=network", "student.start_opacity=0.5", "student.opacity_rate=0")
 # what the release does in the last thirtieth: codebooks that do not learn
@@ -83,6 +87,17 @@ def _scalars() -> dict[str, Row]:
     }
 
 
+def _masks() -> dict[str, Row]:
+    return {
+        f"masked-{weight}": Row(
+            "main",
+            f"the default with learned masks of weight {weight}",
+            (f"student.presence.weight={weight}",),
+        )
+        for weight in (0.0025, 0.005, 0.01, 0.03)
+    }
+
+
 OURS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents, codes are multiples of steps"),
@@ -92,12 +107,24 @@ OURS: dict[str, Row] = {
     "paid-twice": Row(
         "main", "the default, twice the price on what frames paint", ("student.fill_price=1e-4",)
     ),
+    "photos-alone": Row(
+        "main",
+        "the default, neither the teacher's pictures nor its depths",
+        ("student.distill_weight=0", "student.depth_weight=0"),
+    ),
+    "distill-0.3": Row(
+        "main",
+        "the default, the teacher's pictures counted 0.3 times, its depths as they are",
+        ("student.distill_weight=0.3",),
+    ),
+    **_masks(),
     **_scalars(),
 }
 # all with codebooks, as the paper has them
 THEIRS: dict[str, Row] = {
     "codebooks": Row(
-        "main", "the default with the paper's codebooks, nothing asked for what frames paint"
+        "main",
+        "the default with the paper's codebooks, nothing asked for what frames paint",
     ),
     "network": Row(
         "main",

@@ -29,7 +29,10 @@ SORT_FREE_GS = Weighting("sort_free_gs", sigma=3.0, background_weight=0.5)
 FORMS: dict[str, StudentConfig] = {
     "sorted": replace(STUDENT, blend="sorted", view=CONSTANT),
     "sorted-3": replace(STUDENT, blend="sorted", view=CONSTANT, sh_degree=3),
-    "masks": replace(STUDENT, blend="sorted", view=CONSTANT, presence=PresenceConfig(weight=0.1)),
+    "masks": replace(STUDENT, presence=PresenceConfig(weight=0.1)),
+    "sorted, masks": replace(
+        STUDENT, blend="sorted", view=CONSTANT, presence=PresenceConfig(weight=0.1)
+    ),
     "sort_free_gs": replace(STUDENT, weighting=SORT_FREE_GS),
     "no background weight": replace(
         STUDENT, weighting=replace(SORT_FREE_GS, background_weight=0.0)
@@ -232,45 +235,6 @@ def test_one_criterion_removes_more_than_both(
         counts[by] = student.count
     assert counts["both"] < 50
     assert max(counts["opacity"], counts["scale"]) < counts["both"]
-
-
-# --- masks
-
-
-def test_masks_remove_what_nothing_needs(
-    dataset: Dataset,
-    make_student: MakeStudent,
-) -> None:
-    """Half of the Gaussians are hidden within others: only the loss on the masks tells them."""
-    presence = PresenceConfig(weight=1.0, rate=0.5)
-    votes = VoteConfig(quantile=0.0, interval=0.25)
-    student = make_student(replace(FORMS["masks"], presence=presence, votes=votes))
-    faint = torch.arange(50) % 2 == 0
-    with torch.no_grad():
-        student.model.rows.tensors["logit_opacities"][faint] = -6.0  # below 1/255
-    train(student, dataset, 40)
-    assert "presence" not in student.model.rows.tensors  # the last pruning has dropped them
-    assert 5 <= student.count <= 25
-
-
-def test_masks_are_random_but_repeatable_and_told_apart(generator: torch.Generator) -> None:
-    config = PresenceConfig(weight=0.5, temperature=0.2)
-    logits = torch.tensor([-3.0, 0.0, 3.0]).repeat(20000).requires_grad_()
-    drawn = config.draw(logits, generator)
-    assert torch.equal(drawn, config.draw(logits, torch.Generator().manual_seed(0)))
-    near_one = (drawn.detach() > 0.5).float().view(-1, 3).mean(0)  # with the very probability
-    torch.testing.assert_close(near_one, torch.sigmoid(logits[:3]).detach(), atol=0.01, rtol=0)
-    config.loss(logits).backward()
-    assert (logits.grad > 0).all()
-    assert config.stay(logits[:3], last=False).tolist() == [False, True, True]
-    assert config.stay(logits[:3] - 0.1, last=True).tolist() == [False, False, True]
-
-
-def test_masks_are_for_sorted_blending(make_student: MakeStudent) -> None:
-    with pytest.raises(InputError, match="blend=sorted"):
-        make_student(replace(STUDENT, presence=PresenceConfig(weight=0.1)))
-    with pytest.raises(InputError, match="temperature above 0"):
-        PresenceConfig(temperature=0.0)
 
 
 # --- the rows of bench/paper.py

@@ -75,11 +75,6 @@ def test_no_quantile_means_no_votes() -> None:
     assert ballot.verdict().all()
 
 
-def test_the_last_pruning_is_known() -> None:
-    ballot = Ballot(VoteConfig(), steps=30_000, count=1, device=CPU)
-    assert [s for s in range(1, 30_001) if ballot.prunes_last_after(s)] == [24_000]
-
-
 def test_a_restored_ballot_counts_on() -> None:
     first = Ballot(VoteConfig(), steps=300, count=2, device=CPU)
     first.cast(torch.tensor([True, False]))

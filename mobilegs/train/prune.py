@@ -88,10 +88,6 @@ class Ballot:
         """Whether Gaussians may be removed after step number `step` (counted from 1)."""
         return step <= self.until and step % self.interval == 0
 
-    def prunes_last_after(self, step: int) -> bool:
-        """Whether that is the last time."""
-        return self.prunes_after(step) and step + self.interval > self.until
-
     def cast(self, candidates: Bool[Tensor, "n"]) -> None:
         """Count one vote."""
         self.against += candidates

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from mobilegs.errors import InputError
 from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.mini_splatting import MiniSplattingConfig
+from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.prune import VoteConfig
 from mobilegs.train.student_config import StudentConfig
 from mobilegs.train.teacher import TeacherConfig
@@ -40,7 +41,9 @@ def gpu_recipe() -> Recipe:
             net_fraction=5 / 30,
             final_rate=0.3,
             decay_from=0.65,
-            step_rate=4e-4,  # steps then grow as far as in the shorter runs that were measured
+            # steps and masks then move as far as in the shorter runs that were measured
+            step_rate=4e-4,
+            presence=PresenceConfig(rate=0.01),
         ),
     )
 

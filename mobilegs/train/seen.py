@@ -11,6 +11,7 @@ from mobilegs.render.project import ALPHA_MIN
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.adjoints import take_rows, telling_weighting
 from mobilegs.train.fill import overdraw
+from mobilegs.train.presence import fainter
 from mobilegs.train.student_model import StudentModel
 
 
@@ -30,7 +31,7 @@ class Seen:
         *,
         presence: Float[Tensor, "n"] | None = None,
     ) -> None:
-        """`presence`, if given, multiplies the opacities of sorted blending."""
+        """`presence`, if given, multiplies the opacities."""
         self.model, self.cameras = model, cameras
         some, self.rows = together(visible(model, cameras), len(model))
         gaussians, for_lobes = model.gaussians(some)
@@ -44,6 +45,8 @@ class Seen:
         elif model.network is None:
             self.decoded["lobes"] = model.lobes(gaussians, for_lobes, None)
             del self.decoded["logit_opacities"]  # the lobes have them
+        if presence is not None and model.blend != "sorted":
+            self.decoded["presence"] = take_rows(presence, some)
         self.cut = {name: t.detach().requires_grad_() for name, t in self.decoded.items()}
 
     @property
@@ -70,9 +73,11 @@ class Seen:
         shapes = (of["means"], of["quats"], of["log_scales"].exp())
         if model.blend == "sorted":
             return render_sorted(*shapes, of["opacities"], of["sh"], **options)
-        lobes = of.get("lobes")
+        lobes, presence = of.get("lobes"), of.pop("presence", None)
         if lobes is None:
             lobes = model.lobes(Gaussians(**of), of["means"][:, :0], camera)
+        if presence is not None:
+            lobes = fainter(lobes, presence, of["means"], camera)
         if learned := model.learned_weighting():
             weights = {name: log.exp() for name, log in learned.items()}
             lobes = telling_weighting(lobes, of["means"], camera, **weights)

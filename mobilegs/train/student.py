@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import torch
+from jaxtyping import Bool
 from torch import Tensor
 
 from mobilegs.camera import Camera
@@ -129,7 +130,9 @@ class Student:
             for camera in cameras:
                 self._vote(camera)
         if self.ballot.prunes_after(self.done):
-            self._prune()
+            self._prune(self.ballot.verdict())
+        if "presence" in self.model.rows.tensors:
+            self._thin_out()
         losses, errors = zip(*results, strict=True)
         return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
 
@@ -265,13 +268,16 @@ class Student:
         opacities, scales = self.model.seen_from(camera)
         self.ballot.cast(vote(opacities, scales, quantile=votes.quantile, by=votes.by))
 
-    def _prune(self) -> None:
-        keep = self.ballot.verdict()
-        if "presence" in self.model.rows.tensors:
-            last = self.ballot.prunes_last_after(self.done)
-            keep &= self.config.presence.stay(self.model.rows.tensors["presence"], last=last)
-            if last:
-                self.model.rows.drop("presence")
+    def _thin_out(self) -> None:
+        """Remove what its mask says is not needed: the clear cases when votes are counted."""
+        presence, masks = self.config.presence, self.model.rows.tensors["presence"]
+        if self.done >= round(presence.until * self.steps):
+            self.model.rows.drop("presence")
+            self._prune(presence.stay(masks, last=True))
+        elif self.ballot.prunes_after(self.done):
+            self._prune(presence.stay(masks, last=False))
+
+    def _prune(self, keep: Bool[Tensor, "n"]) -> None:
         if keep.any() and not keep.all():
             self.model.keep_rows(keep)
         self.ballot.clear(len(self.model))

@@ -158,7 +158,7 @@ class StudentConfig:
     votes: VoteConfig = field(default_factory=VoteConfig)
     """Pruning."""
     presence: PresenceConfig = field(default_factory=PresenceConfig)
-    """Pruning by learned masks, off in the presets."""
+    """Pruning by learned masks."""
     cache_mib: int = 2048
     """Memory for the teacher's pictures; what does not fit is drawn again."""
 
@@ -190,8 +190,6 @@ class StudentConfig:
             raise InputError(
                 "sorted blending has no use for a view dependence: set view.kind=constant, too"
             )
-        if self.presence.weight and self.blend != "sorted":
-            raise InputError("masks (presence.weight) are for sorted blending: set blend=sorted")
         rates = [field.name for field in fields(self) if field.name.endswith("_rate")]
         numbers = (
             "distill_weight",
