@@ -19,8 +19,8 @@ from pathlib import Path
 
 import torch
 from PIL import Image
-from scipy.spatial.transform import Rotation, Slerp
 
+from mobilegs.between import blended
 from mobilegs.camera import Camera
 from mobilegs.data import load_capture
 from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
@@ -32,18 +32,8 @@ SHOWN = 8  # frames in a row of the sheet
 
 def path_through(cameras: list[Camera], between: int) -> list[Camera]:
     """`between` cameras on the way from each to the next."""
-    found = []
-    for first, second in pairwise(cameras):
-        turns = Rotation.from_matrix(torch.stack([c.viewmat[:3, :3] for c in (first, second)]))
-        slerp = Slerp([0.0, 1.0], turns)
-        for step in range(between + 1):
-            t = step / (between + 1)
-            rotation = torch.tensor(slerp(t).as_matrix(), dtype=torch.float32)
-            position = torch.lerp(first.position, second.position, t)
-            viewmat = torch.eye(4)
-            viewmat[:3, :3], viewmat[:3, 3] = rotation, -rotation @ position
-            found.append(replace(first, viewmat=viewmat))
-    return found
+    shares = [step / (between + 1) for step in range(between + 1)]
+    return [blended(one, other, share) for one, other in pairwise(cameras) for share in shares]
 
 
 @torch.inference_mode()

@@ -2,8 +2,15 @@
 
 from dataclasses import dataclass, replace
 
-# what the presets do otherwise than the paper in all rows: codes, and a price on what is painted
-CODEBOOKS = ("student.coding=nvq", "student.codes_fraction=0.7", "student.fill_price=0")
+# what the presets do otherwise than the paper in all rows: where the teacher is asked, codes, and a
+# price on what is painted
+OF_PHOTOS = ("student.distill_between=0",)
+CODEBOOKS = (
+    "student.coding=nvq",
+    "student.codes_fraction=0.7",
+    "student.fill_price=0",
+    *OF_PHOTOS,
+)
 CONSTANT = "student.view.kind=constant"
 SORTED = (CONSTANT, "student.blend=sorted")
 EXPLICIT = ("student.codes_fraction=1", "student.net_fraction=1")
@@ -91,8 +98,8 @@ def _masks() -> dict[str, Row]:
     return {
         f"masked-{weight}": Row(
             "main",
-            f"the default with learned masks of weight {weight}",
-            (f"student.presence.weight={weight}",),
+            f"as `of-photos`, with learned masks of weight {weight}",
+            (*OF_PHOTOS, f"student.presence.weight={weight}"),
         )
         for weight in (0.0025, 0.005, 0.01, 0.03)
     }
@@ -101,21 +108,25 @@ def _masks() -> dict[str, Row]:
 OURS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents, codes are multiples of steps"),
-    "unpaid": Row(
-        "main", "the default, nothing asked for what frames paint", ("student.fill_price=0",)
-    ),
-    "paid-twice": Row(
-        "main", "the default, twice the price on what frames paint", ("student.fill_price=1e-4",)
+    "of-photos": Row(
+        "main",
+        "the default, the teacher asked about the photos' views, in every step, as in the paper",
+        OF_PHOTOS,
     ),
     "photos-alone": Row(
         "main",
         "the default, neither the teacher's pictures nor its depths",
-        ("student.distill_weight=0", "student.depth_weight=0"),
+        (*OF_PHOTOS, "student.distill_weight=0", "student.depth_weight=0"),
     ),
-    "distill-0.3": Row(
+    "unpaid": Row(
         "main",
-        "the default, the teacher's pictures counted 0.3 times, its depths as they are",
-        ("student.distill_weight=0.3",),
+        "as `of-photos`, nothing asked for what frames paint",
+        (*OF_PHOTOS, "student.fill_price=0"),
+    ),
+    "paid-twice": Row(
+        "main",
+        "as `of-photos`, twice the price on what frames paint",
+        (*OF_PHOTOS, "student.fill_price=1e-4"),
     ),
     **_masks(),
     **_scalars(),
@@ -124,7 +135,7 @@ OURS: dict[str, Row] = {
 THEIRS: dict[str, Row] = {
     "codebooks": Row(
         "main",
-        "the default with the paper's codebooks, nothing asked for what frames paint",
+        "as `of-photos` with the paper's codebooks, nothing asked for what frames paint",
     ),
     "network": Row(
         "main",

@@ -38,6 +38,7 @@ STUDENT = StudentConfig(
     codes_fraction=0.65,
     regression_steps=5,
     coding="nvq",  # tests of `sq` say so
+    distill_between=0,  # as do tests of that
     fineness=1.0,
     codebooks=CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
 )

@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import torch
 from jaxtyping import Float
-from scipy.spatial.transform import Rotation, Slerp
 from torch import Tensor
 
+from mobilegs.between import blended
 from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
@@ -181,13 +181,5 @@ def _sized(camera: Camera, size: int, near: float) -> Camera:
 
 def _blended(one: Camera, other: Camera, generator: torch.Generator) -> Camera:
     share = float(torch.rand(1, generator=generator))
-    turns = Rotation.from_matrix(
-        torch.stack([one.viewmat[:3, :3].T, other.viewmat[:3, :3].T]).double().numpy()
-    )
     wobble = math.radians(WOBBLE) * torch.randn(3, generator=generator, dtype=torch.float64)
-    turn = Slerp([0, 1], turns)(share) * Rotation.from_rotvec(wobble.numpy())
-    rotation = torch.from_numpy(turn.as_matrix()).float().T
-    eye = (1 - share) * one.position + share * other.position
-    viewmat = torch.eye(4)
-    viewmat[:3, :3], viewmat[:3, 3] = rotation, -rotation @ eye
-    return Camera(viewmat, one.K, one.width, one.height, one.near)
+    return blended(one, other, share, turn=wobble)

@@ -21,13 +21,15 @@ from mobilegs.train.recipes import PresetName
 
 # Of a scene that is finished, and seen from places that say little about its detail: it moves
 # little, colours tell of more directions than six latents can, and codes are as coarse as was found
-# to be good enough (docs/compression.md, playbot), and gain nothing by coming late.
+# to be good enough (docs/compression.md, playbot), and gain nothing by coming late. All pictures
+# are the teacher's already.
 FINISHED = (
     "student.position_share=0.01",
     "student.color_latents=9",
     "student.fineness=1",
     "student.codes_fraction=0.7",
     "student.fill_price=0",
+    "student.distill_between=0",
 )
 # of a preset: pictures, and their longer side in pixels
 SHOTS: dict[PresetName, tuple[int, int]] = {

@@ -16,6 +16,7 @@ from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train import coding
+from mobilegs.train.between import cameras_between
 from mobilegs.train.distill import TeacherPictures, raw_depth
 from mobilegs.train.distributed import ALONE, Team
 from mobilegs.train.losses import (
@@ -72,6 +73,9 @@ class Student:
         device = teacher.gaussians.means.device
         self.cameras = [camera.to(device) for camera in cameras]
         self.team = team
+        self.between: list[Camera] = []
+        if config.distill_between and (config.distill_weight or config.depth_weight):
+            self.between = cameras_between(self.cameras, seed)
         gaussians = teacher.gaussians
         if config.start_opacity:
             level = torch.full_like(gaussians.logit_opacities, config.start_opacity)
@@ -230,37 +234,57 @@ class Student:
         config, team, results = self.config, self.team, []
         masks = self.model.rows.tensors.get("presence")
         presence = None if masks is None else config.presence.draw(masks, self.generator)
-        seen = Seen(self.model, cameras, presence=presence)
+        asked, depth = self._asked(), config.depth_weight > 0
+        seen = Seen(
+            self.model,
+            cameras if asked is None else [*cameras, self.between[asked]],
+            presence=presence,
+        )
         for number, (index, view) in enumerate(views):
-            at, depth = number * team.world + team.rank, config.depth_weight > 0
-            drawn = seen.draw(at, background=self.background, depth=depth)
+            at = number * team.world + team.rank
+            drawn = seen.draw(at, background=self.background, depth=depth and not self.between)
             loss, error = self._loss(drawn, index, view), squared_error(drawn.image, view)
             if config.fill_price:
                 loss = loss + config.fill_price * seen.overdraw(at)
             results += team.add_gradients(seen.leaves, loss, error)
+        if asked is not None:  # every process draws the same
+            drawn = seen.draw(len(cameras), background=self.background, depth=depth)
+            loss = self._to_teacher(drawn, len(self.cameras) + asked, self.between[asked])
+            ALONE.add_gradients(seen.leaves, len(cameras) * loss)
         seen.backward()
         if masks is not None:
             (len(cameras) * config.presence.loss(masks)).backward()
         return results
 
+    def _asked(self) -> int | None:
+        """Which of the views between cameras a step looks at, if any."""
+        if not self.between or self.done % self.config.distill_between:
+            return None
+        return int(torch.randint(len(self.between), (1,), generator=self.generator))
+
     def _loss(self, drawn: Rendered, index: int, view: View) -> Tensor:
         config = self.config
         loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
-        if config.distill_weight or config.depth_weight:
-            teacher = self.pictures.get(index, view.camera)
-            loss = loss + config.distill_weight * color_distillation_loss(
-                drawn.image, teacher.image, mask=view.mask
-            )
-            if drawn.depth is not None:
-                if config.depth_masked:
-                    distance = depth_distillation_loss(
-                        drawn.depth, drawn.alpha, teacher.depth, mask=view.mask
-                    )
-                else:
-                    depth = raw_depth(drawn, self.background)
-                    distance = raw_depth_loss(depth, teacher.depth, mask=view.mask)
-                loss = loss + config.depth_weight * distance
-        return loss
+        if self.between or not (config.distill_weight or config.depth_weight):
+            return loss
+        return loss + self._to_teacher(drawn, index, view.camera, mask=view.mask)
+
+    def _to_teacher(
+        self, drawn: Rendered, index: int, camera: Camera, *, mask: Tensor | None = None
+    ) -> Tensor:
+        """The weighted distance to the teacher's picture `index`, which `camera` sees."""
+        config, teacher = self.config, self.pictures.get(index, camera)
+        loss = config.distill_weight * color_distillation_loss(
+            drawn.image, teacher.image, mask=mask
+        )
+        if drawn.depth is None:
+            return loss
+        if config.depth_masked:
+            distance = depth_distillation_loss(drawn.depth, drawn.alpha, teacher.depth, mask=mask)
+        else:
+            depth = raw_depth(drawn, self.background)
+            distance = raw_depth_loss(depth, teacher.depth, mask=mask)
+        return loss + config.depth_weight * distance
 
     @torch.no_grad()
     def _vote(self, camera: Camera) -> None:

@@ -72,6 +72,10 @@ class StudentConfig:
     """Weight of the L1 distance to the teacher's picture."""
     depth_weight: float = 0.1
     """Weight of the scale-invariant log-depth distance to the teacher."""
+    distill_between: int = 2
+    """Every how many steps the teacher shows a view from between two training cameras, where no
+    photo says what is right; about the photos' views it is not asked then. 0: it shows those, in
+    every step (the paper). So it does where no two cameras look at the same things."""
     depth_masked: bool = True
     """Whether that distance leaves out pixels which either does not cover, and compares means.
     (The release compares sums of z, in all pixels.)"""
@@ -193,6 +197,7 @@ class StudentConfig:
         rates = [field.name for field in fields(self) if field.name.endswith("_rate")]
         numbers = (
             "distill_weight",
+            "distill_between",
             "depth_weight",
             "position_error",
             "position_share",
