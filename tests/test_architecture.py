@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parent.parent / "mobilegs"
 # docs/architecture.md: a module imports from its own level and from levels above it
 LEVELS: list[set[str]] = [
     {"errors", "atomic"},
-    {"camera", "gaussians", "spherical_harmonics", "kmeans"},
+    {"camera", "between", "gaussians", "spherical_harmonics", "kmeans"},
     {"render"},
     {"data"},
     {"capture"},
