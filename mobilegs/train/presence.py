@@ -28,8 +28,8 @@ class PresenceConfig:
 
     weight: float = 0.0
     """Weight of the mean probability's square in the loss (MaskGaussian: 0.1 for a scene that is
-    trained already): more leaves fewer Gaussians. 0 has no masks; 0.005 leaves some three quarters,
-    0.01 two thirds."""
+    trained already): more leaves fewer Gaussians. 0 has no masks; 0.005 leaves some three
+    quarters."""
     start: float = 0.95
     """Probability at the start."""
     temperature: float = 0.5
