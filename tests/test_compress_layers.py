@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 import torch
+from coded import join, split
 from scenes import camera, random_scene
-from test_compress_container import join, split
 from test_web_decoder import CASES, Case, make_scene
 
 from mobilegs.compress.appearance import LATENTS

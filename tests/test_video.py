@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from test_compress_existing import garden
+from test_revisit import garden
 from test_web_decoder import Case, make_scene
 
 from mobilegs import cli

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from test_compress_container import camera, join, places, split
+from coded import camera, join, places, split
 from torch import Tensor
 from torch.nn.functional import normalize
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import torch
 from browser import Chromium, Tab
+from coded import split
 from scenes import camera
-from test_compress_container import split
 from test_web_layers import SHOWN, SIZES, Gate, begin, coded
 from test_web_renderers import KINDS, Painters, in_javascript, painters
 from test_web_viewer import RENDERERS, SETTLED, nearness, screen, served

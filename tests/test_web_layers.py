@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from browser import Tab
-from test_compress_container import join, split
+from coded import join, split
 from test_web_decoder import CASES, Case, assert_same_refusals, make_scene
 from test_web_viewer import RENDERERS, SETTLED, nearness, seen, served, visit
 
