@@ -7,7 +7,8 @@ One student of each scene learns without codes for 0.7 of its steps, where codeb
 there each variant goes on by itself, `plain` to the end without codes: what the others lose, they
 lose against it. `sq-0.001` has multiples of steps, which come in later, at a price of 0.001 a bit,
 `sq-fine-2` of steps half as large at a quarter of it, `nvq-large` four to eight times as many
-entries in its codebooks.
+entries in its codebooks. `sq-early-2` is `sq-fine-2` with a price on bits long before there are
+codes, as the presets have it, so it learns by itself from the start.
 Teachers are those of bench/paper.py with `--runs RUNS`, made now if they are not there; of
 `playbot`, a `.ply` of somebody else's, pictures from an orbit around it stand for photos.
 
@@ -67,6 +68,7 @@ LPIPS_EVERY = 4
 PRICES = (0.0003, 0.001, 0.003, 0.01)
 CANONICAL = "canonical=true"
 STEPS = ("coding=sq", "codes_fraction=0.9")
+LATE = (*STEPS, "price_fraction=1")
 LARGE = (
     "codebooks.scale=256",
     "codebooks.rotation=4096",
@@ -78,9 +80,10 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "plain": ("codes_fraction=1",),
     "nvq": (),
     "nvq-canonical": (CANONICAL,),
-    "sq-fixed": (*STEPS, "fineness=1", "step_rate=0"),
-    **{f"sq-{price}": (*STEPS, "fineness=1", f"bit_price={price}") for price in PRICES},
-    **{f"sq-fine-{fine}": (*STEPS, f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
+    "sq-fixed": (*LATE, "fineness=1", "step_rate=0"),
+    **{f"sq-{price}": (*LATE, "fineness=1", f"bit_price={price}") for price in PRICES},
+    **{f"sq-fine-{fine}": (*LATE, f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
+    **{f"sq-early-{fine}": (*STEPS, f"fineness={fine}") for fine in (1.5, 2, 3)},
     "nvq-large": LARGE,
 }
 LAYERS = 3
@@ -198,6 +201,25 @@ def cell(name: str, stage: Student, dataset: Dataset, lpips: LpipsSuite | None) 
     return made | figures(scene, dataset, lpips)
 
 
+def beginning(
+    name: str,
+    canonical: bool,
+    config: StudentConfig,
+    dataset: Dataset,
+    teacher: Scene,
+    options: argparse.Namespace,
+) -> dict:
+    """The state of the student that variants share."""
+    path = options.runs / "compression" / f"{name}-{options.steps}-{canonical:d}.pt"
+    if path.exists():
+        return torch.load(path)
+    student = student_of((CANONICAL,) if canonical else (), config, dataset, teacher)
+    trained(student, dataset, math.floor(config.codes_fraction * config.steps))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    torch.save(student.state(), path)
+    return student.state()
+
+
 def ours(
     name: str, options: argparse.Namespace, cells: dict, save: Callable[[], None]
 ) -> tuple[Dataset, Scene, LpipsSuite | None]:
@@ -213,16 +235,10 @@ def ours(
         settings = VARIANTS[variant]
         stage = student_of(settings, config, dataset, teacher)
         canonical = stage.config.canonical or stage.config.coding == "sq"
-        path = options.runs / "compression" / f"{name}-{options.steps}-{canonical:d}.pt"
-        if canonical not in begun and path.exists():
-            begun[canonical] = torch.load(path)
-        if canonical not in begun:
-            before = student_of((CANONICAL,) if canonical else (), config, dataset, teacher)
-            trained(before, dataset, math.floor(config.codes_fraction * config.steps))
-            begun[canonical] = before.state()
-            path.parent.mkdir(parents=True, exist_ok=True)
-            torch.save(begun[canonical], path)
-        stage.restore(begun[canonical])
+        if stage.config.coding != "sq" or stage.config.price_fraction >= config.codes_fraction:
+            if canonical not in begun:
+                begun[canonical] = beginning(name, canonical, config, dataset, teacher, options)
+            stage.restore(begun[canonical])
         cells[key] = cell(variant, stage, dataset, lpips)
         save()
         print(key, json.dumps(cells[key]), flush=True)

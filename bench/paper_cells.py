@@ -119,7 +119,7 @@ def is_done(folder: Path, of: Mapping[str, object], recipe: dict) -> bool:
 
 
 # what students were before there was a setting for it
-BEFORE = {"student.fill_price": 0, "student.distill_between": 0}
+BEFORE = {"student.fill_price": 0, "student.distill_between": 0, "student.price_fraction": 1}
 OTHERWISE = "move the folder away, or give another one with --runs"
 
 

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 
-# what the presets do otherwise than the paper in all rows: where the teacher is asked, codes, and a
-# price on what is painted
-OF_PHOTOS = ("student.distill_between=0",)
+# what the presets do otherwise than the paper in all rows: where the teacher is asked, a price on
+# bits before there are codes, codes, and a price on what is painted
+LATE_PRICE = ("student.price_fraction=1",)
+OF_PHOTOS = ("student.distill_between=0", *LATE_PRICE)
 CODEBOOKS = (
     "student.coding=nvq",
     "student.codes_fraction=0.7",
@@ -108,14 +109,15 @@ def _masks() -> dict[str, Row]:
 OURS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents, codes are multiples of steps"),
+    "late-price": Row("main", "the default, no price on bits before there are codes", LATE_PRICE),
     "of-photos": Row(
         "main",
-        "the default, the teacher asked about the photos' views, in every step, as in the paper",
+        "as `late-price`, the teacher asked about the photos' views in every step, as in the paper",
         OF_PHOTOS,
     ),
     "photos-alone": Row(
         "main",
-        "the default, neither the teacher's pictures nor its depths",
+        "as `late-price`, neither the teacher's pictures nor its depths",
         (*OF_PHOTOS, "student.distill_weight=0", "student.depth_weight=0"),
     ),
     "unpaid": Row(

@@ -28,6 +28,9 @@ from mobilegs.train.view_dependence import ViewDependence
 DAMPED = 0.7  # share of the way to the size asked for that is gone at once
 FARTHEST = 0.3  # that steps grow at once, as a logarithm
 GROWTH_MAX = math.log(8)
+TO_CODE = ("log_scales", "quats", "logit_opacities", "lobe_latents", "static", "view")
+SMALL = 0.6  # standard deviations from the mean within which a number hardly takes bits
+SPREAD_MIN = 1e-6
 
 
 def vector_codes(
@@ -106,6 +109,21 @@ def pay(codes: Codes, values: Tensor, price: float) -> None:
         due[codes.growth] = torch.full_like(codes.growth, price * codes.bits_by_growth(values))
     for tensor, grad in due.items():
         tensor.grad = grad if tensor.grad is None else tensor.grad + grad
+
+
+@torch.no_grad()
+def pay_ahead(tensors: Mapping[str, Tensor], price: float) -> None:
+    """Add to the gradients of what has no codes yet what a bit per Gaussian costs.
+
+    A number counts `log2(1 + (x / small)^2) / 2` bits more than the mean of its column, `x` away
+    from it, does: what it would take if far ones were about as frequent as they are. `small` is in
+    proportion to the column's standard deviation, and not followed by the gradient.
+    """
+    for values in (tensors[name] for name in TO_CODE if name in tensors):
+        x = values - values.mean(0)
+        small = (SMALL * x.square().mean(0).sqrt()).clamp_min(SPREAD_MIN)
+        due = x / (x.square() + small.square()) * (price / math.log(2) / len(values))
+        values.grad = due if values.grad is None else values.grad + due
 
 
 @torch.no_grad()

@@ -28,6 +28,7 @@ FINISHED = (
     "student.color_latents=9",
     "student.fineness=1",
     "student.codes_fraction=0.7",
+    "student.price_fraction=1",
     "student.fill_price=0",
     "student.distill_between=0",
 )

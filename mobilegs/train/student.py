@@ -109,6 +109,12 @@ class Student:
         return "networks" if progress >= self.config.net_fraction else "explicit"
 
     @property
+    def _pays(self) -> bool:
+        """Whether the next step asks a price for bits."""
+        begins = min(self.config.price_fraction, self.config.codes_fraction)
+        return self.config.coding == "sq" and self.done >= begins * self.steps
+
+    @property
     def count(self) -> int:
         """Number of Gaussians."""
         return len(self.model)
@@ -121,7 +127,7 @@ class Student:
         self.model.set_rates(self._rates())
         cameras = [self.cameras[index] for index in self.team.in_order([i for i, _ in views])]
         results = self._pull(cameras, views)
-        if self.config.coding == "sq":
+        if self._pays:
             self.model.pay(len(cameras) * self.config.price)
         self.model.step()
         if self.config.view.decay:

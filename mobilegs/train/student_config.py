@@ -153,6 +153,9 @@ class StudentConfig:
     bit_price: float = 1e-3
     """With `sq`, what a bit per Gaussian adds to the loss, at a fineness of 1: more makes smaller,
     plainer files."""
+    price_fraction: float = 0.4
+    """With `sq`, when a price on bits is asked for the first time, at the latest with the codes:
+    until these are there, for how far numbers are from their mean, most of them then come near."""
     target_mb: float = 0.0
     """With `sq`, megabytes (10^6) that the file shall have: all steps follow alike, up to eight
     times as large or small as they are at first. 0: whatever price and steps lead to."""
@@ -210,7 +213,7 @@ class StudentConfig:
             **dict.fromkeys((*rates, *numbers, "regression_steps"), NOT_NEGATIVE),
             cache_mib=NOT_NEGATIVE,
             **dict.fromkeys(("steps", "views_per_step", "reassign_every"), COUNT),
-            **dict.fromkeys(("ssim_weight", "decay_from"), FRACTION),
+            **dict.fromkeys(("ssim_weight", "decay_from", "price_fraction"), FRACTION),
             layers=Range(high=float(LAYERS_MAX)),
             sh_degree=DEGREE,
             color_latents=Range(low=float(ColorShape().latents)),

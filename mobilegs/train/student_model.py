@@ -315,9 +315,10 @@ class StudentModel:
 
     @torch.no_grad()
     def pay(self, price: float) -> None:
-        """Add to the gradients what a bit per Gaussian costs: codes that are rare become fewer."""
+        """Add to the gradients what a bit per Gaussian costs, coded already or not yet."""
         for name, codes in self.codebooks.items():
             coding.pay(codes, self.rows.tensors[name], price)
+        coding.pay_ahead(self.rows.tensors, price)
 
     def reassign(self, *, all_codes: bool) -> None:
         """Give every Gaussian the codes nearest to what it has learned to want.
