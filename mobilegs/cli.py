@@ -213,6 +213,7 @@ def export(
     refit: bool = False,
     capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
     seed: int = 0,
+    device: Device = "auto",
 ) -> None:
     """Put a scene and its viewer into an HTML file or a folder for any web host; or convert it.
 
@@ -233,11 +234,12 @@ def export(
         capture: The photos of a .mgs that is refitted, with their poses. Without them it is looked
             at from where its run's photos were taken, or from places that the program finds.
         seed: Start of all random choices of a refit.
+        device: Where a refit draws; auto takes an NVIDIA GPU if there is one.
     """
     if to == "html" or to == "site":
         from mobilegs.view.export import export_html, export_site, title_of
 
-        if refit or capture or seed:
+        if refit or capture or seed or device != "auto":
             raise InputError(
                 "a page shows the scene itself: leave out --refit and what goes with it"
             )
@@ -252,7 +254,8 @@ def export(
         for option, value in (("title", title), ("url", url)):
             if value:
                 raise InputError(f"a .{to} file has no {option}: leave out --{option}")
-        size = convert(scene, output, to, refit=refit, capture=capture, seed=seed)
+        how = {"refit": refit, "capture": capture, "seed": seed, "device": device}
+        size = convert(scene, output, to, **how)
     print(f"{output}: {size:,} bytes")
 
 

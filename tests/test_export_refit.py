@@ -248,7 +248,7 @@ def test_a_sorted_scene_is_not_refitted(
     coded.write_bytes(pack(replace(make_scene(Case(20)), blend="sorted")))
     for scene in (plain, coded):
         words = ["export", scene, "--to", "glb", "-o", tmp_path / "there.glb"]
-        for more in (["--refit"], ["--capture", capture], ["--seed", 1]):
+        for more in (["--refit"], ["--capture", capture], ["--seed", 1], ["--device", "cpu"]):
             said = refusal(capsys, *words, *more)
             assert "a sorted splat already" in said and more[0] in said
         assert not (tmp_path / "there.glb").exists()
@@ -269,6 +269,9 @@ def test_what_cannot_be_refitted_gets_a_sentence_and_leaves_nothing(
     assert "a name that ends so" in refusal(capsys, *words, tmp_path / "there.spz")
     page = ["export", student, "--to", "html", "-o", tmp_path / "page.html"]
     assert "leave out --refit" in refusal(capsys, *page, "--refit")
+    assert "leave out --refit" in refusal(capsys, *page, "--device", "cpu")
+    if not torch.cuda.is_available():
+        assert "CUDA" in refusal(capsys, *words, there, "--device", "cuda")
     student.write_bytes(student.read_bytes()[:-9])
     refusal(capsys, *words, there)
     assert {path.name for path in tmp_path.iterdir()} == {"alone", "folder.ply"}

@@ -12,6 +12,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.revisit.photographs import Progress, silent
 from mobilegs.scene_file import (
     PLAIN,
+    Device,
     Kind,
     choose_device,
     open_scene,
@@ -37,6 +38,8 @@ class SortedExport:
     """Photos with poses: a student is refitted by pictures of it from there."""
     seed: int = 0
     """Start of all random choices of a refit."""
+    device: Device = "auto"
+    """Where a refit draws; auto takes an NVIDIA GPU if there is one."""
 
 
 def export_sorted(run: SortedExport, *, progress: Progress = silent) -> tuple[int, str]:
@@ -52,7 +55,7 @@ def export_sorted(run: SortedExport, *, progress: Progress = silent) -> tuple[in
         raise InputError(f"{output} would be a .{kind} file: give it a name that ends so")
     if not 0 <= run.seed < 1 << 32:
         raise InputError(f"a seed lies between 0 and {(1 << 32) - 1}, not at {run.seed}")
-    opened = open_scene(scene, choose_device("auto"))
+    opened = open_scene(scene, choose_device(run.device))
     teacher = teacher_of(scene) if opened.blend != "sorted" else None
     for source, what in ((scene, "the scene itself"), (teacher, "what the scene learned from")):
         if source is not None and output.exists() and output.samefile(source):
@@ -76,7 +79,12 @@ def export_sorted(run: SortedExport, *, progress: Progress = silent) -> tuple[in
 
 def _refuse_refit(run: SortedExport, why: str) -> None:
     """Raise InputError if an option is given that only a refit makes use of."""
-    given = {"refit": run.refit, "capture": run.capture is not None, "seed": run.seed != 0}
+    given = {
+        "refit": run.refit,
+        "capture": run.capture is not None,
+        "seed": run.seed != 0,
+        "device": run.device != "auto",
+    }
     for name, is_given in given.items():
         if is_given:
             raise InputError(f"{why}: leave out --{name}")
