@@ -68,7 +68,7 @@ LPIPS_EVERY = 4
 PRICES = (0.0003, 0.001, 0.003, 0.01)
 CANONICAL = "canonical=true"
 STEPS = ("coding=sq", "codes_fraction=0.9")
-LATE = (*STEPS, "price_fraction=1")
+EARLY = (*STEPS, "price_fraction=0.4")  # the others ask a price of codes alone
 LARGE = (
     "codebooks.scale=256",
     "codebooks.rotation=4096",
@@ -80,10 +80,10 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "plain": ("codes_fraction=1",),
     "nvq": (),
     "nvq-canonical": (CANONICAL,),
-    "sq-fixed": (*LATE, "fineness=1", "step_rate=0"),
-    **{f"sq-{price}": (*LATE, "fineness=1", f"bit_price={price}") for price in PRICES},
-    **{f"sq-fine-{fine}": (*LATE, f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
-    **{f"sq-early-{fine}": (*STEPS, f"fineness={fine}") for fine in (1.5, 2, 3)},
+    "sq-fixed": (*STEPS, "fineness=1", "step_rate=0"),
+    **{f"sq-{price}": (*STEPS, "fineness=1", f"bit_price={price}") for price in PRICES},
+    **{f"sq-fine-{fine}": (*STEPS, f"fineness={fine}") for fine in (1.5, 2, 3, 4)},
+    **{f"sq-early-{fine}": (*EARLY, f"fineness={fine}") for fine in (1.5, 2, 3)},
     "nvq-large": LARGE,
 }
 LAYERS = 3

@@ -247,7 +247,8 @@ class StudentConfig:
             return round(1e6 * self.target_mb), 0.0
         if self.coding == "nvq":
             return 21_000, 15.6
-        return 6_000, max(11.2 + 3.0 * math.log2(self.fineness), 4.0)
+        each = 11.2 if self.price_fraction >= self.codes_fraction else 10.3
+        return 6_000, max(each + 3.0 * math.log2(self.fineness), 4.0)
 
     @property
     def layers_max(self) -> int:
