@@ -121,6 +121,8 @@ def kinds_of(variant: str) -> list[str]:
         return ["sq, by price", "sq, by fineness"]
     if variant.startswith("sq-fine-"):
         return ["sq, by fineness"]
+    if variant.startswith("sq-early-"):
+        return ["sq, an early price"]
     if variant in ("sq-fixed", "nvq-canonical"):
         return [variant]
     return ["nvq" if variant.startswith("nvq") else "sq, by price"]
