@@ -3,16 +3,19 @@
 import _thread
 import gzip
 import http.client
+import io
 import os
 import re
 import signal
 import socket
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import parse_qs, quote, urlsplit
 
 import pytest
+import segno
 
 from mobilegs import cli
 from mobilegs.errors import InputError
@@ -118,6 +121,34 @@ def test_a_browser_that_waits_for_the_page_gets_it(
     assert found == [302]
 
 
+def test_phones_get_an_address_and_a_code_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(b"scene")
+    monkeypatch.setattr("mobilegs.view.serve.own_address", lambda: "192.0.2.7")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+
+    def browse(address: str) -> None:
+        connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=20)
+        connection.request("GET", "/")
+        connection.getresponse()
+        connection.close()
+        _thread.interrupt_main()  # as Ctrl-C does
+
+    monkeypatch.setattr("webbrowser.open", browse)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        serve(scene, None, lan=True, port=0, browser=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    said = capsys.readouterr().out
+    [address] = re.findall(r"in this network at (http://192\.0\.2\.7:\d+/\?url=/scene)", said)
+    drawn = io.StringIO()
+    segno.make(address, error="l").terminal(drawn, compact=True)
+    assert drawn.getvalue() in said
+
+
 def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
     status, headers, _ = get(server, "/")
     assert status == 302
@@ -126,6 +157,9 @@ def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
     status, headers, body = get(server, headers["Location"])
     assert status == 200 and b"<mobile-gs>" in body
     assert headers["Content-Type"].startswith("text/html")
+    status, headers, _ = get(server, "/?bench=60,640x360&noui")
+    assert status == 302
+    assert headers["Location"] == "/?url=/scene&bench=60,640x360&noui"
 
 
 def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:

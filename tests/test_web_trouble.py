@@ -1,5 +1,7 @@
 """Devices and browsers that fail: the visitor sees the scene all the same, or a sentence."""
 
+import http.server
+import threading
 from typing import Any
 
 import numpy as np
@@ -8,6 +10,7 @@ from browser import Chromium, Tab
 from test_web_viewer import MGS, RENDERERS, SETTLED, nearness, screen, seen, served, visit
 
 from mobilegs.compress.container import unpack
+from mobilegs.formats.ply import COLUMNS
 
 pytest_plugins = ["browser"]
 __all__ = ["served"]
@@ -240,27 +243,80 @@ def test_a_file_can_be_chosen_without_a_mouse(tab: Tab, served: Any) -> None:
     assert as_kernels(tab) > 45
 
 
-def test_two_fingers_fly_where_dragging_looks_around(tab: Tab, served: Any) -> None:
-    visit(tab, served("scene.mgs", MGS))
-    pinch = """(mode) => {
-      const { viewer, shadowRoot } = document.querySelector("mobile-gs");
-      const canvas = shadowRoot.querySelector("canvas");
-      canvas.setPointerCapture = () => {};
-      viewer.mode = mode;
-      const { pose } = viewer;
-      const reach = () => Math.hypot(...pose.target.map((value, k) => value - pose.eye[k]));
-      const [target, before] = [[...pose.target], reach()];
-      const send = (kind, pointerId, x) =>
-        canvas.dispatchEvent(new PointerEvent(kind, { pointerId, clientX: x, clientY: 200 }));
-      send("pointerdown", 1, 300);
-      send("pointerdown", 2, 320);
-      for (let x = 330; x <= 620; x += 10) send("pointermove", 2, x);
-      send("pointerup", 1, 300);
-      send("pointerup", 2, 620);
-      return [reach() / before, Math.hypot(...pose.target.map((value, k) => value - target[k]))];
-    }"""
-    fly = tab.page.evaluate(pinch, "fly")
-    assert fly[0] == pytest.approx(1) and fly[1] > 1
-    tab.page.wait_for_timeout(400)  # or it would be a double tap
-    # it comes nearer to what it looks at
-    assert tab.page.evaluate(pinch, "orbit")[0] == pytest.approx(1 / 16)
+@pytest.mark.parametrize("renderer", ["webgpu", "auto"])
+def test_a_device_lost_while_it_is_measured_gives_no_figures(
+    chromium: Chromium, served: Any, renderer: str
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(LOSABLE)
+    visit(tab, served("scene.mgs", MGS), f"renderer={renderer}", "bench=3,96x64")
+    tab.page.evaluate("window.reported = 0; addEventListener('report', () => reported++, true)")
+    tab.page.evaluate("window.lose()")
+    if renderer == "auto":
+        tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
+    else:
+        alert = tab.page.get_by_role("alert")
+        alert.filter(has_text="cannot be measured").wait_for(timeout=20_000)
+    tab.page.wait_for_timeout(3500)
+    assert tab.page.evaluate("window.reported") == 0
+    assert tab.page.get_by_role("dialog", name="Measured").is_hidden()
+    tab.complaints.clear()
+    tab.close()
+
+
+def test_a_measured_scene_stands_still_for_everybody_else(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        """window.frames_seen = { true: 0, false: 0 };
+        const note = ({ target }) => window.frames_seen[target.viewer.measured]++;
+        addEventListener("frame", note, true);"""
+    )
+    visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=4,96x64", "autorotate")
+    tab.page.get_by_role("dialog", name="Measured").wait_for(timeout=60_000)
+    assert tab.page.evaluate("window.frames_seen[true]") <= 1  # that was asked for before
+    before = tab.page.evaluate("window.frames_seen[false]")
+    tab.page.wait_for_function("(before) => window.frames_seen[false] > before + 1", arg=before)
+    tab.close()
+
+
+class Cut(http.server.BaseHTTPRequestHandler):
+    """Sends half of a scene, and half an hour later the other one."""
+
+    shared = True
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(MGS)))
+        if self.shared:
+            self.send_header("Access-Control-Allow-Origin", "*")
+        self.end_headers()
+        self.wfile.write(MGS[: len(MGS) // 2])
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("shared", "sentence"), [(True, "broke off before all of it had come"), (False, "(CORS)")]
+)
+def test_another_host_that_fails_gets_a_sentence(
+    tab: Tab, served: Any, monkeypatch: pytest.MonkeyPatch, shared: bool, sentence: str
+) -> None:
+    monkeypatch.setattr(Cut, "shared", shared)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Cut) as other:
+        threading.Thread(target=other.serve_forever, daemon=True).start()
+        page = served("scene.mgs", MGS).address("127.0.0.1")
+        tab.page.goto(page.replace("/scene", f"http://127.0.0.1:{other.server_port}/scene"))
+        said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
+        other.shutdown()
+    assert sentence in said
+    tab.complaints.clear()  # the browser itself notes what became of the request
+
+
+@pytest.mark.parametrize("rows", [0, 3])
+def test_a_scene_of_nothing_gets_a_sentence(tab: Tab, served: Any, rows: int) -> None:
+    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {rows}"]
+    lines += [f"property float {name}" for name in COLUMNS]
+    header = "\n".join([*lines, "end_header", ""]).encode()
+    content = header + np.full(rows * len(COLUMNS), np.nan, "<f4").tobytes()
+    assert "no Gaussian" in visit(tab, served("scene.ply", content))

@@ -18,7 +18,7 @@ NOTHING = re.compile(r"^export \{\};\n", re.MULTILINE)
 COMMENT = re.compile(r"/\*\*(?:(?!\*/).)*\*/|(?:^| +)//[^\n]*", re.MULTILINE | re.DOTALL)
 REMARK = re.compile(r"//[^\n]*")  # shaders have no texts in which it could stand
 INDENT = re.compile(r"\s*\n\s*")
-BREAK = re.compile(r"(?<=[;{])\n(?!#)")  # where a line's end means nothing
+BREAK = re.compile(r"(?<=[;{}])\n")  # where a line's end means nothing: all statements end in these
 SHADER_BREAK = re.compile(r"(?<=[;{},])\n(?!#|\Z)")  # they are put together by lines
 # texts, of which those in backquotes may have others within the braces of an expression
 TEXT = re.compile(
@@ -29,7 +29,11 @@ TEXT = re.compile(
 WITHIN = re.compile(r"(?<=[,(\[=&|?:])\n|\n(?=[)\]}.&|?:])")
 # a name in brackets that say nothing: those of a cast, or of a function's only parameter
 ALONE = re.compile(r"(?<=[=(,:?&|!])\((\w+)\)(?=[.,;)]|=>)")
-SPACE = re.compile(r" ?([=*<>?:|&,;{}()\[\]]+) ?")
+SPACE = re.compile(r" ?([!=*<>?:|&,;{}()\[\]]+) ?")
+# what an end that follows says as well: of a statement (loops have bodies), or of an item in a row
+LAST = re.compile(r"[;,]+(?=})|,(?=\))")
+CONST = re.compile(r"\bconst\b")  # one word packs better than two, and nothing relies on it
+ZERO = re.compile(r"(?<![\w.])0(?=\.\d)")
 SIGN = re.compile(r"(?<![-+]) ([-+/]=?) (?![-+])")  # two of them would be another sign
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
 SCRIPT = '<script type="module" src="page.js"></script>'  # of index.html
@@ -105,7 +109,15 @@ def _squeezed(text: str) -> str:
     """The same program without what signs do not need; patterns must not hold quotes or spaces."""
     pieces = TEXT.split(text)  # code and texts in turns
     assert all(piece.count("${") <= piece.count("}") for piece in pieces[1::2]), "texts in texts"
-    for sign, instead in ((SIGN, r"\1"), (SPACE, r"\1"), (WITHIN, ""), (ALONE, r"\1")):
+    for sign, instead in (
+        (SIGN, r"\1"),
+        (SPACE, r"\1"),
+        (WITHIN, ""),
+        (ALONE, r"\1"),
+        (LAST, ""),
+        (CONST, "let"),
+        (ZERO, ""),
+    ):
         pieces[::2] = [sign.sub(instead, code) for code in pieces[::2]]
     return "".join(pieces)
 

@@ -36,7 +36,7 @@ ELEMENT = "<mobile-gs></mobile-gs>"
 LINK_ICON = '<link rel="icon" href="icon.png" />'
 # not before there is something to see: what is kept comes once more
 REGISTER = """<script>
-      const keep = () => navigator.serviceWorker?.register("sw.js");
+      const keep = () => navigator.serviceWorker?.register("sw.js").catch(() => {});
       const scene = document.querySelector("mobile-gs");
       for (const name of ["load", "error"]) scene.addEventListener(name, keep, { once: true });
     </script>"""
@@ -96,6 +96,7 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     square = picture.crop((edge, 0, edge + POSTER[1], POSTER[1])).resize((ICON, ICON))
     square.save(icon, format="PNG")
     safe, name = _shown(title), f"scene{scene.suffix.lower()}"
+    content, poster = scene.read_bytes(), _jpeg(picture)
     page = _page(
         {
             TITLE: f"<title>{safe}</title>\n"
@@ -104,7 +105,9 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
             f"{PREVIEW.format(html.escape(url)) if url else ''}"
             '    <link rel="manifest" href="manifest.webmanifest" />',
             LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
-            ELEMENT: f'<mobile-gs src="{name}" poster="poster.jpg"></mobile-gs>',
+            # their addresses change with them: browsers may have others from a visit before
+            ELEMENT: f'<mobile-gs src="{name}?{_mark(content)}" '
+            f'poster="poster.jpg?{_mark(poster)}"></mobile-gs>',
             SCRIPT: f"{linked('viewer.js')}\n    {REGISTER}",
         }
     )
@@ -118,11 +121,11 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     }
     files = {
         "manifest.webmanifest": json.dumps(manifest, indent=1).encode(),
-        "poster.jpg": _jpeg(picture),
+        "poster.jpg": poster,
         "icon.png": icon.getvalue(),
         "viewer.js": viewer_script().encode(),
         "mobile-gs.js": element_script().encode(),
-        name: scene.read_bytes(),
+        name: content,
     }
     version = hashlib.sha256(page.encode() + b"".join(files.values())).hexdigest()[:16]
     page = _replaced(
@@ -139,12 +142,12 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     before = kept.read_text() if kept.is_file() else ""
     # what tells visitors that there is something new comes last
     files |= {"index.html": page.encode(), "sw.js": text.encode()}
-    for file, content in files.items():
-        atomic_write(output / file, content)
+    for file, data in files.items():
+        atomic_write(output / file, data)
     for old in (f"scene{kind}" for kind in KINDS):
         if old != name and json.dumps(old) in before:
             (output / old).unlink(missing_ok=True)
-    return sum(len(content) for content in files.values())
+    return sum(map(len, files.values()))
 
 
 def _shown(title: str) -> str:
@@ -228,6 +231,11 @@ def _replaced(text: str, changes: dict[str, str]) -> str:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
     return text
+
+
+def _mark(content: bytes) -> str:
+    """What changes with a file."""
+    return hashlib.sha256(content).hexdigest()[:8]
 
 
 def _jpeg(picture: Image.Image) -> bytes:

@@ -9,7 +9,7 @@ from functools import cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from urllib.parse import quote, unquote, urlsplit
+from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, parse_header
@@ -80,9 +80,10 @@ class Handler(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.BAD_REQUEST, "that is no address")
             return
         path = unquote(asked.path, errors=UNDECODED)
-        if asked.path == "/" and not asked.query:
+        if asked.path == "/" and "url" not in parse_qs(asked.query):
+            wishes = "&" + asked.query if asked.query else ""
             self.send_response(HTTPStatus.FOUND)
-            self.send_header("Location", self.server.path)
+            self.send_header("Location", self.server.path + wishes)
             self.send_header("Content-Length", "0")
             self.end_headers()
         elif asked.path == "/":

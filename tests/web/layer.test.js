@@ -148,6 +148,17 @@ test("a scene that fails leaves the one before, which comes back with its contex
   assert.deepEqual(log.map((line) => line.split(" ")[0]), ["broken", "loaded"]);
 });
 
+test("what a file that fails is told of stays, whatever comes of the one before", async () => {
+  const { layer, log, asked } = await begun();
+  const first = asked("first");
+  await first.says(scene(7));
+  const second = asked("second");
+  await second.says(failed);
+  for (const more of [progress(9), done(100)]) await first.says(more);
+  assert.deepEqual(log, ["arrived", "failed this is no scene"]);
+  assert.equal(layer.count, 7);
+});
+
 test("a scene that was on its way when the context was lost arrives as a new one", async () => {
   const { layer, log, events, asked } = await begun();
   await asked("first").says(scene(7));

@@ -62,9 +62,10 @@ export class MobileGs extends HTMLElement {
       button.addEventListener("click", () => this.act(button.dataset.act ?? ""));
     }
     this.#root.addEventListener("keydown", (event) => {
-      const { code, ctrlKey, metaKey, altKey, repeat, target } = /** @type {KeyboardEvent} */ (event);
-      const act = KEYS.get(code);
-      const typing = /** @type {Element} */ (target).matches("textarea, select");
+      const { code, key, ctrlKey, metaKey, altKey, repeat, target, defaultPrevented } = /** @type {KeyboardEvent} */ (event);
+      // keyboards of other alphabets have other letters in the same places
+      const act = KEYS.get(key.toLowerCase()) ?? KEYS.get(code.slice(3).toLowerCase());
+      const typing = defaultPrevented || /** @type {Element} */ (target).matches("textarea, select");
       if (act && !ctrlKey && !metaKey && !altKey && !repeat && !typing) this.act(act);
       if (code === "Escape") this.act("close");
     });
@@ -230,16 +231,16 @@ export class MobileGs extends HTMLElement {
 
   /** What draws cannot go on: the other way takes over, if there is one. @param {Side} side @param {string} sentence */
   broken(side, sentence) {
-    const pose = this.viewer?.pose;
-    if (this.viewer?.device.renderer === "WebGL2" || this.getAttribute("renderer") === "webgpu" || !pose) {
+    const viewer = this.viewer;
+    if (!viewer || viewer.device.renderer === "WebGL2" || this.getAttribute("renderer") === "webgpu") {
       this.failed(side, sentence);
       return;
     }
     console.warn(`WebGL2 takes over: ${sentence}`);
-    const placed = this.viewer?.count;
     this.#end();
     this.#begin("webgl");
-    if (placed) this.viewer?.place(pose);
+    Object.assign(/** @type {any} */ (this.viewer), viewer.choices);
+    if (viewer.count) this.viewer?.place(viewer.pose);
   }
 
   /** Shows figures, to be copied or shared. @param {Record<string, unknown>} figures */
@@ -353,7 +354,8 @@ export class MobileGs extends HTMLElement {
     const viewer = this.viewer;
     if (viewer === null || this.#blind) return;
     // the first scene can come while it is found out how to draw
-    if (side === 1 && (!(await this.#ready) || viewer !== this.viewer)) return;
+    const other = this.#other;
+    if (side === 1 && (!(await this.#ready) || viewer !== this.viewer || other !== this.#other)) return;
     const address = typeof source === "string" ? source.replace(/[?#].*$/, "") : "scene";
     const name = source instanceof File ? source.name : address;
     this.#arrivals.begin(side, side === 1 && this.#twice ? `${name}, sorted` : name);
@@ -373,7 +375,7 @@ export class MobileGs extends HTMLElement {
     const bar = this.#part("bar");
     bar.hidden = !busy;
     bar.classList.toggle("unknown", Number.isNaN(share));
-    const percent = Math.round(100 * share) || 0;
+    const percent = Math.min(100, Math.round(100 * share)) || 0; // what is packed on its way comes to more
     bar.setAttribute("aria-valuenow", String(percent));
     /** @type {HTMLElement} */ (bar.firstElementChild).style.width = `${percent}%`;
     const message = this.#part("message");

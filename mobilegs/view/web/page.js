@@ -26,7 +26,7 @@ setTimeout(() => {
     element.failed(0, "no scene is named: open a .mgs, .ply or .spz file, or add ?url=... to the address");
   }
   goTo();
-  element.focus({ preventScroll: true });
+  if (parent === self) element.focus({ preventScroll: true }); // in a frame, the page around it has the keys
 }, 0);
 
 const goTo = () => {

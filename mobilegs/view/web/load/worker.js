@@ -66,7 +66,9 @@ async function bytesOf(request) {
   try {
     response = await fetch(request.url);
   } catch {
-    throw new Error(`${request.url} cannot be reached: is the address right, and the network there?`);
+    throw new Error(
+      `${request.url} cannot be reached: is the address right, the network there, and may other sites' pages read it (CORS)?`,
+    );
   }
   if (!response.ok || response.body === null) {
     throw new Error(`${request.url} could not be loaded: the server says ${response.status}`);
@@ -226,6 +228,7 @@ async function loadPlain(source, total, read) {
     send({ kind: "progress", received, total });
   }
   const data = await read(bytes.subarray(0, received));
+  if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
   centers = new Float32Array(3 * data.count);
   for (let i = 0; i < centers.length; i++) centers[i] = data.shapes[4 * i + 3];
   send({ kind: "scene", data, places: centers, views: [], near: NEAR }, movable(data));
@@ -233,16 +236,27 @@ async function loadPlain(source, total, read) {
 }
 
 /**
- * The first piece of a stream, and a stream that begins with it all the same.
+ * The first piece of a stream, and a stream that begins with it all the same, and tells in plain words if it breaks.
  *
  * @param {ReadableStream<Uint8Array<ArrayBuffer>>} source
  */
 async function peeked(source) {
-  const [ahead, whole] = source.tee();
-  const reader = ahead.getReader();
-  const { value: first = new Uint8Array(0) } = await reader.read();
-  // that settles when the other one ends
-  void reader.cancel();
+  const reader = source.getReader();
+  const read = () => reader.read().catch(() => {
+    throw new Error("the scene broke off before all of it had come: load it again");
+  });
+  let next = /** @type {Awaited<ReturnType<typeof read>> | null} */ (await read());
+  const first = next?.value ?? new Uint8Array(0);
+  /** @type {ReadableStream<Uint8Array<ArrayBuffer>>} */
+  const whole = new ReadableStream({
+    async pull(to) {
+      const { value, done } = next ?? (await read());
+      next = null;
+      if (done) to.close();
+      else to.enqueue(value);
+    },
+    cancel: () => reader.cancel(),
+  });
   return { first, whole };
 }
 

@@ -56,14 +56,25 @@ function poseAt(viewer, start, frame) {
 }
 
 /**
- * Drives the viewer along the path; its pose is afterwards what it was.
+ * Drives the viewer along the path; its pose is afterwards what it was. Meanwhile nothing else draws.
  *
  * @param {Viewer} viewer with a scene that is complete
  * @param {Plan} plan
  * @param {(share: number) => void} progress
  */
-export async function runBench(viewer, { seconds, width, height }, progress) {
+export async function runBench(viewer, plan, progress) {
   const start = viewer.pose.copy();
+  viewer.measured = true;
+  try {
+    return await driven(viewer, start, plan, progress);
+  } finally {
+    viewer.measured = false;
+    viewer.place(start);
+  }
+}
+
+/** @param {Viewer} viewer @param {Pose} start @param {Plan} plan @param {(share: number) => void} progress */
+async function driven(viewer, start, { seconds, width, height }, progress) {
   /** @type {{at: number, took: number}[]} */
   const frames = [];
   const draw = async (/** @type {number} */ frame) => {
@@ -87,8 +98,6 @@ export async function runBench(viewer, { seconds, width, height }, progress) {
     if (found) passes.push(found);
     await new Promise((resolve) => requestAnimationFrame(resolve));
   }
-  viewer.pose = start;
-  viewer.redraw();
   const span = 1000 * Math.min(SPAN, seconds / 2);
   const end = frames[frames.length - 1].at;
   return {

@@ -13,6 +13,7 @@
 const TURN = 0.006; // radians a pixel
 const WHEEL = 0.0012; // of the distance, a unit of the wheel
 const SPEED = 0.9; // distances to the target in a second, when flying with keys
+const SHAKE = 6; // pixels that a finger moves when it taps
 const TAP = 0.03; // seconds that the shortest press counts
 const FLYING = new Map([
   ["KeyW", [0, 0, 1]],
@@ -98,10 +99,9 @@ export class Input {
     this.#pointers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
     const { x, y, time } = this.#pressed;
     const close = Math.hypot(event.offsetX - x, event.offsetY - y) < 20;
-    if (this.#pointers.size === 1) {
-      if (close && event.timeStamp - time < 350) this.#moved.focus(event.offsetX, event.offsetY);
-      this.#pressed = { x: event.offsetX, y: event.offsetY, time: event.timeStamp };
-    }
+    const alone = this.#pointers.size === 1 && event.button === 0;
+    if (alone && close && event.timeStamp - time < 350) this.#moved.focus(event.offsetX, event.offsetY);
+    this.#pressed = { x: event.offsetX, y: event.offsetY, time: alone ? event.timeStamp : -Infinity };
     this.#moved.held();
     event.preventDefault();
   }
@@ -111,6 +111,7 @@ export class Input {
     const last = this.#pointers.get(event.pointerId);
     if (last === undefined) return;
     const now = { x: event.offsetX, y: event.offsetY };
+    if (Math.hypot(now.x - this.#pressed.x, now.y - this.#pressed.y) > SHAKE) this.#pressed.time = -Infinity; // no tap
     if (this.#pointers.size === 1) this.#drag(now.x - last.x, now.y - last.y, event);
     else if (this.#pointers.size === 2) this.#pinch(event.pointerId, now);
     this.#pointers.set(event.pointerId, now);

@@ -60,6 +60,8 @@ export class Layer {
   #worker = null;
   /** Of the one that shall take its place. @type {Worker | null} */
   #coming = null;
+  /** Of what was asked for last. @type {Worker | null} */
+  #last = null;
   /** Whether there is a way to draw. */
   #ready = Promise.resolve(false);
   #destroyed = false;
@@ -156,7 +158,7 @@ export class Layer {
       if (!again && worker === this.#coming) this.load(request, true);
       else this.#fail("the viewer's own files could not be loaded: reload the page", worker);
     };
-    this.#coming = worker;
+    this.#coming = this.#last = worker;
   }
 
   /** Throws if it cannot. @param {Camera} camera whose near plane the scene may have another opinion of */
@@ -242,7 +244,7 @@ export class Layer {
   }
 
   destroy() {
-    this.#destroyed = true;
+    this.#destroyed = this.broken = true;
     this.#coming?.terminate();
     this.#worker?.terminate();
     this.#renderer?.destroy();
@@ -261,7 +263,7 @@ export class Layer {
     if (this.broken && worker === this.#worker) return;
     if (message.kind === "failed") this.#fail(message.sentence, worker);
     else if (message.kind === "progress") {
-      if (this.#asked(worker)) this.#told.progress(message.received / message.total);
+      if (worker === this.#last) this.#told.progress(message.received / message.total);
     } else if (message.kind === "dots") this.#takeDots(message, worker);
     else if (message.kind === "scene") this.#take(message, worker);
     else if (message.kind === "rows") this.#takeRows(message);
@@ -269,27 +271,20 @@ export class Layer {
     else if (message.kind === "order") this.#takeOrder(message.order);
     else {
       if (this.#ordering.by !== "worker") worker.terminate(); // it has nothing left to do
-      if (!this.#asked(worker)) return;
       // a device that fails here fails elsewhere as well, and is told of then
-      this.calibrated = this.#calibrate().catch(() => {});
-      this.#told.loaded(message.milliseconds, message.bytes);
+      if (!this.#coming) this.calibrated = this.#calibrate().catch(() => {});
+      if (worker === this.#last) this.#told.loaded(message.milliseconds, message.bytes);
     }
-  }
-
-  /** Whether nothing else was asked for since. @param {Worker} worker */
-  #asked(worker) {
-    return worker === (this.#coming ?? this.#worker);
   }
 
   /** @param {string} sentence @param {Worker} worker */
   #fail(sentence, worker) {
-    const asked = this.#asked(worker);
     if (worker === this.#coming) {
       this.#coming = null;
       this.request = this.#shown;
     }
     if (worker !== this.#worker || this.#ordering.by !== "worker") worker.terminate();
-    if (asked) this.#told.failed(sentence);
+    if (worker === this.#last) this.#told.failed(sentence);
   }
 
   /** @param {Extract<Message, {kind: "dots"}>} message @param {Worker} worker */

@@ -66,13 +66,6 @@ export const TEMPLATE = `
 <button data-act="close">Close</button></div>
 <div class="panel drop" hidden>Drop a scene to open it, or two to compare them</div>`;
 
-export const KEYS = new Map([
-  ["KeyR", "reset"],
-  ["KeyM", "mode"],
-  ["KeyF", "full"],
-  ["KeyH", "help"],
-  ["KeyI", "stats"],
-  ["KeyO", "settings"],
-  ["KeyP", "picture"],
-  ["KeyV", "view"],
-]);
+export const KEYS = new Map(Object.entries({
+  r: "reset", m: "mode", f: "full", h: "help", i: "stats", o: "settings", p: "picture", v: "view",
+})); // prettier-ignore

@@ -47,6 +47,8 @@ export class Viewer {
   timed = false;
   /** Whether the scene turns by itself, until the first input. */
   turning = false;
+  /** Whether frames are drawn for `drawAndWait` alone. */
+  measured = false;
 
   #listener;
   #canvas;
@@ -133,7 +135,7 @@ export class Viewer {
 
   /** Draws soon. */
   redraw() {
-    if (!this.#asked) this.#asked = requestAnimationFrame((time) => this.#frame(time));
+    if (!this.#asked && !this.measured) this.#asked = requestAnimationFrame((time) => this.#frame(time));
   }
 
   /** Back to where the scene was first seen from, or to another training camera. @param {number} [index] */
@@ -195,6 +197,12 @@ export class Viewer {
     this.redraw();
   }
 
+  /** What was chosen for it, for another viewer to take over. */
+  get choices() {
+    const { mode, fov, turning, scale, timed } = this;
+    return { mode, fov, turning, scale, timed, background: this.#wished };
+  }
+
   /** What lies behind the scene. @returns {Vector} sRGB in [0, 1] */
   get background() {
     return this.#first.background;
@@ -207,10 +215,11 @@ export class Viewer {
     this.redraw();
   }
 
-  /** Draws a frame of a given size and waits until it is done. @param {number} width @param {number} height */
+  /** Draws a frame of a given size and waits until it is done; throws if it cannot. @param {number} width @param {number} height */
   async drawAndWait(width, height) {
     this.#first.draw(this.camera(width, height));
     await this.finished();
+    if (this.#first.broken) throw new Error("what drew the scene was lost meanwhile");
   }
 
   /** Waits until everything that was asked for is drawn. */
