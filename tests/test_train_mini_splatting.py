@@ -134,6 +134,15 @@ def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> N
         ]
 
 
+@pytest.mark.parametrize("steps", [2000, 5000, 8000, 10_000, 20_000, 30_000])
+def test_the_draw_looks_at_gaussians_that_have_learned(steps: int, dataset: Dataset) -> None:
+    strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
+    events = [strategy.event(step) for step in range(1, steps + 1)]
+    begun = [step for step, event in enumerate(events, 1) if event == "reinitialise"]
+    assert len(begun) == 2
+    assert events.index("sample") + 1 - begun[-1] > 0.9 * steps / 6
+
+
 # --- the events
 
 

@@ -103,7 +103,9 @@ class MiniSplatting(CloneSplit):
         when = self.schedule
         if step >= when.stop:
             return "sample" if step == when.stop else "trim" if step == self.trim else ""
-        if self.reinit_interval and step % self.reinit_interval == 0:
+        # steps may be no multiple of 6, and what the draw looks at has to have learned
+        soon = when.stop - step < self.reinit_interval / 2
+        if self.reinit_interval and step % self.reinit_interval == 0 and not soon:
             return "reinitialise"
         return "densify" if step > when.start and step % when.interval == 0 else ""
 
