@@ -11,6 +11,8 @@ from pathlib import Path
 
 import torch
 
+from mobilegs.atomic import atomic_write
+
 
 def tests_of(path: Path) -> dict | None:
     """Counts of pytest's report, and the names of what failed."""
@@ -29,7 +31,9 @@ def tests_of(path: Path) -> dict | None:
 
 
 def parts_of(path: Path) -> list[dict]:
-    """Name, exit code and seconds of each part, from lines written by run.sh."""
+    """Name, exit code and seconds of each part, again for each call, from lines of run.sh."""
+    if not path.exists():
+        return []
     rows = [line.split() for line in path.read_text().splitlines()]
     return [{"name": name, "exit": int(code), "seconds": int(s)} for name, code, s in rows]
 
@@ -58,7 +62,7 @@ def main() -> None:
         "frames": figures_of(options.folder / "frames.json"),
         "native": figures_of(options.folder / "native.json"),
     }
-    options.json.write_text(json.dumps(result, indent=1) + "\n")
+    atomic_write(options.json, json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,21 +1,20 @@
 """Times the CUDA kernels, forward and with backward, on the scene of bench/kernels.py.
 
-    python bench/gpu/kernels_gpu.py [--json OUT] [--counts 100000 400000 1000000]
+    python bench/gpu/kernels_gpu.py [--json OUT] [--by gsplat] [--counts 100000 400000 1000000]
 
 Each row also says what every kernel takes by itself; the rest of the time is torch's sorts and
-scans, and the launches. Where the package `gsplat` can be imported, its sorted rasteriser is timed
-on the same scene beside ours.
+scans, and the launches. With `--by gsplat` the sorted rasteriser of that package is timed on the
+same scenes instead, and its times are put into the same rows. OUT is whole after every row.
 """
 
 import argparse
-import json
 import statistics
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import torch
+from figures import Figures
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from kernels import BACKGROUND, INPUTS, study_scene
@@ -130,55 +129,53 @@ def by_kernel(call: Callable[[], object]) -> dict[str, float]:
     return {name: round(value, 4) for name, value in medians.items()}
 
 
-def measure(count: int, width: int, height: int) -> list[dict]:
+def studied(count: int, width: int, height: int) -> Ours:
+    """Our kernels on the study's scene at a size."""
     scene, camera = study_scene(count)
-    camera = camera.resized(width, height)
     generator = torch.Generator().manual_seed(7)
     grad = torch.randn(height, width, 3, generator=generator).to(DEVICE)
-    ours, rows = Ours(scene, camera, grad), []
-    for path in ("sortfree", "sorted"):
-        for kind in ("forward", "both"):
-            torch.cuda.reset_peak_memory_stats()
-            row = {"gaussians": count, "size": [width, height], "path": path, "kind": kind}
-            found = timed(lambda p=path, k=kind: getattr(ours, k)(p))
-            row |= {"ms": round(statistics.median(found), 3), "min_ms": round(min(found), 3)}
-            row["peak_memory_mib"] = torch.cuda.max_memory_allocated() // 2**20
-            row["kernels_ms"] = by_kernel(lambda p=path, k=kind: getattr(ours, k)(p))
-            if path == "sorted":
-                row |= gsplat_beside(ours, kind)
-            print(json.dumps(row), flush=True)
-            rows.append(row)
-    return rows
+    return Ours(scene, camera.resized(width, height), grad)
 
 
-def gsplat_beside(ours: Ours, kind: str) -> dict:
+def ours_of(ours: Ours, path: str, kind: str) -> dict:
+    """What is measured of our kernels."""
+
+    def call() -> object:
+        return getattr(ours, kind)(path)
+
+    torch.cuda.reset_peak_memory_stats()
+    found = timed(call)
+    row: dict = {"ms": round(statistics.median(found), 3), "min_ms": round(min(found), 3)}
+    row["peak_memory_mib"] = torch.cuda.max_memory_allocated() // 2**20
+    return row | {"kernels_ms": by_kernel(call)}
+
+
+def gsplat_of(ours: Ours, kind: str) -> dict:
     """gsplat's median on the same scene, or why there is none."""
     try:
         other = Gsplat(ours)
         found = timed(lambda: getattr(other, kind)("sorted"))
-    except ImportError:
-        return {}
-    except Exception as error:  # whatever breaks another package must not end our measurement
+    except Exception as error:  # whatever breaks another package is a finding, too
         return {"gsplat_error": f"{type(error).__name__}: {error}"[:300]}
     return {"gsplat_ms": round(statistics.median(found), 3)}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, help="write the figures here")
+    parser.add_argument("--json", type=Path, help="add the figures to this file")
+    parser.add_argument("--by", choices=["ours", "gsplat"], default="ours")
     parser.add_argument("--counts", type=int, nargs="+", default=[100_000, 400_000, 1_000_000])
     options = parser.parse_args()
-    result = {
-        "date": time.strftime("%Y-%m-%d"),
-        "device": torch.cuda.get_device_name(),
-        "torch": torch.__version__,
-        "rows": [],
-    }
+    device = {"device": torch.cuda.get_device_name(), "torch": torch.__version__}
+    figures = Figures(options.json, **device)
     for count in options.counts:
         for width, height in SIZES:
-            result["rows"] += measure(count, width, height)
-            if options.json:  # after every scene: a run that is cut short leaves what it has
-                options.json.write_text(json.dumps(result, indent=1) + "\n")
+            ours = studied(count, width, height)
+            for path in ("sortfree", "sorted") if options.by == "ours" else ("sorted",):
+                for kind in ("forward", "both"):
+                    name = f"{count} {width}x{height} {path} {kind}"
+                    found = ours_of(ours, path, kind) if options.by == "ours" else None
+                    figures.add(name, **(found or gsplat_of(ours, kind)))
 
 
 if __name__ == "__main__":

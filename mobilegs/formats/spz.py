@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 import torch
-import zstandard
 
 from mobilegs.atomic import atomic_path
 from mobilegs.errors import InputError
@@ -131,6 +130,8 @@ def _gunzipped(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]:
 
 def _unpacked(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
     """The streams of version 4."""
+    import zstandard
+
     end = header.table + 16 * header.streams
     sent = sum(size > 0 for size in header.sizes)  # what is empty has no stream
     if header.version != 4 or header.table < HEADER_4 or end > len(data) or sent != header.streams:
