@@ -26,6 +26,7 @@ import statistics
 import sys
 import time
 import traceback
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -179,7 +180,7 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
         scene, seconds, ply = teacher_of(row, seed, work)
         size = ply.stat().st_size
         return of | {"seconds": round(seconds), "bytes": size, **figures(scene, work, lpips)}
-    teacher, seconds, _ = teacher_of(row, options.teacher_seed, work)
+    teacher, seconds, ply = teacher_of(row, options.teacher_seed, work)
     cameras = [frame.camera for frame in dataset.train]
     stage = Student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
     spent = trained(stage, folder, work, order_seed=2 * seed + 1)
@@ -191,6 +192,7 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
         scene = stage.scene()
         size = float_bytes(scene)
     found = of | {"teacher_seconds": round(seconds), "seconds": round(spent), "bytes": size}
+    found["teacher_crc"] = zlib.crc32(ply.read_bytes())  # cells may be of several trainings of it
     found |= figures(scene, work, lpips)
     RunFolder(folder).finish()
     return found

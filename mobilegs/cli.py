@@ -377,6 +377,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             tyro.cli(verb, prog=f"mobilegs {words[0]}", args=words[1:], config=CONFIG)
     except InputError as error:
         return fail(str(error), 2)
+    except (MemoryError, RuntimeError) as error:  # a short file may ask for much
+        if not isinstance(error, MemoryError) and "allocate" not in str(error):  # as torch says it
+            raise
+        return fail("there is too little memory for this", 2)
     except KeyboardInterrupt as error:
         return fail(str(error) or "interrupted", 130)
     except BrokenPipeError:  # `mobilegs ... | head`

@@ -105,6 +105,8 @@ PARTS = {
     "view-network": "networks and matrices",
     "codebooks": "codebooks",
 }
+# marks by which a terminal shows what follows from right to left
+TURNS = dict.fromkeys([*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C])
 CODINGS = {"nvq": "indices into codebooks (nvq)", "sq": "multiples of steps (sq)"}
 
 
@@ -118,6 +120,13 @@ def print_contents(found: dict[str, Any]) -> None:
     for name, text in _sentences(found).items():
         table.add_row(escape(name), escape(text))
     console().print(table)
+    if found.get("meta"):
+        # in a table of their own: a note must not pass for something that was found
+        notes = Table("notes of who made it", "", box=None)
+        for name, value in found["meta"].items():
+            row = name.replace("_", " "), readable(value)
+            notes.add_row(*(escape(text.translate(TURNS)) for text in row))
+        console().print(notes)
     if "streams" not in found:
         return
     parts: dict[str, int] = {}
@@ -161,8 +170,6 @@ def _sentences(found: dict[str, Any]) -> dict[str, str]:
     if "layers" in found:
         said["layers"] = " + ".join(f"{layer:,}" for layer in found["layers"]) + " Gaussians"
     said["cameras"] = f"{found['views']} for a first look"
-    for name, value in found["meta"].items():
-        said[name.replace("_", " ")] = readable(value)
     return said
 
 

@@ -37,6 +37,7 @@ LAYERS_MAX = 8
 SH_DEGREES = (0, 1, 2, 3)
 EXPONENT_MAX = 14
 LOG_SCALE_MAX = 80.0  # exp of it is finite in float32
+ANGLE_MAX = 8.0  # radians; up to there float32 and float64 make the same quaternion of it
 STEP_MIN, STEP_MAX = 1e-5, 1e3
 MetaValue = str | int | float | bool | None
 
@@ -263,10 +264,13 @@ class CodedScene:
             raise InputError(f"the step {step} of the {name} codes is out of range")
         codes = rows if name != "rotation" else self.cells
         least, largest = reach(codes)
-        if (torch.maximum(-least, largest) > CODE_MAX).any() or (largest - least >= SIZE_MAX).any():
+        farthest = int(torch.maximum(-least, largest).max())
+        if farthest > CODE_MAX or (largest - least >= SIZE_MAX).any():
             raise InputError(f"the {name} codes reach too far: their step must be larger")
-        if name == "scale" and int(rows.max()) * step > LOG_SCALE_MAX:
+        if name == "scale" and int(largest.max()) * step > LOG_SCALE_MAX:
             raise InputError("the scale codes hold numbers that are out of range")
+        if name == "rotation" and (farthest + 0.5) * step > ANGLE_MAX:
+            raise InputError(f"a step of {step:g} between angles is too large for their codes")
 
     @property
     def finer(self) -> UInt8[Tensor, "n 3"]:

@@ -17,7 +17,13 @@ from mobilegs.compress import native
 from mobilegs.compress.codebooks import Attribute
 from mobilegs.compress.codes import CodedScene, decoder_shapes, lobe_shapes, network_shapes
 from mobilegs.compress.envelope import VERSION, Stream, seal, unseal
-from mobilegs.compress.header import Header, describe, parse
+from mobilegs.compress.header import (
+    Header,
+    describe,
+    describe_lobes,
+    describe_weighting,
+    parse,
+)
 from mobilegs.compress.positions import decode_positions, encode_positions
 from mobilegs.compress.scalar_streams import pack_scalars, scalars_of, unpack_scalars
 from mobilegs.compress.streams import (
@@ -213,16 +219,16 @@ def inspect(data: bytes) -> dict[str, Any]:
         "padding_bytes": padding,
         "streams": rows,
         **({"layers": list(header.layers)} if header.layers else {}),
-        "mode": fields["mode"],
+        "mode": "sq" if header.scalars else "nvq",
         **(
             {"steps": {name: scalar.step for name, scalar in header.scalars.items()}}
             if header.scalars
             else {"codebook_sizes": header.sizes}
         ),
-        "lobes": fields["lobes"],
+        "lobes": describe_lobes(header.lobes),
         "views": len(header.views),
         "near": header.near,
-        "weighting": fields["weighting"],
+        "weighting": describe_weighting(header.weighting),
         "meta": header.meta,
     }
 

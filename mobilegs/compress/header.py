@@ -12,6 +12,7 @@ from mobilegs.camera import Camera
 from mobilegs.compress.appearance import COLORS, ColorShape
 from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.codes import (
+    ANGLE_MAX,
     COUNT_MAX,
     EXPONENT_MAX,
     LAYERS_MAX,
@@ -77,9 +78,7 @@ def describe(coded: CodedScene) -> dict[str, Any]:
         **_describe_codes(coded),
         "count": len(coded),
         **({"layers": list(coded.layers)} if coded.layers else {}),
-        "lobes": None
-        if coded.lobe_shape is None
-        else {**asdict(coded.lobe_shape), "hidden": list(coded.lobe_shape.hidden)},
+        "lobes": describe_lobes(coded.lobe_shape),
         "meta": coded.meta,
         "mode": "sq" if coded.steps else "nvq",
         "near": coded.near,
@@ -99,14 +98,24 @@ def describe(coded: CodedScene) -> dict[str, Any]:
             }
             for view in coded.views
         ],
-        "weighting": {
-            "background_weight": coded.weighting.background_weight,
-            "exponent_max": coded.weighting.exponent_max,
-            "name": coded.weighting.name,
-            "sigma": coded.weighting.sigma,
-            # what earlier versions did not name
-            **({"alpha_min": least} if (least := coded.weighting.alpha_min) != ALPHA_MIN else {}),
-        },
+        "weighting": describe_weighting(coded.weighting),
+    }
+
+
+def describe_lobes(shape: LobeShape | None) -> dict[str, Any] | None:
+    """The header's field `lobes`."""
+    return None if shape is None else {**asdict(shape), "hidden": list(shape.hidden)}
+
+
+def describe_weighting(weighting: Weighting) -> dict[str, Any]:
+    """The header's field `weighting`."""
+    return {
+        "background_weight": weighting.background_weight,
+        "exponent_max": weighting.exponent_max,
+        "name": weighting.name,
+        "sigma": weighting.sigma,
+        # what earlier versions did not name
+        **({"alpha_min": weighting.alpha_min} if weighting.alpha_min != ALPHA_MIN else {}),
     }
 
 
@@ -260,8 +269,12 @@ def _parse_scalars(
         step = float(np.float32(_number(part, "step")))
         if not STEP_MIN <= step <= STEP_MAX:
             raise _broken(f"scalars.{name}.step")
+        # products of a float32 value and a short number: exact
         if name == "scale" and max(a + b - 1 for a, b, _ in columns) * step > LOG_SCALE_MAX:
             raise _broken("scalars.scale")
+        farthest = max(max(-a, a + b - 1) for a, b, _ in columns)
+        if name == "rotation" and (farthest + 0.5) * step > ANGLE_MAX:
+            raise _broken("scalars.rotation")
         found[name] = Scalar(step, tuple(columns))
     if "lobes" in fields and not latents:
         raise _broken("scalars.lobes")

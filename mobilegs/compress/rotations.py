@@ -11,9 +11,8 @@ from torch import Tensor, nn
 from mobilegs.compress import native
 from mobilegs.compress.codebooks import canonical_quats
 from mobilegs.compress.scalars import (
-    FINEST,
+    ANGLE_STEPS,
     NUDGE,
-    STEP_MAX,
     ScalarCodes,
     entropy,
     stepped,
@@ -145,7 +144,7 @@ class RotationCodes(nn.Module):
     @property
     def step(self) -> Float[Tensor, ""]:
         """The step as it is now."""
-        return (self.first * self.growth.exp()).clamp(FINEST["rotation"], STEP_MAX)
+        return (self.first * self.growth.exp()).clamp(*ANGLE_STEPS)
 
     @classmethod
     def fit(

@@ -16,7 +16,7 @@ WEIGHT_DIGITS = 6  # of the networks' matrices
 CODE_MAX = 1 << 14  # of either sign
 REACH = SIZE_MAX // 2 - 1  # of what is coded: so a column always has few enough codes
 STEP_MIN, STEP_MAX = 0.01, 100.0  # the smallest still reaches 20 to either side
-FINEST = {"rotation": 0.002}  # angles reach no further than half a turn
+ANGLE_STEPS = 0.002, 4.0  # angles reach half a turn; with such a step more a file holds them
 NUDGE = 1.05
 SPREAD = 0.1  # occurrences that every code between the least and the largest has for certain
 
@@ -38,10 +38,11 @@ class ScalarSteps:
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "lobes"):
-            step, finest = getattr(self, name), FINEST.get(name, STEP_MIN)
-            if not finest <= step <= STEP_MAX:
+            step = getattr(self, name)
+            finest, coarsest = ANGLE_STEPS if name == "rotation" else (STEP_MIN, STEP_MAX)
+            if not finest <= step <= coarsest:
                 raise InputError(
-                    f"the step of {name} must lie within {finest} to 100, not {step:g}"
+                    f"the step of {name} must lie within {finest} to {coarsest:g}, not {step:g}"
                 )
 
     def finer(self, times: float) -> "ScalarSteps":

@@ -45,3 +45,21 @@ test("a list in the place of a word is called one", () => {
   const weighting = { ...fields.weighting, name: { toString: 1 } };
   assert.throws(refusal({ weighting }), /the field 'name' in the header/);
 });
+
+test("angles reach as far as 8 and no farther, whichever end of a column they lie at", () => {
+  const { codebooks, ...fields } = { ...smallScene().fields, mode: "sq", layers: [40], lobes: null };
+  const column = (count) => ({ step: 1, least: Array(count).fill(0), size: Array(count).fill(1), middle: Array(count).fill(0) });
+  const opens = (least, size, step) => {
+    const rotation = { step, least: [0, 0, least], size: [1, 1, size], middle: [0, 0, least] };
+    const scalars = { scale: column(3), rotation, appearance: column(6), opacity: column(1) };
+    return () => parseHeader({ ...fields, scalars }, 1e6);
+  };
+  const refused = /the field 'scalars.rotation' in the header/;
+  for (const [least, size] of [[-15, 1], [15, 1], [-3, 19], [-15, 2]]) {
+    assert.doesNotThrow(opens(least, size, 0.5));
+    assert.doesNotThrow(opens(least, size, 0.516129));
+    assert.throws(opens(least, size, 0.51613), refused);
+  }
+  assert.doesNotThrow(opens(0, 1, 16.0000001));
+  assert.throws(opens(0, 1, 16.000002), refused);
+});

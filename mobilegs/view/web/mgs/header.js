@@ -50,6 +50,7 @@ const CODE_MAX = 2 ** 14;
 const STEP_MIN = 1e-5;
 const STEP_MAX = 1e3;
 const LOG_SCALE_MAX = 80; // its exponential is finite in float32
+const ANGLE_MAX = 8; // radians; up to there float32 and float64 make the same quaternion of it
 const LATENTS_MAX = 32;
 const HIDDEN_MAX = 256;
 const HIDDEN_LAYERS = 3;
@@ -223,17 +224,19 @@ function parseScalars(scalars, lobes, linear) {
     if (many < fewest || many > most || sizes.length !== many || middles.length !== many) {
       throw broken(`scalars.${name}`);
     }
+    const step = Math.fround(number(part, "step"));
+    if (!(step >= STEP_MIN && step <= STEP_MAX)) throw broken(`scalars.${name}.step`);
     const columns = leasts.map((_, i) => {
       const own = { least: leasts[i], size: sizes[i], middle: middles[i] };
       const least = integer(own, "least", -CODE_MAX, CODE_MAX);
       const size = integer(own, "size", 1, SIZE_MAX);
       const largest = integer({ size: least + size - 1 }, "size", least, CODE_MAX);
+      // products of a float32 value and a short number: exact
+      if (name === "scale" && largest * step > LOG_SCALE_MAX) throw broken("scalars.scale");
+      const farthest = Math.max(-least, largest) + 0.5;
+      if (name === "rotation" && farthest * step > ANGLE_MAX) throw broken("scalars.rotation");
       return { least, size, middle: integer(own, "middle", least, largest) };
     });
-    const step = Math.fround(number(part, "step"));
-    if (!(step >= STEP_MIN && step <= STEP_MAX)) throw broken(`scalars.${name}.step`);
-    const highest = Math.max(...columns.map(({ least, size }) => least + size - 1));
-    if (name === "scale" && highest * step > LOG_SCALE_MAX) throw broken("scalars.scale");
     found.set(name, { step, columns });
   }
   return found;
