@@ -297,7 +297,7 @@ class Cut(http.server.BaseHTTPRequestHandler):
 
 
 @pytest.mark.parametrize(
-    ("shared", "sentence"), [(True, "broke off before all of it had come"), (False, "(CORS)")]
+    ("shared", "sentence"), [(True, "broke off before its end"), (False, "(CORS)")]
 )
 def test_another_host_that_fails_gets_a_sentence(
     tab: Tab, served: Any, monkeypatch: pytest.MonkeyPatch, shared: bool, sentence: str

@@ -26,7 +26,7 @@ TEXT = re.compile(
     r"|`(?:\\.|\$\{(?:[^`{}]|`(?:\\.|[^`\\])*`|\{[^{}]*\})*\}|[^`\\$]|\$(?!\{))*`)"
 )
 # where a line's end means nothing either: next to signs that no statement ends or begins with
-WITHIN = re.compile(r"(?<=[,(\[=&|?:])\n|\n(?=[)\]}.&|?:])")
+WITHIN = re.compile(r"(?<=[,(\[=&|?:+])\n|\n(?=[)\]}.&|?:])")
 # a name in brackets that say nothing: those of a cast, or of a function's only parameter
 ALONE = re.compile(r"(?<=[=(,:?&|!])\((\w+)\)(?=[.,;)]|=>)")
 SPACE = re.compile(r" ?([!=*<>?:|&,;{}()\[\]]+) ?")
@@ -39,6 +39,8 @@ PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
 SCRIPT = '<script type="module" src="page.js"></script>'  # of index.html
 FILES = WEB / "files.js"
 WORKER = WEB / "load" / "worker.js"
+STYLE = WEB / "viewer" / "style.js"
+STYLE_SPACE = re.compile(r"(?<=[:;,{])\s+|;?\s+(?=[{}])")
 
 
 def bundle(entries: list[Path], replaced: dict[Path, str]) -> str:
@@ -215,6 +217,7 @@ export function ownScene() {{
   return new Blob([bytes]);
 }}
 """
-    text = f"({bundle([entry, WORKER], {FILES: own_files})})(globalThis.document ? 0 : 1);\n"
+    replaced = {FILES: own_files, STYLE: STYLE_SPACE.sub("", STYLE.read_text())}
+    text = f"({bundle([entry, WORKER], replaced)})(globalThis.document ? 0 : 1);\n"
     # what ends a script for HTML may stand in a text, where a backslash changes nothing
     return text.replace("</", "<\\/")

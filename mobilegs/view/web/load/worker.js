@@ -67,7 +67,7 @@ async function bytesOf(request) {
     response = await fetch(request.url);
   } catch {
     throw new Error(
-      `${request.url} cannot be reached: is the address right, the network there, and may other sites' pages read it (CORS)?`,
+      `${request.url} cannot be reached: is the address right, the network there, and may this site load it (CORS)?`,
     );
   }
   if (!response.ok || response.body === null) {
@@ -243,7 +243,7 @@ async function loadPlain(source, total, read) {
 async function peeked(source) {
   const reader = source.getReader();
   const read = () => reader.read().catch(() => {
-    throw new Error("the scene broke off before all of it had come: load it again");
+    throw new Error("the file broke off before its end: load it again");
   });
   let next = /** @type {Awaited<ReturnType<typeof read>> | null} */ (await read());
   const first = next?.value ?? new Uint8Array(0);
