@@ -16,13 +16,16 @@ from PIL import Image
 from scenes import SORTED, SORTFREE, as_float32, camera, random_scene
 
 from mobilegs.camera import Camera
+from mobilegs.compress.container import read_mgs
 from mobilegs.render import Weighting, render_sorted, render_sortfree
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.rendered import Rendered
+from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
 
 STORED = Path(__file__).with_name("golden.png")
+TRAINED = Path(__file__).with_name("trained.mgs")  # the student that `mobilegs demo` makes
 SIDES = ("height", "width")
 BACKGROUND = torch.tensor([0.1, 0.2, 0.35])
 RENDERERS: dict = {"sorted": (render_sorted, {})}
@@ -115,6 +118,12 @@ def defined(case: str, renderer: str) -> Rendered:
         backend="definition",
         **options,
     )
+
+
+def trained() -> tuple[Scene, Camera]:
+    """A student from its file, and a camera that looks at it."""
+    coded = read_mgs(TRAINED)
+    return coded.decode(), coded.views[0].resized(480, 320)
 
 
 def sheet() -> np.ndarray:

@@ -16,6 +16,7 @@ from golden import (
     inputs_of,
     least_alpha,
     names_of,
+    trained,
     with_rows,
 )
 from scenes import as_float32, camera, near_threshold, no_gpu, random_scene
@@ -124,6 +125,16 @@ def test_huge_gaussians_near_the_eye_leave_numbers(full_precision: bool) -> None
         decibels = psnr(found.image.clamp(0, 1), scene.render(view).image.clamp(0, 1))
         print(f"ceiling {ceiling}: {decibels:.1f} dB")
         assert decibels > 45
+
+
+def test_a_trained_student_looks_the_same() -> None:
+    scene, view = trained()
+    reference = scene.render(view)
+    for full_precision, least in ((True, 75), (False, 50)):
+        drawn = GpuRenderer(scene, full_precision=full_precision).draw(view)
+        decibels = psnr(drawn.image, reference.image)
+        print(f"{'floats' if full_precision else 'halves'} {decibels:.1f} dB")
+        assert decibels > least
 
 
 @pytest.mark.parametrize("name", ["flowers_lod1", "playbot_125k_sh3pad"])

@@ -11,7 +11,17 @@ import numpy as np
 import pytest
 import torch
 from browser import VIEW, Chromium, Tab
-from golden import BACKGROUND, BASE, CASES, SHADED, defined, inputs_of, least_alpha, names_of
+from golden import (
+    BACKGROUND,
+    BASE,
+    CASES,
+    SHADED,
+    defined,
+    inputs_of,
+    least_alpha,
+    names_of,
+    trained,
+)
 from scenes import as_float32, camera, near_threshold, random_scene
 from test_native import as_scene, inria_camera
 from test_web_decoder import Case, make_scene
@@ -278,6 +288,17 @@ def test_a_trained_scene_looks_the_same(kind: str, data_dir: Path, painters: Pai
     for full_precision, least in ((True, 75), (False, 50)):
         drawn = painters(kind, full_precision=full_precision).paint(view, scene)
         decibels = psnr(drawn.image, reference.image)
+        print(f"{'floats' if full_precision else 'halves'} {decibels:.1f} dB")
+        assert decibels >= least
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_trained_student_looks_the_same(kind: str, painters: Painters) -> None:
+    scene, view = trained()
+    reference = scene.render(view).image
+    for full_precision, least in ((True, 75), (False, 50)):
+        drawn = painters(kind, full_precision=full_precision).paint(view, scene)
+        decibels = psnr(drawn.image, reference)
         print(f"{'floats' if full_precision else 'halves'} {decibels:.1f} dB")
         assert decibels >= least
 
