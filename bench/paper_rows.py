@@ -109,6 +109,9 @@ def _masks() -> dict[str, Row]:
 OURS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents, codes are multiples of steps"),
+    "ours-sorted": Row(
+        "main", "the default, blended sorted; one opacity a Gaussian, neither phi nor lobes", SORTED
+    ),
     "late-price": Row("main", "the default, no price on bits before there are codes", LATE_PRICE),
     "of-photos": Row(
         "main",
