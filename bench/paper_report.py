@@ -221,10 +221,32 @@ def origin(cells: list[dict]) -> list[str]:
     return [text, ""]
 
 
-def sections(cells: list[dict]) -> list[str]:
-    """One section per group, one per scene and length, one table for each of the paper's."""
-    runs = runs_of(cells)
+def side_by_side(runs: dict[Run, list[dict]]) -> list[str]:
+    """What rows are worth in each of several scenes of the same steps, in the paper's order."""
     lines: list[str] = []
+    for of in sorted({run[1:] for run in runs}):
+        found = {run.scene: cells for run, cells in runs.items() if run[1:] == of}
+        rows = []
+        for name in ROWS:
+            pairs = [
+                [[cell for cell in cells if cell["row"] == row] for row in (name, BASE)]
+                for cells in found.values()
+            ]
+            worth = [difference(*pair) for pair in pairs]
+            if name != BASE and sum(value is not None for value in worth) > 1:
+                paper = signed(PAPER_DELTAS.get(name))
+                rows.append([f"`{name}`", ROWS[name].about, *map(signed, worth), paper])
+        if rows:
+            lines += [f"### Against `{BASE}`, dB, {Run('', *of).title}", ""]
+            lines += [*table(["row", "what", *found, "paper, mean of Mip-NeRF 360"], rows), ""]
+    return lines
+
+
+def sections(cells: list[dict]) -> list[str]:
+    """What rows are worth, side by side; then one section per group, one per scene and length, one
+    table for each of the paper's."""
+    runs = runs_of(cells)
+    lines = side_by_side(runs)
     for group, title in GROUPS.items():
         scenes = scenes_of(group)
         of_group = {run: cells for run, cells in runs.items() if run.scene in scenes}

@@ -46,6 +46,25 @@ def test_rows_are_compared_by_seeds_that_both_have() -> None:
     assert "| 32.50 | -0.50 | - |" in text and "| 10.00 | - | - |" in text
 
 
+def test_rows_of_several_scenes_stand_side_by_side() -> None:
+    cells = [
+        cell("codebooks", "a", psnr=30.0),
+        cell("codebooks", "b", psnr=20.0),
+        cell("codebooks", "b", seed=1, psnr=22.0),
+        cell("no-pruning", "a", psnr=30.25),
+        cell("no-pruning", "b", seed=1, psnr=21.5),
+        cell("no-phi", "b", psnr=19.0),  # of one scene alone
+    ]
+    text = "\n".join(paper_report.side_by_side(paper_report.runs_of(cells)))
+    assert (
+        "| a | b | paper" in text and "| `no-pruning` | no votes | +0.25 | -0.50 | +0.10 |" in text
+    )
+    assert "no-phi" not in text
+    longer = cell("no-phi", "a", psnr=29.0, student_steps=9)
+    text = "\n".join(paper_report.side_by_side(paper_report.runs_of([*cells, longer])))
+    assert "no-phi" not in text
+
+
 def test_a_group_has_means_over_the_scenes_that_have_a_row() -> None:
     cells = [
         cell("codebooks", "garden", psnr=27.0, lpips_vgg=0.1),
