@@ -155,7 +155,12 @@ def test_dragging_turns_around_what_is_looked_at(tab: Tab, served: Any) -> None:
     assert (before.position - after.position).norm() > 0.2 * reach[0]
     middle = after.viewmat[:3, :3] @ (target - after.position)
     assert middle[:2].abs().max() < 1e-3 * middle[2]
-    tab.page.wait_for_function("location.hash.includes('eye=')", timeout=5000)
+    # where the hand rests on its way, the address names that place for a while
+    named = """([x, y, z]) => {
+      const eye = /eye=([^&]+)/.exec(location.hash)?.[1].split(",").map(Number);
+      return eye && Math.hypot(eye[0] - x, eye[1] - y, eye[2] - z) < 1e-3;
+    }"""
+    tab.page.wait_for_function(named, arg=after.position.tolist(), timeout=5000)
     # the link shows the same to another visitor
     link = tab.page.url
     tab.page.goto("about:blank")
