@@ -162,9 +162,10 @@ def told(cell: Mapping, stages: tuple[str, ...]) -> str:
     return ", ".join(words)
 
 
-def teacher_of(cell: Mapping) -> tuple[str, int, str]:
-    """What cells of the same teacher, up to its seed, have in common."""
-    return cell["scene"], cell["teacher_steps"], told(cell, ("teacher",))
+def teacher_of(cell: Mapping) -> tuple[str, int, str, int]:
+    """What a teacher and the cells that learned from it have in common: its seed last."""
+    seed = cell.get("teacher_seed", 0) if cell["student_steps"] else cell["seed"]
+    return cell["scene"], cell["teacher_steps"], told(cell, ("teacher",)), seed
 
 
 def run_of(cell: Mapping) -> Run:
@@ -174,18 +175,18 @@ def run_of(cell: Mapping) -> Run:
 
 
 def runs_of(cells: list[dict]) -> dict[Run, list[dict]]:
-    """Cells by what they have in common, each with its teachers."""
+    """Cells by what they have in common, each with its teacher; teachers without students alone."""
     runs: dict[Run, list[dict]] = {}
-    teachers: dict[tuple[str, int, str], list[dict]] = {}
+    teachers = [cell for cell in cells if not cell["student_steps"]]
     for cell in cells:
         if cell["student_steps"]:
             runs.setdefault(run_of(cell), []).append(cell)
-        else:
-            teachers.setdefault(teacher_of(cell), []).append(cell)
-    for of, found in teachers.items():
-        keys = [key for key, learned in runs.items() if teacher_of(learned[0]) == of]
+    taught = {key: {teacher_of(cell) for cell in learned} for key, learned in runs.items()}
+    for cell in teachers:
+        of = teacher_of(cell)
+        keys = [key for key in taught if of in taught[key]]
         for key in keys or [Run(of[0], of[1], 0, of[2])]:
-            runs[key] = [*found, *runs.get(key, [])]
+            runs.setdefault(key, []).insert(0, cell)
     return dict(sorted(runs.items()))
 
 

@@ -8,6 +8,7 @@ import random
 import struct
 import zlib
 from collections.abc import Callable
+from copy import deepcopy
 from typing import Any
 
 from fuzz.envelope import Parts, Piece, take_apart
@@ -96,7 +97,7 @@ def _header(r: random.Random, parts: Parts) -> None:
         near = [value + 1, value - 1, 2 * value, -value, value * 0.5, value * 1.0000001, 10 * value]
         inner[key] = r.choice([*near, float(value)])  # 1.0 is 1
     else:
-        inner[key] = r.choice(STRANGE)
+        inner[key] = deepcopy(r.choice(STRANGE))  # later changes are not to be of STRANGE
 
 
 def _count(r: random.Random, parts: Parts) -> None:

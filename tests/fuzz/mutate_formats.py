@@ -5,6 +5,7 @@ import json
 import random
 import struct
 import zipfile
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,7 @@ def _odd(r: random.Random, content: Any) -> None:
     elif way < 5 and type(value) in (int, float) and abs(value) < 1e300:
         inner[key] = r.choice([value + 1, value - 1, 2 * value, -value, value * 0.5, 10 * value])
     else:
-        inner[key] = r.choice(ODD)
+        inner[key] = deepcopy(r.choice(ODD))  # a later change is not to be one of ODD's
 
 
 def _text(r: random.Random, data: bytes) -> bytes:
