@@ -20,6 +20,7 @@ ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "paper.md"
 PLOT = ROOT / "docs" / "paper.png"
 FEW = 3  # cells that need no plot
+COLUMNS = 3  # panels side by side
 SHOWN_DB = 7  # below the best row
 BEGIN, END = "<!-- BEGIN:tables -->", "<!-- END:tables -->"
 TITLES = {
@@ -272,13 +273,17 @@ def plot(cells: list[dict]) -> None:
     from matplotlib.ticker import LogLocator, NullFormatter
 
     runs = {key: found for key, found in runs_of(cells).items() if len(found) > FEW}
+    columns = min(len(runs), COLUMNS)
+    lines = -(-len(runs) // columns)
     figure, axes = plt.subplots(
-        1, len(runs), figsize=(5 * len(runs), 4.2), squeeze=False, layout="constrained"
+        lines, columns, figsize=(5 * columns, 3.8 * lines), squeeze=False, layout="constrained"
     )
     looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*osD^v", strict=True)}
     for i, look in enumerate(looks.values()):
         look["color"] = f"C{i}"
-    for axis, (run, every) in zip(axes[0], runs.items(), strict=True):
+    for axis in axes.flat[len(runs) :]:
+        axis.remove()
+    for axis, (run, every) in zip(axes.flat, runs.items(), strict=False):
         least = max(cell["psnr"] for cell in every) - SHOWN_DB
         found = [cell for cell in every if cell["psnr"] > least]
         left = len(every) - len(found)
@@ -288,7 +293,8 @@ def plot(cells: list[dict]) -> None:
             psnrs = [cell["psnr"] for cell in some]
             axis.plot(sizes, psnrs, ls="", label=title, alpha=0.8, **looks[kind])
         below = f" ({left} below {least:.1f})" if left else ""
-        axis.set(title=f"{run.scene}, {run.title}", xlabel="MiB", xscale="log")
+        axis.set(xlabel="MiB", xscale="log")
+        axis.set_title(f"{run.scene}, {run.title}", fontsize=10)
         axis.set_ylabel(f"PSNR, dB{below}")
         axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axis.xaxis.set_major_formatter(lambda size, _: f"{size:g}")
