@@ -302,6 +302,21 @@ def test_pause_stops_training_and_resume_lets_it_go_on(watched: Watched, browser
     until(page, lambda: watched.stage.done > done + 5)
 
 
+def test_a_picture_for_a_browser_that_has_just_closed_is_dropped(
+    watched: Watched, browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = watched.page._server
+    watched.stop.asked = True  # nothing else draws, and viser warns once a browser
+    [(number, client)] = server.get_clients().items()
+    browser.close()
+    end = time.monotonic() + 60
+    while server.get_clients():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    monkeypatch.setattr(server, "get_clients", lambda: {number: client})
+    watched.page.show(number, np.zeros((4, 4, 3), np.uint8))
+
+
 def test_the_camera_moves_when_the_user_moves_it_and_never_else(watched: Watched, browser) -> None:
     page = browser
     first = eyes(watched)[0]

@@ -6,6 +6,7 @@ thread that trains.
 
 import io
 import threading
+import warnings
 from contextlib import redirect_stdout
 
 import numpy as np
@@ -23,6 +24,7 @@ FRUSTUM = 0.04  # size of a camera, in extents of the scene
 BALL = 0.01  # radius of the ball behind it, on which one clicks
 ORANGE = (250, 150, 50)
 QUALITY = 85  # of JPEG
+GONE = r"Queued a \w+ on a closed connection"
 
 
 class LocalServer(viser.ViserServer):
@@ -78,9 +80,12 @@ class Page:
         return found
 
     def show(self, number: int, picture: UInt8[np.ndarray, "h w 3"]) -> None:
-        """Fill the canvas of a browser."""
+        """Fill the canvas of a browser, if it is still there."""
         client = self._server.get_clients().get(number)
-        if client is not None:
+        if client is None:
+            return
+        with warnings.catch_warnings():  # viser warns of browsers that close just now
+            warnings.filterwarnings("ignore", GONE)
             client.scene.set_background_image(picture, "jpeg", jpeg_quality=QUALITY)
 
     def tell(self, rows: dict[str, str]) -> None:
