@@ -71,18 +71,23 @@ def kernel_rows(rows: list[dict]) -> list[list[str]]:
 
 def viewer_rows(viewers: dict) -> list[list[str]]:
     """Our viewer beside others: time of a frame, what is shipped, and what a turn costs."""
-    head = "viewer | frame ms, median / least | CPU ms | viewer kB | scene MB | while turning, dB"
+    head = (
+        "viewer | load ms | frame ms, median / least | CPU ms | viewer kB | scene MB "
+        "| while turning, dB | of the true picture, dB"
+    )
     found = [head.split(" | ")]
     for name, row in viewers.items():
         frame, turn = row["frame_ms"], row["turn"]["moving_settled"]["median"]
         found.append(
             [
                 name,
+                number(row["load_ms"]["median"], 0),
                 f"{frame['median']:.0f} / {frame['min']:.0f}",
                 number(row["cpu_ms"]["median"], 0),
                 number(row["viewer_gzip_bytes"] / 1e3, 0),
                 number(row["scene_bytes"] / 1e6, 1),
                 "the same" if turn >= ALIKE else number(turn, 1),
+                number(row["turn"]["moving_true"]["median"], 1),
             ]
         )
     return found
@@ -125,11 +130,15 @@ def main() -> None:
             table(tables["kernels"]),
             f"`python bench/viewer.py`, {viewer['date']}, {viewer['machine']}, "
             f"{viewer['browser']}, bonsai at {viewer['plan']['size']}: ours draws the student, "
-            "all others (and ours sorted) its teacher. The last column compares frames of a turn "
-            f"by {viewer['plan']['turn_degrees_a_frame']} degrees a frame with the same viewer's "
-            "picture from there once it has settled: orders that come too late show there. A "
-            "software device measures filling and its own cost of an instance, and says nothing "
-            "about phones:",
+            "all others (and ours sorted) its teacher. Load is from navigation to the first frame "
+            "that looks like the settled picture, from a local server; ours finds out meanwhile "
+            "how to draw, unless its name says how. The last columns compare frames of a turn "
+            f"by {viewer['plan']['turn_degrees_a_frame']} degrees a frame: with the same viewer's "
+            "picture from there once it has settled, where orders that come too late show (sums in "
+            "halves differ from frame to frame by the order in which they are added up), and with "
+            "the kernels' picture of the same file. A software device measures filling and its own "
+            f"cost of an instance, and says nothing about phones. Medians of "
+            f"{viewer['plan']['rounds']} rounds, turns of the first:",
             table(tables["viewer"]),
             f"`python bench/loading.py`, {loading['date']}, {loading['machine']}, the same "
             f"browser: {loading['gaussians']:,} Gaussians in {loading['file_bytes'] / 1e6:.1f} MB "
@@ -140,6 +149,9 @@ def main() -> None:
             "processor draws here, too. The Gaussians are a trained scene's, copied and made "
             "smaller until they are so many:",
             table(tables["loading"]),
+            "In a page that draws nothing, decoding takes "
+            f"{loading['alone']['first']} ms the first time and {loading['alone']['later']} ms "
+            "later. The first picture is of dots, one for each of some thousand Gaussians.",
             "Nothing was measured on a GPU yet: the CUDA kernels are compiled in every test run, "
             "and `bench/gpu/run.sh` awaits the first machine that has one.",
             END,

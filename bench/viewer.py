@@ -8,7 +8,8 @@ antimatter15's, of which `--antimatter15` names a clone (the results are of 027a
 same cameras: the point that the capture's cameras look at, from the distance of the first of them,
 with its field of view and a central principal point.
 
-Every viewer runs in a browser of its own, all of them in turns, `--rounds` times:
+Every viewer runs in a browser of its own, all of them in turns, `--rounds` times, each time from
+another one on:
 
 - *load*: from navigation to the end of the first frame that looks like the settled picture. The
   server is local, so this is reading, compiling and a frame; the bytes say what a network adds.
@@ -306,10 +307,13 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     if options.antimatter15 is None:
         missing[ANTIMATTER15] = "no registry has it: --antimatter15 names a clone"
     with sync_playwright() as playwright:
+        first = launched(playwright)  # whose files come from the disk
+        first.new_page()
+        first.close()
         for number in range(options.rounds):
             turns = 0 if number else options.turn_frames
             plan = Plan(width, height, options.frames, options.warm, turns)
-            for name, variant in chosen.items():
+            for name, variant in rotated(chosen, number / options.rounds):
                 if name in missing:
                     continue
                 try:
@@ -328,6 +332,13 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     versions = {visit["browser"] for visits in rounds.values() for visit in visits}
     browser = f"Chromium {', '.join(versions)}, headless"
     return {"browser": browser, "viewers": rows, "not_measured": missing}
+
+
+def rotated(chosen: dict[str, Variant], share: float) -> list[tuple[str, Variant]]:
+    """All of them, from one so far behind the first on: no place in a round is the same one's."""
+    items = list(chosen.items())
+    start = round(share * len(items))
+    return items[start:] + items[:start]
 
 
 def once(

@@ -162,6 +162,19 @@ def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
     assert headers["Location"] == "/?url=/scene&bench=60,640x360&noui"
 
 
+def test_the_page_has_the_names_of_its_scenes(tmp_path: Path) -> None:
+    files = [tmp_path / "a & b" / "scene.mgs", tmp_path / "plain.ply"]
+    for file in files:
+        file.parent.mkdir(exist_ok=True)
+        file.write_bytes(b"x")
+    with Server(*files) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        _, _, body = get(server, server.path)
+        server.shutdown()
+    title = f"a &amp; b/scene.mgs | {tmp_path.name}/plain.ply"
+    assert f"<title>{title}</title>" in body.decode()
+
+
 def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:
     _, _, page = get(server, "/?url=/scene")
     found = re.search(rb'src="(/viewer\.js\?\w{16})"', page)

@@ -1,11 +1,14 @@
 """The viewer's settings, and whether all of it can be reached without a mouse or without eyes."""
 
 import re
+from io import BytesIO
 from typing import Any
 
+import numpy as np
 import pytest
 import torch
 from browser import Chromium, Tab
+from PIL import Image
 from test_web_viewer import MGS, RENDERERS, seen, served, visit
 
 from mobilegs.compress.container import unpack
@@ -13,6 +16,7 @@ from mobilegs.evaluate.metrics import psnr
 
 pytest_plugins = ["browser"]
 __all__ = ["served"]
+FOCUS_OF_SCENE = "Press H for the keys"
 # how a screen reader would call what has the focus, as far as this page's markup goes
 FOCUSED = """() => {
   const focused = document.querySelector("mobile-gs").shadowRoot.activeElement;
@@ -141,6 +145,48 @@ def test_everything_has_a_name_and_is_reached_with_the_tab_key(tab: Tab, served:
     )
     shown = [control for control in controls.all() if control.is_visible()]
     assert "" not in names and len(names - {None}) == len(shown)
+
+
+def test_who_comes_by_the_tab_key_sees_where_they_are(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.keyboard.press("Tab")
+    before = tab.page.screenshot()
+    tab.page.keyboard.press("Shift+Tab")
+    assert FOCUS_OF_SCENE in tab.page.evaluate(FOCUSED)
+    around = [
+        np.asarray(Image.open(BytesIO(png)).convert("RGB"), float)
+        for png in (before, tab.page.screenshot())
+    ]
+    changed = np.abs(around[0] - around[1]).max(axis=2) > 30
+    assert changed[:2].mean() > 0.9 and changed[:, :2].mean() > 0.9
+    assert not changed[20:60, 20:60].any()
+
+
+def test_an_author_says_what_there_is_to_see(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.evaluate(
+        """() => {
+          const other = document.createElement("mobile-gs");
+          other.setAttribute("alt", "A garden with a pond");
+          document.body.append(other);
+        }"""
+    )
+    canvas = "[...document.querySelectorAll('mobile-gs')].at(-1).shadowRoot.querySelector('canvas')"
+    words = "A garden with a pond. Press H for the keys."
+    tab.page.wait_for_function(f"{canvas}.ariaLabel === '{words}'")
+
+
+def test_what_happens_is_told(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    said = tab.page.get_by_role("status").first
+    assert re.fullmatch(r"[\d,]+ Gaussians are there\.", said.text_content())
+    for words in ("looks around", "turns the scene"):
+        tab.page.keyboard.press("m")
+        assert said.text_content() == f"Dragging {words}."
+        assert "seen" in said.get_attribute("class")
+    tab.page.wait_for_function(
+        "!document.querySelector('mobile-gs').shadowRoot.querySelector('.seen')", timeout=10_000
+    )
 
 
 @pytest.mark.parametrize(("button", "key"), [("Settings", "o"), ("Help", "h")])

@@ -90,6 +90,75 @@ def test_fingers_turn_pinch_and_pan(tab: Tab, served: Any) -> None:
     assert np.allclose(pose(tab)[1], aim, atol=0.1 * near)
 
 
+def test_two_fingers_on_a_trackpad_come_nearer_as_fast_as_they_part(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.mouse.move(200, 150)
+    far = reach(tab)
+    pinch = """([x, y]) => document.querySelector("mobile-gs").shadowRoot.querySelector("canvas")
+      .dispatchEvent(new WheelEvent("wheel", {
+        deltaY: -3, ctrlKey: true, clientX: x, clientY: y, cancelable: true,
+      }))"""
+    taken = [not tab.page.evaluate(pinch, [200, 150]) for _ in range(20)]
+    assert all(taken)  # or the page would be zoomed, too
+    assert 0.4 < reach(tab) / far < 0.7
+
+
+def test_a_polite_element_lets_the_page_around_scroll(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.evaluate(
+        """() => {
+          document.body.style.height = "auto";
+          document.querySelector("mobile-gs").remove();
+          const polite = document.createElement("mobile-gs");
+          for (const name of ["polite", "noui"]) polite.setAttribute(name, "");
+          polite.setAttribute("src", new URLSearchParams(location.search).get("url"));
+          polite.style.cssText = "height: 200px; position: static";
+          document.body.append(polite);
+          document.body.insertAdjacentHTML("beforeend", "<div style='height: 3000px'></div>");
+        }"""
+    )
+    tab.page.wait_for_function(SETTLED, timeout=60_000)
+    far = reach(tab)
+    tab.page.mouse.move(200, 100)
+    tab.page.mouse.wheel(0, 300)
+    tab.page.wait_for_function("scrollY > 0", timeout=10_000)
+    assert reach(tab) == far
+    tab.page.evaluate("scrollTo(0, 0)")
+    tab.page.keyboard.down("Control")
+    tab.page.mouse.wheel(0, 300)
+    tab.page.keyboard.up("Control")
+    tab.page.wait_for_timeout(200)
+    assert reach(tab) > far
+
+
+def test_a_page_without_an_address_takes_a_scene(tab: Tab, served: Any) -> None:
+    server = served("scene.mgs", MGS)
+    address = f"{server.address('127.0.0.1')}"
+    visit(tab, server)
+    page = tab.page.evaluate("async (address) => (await fetch(address)).text()", address)
+    base = address.partition("?")[0]
+    inside = page.replace("<head>", f"<head><base href='{base}'>").replace(
+        "<mobile-gs>", f"<mobile-gs src='{base}scene'>"
+    )
+    tab.page.evaluate(
+        """(inside) => {
+          document.body.innerHTML = "";
+          const frame = document.createElement("iframe");
+          frame.style.cssText = "width: 320px; height: 240px";
+          frame.srcdoc = inside;
+          document.body.append(frame);
+        }""",
+        inside,
+    )
+    frame = tab.page.frames[-1]
+    frame.wait_for_function(SETTLED, timeout=60_000)
+    tab.page.mouse.move(100, 100)
+    tab.page.mouse.down()
+    tab.page.mouse.move(160, 100, steps=4)
+    tab.page.mouse.up()
+    tab.page.wait_for_timeout(1000)  # an error would be a complaint
+
+
 def test_two_fingers_fly_where_dragging_looks_around(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     pinch = """(mode) => {

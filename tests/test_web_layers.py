@@ -163,6 +163,49 @@ def test_layers_are_seen_in_true_colours_one_after_the_other(
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
 
 
+def behind(data: bytes, name: str) -> int:
+    """Bytes up to the end of a stream, by how its name begins; of several, of the last one."""
+    header, body = split(data)
+    at, found = len(data) - len(body), 0
+    for row in header["streams"]:
+        at += row["bytes"] + -row["bytes"] % 8
+        if row["name"].startswith(name) and "@" not in row["name"]:
+            found = at
+    return found
+
+
+def test_a_slow_scene_keeps_its_dots_until_there_are_colours(
+    tab: Tab, served: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    count = 8000
+    data = pack(make_scene(Case(count, LobeShape(2, 12, (64,)), size=300)))
+    gate = Gate(monkeypatch, data)
+    begin(tab, served("scene.mgs", data), "webgpu")
+    gate.let(behind(data, "positions"))
+    tab.page.wait_for_function(f"{SHOWN} === {count}", timeout=30_000)
+    tab.page.wait_for_timeout(2500)  # what comes from here on is slow
+    gate.let(behind(data, "rotation"))
+    tab.page.wait_for_timeout(2500)
+    viewer = "document.querySelector('mobile-gs').viewer"
+    nothing = f"{viewer}.pixels({viewer}.camera(9, 9)).catch(({{ message }}) => message)"
+    assert tab.page.evaluate(nothing) == "nothing can be drawn"
+    gate.let(max(behind(data, "appearance"), behind(data, "opacity")))
+    tab.page.evaluate(TRUE_COLOURS)
+    assert tab.page.evaluate("document.querySelector('mobile-gs').dataset.state") == "loading"
+    assert seen(tab, 160, 120)[1].std() > 0.05
+    gate.let(len(data))
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+
+
+def test_what_is_cut_where_colours_are_there_is_seen_with_them(tab: Tab, served: Any) -> None:
+    data = pack(coded())
+    assert "cut short" in visit(tab, served("scene.mgs", data[:-8]))
+    tab.page.keyboard.press("Escape")
+    assert tab.page.evaluate(SHOWN) == COUNT  # the last layer lacks some of its lobes
+    whole = unpack(data).decode()
+    assert nearness(tab, lambda camera: whole.render(camera).image) > 20
+
+
 @pytest.mark.parametrize("renderer", RENDERERS)
 def test_in_the_end_layers_make_no_difference(tab: Tab, served: Any, renderer: str) -> None:
     pictures = []

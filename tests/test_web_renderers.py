@@ -16,6 +16,7 @@ from golden import (
     BASE,
     CASES,
     SHADED,
+    TRAINED,
     defined,
     inputs_of,
     least_alpha,
@@ -27,7 +28,7 @@ from test_native import as_scene, inria_camera
 from test_web_decoder import Case, make_scene
 
 from mobilegs.camera import Camera
-from mobilegs.compress.container import pack
+from mobilegs.compress.container import pack, read_mgs
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
@@ -243,6 +244,24 @@ def test_a_packed_scene_looks_like_its_file(
     painter.tab.run("renderer.variant = { floats: true, strips: false };")
     each = painter.tab.run("return bytesEach;") / len(coded)
     assert each + 8 < 64 or name == "degree 3"  # and 8 for what it looks like
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_trained_scene_packed_as_pages_do_looks_like_its_file(
+    kind: str, painters: Painters
+) -> None:
+    scene = read_mgs(TRAINED)
+    view = scene.views[0].resized(240, 160)
+    expected = scene.decode().render(view).image
+    painter = painters(kind, full_precision=True)
+    bytes_ = np.frombuffer(TRAINED.read_bytes(), np.uint8)
+    for floats in (False, True):
+        painter.tab.run("renderer.variant = { floats, strips: false };", floats=floats)
+        found = painter.tab.run(OPEN_MGS, bytes=bytes_, camera=in_javascript(view))
+        pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())
+        decibels = psnr(pixels[..., :3], expected)
+        print(f"{kind}, {'floats' if floats else 'halves'}: {decibels:.1f} dB")
+        assert decibels >= 57
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -260,8 +260,9 @@ def test_the_bench_reports_what_it_measured(tab: Tab, served: Any, renderer: str
     assert found["renderer"] == {"webgpu": "WebGPU", "webgl": "WebGL2"}[renderer]
     assert found["adapter"] and "Chrome" in found["browser"] and found["viewer"]
     assert found["file_bytes"] == len(MGS) and found["interrupted"] is False
-    if renderer == "webgpu":
-        assert set(found["passes"]) == {"project", "splat", "resolve"}
+    assert set(found["passes"]) == {"project", "splat", "resolve"}
+    assert all(0 <= took < 10_000 for took in found["passes"].values())
+    assert found["passes"]["splat"] > 0 and found["sorted"] is False
 
 
 def test_a_key_that_ends_under_another_one_does_not_stick(tab: Tab, served: Any) -> None:

@@ -1,13 +1,14 @@
 """The viewer's ES modules as one script, for pages that bring everything along."""
 
 import hashlib
+import html
 import json
 import re
 from functools import cache
 from pathlib import Path
 
 from mobilegs import __version__
-from mobilegs.view.short_names import WORD, short_names
+from mobilegs.view.short_names import short_names
 
 FOLDER = Path(__file__).resolve().parent
 WEB = FOLDER / "web"
@@ -36,7 +37,9 @@ CONST = re.compile(r"\bconst\b")  # one word packs better than two, and nothing 
 ZERO = re.compile(r"(?<![\w.])0(?=\.\d)")
 SIGN = re.compile(r"(?<![-+]) ([-+/]=?) (?![-+])")  # two of them would be another sign
 PRIVATE = re.compile(r"^(?:get |async )?#(\w{3,})\b", re.MULTILINE)
-SCRIPT = '<script type="module" src="page.js"></script>'  # of index.html
+# of index.html, to be replaced
+SCRIPT = '<script type="module" src="page.js"></script>'
+TITLE = "<title>mobilegs</title>"
 FILES = WEB / "files.js"
 WORKER = WEB / "load" / "worker.js"
 STYLE = WEB / "viewer" / "style.js"
@@ -102,8 +105,7 @@ module(entry);
 def _short_locals(text: str) -> str:
     """The same module with short names for what is local to it."""
     pieces = TEXT.split(text)
-    inside = {name for piece in pieces[1::2] if "${" in piece for name in WORD.findall(piece)}
-    pieces[::2] = short_names(pieces[::2], inside)
+    pieces[::2] = short_names(pieces[::2], pieces[1::2])
     return "".join(pieces)
 
 
@@ -153,6 +155,11 @@ def viewer_script() -> str:
 def viewer_version() -> str:
     """What changes with the viewer's script."""
     return hashlib.sha256(viewer_script().encode()).hexdigest()[:16]
+
+
+def shown(title: str) -> str:
+    """A title for a page; what is no text, as in names of files, is replaced."""
+    return html.escape(title.encode(errors="surrogateescape").decode(errors="replace"))
 
 
 def linked(path: str) -> str:

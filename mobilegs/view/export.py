@@ -19,7 +19,15 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
-from mobilegs.view.bundle import SCRIPT, WEB, element_script, linked, viewer_script
+from mobilegs.view.bundle import (
+    SCRIPT,
+    TITLE,
+    WEB,
+    element_script,
+    linked,
+    shown,
+    viewer_script,
+)
 from mobilegs.view.serve import KINDS, refuse_unreadable
 
 POSTER = (1200, 630)  # pixels; what services that preview links ask for
@@ -30,7 +38,6 @@ MARKS = {"manifest.webmanifest": MADE, "sw.js": "Keeps an exported site on the d
 COSMETIC = ("manifest.webmanifest", "poster.jpg", "icon.png")
 HTML_MAX = 400_000_000  # bytes of a scene: strings of browsers end at 2^29
 # of index.html, replaced by what an exported page has in their place
-TITLE = "<title>mobilegs</title>"
 LINK = '<link rel="icon" href="data:," />'
 ELEMENT = "<mobile-gs></mobile-gs>"
 LINK_ICON = '<link rel="icon" href="icon.png" />'
@@ -63,7 +70,7 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
     data = base64.b64encode(scene.read_bytes()).decode()
     page = _page(
         {
-            TITLE: f"<title>{_shown(title)}</title>",
+            TITLE: f"<title>{shown(title)}</title>",
             ELEMENT: f'<mobile-gs poster="data:image/jpeg;base64,{image}"></mobile-gs>',
             SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
             f'    <script type="module">\n{viewer_script()}</script>',
@@ -95,7 +102,7 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     edge = (POSTER[0] - POSTER[1]) // 2
     square = picture.crop((edge, 0, edge + POSTER[1], POSTER[1])).resize((ICON, ICON))
     square.save(icon, format="PNG")
-    safe, name = _shown(title), f"scene{scene.suffix.lower()}"
+    safe, name = shown(title), f"scene{scene.suffix.lower()}"
     content, poster = scene.read_bytes(), _jpeg(picture)
     page = _page(
         {
@@ -148,11 +155,6 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
         if old != name and json.dumps(old) in before:
             (output / old).unlink(missing_ok=True)
     return sum(map(len, files.values()))
-
-
-def _shown(title: str) -> str:
-    """A title for a page; what is no text, as in names of files, is replaced."""
-    return html.escape(title.encode(errors="surrogateescape").decode(errors="replace"))
 
 
 def _folder_address(url: str) -> str:

@@ -13,7 +13,15 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, parse_header
-from mobilegs.view.bundle import SCRIPT, WEB, linked, viewer_script, viewer_version
+from mobilegs.view.bundle import (
+    SCRIPT,
+    TITLE,
+    WEB,
+    linked,
+    shown,
+    viewer_script,
+    viewer_version,
+)
 
 SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
 VIEWER = "/viewer.js"
@@ -58,6 +66,11 @@ class Server(ThreadingHTTPServer):
         return f"http://{host}:{self.server_port}{self.path}"
 
     @property
+    def title(self) -> str:
+        """Of the page: its scenes, with their folders, since most are called the same."""
+        return " | ".join("/".join(file.parts[-2:]) for file in self.scenes.values())
+
+    @property
     def path(self) -> str:
         """Of the page, with the addresses of the scenes that it shows."""
         addresses = [quote(path, errors=UNDECODED) for path in self.scenes]
@@ -87,8 +100,9 @@ class Handler(BaseHTTPRequestHandler):
             self.send_header("Content-Length", "0")
             self.end_headers()
         elif asked.path == "/":
-            page = (WEB / "index.html").read_text()
-            self._answer("text/html", page.replace(SCRIPT, linked(VIEWER)))
+            page = (WEB / "index.html").read_text().replace(SCRIPT, linked(VIEWER))
+            title = f"<title>{shown(self.server.title)}</title>"
+            self._answer("text/html", page.replace(TITLE, title))
         elif asked.path == VIEWER:
             lasting = asked.query == viewer_version()
             self._answer("text/javascript", viewer_script(), lasting=lasting)

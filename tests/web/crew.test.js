@@ -101,7 +101,6 @@ test("a later stage is done again, and counts", async () => {
   assert.ok(crew.taken.length > 0);
   reader.append(bytes.subarray(cut));
   while (reader.step());
-  assert.equal(crew.layers, 0);
   crew.advance(0, reader.decoder.layers[0].stage);
   await crew.finish();
   crew.dismiss();

@@ -16,6 +16,13 @@ function put(fields, path, value) {
   names.reduce((inner, name) => inner[name], fields)[last] = value;
 }
 
+/** The header of a small scene, its table too. */
+function smallFields() {
+  const { fields, streams } = smallScene();
+  const table = streams.map(([name, codec, data]) => ({ name, codec, bytes: data.length, crc32: 0 }));
+  return { ...fields, layers: [40], streams: table };
+}
+
 function paths(fields) {
   return Object.entries(fields).flatMap(([name, value]) => {
     const inner = value !== null && typeof value === "object" && !Array.isArray(value) ? paths(value) : [];
@@ -25,8 +32,9 @@ function paths(fields) {
 
 for (const [what, value] of Object.entries(TEXTLESS)) {
   test(`no field can be a value that has no text: ${what}`, () => {
-    const fields = { colors: "networks", layers: [40], ...smallScene().fields };
-    for (const path of paths(fields)) {
+    const fields = { colors: "networks", ...smallFields() };
+    const { streams, ...others } = fields;
+    for (const path of paths(others)) {
       const crafted = structuredClone(fields);
       put(crafted, path, value);
       const refused = (error) => error instanceof SceneError && error.message.length < 200;
@@ -36,7 +44,7 @@ for (const [what, value] of Object.entries(TEXTLESS)) {
 }
 
 test("a list in the place of a word is called one", () => {
-  const fields = { ...smallScene().fields, layers: [40] };
+  const fields = smallFields();
   const refusal = (change) => () => parseHeader({ ...fields, ...change }, 1e6);
   assert.throws(refusal({ mode: DEEP }), /has mode 'a list', which this program does not know/);
   assert.throws(refusal({ colors: { toString: 1 } }), /has colors 'an object'/);
@@ -47,7 +55,7 @@ test("a list in the place of a word is called one", () => {
 });
 
 test("angles reach as far as 8 and no farther, whichever end of a column they lie at", () => {
-  const { codebooks, ...fields } = { ...smallScene().fields, mode: "sq", layers: [40], lobes: null };
+  const { codebooks, ...fields } = { ...smallFields(), mode: "sq", lobes: null };
   const column = (count) => ({ step: 1, least: Array(count).fill(0), size: Array(count).fill(1), middle: Array(count).fill(0) });
   const opens = (least, size, step) => {
     const rotation = { step, least: [0, 0, least], size: [1, 1, size], middle: [0, 0, least] };
@@ -62,4 +70,15 @@ test("angles reach as far as 8 and no farther, whichever end of a column they li
   }
   assert.doesNotThrow(opens(0, 1, 16.0000001));
   assert.throws(opens(0, 1, 16.000002), refused);
+});
+
+test("as many Gaussians as bytes of streams that there is a use for, and no more", () => {
+  const fields = smallFields();
+  const used = fields.streams.reduce((sum, { bytes }) => sum + bytes, 0);
+  const idle = ["spare", "", "view-network", "rotation-finer", "scale.3", "positions@1", "scale.0@0"];
+  const streams = [...fields.streams, ...idle.map((name) => ({ name, codec: "raw", bytes: 1e6, crc32: 0 }))];
+  const opens = (count) => () => parseHeader({ ...fields, count, layers: [count], streams }, 8e6);
+  assert.doesNotThrow(opens(used));
+  const refused = new RegExp(`claims ${used + 1} Gaussians in ${used} of its 8000000 bytes`);
+  assert.throws(opens(used + 1), refused);
 });

@@ -133,7 +133,7 @@ test("a scene that fails leaves the one before, which comes back with its contex
   for (const part of [scene(7), done(100)]) await first.says(part);
   const second = asked("second");
   await second.says(failed);
-  assert.deepEqual(log.splice(0), ["arrived", "loaded 1 100", "failed this is no scene"]);
+  assert.deepEqual(log.splice(0), ["arrived", "loaded 1 100", "failed this is no scene true"]);
   assert.ok(second.ended && !layer.broken);
   assert.equal(layer.count, 7);
 
@@ -155,7 +155,7 @@ test("what a file that fails is told of stays, whatever comes of the one before"
   const second = asked("second");
   await second.says(failed);
   for (const more of [progress(9), done(100)]) await first.says(more);
-  assert.deepEqual(log, ["arrived", "failed this is no scene"]);
+  assert.deepEqual(log, ["arrived", "failed this is no scene true"]);
   assert.equal(layer.count, 7);
 });
 

@@ -143,11 +143,26 @@ test("what ends behind a layer is shown as a coarser scene, and a sentence says 
   }
 });
 
-test("what ends inside a layer is shown as what ends before it", async () => {
+test("what ends inside a layer is shown as what ends before it, or with it once it has colours", async () => {
+  const length = (/** @type {unknown[]} */ [, , data]) => Math.ceil(/** @type {Uint8Array} */ (data).length / 8) * 8;
   for (const i of [0, 2]) {
-    const { drawn, sentence } = await loaded(BYTES.subarray(0, ENDS[i + 1] - 1));
-    assert.deepEqual(drawn, COARSER[i]);
-    assert.match(sentence, /cut short/);
+    const layer = own[i + 1];
+    const lobes = layer.findIndex(([name]) => /** @type {string} */ (name).startsWith("lobes"));
+    const behind = (/** @type {number} */ count) =>
+      ENDS[i] + layer.slice(0, count).reduce((sum, stream) => sum + length(stream), 0);
+    for (const end of [behind(lobes - 1), behind(lobes), ENDS[i + 1] - 1]) {
+      const { drawn, sentence } = await loaded(BYTES.subarray(0, end));
+      const reader = new SceneReader();
+      reader.append(BYTES.subarray(0, end));
+      while (reader.step());
+      const whole = wordsOf(sceneOf(reader));
+      const shown = LAYERS.slice(0, i + (end === behind(lobes - 1) ? 1 : 2)).reduce((sum, size) => sum + size);
+      for (const [part, words] of Object.entries(drawn)) {
+        assert.equal(words.length, (shown / LAYERS[0]) * COARSER[0][part].length);
+        assert.deepEqual(words, whole[part].slice(0, words.length), part);
+      }
+      assert.match(sentence, /cut short/);
+    }
   }
 });
 
@@ -173,10 +188,12 @@ test("a layer is shown before the next one comes", { timeout: 60_000 }, async ()
 });
 
 test("a layer that has not come gets no memory, whatever the header says", async () => {
-  const far = ["new", "new", new Uint8Array(2 ** 26)];
+  const far = ["positions@1", "morton-class", new Uint8Array(2 ** 26)];
+  const behind = own[1].slice(1);
   const claim = { ...fields, count: 2 ** 26, layers: [40, 2 ** 26 - 40] };
-  const bytes = seal(claim, [...shared, ...own[0], ...own[1], far], 3);
-  const start = bytes.subarray(0, bytes.length - 2 ** 26);
+  const bytes = seal(claim, [...shared, ...own[0], far, ...behind], 3);
+  const rest = behind.reduce((sum, [, , data]) => sum + Math.ceil(data.length / 8) * 8, 0);
+  const start = bytes.subarray(0, bytes.length - 2 ** 26 - rest);
   const reader = new SceneReader();
   reader.append(start);
   while (reader.step());

@@ -66,13 +66,52 @@ test("cameras that look at one place give it as the target", () => {
   pose.target.forEach((x, i) => assert.ok(Math.abs(x - target[i]) < 0.02));
 });
 
+/** Frames of a device that takes so many milliseconds for a picture at full size, and `least` for any. */
+function draw(resolution, full, least, frames) {
+  const scales = [];
+  for (let i = 0; i < frames; i++) {
+    resolution.note(Math.max(full * resolution.scale ** 2, least));
+    scales.push(resolution.scale);
+  }
+  return scales;
+}
+
 test("a slow device draws less while it moves, and all of it at rest", () => {
   const resolution = new Resolution(null);
-  for (let i = 0; i < 60; i++) resolution.note(400);
+  assert.deepEqual(draw(resolution, 400, 16, 4), [1, 1, 0.5, 0.5]); // it is seen at once
   assert.deepEqual(resolution.size(100, 50, 1, true), { width: 50, height: 25 });
   assert.deepEqual(resolution.size(100, 50, 3, false), { width: 200, height: 100 });
-  for (let i = 0; i < 60; i++) resolution.note(8);
+  draw(resolution, 8, 8, 6000);
   assert.equal(resolution.scale, 1);
+});
+
+test("a device that nearly draws in time draws a little less", () => {
+  const resolution = new Resolution(null);
+  draw(resolution, 34, 16, 60);
+  assert.equal(resolution.scale, 0.7); // 17 milliseconds
+  draw(resolution, 34, 16, 3000);
+  const late = draw(resolution, 34, 16, 3000);
+  assert.ok(late.filter((scale) => scale !== 0.7).length < 150, "it tries more pixels now and then, seldom");
+});
+
+test("a screen that shows thirty frames a second gets all pixels of them", () => {
+  const resolution = new Resolution(null);
+  draw(resolution, 8, 33.3, 60);
+  assert.equal(resolution.scale, 1);
+  draw(resolution, 60, 33.3, 60); // now it is the device
+  assert.ok(resolution.scale < 0.8);
+});
+
+test("one frame that takes long changes nothing", () => {
+  const resolution = new Resolution(null);
+  for (let i = 0; i < 200; i++) resolution.note(i % 20 === 7 ? 300 : 16.7);
+  assert.equal(resolution.scale, 1);
+});
+
+test("a scale that was asked for stays", () => {
+  const resolution = new Resolution(0.8);
+  draw(resolution, 400, 400, 50);
+  assert.equal(resolution.scale, 0.8);
 });
 
 test("the sky is above level cameras, however they are spread", () => {
@@ -117,15 +156,28 @@ test("of two arrivals, the state is the worse one, and the share the mean", () =
   assert.deepEqual([arrivals.state, arrivals.share], ["loading", 0.5]);
   arrivals.begin(1, "b.ply");
   assert.ok(arrivals.busy && Number.isNaN(arrivals.share)); // of the other nothing is known
-  arrivals.note(1, { share: 1, state: "failed", sentence: "it is broken" });
+  arrivals.fail(1, "it is broken", false);
   assert.deepEqual([arrivals.state, arrivals.share, arrivals.busy], ["failed", 0.75, true]);
   assert.equal(arrivals.sentence, "b.ply: it is broken");
   arrivals.note(0, { share: 1, state: "loaded" });
   assert.deepEqual([arrivals.state, arrivals.busy], ["failed", false]);
   arrivals.begin(1);
   assert.deepEqual([arrivals.state, arrivals.sentence], ["loaded", ""]);
-  arrivals.note(0, { state: "failed", sentence: "alone" });
+  arrivals.fail(0, "alone", false);
   assert.equal(arrivals.sentence, "alone");
+});
+
+test("what cannot take a scene's place leaves that its name, and is named itself", () => {
+  const arrivals = new Arrivals();
+  for (const [side, name] of ["a.mgs", "b.ply"].entries()) {
+    arrivals.begin(side, name);
+    arrivals.note(side, { share: 1, state: "loaded" });
+  }
+  arrivals.begin(0, "photo.jpg");
+  assert.deepEqual(arrivals.names, ["photo.jpg", "b.ply"]);
+  arrivals.fail(0, "this is no scene", true);
+  assert.deepEqual(arrivals.names, ["a.mgs", "b.ply"]);
+  assert.equal(arrivals.sentence, "photo.jpg: this is no scene");
 });
 
 test("a field of view that is asked for lies between the width's and the height's", () => {

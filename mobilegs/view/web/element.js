@@ -8,7 +8,8 @@
  * `background`, a colour of CSS instead of the scene's own; `fov`, the field of view in degrees;
  * `autorotate` turns the scene until somebody takes hold of it; `noui` hides the buttons; `poster`, a
  * picture to show until there is something better; `loading`, lazy: nothing begins before the element is
- * nearly in sight. While scenes arrive `data-state` is `loading`, then `loaded` or `failed`.
+ * nearly in sight; `alt`, what there is to see, for those who cannot; `polite` leaves the wheel, and one
+ * finger's way up and down, to the page around, unless Ctrl is held or there are two. While scenes arrive `data-state` is `loading`, then `loaded` or `failed`.
  */
 
 import { Arrivals } from "./viewer/arrivals.js";
@@ -26,6 +27,7 @@ import { Viewer } from "./viewer/viewer.js";
 
 const DIALOGS = ["settings", "help", "report"];
 const WISHES = ["scale", "background", "fov", "autorotate"];
+const SEEN = 2000; // milliseconds
 const SORTED = "sorted"; // of compare: the same scene in the other way
 const NEAR = { rootMargin: "100%" };
 const STILL = "(prefers-reduced-motion: reduce)";
@@ -44,6 +46,7 @@ export class MobileGs extends HTMLElement {
   /** What it was compared with last, instead of what `compare` says. @type {Source | null | undefined} */
   #other;
   #twice = false; // whether it is compared with itself
+  #again = false; // whether it shall be, once it is there
   /** What had the focus before a dialog took it. @type {HTMLElement | null} */
   #opener = null;
   /** Frame times of the last second or so, milliseconds. @type {number[]} */
@@ -112,6 +115,8 @@ export class MobileGs extends HTMLElement {
     const wished = this.getAttribute("variant");
     const [floats, strips] = ["floats", "strips"].map((word) => Boolean(wished?.includes(word)));
     this.viewer = new Viewer(canvas, this, { variant: wished === null ? null : { floats, strips } });
+    canvas.setAttribute("aria-label", `${this.getAttribute("alt") ?? "3D scene"}. Press H for the keys.`);
+    canvas.classList.toggle("polite", this.hasAttribute("polite"));
     for (const name of WISHES) this.#wish(name);
     this.#ready = this.viewer.begin(choice);
     this.#blind = false;
@@ -151,7 +156,7 @@ export class MobileGs extends HTMLElement {
   /** Opens a scene. @param {Source} source */
   async open(source) {
     this.#source = source;
-    if (this.#twice) void this.compare(SORTED);
+    this.#again = this.#twice; // once it is there: until then the one before stays, in both ways
     await this.#ask(0, source, (viewer, request) => viewer.load(request));
   }
 
@@ -162,6 +167,7 @@ export class MobileGs extends HTMLElement {
    */
   async compare(other) {
     this.#other = other;
+    this.#again = false;
     this.#twice = other === SORTED;
     const source = this.#twice ? this.#source : other;
     this.viewer?.alone();
@@ -190,7 +196,11 @@ export class MobileGs extends HTMLElement {
     } else if (what === "help" || what === "settings") this.#dialog(what);
     else if (what === "stats") viewer.timed = this.#toggle("stats");
     else if (what === "own") viewer.background = null;
-    else if (what === "mode") viewer.mode = viewer.mode === "orbit" ? "fly" : "orbit";
+    else if (what === "mode") {
+      const turns = viewer.mode === "fly";
+      viewer.mode = turns ? "orbit" : "fly";
+      this.#say(`Dragging ${turns ? "turns the scene" : "looks around"}.`, true);
+    }
     else if (what === "picture") void this.#save();
     else if (what === "open") this.#picker.click();
     else if (what === "copy") void this.#copy();
@@ -216,16 +226,21 @@ export class MobileGs extends HTMLElement {
   loaded(side, milliseconds, bytes) {
     this.#arrivals.note(side, { share: 1, state: "loaded" });
     this.#tell();
-    if (side === 0) this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds, bytes } }));
+    if (side === 1) return;
+    if (this.#again) void this.compare(SORTED);
+    this.#say(`${this.viewer?.count.toLocaleString("en")} Gaussians are there.`);
+    this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds, bytes } }));
   }
 
-  /** @param {Side} side @param {string} sentence */
-  failed(side, sentence) {
-    this.#arrivals.note(side, { share: 1, state: "failed", sentence });
+  /** @param {Side} side @param {string} sentence @param {boolean} [kept] whether the scene before stays */
+  failed(side, sentence, kept = false) {
+    this.#arrivals.fail(side, sentence, kept);
+    if (side === 0) this.#again = false;
     this.#tell();
     this.#part("message").hidden = false;
     if (side === 0) this.#source = this.viewer?.source ?? this.#source; // the scene before stays
-    /** @type {HTMLElement} */ (this.#root.querySelector(".message [data-act=open]")).hidden = this.#source !== null;
+    /** @type {HTMLElement} */ (this.#root.querySelector(".message [data-act=open]")).hidden =
+      Boolean(this.viewer?.count);
     this.dispatchEvent(new CustomEvent("error", { detail: { sentence } }));
   }
 
@@ -274,6 +289,14 @@ export class MobileGs extends HTMLElement {
       ...Object.entries(stats.passes ?? {}).map(([pass, time]) => `${pass} ${time.toFixed(2)} ms`),
     ];
     panel.textContent = lines.join("\n");
+  }
+
+  /** For those who hear the page and, if `seen`, for a moment for all. @param {string} text */
+  #say(text, seen = false) {
+    const said = this.#part("said");
+    said.textContent = text;
+    said.classList.toggle("seen", seen);
+    setTimeout(() => said.classList.remove("seen"), SEEN);
   }
 
   get #report() {

@@ -41,8 +41,13 @@ element.addEventListener("frame", () => {
   clearTimeout(timer);
   timer = setTimeout(() => {
     const text = element.viewer ? writePose(element.viewer.pose) : "";
-    if (shown !== "" && text !== shown) history.replaceState(null, "", `#${text}`);
+    const moved = shown !== "" && text !== shown;
     shown = text;
+    try {
+      if (moved) history.replaceState(null, "", `#${text}`);
+    } catch {
+      // a page without an address of its own has none to change
+    }
   }, QUIET);
 });
 

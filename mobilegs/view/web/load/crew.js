@@ -1,7 +1,7 @@
 /** Gaussians of a `.mgs` made ready for the GPU, by this thread and some helpers. */
 
 import { newWorker } from "../files.js";
-import { WHOLE } from "../mgs/decode.js";
+import { COLORED } from "../mgs/decode.js";
 import { RowDecoder } from "../mgs/rows.js";
 import { packRows } from "../render/pack.js";
 
@@ -199,9 +199,9 @@ export class Crew {
     return this.#chunks.every(({ layer }, chunk) => layer > 0 || this.#done[chunk] > 0);
   }
 
-  /** How many layers, from the first one on, are done. */
+  /** How many layers, from the first one on, can be shown. Those behind the first come whole, or are all that will come. */
   get layers() {
-    const missing = this.#done.findIndex((stage) => stage < WHOLE);
+    const missing = this.#done.findIndex((stage) => stage < COLORED);
     return missing < 0 ? this.#stages.length : this.#chunks[missing].layer;
   }
 

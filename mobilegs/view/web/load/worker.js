@@ -1,6 +1,6 @@
 /** Reads a scene away from the page's own thread, sends it on as it arrives, and sorts if needed. */
 
-import { WHOLE } from "../mgs/decode.js";
+import { COLORED, WHOLE } from "../mgs/decode.js";
 import { centersOf, thinned, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { RowDecoder } from "../mgs/rows.js";
@@ -173,6 +173,7 @@ async function loadMgs(source) {
   let crew = /** @type {Crew | null} */ (null);
   let arriving = /** @type {Arriving | null} */ (null);
   let [timer, arrived] = [0, 0];
+  let come = /** @type {import("../mgs/decode.js").CodedLayer[]} */ ([]);
   /** @type {(reader: SceneReader, waited: number) => Promise<void>} */
   const onStep = async ({ header, decoder, received, total }, waited) => {
     send({ kind: "progress", received, total });
@@ -180,7 +181,7 @@ async function loadMgs(source) {
     if (header.network) throw new Error(NETWORK);
     arrived = received;
     crew ??= new Crew(header.layers);
-    const { layers } = decoder;
+    const layers = (come = decoder.layers);
     const slow = waited * (total / received - 1) > SOON;
     if (layers[0].positions && !arriving) {
       arriving = new Arriving(header, layers, crew, crew.begin(decoder));
@@ -189,14 +190,17 @@ async function loadMgs(source) {
     }
     arriving?.makeRoom(received);
     for (const [i, { stage }] of layers.entries()) {
-      if (arriving && (stage === WHOLE || (slow && i === 0))) crew.advance(i, stage);
+      if (arriving && (stage === WHOLE || (slow && i === 0 && stage >= COLORED))) crew.advance(i, stage);
     }
     await turn();
   };
   try {
     await readScene(source, onStep);
   } finally {
-    // layers that have come are shown, whatever became of the rest
+    // layers that have come are shown, as far as they have colours, whatever became of the rest
+    for (const [i, { stage, positions }] of come.entries()) {
+      if (arriving && positions && stage >= COLORED) crew?.advance(i, stage);
+    }
     await crew?.finish().finally(() => {
       clearInterval(timer);
       crew?.dismiss();

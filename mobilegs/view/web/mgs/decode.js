@@ -31,6 +31,8 @@ const INDICES = ["bits", "rans"];
 const STAGES = [["scale", "rotation"], ["appearance", "opacity"], ["lobes"]];
 /** The stage at which there is everything. */
 export const WHOLE = STAGES.length;
+/** The stage from which on colours are there: in one for all, a scene looks worse than its dots. */
+export const COLORED = 2;
 
 /** Codes of the Gaussians of a layer. */
 export class CodedLayer {

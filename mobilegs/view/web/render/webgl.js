@@ -7,6 +7,7 @@
 
 import { strides } from "./types.js";
 import { HALF_SCALE, packView } from "./view.js";
+import { Clock } from "./webgl_clock.js";
 import { WebGlDots } from "./webgl_dots.js";
 import { BATCH, TARGETS, blendsFloats, makeFixed, makePrograms } from "./webgl_program.js";
 import { ROW, extent } from "./webgl_textures.js";
@@ -62,6 +63,7 @@ export class WebGlRenderer {
   /** @type {WebGlDots | null} */
   #dots = null;
   #sums = ""; // what the textures of the sums are for
+  #clock;
 
   #onLost = (/** @type {Event} */ event) => {
     event.preventDefault(); // or the context would never come back
@@ -74,6 +76,7 @@ export class WebGlRenderer {
     this.#scene = null; // one that was set in between has not arrived
     this.#fixed = makeFixed(this.#gl);
     this.#sums = "";
+    this.#clock.forget();
     this.lost = null;
     this.onRestored();
   };
@@ -121,6 +124,7 @@ export class WebGlRenderer {
     this.#shaders = shaders;
     this.variant = variant;
     this.#fixed = makeFixed(gl);
+    this.#clock = new Clock(gl);
     gl.canvas.addEventListener("webglcontextlost", this.#onLost);
     gl.canvas.addEventListener("webglcontextrestored", this.#onRestored);
   }
@@ -204,8 +208,10 @@ export class WebGlRenderer {
   draw(camera) {
     if (this.#scene === null) return;
     this.#fit(camera);
+    this.#clock.start();
     this.#sum(this.#scene, camera);
     this.#resolve(this.#scene, null, camera.height - 1);
+    this.#clock.pass();
   }
 
   /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
@@ -215,6 +221,16 @@ export class WebGlRenderer {
     gl.readBuffer(gl.COLOR_ATTACHMENT0);
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, new Float32Array(4));
     if (gl.isContextLost()) throw new Error("the graphics device was lost");
+  }
+
+  /** Milliseconds of the last timed frame by pass; null where the device has no clock. */
+  get milliseconds() {
+    return this.#clock.milliseconds;
+  }
+
+  /** Asks what each pass of a frame took, into `milliseconds`: of one that was drawn since it was first asked. */
+  async time() {
+    if (this.lost === null) await this.#clock.time();
   }
 
   /** Waits until everything that was asked for is drawn. */
@@ -310,12 +326,14 @@ export class WebGlRenderer {
     const [width, height] = extent(scene.count);
     gl.viewport(0, 0, width, height);
     gl.useProgram(programs.project);
+    this.#clock.pass("project");
     gl.drawArrays(gl.TRIANGLES, 0, 3);
 
     gl.bindFramebuffer(gl.FRAMEBUFFER, sums);
     gl.viewport(0, 0, camera.width, camera.height);
     gl.enable(gl.BLEND);
     gl.useProgram(programs.splat);
+    this.#clock.pass("splat");
     if (scene.sorted) {
       gl.drawBuffers([gl.COLOR_ATTACHMENT0]);
       gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
@@ -347,6 +365,7 @@ export class WebGlRenderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.disable(gl.BLEND);
     gl.useProgram(resolve);
+    this.#clock.pass("resolve");
     gl.uniform1i(gl.getUniformLocation(resolve, "last_row"), lastRow);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }

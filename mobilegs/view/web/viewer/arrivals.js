@@ -5,13 +5,15 @@
 /**
  * @typedef {object} Arrival
  * @property {string} name its file, or an address without what follows the path
+ * @property {string} before that of the scene in its place
+ * @property {string} asked that of what failed
  * @property {State} state
  * @property {number} share of the file that has come
  * @property {string} sentence why it failed
  */
 
 /** @returns {Arrival} */
-const nothing = () => ({ name: "", state: "", share: NaN, sentence: "" });
+const nothing = () => ({ name: "", before: "", asked: "", state: "", share: NaN, sentence: "" });
 
 /** Both scenes, each for itself and taken together. */
 export class Arrivals {
@@ -19,7 +21,14 @@ export class Arrivals {
 
   /** Another scene, or none, on a side. @param {Side} side @param {string} [name] */
   begin(side, name) {
-    this.#sides[side] = name === undefined ? nothing() : { ...nothing(), name, state: "loading" };
+    const before = this.#sides[side].name;
+    this.#sides[side] = name === undefined ? nothing() : { ...nothing(), name, before, state: "loading" };
+  }
+
+  /** @param {Side} side @param {string} sentence @param {boolean} kept whether the scene before is still there */
+  fail(side, sentence, kept) {
+    const { name, before } = this.#sides[side];
+    this.note(side, { share: 1, state: "failed", sentence, asked: this.names[side], name: kept ? before : name });
   }
 
   /** @param {Side} side @param {Partial<Arrival>} change */
@@ -48,10 +57,9 @@ export class Arrivals {
   /** Why something failed; of two scenes, with its name. */
   get sentence() {
     const both = this.#sides.every(({ state }) => state);
-    const sentences = this.#sides.map(({ state, sentence }, side) => {
+    const sentences = this.#sides.map(({ state, sentence, asked }) => {
       if (state !== "failed") return "";
-      const name = this.names[side];
-      return both && name && !sentence.includes(name) ? `${name}: ${sentence}` : sentence;
+      return both && asked && !sentence.includes(asked) ? `${asked}: ${sentence}` : sentence;
     });
     return [...new Set(sentences.filter(Boolean))].join("; ");
   }

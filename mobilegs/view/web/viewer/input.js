@@ -12,6 +12,7 @@
 
 const TURN = 0.006; // radians a pixel
 const WHEEL = 0.0012; // of the distance, a unit of the wheel
+const PINCH = 8; // units of a wheel that one of a trackpad is worth
 const SPEED = 0.9; // distances to the target in a second, when flying with keys
 const SHAKE = 6; // pixels that a finger moves when it taps
 const TAP = 0.03; // seconds that the shortest press counts
@@ -155,9 +156,11 @@ export class Input {
 
   /** @param {WheelEvent} event */
   #wheel(event) {
+    if (this.#element.classList.contains("polite") && !event.ctrlKey && !event.metaKey) return;
     event.preventDefault();
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
-    const amount = event.deltaY * lines * WHEEL;
+    // browsers tell of two fingers on a trackpad as of a wheel with Ctrl held, in small steps
+    const amount = event.deltaY * lines * (event.ctrlKey ? PINCH : 1) * WHEEL;
     const pose = this.#moved.pose();
     if (this.#moved.mode() === "orbit") pose.dolly(Math.exp(amount));
     else pose.move(0, 0, -amount * pose.reach);

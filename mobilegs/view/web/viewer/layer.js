@@ -26,7 +26,7 @@ import { noteLogits } from "./pick.js";
  * @property {() => void} changed there is more to see of it
  * @property {() => void} ordered it has the order that it was last seen to need
  * @property {(milliseconds: number, bytes: number) => void} loaded everything is decoded
- * @property {(sentence: string) => void} failed
+ * @property {(sentence: string, kept?: boolean) => void} failed `kept`: the scene before stays
  * @property {(sentence: string) => void} broken what draws cannot go on
  */
 
@@ -224,12 +224,12 @@ export class Layer {
 
   /** Milliseconds of the passes of a frame that was timed; null where the device does not tell. */
   get milliseconds() {
-    return this.#renderer && "milliseconds" in this.#renderer ? this.#renderer.milliseconds : null;
+    return this.#renderer?.milliseconds ?? null;
   }
 
   /** Asks what the passes of the last frame took, unless that is being found out. */
   async time() {
-    if (this.#timing || !this.#renderer || !("time" in this.#renderer)) return;
+    if (this.#timing || !this.#renderer) return;
     this.#timing = true;
     // a device that is lost meanwhile says so itself
     await this.#renderer.time().catch(() => {});
@@ -240,7 +240,8 @@ export class Layer {
   get device() {
     const { floats, strips } = this.#renderer?.variant ?? { floats: false, strips: false };
     const variant = `${floats ? "floats" : "halves"}, ${strips ? "strips" : "batches"}`;
-    return { renderer: this.name, adapter: this.#renderer?.describe() ?? "", variant };
+    const sorted = this.#ordering.by !== "";
+    return { renderer: this.name, adapter: this.#renderer?.describe() ?? "", variant, sorted };
   }
 
   destroy() {
@@ -279,12 +280,13 @@ export class Layer {
 
   /** @param {string} sentence @param {Worker} worker */
   #fail(sentence, worker) {
+    const kept = worker === this.#coming && this.#shown !== null;
     if (worker === this.#coming) {
       this.#coming = null;
       this.request = this.#shown;
     }
     if (worker !== this.#worker || this.#ordering.by !== "worker") worker.terminate();
-    if (worker === this.#last) this.#told.failed(sentence);
+    if (worker === this.#last) this.#told.failed(sentence, kept);
   }
 
   /** @param {Extract<Message, {kind: "dots"}>} message @param {Worker} worker */

@@ -41,20 +41,20 @@ export class Pose {
   }
 
   /**
-   * A pose for a scene that does not say how it was taken: from aside, at the middle half of it.
+   * A pose for a scene that does not say how it was taken: from aside, at most of it.
    *
    * @param {Float32Array} centers of Gaussians, 3 each
    */
   static around(centers) {
     /** @type {number[][]} */
-    const quarters = [0, 1, 2].map((axis) => {
+    const ends = [0, 1, 2].map((axis) => {
       const sorted = centers.filter((_, i) => i % 3 === axis).sort();
       const at = (/** @type {number} */ share) => sorted[Math.floor(share * (sorted.length - 1))] ?? 0;
-      return [at(0.25), at(0.5), at(0.75)];
+      return [at(0.15), at(0.5), at(0.85)];
     });
-    const target = /** @type {Vector} */ (quarters.map(([, middle]) => middle));
-    const size = Math.max(...quarters.map(([low, , high]) => high - low)) || 1;
-    return new Pose(plus(target, [0, -0.3, -1], 2 * size), target, [0, -1, 0]);
+    const target = /** @type {Vector} */ (ends.map(([, middle]) => middle));
+    const size = Math.max(...ends.map(([low, , high]) => high - low)) || 1;
+    return new Pose(plus(target, [0, -0.3, -1], 1.5 * size), target, [0, -1, 0]);
   }
 
   /** @returns {Vector} */

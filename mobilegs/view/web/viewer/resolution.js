@@ -1,9 +1,14 @@
 /** How many pixels to draw: as many as the device can in time. */
 
 const DENSITY_MAX = 2; // device pixels a CSS pixel; more is not seen on a phone, and is paid for
-const SLOW = 1000 / 26; // milliseconds a frame; screens that save power show 30 a second
+const GOAL = 1000 / 60; // milliseconds a frame
 const FAST = 1000 / 50;
-const FRAMES = 12; // looked at before the scale changes
+const SLOW = 1000 / 45;
+const SLOWEST = 1000 / 26; // screens that save power show 30 a second, however little is drawn
+const LEAST = 3; // frames looked at before the scale changes
+const SPAN = 200; // milliseconds that they take at least
+const HELPS = 0.9; // share of a frame's time that may be left if fewer pixels are worth it
+const CALM = [4, 64]; // spans that must have been fast before more is drawn, at first and at most
 const STEPS = [1, 0.85, 0.7, 0.6, 0.5];
 
 /** Picks a scale from the times of frames that follow one another. */
@@ -12,6 +17,11 @@ export class Resolution {
   /** @type {number[]} */
   #times = [];
   #steps;
+  #slow = SLOW;
+  /** Before less was drawn: the step, and what a frame took. */
+  #before = { step: 0, median: Infinity };
+  #fast = 0; // spans, one after the other
+  #calm = CALM[0];
 
   /** @param {number | null} fixed scale to keep, or null to choose it */
   constructor(fixed) {
@@ -45,15 +55,31 @@ export class Resolution {
    */
   note(milliseconds) {
     this.#times.push(milliseconds);
-    if (this.#times.length < FRAMES) return;
-    const median = this.#times.sort((a, b) => a - b)[FRAMES / 2];
+    const { length } = this.#times;
+    if (length < LEAST || this.#times.reduce((sum, time) => sum + time) < SPAN) return;
+    const median = this.#times.sort((a, b) => a - b)[length >> 1];
     this.#times = [];
-    if (median > SLOW) this.#step = Math.min(this.#step + 1, this.#steps.length - 1);
-    else if (median < FAST && this.#step > 0) this.#step -= 1;
+    if (median > this.#slow) this.#less(median);
+    else if (median >= FAST || this.#step === 0) this.#fast = 0;
+    else if (++this.#fast >= this.#calm) {
+      this.#step -= 1;
+      this.#fast = 0;
+    }
   }
 
-  /** Forgets the times: frames no longer follow one another. */
-  pause() {
-    this.#times = [];
+  /** Draws less, unless that did not help before. @param {number} median milliseconds of a frame */
+  #less(median) {
+    const { step, median: before } = this.#before;
+    this.#fast = 0;
+    this.#calm = Math.min(2 * this.#calm, CALM[1]);
+    if (step < this.#step && median < SLOWEST && median > HELPS * before) {
+      this.#step = step; // it is the screen that shows no more
+      this.#slow = SLOWEST;
+      return;
+    }
+    this.#before = { step: this.#step, median };
+    const wanted = this.scale * Math.sqrt(GOAL / median);
+    const next = this.#steps.findIndex((scale) => scale < this.scale && scale <= wanted);
+    this.#step = next < 0 ? this.#steps.length - 1 : next;
   }
 }

@@ -11,8 +11,9 @@ export const STYLE = `
 }
 canvas { opacity: 0; display: block; width: 100%; height: 100%; touch-action: none; cursor: grab; outline: none; }
 canvas.drawn { opacity: 1; }
+canvas.polite { touch-action: pan-y; }
 canvas:active { cursor: grabbing; }
-canvas:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }
+canvas:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
 .over { position: absolute; inset: 0; pointer-events: none; }
 .split {
   position: absolute; top: 0; bottom: 0; width: 20px; margin-left: -10px;
@@ -51,6 +52,8 @@ canvas:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }
 .message { overflow-wrap: anywhere; }
 .stats { top: 12px; left: 12px; font-variant-numeric: tabular-nums; white-space: pre; pointer-events: none; }
 .split:not([hidden]) ~ .stats { top: 52px; }
+.said { left: 12px; bottom: 12px; pointer-events: none; }
+.said:not(.seen) { clip-path: inset(50%); }
 h2 { font-size: 16px; margin: 0 0 8px; }
 .help dl { display: grid; grid-template-columns: fit-content(45%) 1fr; gap: 4px 16px; margin: 0 0 12px; }
 .help dt { font-weight: 600; }
@@ -62,6 +65,9 @@ h2 { font-size: 16px; margin: 0 0 8px; }
 .settings {
   right: 12px; bottom: calc(68px + env(safe-area-inset-bottom)); width: min(26em, calc(100% - 24px));
   box-sizing: border-box; max-height: calc(100% - 80px); overflow: auto;
+}
+@media (max-height: 500px) {
+  .settings { bottom: 12px; max-height: calc(100% - 24px); columns: 2; width: min(40em, calc(100% - 24px)); }
 }
 .settings p { display: flex; flex-wrap: wrap; align-items: center; gap: 8px; margin: 0 0 8px; }
 .settings p > label { flex: 1; }

@@ -14,19 +14,20 @@ const HELP = [
   ["R", "back to the beginning"],
   ["F", "full screen"],
   ["P", "save a picture"],
-  ["I", "frame rate and device"],
+  ["I", "frame rate and size"],
   ["O", "settings"],
   ["H", "this help"],
 ];
 
 export const TEMPLATE = `
 <style>${STYLE}</style>
-<canvas tabindex="0" role="application" aria-label="3D scene. Press H for the keys."></canvas>
+<canvas tabindex="0" role="application"></canvas>
 <div class="split" role="slider" tabindex="0" aria-valuemin="0" aria-valuemax="100" hidden>
   <span></span><span></span>
 </div>
 <div class="bar" role="progressbar" aria-label="loading" hidden><div></div></div>
 <div class="panel stats" hidden></div>
+<div class="panel said" role="status"></div>
 <div class="buttons">
   <button data-act="reset" title="Back to the beginning (R)">Reset</button>
   <button data-act="settings" title="Settings (O)" aria-expanded="false">Settings</button>

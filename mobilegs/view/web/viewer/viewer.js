@@ -17,7 +17,7 @@ import { Resolution } from "./resolution.js";
  * @property {(side: Side, share: number) => void} progress of a file, 0 to 1; NaN while its size is
  *     not known
  * @property {(side: Side, milliseconds: number, bytes: number) => void} loaded everything is decoded
- * @property {(side: Side, sentence: string) => void} failed
+ * @property {(side: Side, sentence: string, kept?: boolean) => void} failed `kept`: the scene before stays
  * @property {(side: Side, sentence: string) => void} broken what draws cannot go on
  * @property {(stats: Stats) => void} drawn
  */
@@ -285,7 +285,7 @@ export class Viewer {
         this.#listener.loaded(side, milliseconds, bytes);
         this.redraw();
       },
-      failed: (sentence) => this.#listener.failed(side, sentence),
+      failed: (sentence, kept) => this.#listener.failed(side, sentence, kept),
       broken: (sentence) => this.#listener.broken(side, sentence),
     };
     return new Layer(canvas, told, this.#variant, sorting);
@@ -313,8 +313,7 @@ export class Viewer {
     const followed = this.#moving; // then the time between the two frames is that of one
     const turning = this.turning && this.count > 0;
     this.#moving = performance.now() - this.#touched < LINGER || this.#input.busy || turning;
-    if (!this.#moving) this.#resolution.pause();
-    else if (followed) this.#resolution.note(since);
+    if (this.#moving && followed) this.#resolution.note(since);
     const seconds = Math.min(since, 100) / 1000;
     this.#input.advance(seconds);
     if (turning) this.pose.orbit(IDLE * seconds, 0);
