@@ -32,6 +32,8 @@ def recipe_of(place: Place, row: Row, options: argparse.Namespace) -> Recipe:
     """The preset with all that place, `--steps`, row and `--set` change, in this order."""
     recipe = with_method(RECIPES[place.preset](), row.teacher)
     recipe = with_settings(recipe, place.settings)
+    if row.teacher == "3dgs":
+        recipe = with_settings(recipe, place.of_3dgs)
     if options.steps:
         recipe = with_steps(recipe, options.steps)
     metric = f"teacher.mini_splatting.metric={place.metric}"

@@ -18,13 +18,24 @@ class Place:
     """Of the importance that simplification goes by."""
     preset: PresetName = "gpu"
     settings: tuple[str, ...] = ()
+    """What differs from the preset."""
+    of_3dgs: tuple[str, ...] = ()
+    """What else does where 3DGS is the teacher."""
     protocol: str = "paper"
     """Of the photos' size; `standard` only where that is another one."""
 
 
+# all points to begin with; 3DGS knows no limit, and makes six million Gaussians of some captures
+ALL_POINTS = ("teacher.init_splats=1000000",)
+NO_LIMIT = ("teacher.max_splats=20000000",)
+
+
 def _standard(group: str, parents: tuple[str, ...], scenes: dict[str, tuple[str, int | None]]):
+    more = {"settings": ALL_POINTS, "of_3dgs": NO_LIMIT}
     return {
-        name: Place(group, (*(f"{parent}/{name}" for parent in parents), name), downscale, metric)
+        name: Place(
+            group, (*(f"{parent}/{name}" for parent in parents), name), downscale, metric, **more
+        )
         for name, (metric, downscale) in scenes.items()
     }
 

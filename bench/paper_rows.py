@@ -108,6 +108,7 @@ def _masks() -> dict[str, Row]:
 
 OURS: dict[str, Row] = {
     "teacher": Row("main", "Mini-Splatting: the teacher", coded=False, student=False),
+    "3dgs": Row("main", "3DGS, not coded", teacher="3dgs", coded=False, student=False),
     "ours": Row("main", "the default: lobes from latents, codes are multiples of steps"),
     "ours-sorted": Row(
         "main", "the default, blended sorted; one opacity a Gaussian, neither phi nor lobes", SORTED

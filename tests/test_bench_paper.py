@@ -59,6 +59,16 @@ def test_rows_become_cells_and_cells_a_table(bench: Bench, tmp_path: Path) -> No
     assert f"| {two_pass:.2f} | {two_pass - base:+.2f} |" in text  # codebooks of the same seed
 
 
+def test_3dgs_has_a_row_as_a_teacher_and_one_as_a_student(bench: Bench, tmp_path: Path) -> None:
+    cells = bench("--rows", "3dgs", "quantised-3dgs")
+    [ply] = tmp_path.glob("runs/blobs/teacher-3dgs-*/teacher.ply")  # of both
+    plain, coded = cells["3dgs 0"], cells["quantised-3dgs 0"]
+    assert plain["bytes"] == ply.stat().st_size > coded["bytes"]
+    assert plain["gaussians"] == coded["gaussians"] and plain["student_steps"] == 0
+    text = "\n".join(paper_report.sections(list(cells.values())))
+    assert "| `3dgs` | 3DGS, not coded |" in text
+
+
 def test_a_cell_that_fails_costs_no_other(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,6 +164,20 @@ def test_steps_are_shared_out_as_the_places_are() -> None:
     recipe = recipe_of(place, ROWS["ours"], options(steps=300, set=("teacher.steps=7",)))
     assert (recipe.teacher.steps, recipe.student.steps) == (7, 100)
     assert recipe.teacher.max_splats == 60_000
+
+
+def test_teachers_begin_with_all_points_and_3dgs_has_no_limit() -> None:
+    for scene in ("garden", "truck", "playroom"):
+        ours, theirs = (
+            recipe_of(PLACES[scene], ROWS[name], options()).teacher for name in ("ours", "3dgs")
+        )
+        # kitchen comes with 241,367 points, and 3DGS leaves 6.1 million Gaussians of bicycle
+        assert ours.init_splats == theirs.init_splats > 250_000
+        assert ours.max_splats == 1_000_000 and theirs.max_splats > 7_000_000
+        assert theirs == recipe_of(PLACES[scene], ROWS["quantised-3dgs"], options()).teacher
+    small = recipe_of(PLACES["horns-250"], ROWS["quantised-3dgs"], options()).teacher
+    assert (small.init_splats, small.max_splats) == (40_000, 60_000)
+    assert place_of("garden", "3dgs") == "runs/garden/3dgs-30000-0"
 
 
 def test_cells_keep_apart_by_all_that_differs(tmp_path: Path) -> None:

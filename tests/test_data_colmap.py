@@ -13,6 +13,7 @@ from PIL import Image
 
 from mobilegs.data import load_capture, load_view
 from mobilegs.data.colmap_files import MODELS, read_cameras, read_images, read_points
+from mobilegs.data.images import reduced_size
 from mobilegs.errors import InputError
 
 REAL = Path(os.environ["MOBILEGS_DATA"]) if "MOBILEGS_DATA" in os.environ else None
@@ -227,6 +228,23 @@ def test_reduced_photos_of_other_names_are_matched_by_order(tmp_path):
     frame = load_capture(root, downscale=2).train[4]
     assert frame.name == "p05.png"
     assert (load_view(frame).image[0, 0, 0] * 255).round() == 5
+
+
+@pytest.mark.parametrize(
+    ("size", "downscale", "reduced"),
+    [
+        ((5025, 3312), None, (1600, 1054)),  # flowers, garden, treehill as 3DGS shows them
+        ((5187, 3361), None, (1600, 1036)),
+        ((5068, 3326), None, (1600, 1050)),
+        ((1601, 3), None, (1600, 2)),
+        ((1600, 900), None, (1600, 900)),
+        ((2000, 1), None, (1600, 1)),
+        ((5025, 3312), 4, (1256, 828)),
+        ((7, 5), 2, (4, 3)),
+    ],
+)
+def test_heights_drop_fractions_only_where_no_factor_is_given(size, downscale, reduced):
+    assert reduced_size(*size, downscale) == reduced
 
 
 def test_wide_photos_are_reduced_to_1600_pixels_by_default(tmp_path):

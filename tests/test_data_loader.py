@@ -5,6 +5,7 @@ import threading
 import pytest
 import torch
 from test_data_colmap import capture
+from torch.overrides import TorchFunctionMode
 
 from mobilegs.data import ViewLoader, load_capture, load_view
 from mobilegs.errors import InputError
@@ -44,6 +45,23 @@ def test_changing_a_view_does_not_change_the_cache(tmp_path):
     before = loader.get(0).image.clone()
     loader.get(0).image.zero_()
     assert torch.equal(loader.get(0).image, before)
+
+
+def test_a_view_moves_with_8_bits_a_channel(tmp_path):
+    moved = []
+
+    class Moves(TorchFunctionMode):
+        def __torch_function__(self, func, types, args=(), kwargs=None):
+            if func is torch.Tensor.to and args[0].shape[:2] == (8, 12):
+                moved.append(args[0].dtype)
+            return func(*args, **(kwargs or {}))
+
+    loader = ViewLoader(load_capture(capture(tmp_path)).train)
+    with Moves():
+        there = loader.get(0, "meta")
+    assert moved == [torch.uint8]
+    assert there.image.is_meta and there.image.dtype == torch.float32
+    assert there.camera.viewmat.is_meta and there.image.shape == loader.get(0).image.shape
 
 
 def test_a_damaged_photo_surfaces_in_get_however_it_was_read(tmp_path):

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import types
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,11 +18,13 @@ from paper_places import PLACES, Place
 sys.path.insert(0, str(Path(__file__).parents[1] / "bench" / "gpu"))
 import bring
 import parcel
+import ready
 from compact import STEPS, TooLargeError, grown, shrunk
 from figures import Figures
 
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import write_ply
+from mobilegs.train.loop import TrainRun, train_run
 from mobilegs.train.student import Student
 
 ROOT = Path(__file__).parents[1]
@@ -100,10 +103,10 @@ def test_gsplat_has_its_own_time_once(run: Run, tmp_path: Path) -> None:
     found = run(SLOW="gsplat.cuda", SECONDS_OF_GSPLAT=1)
     assert found.returncode == 0 and not lock.exists()  # nothing of ours is lost
     assert not asked(tmp_path, "--by gsplat") and asked(tmp_path, "kernels_gpu.py")
-    assert (tmp_path / "kept/gsplat.failed").exists()
+    assert (tmp_path / "runs/gsplat.failed").exists()
     run()
     assert not asked(tmp_path, "gsplat.cuda")
-    (tmp_path / "kept/gsplat.failed").unlink()
+    (tmp_path / "runs/gsplat.failed").unlink()
     run()
     assert asked(tmp_path, "gsplat.cuda")
     [by_gsplat] = asked(tmp_path, "--by gsplat")
@@ -143,6 +146,44 @@ def test_what_calls_bring_adds_up(run: Run, tmp_path: Path) -> None:
     assert not asked(tmp_path, "test_cuda")
 
 
+def test_checks_of_several_machines_add_up(run: Run, tmp_path: Path) -> None:
+    def moved() -> None:
+        """To another machine, with what came back of the last call."""
+        for name in ("runs", "kept", "brought"):
+            shutil.rmtree(tmp_path / name, ignore_errors=True)
+        shutil.copytree(tmp_path / "out", tmp_path / "brought/parcel")
+        shutil.rmtree(tmp_path / "out")
+        (tmp_path / "kept/data/bonsai").mkdir(parents=True)
+
+    (tmp_path / "kept/data/bonsai").mkdir(parents=True)
+    assert run(FAILING="train", REALLY="pack").returncode == 1
+    assert asked(tmp_path, "test_cuda") and asked(tmp_path, "gsplat.cuda")
+    moved()
+    assert run(FAILING="train", REALLY="open").returncode == 1
+    assert parts(tmp_path)[-2:] == [["bonsai", "3"]] * 2
+    again = ("test_cuda", "kernels_gpu", "gsplat.cuda")
+    assert not any(asked(tmp_path, word) for word in again)
+
+    scene = tmp_path / "runs/scene/bonsai/scene.mgs"
+    scene.parent.mkdir(parents=True)
+    scene.write_bytes(b"whole")  # the training has ended, and nothing was timed yet
+    run(FAILING="gsplat.cuda frames_gpu", REALLY="pack")
+    assert asked(tmp_path, "gsplat.cuda") and (tmp_path / "runs/gsplat.failed").exists()
+    moved()
+    assert run(REALLY="open").returncode == 0
+    assert scene.read_bytes() == b"whole"
+    assert asked(tmp_path, "frames_gpu") and not asked(tmp_path, "gsplat.cuda")
+    assert not any(asked(tmp_path, word) for word in (*again, "mobilegs train", "native.py"))
+
+
+def test_kernels_of_another_machine_are_not_on_this_one(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "runs/logs").mkdir(parents=True)
+    (tmp_path / "runs/logs/parts.txt").write_text("build 0 70\ntests 0 90\n")
+    found = run(FAILING="kernel_level", SECONDS_IN_ALL=1)
+    assert "build: left to the next call" in found.stdout
+    assert "tests: left" not in found.stdout
+
+
 def test_frames_are_timed_once_for_each_scene(run: Run, tmp_path: Path) -> None:
     scene = tmp_path / "runs/horns-499"
     for name in ("ours-60000-0/scene.mgs", "teacher-mini-splatting-30000-0/seconds.json"):
@@ -166,6 +207,39 @@ def test_frames_are_timed_once_for_each_scene(run: Run, tmp_path: Path) -> None:
     assert (scene / "teacher-mini-splatting-30000-0/teacher.ply").exists()
     order = [line.split()[0] for line in (tmp_path / "asked.txt").read_text().splitlines()]
     assert order.index("bench/gpu/parcel.py") < order.index("bench/paper.py")
+
+
+# --- what a machine lacks
+
+
+def test_what_a_machine_lacks_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    def said() -> str:
+        with pytest.raises(SystemExit) as end:
+            ready.main()
+        return str(end.value)
+
+    nvrtc = types.SimpleNamespace(nvrtcVersion=lambda: (0, 13, 0))
+    modules = {
+        name: types.SimpleNamespace(**dict.fromkeys(names)) for name, names in ready.NEEDED.items()
+    }
+    for name, module in (modules | {"cuda.bindings.nvrtc": nvrtc}).items():
+        monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.setattr(ready, "lacks", lambda name: False)
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert "offers" in said() and "no CUDA device" in said()
+
+    def broken() -> None:
+        raise RuntimeError("libnvrtc.so.13 was not found")
+
+    nvrtc.nvrtcVersion = broken
+    assert "cannot compile kernels (libnvrtc.so.13 was not found)" in said()
+    del modules["cuda.core"].ObjectCode
+    assert "cannot compile kernels (cuda.core has no ObjectCode)" in said()
+    versions = {"cuda-core": "0.9.1", "torch": "2.13.0a0+git1", "numpy": "1.9"}
+    monkeypatch.setattr(ready, "version", lambda name: versions.get(name, "99"))
+    assert "has numpy 1.9, not 1.26 or later; cuda-core 0.9.1, not 1.0 or later" in said()
+    monkeypatch.setattr(ready, "lacks", lambda name: name == "cuda.core")
+    assert "has no cuda.core: PYTHON=" in said()
 
 
 # --- tensors that travel
@@ -325,6 +399,47 @@ def test_a_training_goes_on_on_another_machine(
     assert names == ["teacher.ply", "checkpoint.safetensors"]
     # done: there is no checkpoint any more, and none is brought back
     assert parcel.unpack(tmp_path / "out", second) == []
+
+
+def test_a_run_with_its_teacher_beside_it_goes_on_on_another_machine(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps, advance = [], Student.advance
+
+    def counted(stage: Student, views: list) -> object:
+        result = advance(stage, views)
+        steps.append(stage.done)
+        if len(steps) == 12:
+            os.kill(os.getpid(), signal.SIGINT)
+        return result
+
+    def too_large(path: Path, most: int) -> bytes:
+        raise TooLargeError
+
+    def one_machine(runs: Path) -> dict:
+        folder = runs / "scene" / "blobs"
+        settings = (("teacher.max_splats=300",),)
+        options = {"preset": "cpu", "steps": 40, "resume": True, "settings": settings}
+        return train_run(TrainRun(capture, folder, downscale=1, device="cpu", **options))
+
+    monkeypatch.setattr(Student, "advance", counted)
+    first, second = tmp_path / "first", tmp_path / "second"
+    with pytest.raises(KeyboardInterrupt):
+        one_machine(first)
+    told = parcel.pack(first, tmp_path / "out")
+    assert ["travels," in line for line in told] == [True, True]
+    with monkeypatch.context() as patched:
+        patched.setattr(parcel, "_teacher", too_large)
+        [sentence] = parcel.pack(first, tmp_path / "less")
+    assert "teacher.ply stays" in sentence  # and the checkpoint, which is of no use without it
+    parcel.unpack(tmp_path / "out", second)
+    metrics = one_machine(second)
+    assert steps == list(range(1, 21)) and metrics["student"]["psnr"] > 10
+    parcel.pack(second, tmp_path / "out")
+    parcel.unpack(tmp_path / "out", tmp_path / "third")
+    scenes = [runs / "scene/blobs/scene.mgs" for runs in (second, tmp_path / "third")]
+    assert scenes[0].read_bytes() == scenes[1].read_bytes()
+    assert one_machine(tmp_path / "third") == metrics and len(steps) == 20
 
 
 # --- what comes back, and what goes there

@@ -82,6 +82,15 @@ def test_a_restored_optimiser_moves_on_alike_whatever_it_held_before(adam: Named
         assert torch.equal(tensor, other.tensors[name])
 
 
+def test_what_is_restored_lies_where_the_other_tensors_do(adam: NamedAdam) -> None:
+    other = NamedAdam({"a": torch.zeros(5, 2, device="meta")}, {"a": 0.1})
+    adam.add("c", torch.ones(5), 0.3)
+    other.restore(adam.state())
+    assert set(other.tensors) == {"a", "b", "c"}
+    held = [tensor for state in other.state().values() for tensor in state.values()]
+    assert all(tensor.is_meta for tensor in held if isinstance(tensor, Tensor))
+
+
 def test_a_networks_parameters_stay_its_own() -> None:
     layer = torch.nn.Linear(2, 1)
     adam = NamedAdam(dict(layer.named_parameters()), {"weight": 0.1, "bias": 0.1})

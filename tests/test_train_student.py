@@ -15,9 +15,11 @@ from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.render.lobes import seen_along
 from mobilegs.render.scene import Scene
+from mobilegs.train.presence import PresenceConfig
 from mobilegs.train.seen import Seen
 from mobilegs.train.student import Student
 from mobilegs.train.student_config import StudentConfig
+from mobilegs.train.student_model import StudentModel
 from mobilegs.train.view_dependence import KINDS, ViewDependence
 
 pytest_plugins = ["tiny"]
@@ -87,6 +89,26 @@ def test_a_student_that_was_stopped_ends_in_the_same_bytes(
         second.restore(state)
         train(second, dataset, 40)
         assert pack(second.coded()) == expected, stop
+
+
+@pytest.mark.parametrize("coding", ["sq", "nvq"])
+@pytest.mark.parametrize("kind", ["network", "latent"])
+def test_a_restored_model_lies_where_its_gaussians_do(
+    dataset: Dataset, make_student, kind: str, coding: str
+) -> None:
+    config = replace(with_kind(kind), coding=coding, presence=PresenceConfig(weight=0.01))
+    student = make_student(config)
+    for until in (3, 12, 30):  # explicit, networks, codes
+        train(student, dataset, until)
+        generator, rates = torch.Generator(), student._rates()
+        options = {"color": config.color, "steps": config.steps_of_codes}
+        model = StudentModel(blobs().to("meta"), config.view, rates, generator, **options)
+        model.restore(student.model.state())
+        tensors = [codes.indices for codes in model.codebooks.values()]
+        for adam in (model.rows, model.shared):
+            tensors += adam.tensors.values()
+            tensors += [moment for of in adam.adam.state.values() for moment in of.values()]
+        assert len(tensors) > 10 and all(tensor.is_meta for tensor in tensors), until
 
 
 def test_the_cache_of_the_teachers_pictures_does_not_change_training(

@@ -61,6 +61,7 @@ def main() -> None:
         "bonsai": figures_of(options.folder / "scene" / "bonsai" / "metrics.json"),
         "frames": figures_of(options.folder / "frames.json"),
         "native": figures_of(options.folder / "native.json"),
+        "travelled": figures_of(options.folder / "travelled.json"),
     }
     atomic_write(options.json, json.dumps(result, indent=1) + "\n")
 

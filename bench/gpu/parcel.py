@@ -3,10 +3,11 @@
     python bench/gpu/parcel.py pack RUNS FOLDER
     python bench/gpu/parcel.py open FOLDER RUNS
 
-RUNS is what bench/paper.py fills. A parcel has the notes of all cells, which are then not made
-again, and as many teachers and checkpoints as fit, the newest scene's first, stored as compact.py
-does; a sentence names what does not fit. Opening one leaves alone what is there already, and writes
-into travelled.json which trainings went on from a rounded teacher or checkpoint.
+RUNS is what bench/paper.py fills, or the checks of run.sh. A parcel has the notes of all cells, or
+of the checks, which are then not made again, and as many teachers and checkpoints as fit, the
+newest scene's first, stored as compact.py does; a sentence names what does not fit. Opening one
+leaves alone what is there already, and writes into travelled.json which trainings went on from a
+rounded teacher or checkpoint.
 """
 
 import argparse
@@ -15,6 +16,7 @@ import json
 import sys
 import time
 import zipfile
+import zlib
 from pathlib import Path
 
 import torch
@@ -30,8 +32,15 @@ from mobilegs.gaussians import Gaussians
 
 # what comes back from a call at most, files and bytes, and what goes there beside the repository
 FILES, PART_BYTES, BACK_BYTES, THERE_BYTES = 8, 15 << 20, 63 << 20, 56 << 20
-SMALL = ("settings.json", "cell.json", "frames.json", "seconds.json")
-TEACHER, CHECKPOINT, TRAVELLED = "teacher.ply", "checkpoint.safetensors", "travelled.json"
+CONFIG, TRAVELLED = "config.json", "travelled.json"
+TEACHER, CHECKPOINT = "teacher.ply", "checkpoint.safetensors"
+SMALL = (
+    *(f"*/*/{name}" for name in ("settings.json", "cell.json", "frames.json", "seconds.json")),
+    # of the checks, whose scene is a run of `mobilegs train`
+    *(f"scene/*/{name}" for name in (CONFIG, "metrics.json", "scene.mgs")),
+    "logs/parts.txt", "tests.xml", "kernels.json", "frames.json", "native.json", "gsplat.failed",
+    TRAVELLED,
+)  # fmt: skip
 SHRUNK = ".shrunk"  # behind the name of what is not stored as it is
 
 
@@ -42,18 +51,21 @@ def pack(runs: Path, folder: Path) -> list[str]:
         old.unlink()
     beside = [path.stat().st_size for path in folder.iterdir() if path.is_file()]
     most = min(THERE_BYTES, BACK_BYTES - sum(beside), PART_BYTES * (FILES - len(beside)))
-    notes = sorted(path for name in SMALL for path in runs.glob(f"*/*/{name}"))
-    file, told = io.BytesIO(), []
+    notes = sorted(path for pattern in SMALL for path in runs.glob(pattern))
+    file, told, left = io.BytesIO(), [], set()
     with zipfile.ZipFile(file, "w") as parcel:
-        for path in [*notes, *runs.glob(TRAVELLED)]:
+        for path in notes:
             parcel.write(path, path.relative_to(runs))
         for path in worth(runs):
+            if path.parent in left:  # a student is nothing without the teacher beside it
+                continue
             name = path.relative_to(runs)
             room = most - file.tell() - (1 << 16)  # what a zip says at its end
             small = _teacher if path.name == TEACHER else _checkpoint
             try:
                 content = small(path, room)
             except TooLargeError:
+                left.add(path.parent)
                 told.append(
                     f"{name} stays, it needs more than the {max(0, room) >> 20} MiB that are left: "
                     "on another machine this training begins anew"
@@ -89,6 +101,8 @@ def worth(runs: Path) -> list[Path]:
 
 
 def _is_done(folder: Path) -> bool:
+    if (folder / CONFIG).exists():  # teacher and student in one folder
+        return (folder / "scene.mgs").exists()
     return (folder / TEACHER).exists() or (folder / "cell.json").exists()
 
 
@@ -154,6 +168,11 @@ def _restore(path: Path, tensors: dict[str, Tensor]) -> None:
         write_ply(path, Gaussians(**named, sh=sh))
         return
     about = json.loads(bytes(tensors.pop("about").tolist()))
+    if (teacher := path.with_name(TEACHER)).exists():  # by its sum a student knows it again
+        tree = json.loads(about["checkpoint"])
+        if tree["state"]["stage"] == "student":
+            tree["state"]["teacher_crc"] = zlib.crc32(teacher.read_bytes())
+        about["checkpoint"] = json.dumps(tree)
     with atomic_path(path) as temporary:
         save_file(tensors, temporary, metadata=about)
 

@@ -44,14 +44,19 @@ if [ -d "$kept/data" ]; then export MOBILEGS_DATA=${MOBILEGS_DATA:-$kept/data}; 
 du -sh "$kept"/* 2>/dev/null
 if [ "$agenda" = load ]; then exit 0; fi
 "$python" bench/gpu/ready.py || exit 1
+if [ -d "$kept/parcel" ]; then # what the same agenda made on another machine
+  "$python" bench/gpu/parcel.py open "$kept/parcel" "$work" || exit 1
+  rm -rf "$kept/parcel"
+fi
 
 # part NAME SECONDS COMMAND...: runs it for at most so long, keeps its output and its exit code.
 # What has succeeded is not repeated; what there is no time for is left to the next call.
+has() { grep -qs "^$1 0 " "$parts"; }
 part() {
   local name=$1 limit=$2 begun=$SECONDS code left=$((budget - SECONDS))
   shift 2
   limit=$((limit < left ? limit : left))
-  if grep -qs "^$name 0 " "$parts"; then return; fi
+  if has "$name"; then return; fi
   if [ "$limit" -lt "${SECONDS_AT_LEAST:-20}" ]; then
     echo "== $name: left to the next call"
     failed=1
@@ -70,33 +75,39 @@ report() {
 }
 gsplat() { [ -f "$kept/gsplat.ready" ]; }
 
-# gsplat compiles itself when it is first used, for minutes. It is given them once, in a process of
-# its own; the lock of one that was interrupted would be waited for
+# gsplat compiles itself when it is first used, for minutes. It is given them once a machine, in a
+# process of its own, as long as it has anything to time; the lock of one that was interrupted would
+# be waited for
 build_gsplat() {
-  if gsplat || [ -f "$kept/gsplat.failed" ]; then return; fi
+  local limit=${SECONDS_OF_GSPLAT:-330}
+  if gsplat || [ -f "$work/gsplat.failed" ]; then return; fi
+  if has kernels-gsplat && { has frames-gsplat || [ ! -f "$scene/scene.mgs" ]; }; then return; fi
   "$python" -c 'import importlib.util as u; assert u.find_spec("gsplat")' 2>/dev/null || return
+  if [ "$limit" -gt $((budget - SECONDS)) ]; then
+    echo "== gsplat: left to the next call"
+    failed=1
+    return
+  fi
   rm -f "$kept"/extensions/*/lock
-  if timeout --kill-after=15 "${SECONDS_OF_GSPLAT:-330}" "$python" -c \
+  if timeout --kill-after=15 "$limit" "$python" -c \
     'import sys; from gsplat.cuda._backend import _C; sys.exit(_C is None)' \
     >"$work/logs/gsplat.log" 2>&1; then
     touch "$kept/gsplat.ready"
   else
-    echo "it did not compile, or not in time: logs/gsplat.log" >"$kept/gsplat.failed"
+    echo "it did not compile, or not in time: logs/gsplat.log" >"$work/gsplat.failed"
   fi
-  echo "== gsplat: $(ls "$kept"/gsplat.*)"
+  echo "== gsplat: $(ls "$kept/gsplat.ready" "$work/gsplat.failed" 2>/dev/null)"
 }
 
 if ! "$python" -c 'from mobilegs.render.kernels.cpu import kernel_level; kernel_level()' 2>/dev/null
 then # the kernels of the CPU are what those of the GPU are compared with
+  if [ -f "$parts" ]; then sed -i '/^build /d' "$parts"; fi # built elsewhere
   part build 120 bash -c 'cmake -S . -B "$0" -DCMAKE_BUILD_TYPE=Release && cmake --build "$0" -j &&
     cp "$0"/kernels/*.so mobilegs/render/kernels/' "$kept/build"
 fi
 
 if [ "$agenda" = paper ]; then
   : >"$parts" # another call may ask for other scenes
-  if [ -d "$kept/parcel" ]; then
-    "$python" bench/gpu/parcel.py open "$kept/parcel" "$work" || exit 1
-  fi
   # shellcheck disable=SC2086  # several words
   part paper $((budget - SECONDS - ${SECONDS_OF_FRAMES:-60})) "$python" bench/paper.py \
     --scenes ${SCENES:-full} --rows ${ROWS:-teacher ours codebooks network} --runs "$work" \
@@ -124,6 +135,7 @@ if [ "$agenda" = paper ]; then
   exit $failed
 fi
 
+scene=$work/scene/bonsai
 build_gsplat &
 # another torch's warnings are no reason to stop here
 part tests 150 "$python" -m pytest -m gpu -q -W default --junitxml="$work/tests.xml" tests/test_cuda.py
@@ -134,7 +146,6 @@ if gsplat; then
 fi
 if [ -d "${MOBILEGS_DATA:-}/bonsai" ]; then
   report
-  scene=$work/scene/bonsai
   of_scene=(--mgs "$scene/scene.mgs" --ply "$scene/teacher.ply")
   frames=("$python" bench/gpu/frames_gpu.py --capture "$MOBILEGS_DATA/bonsai" --downscale 2
     "${of_scene[@]}" --json "$work/frames.json")
@@ -142,12 +153,14 @@ if [ -d "${MOBILEGS_DATA:-}/bonsai" ]; then
     --preset gpu --downscale 2 --steps "${STEPS:-8000}"
   if [ -f "$scene/scene.mgs" ]; then
     part frames 40 "${frames[@]}"
-    if gsplat; then part frames-gsplat 60 "${frames[@]}" --by gsplat; fi
     part native 60 "$python" bench/native.py "${of_scene[@]}" --json "$work/native.json"
+    build_gsplat
+    if gsplat; then part frames-gsplat 60 "${frames[@]}" --by gsplat; fi
   fi
 else
   echo "== bonsai: left out, MOBILEGS_DATA names no folder with it"
 fi
 report
+"$python" bench/gpu/parcel.py pack "$work" "$out"
 echo "== $(tr '\n' ';' <"$parts") -> $out/result.json"
 exit $failed

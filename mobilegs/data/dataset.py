@@ -213,8 +213,11 @@ class ViewLoader:
     def __len__(self) -> int:
         return len(self._frames)
 
-    def get(self, index: int) -> View:
-        """The view of frame `index`; `InputError` if it cannot be decoded."""
+    def get(self, index: int, device: torch.device | str = "cpu") -> View:
+        """The view of frame `index`, on `device`; `InputError` if it cannot be decoded.
+
+        There it becomes floats: what moves has 8 bits a channel.
+        """
         frame = self._frames[index]
         decoded = self._cache.get(index)
         if decoded is None:
@@ -223,7 +226,7 @@ class ViewLoader:
             if decoded.nbytes <= self._left:
                 self._left -= decoded.nbytes
                 self._cache[index] = decoded
-        return _view(frame, decoded)
+        return _view(frame, decoded, device)
 
     def prefetch(self, indices: Iterable[int]) -> None:
         """Begin to decode frames that `get` will ask for soon.
@@ -289,9 +292,10 @@ def _undistorted(
     return channels[:, :, :3].round().to(torch.uint8), known
 
 
-def _view(frame: Frame, decoded: _Decoded) -> View:
-    mask = None if decoded.mask is None else decoded.mask.float()
-    return View(frame.name, frame.camera, decoded.image.float() / 255, mask)
+def _view(frame: Frame, decoded: _Decoded, device: torch.device | str = "cpu") -> View:
+    mask = None if decoded.mask is None else decoded.mask.to(device).float()
+    image = decoded.image.to(device).float() / 255
+    return View(frame.name, frame.camera.to(device), image, mask)
 
 
 def posed_frame(

@@ -46,9 +46,13 @@ def has_alpha(path: Path) -> bool:
 
 
 def reduced_size(width: int, height: int, downscale: int | None) -> tuple[int, int]:
-    """Size after division by `downscale`, to the nearest pixel; None makes it at most 1600 wide."""
-    factor = max(1.0, width / WIDEST) if downscale is None else downscale
-    return max(1, int(width / factor + 0.5)), max(1, int(height / factor + 0.5))
+    """Size after division by `downscale`, to the nearest pixel.
+
+    None makes it at most 1600 wide, and its height what 3DGS makes of it, which drops fractions.
+    """
+    if downscale is None:
+        return (width, height) if width <= WIDEST else (WIDEST, max(1, height * WIDEST // width))
+    return max(1, int(width / downscale + 0.5)), max(1, int(height / downscale + 0.5))
 
 
 def same_shape(size: tuple[int, int], other: tuple[int, int]) -> bool:

@@ -252,7 +252,7 @@ def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:
             mine = order[team.rank :: team.world]
             here = number // team.world
             loader.prefetch(mine[here:])
-            views = [(index, loader.get(index).to(team.device)) for index in mine[:here]]
+            views = [(index, loader.get(index, team.device)) for index in mine[:here]]
             monitor.after_step(stage, stage.advance(views))
             if stage.done % preview_every == 0:
                 step = f"after step {stage.done} of the {stage.name}"

@@ -122,12 +122,14 @@ class NamedAdam:
     def restore(self, state: Mapping[str, dict]) -> None:
         """Continue from what `state()` gave, whatever tensors and rows it had.
 
-        Tensors that keep their shape are written in place, so networks stay connected.
+        Tensors that keep their shape are written in place, so networks stay connected. New ones
+        go where the others are, wherever the state lies.
         """
+        device = next((tensor.device for tensor in self.tensors.values()), None)
         for name in self.tensors.keys() - state.keys():
             self.drop(name)
         for name in sorted(state.keys() - self.tensors.keys()):
-            self.add(name, state[name]["value"], state[name]["rate"])
+            self.add(name, state[name]["value"].to(device), state[name]["rate"])
         for name, tensor in list(self.tensors.items()):
             saved = state[name]
             if tensor.shape == saved["value"].shape:

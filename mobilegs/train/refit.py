@@ -160,7 +160,7 @@ def refit(scene: Scene, views: Views, *, seed: int, progress: Progress = silent)
         stopping_between_steps() as stop,
     ):
         for index in order:
-            stage.advance([(index, loader.get(index).to(device))])
+            stage.advance([(index, loader.get(index, device))])
             advance(stage.done, STEPS)
             if stop:
                 raise KeyboardInterrupt
