@@ -1,12 +1,15 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all; files that are read only if they can be right."""
 
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from mobilegs.errors import InputError
+
+HEAD = 64  # bytes that tell what a file is
 
 
 @contextmanager
@@ -58,3 +61,28 @@ def atomic_write(path: Path | str, content: bytes | str) -> None:
     """Write `content` to `path` by way of a temporary file; text is UTF-8."""
     with atomic_path(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def file_size(path: Path) -> int:
+    """Bytes of a file that can be read: a pipe would be waited for, a device may never end.
+
+    Raises InputError for what is no file, OSError where there is nothing.
+    """
+    found = path.stat()
+    if not stat.S_ISREG(found.st_mode):
+        raise InputError(f"cannot read {path}: it is no file, but a folder, a device or a pipe")
+    return found.st_size
+
+
+def read_if(path: Path, starts: tuple[bytes, ...]) -> bytes:
+    """All of a file that begins with one of `starts`, or else its first bytes alone.
+
+    Raises like `file_size`.
+    """
+    file_size(path)
+    with path.open("rb", buffering=0) as file:
+        head = file.read(HEAD)
+        if not head.startswith(starts):
+            return head
+        file.seek(0)
+        return file.readall()

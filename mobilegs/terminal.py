@@ -105,6 +105,7 @@ PARTS = {
     "view-network": "networks and matrices",
     "codebooks": "codebooks",
 }
+IDLE = "what nobody uses"
 # marks by which a terminal shows what follows from right to left
 TURNS = dict.fromkeys([*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C])
 CODINGS = {"nvq": "indices into codebooks (nvq)", "sq": "multiples of steps (sq)"}
@@ -131,7 +132,7 @@ def print_contents(found: dict[str, Any]) -> None:
         return
     parts: dict[str, int] = {}
     for row in found["streams"]:
-        part = PARTS.get(row["name"].split("@")[0].split(".")[0], "not known to this version")
+        part = PARTS[row["name"].split("@")[0].split(".")[0]] if row["used"] else IDLE
         parts[part] = parts.get(part, 0) + row["bytes"]
     parts["header"] = found["header_bytes"] + found["padding_bytes"]
     table = Table("part", box=None)
@@ -165,7 +166,7 @@ def _sentences(found: dict[str, Any]) -> dict[str, str]:
             f"with the weight by direction: lobes of degree {shape['degree']}, made once of "
             f"{shape['latents']} numbers"
         )
-    elif any(row["name"] == "view-network" for row in found["streams"]):
+    elif found["network"]:
         said["opacity"] = "with the weight by direction: a network, asked for every view"
     if "layers" in found:
         said["layers"] = " + ".join(f"{layer:,}" for layer in found["layers"]) + " Gaussians"

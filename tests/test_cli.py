@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from fuzz.envelope import take_apart
+from fuzz.envelope import Piece, take_apart
 from PIL import Image
 from scenes import no_gpu
 
@@ -263,7 +263,29 @@ def test_info_explains_a_file(
     assert cli.main(["info", str(path)]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert all(sentence in text for sentence in sentences), text
-    assert "not known" not in text and "header" in text
+    assert "nobody uses" not in text and "header" in text
+
+
+def test_info_says_nothing_of_streams_that_nobody_uses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parts, path = take_apart((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "idle.mgs"
+    spare = {"view-network": 1000, "lobe-decoder": 200, "scale.3": 30, "positions@1": 4, "new": 0}
+    parts.pieces += [Piece(name, "raw", bytes(size)) for name, size in spare.items()]
+    path.write_bytes(parts.sealed())
+    shown = []
+    for file in (path, CONFORMANCE / "sq_sorted.mgs"):
+        assert cli.main(["info", str(file)]) == 0
+        shown.append([line.split() for line in capsys.readouterr().out.splitlines()])
+    assert ["opacity", "the", "same", "from", "everywhere"] in shown[0]
+    (idle,) = (line for line in shown[0] if line[0] == "what")
+    assert idle[:4] == ["what", "nobody", "uses", "1,234"]
+    heading = ["part", "bytes", "share", "bytes", "a", "Gaussian"]
+    taken = [
+        {" ".join(line[:-3]): line[-3] for line in lines[lines.index(heading) + 1 :]}
+        for lines in shown
+    ]
+    assert {**taken[1], "what nobody uses": "1,234", "header": taken[0]["header"]} == taken[0]
 
 
 def test_info_shows_notes_as_they_are(

@@ -1,6 +1,12 @@
 """The command line before files that mean no good: what they say of themselves, and ask for."""
 
 import json
+import os
+import signal
+import tracemalloc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -28,6 +34,74 @@ def test_info_shows_only_fields_that_it_knows(
     assert cli.main(["info", str(path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found[field] == inspect_mgs(sound)[field]
+
+
+KINDS = ("mgs", "ply", "spz", "sog", "splat", "glb")
+
+
+@contextmanager
+def at_once() -> Iterator[None]:
+    """Ends what waits for a pipe."""
+
+    def late(*_) -> None:
+        raise AssertionError("this waits for the other end of a pipe")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(20)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a name here")
+@pytest.mark.parametrize(
+    ("kind", "what"),
+    # the folder of a .sog is one that was unpacked
+    sorted({*product(KINDS, ("pipe", "device", "folder"))} - {("sog", "folder")}),
+)
+def test_what_is_no_file_is_refused_before_it_is_read(
+    kind: str, what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / f"scene.{kind}"
+    if what == "pipe":
+        os.mkfifo(path)
+    elif what == "device":
+        path.symlink_to("/dev/zero")
+    else:
+        path.mkdir()
+    with at_once():
+        assert cli.main(["info", str(path)]) == 2
+    printed = capsys.readouterr()
+    expected = f"mobilegs: cannot read {path}: it is no file, but a folder, a device or a pipe\n"
+    assert (printed.out, printed.err) == ("", expected)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a name here")
+def test_a_pipe_in_the_folder_of_a_sog_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "meta.json").symlink_to("/dev/null")
+    with at_once():
+        assert cli.main(["info", str(tmp_path / "meta.json")]) == 2
+    assert "it is no file, but a folder, a device or a pipe" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_file_of_zeros_is_refused_by_its_first_bytes(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / f"zeros.{kind}"
+    with path.open("wb") as file:
+        file.truncate((1 << 30) + 1)  # which takes no room
+    tracemalloc.start()
+    try:
+        assert cli.main(["info", str(path)]) == 2
+        assert tracemalloc.get_traced_memory()[1] < 4 << 20
+    finally:
+        tracemalloc.stop()
+    assert f"{path}" in capsys.readouterr().err
 
 
 def lines_of_info(notes: dict, path: Path, capsys: pytest.CaptureFixture[str]) -> list[list[str]]:

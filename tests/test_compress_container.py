@@ -159,10 +159,11 @@ def test_the_bytes_of_the_table_add_up(tmp_path: Path) -> None:
     assert names[:4] == ["lobe-decoder", "appearance-decoder", "codebooks", "positions"]
     assert names[-4:] == ["opacity.0", "lobes.0", "lobes.1", "lobes.2"]
     assert all(row["bytes"] <= row["raw_bytes"] for row in report["streams"][:3])
-    assert report["lobes"] == SHAPE
+    assert report["lobes"] == SHAPE and report["network"] is False
     json.dumps(report)
     network = inspect(pack(make_scene(100, view="network")))
     assert network["streams"][0]["name"] == "view-network" and network["lobes"] is None
+    assert network["network"] is True
 
 
 def test_streams_start_at_multiples_of_eight_and_follow_the_order_of_use(data: bytes) -> None:

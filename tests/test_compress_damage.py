@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coded import join, places, split
-from fuzz.envelope import Piece, take_apart
+from fuzz.envelope import Parts, Piece, take_apart
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_web_decoder import refusals
 
 from mobilegs.compress import rans
 from mobilegs.compress.bits import pack_bits
@@ -93,7 +94,8 @@ def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
     later = {**header, "new": [1], "streams": [*header["streams"], row]}
     file = join(later, body + extra + bytes(3), version=(2, 7))
     assert same(unpack(file), unpack(data))
-    assert inspect(file)["streams"][-1]["raw_bytes"] is None
+    row = inspect(file)["streams"][-1]
+    assert row["raw_bytes"] is None and not row["used"]
 
 
 def test_files_that_cannot_be_read_are_refused_by_name(tmp_path: Path, data: bytes) -> None:
@@ -205,7 +207,7 @@ def test_a_false_count_is_refused_by_the_decoders_without_much_memory(
     )
     unpack(parts.sealed())
     parts.header["count"] = count
-    parts.pieces.append(Piece("spare", "none", bytes(count)))  # bytes enough for so many
+    parts.piece("lobes.2").data += bytes(count)  # bytes enough for so many
     crafted = parts.sealed()
     tracemalloc.start()
     try:
@@ -216,6 +218,44 @@ def test_a_false_count_is_refused_by_the_decoders_without_much_memory(
         assert tracemalloc.get_traced_memory()[1] < bound
     finally:
         tracemalloc.stop()
+
+
+def of_zeros(parts: Parts, count: int) -> Parts:
+    """A scene of codebooks as one of `count` Gaussians in one place, a few bytes a column."""
+    parts.header["count"] = count
+    for book in parts.header["codebooks"].values():
+        book["size"] = 1
+    for piece in parts.pieces:
+        if "." in piece.name:
+            piece.codec, piece.data = "bits", b""
+    books = parts.header["codebooks"].values()
+    numbers = sum(book["count"] * book["length"] for book in books)
+    codebooks, positions = parts.piece("codebooks"), parts.piece("positions")
+    codebooks.codec, codebooks.data = "raw", bytes(2 * numbers)
+    # the first difference is the code of a place, all others are none
+    classes = rans.encode(np.array([48] + (count - 1) * [0], np.uint16), 49)
+    positions.data = struct.pack("<I", len(classes)) + classes + struct.pack("<Q", 3 << 45)[:6]
+    return parts
+
+
+def test_bytes_of_streams_that_nobody_uses_entitle_to_nothing(tmp_path: Path, data: bytes) -> None:
+    few = of_zeros(take_apart(data), 15_000)
+    used = sum(len(piece.data) for piece in few.pieces)
+    assert len(unpack(few.sealed())) == 15_000 and used > 15_000
+    crafted = []
+    for name in ("spare", "", "view-network", "color-matrices", "lobes.3", "rotation-finer",
+                 "positions@1", "scale.00", "scale.0@0"):  # fmt: skip
+        many = of_zeros(take_apart(data), 60_000)
+        many.pieces.insert(0, Piece(name, "raw", bytes(60_000)))
+        crafted.append(many.sealed())
+        for read in (inspect, unpack):
+            with pytest.raises(
+                InputError, match=r"claims 60000 Gaussians in \d{5} of its \d+ bytes"
+            ):
+                read(crafted[-1])
+    found = refusals(tmp_path, [few.sealed(), *crafted])
+    assert found[0] is None
+    assert all(said and "claims 60000 Gaussians in " in said for said in found[1:])
 
 
 def test_a_header_that_claims_gigabytes_is_refused_at_once(data: bytes) -> None:

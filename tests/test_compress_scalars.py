@@ -9,6 +9,7 @@ import torch
 from test_web_decoder import Case, make_scene
 from tiny import STUDENT, blobs, train
 
+from mobilegs.compress import native
 from mobilegs.compress.appearance import COLORS, ColorShape, color_decoder
 from mobilegs.compress.codes import same
 from mobilegs.compress.container import inspect, pack, unpack
@@ -28,6 +29,7 @@ from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
+from mobilegs.render.view_network import STATICS
 from mobilegs.train.coding import pay, steer
 from mobilegs.train.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.student import Student
@@ -214,6 +216,31 @@ def test_a_scene_of_scalars_comes_back_and_says_what_it_is() -> None:
         "appearance.0",
     ]
     assert sum(row["bytes"] for row in report["streams"]) < report["file_bytes"]
+    assert all(row["used"] for row in report["streams"])
+    finer = report["streams"][9]
+    assert finer["raw_bytes"] == finer["bytes"] > 0  # nothing codes them
+    assert None not in [row["raw_bytes"] for row in report["streams"]]
+
+
+@pytest.mark.parametrize("library", [True, False])
+def test_lobes_with_squares_at_the_end_of_float32_are_drawn(
+    library: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    coded = make_scene(Case(300, LobeShape(0, 2, (2, 2)), steps=ScalarSteps()))
+    for name, weights in coded.lobe_decoder.items():
+        weights.fill_(65504.0 if name.startswith("weights") else 0.0)
+    coded.lobe_decoder["weights.0"][:, :STATICS] = 0
+    coded.indices["lobes"].fill_(22)  # phi^2 is 2e38
+    coded.indices["lobes"][::3] = -22  # ReLUs make zeros of these
+    coded = unpack(pack(replace(coded, steps={**coded.steps, "lobes": 1000.0})))
+    if not library:
+        monkeypatch.setattr(native, "takes", lambda *_: False)
+    scene = coded.decode()
+    assert scene.lobes is not None
+    drawn = scene.render(coded.views[0])
+    assert drawn.image.isfinite().all() and drawn.alpha.max() > 0.5
+    assert scene.lobes.abs().max() == 1e4
+    assert scene.lobes[coded.indices["lobes"][:, 0] < 0].abs().max() < 10
 
 
 def test_codes_that_reach_too_far_are_refused() -> None:

@@ -12,11 +12,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from mobilegs.atomic import atomic_write
+from mobilegs.atomic import atomic_write, file_size, read_if
 from mobilegs.compress import native
 from mobilegs.compress.codebooks import Attribute
 from mobilegs.compress.codes import CodedScene, decoder_shapes, lobe_shapes, network_shapes
-from mobilegs.compress.envelope import VERSION, Stream, seal, unseal
+from mobilegs.compress.envelope import MAGIC, VERSION, Stream, seal, unseal
 from mobilegs.compress.header import (
     Header,
     describe,
@@ -25,7 +25,7 @@ from mobilegs.compress.header import (
     parse,
 )
 from mobilegs.compress.positions import decode_positions, encode_positions
-from mobilegs.compress.scalar_streams import pack_scalars, scalars_of, unpack_scalars
+from mobilegs.compress.scalar_streams import FINER, pack_scalars, scalars_of, unpack_scalars
 from mobilegs.compress.streams import (
     decode_halves,
     decode_indices,
@@ -38,7 +38,8 @@ from mobilegs.errors import InputError
 FILE_MAX = 1 << 32
 DECODERS = {"linear": "color-matrices", "networks": "appearance-decoder"}  # their streams
 AT_ONCE = 8  # streams that are decoded, each of which may take 3 MiB beside what it fills
-GAUSSIANS_PER_BYTE = 1  # no real scene comes near; a small file must not ask for much memory
+# of the streams that are used; no real scene comes near; a small file must not ask for much memory
+GAUSSIANS_PER_BYTE = 1
 
 
 def pack(coded: CodedScene) -> bytes:
@@ -65,10 +66,10 @@ def pack(coded: CodedScene) -> bytes:
         places = Stream("positions", "morton-class", encode_positions(layer.positions))
         codes = pack_scalars(layer, scalars) if coded.steps else _pack_indices(layer)
         streams += [replace(s, name=_in_layer(s.name, number)) for s in (places, *codes)]
-    data = seal(describe(coded), streams, major=3 if coded.layers else 2)
-    if len(coded) > GAUSSIANS_PER_BYTE * len(data):
-        raise InputError(f"{len(coded)} Gaussians in {len(data)} bytes: they are all the same")
-    return data
+    content = sum(len(stream.data) for stream in streams)
+    if len(coded) > GAUSSIANS_PER_BYTE * content:
+        raise InputError(f"{len(coded)} Gaussians in {content} bytes: they are all the same")
+    return seal(describe(coded), streams, major=3 if coded.layers else 2)
 
 
 def _pack_indices(coded: CodedScene) -> list[Stream]:
@@ -142,14 +143,21 @@ def unpack(data: bytes) -> CodedScene:
     """
     fields, streams = unseal(data)
     header = parse(fields)
-    _check_count(header, data)
+    _check_count(header, streams, len(data))
 
     def stream(name: str) -> Stream:
         if name not in streams:
             raise InputError(f"the .mgs file lacks its stream '{name}'")
         return streams[name]
 
-    books = {}
+    # first what takes little: its lengths are known
+    decoder = _unpack_halves(stream(DECODERS[header.color.colors]), decoder_shapes(header.color))
+    lobe_decoder, books = {}, {}
+    network = None
+    if header.lobes is not None:
+        lobe_decoder = _unpack_halves(stream("lobe-decoder"), lobe_shapes(header.lobes))
+    if header.network:
+        network = _unpack_halves(stream("view-network"), network_shapes())
     if header.cuts:
         books = _unpack_halves(stream("codebooks"), _codebook_shapes(header))
     positions, indices = _unpack_rows(header, stream)
@@ -159,14 +167,10 @@ def unpack(data: bytes) -> CodedScene:
         indices=indices,
         layers=header.layers,
         codebooks={name: books[name] for name in header.cuts},
-        decoder=_unpack_halves(stream(DECODERS[header.color.colors]), decoder_shapes(header.color)),
+        decoder=decoder,
         lobe_shape=header.lobes,
-        lobe_decoder={}
-        if header.lobes is None
-        else _unpack_halves(stream("lobe-decoder"), lobe_shapes(header.lobes)),
-        network=_unpack_halves(stream("view-network"), network_shapes())
-        if header.network
-        else None,
+        lobe_decoder=lobe_decoder,
+        network=network,
         steps={name: scalar.step for name, scalar in header.scalars.items()},
         blend=header.blend,
         weighting=header.weighting,
@@ -182,24 +186,21 @@ def unpack(data: bytes) -> CodedScene:
 def inspect(data: bytes) -> dict[str, Any]:
     """What is in a `.mgs`, byte by byte, as JSON-ready values; the streams are not decoded.
 
-    `streams` lists name, codec, bytes, bytes per Gaussian and `raw_bytes` (packed without an
-    entropy coder; None for streams of a later version); with `header_bytes` and
-    `padding_bytes` they add up to `file_bytes`.
+    `streams` lists name, codec, bytes, bytes per Gaussian, whether the header has a use for it
+    (`used`) and `raw_bytes` (packed without an entropy coder; None where there is no use); with
+    `header_bytes` and `padding_bytes` they add up to `file_bytes`.
     """
     fields, streams = unseal(data)
     header = parse(fields)
-    _check_count(header, data)
-    sizes = header.layers or (header.count,)
-    raw = _raw_bytes(header, sizes[0])
-    for number, size in enumerate(sizes[1:], start=1):
-        rows_only = _raw_bytes(header, size)
-        raw |= {_in_layer(name, number): n for name, n in rows_only.items()}
+    _check_count(header, streams, len(data))
+    raw = _raw_bytes(header, streams)
     rows = [
         {
             "name": stream.name,
             "codec": stream.codec,
             "bytes": len(stream.data),
             "bytes_per_gaussian": len(stream.data) / header.count,
+            "used": stream.name in raw,
             "raw_bytes": raw.get(stream.name),
         }
         for stream in streams.values()
@@ -226,6 +227,7 @@ def inspect(data: bytes) -> dict[str, Any]:
             else {"codebook_sizes": header.sizes}
         ),
         "lobes": describe_lobes(header.lobes),
+        "network": header.network,
         "views": len(header.views),
         "near": header.near,
         "weighting": describe_weighting(header.weighting),
@@ -265,10 +267,10 @@ def write_mgs(path: Path | str, coded: CodedScene) -> int:
 def _read_bytes(path: Path | str) -> bytes:
     path = Path(path)
     try:
-        size = path.stat().st_size
+        size = file_size(path)
         if size > FILE_MAX:
             raise InputError(f"{path}: {size} bytes are too many for a .mgs scene")
-        return path.read_bytes()
+        return read_if(path, (MAGIC,))
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
@@ -291,27 +293,40 @@ def _codebook_shapes(header: Header) -> dict[Attribute, tuple[int, ...]]:
     return {name: (cut.count, header.sizes[name], cut.length) for name, cut in header.cuts.items()}
 
 
-def _check_count(header: Header, data: bytes) -> None:
-    if header.count > GAUSSIANS_PER_BYTE * len(data):
+def _check_count(header: Header, streams: Mapping[str, Stream], size: int) -> None:
+    """Bytes of streams that nobody uses could be any, and entitle to nothing."""
+    used = sum(len(streams[name].data) for name in _raw_bytes(header, streams) if name in streams)
+    if header.count > GAUSSIANS_PER_BYTE * used:
         raise InputError(
-            f"the .mgs file claims {header.count} Gaussians in {len(data)} bytes: it is damaged"
+            f"the .mgs file claims {header.count} Gaussians in {used} of its {size} bytes: "
+            "it is damaged"
         )
 
 
-def _raw_bytes(header: Header, count: int) -> dict[str, int]:
-    """Bytes of each known stream of a layer of `count` Gaussians without an entropy coder."""
+def _raw_bytes(header: Header, streams: Mapping[str, Stream]) -> dict[str, int]:
+    """Bytes without an entropy coder, by name of each stream that the header has a use for."""
 
-    def halves(shapes: Iterable[tuple[int, ...]]) -> int:
-        return 2 * sum(math.prod(shape) for shape in shapes)
+    def halves(shapes: Mapping[Any, tuple[int, ...]]) -> int:
+        return 2 * sum(math.prod(shape) for shape in shapes.values())
 
-    raw = {
-        "view-network": halves(network_shapes().values()),
-        "lobe-decoder": halves(lobe_shapes(header.lobes).values()),
-        DECODERS[header.color.colors]: halves(decoder_shapes(header.color).values()),
-        "positions": 6 * count,
-    }
+    raw = {DECODERS[header.color.colors]: halves(decoder_shapes(header.color))}
+    if header.network:
+        raw["view-network"] = halves(network_shapes())
+    if header.lobes is not None:
+        raw["lobe-decoder"] = halves(lobe_shapes(header.lobes))
     if header.cuts:
-        raw["codebooks"] = halves(_codebook_shapes(header).values())
+        raw["codebooks"] = halves(_codebook_shapes(header))
+    for number, size in enumerate(header.layers or (header.count,)):
+        raw |= {_in_layer(name, number): n for name, n in _raw_rows(header, size).items()}
+        finer = _in_layer(FINER, number)
+        if header.scalars and finer in streams:
+            raw[finer] = len(streams[finer].data)  # nothing codes them
+    return raw
+
+
+def _raw_rows(header: Header, count: int) -> dict[str, int]:
+    """The same for the streams of `count` Gaussians, as far as the header tells it."""
+    raw = {"positions": 6 * count}
     for name, scalar in header.scalars.items():
         for i, column in enumerate(scalar.columns):
             raw[f"{name}.{i}"] = (index_width(column.size) * count + 7) // 8

@@ -21,6 +21,7 @@ HIDDEN_LAYERS = 3
 LEARNING_RATE = 2e-3  # of the regression, falling to 0
 ALIKE = 1e-4  # differences of coefficients that tell nothing
 CHUNK = 65536
+LARGEST = 1e4  # of coefficients that are drawn: beyond any scene, and its square sums in float32
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,12 @@ class LobeDecoder(nn.Module):
     def decode(
         self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
     ) -> Float[Tensor, "n m 2"]:
-        """`forward` without gradients, by the C++ library or in chunks that bound its memory."""
+        """`forward` without gradients, by the C++ library or in chunks that bound its memory.
+
+        Coefficients beyond `LARGEST`, as a hostile file may ask for, become the largest.
+        """
         if native.takes(latents, self.bias, *gaussians.tensors().values()):
-            return self._decode_natively(latents, gaussians, base=base)
+            return self._decode_natively(latents, gaussians, base=base).clamp_(-LARGEST, LARGEST)
         parts = [
             self(
                 latents[start : start + CHUNK],
@@ -122,7 +126,7 @@ class LobeDecoder(nn.Module):
             )
             for start in range(0, len(latents), CHUNK)
         ]
-        return torch.cat(parts)
+        return torch.cat(parts).clamp_(-LARGEST, LARGEST)
 
     def _decode_natively(
         self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool

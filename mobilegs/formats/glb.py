@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 from mobilegs import __version__
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, read_if
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import C0
@@ -133,7 +133,7 @@ def read_glb(path: Path | str) -> Gaussians:
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = read_if(path, (MAGIC,))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     content, body = _chunks(data, path)

@@ -19,7 +19,7 @@ from typing import BinaryIO
 import numpy as np
 import torch
 
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, file_size
 from mobilegs.errors import InputError
 from mobilegs.formats.ply_compressed import Table, read_compressed
 from mobilegs.gaussians import Gaussians
@@ -83,7 +83,7 @@ def read_ply(path: Path | str) -> Gaussians:
     """
     path = Path(path)
     try:
-        size = path.stat().st_size
+        size = file_size(path)
         with path.open("rb") as file:
             header = parse_header(file.read(HEADER_MAX), path)
     except OSError as error:

@@ -25,7 +25,7 @@ import torch
 from PIL import Image
 
 from mobilegs import __version__
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, file_size
 from mobilegs.errors import InputError
 from mobilegs.formats.sog_palette import codebook, palette
 from mobilegs.gaussians import Gaussians
@@ -96,8 +96,8 @@ def _opened(path: Path) -> Iterator[tuple[Take, int]]:
         files = [file for file in folder.iterdir() if file.suffix in (".json", ".webp")]
         yield _from_folder(folder), sum(file.stat().st_size for file in files)
         return
+    size = file_size(path)
     with path.open("rb") as file:
-        size = file.seek(0, io.SEEK_END)
         file.seek(max(0, size - 42))
         end = file.read(42)
         # the list of files: not long, and not of the kind that is for more than 4 GB
@@ -132,6 +132,7 @@ def _from_zip(archive: zipfile.ZipFile, path: Path) -> Take:
 
 def _from_folder(folder: Path) -> Take:
     def take(name: str, most: int) -> bytes:
+        file_size(folder / name)
         with (folder / name).open("rb") as file:
             content = file.read(most + 1)
         if len(content) > most:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from mobilegs.atomic import file_size
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import C0
@@ -28,7 +29,7 @@ def read_splat(path: Path | str) -> Gaussians:
     """
     path = Path(path)
     try:
-        size = path.stat().st_size
+        size = file_size(path)
         count, rest = divmod(size, ROW.itemsize)
         if not size:
             raise InputError(f"{path} is empty")

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, read_if
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
@@ -73,7 +73,7 @@ def read_spz(path: Path | str) -> Gaussians:
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = read_if(path, (GZIP, MAGIC))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     if data[:2] == GZIP:

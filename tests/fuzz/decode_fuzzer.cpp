@@ -1,7 +1,8 @@
 // libFuzzer target for decode.h: any bytes, into outputs of just the sizes that it asks for.
 //
 // An input is a byte `way`, a u32 `count`, a u16 `alphabet`, then the stream. With the highest bit of
-// `way` the lengths in a rANS stream are made to fit, so that what comes behind them is reached.
+// `way` the lengths in a rANS stream are made to fit, so that what comes behind them is reached; with
+// the bit `WIDE` there may be so many numbers that they come from any number of lanes.
 #include <cstdlib>
 #include <cstring>
 #include <vector>
@@ -11,7 +12,7 @@
 namespace {
 
 constexpr int HEAD = 7, RANS_HEAD = 12, LANES_MAX = 256;
-constexpr uint32_t COUNT_MAX = 1 << 14;
+constexpr uint32_t COUNT_MAX = 1 << 14, COUNT_MAX_WIDE = 2048 * (LANES_MAX + 16), WIDE = 32;
 enum Way { RANS, BITS, POSITIONS };
 
 // A copy without a byte behind it, where a reader that goes too far is caught.
@@ -56,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   uint16_t alphabet;
   std::memcpy(&count, data + 1, 4);
   std::memcpy(&alphabet, data + 5, 2);
-  count %= COUNT_MAX;
+  count %= data[0] & WIDE ? COUNT_MAX_WIDE : COUNT_MAX;
   std::vector<uint8_t> bytes(data + HEAD, data + size);
   Way way = Way((data[0] & 127) % 3);
   if (data[0] & 128 && way == RANS) fit(bytes, 0, count, alphabet);

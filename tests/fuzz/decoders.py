@@ -7,15 +7,21 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from fuzz.envelope import take_apart
 from fuzz.seeds import Seed, indices, mgs_seeds
 
+from mobilegs.compress import rans
+from mobilegs.compress.bits import pack_bits
+from mobilegs.compress.positions import CLASSES
 from mobilegs.compress.streams import index_width
 
 HERE = Path(__file__).parent
 SOURCES = [HERE / "decode_fuzzer.cpp", HERE / "../../mobilegs/compress/decode.cpp"]
 SANITIZE = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=undefined"]
 RANS, BITS, POSITIONS, FITTED = 0, 1, 2, 128
+WIDE = {RANS: 33, POSITIONS: 35}  # the same ways, of which 32 allows for many numbers
+LANES = (8, 16, 32, 64, 128, 256)
 
 
 def inputs(seeds: dict[str, Seed]) -> list[bytes]:
@@ -38,8 +44,25 @@ def inputs(seeds: dict[str, Seed]) -> list[bytes]:
                 # how many there are, the lower bytes say, if they are not coded
                 count = len(piece.data) - 4 - length if piece.codec == "halves" else 9792
                 found.append(struct.pack("<BIH", RANS, count, 256) + piece.data[4 : 4 + length])
+    found += [data for lanes in LANES for data in wide(lanes)]
     fitted = [bytes([data[0] | FITTED]) + data[1:] for data in found]
     return list(dict.fromkeys([*found, *fitted]))
+
+
+def wide(lanes: int) -> list[bytes]:
+    """Streams of so many lanes, in which next to all numbers are the same."""
+    count = 2048 * lanes + 5
+    symbols = np.zeros(count, dtype=np.uint16)
+    symbols[:: count // 7] = 3
+    found = []
+    for way, size in ((RANS, 5), (RANS, 300), (POSITIONS, CLASSES)):
+        coded = rans.encode(symbols, size)
+        if way == POSITIONS:
+            lower = np.full(int((symbols == 3).sum()), 2)
+            bits = pack_bits(lower.astype(np.uint64), lower)
+            coded = struct.pack("<I", len(coded)) + coded + bits
+        found.append(struct.pack("<BIH", WIDE[way], count, size) + coded)
+    return found
 
 
 def main() -> None:
@@ -55,7 +78,7 @@ def main() -> None:
     os.nice(10)
     build = ["clang++", "-std=c++17", "-O2", "-g", *SANITIZE, *SOURCES, "-o", target]
     subprocess.run(build, check=True)
-    # 16,384 positions are 96 KiB, tables take 3 MiB
+    # 557,056 positions are 3.2 MiB, tables take 3 MiB
     limits = ["-malloc_limit_mb=4", "-rss_limit_mb=1024", "-timeout=20", "-max_len=20000"]
     # the output is one line a second at most; findings are written beside it
     command = [target, f"-runs={options.runs}", f"-seed={options.seed}", *limits, corpus]

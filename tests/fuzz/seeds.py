@@ -113,8 +113,8 @@ def tiny() -> CodedScene:
 
 
 def crowd() -> CodedScene:
-    """17,000 Gaussians in one place that are all alike: next to a byte each, of weights."""
-    scene = make_scene(Case(17_000, size=1, spread=0.0))
+    """16,384 Gaussians in one place that are all alike: next to a byte each, of weights."""
+    scene = make_scene(Case(16_384, size=1, spread=0.0))
     return replace(scene, views=[], meta={})
 
 
