@@ -72,6 +72,14 @@ export class MobileGs extends HTMLElement {
       if (act && !ctrlKey && !metaKey && !altKey && !repeat && !typing) this.act(act);
       if (code === "Escape") this.act("close");
     });
+    // pages give the scene the focus, too: only who comes to it by key needs to see that they are there
+    this.#root.addEventListener("keyup", (event) => {
+      const { code, target } = /** @type {KeyboardEvent} */ (event);
+      const { classList } = /** @type {Element} */ (target);
+      if (code !== "Tab") return;
+      classList.add("reached");
+      target?.addEventListener("blur", () => classList.remove("reached"), { once: true });
+    });
     this.#part("settings").addEventListener("input", ({ target }) => {
       const control = /** @type {HTMLInputElement} */ (target);
       if (control.name === "stats") this.act("stats");

@@ -13,7 +13,7 @@ canvas { opacity: 0; display: block; width: 100%; height: 100%; touch-action: no
 canvas.drawn { opacity: 1; }
 canvas.polite { touch-action: pan-y; }
 canvas:active { cursor: grabbing; }
-canvas:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
+canvas.reached { outline: 2px solid var(--accent); outline-offset: -2px; }
 .over { position: absolute; inset: 0; pointer-events: none; }
 .split {
   position: absolute; top: 0; bottom: 0; width: 20px; margin-left: -10px;
@@ -52,7 +52,7 @@ canvas:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
 .message { overflow-wrap: anywhere; }
 .stats { top: 12px; left: 12px; font-variant-numeric: tabular-nums; white-space: pre; pointer-events: none; }
 .split:not([hidden]) ~ .stats { top: 52px; }
-.said { left: 12px; bottom: 12px; pointer-events: none; }
+.said { right: 12px; top: 12px; pointer-events: none; }
 .said:not(.seen) { clip-path: inset(50%); }
 h2 { font-size: 16px; margin: 0 0 8px; }
 .help dl { display: grid; grid-template-columns: fit-content(45%) 1fr; gap: 4px 16px; margin: 0 0 12px; }
