@@ -104,7 +104,7 @@ def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, 
     with ViewLoader(dataset.train) as loader:
         team = Team(torch.device("cpu"))
         work = Work(CAPTURES[name], place, capture, dataset, loader, team, asked)
-        teacher, _, _ = teacher_of(ROWS[BASE], 0, work)
+        teacher, _, _ = teacher_of(ROWS[BASE], options.teacher_seed, work)
     config = recipe_of(place, ROWS[BASE], asked).student
     return dataset, teacher, replace(config, steps=options.steps)
 
@@ -253,6 +253,7 @@ def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> 
     # of a scene without photos the pictures are its own
     count = {"gaussians": len(teacher.gaussians)}
     cells[f"{name}/teacher"] = count if name in SPLATS else figures(teacher, dataset, lpips)
+    cells[f"{name}/teacher"]["seed"] = options.teacher_seed
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "teacher.ply"
         write_ply(source, teacher.gaussians)
@@ -286,6 +287,7 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="+", choices=[*CAPTURES, *SPLATS], default=[*CAPTURES])
     parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=[*VARIANTS])
     parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--teacher-seed", type=int, default=0)
     parser.add_argument("--peers", type=Path, help="the program splat-transform")
     options = parser.parse_args()
     if not options.data:

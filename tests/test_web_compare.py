@@ -1,5 +1,6 @@
 """Two scenes under one camera: the handle between them, and what both sides show."""
 
+import base64
 import re
 from pathlib import Path
 from typing import Any
@@ -204,6 +205,26 @@ def test_a_bad_second_scene_gets_a_sentence_and_the_first_stays(
     assert nearness(tab, lambda camera: scene.render(camera).image) > 45
     assert look(tab).std() > 10
     tab.complaints.clear()  # the browser itself notes a 404
+
+
+def test_a_bad_file_leaves_a_scene_that_is_drawn_in_two_ways(tab: Tab, served: Any) -> None:
+    assert visit(tab, served("scene.mgs", MGS), "compare=sorted") == "loaded"
+    handle = tab.page.get_by_role("slider")
+    handle.wait_for(timeout=20_000)
+    open_file = """([text, name]) => document.querySelector("mobile-gs").open(
+      new File([Uint8Array.from(atob(text), (one) => one.charCodeAt(0))], name))"""
+    tab.page.evaluate(open_file, [base64.b64encode(b"no scene").decode(), "photo.jpg"])
+    alert = tab.page.get_by_role("alert")
+    alert.wait_for(timeout=20_000)
+    assert alert.inner_text().count("photo.jpg") == 1 and ";" not in alert.inner_text()
+    assert handle.is_visible() and handle.inner_text().split("\n") == ["scene", "scene, sorted"]
+    assert not tab.page.get_by_role("button", name="Open a file").is_visible()
+    tab.page.keyboard.press("Escape")
+    tab.page.evaluate(open_file, [base64.b64encode(MGS).decode(), "other.mgs"])
+    names = """() => [...document.querySelector("mobile-gs").shadowRoot
+      .querySelectorAll(".split span")].map((one) => one.textContent).join()"""
+    tab.page.wait_for_function(f"({names})() === 'other.mgs,other.mgs, sorted'", timeout=30_000)
+    handle.wait_for(timeout=20_000)
 
 
 def test_names_are_no_markup(tab: Tab, served: Any) -> None:
