@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobilegs.errors import InputError
-from mobilegs.kmeans import kmeans, nearest_centers
+from mobilegs.kmeans import CHUNK, _nearest_of_all, kmeans, nearest_centers
 
 
 def seeded(seed: int = 0) -> torch.Generator:
@@ -22,6 +22,14 @@ def test_every_point_goes_to_its_nearest_center(d: int) -> None:
     points = torch.randn(500, d, generator=seeded())
     centers, nearest = kmeans(points, 17, generator=seeded(1))
     assert torch.equal(nearest, torch.cdist(points, centers).argmin(1))
+
+
+@pytest.mark.parametrize("d", [1, 2])
+@pytest.mark.parametrize("count", [1, CHUNK + 7])
+def test_what_a_gpu_does_finds_the_same_centers(d: int, count: int) -> None:
+    points = torch.randn(count, d, generator=seeded())
+    centers = torch.randn(64, d, generator=seeded(1))
+    assert torch.equal(_nearest_of_all(points, centers), nearest_centers(points, centers))
 
 
 @pytest.mark.parametrize("d", [1, 2])
