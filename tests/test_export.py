@@ -167,6 +167,17 @@ def test_what_is_not_of_its_version_yet_is_not_kept(
     tab.close()
 
 
+def test_a_browser_would_install_it(chromium: Chromium, site: tuple[Path, str]) -> None:
+    tab = chromium.tab()
+    tab.page.goto(site[1])
+    session = tab.page.context.new_cdp_session(tab.page)
+    found = session.send("Page.getInstallabilityErrors")["installabilityErrors"]
+    assert {error["errorId"] for error in found} <= {"in-incognito"}  # as test pages are
+    manifest = session.send("Page.getAppManifest")
+    assert manifest["errors"] == [] and "any maskable" in manifest["data"]
+    tab.close()
+
+
 def test_the_folder_holds_what_it_names(site: tuple[Path, str], scene: Path) -> None:
     folder, _ = site
     assert (folder / "scene.mgs").read_bytes() == scene.read_bytes()

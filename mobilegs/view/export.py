@@ -124,7 +124,14 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
         "start_url": ".",
         "display": "fullscreen",
         "background_color": "#0d0f12",
-        "icons": [{"src": "icon.png", "sizes": f"{ICON}x{ICON}", "type": "image/png"}],
+        "icons": [
+            {
+                "src": "icon.png",
+                "sizes": f"{ICON}x{ICON}",
+                "type": "image/png",
+                "purpose": "any maskable",  # it is a picture up to its edges
+            }
+        ],
     }
     files = {
         "manifest.webmanifest": json.dumps(manifest, indent=1).encode(),
