@@ -80,7 +80,7 @@ def viewer_rows(viewers: dict) -> list[list[str]]:
         frame, turn = row["frame_ms"], row["turn"]["moving_settled"]["median"]
         found.append(
             [
-                name,
+                f"{name}, {row['date']}" if "date" in row else name,
                 number(row["load_ms"]["median"], 0),
                 f"{frame['median']:.0f} / {frame['min']:.0f}",
                 number(row["cpu_ms"]["median"], 0),
@@ -136,7 +136,9 @@ def main() -> None:
             f"by {viewer['plan']['turn_degrees_a_frame']} degrees a frame: with the same viewer's "
             "picture from there once it has settled, where orders that come too late show (sums in "
             "halves differ from frame to frame by the order in which they are added up), and with "
-            "the kernels' picture of the same file. A software device measures filling and its own "
+            "the kernels' picture of the same file, from which viewers also differ by what they "
+            "cull, round, or leave out of the colours. A row with a date was measured then, on "
+            "another processor. A software device measures filling and its own "
             f"cost of an instance, and says nothing about phones. Medians of "
             f"{viewer['plan']['rounds']} rounds, turns of the first:",
             table(tables["viewer"]),

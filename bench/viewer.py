@@ -355,6 +355,19 @@ def once(
     }
 
 
+def with_former(result: dict[str, Any], path: Path) -> dict[str, Any]:
+    """The results with rows of viewers that were measured before and not now, with their date."""
+    if not path.exists():
+        return result
+    before = json.loads(path.read_text())
+    kept = {
+        name: {"date": before["date"], **row}
+        for name, row in before["viewers"].items()
+        if name in result["not_measured"]
+    }
+    return result | {"viewers": result["viewers"] | kept}
+
+
 def save(folder: Path, name: str, pictures: dict[str, np.ndarray], truth: Truth) -> None:
     """Write a viewer's first settled picture beside the true one."""
     from PIL import Image
@@ -394,7 +407,7 @@ def main() -> None:
         **measured,
     }
     if options.json:
-        options.json.write_text(json.dumps(result, indent=1) + "\n")
+        options.json.write_text(json.dumps(with_former(result, options.json), indent=1) + "\n")
 
 
 if __name__ == "__main__":

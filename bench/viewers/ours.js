@@ -51,5 +51,9 @@ export async function open({ stage, scene, api, sums, camera }) {
       viewer.place(poseOf(next));
       redraw();
     });
-  return { canvas, draw, about: () => Object.values(viewer.device).join(", ") };
+  const about = () => {
+    const { renderer, adapter, variant } = viewer.device;
+    return [renderer, adapter, variant].join(", ");
+  };
+  return { canvas, draw, about };
 }
