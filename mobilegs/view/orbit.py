@@ -76,13 +76,13 @@ class Pose:
 
     @classmethod
     def around(cls, centers: Float[np.ndarray, "n 3"]) -> "Pose":
-        """For a scene that does not say how it was taken: from aside, at the middle half of it."""
-        places = [int(share * (len(centers) - 1)) for share in (0.25, 0.5, 0.75)]
+        """For a scene that does not say how it was taken: from aside, at most of it."""
+        places = [int(share * (len(centers) - 1)) for share in (0.15, 0.5, 0.85)]
         low, target, high = np.zeros((3, 3))
         if len(centers):
             low, target, high = np.partition(centers, places, axis=0)[places].astype(np.float64)
         size = float((high - low).max()) or 1.0
-        return cls(target + 2 * size * np.array([0, -0.3, -1]), target, np.array([0.0, -1, 0]))
+        return cls(target + 1.5 * size * np.array([0, -0.3, -1]), target, np.array([0.0, -1, 0]))
 
     @property
     def forward(self) -> Vector:
