@@ -20,7 +20,6 @@ from pathlib import Path
 import torch
 from PIL import Image
 
-from mobilegs.between import blended
 from mobilegs.camera import Camera
 from mobilegs.data import load_capture
 from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
@@ -33,7 +32,7 @@ SHOWN = 8  # frames in a row of the sheet
 def path_through(cameras: list[Camera], between: int) -> list[Camera]:
     """`between` cameras on the way from each to the next."""
     shares = [step / (between + 1) for step in range(between + 1)]
-    return [blended(one, other, share) for one, other in pairwise(cameras) for share in shares]
+    return [one.interpolate(other, share) for one, other in pairwise(cameras) for share in shares]
 
 
 @torch.inference_mode()

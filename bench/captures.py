@@ -15,7 +15,7 @@ import sys
 import time
 from pathlib import Path
 
-from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.csrc.binding import kernel_level
 
 # name: (folder of the data, options of `mobilegs train`)
 CAPTURES = {

@@ -44,22 +44,22 @@ from paper import PLACES, ROWS, Work, recipe_of, teacher_of
 from paper_rows import BASE, CODEBOOKS
 
 from mobilegs.camera import Camera
-from mobilegs.compress.codes import CodedScene
-from mobilegs.compress.container import inspect, pack, unpack
-from mobilegs.compress.layers import layered
+from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
 from mobilegs.data.dataset import Frame, assemble, split_every_eighth
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.formats.spz import read_spz
-from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.lod import layered
+from mobilegs.mgs.quantized_scene import CodedScene
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team
 from mobilegs.train.recipes import cpu_recipe, with_settings
 from mobilegs.train.stage import view_order
-from mobilegs.train.student import Student
-from mobilegs.train.student_config import StudentConfig
+from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.trainer import Student
 
 CAPTURES = {"bonsai": "bonsai-400", "horns": "horns-250", "lego": "lego-200"}
 SPLATS = {"playbot": ("playbot_125k_sh3pad.ply", "playbot_cameras.json")}

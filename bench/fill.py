@@ -22,9 +22,9 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
+from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import load_capture
 from mobilegs.evaluate.report import evaluate
-from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.lobes import seen_along
 from mobilegs.render.project import project
 from mobilegs.render.scene import Scene

@@ -23,8 +23,8 @@ import numpy as np
 import torch
 
 from mobilegs.camera import Camera
+from mobilegs.csrc.binding import kernel_level
 from mobilegs.render import render_sorted, render_sortfree
-from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.spherical_harmonics import C0
 

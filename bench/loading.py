@@ -30,9 +30,9 @@ from typing import Any
 import torch
 from chromium import launched
 
-from mobilegs.compress.codes import CodedScene
-from mobilegs.compress.container import pack, read_mgs
-from mobilegs.compress.layers import layered, layers_for
+from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.lod import layered, layers_for
+from mobilegs.mgs.quantized_scene import CodedScene
 from mobilegs.view.serve import Server
 
 SPREAD = 0.02

@@ -27,15 +27,15 @@ from pathlib import Path
 
 import torch
 
+from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import View, load_capture, load_view
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.scene import Scene
-from mobilegs.train.densify import DensifyConfig
 from mobilegs.train.distributed import ALONE, Team, joined
 from mobilegs.train.recipes import cpu_recipe
-from mobilegs.train.student import Student
-from mobilegs.train.teacher import Teacher
+from mobilegs.train.student.trainer import Student
+from mobilegs.train.teacher.densify import DensifyConfig
+from mobilegs.train.teacher.trainer import Teacher
 
 COUNT, TEACHER_STEPS, VIEWS = 60_000, 150, 12
 FORMS = {

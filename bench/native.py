@@ -19,11 +19,11 @@ from pathlib import Path
 import torch
 
 from mobilegs.camera import Camera
-from mobilegs.compress.container import read_mgs
 from mobilegs.evaluate.metrics import psnr
+from mobilegs.mgs.codec import read_mgs
 from mobilegs.scene_file import open_scene
-from mobilegs.view.gpu import PASSES, adapter
-from mobilegs.view.native import GpuRenderer
+from mobilegs.view.wgpu_device import PASSES, adapter
+from mobilegs.view.wgpu_renderer import GpuRenderer
 
 WARM = 3  # frames that are not counted
 CPU = torch.device("cpu")

@@ -51,22 +51,22 @@ from paper_rows import BASE, ROWS, Row
 
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
-from mobilegs.compress.container import read_mgs, write_mgs
+from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.mgs.codec import read_mgs, write_mgs
+from mobilegs.pipeline.train import Session, TrainRun, run_stage
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import choose_device
 from mobilegs.train.distributed import Team
-from mobilegs.train.loop import Session, TrainRun, run_stage
 from mobilegs.train.progress import Monitor
-from mobilegs.train.run_folder import RunFolder
+from mobilegs.train.run_dir import RunFolder
 from mobilegs.train.stage import Stage
-from mobilegs.train.student import Student
-from mobilegs.train.teacher import Teacher
+from mobilegs.train.student.trainer import Student
+from mobilegs.train.teacher.trainer import Teacher
 
 TIMED_VIEWS = 16
 TIMED_FRAMES = 4  # of each; the first one warms up

@@ -25,16 +25,16 @@ from paper import PLACES, found_in
 from PIL import Image
 
 from mobilegs.atomic import atomic_write
-from mobilegs.compress.container import read_mgs
 from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.evaluate.report import evaluate
 from mobilegs.gaussians import Gaussians
+from mobilegs.mgs.codec import read_mgs
+from mobilegs.pipeline.refit import STEPS, Views, fit_of, refit, views_around, views_from
+from mobilegs.pipeline.train import FIRST_LOOKS
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import PLAIN, Kind, write_gaussians
-from mobilegs.train.loop import FIRST_LOOKS
-from mobilegs.train.refit import STEPS, Views, fit_of, refit, views_around, views_from
 
 SCENES = ("horns-250", "lego-200")
 KINDS: tuple[Kind, ...] = ("ply", "spz", "sog", "glb")

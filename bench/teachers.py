@@ -20,16 +20,16 @@ from pathlib import Path
 import torch
 from PIL import Image
 
+from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import Dataset, load_capture, load_view
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.evaluate.metrics import as_displayed, to_bytes
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import write_ply
-from mobilegs.render.kernels.cpu import kernel_level
 from mobilegs.render.scene import Scene
 from mobilegs.train.recipes import cpu_recipe, with_method, with_settings
 from mobilegs.train.stage import view_order
-from mobilegs.train.teacher import Teacher, TeacherConfig
+from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs" / "teachers.md"

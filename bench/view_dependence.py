@@ -28,23 +28,23 @@ from paper_rows import CODEBOOKS
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from mobilegs.compress.container import inspect, pack, unpack
+from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import Dataset, load_capture, load_view
 from mobilegs.data.dataset import View
-from mobilegs.data.sample import sample_capture
+from mobilegs.data.demo.capture import sample_capture
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.render.kernels.cpu import kernel_level
+from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.render.lobes import lobe_degree
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0, sh_basis
 from mobilegs.train.recipes import cpu_recipe, demo_recipe, with_settings
 from mobilegs.train.stage import view_order
-from mobilegs.train.student import Student
-from mobilegs.train.student_config import StudentConfig
-from mobilegs.train.teacher import Teacher
-from mobilegs.train.view_dependence import ViewDependence
+from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.trainer import Student
+from mobilegs.train.student.view_dependence import ViewDependence
+from mobilegs.train.teacher.trainer import Teacher
 
 LPIPS_EVERY = 4  # of the held-back photos: VGG on a CPU takes longer than the rest together
 TIMED = ("decoded-2", "chosen", "free-2", "projected-13")

@@ -56,7 +56,7 @@ from chromium import launched
 from viewers.serve import Server
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.compress.container import read_mgs
+from mobilegs.mgs.codec import read_mgs
 from mobilegs.scene_file import open_scene
 from mobilegs.view.bundle import viewer_script
 

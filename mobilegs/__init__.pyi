@@ -4,20 +4,14 @@ from mobilegs.camera import Camera as Camera
 from mobilegs.camera import look_at as look_at
 from mobilegs.capture.run import CaptureRun as CaptureRun
 from mobilegs.capture.run import capture_photos as capture_photos
-from mobilegs.compress.codes import CodedScene as CodedScene
-from mobilegs.compress.container import pack as pack
-from mobilegs.compress.container import read_mgs as read_mgs
-from mobilegs.compress.container import unpack as unpack
-from mobilegs.compress.container import write_mgs as write_mgs
-from mobilegs.compress.layers import layered as layered
 from mobilegs.data import load_capture as load_capture
 from mobilegs.data.dataset import Dataset as Dataset
 from mobilegs.data.dataset import Frame as Frame
 from mobilegs.data.dataset import View as View
 from mobilegs.data.dataset import ViewLoader as ViewLoader
 from mobilegs.data.dataset import load_view as load_view
-from mobilegs.data.sample import sample_capture as sample_capture
-from mobilegs.data.sample import write_sample as write_sample
+from mobilegs.data.demo.capture import sample_capture as sample_capture
+from mobilegs.data.demo.capture import write_sample as write_sample
 from mobilegs.errors import InputError as InputError
 from mobilegs.evaluate.lpips import lpips_from as lpips_from
 from mobilegs.evaluate.metrics import as_displayed as as_displayed
@@ -35,6 +29,18 @@ from mobilegs.formats.splat import read_splat as read_splat
 from mobilegs.formats.spz import read_spz as read_spz
 from mobilegs.formats.spz import write_spz as write_spz
 from mobilegs.gaussians import Gaussians as Gaussians
+from mobilegs.mgs.codec import pack as pack
+from mobilegs.mgs.codec import read_mgs as read_mgs
+from mobilegs.mgs.codec import unpack as unpack
+from mobilegs.mgs.codec import write_mgs as write_mgs
+from mobilegs.mgs.lod import layered as layered
+from mobilegs.mgs.quantized_scene import CodedScene as CodedScene
+from mobilegs.pipeline.compress import CompressRun as CompressRun
+from mobilegs.pipeline.compress import compress_run as compress_run
+from mobilegs.pipeline.export_sorted import SortedExport as SortedExport
+from mobilegs.pipeline.export_sorted import export_sorted as export_sorted
+from mobilegs.pipeline.train import TrainRun as TrainRun
+from mobilegs.pipeline.train import train_run as train_run
 from mobilegs.render import render_sorted as render_sorted
 from mobilegs.render import render_sortfree as render_sortfree
 from mobilegs.render.rendered import Rendered as Rendered
@@ -42,10 +48,6 @@ from mobilegs.render.scene import Scene as Scene
 from mobilegs.render.sortfree import Weighting as Weighting
 from mobilegs.scene_file import inspect_scene as inspect_scene
 from mobilegs.scene_file import open_scene as open_scene
-from mobilegs.train.existing import CompressRun as CompressRun
-from mobilegs.train.existing import compress_run as compress_run
-from mobilegs.train.loop import TrainRun as TrainRun
-from mobilegs.train.loop import train_run as train_run
 from mobilegs.train.recipes import Recipe as Recipe
 from mobilegs.train.recipes import cpu_recipe as cpu_recipe
 from mobilegs.train.recipes import demo_recipe as demo_recipe
@@ -53,12 +55,10 @@ from mobilegs.train.recipes import gpu_recipe as gpu_recipe
 from mobilegs.train.recipes import with_method as with_method
 from mobilegs.train.recipes import with_settings as with_settings
 from mobilegs.train.recipes import with_steps as with_steps
-from mobilegs.train.sorted_export import SortedExport as SortedExport
-from mobilegs.train.sorted_export import export_sorted as export_sorted
 from mobilegs.view.export import export_html as export_html
 from mobilegs.view.export import export_site as export_site
-from mobilegs.view.native import GpuRenderer as GpuRenderer
 from mobilegs.view.serve import Server as Server
+from mobilegs.view.wgpu_renderer import GpuRenderer as GpuRenderer
 
 PUBLIC: dict[str, tuple[str, ...]]
 __version__: str

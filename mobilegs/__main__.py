@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 
-from mobilegs.cli import main
+from mobilegs.cli.main import main
 
 ENDS = ("SIGTERM", "SIGHUP")  # as far as the system has them
 

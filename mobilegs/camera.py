@@ -53,6 +53,29 @@ class Camera:
         )
         return replace(self, K=self.K * factor[:, None], width=width, height=height)
 
+    def interpolate(
+        self, other: "Camera", share: float, *, turn: Float[Tensor, "3"] | None = None
+    ) -> "Camera":
+        """Return the camera `share` (0 to 1) of the way from this one to `other`.
+
+        Its position lies on the line between the two, its rotation on the shortest turn; K and the
+        size are this camera's. `turn` rotates it further about its own axes (axis times angle in
+        radians).
+        """
+        from scipy.spatial.transform import Rotation, Slerp
+
+        turns = Rotation.from_matrix(
+            torch.stack([self.viewmat[:3, :3].T, other.viewmat[:3, :3].T]).double().cpu().numpy()
+        )
+        found = Slerp([0, 1], turns)(share)
+        if turn is not None:
+            found = found * Rotation.from_rotvec(turn.double().cpu().numpy())
+        rotation = torch.from_numpy(found.as_matrix()).T.to(self.viewmat)
+        viewmat = torch.eye(4).to(self.viewmat)
+        viewmat[:3, :3] = rotation
+        viewmat[:3, 3] = -rotation @ torch.lerp(self.position, other.position, share)
+        return replace(self, viewmat=viewmat)
+
 
 def look_at(
     eye: Float[Tensor, "3"], target: Float[Tensor, "3"], up: Float[Tensor, "3"]

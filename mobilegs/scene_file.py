@@ -6,7 +6,6 @@ from typing import Any, Literal
 
 import torch
 
-from mobilegs.compress.container import inspect_mgs, read_mgs
 from mobilegs.errors import InputError
 from mobilegs.formats.glb import read_glb, write_glb
 from mobilegs.formats.ply import read_ply, write_ply
@@ -14,6 +13,7 @@ from mobilegs.formats.sog import read_sog, write_sog
 from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz, write_spz
 from mobilegs.gaussians import Gaussians
+from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.render.scene import Scene
 
 Device = Literal["auto", "cpu", "cuda"]

@@ -9,9 +9,15 @@ from hypothesis import settings
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, Frame
-from mobilegs.data.sample import write_sample
+from mobilegs.data.demo.capture import write_sample
 from mobilegs.render.scene import Scene
-from mobilegs.train.init import gaussians_at
+from mobilegs.train.teacher.init import gaussians_at
+
+pytest_plugins = [
+    "tests.support.browser",
+    "tests.support.coded",
+    "tests.support.tiny",
+]
 
 # examples are the same in every run, and a busy machine is no failure
 settings.register_profile("mobilegs", deadline=None, derandomize=True)

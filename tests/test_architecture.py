@@ -1,4 +1,4 @@
-"""The tree is the data's way: who may import whom, and how large a module may grow."""
+"""The levels of docs/architecture.md: a module imports from its own level and those above it."""
 
 import ast
 from collections.abc import Iterator
@@ -9,24 +9,28 @@ import pytest
 PACKAGE = Path(__file__).parent.parent / "mobilegs"
 # docs/architecture.md: a module imports from its own level and from levels above it
 LEVELS: list[set[str]] = [
-    {"errors", "atomic"},
-    {"camera", "between", "gaussians", "spherical_harmonics", "kmeans"},
+    {"errors", "atomic", "validation"},
+    {"camera", "gaussians", "spherical_harmonics", "kmeans"},
+    {"csrc"},
     {"render"},
     {"data"},
     {"capture"},
     {"formats"},
     {"compress"},
+    {"mgs"},
     {"evaluate"},
-    {"scene_file", "pictures"},
-    {"revisit"},
+    {"scene_file"},
+    {"synthetic_capture"},
     {"train"},
+    {"live"},
+    {"pipeline"},
     {"view"},
-    {"doctor", "terminal"},
-    {"making", "cli", "__main__"},
+    {"cli"},
+    {"__main__"},
 ]
 # each reads another tool's format; nothing of ours is between them
 SIBLINGS_APART = {"formats"}
-LINES_MAX = 400
+LINES_MAX = 600
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 
@@ -72,7 +76,7 @@ def test_a_module_imports_only_from_above(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", MODULES, ids=dotted)
-def test_a_module_fits_into_one_head(path: Path) -> None:
+def test_no_module_grows_beyond_the_alarm(path: Path) -> None:
     assert len(path.read_text().splitlines()) <= LINES_MAX
 
 
@@ -87,8 +91,7 @@ def test_the_docs_list_the_levels_in_their_order() -> None:
     places = [
         next((i for i, row in enumerate(rows) if f"{name}/" in row or f"{name}.py" in row), -1)
         for names in LEVELS
-        for name in sorted(names)[:1]
-        if name not in {"doctor", "scene_file"}
+        for name in sorted(names)
     ]
     assert -1 not in places
     assert places == sorted(places)

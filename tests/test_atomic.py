@@ -16,7 +16,7 @@ from mobilegs.errors import InputError
 SLOW = """
 import signal, sys, time
 from pathlib import Path
-from mobilegs import cli
+from mobilegs.cli import main
 from mobilegs.__main__ import run
 for number in (signal.SIGTERM, signal.SIGHUP):
     signal.signal(number, signal.SIG_DFL)  # who runs the tests may ignore them
@@ -25,9 +25,9 @@ def write():
     with atomic_path(Path(sys.argv[2])) as temporary:
         temporary.write_text("half")
         time.sleep(60)
-cli.VERBS["doctor"] = write
+main.VERBS["doctor"] = write
 sys.argv[1:] = ["doctor", *sys.argv[1:]]
-cli.tyro.cli = lambda verb, **_: verb()
+main.tyro.cli = lambda verb, **_: verb()
 sys.exit(run())
 """
 

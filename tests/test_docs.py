@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import mobilegs
-from mobilegs import cli
+from mobilegs.cli.main import main
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/README.md"]
@@ -82,7 +82,7 @@ def test_commands_in_pages_have_the_options_that_there_are(
             verb, rest = match.groups()
             if verb not in helps:
                 with pytest.raises(SystemExit):
-                    cli.main([verb, "--help"])
+                    main([verb, "--help"])
                 helps[verb] = capsys.readouterr().out
             for option in re.findall(r"(?<= )--?[a-z][a-z-]*", rest):
                 if not re.search(rf"{option}\b", helps[verb]):

@@ -14,18 +14,16 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from browser import Chromium
 from PIL import Image
-from test_web_decoder import Case, make_scene
-from test_web_viewer import SETTLED
-from tiny import blobs
 
-from mobilegs import cli
-from mobilegs.compress.container import pack, read_mgs
+from mobilegs.cli.main import main
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import read_ply, write_ply
-
-pytest_plugins = ["browser"]
+from mobilegs.mgs.codec import pack, read_mgs
+from tests.support.browser import Chromium
+from tests.support.tiny import blobs
+from tests.web.test_decoder import Case, make_scene
+from tests.web.test_viewer import SETTLED
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = ROOT / "examples"
@@ -205,7 +203,7 @@ def test_the_page_shows_the_scene_and_hears_of_it(
     chromium: Chromium, garden: Path, tmp_path: Path
 ) -> None:
     site = tmp_path / "site"
-    assert cli.main(["export", str(garden), "--to", "site", "-o", str(site)]) == 0
+    assert main(["export", str(garden), "--to", "site", "-o", str(site)]) == 0
     page = (EXAMPLES / "page.html").read_text()
     one_way = page.replace("<mobile-gs ", '<mobile-gs scale="1" variant="floats" ')
     (site / "page.html").write_text(one_way)

@@ -138,7 +138,7 @@ fi
 scene=$work/scene/bonsai
 build_gsplat &
 # another torch's warnings are no reason to stop here
-part tests 150 "$python" -m pytest -m gpu -q -W default --junitxml="$work/tests.xml" tests/test_cuda.py
+part tests 150 "$python" -m pytest -m gpu -q -W default --junitxml="$work/tests.xml" tests/render/test_cuda.py
 wait # timings want the processor for themselves
 part kernels 90 "$python" bench/gpu/kernels_gpu.py --json "$work/kernels.json"
 if gsplat; then

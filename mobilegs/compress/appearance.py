@@ -8,8 +8,8 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu, linear
 
-from mobilegs.compress import native
-from mobilegs.compress.halves import DIGITS, round_half
+from mobilegs.compress.float16 import DIGITS, round_half
+from mobilegs.csrc import native
 
 COLORS = ("linear", "networks")
 OCTAVES = 16

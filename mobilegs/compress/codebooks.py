@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.nn.functional import embedding, normalize
 
-from mobilegs.compress.halves import round_half
+from mobilegs.compress.float16 import round_half
 from mobilegs.errors import InputError
 from mobilegs.kmeans import kmeans, nearest_centers
 

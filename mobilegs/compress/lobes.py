@@ -8,8 +8,8 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import linear, pad
 
-from mobilegs.compress import native
-from mobilegs.compress.halves import DIGITS, round_half
+from mobilegs.compress.float16 import DIGITS, round_half
+from mobilegs.csrc import native
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS, statics

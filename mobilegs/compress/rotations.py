@@ -8,15 +8,15 @@ import torch
 from jaxtyping import Float, Int, Integer, UInt8
 from torch import Tensor, nn
 
-from mobilegs.compress import native
 from mobilegs.compress.codebooks import canonical_quats
-from mobilegs.compress.scalars import (
+from mobilegs.compress.uniform_quantizer import (
     ANGLE_STEPS,
     NUDGE,
     ScalarCodes,
     entropy,
     stepped,
 )
+from mobilegs.csrc import native
 from mobilegs.render.project import rotation_matrices
 
 # Turning by a small angle about an axis changes the covariance, relative to its size, by

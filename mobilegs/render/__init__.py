@@ -13,7 +13,7 @@ from mobilegs.render import sorted as sorted_definition
 from mobilegs.render import sortfree as sortfree_definition
 from mobilegs.render.contributions import Contributions
 from mobilegs.render.kernels import cpu, cuda
-from mobilegs.render.kernels.view import kernel_view
+from mobilegs.render.kernels.kernel_view import kernel_view
 from mobilegs.render.project import project
 from mobilegs.render.rendered import Rendered
 from mobilegs.render.sortfree import Weighting

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from mobilegs.atomic import atomic_write
 from mobilegs.train.stage import Stage, StepResult
-from mobilegs.train.student_config import StudentConfig
+from mobilegs.train.student.config import StudentConfig
 
 ROWS_PER_STAGE = 100  # lines of the journal
 LINE_SECONDS = 10.0  # where there is no terminal, a line at least so far apart

@@ -8,12 +8,12 @@ from difflib import get_close_matches
 from typing import Any, Literal
 
 from mobilegs.errors import InputError
-from mobilegs.train.densify import DensifyConfig
-from mobilegs.train.mini_splatting import MiniSplattingConfig
-from mobilegs.train.presence import PresenceConfig
-from mobilegs.train.prune import VoteConfig
-from mobilegs.train.student_config import StudentConfig
-from mobilegs.train.teacher import TeacherConfig
+from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.mask_pruning import PresenceConfig
+from mobilegs.train.student.vote_pruning import VoteConfig
+from mobilegs.train.teacher.densify import DensifyConfig
+from mobilegs.train.teacher.mini_splatting import MiniSplattingConfig
+from mobilegs.train.teacher.trainer import TeacherConfig
 
 PresetName = Literal["cpu", "gpu", "demo"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]

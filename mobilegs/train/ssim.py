@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from mobilegs.render.kernels.cpu import address, library
+from mobilegs.csrc.binding import address, library
 
 
 class CpuSsim(torch.autograd.Function):

@@ -14,9 +14,9 @@ from PIL import Image
 
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera, look_at
-from mobilegs.compress.container import inspect_mgs, read_mgs
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 from mobilegs.view.bundle import (

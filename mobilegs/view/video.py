@@ -9,9 +9,9 @@ import torch
 
 from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
-from mobilegs.compress.container import read_mgs
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.mgs.codec import read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 from mobilegs.view.orbit import Pose, camera_of

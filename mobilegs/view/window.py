@@ -21,10 +21,10 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.view.gpu import INSTALL
-from mobilegs.view.native import GpuRenderer
 from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, place_under
 from mobilegs.view.video import open_with_views
+from mobilegs.view.wgpu_device import INSTALL
+from mobilegs.view.wgpu_renderer import GpuRenderer
 
 SIZE = (1280, 720)  # logical pixels
 FPS_MAX = 120

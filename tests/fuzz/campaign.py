@@ -15,12 +15,12 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from fuzz.envelope import take_apart
-from fuzz.mutate import Mutator
-from fuzz.readers import EVERY, Verdict, quiet, verdicts
-from fuzz.seeds import Seed, mgs_seeds, ply_seeds, spz_seeds
-from fuzz.seeds_formats import compressed_seeds, glb_seeds, sog_seeds, splat_seeds
-from test_web_decoder import node_program
+from tests.fuzz.envelope import take_apart
+from tests.fuzz.mutate import Mutator
+from tests.fuzz.readers import EVERY, Verdict, quiet, verdicts
+from tests.fuzz.seeds import Seed, mgs_seeds, ply_seeds, spz_seeds
+from tests.fuzz.seeds_formats import compressed_seeds, glb_seeds, sog_seeds, splat_seeds
+from tests.web.test_decoder import node_program
 
 SEEDS = {
     "mgs": mgs_seeds,

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "../../mobilegs/compress/decode.h"
+#include "../../mobilegs/csrc/decode.h"
 
 namespace {
 

@@ -8,16 +8,16 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from fuzz.envelope import take_apart
-from fuzz.seeds import Seed, indices, mgs_seeds
 
-from mobilegs.compress import rans
-from mobilegs.compress.bits import pack_bits
-from mobilegs.compress.positions import CLASSES
-from mobilegs.compress.streams import index_width
+from mobilegs.mgs import rans
+from mobilegs.mgs.bits import pack_bits
+from mobilegs.mgs.positions import CLASSES
+from mobilegs.mgs.streams import index_width
+from tests.fuzz.envelope import take_apart
+from tests.fuzz.seeds import Seed, indices, mgs_seeds
 
 HERE = Path(__file__).parent
-SOURCES = [HERE / "decode_fuzzer.cpp", HERE / "../../mobilegs/compress/decode.cpp"]
+SOURCES = [HERE / "decode_fuzzer.cpp", HERE / "../../mobilegs/csrc/decode.cpp"]
 SANITIZE = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=undefined"]
 RANS, BITS, POSITIONS, FITTED = 0, 1, 2, 128
 WIDE = {RANS: 33, POSITIONS: 35}  # the same ways, of which 32 allows for many numbers

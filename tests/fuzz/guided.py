@@ -8,10 +8,10 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["mobilegs.compress", "mobilegs.formats"]):
-    from fuzz.campaign import SEEDS
-    from fuzz.envelope import take_apart
-    from fuzz.mutate import Mutator
-    from fuzz.readers import Reader, quiet
+    from tests.fuzz.campaign import SEEDS
+    from tests.fuzz.envelope import take_apart
+    from tests.fuzz.mutate import Mutator
+    from tests.fuzz.readers import Reader, quiet
 
 SECONDS = 1.0
 

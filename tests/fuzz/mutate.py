@@ -11,10 +11,10 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from fuzz.envelope import Parts, Piece, take_apart
-from fuzz.mutate_formats import mutated_glb, mutated_sog, mutated_splat
-from fuzz.mutate_plain import NUMBERS, WORDS, damaged, mutated_ply, mutated_spz
-from fuzz.seeds import Seed
+from tests.fuzz.envelope import Parts, Piece, take_apart
+from tests.fuzz.mutate_formats import mutated_glb, mutated_sog, mutated_splat
+from tests.fuzz.mutate_plain import NUMBERS, WORDS, damaged, mutated_ply, mutated_spz
+from tests.fuzz.seeds import Seed
 
 Change = Callable[[random.Random, Any], None]
 

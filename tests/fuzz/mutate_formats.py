@@ -9,8 +9,9 @@ from copy import deepcopy
 from typing import Any
 
 import numpy as np
-from fuzz.mutate_plain import NUMBERS, WORDS, damaged
-from fuzz.seeds_formats import glb, rezipped, unzipped, webp
+
+from tests.fuzz.mutate_plain import NUMBERS, WORDS, damaged
+from tests.fuzz.seeds_formats import glb, rezipped, unzipped, webp
 
 ODD = [
     *NUMBERS, None, True, False, "", "x", "VEC3", "SCALAR", "meta.json", "../up", "a" * 5000,

@@ -5,7 +5,8 @@ import struct
 import zlib
 
 import zstandard
-from fuzz.seeds import spz_4
+
+from tests.fuzz.seeds import spz_4
 
 NUMBERS = [
     0, -1, 1, 2, 3, 4, 5, 7, 8, 15, 16, 31, 32, 33, 48, 49, 63, 64, 65, 127, 128, 255, 256, 257,

@@ -8,16 +8,16 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import torch
-from fuzz.seeds import tensors
 from torch import Tensor
 
-from mobilegs.compress.container import inspect, unpack
 from mobilegs.errors import InputError
 from mobilegs.formats.glb import read_glb
 from mobilegs.formats.ply import read_ply
 from mobilegs.formats.sog import read_sog
 from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz
+from mobilegs.mgs.codec import inspect, unpack
+from tests.fuzz.seeds import tensors
 
 Verdict = str | None | dict[str, str]
 

@@ -8,20 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 import zstandard
-from fuzz.envelope import Parts, take_apart
-from test_web_decoder import Case, make_scene
 from torch import Tensor
 
-from mobilegs.compress import rans
 from mobilegs.compress.appearance import AppearanceDecoder
-from mobilegs.compress.bits import pack_bits
-from mobilegs.compress.codes import CodedScene
-from mobilegs.compress.container import inspect, pack
-from mobilegs.compress.envelope import Stream
-from mobilegs.compress.halves import to_half
+from mobilegs.compress.float16 import to_half
 from mobilegs.compress.lobes import LobeShape
-from mobilegs.compress.scalars import ScalarSteps
-from mobilegs.compress.streams import decode_halves, decode_indices, index_width
+from mobilegs.compress.uniform_quantizer import ScalarSteps
+from mobilegs.mgs import rans
+from mobilegs.mgs.bits import pack_bits
+from mobilegs.mgs.codec import inspect, pack
+from mobilegs.mgs.container import Stream
+from mobilegs.mgs.quantized_scene import CodedScene
+from mobilegs.mgs.streams import decode_halves, decode_indices, index_width
+from tests.fuzz.envelope import Parts, take_apart
+from tests.web.test_decoder import Case, make_scene
 
 FLOATS = ("raw", "halves", "planes")
 USUAL = {

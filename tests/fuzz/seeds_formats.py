@@ -9,14 +9,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from fuzz.seeds import Seed
 from PIL import Image
-from plain import plain_scene
-from test_formats_ply import compressed
 
 from mobilegs.formats.glb import write_glb
 from mobilegs.formats.sog import write_sog
 from mobilegs.gaussians import Gaussians
+from tests.formats.test_ply_compressed import compressed
+from tests.fuzz.seeds import Seed
+from tests.support.plain import plain_scene
 
 
 def compressed_seeds() -> dict[str, Seed]:

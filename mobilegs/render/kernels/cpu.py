@@ -1,23 +1,15 @@
 """The CPU kernels: cpu.cpp, built with the package for several instruction sets."""
 
 import ctypes
-import sysconfig
 from functools import cache
-from pathlib import Path
 
 import torch
 from torch import Tensor
 
+from mobilegs.csrc import binding
+from mobilegs.csrc.binding import address
 from mobilegs.render.contributions import Contributions, pixels_won
-from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView, refuse_strays
-
-# newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
-LEVELS = {
-    "v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
-    "v3": {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"},
-    "v2": {"sse4_2", "ssse3", "popcnt"},
-    "portable": set(),
-}
+from mobilegs.render.kernels.kernel_view import SPLAT_BYTES, KernelView, refuse_strays
 
 
 class _Pointers(ctypes.Structure):
@@ -37,52 +29,15 @@ class Gradients(_Pointers):
     _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(7)]
 
 
-def cpu_flags() -> set[str]:
-    """Instruction sets of this CPU by their Linux names; empty where the system does not say."""
-    try:
-        text = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        return set()
-    for line in text.splitlines():
-        if line.startswith("flags"):
-            return set(line.split(":", 1)[1].split())
-    return set()
-
-
-def built_library(level: str) -> Path | None:
-    """Where the kernels of `level` lie; an editable install keeps them apart from the sources."""
-    installed = Path(sysconfig.get_path("platlib"), "mobilegs", "render", "kernels")
-    for folder in (Path(__file__).parent, installed):
-        if (folder / f"libmobilegs_{level}.so").exists():
-            return folder / f"libmobilegs_{level}.so"
-    return None
-
-
-def kernel_level() -> str:
-    """The newest built level that this CPU runs; raises ImportError where none was built."""
-    flags = cpu_flags()
-    for level, needed in LEVELS.items():
-        if needed <= flags and built_library(level):
-            return level
-    raise ImportError(
-        "mobilegs was installed without its CPU kernels: reinstall it where a C++ compiler is "
-        "at hand (pip install --force-reinstall mobilegs)"
-    )
-
-
 @cache
 def library(level: str | None = None) -> ctypes.CDLL:
-    """The kernels of `level` (default: the best for this CPU), with their struct sizes checked."""
-    level = level or kernel_level()
-    path = built_library(level)
-    if path is None:
-        raise ImportError(f"the kernels of level {level} were not built on this machine")
-    loaded = ctypes.CDLL(str(path))
-    if loaded.mgs_view_bytes() != ctypes.sizeof(KernelView):
-        raise ImportError(f"{path.name} is of another version than the package: reinstall it")
-    if loaded.mgs_splat_bytes() != SPLAT_BYTES:
-        raise ImportError(f"{path.name} is of another version than the package: reinstall it")
-    loaded.mgs_sorted_forward.restype = ctypes.c_void_p
+    """Load the kernels of `level` (default: the best for this CPU) and check their struct sizes."""
+    loaded = binding.library(level)
+    if (loaded.mgs_view_bytes(), loaded.mgs_splat_bytes()) != (
+        ctypes.sizeof(KernelView),
+        SPLAT_BYTES,
+    ):
+        raise ImportError("the C++ library is of another version than the package: reinstall it")
     return loaded
 
 
@@ -94,11 +49,6 @@ class _Bins:
 
     def __del__(self) -> None:
         self.native.mgs_bins_free(ctypes.c_void_p(self.pointer))
-
-
-def address(tensor: Tensor | None) -> ctypes.c_void_p:
-    """The tensor's memory as a C pointer; None becomes a null pointer."""
-    return ctypes.c_void_p(None if tensor is None else tensor.data_ptr())
 
 
 class CpuRaster(torch.autograd.Function):

@@ -23,7 +23,7 @@ from torch import Tensor
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 from mobilegs.render.contributions import Contributions, pixels_won
-from mobilegs.render.kernels.view import SPLAT_BYTES, KernelView, refuse_strays
+from mobilegs.render.kernels.kernel_view import SPLAT_BYTES, KernelView, refuse_strays
 
 SOURCES = (
     "cuda.cu",
@@ -37,6 +37,7 @@ SOURCES = (
 )
 TILE = 16
 THREADS = 256  # of every kernel but the sorted backward walk
+CSRC = Path(__file__).parents[2] / "csrc"
 WALKERS = 128
 PER_WARP = 8  # Gaussians a block takes where each gets a warp
 SUMS = 12  # floats of a Gaussian's or an entry's sums
@@ -59,7 +60,7 @@ def compile_kernels(arch: str, source: str | None = None) -> tuple[bytes, str]:
         from cuda.core import Program, ProgramOptions
     except ImportError as error:
         raise _missing(error) from error
-    folder, log = Path(__file__).parent, io.StringIO()
+    folder, log = CSRC, io.StringIO()
     options = ProgramOptions(
         name="cuda.cu",
         arch=arch,
@@ -97,8 +98,8 @@ def cubin(arch: str) -> bytes:
     except (ImportError, RuntimeError) as error:  # the binding, or the library behind it
         raise _missing(error) from error
     digest = hashlib.sha256(repr((arch, version)).encode())
-    for name in (*SOURCES, Path(__file__).name):  # this file holds the options
-        digest.update(Path(__file__).with_name(name).read_bytes())
+    for path in (*(CSRC / name for name in SOURCES), Path(__file__)):  # this file holds the options
+        digest.update(path.read_bytes())
     path = cache_folder() / f"kernels-{arch}-{digest.hexdigest()[:24]}.cubin"
     try:
         return path.read_bytes()

@@ -1,4 +1,4 @@
-/** Draws a scene with WebGPU: the shaders of view/shaders, as view/native.py uses them. */
+/** Draws a scene with WebGPU: the shaders of view/shaders, as view/wgpu_renderer.py uses them. */
 
 import { strides } from "./types.js";
 import { HALF_SCALE, VIEW_BYTES, packView } from "./view.js";

@@ -1,0 +1,282 @@
+"""Static interleaved rANS: symbols at the cost of their entropy, decoded by table look-ups.
+
+A coder of the range family (Duda 2013; the interleaving is Giesen's, 2014): probabilities are
+multiples of 2^-14, a state has 32 bits, the stream is a row of 16-bit words. L states ("lanes")
+take turns at the words; each lane codes its own run of consecutive symbols, so that the symbol
+before can serve as context. A decoder that ends with every state at its start value, and with
+no word left, has seen no damage.
+"""
+
+import heapq
+import struct
+
+import numpy as np
+from jaxtyping import Int, UInt16, UInt32
+
+from mobilegs.csrc import native
+from mobilegs.errors import InputError
+from mobilegs.mgs.bits import bit_lengths, pack_bits
+
+PRECISION = 14
+TOTAL = 1 << PRECISION
+STATE_LOW = 1 << 16
+ALPHABET_MAX = 4096
+CONTEXTS_MAX = 64  # a decoder's tables take 2^14 entries for each
+LANES_MAX = 256
+LANE_SYMBOLS = 2048  # at least so many per lane: a lane costs some 2.5 bytes
+HEADER = struct.Struct("<HHII")  # alphabet, contexts, bytes of tables, words
+SYMBOL_BITS = 2 + 2 * PRECISION  # of a table, at most: whether it occurs, and its frequency
+
+
+def encode(symbols: UInt16[np.ndarray, "n"], alphabet: int, *, contextual: bool = False) -> bytes:
+    """`symbols`, each below `alphabet` (1 to 4096), with their frequency tables.
+
+    `contextual` gives every symbol the frequencies that follow its predecessor (alphabets up
+    to 64). Deterministic: integer and exactly rounded arithmetic only.
+    """
+    contexts = alphabet if contextual else 1
+    lanes = lane_count(len(symbols))
+    order, active = _layout(len(symbols), lanes)
+    rows = symbols[order]  # [steps, lanes], lanes that have run out repeat a symbol
+    context = np.zeros_like(rows)
+    if contextual:
+        context[1:] = rows[:-1]
+    flat = context.astype(np.int64) * alphabet + rows
+    present = np.arange(lanes) < active[:, None]
+    counts = np.bincount(flat[present], minlength=contexts * alphabet).reshape(contexts, alphabet)
+    frequencies = np.stack([normalise(row) for row in counts])
+    starts = np.cumsum(frequencies, axis=1) - frequencies
+    words, states = _push(
+        frequencies.reshape(-1).astype(np.uint64)[flat],
+        starts.reshape(-1).astype(np.uint64)[flat],
+        active,
+    )
+    tables = _write_tables(frequencies)
+    head = HEADER.pack(alphabet, contexts, len(tables), len(words))
+    return head + tables + states.astype("<u4").tobytes() + words.astype("<u2").tobytes()
+
+
+def decode(data: bytes | memoryview, count: int, alphabet: int) -> UInt16[np.ndarray, "n"]:
+    """The `count` symbols below `alphabet` that `encode` wrote.
+
+    Raises:
+        InputError: the bytes are not a whole stream of that many symbols of that alphabet.
+    """
+    read_head(data, count, alphabet)
+    symbols = native.decode_rans(data, count, alphabet)
+    return decode_by_definition(data, count, alphabet) if symbols is None else symbols
+
+
+def read_head(data: bytes | memoryview, count: int, alphabet: int) -> tuple[int, int, int]:
+    """Contexts, bytes of tables, and lanes of a stream; InputError if they cannot be."""
+    if len(data) < HEADER.size:
+        raise InputError("a rANS stream is too short to hold its header")
+    found, contexts, table_bytes, word_count = HEADER.unpack_from(data)
+    if found != alphabet:
+        raise InputError(f"a rANS stream of {found} symbols stands where {alphabet} belong")
+    if contexts not in (1, alphabet) or contexts > CONTEXTS_MAX:
+        raise InputError(f"a rANS stream has {contexts} contexts")
+    if 8 * table_bytes > contexts * (5 + SYMBOL_BITS * alphabet) + 7:
+        raise InputError("a rANS stream's frequency tables are longer than they should be")
+    lanes = lane_count(count)
+    if len(data) != HEADER.size + table_bytes + 4 * lanes + 2 * word_count:
+        raise InputError("a rANS stream is longer or shorter than its header says")
+    return contexts, table_bytes, lanes
+
+
+def decode_by_definition(
+    data: bytes | memoryview, count: int, alphabet: int
+) -> UInt16[np.ndarray, "n"]:
+    """What `decode` does, by its definition."""
+    contexts, table_bytes, lanes = read_head(data, count, alphabet)
+    body = memoryview(data)[HEADER.size :]
+    frequencies = _read_tables(bytes(body[:table_bytes]), contexts, alphabet)
+    states = np.frombuffer(body[table_bytes : table_bytes + 4 * lanes], dtype="<u4")
+    words = np.frombuffer(body[table_bytes + 4 * lanes :], dtype="<u2")
+    if (states < STATE_LOW).any():
+        raise InputError("a rANS stream starts in an impossible state")
+    order, active = _layout(count, lanes)
+    rows = _pull(frequencies, states.astype(np.uint32), words.astype(np.uint32), active)
+    symbols = np.empty(count, dtype=np.uint16)
+    present = np.arange(lanes) < active[:, None]
+    symbols[order[present]] = rows[present]
+    return symbols
+
+
+def normalise(counts: Int[np.ndarray, "a"]) -> Int[np.ndarray, "a"]:
+    """Frequencies that sum to 2^14, at least 1 for every symbol that occurs, else 0.
+
+    All zeros if nothing occurs. The rounding error is shared out one unit at a time, to where
+    it costs the fewest bits.
+    """
+    total = int(counts.sum())
+    frequencies = np.zeros(len(counts), dtype=np.int64)
+    if total == 0:
+        return frequencies
+    occurs = np.flatnonzero(counts)
+    frequencies[occurs] = np.maximum(1, counts[occurs] * TOTAL // total)
+    missing = TOTAL - int(frequencies.sum())
+    step = 1 if missing > 0 else -1
+    # bits saved by f -> f + 1 are count * log2(1 + 1 / f), close to count / (f + 1/2)
+    queue = [
+        (-step * int(counts[i]) / (2 * int(frequencies[i]) + step), int(i))
+        for i in occurs
+        if step > 0 or frequencies[i] > 1
+    ]
+    heapq.heapify(queue)
+    for _ in range(abs(missing)):
+        _, i = heapq.heappop(queue)
+        frequencies[i] += step
+        if step > 0 or frequencies[i] > 1:
+            heapq.heappush(queue, (-step * int(counts[i]) / (2 * int(frequencies[i]) + step), i))
+    return frequencies
+
+
+def lane_count(count: int) -> int:
+    """Lanes of a stream of `count` symbols: a power of two, 256 at most."""
+    return min(LANES_MAX, 1 << max(0, (count // LANE_SYMBOLS).bit_length() - 1))
+
+
+def _layout(
+    count: int, lanes: int
+) -> tuple[Int[np.ndarray, "steps lanes"], Int[np.ndarray, "steps"]]:
+    """Which symbol each lane codes in each step, and how many lanes are at work.
+
+    Lanes take consecutive runs, the first `count % lanes` of them one symbol longer; so the
+    lanes that still have a symbol are always the first ones.
+    """
+    short, longer = divmod(count, lanes)
+    steps = short + (longer > 0)
+    lane = np.arange(lanes)
+    first = lane * short + np.minimum(lane, longer)
+    order = np.minimum(first + np.arange(steps)[:, None], max(count - 1, 0))
+    active = np.full(steps, lanes)
+    active[short:] = longer
+    return order, active
+
+
+def _push(
+    frequencies: np.ndarray, starts: np.ndarray, active: np.ndarray
+) -> tuple[UInt16[np.ndarray, "w"], UInt32[np.ndarray, "lanes"]]:
+    """Code all steps from the last to the first; words come out in the order of reading."""
+    states = np.full(frequencies.shape[1], STATE_LOW, dtype=np.uint64)
+    words: list[np.ndarray] = []
+    for step in range(len(active) - 1, -1, -1):
+        lanes = active[step]
+        x, f = states[:lanes], frequencies[step, :lanes]
+        full = x >= (f << np.uint64(32 - PRECISION))
+        if full.any():
+            words.append(x[full].astype(np.uint16))  # the low 16 bits
+            x = np.where(full, x >> np.uint64(16), x)
+        quotient, rest = np.divmod(x, f)
+        states[:lanes] = (quotient << np.uint64(PRECISION)) + rest + starts[step, :lanes]
+    empty = np.empty(0, dtype=np.uint16)
+    return np.concatenate([empty, *reversed(words)]), states.astype(np.uint32)
+
+
+def _pull(
+    frequencies: Int[np.ndarray, "c a"],
+    states: UInt32[np.ndarray, "lanes"],
+    words: UInt32[np.ndarray, "w"],
+    active: Int[np.ndarray, "steps"],
+) -> UInt16[np.ndarray, "steps lanes"]:
+    """Decode all steps; checks that the stream ends where it began."""
+    contexts, alphabet = frequencies.shape
+    used = frequencies.any(axis=1)
+    symbol_of, frequency_of, rest_of = (
+        np.zeros((contexts, TOTAL), dtype=np.uint16) for _ in range(3)
+    )
+    for context in np.flatnonzero(used):
+        f = frequencies[context]
+        symbol_of[context] = np.repeat(np.arange(alphabet), f)
+        frequency_of[context] = np.repeat(f, f)
+        rest_of[context] = np.arange(TOTAL) - np.repeat(np.cumsum(f) - f, f)
+    symbol_of, frequency_of, rest_of = (t.reshape(-1) for t in (symbol_of, frequency_of, rest_of))
+    rows = np.zeros((len(active), len(states)), dtype=np.uint16)
+    context = np.zeros(len(states), dtype=np.uint32)
+    position = 0
+    for step, lanes in enumerate(active):
+        x = states[:lanes]
+        slot = x & np.uint32(TOTAL - 1)
+        if contexts > 1:
+            slot = slot + (context[:lanes] << np.uint32(PRECISION))
+        symbols = symbol_of[slot]
+        # an unused context leaves frequency 0 here: the state drops to 0 and is caught below
+        x = frequency_of[slot] * (x >> np.uint32(PRECISION)) + rest_of[slot]
+        low = np.flatnonzero(x < STATE_LOW)
+        if len(low):
+            read = words[position : position + len(low)]
+            if len(read) < len(low):
+                raise InputError("a rANS stream ends early: the file is damaged")
+            position += len(low)
+            x[low] = (x[low] << np.uint32(16)) | read
+            if x.min() < STATE_LOW:
+                raise InputError("a rANS stream leads to an impossible state")
+        states[:lanes] = x
+        rows[step, :lanes] = symbols
+        if contexts > 1:
+            context[:lanes] = symbols
+    if position != len(words) or (states != STATE_LOW).any():
+        raise InputError("a rANS stream does not end where it should: the file is damaged")
+    return rows
+
+
+def _write_tables(frequencies: Int[np.ndarray, "c a"]) -> bytes:
+    """Per context: 1 bit whether it is used; then a bit per symbol whether it occurs, 4 bits k,
+    and `frequency - 1` of all symbols that occur but the last in exponential Golomb code k."""
+    values: list[np.ndarray] = []
+    widths: list[np.ndarray] = []
+
+    def put(value: np.ndarray, width: np.ndarray) -> None:
+        values.append(value.astype(np.uint64))
+        widths.append(width.astype(np.int64))
+
+    for row in frequencies:
+        put(np.array([row.any()]), np.ones(1))
+        if not row.any():
+            continue
+        put(row > 0, np.ones(len(row)))
+        known = (row[row > 0] - 1)[:-1]
+        lengths = [bit_lengths((known + (1 << k)).astype(np.uint64)) for k in range(PRECISION)]
+        k = int(
+            np.argmin([(2 * length.astype(np.int64) - k).sum() for k, length in enumerate(lengths)])
+        )
+        put(np.array([k]), np.array([4]))
+        length = lengths[k].astype(np.int64)
+        pair = np.stack([1 << (length - 1 - k), known + (1 << k) - (1 << (length - 1))], axis=1)
+        put(pair.reshape(-1), np.stack([length - k, length - 1], axis=1).reshape(-1))
+    return pack_bits(np.concatenate(values), np.concatenate(widths))
+
+
+def _read_tables(data: bytes, contexts: int, alphabet: int) -> Int[np.ndarray, "c a"]:
+    """What `_write_tables` wrote; every used context sums to 2^14."""
+    bits = np.unpackbits(np.frombuffer(data, dtype=np.uint8), bitorder="little").tolist()
+    position = 0
+
+    def take(width: int) -> int:
+        nonlocal position
+        if position + width > len(bits):
+            raise InputError("a rANS stream's frequency tables end early")
+        position += width
+        return sum(bit << i for i, bit in enumerate(bits[position - width : position]))
+
+    frequencies = np.zeros((contexts, alphabet), dtype=np.int64)
+    for row in frequencies:
+        if not take(1):
+            continue
+        occurs = [i for i in range(alphabet) if take(1)]
+        k = take(4)
+        for i in occurs[:-1]:
+            zeros = 0
+            while not take(1):
+                zeros += 1
+            if zeros + k > PRECISION:
+                raise InputError("a rANS stream's frequency table holds a number out of range")
+            row[i] = take(zeros + k) + (1 << (zeros + k)) - (1 << k) + 1
+        rest = TOTAL - int(row.sum())
+        if not occurs or rest < 1:
+            raise InputError("a rANS stream's frequencies do not sum to 16384")
+        row[occurs[-1]] = rest
+    if len(bits) - position >= 8 or any(bits[position:]):
+        raise InputError("a rANS stream's frequency tables are longer than they should be")
+    return frequencies

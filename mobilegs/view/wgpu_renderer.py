@@ -1,0 +1,283 @@
+"""A scene drawn by a GPU: Vulkan, Metal or DirectX 12.
+
+A frame has three passes: project (compute, every Gaussian), splat (blended quads, in any order for
+a sort-free scene), resolve.
+"""
+
+import struct
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Float, UInt32
+from torch import Tensor
+
+from mobilegs.camera import Camera
+from mobilegs.errors import InputError
+from mobilegs.render.lobes import constant_lobes
+from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
+from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import WEIGHTINGS
+from mobilegs.view.wgpu_device import program
+
+BATCH = 128  # as in view.wgsl
+LOOK_BYTES = 32  # of wide.wgsl's StoredLook
+
+
+class Picture(NamedTuple):
+    """What a GPU drew.
+
+    Attributes:
+        image: sRGB, at least 0, `[h, w, 3]`.
+        alpha: how much of the background is covered, in [0, 1], `[h, w]`.
+    """
+
+    image: Float[Tensor, "h w 3"]
+    alpha: Float[Tensor, "h w"]
+
+
+class GpuRenderer:
+    """One scene on a GPU, ready to be drawn from any camera.
+
+    Attributes:
+        program: the device and what runs on it.
+        count: Gaussians that can be drawn; rows that are not finite are left out.
+    """
+
+    def __init__(self, scene: Scene, *, full_precision: bool = False) -> None:
+        """Upload a scene.
+
+        Halves are what every GPU can blend, phones' too; `full_precision` asks for 32-bit floats.
+
+        Raises InputError where there is no GPU, it cannot blend 32-bit floats, its memory does
+        not hold the scene, the scene has a view network (that is no job for every frame), or its
+        weighting takes two passes over the Gaussians, which the shaders do not.
+        """
+        if scene.network is not None:
+            raise InputError(
+                "a scene with a view network is not drawn on a GPU, since every Gaussian would "
+                "ask it in every frame: train with --set student.view.kind=fitted "
+                "student.view.fraction=0.35, or draw with --backend kernels"
+            )
+        if scene.weighting.name == "two_pass":
+            raise InputError(
+                "a scene with the weighting 'two_pass' is not drawn by shaders, which pass over "
+                "the Gaussians once: draw with --backend kernels"
+            )
+        self.scene = scene
+        self.program = program(scene.blend == "sorted", full_precision)
+        self._sums: tuple[tuple[int, int], list[Any]] | None = None
+        self._upload(*_rows(scene))
+
+    def draw(self, camera: Camera) -> Picture:
+        """The picture from `camera`, read back to the CPU."""
+        import wgpu
+
+        self._refuse_size(camera)
+        size = (camera.width, camera.height, 1)
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
+        device = self.program.device
+        texture = device.create_texture(size=size, format="rgba32float", usage=usage)
+        self.draw_into(texture.create_view(), "rgba32float", camera)
+        data = device.queue.read_texture(
+            {"texture": texture},
+            {"bytes_per_row": 16 * camera.width, "rows_per_image": camera.height},
+            size,
+        )
+        pixels = torch.frombuffer(bytearray(data), dtype=torch.float32)
+        pixels = pixels.reshape(camera.height, camera.width, 4)
+        return Picture(pixels[..., :3].contiguous(), pixels[..., 3].contiguous())
+
+    def far_first(self, camera: Camera) -> UInt32[np.ndarray, "n"]:
+        """The order in which a sorted scene is drawn from `camera`: rows, the farthest first."""
+        depths = self._means @ camera.viewmat[2, :3].double().cpu().numpy()
+        return np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
+
+    def draw_into(
+        self,
+        target: Any,
+        target_format: str,
+        camera: Camera,
+        *,
+        order: UInt32[np.ndarray, "n"] | None = None,
+    ) -> None:
+        """Draw into a texture view of the camera's size, in the given format.
+
+        A sorted scene is drawn in the given order, or in its own for this camera.
+        """
+        self._refuse_size(camera)
+        device = self.program.device
+        queue = device.queue
+        queue.write_buffer(self._view, 0, self._packed(camera))
+        if self.program.sorted:
+            queue.write_buffer(self._order, 0, self.far_first(camera) if order is None else order)
+        queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0))
+        sums = self._sums_of(camera.width, camera.height)
+        encoder = device.create_command_encoder()
+        self._project(encoder)
+        self._splat(encoder, sums)
+        self._resolve(encoder, sums, target, target_format)
+        queue.submit([encoder.finish()])
+
+    def _refuse_size(self, camera: Camera) -> None:
+        most = self.program.device.limits["max-texture-dimension-2d"]
+        if not (0 < camera.width <= most and 0 < camera.height <= most):
+            raise InputError(
+                f"a picture of {camera.width}x{camera.height} pixels cannot be drawn: each side "
+                f"must lie between 1 and {most}"
+            )
+
+    def _upload(
+        self, shapes: np.ndarray, colors: np.ndarray, lobes: np.ndarray, means: np.ndarray
+    ) -> None:
+        import wgpu
+
+        use, device = wgpu.BufferUsage, self.program.device
+        self.count, self._means = len(shapes), means
+        self._sizes = (colors.shape[1], lobes.shape[1])
+        limits = device.limits
+        most = min(limits["max-storage-buffer-binding-size"], limits["max-buffer-size"])
+        largest = max(shapes.nbytes, colors.nbytes, lobes.nbytes, LOOK_BYTES * self.count)
+        if largest > most:
+            raise InputError(
+                f"{self.count:,} Gaussians need buffers of {largest >> 20} MiB, and this GPU "
+                f"takes {most >> 20} MiB: draw with --backend kernels"
+            )
+        scene = [
+            device.create_buffer_with_data(data=part, usage=use.STORAGE)
+            for part in (shapes, colors, lobes)
+        ]
+        looks = device.create_buffer(size=LOOK_BYTES * self.count, usage=use.STORAGE)
+        self._view = device.create_buffer(size=_VIEW.size, usage=use.UNIFORM | use.COPY_DST)
+        self._drawn = device.create_buffer(
+            size=_DRAWN.size, usage=use.STORAGE | use.INDIRECT | use.COPY_DST
+        )
+        usage = use.STORAGE | use.COPY_DST
+        batches = device.create_buffer(size=4 * -(-self.count // BATCH), usage=usage)
+        self._order = batches
+        if self.program.sorted:
+            self._order = device.create_buffer(size=4 * self.count, usage=usage)
+        quad = np.array([0, 1, 2, 2, 1, 3], np.uint16)
+        quads = (quad + 4 * np.arange(BATCH, dtype=np.uint16)[:, None]).flatten()
+        self._corners = device.create_buffer_with_data(data=quads, usage=use.INDEX)
+        self._to_project = self._bind(
+            self.program.project,
+            dict(enumerate([self._view, *scene, looks, batches, self._drawn])),
+        )
+        self._to_splat = self._bind(
+            self.program.splat, {0: self._view, 1: scene[0], 4: looks, 5: self._order}
+        )
+
+    def _bind(self, pipeline: Any, buffers: dict[int, Any], textures: tuple = ()) -> Any:
+        entries: list[dict] = [
+            {"binding": index, "resource": {"buffer": buffer, "offset": 0, "size": buffer.size}}
+            for index, buffer in buffers.items()
+        ]
+        entries += [{"binding": i, "resource": view} for i, view in enumerate(textures, start=1)]
+        return self.program.device.create_bind_group(
+            layout=pipeline.get_bind_group_layout(0), entries=entries
+        )
+
+    def _sums_of(self, width: int, height: int) -> list[Any]:
+        """Views of the textures that sums go to, kept while the size stays."""
+        import wgpu
+
+        if self._sums is None or self._sums[0] != (width, height):
+            device = self.program.device
+            usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
+            textures = [
+                device.create_texture(size=(width, height, 1), format=name, usage=usage)
+                for name in self.program.formats
+            ]
+            self._sums = (width, height), [texture.create_view() for texture in textures]
+        return self._sums[1]
+
+    def _packed(self, camera: Camera) -> bytes:
+        viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
+        rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
+        weighting = self.scene.weighting
+        return _VIEW.pack(
+            *viewmat[:3].flatten().tolist(),
+            *(-(rotation.T @ translation)).tolist(),
+            camera.near,
+            *(float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2])),
+            *jacobian_limits(camera),
+            *self.scene.background.tolist(),
+            weighting.exponent_max,
+            *(camera.width, camera.height, weighting.sigma, weighting.background_weight),
+            self.program.weight_scale,
+            *(self.count, *self._sizes, WEIGHTINGS.index(weighting.name)),
+            ALPHA_MIN if self.program.sorted else weighting.alpha_min,
+        )
+
+    def _project(self, encoder: Any) -> None:
+        groups = -(-self.count // BATCH)
+        across = min(groups, 65535)
+        work = encoder.begin_compute_pass(timestamp_writes=self.program.stamps("project"))
+        work.set_pipeline(self.program.project)
+        work.set_bind_group(0, self._to_project)
+        work.dispatch_workgroups(across, -(-groups // across))
+        work.end()
+
+    def _splat(self, encoder: Any, sums: list[Any]) -> None:
+        # nothing is covered yet: T = 1 where alpha multiplies, 0 where it adds up
+        clear = [(0, 0, 0, 0 if self.program.sorted else 1), (0, 0, 0, 0)]
+        work = encoder.begin_render_pass(
+            color_attachments=[
+                {"view": view, "load_op": "clear", "store_op": "store", "clear_value": color}
+                for view, color in zip(sums, clear, strict=False)
+            ],
+            timestamp_writes=self.program.stamps("splat"),
+        )
+        work.set_pipeline(self.program.splat)
+        work.set_bind_group(0, self._to_splat)
+        work.set_index_buffer(self._corners, "uint16")
+        if self.program.sorted:
+            work.draw_indexed(6 * BATCH, -(-self.count // BATCH))
+        else:
+            work.draw_indexed_indirect(self._drawn, 0)
+        work.end()
+
+    def _resolve(self, encoder: Any, sums: list[Any], target: Any, target_format: str) -> None:
+        pipeline = self.program.resolve(target_format)
+        work = encoder.begin_render_pass(
+            color_attachments=[{"view": target, "load_op": "clear", "store_op": "store"}],
+            timestamp_writes=self.program.stamps("resolve"),
+        )
+        work.set_pipeline(pipeline)
+        work.set_bind_group(0, self._bind(pipeline, {0: self._view}, tuple(sums)))
+        work.draw(3)
+        work.end()
+
+
+# view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
+# size, sigma and background_weight, weight_scale, then the integers; what packed scenes need is 0;
+# alpha_min
+_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f 4x")
+_DRAWN = struct.Struct("<5I")  # project.wgsl's Drawn
+
+
+@torch.no_grad()
+def _rows(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What the GPU reads of each Gaussian: half axes with centres, harmonics, lobes; and centres.
+
+    Rows that can never be drawn are left out: a shader's compiler may assume that no number is
+    not finite.
+    """
+    some = scene.gaussians.to("cpu")
+    lobes = scene.lobes
+    if lobes is None:
+        lobes = constant_lobes(some.logit_opacities)
+    lobes = lobes.detach().cpu()
+    axes = rotation_matrices(some.quats) * some.scales[:, None, :]  # columns are half axes
+    shapes = torch.cat([axes.mT, some.means[:, :, None]], dim=2)  # [n, 3, 4]
+    fine = torch.cat([shapes.flatten(1), some.sh.flatten(1), lobes.flatten(1)], dim=1)
+    fine = fine.isfinite().all(1) & (some.quats.square().sum(1) > 0)
+
+    def rows(tensor: Tensor) -> np.ndarray:
+        kept = tensor[fine].float()
+        if not len(kept):  # buffers cannot be empty: a Gaussian too faint to be seen
+            kept = torch.full((1, *tensor.shape[1:]), -100.0)
+        return kept.contiguous().numpy()
+
+    return rows(shapes), rows(some.sh), rows(lobes), rows(some.means).astype(np.float64)

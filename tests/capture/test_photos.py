@@ -1,0 +1,152 @@
+"""Photos as phones leave them: turned, HEIC, of several lenses."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mobilegs.capture.features import import_cameras
+from mobilegs.capture.photos import (
+    Prepared,
+    fitted,
+    list_photos,
+    prepare_photo,
+    prepared_names,
+)
+from mobilegs.data.images import image_size
+from mobilegs.errors import InputError
+from tests.support.layered import FOCAL, layered_photo, write_photos
+
+TURNED = Path(__file__).with_name("photos") / "turned.heic"
+ORIENTATION, EXIF, FOCAL_MM, FOCAL_35MM = 0x112, 0x8769, 0x920A, 0xA405
+# what a camera stores so that a viewer which follows the tag shows it upright
+STORED = {
+    3: Image.Transpose.ROTATE_180,
+    6: Image.Transpose.ROTATE_90,
+    8: Image.Transpose.ROTATE_270,
+}
+
+
+def difference(path: Path, picture: Image.Image) -> float:
+    """Root mean square difference, of 255, between a file and a picture."""
+    with Image.open(path) as stored:
+        assert stored.size == picture.size
+        assert stored.getexif().get(ORIENTATION, 1) == 1
+        errors = np.asarray(stored.convert("RGB"), float) - np.asarray(picture, float)
+    return float(np.sqrt((errors**2).mean()))
+
+
+@pytest.mark.parametrize("tag", STORED)
+@pytest.mark.parametrize("suffix", ["jpg", "png", "tif"])
+def test_a_turned_photo_comes_out_upright(tag: int, suffix: str, tmp_path: Path) -> None:
+    upright, exif = layered_photo((0, 0)), Image.Exif()
+    exif[ORIENTATION] = tag
+    source = tmp_path / f"photo.{suffix}"
+    upright.transpose(STORED[tag]).save(source, quality=95, exif=exif.tobytes())
+    target = tmp_path / "out" / prepared_names([source])[source]
+    found = prepare_photo(source, target, max_size=1000)
+    assert (found.width, found.height) == upright.size
+    assert difference(target, upright) < 4
+    assert target.suffix == {"jpg": ".jpg"}.get(suffix, ".png")
+
+
+def test_heic_is_read_and_comes_out_upright(tmp_path: Path) -> None:
+    """turned.heic is `layered_photo((0, 0))`, as a phone that lay on its side would store it."""
+    pytest.importorskip("pi_heif")
+    upright = layered_photo((0, 0))
+    target = tmp_path / prepared_names([TURNED])[TURNED]
+    found = prepare_photo(TURNED, target, max_size=1000)
+    assert (found.width, found.height) == upright.size and target.suffix == ".jpg"
+    assert difference(target, upright) < 8
+
+
+def test_a_jpeg_that_needs_nothing_is_copied_and_a_large_one_reduced(tmp_path: Path) -> None:
+    source, target = tmp_path / "photo.JPG", tmp_path / "photo.jpg.jpg"
+    layered_photo((0, 0)).save(source, format="JPEG", quality=80)
+    prepare_photo(source, target, max_size=240)
+    assert target.read_bytes() == source.read_bytes()
+    target.unlink()
+    found = prepare_photo(source, target, max_size=120)
+    assert (found.width, found.height) == (120, 90) == image_size(target)
+    assert fitted(3000, 4000, 1600) == (1200, 1600) and fitted(30, 10, 1600) == (30, 10)
+
+
+def test_photos_of_other_modes_become_rgb(tmp_path: Path) -> None:
+    grey = np.full((20, 30), 100 * 256, np.uint16)
+    Image.fromarray(grey).save(tmp_path / "grey.png")
+    Image.new("RGBA", (30, 20), (100, 100, 100, 0)).save(tmp_path / "clear.png")
+    Image.new("CMYK", (30, 20), (155, 155, 155, 0)).save(tmp_path / "print.jpg")
+    for source in list_photos(tmp_path):
+        target = tmp_path / "out" / prepared_names([source])[source]
+        prepare_photo(source, target, max_size=100)
+        with Image.open(target) as picture:
+            assert picture.mode == "RGB"
+            assert abs(np.asarray(picture, int) - 100).max() <= 2
+
+
+def test_the_focal_length_is_that_of_exif_at_the_size_that_is_used(tmp_path: Path) -> None:
+    photos = write_photos(tmp_path / "photos")
+    full = prepare_photo(photos / "photo_0.jpg", tmp_path / "full.jpg", max_size=1000)
+    half = prepare_photo(photos / "photo_0.jpg", tmp_path / "half.jpg", max_size=120)
+    assert full.focal == pytest.approx(FOCAL, rel=0.02)
+    assert half.focal == pytest.approx((full.focal or 0) / 2)
+    assert "Layer One" in full.lens
+
+
+@pytest.mark.parametrize("value", [0, 65535 * 3, "wide"])
+def test_a_focal_length_that_is_none_is_not_believed(value: object, tmp_path: Path) -> None:
+    exif = Image.Exif()
+    exif.get_ifd(EXIF)[FOCAL_35MM] = value
+    layered_photo((0, 0)).save(tmp_path / "photo.jpg", exif=exif)
+    assert prepare_photo(tmp_path / "photo.jpg", tmp_path / "out.jpg", max_size=99).focal is None
+
+
+def test_photos_of_a_lens_and_size_share_a_camera(tmp_path: Path) -> None:
+    pycolmap = pytest.importorskip("pycolmap")
+    photos = []
+    for index in range(6):
+        size = (60, 40) if index < 5 else (40, 60)
+        Image.new("RGB", size).save(tmp_path / f"{index}.png")
+        lens, focal = (("wide", 40.0), ("tele", 90.0), ("", None))[index % 3]
+        photos.append(Prepared(f"{index}.png", "", *size, focal=focal, lens=lens))
+    import_cameras(tmp_path / "database.db", tmp_path, photos, "opencv")
+    with pycolmap.Database.open(tmp_path / "database.db") as database:
+        cameras = {camera.camera_id: camera for camera in database.read_all_cameras()}
+        images = {image.name: cameras[image.camera_id] for image in database.read_all_images()}
+    assert len(cameras) == 4 and len(images) == 6
+    assert images["0.png"].camera_id == images["3.png"].camera_id
+    assert images["1.png"].params[:4].tolist() == [90, 90, 30, 20]
+    assert images["1.png"].has_prior_focal_length
+    assert (images["5.png"].width, images["5.png"].has_prior_focal_length) == (40, False)
+    assert images["2.png"].params[0] == pytest.approx(1.2 * 60)
+
+
+def test_names_fit_into_colmaps_lists_and_stay_apart(tmp_path: Path) -> None:
+    sources = [tmp_path / name for name in ("a b (1).HEIC", "#über.png", "c.d.jpeg")]
+    assert list(prepared_names(sources).values()) == ["a_b_(1).jpg", "_über.png", "c.d.jpg"]
+    with pytest.raises(InputError, match=r"a_b.jpg and a b.png"):
+        prepared_names([tmp_path / "a_b.jpg", tmp_path / "a b.png"])
+
+
+def test_photos_are_found_beside_or_in_images(tmp_path: Path) -> None:
+    assert list_photos(tmp_path) == []
+    Image.new("RGB", (4, 4)).save(tmp_path / "cover.png")
+    (tmp_path / "notes.txt").touch()
+    (tmp_path / "._cover.png").write_bytes(b"macOS")
+    assert [path.name for path in list_photos(tmp_path)] == ["cover.png"]
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "1.HEIC").touch()
+    assert [path.name for path in list_photos(tmp_path)] == ["1.HEIC"]
+
+
+def test_heic_without_its_library_is_refused_with_a_way_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "photo.heic").touch()
+    with pytest.raises(InputError, match=r"photo.heic cannot be read"):
+        prepare_photo(tmp_path / "photo.heic", tmp_path / "out.jpg", max_size=100)
+    monkeypatch.setitem(sys.modules, "pi_heif", None)
+    with pytest.raises(InputError, match=r"pip install 'mobilegs\[capture\]'; or export"):
+        prepare_photo(tmp_path / "photo.heic", tmp_path / "out.jpg", max_size=100)

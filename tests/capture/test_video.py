@@ -1,0 +1,121 @@
+"""Videos: which frames are taken, how they are turned, what is refused."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mobilegs.capture import CaptureRun, capture_photos, is_source
+from mobilegs.capture.video import prepare_video, sharpness, time_span, upright
+from mobilegs.errors import InputError
+from tests.support.layered import blurred, layered_photo
+
+av = pytest.importorskip("av", reason="the extra `capture` is not installed")
+
+RATE = 10  # frames a second
+
+
+def write_video(path: Path, frames: list[Image.Image], *, rotation: int = 0) -> Path:
+    """A video of pictures, `RATE` a second, that players turn counterclockwise."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=RATE, bit_rate=8_000_000)
+        stream.width, stream.height = frames[0].size
+        stream.pix_fmt = "yuv420p"
+        if rotation:
+            stream.set_display_rotation(rotation)
+        for frame in frames:
+            container.mux(stream.encode(av.VideoFrame.from_image(frame)))
+        container.mux(stream.encode())
+    return path
+
+
+def silent(done: int, total: int) -> None:
+    """A bar that nobody sees."""
+
+
+def test_the_sharpest_frame_of_each_part_is_taken(tmp_path: Path) -> None:
+    sharp = {2, 9, 10, 17}  # of 20: one in each quarter
+    frames = [
+        photo if index in sharp else blurred(photo, 1.5 + index % 3)
+        for index in range(20)
+        for photo in [layered_photo((0.02 * index, 0))]
+    ]
+    video = write_video(tmp_path / "video.mp4", frames)
+    assert time_span(video) == (0.0, 1.9)
+    found = prepare_video(video, tmp_path / "out", frames=4, max_size=120, progress=silent)
+    taken = [photo["source"] for photo in found["photos"]]
+    assert taken == [f"video.mp4 at {index / RATE:.2f} s" for index in sorted(sharp)]
+    names = [f"frame_{number:04d}.jpg" for number in (1, 2, 3, 4)]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == names
+    with Image.open(tmp_path / "out" / names[0]) as picture:
+        assert picture.size == (120, 90)
+
+
+def test_blur_lowers_sharpness() -> None:
+    photo = layered_photo((0, 0)).convert("L")
+    values = [sharpness(np.asarray(blurred(photo, radius))) for radius in (0, 1, 2, 4)]
+    assert values == sorted(values, reverse=True) and values[-1] < 0.1 * values[0]
+    assert sharpness(np.zeros((2, 2), np.uint8)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("rotation", "turn"),
+    [
+        (90, Image.Transpose.ROTATE_90),
+        (-90, Image.Transpose.ROTATE_270),
+        (180, Image.Transpose.ROTATE_180),
+    ],
+)
+def test_frames_are_turned_as_the_video_says(
+    rotation: int, turn: Image.Transpose, tmp_path: Path
+) -> None:
+    photo = layered_photo((0, 0))
+    video = write_video(tmp_path / "video.mp4", [photo] * 4, rotation=rotation)
+    with av.open(str(video)) as container:
+        picture = upright(next(container.decode(video=0)))
+    expected = photo.transpose(turn)
+    assert picture.size == expected.size
+    errors = np.asarray(picture, float) - np.asarray(expected, float)
+    assert np.abs(errors).mean() < 12
+
+
+def test_a_video_becomes_a_capture(tmp_path: Path) -> None:
+    pytest.importorskip("pycolmap")
+    frames = [
+        blurred(layered_photo((0.05 * index - 0.4, 0.01 * (index % 3))), index % 2 * 3)
+        for index in range(16)
+    ]
+    video = write_video(tmp_path / "walk.mp4", frames)
+    assert is_source(video)
+    report = capture_photos(CaptureRun(video, tmp_path / "capture", frames=8))
+    assert (report["source"], report["photos"]) == ("walk.mp4", 8)
+    assert report["registered"] == 8
+
+
+def test_videos_that_cannot_be_used_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def said(path: Path) -> str:
+        with pytest.raises(InputError) as caught:
+            capture_photos(CaptureRun(path, tmp_path / path.stem))
+        return str(caught.value)
+
+    (tmp_path / "damaged.mp4").write_bytes(b"not a video")
+    assert "damaged.mp4 cannot be read as a video" in said(tmp_path / "damaged.mp4")
+    sound = tmp_path / "sound.mkv"
+    with av.open(str(sound), "w") as container:
+        stream = container.add_stream("pcm_s16le", rate=8000, layout="mono")
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 800), np.int16), layout="mono")
+        frame.rate = 8000
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    assert "no video in it" in said(sound)
+    short = write_video(tmp_path / "short.mp4", [layered_photo((0, 0))] * 2)
+    assert "2 frames to choose from" in said(short)
+    whole = write_video(tmp_path / "whole.mp4", [layered_photo((0, 0))] * 9).read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(whole[: len(whole) // 2])
+    assert "cut.mp4" in said(tmp_path / "cut.mp4")
+    monkeypatch.setitem(sys.modules, "av", None)
+    assert "pip install 'mobilegs[capture]'" in said(tmp_path / "cut.mp4")

@@ -1,0 +1,411 @@
+"""The command line: what it prints, what it writes, how it refuses."""
+
+import errno
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from mobilegs.cli import doctor
+from mobilegs.cli.main import VERBS, main, open_both
+from mobilegs.cli.render import png_names
+from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.scene import Scene
+from mobilegs.spherical_harmonics import rgb_to_sh0
+from tests.fuzz.envelope import Piece, take_apart
+from tests.support.scenes import no_gpu
+
+CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Twelve photos in COLMAP's layout, of noise, from a line of cameras; 0 and 8 are held back."""
+    folder = tmp_path_factory.mktemp("capture")
+    (folder / "images").mkdir()
+    (folder / "sparse" / "0").mkdir(parents=True)
+    rng = np.random.default_rng(0)
+    images = []
+    for i in range(12):
+        name = f"view_{i:03d}.JPG"
+        pixels = rng.integers(0, 256, (36, 48, 3), dtype=np.uint8)
+        Image.fromarray(pixels).save(folder / "images" / name)
+        images.append(f"{i + 1} 1 0 0 0 {0.1 * i - 0.5} 0 3 1 {name}\n\n")
+    texts = {
+        "cameras": "1 PINHOLE 48 36 40 40 24 18\n",
+        "images": "".join(images),
+        "points3D": "".join(f"{i + 1} {0.1 * i} 0 0 200 100 50 0.5\n" for i in range(5)),
+    }
+    for noun, text in texts.items():
+        (folder / "sparse" / "0" / f"{noun}.txt").write_text(text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def scene(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plain 3DGS scene in the capture's place: one blob a corner of a cube."""
+    corners = torch.cartesian_prod(*[torch.tensor([-0.5, 0.5])] * 3)
+    n = len(corners)
+    gaussians = Gaussians(
+        corners,
+        torch.tensor([[1.0, 0, 0, 0]]).expand(n, 4),
+        torch.full((n, 3), -1.5),
+        torch.full((n,), 2.0),
+        rgb_to_sh0(corners + 0.5)[:, None],
+    )
+    path = tmp_path_factory.mktemp("scene") / "scene.ply"
+    write_ply(path, gaussians)
+    return path
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
+    """The sentence with which a command line is refused, with exit code 2 and nothing printed."""
+    assert main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    return printed.err
+
+
+def test_help_names_every_verb_and_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from mobilegs.cli.main import main; main(['--help']);"
+        "assert not {'torch', 'scipy', 'PIL'} & sys.modules.keys()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for verb in ("demo", "train", "capture", "eval", "render", "info", "doctor"):
+        assert f"\n  {verb} " in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("verb", "options"),
+    [
+        ("demo", ["--output", "-o", "--seed"]),
+        ("train", ["-o", "--preset", "--downscale", "--steps", "--seed", "--resume"]),
+        ("train", ["--lpips-weights", "--teacher", "--max-splats", "--background"]),
+        ("capture", ["PHOTOS|VIDEO", "-o", "--max-size", "--frames", "--pairs", "--mapper"]),
+        ("render", ["SCENE", "--capture", "--split", "-o", "--downscale"]),
+        ("eval", ["SCENE", "--capture", "--json", "--downscale", "--lpips-weights"]),
+        ("info", ["SCENE", "--json"]),
+        ("doctor", ["--json"]),
+    ],
+)
+def test_the_help_of_a_verb_explains_its_options(
+    verb: str, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([verb, "--help"])
+    assert caught.value.code == 0
+    text = capsys.readouterr().out
+    assert [option for option in options if option not in text] == []
+
+
+def test_no_verb_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    assert "mobilegs VERB --help" in capsys.readouterr().out
+
+
+def test_an_unknown_verb_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "no verb 'tarin': use one of demo, train" in refusal(capsys, "tarin")
+
+
+def test_an_unknown_option_exits_with_2() -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["info", "scene.ply", "--loud"])
+    assert caught.value.code == 2
+
+
+def test_ctrl_c_is_one_line_and_130(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(doctor, "examine", interrupted)
+    assert main(["doctor"]) == 130
+    assert capsys.readouterr().err == "mobilegs: interrupted\n"
+
+
+def test_demo_trains_on_the_built_in_capture_and_says_what_came_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from mobilegs.data.demo import capture
+    from mobilegs.pipeline import train
+
+    runs: list[train.TrainRun] = []
+
+    def train_run(run: train.TrainRun) -> dict[str, dict[str, float]]:
+        runs.append(run)
+        return {
+            "student": {"psnr": 27.125, "gaussians": 12345, "file_bytes": 67890},
+            "teacher": {"psnr": 27.5},
+        }
+
+    written: list[Path] = []
+    monkeypatch.setattr(capture, "sample_capture", lambda progress: None)
+    monkeypatch.setattr(capture, "write_sample", lambda path, dataset: written.append(path))
+    monkeypatch.setattr(train, "train_run", train_run)
+    assert main(["demo", "-o", str(tmp_path / "demo"), "--seed", "3"]) == 0
+    [run] = runs
+    assert written == [run.capture] == [tmp_path / "demo" / "capture"]
+    assert (run.output, run.preset, run.seed) == (tmp_path / "demo", "demo", 3)
+    said = capsys.readouterr().out
+    assert "12,345 Gaussians, 67,890 bytes" in said
+    assert "27.12 dB (teacher 27.50 dB)" in said
+
+
+def test_an_interrupted_training_says_how_to_go_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from mobilegs.pipeline import train
+
+    def train_run(run: train.TrainRun) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(train, "train_run", train_run)
+    assert main(["train", str(tmp_path), "-o", "there"]) == 130
+    assert capsys.readouterr().err == "mobilegs: interrupted: add --resume to continue there\n"
+
+
+def test_render_writes_a_png_under_each_photos_name(
+    scene: Path, capture: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "new" / "folder"
+    assert main(["render", str(scene), "--capture", str(capture), "-o", str(out)]) == 0
+    assert sorted(path.name for path in out.iterdir()) == ["view_000.png", "view_008.png"]
+    dataset = open_both(scene, capture, None, "cpu")[1]
+    drawn = Scene(read_ply(scene)).render(dataset.test[1].camera).image
+    written = np.array(Image.open(out / "view_008.png"))
+    np.testing.assert_array_equal(written, to_bytes(drawn).numpy())
+    assert written.std() > 5
+
+
+@pytest.mark.skipif(bool(no_gpu()), reason=no_gpu())
+def test_render_on_a_gpu_shows_the_same(scene: Path, capture: Path, tmp_path: Path) -> None:
+    words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
+    assert main([*words, "--backend", "gpu"]) == 0
+    dataset = open_both(scene, capture, None, "cpu")[1]
+    drawn = to_bytes(Scene(read_ply(scene)).render(dataset.test[1].camera).image).int()
+    written = torch.from_numpy(np.array(Image.open(tmp_path / "view_008.png"))).int()
+    assert (written - drawn).abs().max() <= 2 and written.float().std() > 5
+
+
+def test_render_of_the_other_split_at_half_size(scene: Path, capture: Path, tmp_path: Path) -> None:
+    words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
+    assert main([*words, "--split", "train", "--downscale", "2"]) == 0
+    assert len(list(tmp_path.iterdir())) == 10
+    with Image.open(tmp_path / "view_001.png") as picture:
+        assert picture.size == (24, 18)
+
+
+def test_photos_keep_their_folders_but_never_leave_the_output() -> None:
+    photos = ["left/a.JPG", "../../b.jpg", "/etc/c.png", "d.jpg", "d.png", "v1.2.jpeg"]
+    names = png_names(photos)
+    assert [str(names[photo]) for photo in photos] == [
+        "left/a.png", "b.png", "etc/c.png", "d.jpg.png", "d.png.png", "v1.2.png",
+    ]  # fmt: skip
+
+
+def test_eval_prints_json_and_nothing_else(
+    scene: Path,
+    capture: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delenv("MOBILEGS_LPIPS", raising=False)
+    assert main(["eval", str(scene), "--capture", str(capture), "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert 3 < figures["psnr"] < 40
+    assert figures["psnr"] == pytest.approx(np.mean([v["psnr"] for v in figures["views"]]))
+    assert figures["lpips_vgg"] is None
+    assert (figures["gaussians"], figures["blend"]) == (8, "sorted")
+    assert figures["file_bytes"] == scene.stat().st_size
+
+
+def test_eval_without_json_prints_a_table(
+    scene: Path, capture: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["eval", str(scene), "--capture", str(capture)]) == 0
+    text = capsys.readouterr().out
+    assert "view_008.JPG" in text
+    assert "mean" in text
+
+
+def test_info_counts_a_ply(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(scene), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["gaussians"], found["sh_degree"], found["blend"]) == (8, 0, "sorted")
+    assert found["bytes_per_gaussian"] == found["file_bytes"] / 8
+
+
+@pytest.mark.parametrize(
+    ("name", "sentences"),
+    [
+        ("sq_layers", ["500 Gaussians, 13,080 bytes", "a viewer that sorts", "31 + 94 + 375"]),
+        ("sq_layers", ["multiples of steps (sq)", "lobes of degree 1", "2 for a first look"]),
+        ("nvq_network", ["a network, asked for every view", "indices into codebooks", "codebooks"]),
+        ("nvq_constant", ["the same from everywhere", "2.1 of the format"]),
+        ("sq_sorted", ["in the order of depth", "generator"]),
+    ],
+)
+def test_info_explains_a_file(
+    name: str, sentences: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = CONFORMANCE / f"{name}.mgs"
+    assert main(["info", str(path)]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert all(sentence in text for sentence in sentences), text
+    assert "nobody uses" not in text and "header" in text
+
+
+def test_info_says_nothing_of_streams_that_nobody_uses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parts, path = take_apart((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "idle.mgs"
+    spare = {"view-network": 1000, "lobe-decoder": 200, "scale.3": 30, "positions@1": 4, "new": 0}
+    parts.pieces += [Piece(name, "raw", bytes(size)) for name, size in spare.items()]
+    path.write_bytes(parts.sealed())
+    shown = []
+    for file in (path, CONFORMANCE / "sq_sorted.mgs"):
+        assert main(["info", str(file)]) == 0
+        shown.append([line.split() for line in capsys.readouterr().out.splitlines()])
+    assert ["opacity", "the", "same", "from", "everywhere"] in shown[0]
+    (idle,) = (line for line in shown[0] if line[0] == "what")
+    assert idle[:4] == ["what", "nobody", "uses", "1,234"]
+    heading = ["part", "bytes", "share", "bytes", "a", "Gaussian"]
+    taken = [
+        {" ".join(line[:-3]): line[-3] for line in lines[lines.index(heading) + 1 :]}
+        for lines in shown
+    ]
+    assert {**taken[1], "what nobody uses": "1,234", "header": taken[0]["header"]} == taken[0]
+
+
+def test_info_shows_notes_as_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    parts, path = take_apart((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "notes.mgs"
+    notes = {"[/x]": 1, "[bold]by": "[link=https://example.org]me", "steps [k]": 30.0, "z": "[red]"}
+    parts.header["meta"] = notes
+    path.write_bytes(parts.sealed())
+    assert main(["info", str(path)]) == 0
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    for line in ("[/x] 1", "[bold]by [link=https://example.org]me", "steps [k] 30.000", "z [red]"):
+        assert line in lines, lines
+
+
+def test_the_parts_that_info_names_add_up(capsys: pytest.CaptureFixture[str]) -> None:
+    for path in sorted(CONFORMANCE.glob("*.mgs")):
+        assert main(["info", str(path)]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        table = lines[next(i for i, line in enumerate(lines) if line.startswith(" part")) + 1 :]
+        found = sum(int(line.split("%")[0].split()[-2].replace(",", "")) for line in table)
+        assert found == path.stat().st_size
+
+
+def test_doctor_looks_at_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", "--json"]) == 0
+    findings = {finding["what"]: finding for finding in json.loads(capsys.readouterr().out)}
+    assert findings["PyTorch"]["found"].startswith(torch.__version__)
+    assert all(f["remedy"] for f in findings.values() if f["state"] == "no")
+    assert {"CPU kernels", "GPU", "CUDA kernels", "LPIPS weights"} <= findings.keys()
+    assert main(["doctor"]) == 0
+    assert "CPU kernels" in capsys.readouterr().out
+
+
+def test_doctor_asks_for_nothing_that_would_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "find_module", lambda name: False)
+    monkeypatch.setattr(doctor, "has_nvidia", lambda: False)
+    assert doctor.gpu_kernels().state == "none"  # without such a card nobody needs its libraries
+    monkeypatch.setattr(doctor, "has_nvidia", lambda: True)
+    assert "mobilegs[cuda]" in doctor.gpu_kernels().remedy
+    assert "mobilegs[native]" in doctor.window().remedy
+    assert "mobilegs[live]" in doctor.live().remedy
+    monkeypatch.setattr(doctor, "find_module", lambda name: True)
+    monkeypatch.setattr(doctor.platform, "system", lambda: "Linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    assert doctor.window().state == "none"
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert doctor.window().state == "yes"
+
+
+def test_doctor_knows_where_phones_would_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mobilegs.view import serve
+
+    monkeypatch.setattr(serve, "own_address", lambda: "192.168.7.4")
+    assert "192.168.7.4" in doctor.phones().found
+    for nowhere in ("127.0.0.1", None):
+        monkeypatch.setattr(serve, "own_address", lambda found=nowhere: found)
+        assert doctor.phones().state == "none"
+
+
+def test_a_full_disk_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full() -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setitem(VERBS, "doctor", full)
+    assert main(["doctor"]) == 1
+    assert capsys.readouterr().err == f"mobilegs: {os.strerror(errno.ENOSPC)}\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("scene.obj", b"", "no scene: a .mgs, .ply, .spz, .sog, .splat or .glb"),
+        ("scene.ply", b"ply", "is not a PLY file"),
+        ("scene.mgs", b"ply", "is not a .mgs scene but looks like a PLY"),
+        ("gone.ply", None, "cannot read"),
+        ("gone.mgs", None, "cannot read|cannot be read"),
+    ],
+)
+@pytest.mark.parametrize("verb", ["info", "eval", "render"])
+def test_a_file_that_is_no_scene_is_refused_in_one_sentence(
+    verb: str,
+    name: str,
+    content: bytes | None,
+    sentence: str,
+    capture: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    more = {"info": [], "eval": ["--capture", capture], "render": ["--capture", capture]}[verb]
+    if verb == "render":
+        more += ["-o", tmp_path / "out"]
+    said = refusal(capsys, verb, tmp_path / name, *more)
+    assert any(part in said for part in sentence.split("|"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_is_no_capture_is_refused(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "is not a capture" in refusal(capsys, "eval", scene, "--capture", tmp_path)
+
+
+def test_missing_lpips_weights_are_refused_before_any_work(
+    scene: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["eval", scene, "--capture", capture, "--lpips-weights", tmp_path]
+    assert "no LPIPS weights" in refusal(capsys, *words)
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU here")
+def test_a_gpu_that_is_not_there_is_refused(
+    scene: Path, capture: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["eval", scene, "--capture", capture, "--device", "cuda"]
+    assert "mobilegs doctor" in refusal(capsys, *words)

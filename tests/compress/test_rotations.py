@@ -1,0 +1,116 @@
+"""Angles as far as a file can hold them: both decoders agree on them, and on what lies beyond."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from torch.nn.functional import normalize
+
+from mobilegs.compress.rotations import encode_rotations
+from mobilegs.compress.uniform_quantizer import ANGLE_STEPS, ScalarSteps
+from mobilegs.errors import InputError
+from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.quantized_scene import CodedScene
+from tests.support.coded import join, split
+from tests.web.test_decoder import Case, assert_close, assert_same_refusals, decoded, make_scene
+
+
+def flat() -> CodedScene:
+    """A scene of Gaussians whose angles have many finer bits."""
+    coded = make_scene(Case(600, steps=ScalarSteps()))
+    g = torch.Generator().manual_seed(0)
+    scales = torch.randint(-60, 10, coded.indices["scale"].shape, generator=g).int()
+    return replace(coded, indices=coded.indices | {"scale": scales})
+
+
+def turned(step: float, cells: list[int]) -> CodedScene:
+    """A scene of angles anywhere in these cells."""
+    coded = flat()
+    g = torch.Generator().manual_seed(1)
+    parts = 1 << coded.finer.int()
+    picked = torch.tensor(cells)[torch.randint(len(cells), parts.shape, generator=g)]
+    rest = (torch.rand(parts.shape, generator=g) * parts).int()
+    rest[0] = parts[0] - 1  # as far as its cell goes
+    rotations = (picked * parts + rest).int()
+    return replace(
+        coded,
+        indices=coded.indices | {"rotation": rotations},
+        steps=coded.steps | {"rotation": step},
+    )
+
+
+def refused(data: bytes) -> bool:
+    try:
+        inspect(data)
+    except InputError as error:
+        assert "'scalars.rotation'" in str(error)
+        return True
+    return False
+
+
+@pytest.mark.parametrize(
+    ("step", "cells"), [(16.0, [0]), (5.333333, [-1, 1]), (0.25, [-31, 0, 31])]
+)
+def test_both_decoders_agree_on_the_largest_angles(
+    step: float, cells: list[int], tmp_path: Path
+) -> None:
+    data = pack(turned(step, cells))
+    expected = unpack(data).decode().gaussians.quats
+    vectors = decoded(tmp_path, {"file": data}, seed=0)["file"]["arrays"]["quats"]
+    assert_close("quats", vectors, normalize(expected, dim=1), 3e-6)
+
+
+def test_both_decoders_refuse_larger_ones_from_the_header(tmp_path: Path) -> None:
+    """The limit holds for what a step is as a float32 value."""
+    cases = {
+        (0, 16.0): False,
+        (0, 16.0000001): False,
+        (0, float(np.nextafter(np.float32(16), np.float32(17)))): True,
+        (0, 1000.0): True,
+        (1, 5.333333): False,
+        (1, 16 / 3): True,  # a product of 8, but rounded up first
+        (-1, 5.333333): False,
+        (-1, 16 / 3): True,
+        (-31, 0.253): False,
+        (-31, 0.254): True,
+    }
+    files = []
+    for cell, step in cases:
+        header, body = split(pack(turned(0.002, [cell])))
+        header["scalars"]["rotation"]["step"] = step
+        files.append(join(header, body))
+    assert [refused(file) for file in files] == list(cases.values())
+    found = assert_same_refusals(tmp_path, files)
+    assert [sentence is not None for sentence in found] == list(cases.values())
+    assert all("'scalars.rotation'" in sentence for sentence in found if sentence)
+
+
+@pytest.mark.parametrize("cell", [-2, 2])
+def test_a_scene_of_larger_angles_is_not_written(cell: int) -> None:
+    pack(turned(3.19, [cell]))
+    with pytest.raises(InputError, match=r"a step of 3\.3 between angles is too large"):
+        pack(turned(3.3, [cell]))
+
+
+@pytest.mark.parametrize("step", [*ANGLE_STEPS, 2 * torch.pi / 3])
+def test_whatever_the_encoder_makes_of_a_turn_can_be_written(step: float) -> None:
+    g = torch.Generator().manual_seed(0)
+    coded = flat()
+    quats = torch.randn(len(coded), 4, generator=g)
+    quats[::2, 0] = 0  # half turns, of which a third about an axis
+    quats[::3, 1:3] = 0
+    codes = encode_rotations(quats, coded.values()["scale"], step)
+    coded = replace(
+        coded,
+        indices=coded.indices | {"rotation": codes},
+        steps=coded.steps | {"rotation": step},
+    )
+    unpack(pack(coded))
+
+
+def test_a_step_that_makes_no_angle_is_refused_where_it_is_chosen() -> None:
+    ScalarSteps(rotation=4.0)
+    with pytest.raises(InputError, match=r"step of rotation must lie within 0\.002 to 4, not 4\.1"):
+        ScalarSteps(rotation=4.1)

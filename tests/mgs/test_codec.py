@@ -1,0 +1,182 @@
+"""`.mgs` files: exact round trips."""
+
+import copy
+import json
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mobilegs.compress.appearance import AppearanceDecoder
+from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
+from mobilegs.compress.lobes import LobeShape
+from mobilegs.mgs.codec import inspect, inspect_mgs, pack, read_mgs, unpack, write_mgs
+from mobilegs.mgs.encode import encode_scene
+from mobilegs.mgs.positions import Frame, morton_codes
+from mobilegs.mgs.quantized_scene import same
+from mobilegs.render import Weighting
+from mobilegs.render.view_network import ViewNetwork
+from tests.support.coded import SHAPE, VIEWS, make_scene, seeded, split
+
+
+@settings(deadline=None, max_examples=12)
+@given(st.integers(1, 300), st.sampled_from(VIEWS), st.integers(0, 1000))
+def test_unpacking_gives_the_packed_scene_in_morton_order(count: int, view: str, seed: int) -> None:
+    scene = make_scene(count, view=view, seed=seed)
+    assert same(unpack(pack(scene)), scene.sorted())
+
+
+def test_a_scene_of_many_thousand_gaussians_comes_back() -> None:
+    scene = make_scene(20_000)
+    assert same(unpack(pack(scene)), scene.sorted())
+
+
+def test_gaussians_in_the_same_place_keep_their_order() -> None:
+    scene = make_scene(50)
+    scene.positions[:] = scene.positions[:1]
+    back = unpack(pack(scene))
+    assert all(torch.equal(back.indices[name], scene.indices[name]) for name in CUTS)
+
+
+def test_order_in_memory_does_not_change_a_byte_and_a_second_trip_neither() -> None:
+    scene = make_scene(200)
+    order = torch.randperm(200, generator=seeded())
+    shuffled = replace(
+        scene,
+        positions=scene.positions[order],
+        indices={name: rows[order] for name, rows in scene.indices.items()},
+    )
+    assert pack(shuffled) == pack(scene) == pack(unpack(pack(scene)))
+
+
+def test_sorting_is_by_morton_code() -> None:
+    codes = morton_codes(make_scene(100).sorted().positions)
+    assert (np.diff(codes.astype(np.int64)) >= 0).all()
+
+
+@pytest.mark.parametrize("size", [1, 2, 256, 1024, 4096])
+def test_codebooks_of_every_size_come_back(size: int) -> None:
+    scene = make_scene(100)
+    scene.codebooks["rotation"] = torch.randn(2, size, 2, generator=seeded()).half()
+    scene.indices["rotation"] = torch.randint(size, (100, 2), generator=seeded()).short()
+    assert same(unpack(pack(scene)), scene.sorted())
+
+
+def test_every_detail_counts_when_scenes_are_compared() -> None:
+    scene = make_scene(10)
+    flipped = {**scene.codebooks, "opacity": -scene.codebooks["opacity"]}
+    others = [
+        replace(scene, positions=-scene.positions),
+        replace(scene, frame=replace(scene.frame, radius=1.8)),
+        replace(scene, frame=replace(scene.frame, exponent=0)),
+        replace(scene, codebooks=flipped),
+        replace(scene, indices={**scene.indices, "scale": scene.indices["scale"].flip(0)}),
+        replace(scene, lobe_decoder={**scene.lobe_decoder, "bias": -scene.lobe_decoder["bias"]}),
+        replace(scene, lobe_shape=LobeShape(2, 6, (5,))),
+        make_scene(10, view="nothing"),
+        make_scene(10, view="network"),
+        replace(scene, weighting=Weighting(exponent_max=7.0)),
+        replace(scene, background=torch.zeros(3)),
+        replace(scene, near=0.1),
+        replace(scene, views=scene.views[:1]),
+        replace(scene, meta={**scene.meta, "steps": 8}),
+        make_scene(11),
+    ]
+    assert same(scene, copy.deepcopy(scene))
+    assert not any(same(scene, other) for other in others)
+
+
+def test_files_are_written_whole_and_read_back(tmp_path: Path) -> None:
+    scene = make_scene()
+    size = write_mgs(tmp_path / "deep" / "scene.mgs", scene)
+    assert size == (tmp_path / "deep" / "scene.mgs").stat().st_size
+    assert same(read_mgs(tmp_path / "deep" / "scene.mgs"), scene.sorted())
+
+
+# --- decoding
+
+
+def test_a_decoded_scene_has_the_values_that_training_saw() -> None:
+    g = seeded()
+    values = torch.randn(60, 6, generator=g)
+    frame, means = Frame(torch.zeros(3), 1.0), torch.randn(60, 3, generator=g)
+    decoder = AppearanceDecoder(g)
+    books: dict[Attribute, SubVectorCodebooks] = {
+        name: SubVectorCodebooks.fit(
+            values[:, : cut.count * cut.length], length=cut.length, size=8, generator=g
+        )
+        for name, cut in CUTS.items()
+    }
+    coded = encode_scene(
+        means, books, frame=frame, decoder=decoder, network=ViewNetwork(g),
+        weighting=Weighting(), background=torch.ones(3),
+    )  # fmt: skip
+    scene = coded.decode()
+    assert scene.blend == "sortfree" and torch.equal(scene.background, torch.ones(3))
+    found = scene.gaussians
+    assert torch.equal(found.means, frame.round(means))
+    assert torch.equal(found.log_scales, books["scale"]())
+    assert torch.equal(found.quats, books["rotation"]())
+    assert torch.equal(found.logit_opacities, books["opacity"]()[:, 0])
+    static, view = books["appearance"]().split(3, dim=1)
+    positions = frame.normalised(frame.store(means))
+    assert torch.allclose(found.sh, decoder(positions, static, view), atol=1e-6)
+
+
+def test_a_scene_from_a_file_can_be_drawn(tmp_path: Path) -> None:
+    write_mgs(tmp_path / "scene.mgs", make_scene())
+    coded = read_mgs(tmp_path / "scene.mgs")
+    drawn = coded.decode().render(coded.views[0])
+    assert drawn.image.isfinite().all() and drawn.alpha.max() > 0.05
+
+
+def test_decoding_leaves_the_global_random_state_alone() -> None:
+    scene = make_scene()
+    torch.manual_seed(1)
+    expected = torch.rand(1)
+    torch.manual_seed(1)
+    unpack(pack(scene)).decode()
+    assert torch.equal(torch.rand(1), expected)
+
+
+# --- what is in a file
+
+
+def test_the_bytes_of_the_table_add_up(tmp_path: Path) -> None:
+    write_mgs(tmp_path / "scene.mgs", make_scene(100))
+    report = inspect_mgs(tmp_path / "scene.mgs")
+    parts = sum(row["bytes"] for row in report["streams"])
+    assert parts + report["header_bytes"] + report["padding_bytes"] == report["file_bytes"]
+    assert report["gaussians"] == 100 and report["meta"]["psnr"] == 25.1
+    names = [row["name"] for row in report["streams"]]
+    assert names[:4] == ["lobe-decoder", "appearance-decoder", "codebooks", "positions"]
+    assert names[-4:] == ["opacity.0", "lobes.0", "lobes.1", "lobes.2"]
+    assert all(row["bytes"] <= row["raw_bytes"] for row in report["streams"][:3])
+    assert report["lobes"] == SHAPE and report["network"] is False
+    json.dumps(report)
+    network = inspect(pack(make_scene(100, view="network")))
+    assert network["streams"][0]["name"] == "view-network" and network["lobes"] is None
+    assert network["network"] is True
+
+
+def test_streams_start_at_multiples_of_eight_and_follow_the_order_of_use(data: bytes) -> None:
+    header, body = split(data)
+    assert (len(data) - len(body)) % 8 == 0
+    start = 0
+    for row in header["streams"]:
+        assert zlib.crc32(body[start : start + row["bytes"]]) == row["crc32"]
+        start += row["bytes"] + -row["bytes"] % 8
+    assert start == len(body)
+
+
+def test_index_streams_take_the_smaller_codec() -> None:
+    scene = make_scene(3000)
+    scene.indices["scale"] = torch.zeros(3000, 3).short()
+    report = inspect(pack(scene))
+    codecs = {row["name"]: row["codec"] for row in report["streams"]}
+    assert codecs["scale.0"] == "rans" and codecs["rotation.0"] == "bits"

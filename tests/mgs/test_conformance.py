@@ -1,0 +1,173 @@
+"""The conformance files of docs/format.md: what both decoders find in them, written down once."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+from torch import Tensor
+from torch.nn.functional import normalize
+
+from mobilegs.gaussians import Gaussians
+from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.container import unseal
+from mobilegs.mgs.rans import lane_count
+from mobilegs.render.lobes import constant_lobes, seen_along
+from mobilegs.render.scene import Scene
+from mobilegs.spherical_harmonics import C0
+from tests.web.test_decoder import decoded, refusals
+
+FOLDER = Path(__file__).parent / "conformance"
+FILES = {path.stem: path.read_bytes() for path in sorted(FOLDER.glob("*.mgs"))}
+OF_DEGREE_1 = {name: data for name, data in FILES.items() if "degree" not in name}
+EXACT = ("means", "log_scales")
+# of the largest number; how networks add up is nobody's business
+CLOSE = {"quats": 2e-7, "sh": 3e-6, "lobes": 3e-6}
+SEEN = 3e-6  # of opacities, and of the largest phi or 1
+DRAWN = 1e-5  # of pixels
+
+
+def expected(name: str) -> dict[str, Any]:
+    return json.loads((FOLDER / f"{name}.json").read_text())
+
+
+def assert_as_written(name: str, parts: dict[str, Tensor]) -> None:
+    written = expected(name)
+    rows = written["rows"]
+    for part in EXACT:
+        assert torch.equal(parts[part][rows], torch.tensor(written[part])), part
+    for part, tolerance in CLOSE.items():
+        values = torch.tensor(written[part])
+        error = (parts[part][rows] - values).abs().max() / values.abs().max().clamp_min(1e-6)
+        assert error < tolerance, part
+
+
+def lobes_of(scene: Scene) -> Tensor:
+    if scene.lobes is None:
+        return constant_lobes(scene.gaussians.logit_opacities)
+    return scene.lobes
+
+
+@torch.no_grad()
+def assert_shown_as_written(name: str, scene: Scene) -> None:
+    """What newer files say of opacity and phi by direction, and of pixels."""
+    written, camera = expected(name), unpack(FILES[name]).views[0]
+    rows = torch.tensor(written["rows"])
+    some = scene.gaussians.select(rows)
+    for i, direction in enumerate(written.get("directions", ())):
+        directions = torch.tensor(direction).expand(len(rows), 3)
+        lobes = lobes_of(scene)[rows] if scene.network is None else scene.network(some, directions)
+        for part, found in zip(("opacity", "phi"), seen_along(lobes, directions), strict=True):
+            values = torch.tensor(written[part])[:, i]
+            assert (found - values).abs().max() < SEEN * values.abs().max().clamp_min(1), part
+    if "picture" in written:
+        x, y = torch.tensor(written["pixels"]).T
+        error = scene.render(camera).image[y, x] - torch.tensor(written["picture"])
+        assert error.abs().max() < DRAWN
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_python_finds_what_is_written(name: str) -> None:
+    coded = unpack(FILES[name])
+    scene, written = coded.decode(), expected(name)
+    assert (
+        len(coded) == written["count"] and list(coded.layers or [len(coded)]) == written["layers"]
+    )
+    parts = {
+        "means": scene.gaussians.means,
+        "log_scales": scene.gaussians.log_scales,
+        "quats": normalize(scene.gaussians.quats, dim=1),
+        "sh": scene.gaussians.sh.flatten(1),
+        "lobes": lobes_of(scene).flatten(1),
+    }
+    assert_as_written(name, parts)
+    assert_shown_as_written(name, scene)
+
+
+def shown_by_javascript(name: str, arrays: dict[str, Tensor]) -> Scene:
+    """The scene of which the numbers are those that JavaScript found."""
+    scene = unpack(FILES[name]).decode()
+    count = len(scene.gaussians)
+    lobes = arrays["lobes"].reshape(count, -1, 2)
+    gaussians = Gaussians(
+        arrays["means"].reshape(count, 3),
+        arrays["quats"].reshape(count, 4),
+        arrays["logScales"].reshape(count, 3),
+        lobes[:, 0, 0] * C0,
+        arrays["sh"].reshape(count, -1, 3),
+    )
+    if scene.network is None:
+        return replace(scene, gaussians=gaussians, lobes=lobes)
+    weights = scene.network.state_dict()
+    scene.network.load_state_dict({n: arrays[n].reshape(w.shape) for n, w in weights.items()})
+    return replace(scene, gaussians=gaussians)
+
+
+def test_javascript_finds_what_is_written(tmp_path: Path) -> None:
+    for name, found in decoded(tmp_path, OF_DEGREE_1, seed=0).items():
+        count, arrays = found["count"], found["arrays"]
+        assert count == expected(name)["count"]
+        assert found["header"]["layers"] == expected(name)["layers"]
+        parts = {
+            part: arrays[part].reshape(count, -1) for part in ("means", "quats", "sh", "lobes")
+        }
+        assert_as_written(name, parts | {"log_scales": arrays["logScales"].reshape(count, -1)})
+        assert_shown_as_written(name, shown_by_javascript(name, arrays))
+
+
+def test_viewers_refuse_degrees_that_they_do_not_draw(tmp_path: Path) -> None:
+    others = [name for name in FILES if name not in OF_DEGREE_1]
+    degrees = [inspect(FILES[name])["sh_degree"] for name in others]
+    assert sorted(degrees) == [0, 2, 3]
+    found = refusals(tmp_path, [FILES[name] for name in others])
+    for degree, sentence in zip(degrees, found, strict=True):
+        assert sentence is not None and f"has sh_degree '{degree}'" in sentence
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_was_read_is_written_again_byte_by_byte(name: str) -> None:
+    assert pack(unpack(FILES[name])) == FILES[name]
+
+
+def contexts_of(data: bytes) -> int:
+    """Contexts of the classes of a file's first positions: docs/format.md, sections 4 and 5."""
+    _, streams = unseal(data)
+    return int.from_bytes(streams["positions"].data[6:8], "little")
+
+
+def test_the_files_use_all_that_there_is() -> None:
+    reports = [inspect(data) for data in FILES.values()]
+    codecs = {row["codec"] for report in reports for row in report["streams"]}
+    assert codecs == {"raw", "halves", "planes", "morton-class", "bits", "rans"}
+    versions = {report["version"] for report in reports}
+    assert versions == {"2.1", "2.2", "2.3", "2.4", "3.0", "3.1", "3.2", "3.3"}
+    weightings = {unpack(data).weighting.name for data in FILES.values()}
+    assert weightings == {"mobile_gs", "no_depth", "no_scale", "sort_free_gs"}  # what viewers show
+    assert {contexts_of(data) for data in FILES.values()} == {1, 49}
+    assert {(report["mode"], report["blend"]) for report in reports} >= {
+        *(("nvq", "sortfree"), ("sq", "sortfree"), ("sq", "sorted"))
+    }
+    assert {report["sh_degree"] for report in reports} == {0, 1, 2, 3}
+
+
+def test_one_file_is_like_those_of_training() -> None:
+    report = inspect(FILES["sq_trained"])
+    assert report["lobes"] == {"degree": 2, "latents": 12, "hidden": [16]}
+    assert (report["mode"], report["colors"], report["color_latents"]) == ("sq", "linear", 6)
+    assert report["weighting"]["alpha_min"] == 1 / 64
+    assert lane_count(report["gaussians"]) == 8
+    rows = torch.tensor(expected("sq_trained")["rows"])
+    assert (rows // (report["gaussians"] // 8)).bincount().tolist() == [2] * 8
+
+
+def test_what_is_seen_and_drawn_tells_scenes_apart() -> None:
+    written = {name: expected(name) for name in FILES}
+    pictures = {name for name, found in written.items() if "picture" in found}
+    assert pictures == {"nvq_network_picture", "sq_picture", "sq_sorted_picture"}
+    for name in pictures:
+        picture = torch.tensor(written[name]["picture"])
+        assert (picture[:, None] - picture).abs().sum(2).fill_diagonal_(1).min() > 1000 * DRAWN
+    opacity, phi = (torch.tensor(written["nvq_network_picture"][p]) for p in ("opacity", "phi"))
+    assert opacity.std(1).min() > 1000 * SEEN and phi.std(1).max() > 1000 * SEEN

@@ -1,0 +1,263 @@
+"""`.mgs` files that are damaged, or hostile: refused in a sentence, with little memory."""
+
+import struct
+import tracemalloc
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mobilegs.errors import InputError
+from mobilegs.mgs import rans
+from mobilegs.mgs.bits import pack_bits
+from mobilegs.mgs.codec import inspect, inspect_mgs, read_mgs, unpack
+from mobilegs.mgs.container import PREFIX
+from mobilegs.mgs.quantized_scene import same
+from tests.fuzz.envelope import Parts, Piece, take_apart
+from tests.support.coded import join, places, split
+from tests.web.test_decoder import refusals
+
+# --- damage
+
+
+@settings(deadline=None, max_examples=150)
+@given(st.data())
+def test_a_file_cut_anywhere_is_refused(data: bytes, choice: st.DataObject) -> None:
+    with pytest.raises(InputError):
+        unpack(data[: choice.draw(st.integers(0, len(data) - 1))])
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.data())
+def test_a_flipped_bit_anywhere_is_refused(data: bytes, choice: st.DataObject) -> None:
+    bit = choice.draw(st.integers(0, 8 * len(data) - 1))
+    damaged = bytearray(data)
+    damaged[bit // 8] ^= 1 << bit % 8
+    with pytest.raises(InputError):
+        unpack(bytes(damaged))
+
+
+def test_every_bit_before_the_header_and_in_the_padding_counts(data: bytes) -> None:
+    header, body = split(data)
+    places = list(range(PREFIX.size))
+    start = len(data) - len(body)
+    for row in header["streams"]:
+        end = start + row["bytes"]
+        start = end + -row["bytes"] % 8
+        places += range(end, start)
+    for place in places:
+        damaged = bytearray(data)
+        damaged[place] ^= 16
+        with pytest.raises(InputError):
+            unpack(bytes(damaged))
+
+
+def test_bytes_after_the_end_are_refused(data: bytes) -> None:
+    for extra in (b"\0", bytes(8), data):
+        with pytest.raises(InputError, match="too many"):
+            unpack(data + extra)
+
+
+@pytest.mark.parametrize(
+    ("start", "sentence"),
+    [
+        (b"", "empty"),
+        (b"ply\nformat binary_little_endian 1.0\n", "PLY"),
+        (b"PK\x03\x04rest", "zip"),
+        (b"\x1f\x8b\x08", "gzip"),
+        (b"MGS\x1a\n\x00\x01", "binary mode"),
+        (b"MGS\x1a\r", "damaged"),
+        (b"something else", "not a .mgs scene"),
+    ],
+)
+def test_foreign_files_are_recognised(start: bytes, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        unpack(start)
+
+
+def test_an_unknown_major_version_is_refused_by_name(data: bytes) -> None:
+    header, body = split(data)
+    with pytest.raises(InputError, match=r"version 4\.0"):
+        unpack(join(header, body, version=(4, 0)))
+
+
+def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
+    header, body = split(data)
+    extra = b"something new"
+    row = {"name": "new", "codec": "new", "bytes": 13, "crc32": zlib.crc32(extra)}
+    later = {**header, "new": [1], "streams": [*header["streams"], row]}
+    file = join(later, body + extra + bytes(3), version=(2, 7))
+    assert same(unpack(file), unpack(data))
+    row = inspect(file)["streams"][-1]
+    assert row["raw_bytes"] is None and not row["used"]
+
+
+def test_files_that_cannot_be_read_are_refused_by_name(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "bad.mgs").write_bytes(data[:-9])
+    for path in (tmp_path / "none.mgs", tmp_path, tmp_path / "bad.mgs"):
+        with pytest.raises(InputError, match=str(path)):
+            read_mgs(path)
+        with pytest.raises(InputError, match=str(path)):
+            inspect_mgs(path)
+
+
+# --- headers made by someone who knows how to make checksums
+
+
+STRANGE = st.sampled_from(
+    [None, True, False, -1, 0, 1, 2, 3, 65, 4096, 4097, 2**26, 2**31, 2**40, 2**63, 10**400, 0.5,
+     -0.0, 1e-300, 1e300, 3.3e38, "", "x", "raw", "bits", "rans", "halves", "sorted", "scale.0", [],
+     {}, [0.0] * 3, [1e300] * 3, [[]], {"a": {}}, "\ud800"]
+)  # fmt: skip
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.data())
+def test_a_crafted_header_is_refused_or_harmless(data: bytes, choice: st.DataObject) -> None:
+    header, body = split(data)
+    for _ in range(choice.draw(st.integers(1, 2))):
+        path = choice.draw(st.sampled_from(places(header)))
+        inner = header
+        for key in path[:-1]:
+            inner = inner[key]
+        if choice.draw(st.booleans()) or isinstance(inner, list):
+            inner[path[-1]] = choice.draw(STRANGE)
+        else:
+            del inner[path[-1]]
+    crafted = join(header, body)
+    try:
+        scene = unpack(crafted)
+    except InputError:
+        return
+    scene.check()
+
+
+@settings(deadline=None, max_examples=150)
+@given(st.data())
+def test_crafted_streams_are_refused_or_harmless(data: bytes, choice: st.DataObject) -> None:
+    header, body = split(data)
+    streams, start = [], 0
+    for row in header["streams"]:
+        streams.append(bytearray(body[start : start + row["bytes"]]))
+        start += row["bytes"] + -row["bytes"] % 8
+    broken = choice.draw(st.sampled_from([s for s in streams if s]))
+    for _ in range(choice.draw(st.integers(1, 3))):
+        broken[choice.draw(st.integers(0, len(broken) - 1))] = choice.draw(st.integers(0, 255))
+    del broken[choice.draw(st.integers(max(1, len(broken) - 3), len(broken))) :]
+    for row, content in zip(header["streams"], streams, strict=True):
+        row.update(bytes=len(content), crc32=zlib.crc32(content))
+    padded = b"".join(bytes(content) + bytes(-len(content) % 8) for content in streams)
+    try:
+        scene = unpack(join(header, padded))
+    except InputError:
+        return
+    scene.check()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "1", "{", '{"streams":0}', '{"streams":[]}', "[" * 100_000, '{"count":NaN}',
+     '{"near":' + "9" * 5000 + "}", '"\\ud800"'],
+)  # fmt: skip
+def test_a_header_that_is_not_ours_is_refused(text: str) -> None:
+    with pytest.raises(InputError):
+        unpack(join(text, b""))
+
+
+def test_a_header_of_bytes_that_are_no_text_is_refused() -> None:
+    text = b"\xff\xfe{}" + bytes(8)
+    fixed = struct.pack("<HHI", 2, 0, len(text))
+    head = b"MGS\x1a\r\n\x00\x01" + fixed + struct.pack("<I", zlib.crc32(fixed + text))
+    with pytest.raises(InputError, match="JSON"):
+        unpack(head + text)
+
+
+@pytest.mark.parametrize("count", [2**26, 300_000])
+def test_a_count_beyond_the_bytes_is_refused_at_once(data: bytes, count: int) -> None:
+    header, body = split(data)
+    for read in (inspect, unpack):
+        with pytest.raises(InputError, match=f"claims {count} Gaussians in"):
+            read(join({**header, "count": count}, body))
+
+
+DECODERS = {  # what they say to the first stream of rows, by its codec
+    "rans": "a rANS stream (is longer or shorter than|ends early|does not end where)",
+    "bits": "packed bits take more or fewer bytes than they should",
+}
+
+
+@pytest.mark.parametrize("codec", DECODERS)
+@pytest.mark.parametrize("count", [300_000, 3000, 48, 32])
+def test_a_false_count_is_refused_by_the_decoders_without_much_memory(
+    data: bytes, codec: str, count: int
+) -> None:
+    parts = take_apart(data)
+    assert parts.header["count"] == 40
+    symbols, widths = np.arange(40, dtype=np.uint16) % 5, np.full(40, 3)
+    first = parts.piece("scale.0")
+    first.codec = codec
+    first.data = (
+        rans.encode(symbols, 5) if codec == "rans" else pack_bits(symbols.astype(np.uint64), widths)
+    )
+    unpack(parts.sealed())
+    parts.header["count"] = count
+    parts.piece("lobes.2").data += bytes(count)  # bytes enough for so many
+    crafted = parts.sealed()
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match=DECODERS[codec]):
+            unpack(crafted)
+        # the header speaks of 12 indices and a position for each Gaussian
+        bound = 2 * (len(crafted) + count * (12 * 2 + 6)) + 100_000
+        assert tracemalloc.get_traced_memory()[1] < bound
+    finally:
+        tracemalloc.stop()
+
+
+def of_zeros(parts: Parts, count: int) -> Parts:
+    """A scene of codebooks as one of `count` Gaussians in one place, a few bytes a column."""
+    parts.header["count"] = count
+    for book in parts.header["codebooks"].values():
+        book["size"] = 1
+    for piece in parts.pieces:
+        if "." in piece.name:
+            piece.codec, piece.data = "bits", b""
+    books = parts.header["codebooks"].values()
+    numbers = sum(book["count"] * book["length"] for book in books)
+    codebooks, positions = parts.piece("codebooks"), parts.piece("positions")
+    codebooks.codec, codebooks.data = "raw", bytes(2 * numbers)
+    # the first difference is the code of a place, all others are none
+    classes = rans.encode(np.array([48] + (count - 1) * [0], np.uint16), 49)
+    positions.data = struct.pack("<I", len(classes)) + classes + struct.pack("<Q", 3 << 45)[:6]
+    return parts
+
+
+def test_bytes_of_streams_that_nobody_uses_entitle_to_nothing(tmp_path: Path, data: bytes) -> None:
+    few = of_zeros(take_apart(data), 15_000)
+    used = sum(len(piece.data) for piece in few.pieces)
+    assert len(unpack(few.sealed())) == 15_000 and used > 15_000
+    crafted = []
+    for name in ("spare", "", "view-network", "color-matrices", "lobes.3", "rotation-finer",
+                 "positions@1", "scale.00", "scale.0@0"):  # fmt: skip
+        many = of_zeros(take_apart(data), 60_000)
+        many.pieces.insert(0, Piece(name, "raw", bytes(60_000)))
+        crafted.append(many.sealed())
+        for read in (inspect, unpack):
+            with pytest.raises(
+                InputError, match=r"claims 60000 Gaussians in \d{5} of its \d+ bytes"
+            ):
+                read(crafted[-1])
+    found = refusals(tmp_path, [few.sealed(), *crafted])
+    assert found[0] is None
+    assert all(said and "claims 60000 Gaussians in " in said for said in found[1:])
+
+
+def test_a_header_that_claims_gigabytes_is_refused_at_once(data: bytes) -> None:
+    with pytest.raises(InputError, match="claims"):
+        unpack(data[:12] + struct.pack("<I", 2**32 - 1) + data[16:])
+
+
+# --- scenes that no file can hold

@@ -1,0 +1,211 @@
+"""Scenes that no `.mgs` can hold, and headers that claim what cannot be."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+import torch
+
+from mobilegs.compress import lobes as lobe_shapes
+from mobilegs.compress.codebooks import Attribute
+from mobilegs.compress.lobes import LobeDecoder, LobeShape
+from mobilegs.errors import InputError
+from mobilegs.mgs import header as headers
+from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.positions import Frame
+from mobilegs.mgs.quantized_scene import CodedScene, same
+from mobilegs.render import Weighting
+from tests.support.coded import SHAPE, camera, join, make_scene, seeded, split
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"positions": torch.full((40, 3), torch.inf).half()}, "positions"),
+        ({"frame": Frame(torch.zeros(3), torch.nan)}, "radius"),
+        ({"frame": Frame(torch.zeros(3), 1.0, 15)}, "exponent"),
+        ({"background": torch.tensor([0.0, 2.0, 0.0])}, "background"),
+        ({"near": 0.0}, "near"),
+        ({"weighting": Weighting(sigma=0.0)}, "sigma"),
+        ({"views": [camera()] * 65}, "views"),
+        ({"views": [replace(camera(), width=0)]}, "0 x 24"),
+        ({"views": [replace(camera(), K=-camera().K)]}, "camera"),
+        ({"views": [replace(camera(), viewmat=torch.full((4, 4), torch.nan))]}, "camera"),
+        ({"meta": {"psnr": float("nan")}}, "psnr"),
+        ({"meta": {"story": "x" * 5000}}, "story"),
+        ({"meta": {str(i): i for i in range(65)}}, "65 notes"),
+        ({"decoder": {}}, "decoder"),
+        ({"indices": {}}, "scale"),
+        ({"lobe_decoder": {}}, "lobe decoder"),
+        ({"lobe_shape": None, "lobe_decoder": {}}, "nothing decodes"),
+        ({"lobe_shape": LobeShape(2, 4)}, "do not make 4 latents"),
+        ({"lobe_shape": LobeShape(2, 0)}, "nothing decodes"),
+        ({"network": make_scene(view="network").network}, "one of them must go"),
+    ],
+)
+def test_a_scene_that_no_file_can_hold_is_refused(change: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        pack(replace(make_scene(), **change))
+
+
+@pytest.mark.parametrize(
+    ("lobes", "sentence"),
+    [
+        (0, "field 'lobes'"),
+        ([], "field 'lobes'"),
+        ({}, "field 'hidden'"),
+        ({**SHAPE, "degree": 4}, "field 'degree'"),
+        ({**SHAPE, "degree": -1}, "field 'degree'"),
+        ({**SHAPE, "degree": True}, "field 'degree'"),
+        ({**SHAPE, "degree": 1}, "'lobe-decoder' of the .mgs file has a wrong length"),
+        ({**SHAPE, "latents": 5}, "field 'codebooks.lobes'"),
+        ({**SHAPE, "hidden": [0]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": [10**9]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": [5.0]}, "'lobe-decoder' of the .mgs file has a wrong length"),
+        ({**SHAPE, "hidden": [5.5]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": [True]}, "field 'hidden'"),
+        ({**SHAPE, "hidden": None}, "field 'hidden'"),
+        (None, "field 'codebooks.lobes'"),
+    ],
+)
+def test_lobes_that_cannot_be_are_refused(data: bytes, lobes: Any, sentence: str) -> None:
+    header, body = split(data)
+    assert header["lobes"] == SHAPE
+    with pytest.raises(InputError, match=sentence):
+        unpack(join({**header, "lobes": lobes}, body))
+
+
+def test_a_header_that_does_not_speak_of_lobes_is_refused(data: bytes) -> None:
+    header, body = split(data)
+    del header["lobes"]
+    with pytest.raises(InputError, match="field 'lobes'"):
+        unpack(join(header, body))
+
+
+@pytest.mark.parametrize(
+    ("limit", "shape", "beyond", "field"),
+    [
+        ("LATENTS_MAX", (1, 32), (1, 33), "latents"),
+        ("HIDDEN_LAYERS", (1, 2, (3,) * 3), (1, 2, (3,) * 4), "lobes.hidden"),
+        ("HIDDEN_MAX", (1, 2, (256,)), (1, 2, (257,)), "hidden"),
+    ],
+)
+def test_lobes_are_as_large_as_the_limits_and_no_larger(
+    limit: str, shape: tuple, beyond: tuple, field: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def with_lobes(shape: LobeShape) -> CodedScene:
+        g, scene = seeded(), make_scene(view="decoded")
+        books = {"lobes": torch.randn(shape.latents, 4, 1, generator=g).half()}
+        rows = torch.randint(4, (len(scene), shape.latents), generator=g, dtype=torch.int16)
+        weights = LobeDecoder(shape, g).named_parameters()
+        return replace(
+            scene,
+            codebooks=scene.codebooks | books,
+            indices=scene.indices | {"lobes": rows},
+            lobe_shape=shape,
+            lobe_decoder={name: value.detach().half() for name, value in weights},
+        ).sorted()
+
+    largest = with_lobes(LobeShape(*shape))
+    assert same(unpack(pack(largest)), largest)
+    with monkeypatch.context() as patch:
+        for module in (lobe_shapes, headers):
+            patch.setattr(module, limit, getattr(module, limit) + 1)
+        larger = with_lobes(LobeShape(*beyond))
+        data = pack(larger)
+        assert same(unpack(data), larger)  # nothing else is wrong with it
+    for read in (inspect, unpack):
+        with pytest.raises(InputError, match=f"the field '{field}' in the header"):
+            read(data)
+
+
+@pytest.mark.parametrize(
+    "book",
+    [None, [], {}, {"count": 33, "length": 1, "size": 8}, {"count": 3, "length": 1, "size": 8},
+     {"count": 3, "length": 2, "size": 0}, {"count": 3, "length": 2, "size": 5000}],
+)  # fmt: skip
+def test_lobe_codebooks_that_cannot_be_are_refused_from_the_header_alone(
+    data: bytes, book: Any
+) -> None:
+    header, body = split(data)
+    assert header["codebooks"]["lobes"] == {"count": 3, "length": 2, "size": 8}
+    with pytest.raises(InputError, match=r"lobes|count|length|size"):
+        inspect(join({**header, "codebooks": {**header["codebooks"], "lobes": book}}, body))
+    without = {name: b for name, b in header["codebooks"].items() if name != "lobes"}
+    with pytest.raises(InputError, match=r"codebooks\.lobes"):
+        inspect(join({**header, "codebooks": without}, body))
+
+
+def _set(*path: str | int, to: Any) -> Callable[[dict[str, Any]], None]:
+    """What gives a value inside of a header another value."""
+
+    def change(header: dict[str, Any]) -> None:
+        inner: Any = header
+        for key in path[:-1]:
+            inner = inner[key]
+        inner[path[-1]] = to
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (_set("positions", "radius", to=1e21), "centre or radius"),
+        (_set("positions", "radius", to=0.0), "centre or radius"),
+        (_set("positions", "center", 1, to=-1e21), "centre or radius"),
+        (_set("near", to=-1), "near plane -1.0 is out of range"),
+        (_set("near", to=1e21), "near plane"),
+        (_set("background", 2, to=1.5), "background colour"),
+        (_set("weighting", "sigma", to=-1), "sigma"),
+        (_set("weighting", "background_weight", to=-0.1), "background weight"),
+        (_set("views", 0, "K", 0, to=-5.0), "focal length"),
+        (_set("views", 1, "K", 8, to=2.0), "matrices are not those of a camera"),
+        (_set("views", 1, "viewmat", 12, to=0.5), "matrices are not those of a camera"),
+        (_set("blend", to="sorted"), "blended sorted, but has lobes"),
+    ],
+)
+def test_numbers_out_of_range_are_refused_from_the_header_alone(
+    data: bytes, change: Callable[[dict[str, Any]], None], sentence: str
+) -> None:
+    header, body = split(data)
+    change(header)
+    for read in (inspect, unpack):
+        with pytest.raises(InputError, match=sentence):
+            read(join(header, body))
+
+
+def test_lobes_beside_a_network_and_no_opacity_at_all_are_refused(data: bytes) -> None:
+    header, body = split(data)
+    with pytest.raises(InputError, match="one of them"):
+        inspect(join({**header, "network": True}, body))
+    books = {name: b for name, b in header["codebooks"].items() if name not in ("opacity", "lobes")}
+    with pytest.raises(InputError, match="opacity"):
+        inspect(join({**header, "codebooks": books, "lobes": None}, body))
+
+
+def test_an_empty_scene_is_refused() -> None:
+    scene = make_scene()
+    nothing = {name: rows[:0] for name, rows in scene.indices.items()}
+    with pytest.raises(InputError, match="0 Gaussians"):
+        pack(replace(scene, positions=scene.positions[:0], indices=nothing))
+
+
+@pytest.mark.parametrize("name", ["scale", "rotation", "appearance", "opacity", "lobes"])
+def test_codes_out_of_range_are_refused(name: Attribute) -> None:
+    scene = make_scene()
+    scene.indices[name][3] = scene.codebooks[name].shape[1]
+    with pytest.raises(InputError, match=f"{name} indices"):
+        pack(scene)
+    scene = make_scene()
+    scene.codebooks[name][0, 0] = torch.inf
+    with pytest.raises(InputError, match=f"{name} codebooks"):
+        pack(scene)
+
+
+def test_weights_that_are_not_finite_are_refused() -> None:
+    scene = make_scene()
+    scene.decoder["view1"][0, 0] = torch.nan
+    with pytest.raises(InputError, match="colour decoder"):
+        pack(scene)

@@ -1,0 +1,147 @@
+"""Scenes of other tools become .mgs files without their photos."""
+
+import json
+from pathlib import Path
+
+import pytest
+import torch
+
+from mobilegs.cli.main import main
+from mobilegs.data import load_capture, load_view
+from mobilegs.formats.ply import write_ply
+from mobilegs.mgs.codec import read_mgs
+from mobilegs.render.scene import Scene
+from mobilegs.synthetic_capture.cameras_json import read_cameras_json
+from mobilegs.synthetic_capture.render import Shoot, photograph
+from mobilegs.synthetic_capture.visibility import refuse_blind
+from tests.synthetic_capture.test_render import cameras_json, garden
+
+
+def test_compress_goes_the_whole_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source, run = tmp_path / "garden.ply", tmp_path / "run"
+    write_ply(source, garden())
+    words = ["compress", str(source), "-o", str(run), "--preset", "demo", "--steps", "120"]
+    words += ["--views", "16", "--size", "64"]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "scene.mgs" in said
+    metrics = json.loads((run / "metrics.json").read_text())
+    assert metrics["student"]["psnr"] > 22
+    own = metrics["teacher"]["psnr"]  # of its own pictures, but for their 8 bits
+    assert own is None or own > 45  # None: without any error
+    assert (run / "scene.mgs").stat().st_size < source.stat().st_size / 4
+    assert main([*words, "--resume"]) == 0
+    assert main(words) == 2
+    assert "--resume" in capsys.readouterr().err
+
+
+def test_compress_takes_the_cameras_of_the_scene(tmp_path: Path) -> None:
+    source, run = tmp_path / "garden.ply", tmp_path / "run"
+    write_ply(source, garden(600))
+    given = cameras_json(tmp_path / "cameras.json")
+    words = ["compress", str(source), "-o", str(run), "--cameras", str(given)]
+    words += ["--preset", "demo", "--steps", "30", "--views", "16", "--size", "64"]
+    assert main([*words, "--target-mb", "0.01"]) == 0
+    eyes = torch.stack([view.camera.position for view in load_capture(run / "capture").train])
+    first = torch.stack([camera.position for camera in read_cameras_json(given)])
+    assert (torch.cdist(first, eyes).min(1).values < 1e-3).sum() >= 4  # of six, but those held back
+    assert (run / "scene.mgs").stat().st_size < 15_000
+
+
+def test_compress_knows_what_lies_behind_the_scene(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, run = tmp_path / "garden.ply", tmp_path / "run"
+    write_ply(source, garden(600))
+    words = ["compress", str(source), "-o", str(run), "--preset", "demo"]
+    words += ["--steps", "30", "--views", "16", "--size", "64"]
+    assert main([*words, "--background", "1", "1", "2"]) == 2
+    assert "outside of 0..1" in capsys.readouterr().err and not run.exists()
+    assert main([*words, "--background", "1", "1", "0"]) == 0
+    assert read_mgs(run / "scene.mgs").decode().background.tolist() == [1, 1, 0]
+    own = json.loads((run / "metrics.json").read_text())["teacher"]["psnr"]
+    assert own is None or own > 45  # pictures and the training have the same colour behind
+    corners = [load_view(frame).image[0, 0] for frame in load_capture(run / "capture").train]
+    assert any(torch.equal(corner, torch.tensor([1.0, 1, 0])) for corner in corners)
+
+
+def test_compress_learns_from_the_photos_of_the_scene(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, capture = tmp_path / "garden.ply", tmp_path / "capture"
+    write_ply(source, garden())
+    photograph(Scene(garden()), source, capture, Shoot(views=16, size=64))
+    words = ["compress", str(source), "--capture", str(capture), "--preset", "demo"]
+    assert main([*words, "--steps", "30", "-o", str(tmp_path / "run")]) == 0
+    assert json.loads((tmp_path / "run" / "metrics.json").read_text())["student"]["psnr"] > 18
+    assert not (tmp_path / "run" / "capture").exists()
+    elsewhere = garden()
+    elsewhere.means[:] += 1000
+    write_ply(source, elsewhere)
+    assert main([*words, "-o", str(tmp_path / "other")]) == 2
+    assert "14 of 14 photos of" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()
+
+
+def test_where_there_is_no_camera_none_is_blind() -> None:
+    refuse_blind(Scene(garden(100)), [], "photos", "")
+
+
+def test_compress_refuses_cameras_of_another_scene(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, given = tmp_path / "garden.ply", cameras_json(tmp_path / "cameras.json")
+    rows = json.loads(given.read_text())
+    for row in rows:
+        row["position"][0] += 1000
+    given.write_text(json.dumps(rows))
+    write_ply(source, garden())
+    words = ["compress", str(source), "-o", str(tmp_path / "run"), "--cameras", str(given)]
+    assert main([*words, "--views", "16", "--size", "64"]) == 2
+    assert "show nothing of this scene" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["missing.ply"], "missing.ply"),
+        (["garden.ply", "--lpips-weights", "nowhere"], "no LPIPS weights"),
+        (["run/teacher.ply"], "would be overwritten"),
+        (["scene.mgs"], "finished .mgs"),
+        (["garden.ply", "--capture", "here", "--views", "20"], "leave out --views"),
+        (["garden.ply", "--downscale", "2"], "use --size"),
+        (["garden.ply", "--target-mb", "-1"], "target_mb"),
+        (["garden.ply", "--steps", "0"], "steps"),
+        (["garden.ply", "--views", "0"], "views must lie"),
+        (["garden.ply", "--size", "0"], "size must lie"),
+        (["garden.ply", "--cameras", "missing.json"], "there is no file missing.json"),
+    ],
+)
+def test_compress_refuses_in_a_sentence(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    sentence: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_ply(tmp_path / "garden.ply", garden(100))
+    if words[0].startswith("run"):
+        (tmp_path / "run").mkdir()
+        write_ply(tmp_path / words[0], garden(100))
+    (tmp_path / "scene.mgs").write_bytes(b"MGS")
+    assert main(["compress", *words, "-o", "run"]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "run" / "config.json").exists()
+    assert not (tmp_path / "run" / "capture").exists()
+
+
+def test_compress_refuses_a_file_in_the_place_of_its_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = tmp_path / "garden.ply"
+    write_ply(source, garden(100))
+    for output in (source, source / "run"):
+        assert main(["compress", str(source), "-o", str(output)]) == 2
+        assert "is a file: give a folder" in capsys.readouterr().err

@@ -1,0 +1,138 @@
+"""Scenes as files of other kinds: `mobilegs export --to`, and what opens and refuses them."""
+
+import json
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from mobilegs.cli.main import main
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
+from tests.support.plain import matched, plain_scene, worst
+from tests.web.test_decoder import Case, make_scene
+
+OTHERS = Path(__file__).parents[1] / "formats" / "other_tools"
+CPU = torch.device("cpu")
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    write_ply(tmp_path / "scene.ply", plain_scene(60, 2))
+    return tmp_path / "scene.ply"
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    assert main([str(word) for word in words]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    return said
+
+
+@pytest.mark.parametrize("kind", ["spz", "sog", "glb", "ply"])
+def test_a_scene_goes_to_another_kind_and_back(kind: str, scene: Path, tmp_path: Path) -> None:
+    there, back = tmp_path / f"there.{kind}", tmp_path / "back.ply"
+    assert main(["export", str(scene), "--to", kind, "-o", str(there)]) == 0
+    assert main(["export", str(there), "--to", "ply", "-o", str(back)]) == 0
+    made = read_ply(scene)
+    found = matched(read_ply(back), made)
+    assert worst(found.means, made.means) < 1e-3
+    assert worst(found.opacities, made.opacities) < 3e-3
+    assert worst(found.log_scales, made.log_scales) < 0.04
+    assert worst(found.sh, made.sh) < 0.07
+
+
+def test_a_mgs_that_is_blended_sorted_is_exported(tmp_path: Path) -> None:
+    path, there = tmp_path / "scene.mgs", tmp_path / "scene.ply"
+    path.write_bytes(pack(replace(make_scene(Case(20)), blend="sorted")))
+    assert main(["export", str(path), "--to", "ply", "-o", str(there)]) == 0
+    found, made = read_ply(there), read_mgs(path).decode(CPU).gaussians
+    for name, value in found.tensors().items():
+        assert torch.equal(value, made.tensors()[name]), name
+
+
+def test_of_a_student_in_its_run_the_teacher_is_exported(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, there = tmp_path / "scene.mgs", tmp_path / "there.ply"
+    path.write_bytes(pack(make_scene(Case(20))))
+    teacher = tmp_path / "teacher.ply"
+    teacher.write_bytes(scene.read_bytes())
+    words = ["export", str(path), "--to", "ply", "-o"]
+    assert teacher_of(path) is None  # any .ply could be called so
+    (tmp_path / "metrics.json").write_text("{}")
+    assert main([*words, str(there)]) == 0
+    assert f"{teacher} goes in its place" in capsys.readouterr().out
+    assert torch.equal(read_ply(there).means, read_ply(teacher).means)
+    assert main([*words, str(teacher)]) == 2
+    assert teacher.read_bytes() == scene.read_bytes()
+
+
+def test_the_scene_itself_is_never_written_over(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = scene.read_bytes()
+    link = scene.with_name("link.ply")
+    link.hardlink_to(scene)
+    for name in (scene, link, scene.parent / ".." / scene.parent.name / scene.name):
+        assert "the scene itself" in refusal(capsys, "export", scene, "--to", "ply", "-o", name)
+    assert scene.read_bytes() == before
+
+
+def test_what_cannot_be_meant_is_refused(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = refusal(capsys, "export", scene, "--to", "spz", "-o", tmp_path / "scene.sog")
+    assert "a name that ends so" in said
+    words = ["export", scene, "--to", "spz", "-o", tmp_path / "scene.spz", "--title", "A garden"]
+    assert "leave out --title" in refusal(capsys, *words)
+    said = refusal(capsys, "export", tmp_path / "gone.ply", "--to", "spz", "-o", tmp_path / "a.spz")
+    assert "cannot read" in said
+    assert {path.name for path in tmp_path.iterdir()} == {"scene.ply"}
+
+
+def test_what_the_web_viewer_does_not_show_gets_no_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "page.html"
+    for name, words in (("theirs.sog", "a .mgs, .ply or .spz"), ("theirs.compressed.ply", "shows")):
+        for to in ("html", "site"):
+            said = refusal(capsys, "export", OTHERS / name, "--to", to, "-o", page)
+            assert "export --to ply" in said or words in said
+    assert not page.exists()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["theirs.compressed.ply", "theirs.spz", "theirs.sog", "theirs.glb", "rows.splat", "scene.ply"],
+)
+def test_every_kind_is_opened_and_inspected(name: str) -> None:
+    opened = open_scene(OTHERS / name, CPU)
+    assert opened.blend == "sorted" and len(opened.gaussians) == 12
+    found = inspect_scene(OTHERS / name)
+    assert found["gaussians"] == 12
+    assert found["file_bytes"] == (OTHERS / name).stat().st_size
+
+
+def test_an_unpacked_sog_is_opened_and_inspected(
+    scene: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    there, folder = tmp_path / "there.sog", tmp_path / "folder"
+    assert main(["export", str(scene), "--to", "sog", "-o", str(there)]) == 0
+    with zipfile.ZipFile(there) as archive:
+        archive.extractall(folder)
+    for path in (folder, folder / "meta.json"):
+        assert inspect_scene(path)["gaussians"] == 60
+        assert inspect_scene(path)["file_bytes"] == sum(f.stat().st_size for f in folder.iterdir())
+        capsys.readouterr()
+        assert main(["eval", str(path), "--capture", str(capture), "--json"]) == 0
+        said = json.loads(capsys.readouterr().out)
+        assert said["file_bytes"] == inspect_scene(path)["file_bytes"]
+
+
+def test_a_refusal_names_every_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capsys, "info", tmp_path / "scene.obj")
+    assert all(kind in said for kind in (".mgs", *PLAIN))

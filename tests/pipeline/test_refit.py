@@ -1,0 +1,316 @@
+"""A sort-free scene becomes a file for tools that sort: refitted, and its loss is measured."""
+
+import json
+import re
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.cli.main import main
+from mobilegs.data import load_capture
+from mobilegs.data.dataset import Dataset
+from mobilegs.data.demo.capture import write_sample
+from mobilegs.errors import InputError
+from mobilegs.evaluate.report import evaluate
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.mgs.codec import pack, read_mgs, write_mgs
+from mobilegs.pipeline import refit as refitting
+from mobilegs.pipeline.export_sorted import SortedExport, export_sorted
+from mobilegs.pipeline.refit import fit_of, refit, views_around, views_from
+from mobilegs.render.scene import Scene
+from mobilegs.scene_file import PLAIN, Kind
+from mobilegs.train.student.trainer import Student
+from tests.support.tiny import CPU, train
+from tests.web.test_decoder import Case, make_scene
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few steps."""
+    monkeypatch.setattr(refitting, "STEPS", 60)
+
+
+@pytest.fixture(scope="module")
+def capture(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The photos that the student below has learned from, as COLMAP would leave them."""
+    folder = tmp_path_factory.mktemp("capture") / "blobs"
+    write_sample(folder, dataset)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def trained() -> dict[str, bytes]:
+    """The bytes of the student below, once there is one."""
+    return {}
+
+
+@pytest.fixture
+def student(
+    make_student: Callable[..., Student],
+    dataset: Dataset,
+    tmp_path: Path,
+    trained: dict[str, bytes],
+) -> Path:
+    """A student of the tiny capture that lies in no run."""
+    path = tmp_path / "alone" / "scene.mgs"
+    path.parent.mkdir()
+    if not trained:
+        stage = make_student()
+        train(stage, dataset, stage.steps)
+        write_mgs(path, stage.coded())
+        trained["bytes"] = path.read_bytes()
+    path.write_bytes(trained["bytes"])
+    return path
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few and small pictures from places that the program finds."""
+    monkeypatch.setattr(refitting, "SIDE", 32)
+    monkeypatch.setattr(refitting, "PLACES", 17)
+
+
+def exported(student: Path, output: Path, kind: Kind = "ply", **how: Any) -> str:
+    return export_sorted(SortedExport(student, output, kind, **how))[1]
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    assert main([str(word) for word in words]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    return said
+
+
+def test_refitting_brings_a_sorted_scene_nearer_to_the_student(
+    student: Path, capture: Path
+) -> None:
+    scene = read_mgs(student).decode(CPU)
+    views = views_from(scene, load_capture(capture))
+    found = refit(scene, views, seed=0)
+    fit = fit_of(scene, found, views)
+    assert fit.after > fit.before + 1
+    assert len(found) == len(scene.gaussians)
+    assert found.sh_degree == scene.gaussians.sh_degree
+    assert not torch.equal(found.sh[:, 1:], scene.gaussians.sh[:, 1:])
+    assert fit.photos is not None and fit.photos[1] > 20
+    assert f"{fit.after:.1f} dB against the scene's own pictures from {fit.places} held" in str(fit)
+
+
+def test_the_pictures_that_measure_are_not_learned_from(student: Path, capture: Path) -> None:
+    data = load_capture(capture)
+    views = views_from(read_mgs(student).decode(CPU), data)
+    names = [[frame.name for frame in frames] for frames in (views.own.train, views.own.test)]
+    assert names == [[frame.name for frame in frames] for frames in (data.train, data.test)]
+
+
+def test_the_file_that_is_read_back_gives_the_figure(
+    student: Path, capture: Path, tmp_path: Path
+) -> None:
+    """Also that of a .spz, which keeps less than was fitted."""
+    scene = read_mgs(student).decode(CPU)
+    views = views_from(scene, load_capture(capture))
+    for kind in ("ply", "spz"):
+        there = tmp_path / f"there.{kind}"
+        said = exported(student, there, kind, capture=capture)
+        told = re.search(r"([\d.]+) dB against the scene's own .* ([\d.]+) dB before", said)
+        assert told is not None
+        found = Scene(PLAIN[there.suffix](there), background=scene.background)
+        assert evaluate(found, views.own)["psnr"] == pytest.approx(float(told[1]), abs=0.06)
+        before = Scene(scene.gaussians, background=scene.background)
+        assert evaluate(before, views.own)["psnr"] == pytest.approx(float(told[2]), abs=0.06)
+
+
+def test_the_same_seed_gives_the_same_file(student: Path, capture: Path, tmp_path: Path) -> None:
+    for name, seed in (("one", 3), ("again", 3), ("other", 4)):
+        exported(student, tmp_path / f"{name}.ply", capture=capture, seed=seed)
+    one, again, other = (tmp_path / f"{name}.ply" for name in ("one", "again", "other"))
+    assert one.read_bytes() == again.read_bytes() != other.read_bytes()
+
+
+def test_without_a_capture_places_are_found(
+    small: None, student: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = read_mgs(student).decode(CPU)
+    views = views_around(scene, [], seed=0)
+    assert (len(views.own.train), len(views.own.test)) == (14, 3)
+    assert views.photos is None
+    monkeypatch.setattr(refitting, "PLACES", 80)
+    said = exported(student, tmp_path / "there.ply")
+    assert "from 10 held-back places" in said and "photos" not in said
+    told = [float(figure) for figure in re.findall(r"([\d.]+) dB", said)]
+    assert told[0] > told[1]
+
+
+def test_places_lie_among_the_file_s_own_cameras(small: None, student: Path) -> None:
+    """All of them where the scene was seen from one side, half of them else."""
+    scene = read_mgs(student).decode(CPU)
+    K = torch.tensor([[28.0, 0, 12], [0, 28, 12], [0, 0, 1]])
+    up = torch.tensor([0.0, 0, 1])
+
+    def looking(*places: tuple[float, float]) -> list[Camera]:
+        eyes = torch.tensor([[x, y, 0.5] for x, y in places])
+        return [Camera(look_at(eye, torch.zeros(3), up), K, 24, 24) for eye in eyes]
+
+    def away(given: list[Camera]) -> torch.Tensor:
+        own = views_around(scene, given, seed=0).own
+        eyes = torch.stack([frame.camera.position for frame in [*own.train, *own.test]])
+        return torch.cdist(eyes, torch.stack([camera.position for camera in given])).amin(1)
+
+    one_side = looking((3, 0), (3, 0.4), (3, 0.8))
+    assert away(one_side).max() < 0.3
+    around = looking((3, 0), (0, 3), (-3, 0))
+    assert int((away(around) == 0).sum()) == 3
+    assert away(one_side[:1]).max() > 1
+
+
+def test_in_a_run_the_run_s_capture_is_looked_at(
+    small: None, student: Path, capture: Path, tmp_path: Path
+) -> None:
+    config = student.with_name("config.json")
+    config.write_text(json.dumps({"options": {"capture": str(capture), "downscale": None}}))
+    assert "against photos" in exported(student, tmp_path / "there.ply")
+    for content in (
+        "no JSON",
+        json.dumps({"options": {"capture": "gone", "downscale": None}}),
+        json.dumps({"options": {"capture": 3}}),
+    ):
+        config.write_text(content)
+        assert "against photos" not in exported(student, tmp_path / "there.ply")
+
+
+def test_the_figures_are_in_the_header(student: Path, capture: Path, tmp_path: Path) -> None:
+    kinds: tuple[Kind, ...] = ("ply", "sog", "glb", "spz")
+    said = {
+        kind: exported(student, tmp_path / f"there.{kind}", kind, capture=capture) for kind in kinds
+    }
+    notes = {kind: text.partition(" is ")[2] for kind, text in said.items()}
+    head = (tmp_path / "there.ply").read_bytes()[:4000].decode("latin1")
+    assert f"\ncomment mobilegs {notes['ply']}\n" in head
+    assert "\ncomment SplatRenderMode: default\n" in head
+    with zipfile.ZipFile(tmp_path / "there.sog") as archive:
+        extras = json.loads(archive.read("meta.json"))["asset"]["extras"]
+    assert extras == {"blend": "sorted", "note": notes["sog"]}
+    glb = (tmp_path / "there.glb").read_bytes()
+    content = json.loads(glb[20 : 20 + int.from_bytes(glb[12:16], "little")])
+    assert content["asset"]["extras"] == {"blend": "sorted", "note": notes["glb"]}
+    count = len(read_mgs(student))
+    assert all(len(PLAIN[f".{kind}"](tmp_path / f"there.{kind}")) == count for kind in kinds)
+    plain = tmp_path / "plain.ply"  # a scene that was not refitted has no such comment
+    write_ply(plain, read_ply(tmp_path / "there.ply"))
+    assert b"refitted" not in plain.read_bytes()[:4000]
+
+
+def test_where_the_teacher_is_at_hand_it_goes_first(
+    student: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    teacher, there = student.with_name("teacher.ply"), tmp_path / "there.ply"
+    write_ply(teacher, read_mgs(student).decode(CPU).gaussians.select(slice(7)))
+    student.with_name("metrics.json").write_text("{}")
+    before = teacher.read_bytes()
+    assert "goes in its place" in exported(student, there)
+    assert len(read_ply(there)) == 7
+    assert "refitted for viewers" in exported(student, there, refit=True, capture=capture)
+    assert len(read_ply(there)) == len(read_mgs(student))
+    words = ["export", student, "--to", "ply", "-o"]
+    assert "add --refit" in refusal(capsys, *words, there, "--capture", capture)
+    said = refusal(capsys, *words, teacher, "--refit", "--capture", capture)
+    assert "would be lost" in said
+    assert teacher.read_bytes() == before
+
+
+def test_the_command_line_refits(
+    small: None,
+    student: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    there = tmp_path / "there.spz"
+    assert main(["export", str(student), "--to", "spz", "-o", str(there)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == 2
+    assert said[0].startswith(f"{student} is refitted for viewers that sort: ")
+    assert said[1] == f"{there}: {there.stat().st_size:,} bytes"
+
+
+def test_a_sorted_scene_is_not_refitted(
+    student: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain, coded = tmp_path / "plain.ply", tmp_path / "sorted.mgs"
+    write_ply(plain, read_mgs(student).decode(CPU).gaussians)
+    coded.write_bytes(pack(replace(make_scene(Case(20)), blend="sorted")))
+    for scene in (plain, coded):
+        words = ["export", scene, "--to", "glb", "-o", tmp_path / "there.glb"]
+        for more in (["--refit"], ["--capture", capture], ["--seed", 1], ["--device", "cpu"]):
+            said = refusal(capsys, *words, *more)
+            assert "a sorted splat already" in said and more[0] in said
+        assert not (tmp_path / "there.glb").exists()
+        assert main([str(word) for word in words]) == 0
+        (tmp_path / "there.glb").unlink()
+        assert "refitted" not in capsys.readouterr().out
+
+
+def test_what_cannot_be_refitted_gets_a_sentence_and_leaves_nothing(
+    student: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    there, folder = tmp_path / "there.ply", tmp_path / "folder.ply"
+    folder.mkdir()
+    words = ["export", student, "--to", "ply", "-o"]
+    assert "it is a folder" in refusal(capsys, *words, folder)
+    assert "no capture at" in refusal(capsys, *words, there, "--capture", tmp_path / "gone")
+    assert "seed" in refusal(capsys, *words, there, "--seed", -1)
+    assert "a name that ends so" in refusal(capsys, *words, tmp_path / "there.spz")
+    page = ["export", student, "--to", "html", "-o", tmp_path / "page.html"]
+    assert "leave out --refit" in refusal(capsys, *page, "--refit")
+    assert "leave out --refit" in refusal(capsys, *page, "--device", "cpu")
+    if not torch.cuda.is_available():
+        assert "CUDA" in refusal(capsys, *words, there, "--device", "cuda")
+    student.write_bytes(student.read_bytes()[:-9])
+    refusal(capsys, *words, there)
+    assert {path.name for path in tmp_path.iterdir()} == {"alone", "folder.ply"}
+
+
+def test_a_capture_of_something_else_is_refused(student: Path, capture: Path) -> None:
+    scene, data = read_mgs(student).decode(CPU), load_capture(capture)
+    scene.gaussians.means += 1000.0
+    with pytest.raises(InputError, match="show nothing of this scene"):
+        views_from(scene, data)
+    with pytest.raises(InputError, match="holds no photo back"):
+        views_from(scene, replace(data, test=[]))
+
+
+def test_large_photos_and_many_become_small_and_few(
+    student: Path, capture: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(refitting, "SIDE", 12)
+    monkeypatch.setattr(refitting, "LEARNED", 2)
+    data = load_capture(capture)
+    views = views_from(read_mgs(student).decode(CPU), data)
+    assert [frame.name for frame in views.own.train] == [data.train[i].name for i in (0, -1)]
+    assert {(frame.camera.width, frame.camera.height) for frame in views.own.train} == {(12, 12)}
+
+
+def test_interrupting_leaves_what_was_there(
+    student: Path,
+    capture: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    there = tmp_path / "there.ply"
+    there.write_text("before")
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(refitting.Teacher, "advance", interrupted)
+    words = ["export", student, "--to", "ply", "-o", there, "--capture", capture]
+    assert main([str(word) for word in words]) == 130
+    assert "nothing was written" in capsys.readouterr().err
+    assert there.read_text() == "before"
+    assert {path.name for path in tmp_path.iterdir()} == {"alone", "there.ply"}

@@ -1,0 +1,96 @@
+"""Every CUDA kernel compiles for two generations of GPUs, without one, and spills nothing."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from mobilegs.errors import InputError
+from mobilegs.render.kernels import cuda
+
+ARCHITECTURES = ["sm_80", "sm_90"]
+REPORT = re.compile(
+    r"Compiling entry function '(\w+)'.*?"
+    r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+) bytes spill loads.*?"
+    r"Used (\d+) registers",
+    re.DOTALL,
+)
+KERNELS = 21
+
+
+def resources(log: str) -> dict[str, dict[str, int]]:
+    """Bytes of stack and spills, and registers, by kernel."""
+    found = {}
+    for match in REPORT.finditer(log):
+        name, *values = match.groups()
+        keys = ("stack", "stores", "loads", "registers")
+        found[name] = dict(zip(keys, map(int, values), strict=True))
+    return found
+
+
+def spilling(found: dict[str, dict[str, int]]) -> set[str]:
+    """Kernels that keep anything in local memory: spilled registers, arrays indexed at run time."""
+    return {name for name, of in found.items() if of["stack"] or of["stores"] or of["loads"]}
+
+
+@pytest.mark.parametrize("arch", ARCHITECTURES)
+def test_every_kernel_compiles_and_spills_nothing(arch):
+    code, log = cuda.compile_kernels(arch)
+    found = resources(log)
+    for name, of in sorted(found.items()):
+        print(f"{arch} {name:28s} {of['registers']:3d} registers")
+    assert code[:4] == b"\x7fELF"
+    assert len(found) == log.count("Compiling entry function") == KERNELS
+    assert not spilling(found)
+    assert "warning" not in log
+
+
+def test_a_kernel_that_spills_is_noticed():
+    source = (cuda.CSRC / "cuda.cu").read_text()
+    greedy = source.replace("KERNEL(MANY, 3)\nmgs_finish", "KERNEL(MANY, 8)\nmgs_finish")
+    assert greedy != source
+    assert spilling(resources(cuda.compile_kernels("sm_90", greedy)[1])) == {"mgs_finish"}
+
+
+def test_the_sources_use_no_atomics():
+    folder = cuda.CSRC
+    for name in cuda.SOURCES:
+        assert not re.search(r"atomic[A-Z]\w*\(|\bred\.|__reduce_add", (folder / name).read_text())
+
+
+def test_compiled_kernels_are_kept_and_reused(tmp_path, monkeypatch):
+    monkeypatch.setenv("MOBILEGS_CACHE", str(tmp_path / "new"))
+    first = cuda.cubin("sm_90")
+    (kept,) = (tmp_path / "new").iterdir()
+    assert kept.read_bytes() == first and kept.suffix == ".cubin"
+    monkeypatch.setattr(cuda, "compile_kernels", lambda arch: pytest.fail("compiled again"))
+    assert cuda.cubin("sm_90") == first
+
+
+def test_a_cache_that_cannot_be_written_is_no_obstacle(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("MOBILEGS_CACHE", str(tmp_path / "file"))
+    monkeypatch.setattr(cuda, "compile_kernels", lambda arch: (b"code", ""))
+    assert cuda.cubin("sm_90") == b"code"
+
+
+def test_a_gpu_that_the_compiler_does_not_know_is_refused():
+    with pytest.raises(InputError, match="sm_61"):
+        cuda.compile_kernels("sm_61")
+
+
+@pytest.mark.parametrize(
+    "call", [lambda: cuda.cubin("sm_90"), lambda: cuda.compile_kernels("sm_90")]
+)
+def test_a_missing_compiler_is_named_with_its_remedy(call, monkeypatch):
+    for name in ("cuda.core", "cuda.bindings"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(InputError, match=r"pip install 'mobilegs\[cuda\]'"):
+        call()
+
+
+def test_importing_the_renderers_leaves_cuda_alone():
+    code = "import sys, torch; before = set(sys.modules); import mobilegs.render; "
+    code += "assert not any(m.startswith('cuda.') for m in set(sys.modules) - before)"
+    subprocess.run([sys.executable, "-c", code], check=True)

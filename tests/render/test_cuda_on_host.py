@@ -1,0 +1,233 @@
+"""The CUDA kernels and what launches them, executed on the CPU, against the definitions.
+
+What this cannot show: races between blocks or within a warp, the GPU's own rounding, speed.
+"""
+
+import pytest
+import torch
+
+import mobilegs.render
+from mobilegs.errors import InputError
+from mobilegs.render import Weighting, render_sorted
+from mobilegs.render.kernels import cpu, cuda
+from mobilegs.render.kernels.kernel_view import kernel_view
+from tests.render.test_kernels import BAD, compare
+from tests.support.contributions import compare_case, kernel_inputs
+from tests.support.cuda_on_host import COMPILER, HostKernels
+from tests.support.golden import (
+    BASE,
+    CASES,
+    DETACHED,
+    RENDERERS,
+    constant,
+    least_alpha,
+    names_of,
+    with_rows,
+)
+from tests.support.scenes import (
+    SORTED,
+    as_float32,
+    camera,
+    cotangents,
+    near_threshold,
+    random_scene,
+    render_with_grads,
+)
+
+EVERYTHING = ["sorted", "mobile_gs", "two_pass"]
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory) -> HostKernels:
+    if COMPILER is None:
+        pytest.skip("emulating the kernels needs Linux and a C++ compiler")
+    return HostKernels(tmp_path_factory.mktemp("cuda_on_host"))
+
+
+@pytest.fixture(autouse=True)
+def kernels(built, monkeypatch):
+    """Draws with the emulated kernels; every unwritten number is NaN or huge."""
+    monkeypatch.setattr(mobilegs.render, "_raster", lambda means: cuda.CudaRaster)
+    monkeypatch.setattr(cuda, "kernels_for", lambda tensor: built)
+    torch.use_deterministic_algorithms(True)
+    built.launched.clear()
+    yield built
+    built.reverse(False)
+    torch.use_deterministic_algorithms(False)
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+@pytest.mark.parametrize("case", CASES)
+def test_cuda_kernel_agrees_with_its_definition(case, renderer):
+    compare(case, renderer)
+
+
+@pytest.mark.parametrize("renderer", sorted((RENDERERS | DETACHED).keys() - set(EVERYTHING)))
+def test_cuda_kernel_agrees_for_every_weighting(renderer):
+    compare("several tiles", renderer)
+
+
+def draw(scene, view, renderer, **options):
+    render, more = RENDERERS[renderer]
+    given = {"cotangents": cotangents(view), "backend": "kernel", **more, **options}
+    outputs, grads = render_with_grads(render, scene, view, dtype=torch.float32, **given)
+    return {**outputs, **grads}
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
+    # several batches a tile, boxes that take a whole block, light that ends before the lists do
+    scene, view = as_float32(random_scene(1500, seed=11)), camera(120, 90)
+    scene["scales"][:3] = 3.0
+    scene["opacities"][3:60] = 1.0
+    scene["lobes"][3:60] = constant(1 - 1e-15)
+    unsure = near_threshold(scene, view, names=names_of(renderer), least=least_alpha(renderer))
+    tangents = cotangents(view, avoid=unsure)
+    found = draw(scene, view, renderer, cotangents=tangents)
+    monkeypatch.undo()
+    expected = draw(scene, view, renderer, cotangents=tangents)
+    assert not torch.equal(found["sh"], expected["sh"]), "compared with itself"
+    for name, value in expected.items():
+        error = found[name] - value
+        if name not in names_of(renderer):
+            error[unsure] = 0
+        error = error.norm() / value.norm()
+        print(f"{name:10s} relative L2 {error:.2e}")
+        assert error < 2e-4, name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_results_do_not_depend_on_the_order_of_threads(renderer, kernels):
+    scene, view = as_float32(random_scene(900, seed=12)), camera(104, 80)
+    scene["scales"][:3] = 3.0
+    first = draw(scene, view, renderer)
+    kernels.reverse(True)
+    second = draw(scene, view, renderer)
+    for name, value in first.items():
+        assert torch.equal(value, second[name]), name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+@pytest.mark.parametrize("bad", BAD)
+def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
+    view, scene = camera(), as_float32(BASE)
+    broken = with_rows(scene, **BAD[bad])
+    rows = torch.ones(60, dtype=torch.bool)
+    rows[next(iter(BAD[bad].values()))[0]] = False
+    expected = draw({name: value[rows] for name, value in scene.items()}, view, renderer)
+    found = draw(broken, view, renderer)
+    for name, value in expected.items():
+        is_input = name in names_of(renderer)
+        part = found[name][rows] if is_input else found[name]
+        torch.testing.assert_close(part, value, rtol=1e-5, atol=1e-6)
+        assert not is_input or (found[name][~rows] == 0).all(), name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_without_depth_nothing_else_changes(renderer):
+    scene, view = as_float32(random_scene(80, seed=13)), camera()
+    render, options = RENDERERS[renderer]
+    names = names_of(renderer)
+    found = []
+    for depth in (False, True):
+        leaves = [scene[name].float().requires_grad_() for name in names]
+        screen = torch.full((80, 2), float("nan"))
+        given = {"camera": view.to(dtype=torch.float32), "background": torch.ones(3), **options}
+        drawn = render(*leaves, depth=depth, screen_grads=screen, **given)
+        assert (drawn.depth is not None) == depth
+        drawn.image.square().sum().backward()
+        found.append([drawn.image, drawn.alpha, screen, *[leaf.grad for leaf in leaves]])
+    for without, with_depth in zip(*found, strict=True):
+        torch.testing.assert_close(without, with_depth, rtol=1e-5, atol=1e-6)
+
+
+def contributions_by_cuda(scene, view):
+    struct, inputs = kernel_inputs(scene, view)
+    return cuda.measure_contributions(struct, *inputs)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_contributions_agree_with_their_definition(case):
+    compare_case(case, cuda.measure_contributions)
+
+
+def test_contributions_of_long_lists_agree_whatever_the_order_of_threads(kernels):
+    scene, view = as_float32(random_scene(1500, seed=16)), camera(120, 90)
+    scene["scales"][:3] = 3.0
+    scene["opacities"][3:60] = 1.0
+    found = contributions_by_cuda(scene, view)
+    kernels.reverse(True)
+    for name, value in contributions_by_cuda(scene, view)._asdict().items():
+        assert torch.equal(value, getattr(found, name)), name
+    struct, inputs = kernel_inputs(scene, view)
+    expected = cpu.measure_contributions(struct, *inputs)
+    torch.testing.assert_close(found.weights, expected.weights, rtol=1e-4, atol=1e-3)
+    assert (found.touched - expected.touched).abs().sum() <= 1e-4 * expected.touched.sum()
+    assert (found.winner != expected.winner).float().mean() < 1e-3
+
+
+def test_every_kernel_is_executed(kernels):
+    scene, view = as_float32(random_scene(5)), camera()
+    for depth in (False, True):
+        for renderer in EVERYTHING:
+            render, options = RENDERERS[renderer]
+            leaves = [scene[name].float().requires_grad_() for name in names_of(renderer)]
+            given = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
+            render(*leaves, depth=depth, **given, **options).image.sum().backward()
+    contributions_by_cuda(scene, view)
+    _, log = cuda.compile_kernels("sm_90")
+    compiled = {line.split("'")[1] for line in log.splitlines() if "Compiling entry" in line}
+    assert set(kernels.launched) == compiled
+
+
+def test_radii_are_those_of_the_cpu_kernels():
+    scene, view = as_float32(random_scene(300, seed=14, spread=4.0)), camera()
+    flat = [scene[name].float() for name in SORTED]
+    given = kernel_view(view, torch.zeros(3), Weighting(), sh_size=4, lobe_size=0)
+    expected = cpu.project_radii(given, *flat)
+    assert (expected == 0).any() and (expected > 0).any()
+    torch.testing.assert_close(cuda.project_radii(given, *flat), expected, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_a_tile_counted_too_many_changes_nothing(renderer, monkeypatch):
+    scene, view = as_float32(random_scene(80, seed=15)), camera()
+    expected = draw(scene, view, renderer)
+    project = cuda._project
+
+    def generous(*arguments):
+        splats, radii, touched, homes = project(*arguments)
+        return splats, radii, touched + (touched > 0).int(), homes
+
+    monkeypatch.setattr(cuda, "_project", generous)
+    for name, value in draw(scene, view, renderer).items():
+        assert torch.equal(value, expected[name]), name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_a_tile_counted_too_few_stays_within_its_slots(renderer, monkeypatch):
+    scene, view = as_float32(random_scene(80, seed=15)), camera()
+    expected = draw(scene, view, renderer)
+    project = cuda._project
+
+    def mean(*arguments):
+        splats, radii, touched, homes = project(*arguments)
+        return splats, radii, touched - (touched == touched.max()).int(), homes
+
+    monkeypatch.setattr(cuda, "_project", mean)
+    found = draw(scene, view, renderer)
+    assert all(value.isfinite().all() for value in found.values())
+    # what is lost lies in the last tiles of the widest Gaussians, all else is as it was
+    assert not torch.equal(found["image"], expected["image"])
+    assert torch.equal(found["image"][:16], expected["image"][:16])
+
+
+def test_inputs_on_different_devices_are_refused():
+    scene = {name: value.float() for name, value in as_float32(BASE).items()}
+    scene["sh"] = scene["sh"].to("meta")
+    with pytest.raises(InputError, match="meta"):
+        render_sorted(
+            *[scene[n] for n in SORTED],
+            camera=camera().to(dtype=torch.float32),
+            background=torch.zeros(3),
+        )

@@ -1,0 +1,271 @@
+"""The definitions themselves: finite differences, values worked out by hand, laws."""
+
+import math
+
+import pytest
+import torch
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.render import Weighting, render_sorted, render_sortfree, visible_rows
+from mobilegs.render.lobes import constant_lobes, seen_along
+from mobilegs.render.project import project, rotation_matrices
+from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import WEIGHTINGS
+from mobilegs.render.view_network import ViewNetwork
+from mobilegs.spherical_harmonics import rgb_to_sh0, sh_basis, sh_colors
+from tests.support.scenes import SORTED, SORTFREE, camera, near_threshold, random_scene
+
+BACKGROUND = torch.tensor([0.1, 0.2, 0.35], dtype=torch.float64)
+
+
+def _gradcheck_scene(
+    names: tuple[str, ...], *, degree: int = 1, lobe_degree: int = 2
+) -> tuple[list[torch.Tensor], Camera]:
+    """Four Gaussians on 9x7 pixels, no alpha so near 1/255 that a step crosses it."""
+    view = camera(9, 7)
+    for seed in range(100):
+        scene = random_scene(4, degree=degree, lobe_degree=lobe_degree, seed=seed, spread=0.6)
+        scene["scales"] = scene["scales"] * 2 + 0.1
+        if not near_threshold(scene, view, names=names, margin=1e-3).any():
+            return [scene[name].requires_grad_() for name in names], view
+    raise AssertionError("no scene is clear of the threshold")
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+def test_projection_passes_gradcheck(degree):
+    inputs, view = _gradcheck_scene(SORTED, degree=degree)
+    assert torch.autograd.gradcheck(lambda *x: project(*x, camera=view)[:4], inputs)
+
+
+def test_sorted_blending_passes_gradcheck():
+    inputs, view = _gradcheck_scene(SORTED)
+
+    def render(*x):
+        return render_sorted(*x, camera=view, background=BACKGROUND, depth=True)[:3]
+
+    assert torch.autograd.gradcheck(render, inputs)
+
+
+@pytest.mark.parametrize("name", WEIGHTINGS)
+def test_sortfree_blending_passes_gradcheck(name):
+    inputs, view = _gradcheck_scene(SORTFREE)
+    weighting = Weighting(name, sigma=6.0, background_weight=0.4)
+
+    def render(*x):
+        options = {"camera": view, "background": BACKGROUND, "weighting": weighting}
+        return render_sortfree(*x, depth=True, **options)[:3]
+
+    assert torch.autograd.gradcheck(render, inputs)
+
+
+def test_a_detached_weight_is_a_constant_for_depth_and_scale(monkeypatch):
+    inputs, view = _gradcheck_scene(SORTFREE, lobe_degree=0)  # phi does not depend on places
+
+    def grads(weighting):
+        options = {"camera": view, "background": BACKGROUND, "weighting": weighting}
+        image = render_sortfree(*inputs, **options).image
+        return torch.autograd.grad((image * image).sum(), inputs)
+
+    attached, found = grads(Weighting()), grads(Weighting(detached=True))
+    weights = Weighting.weights
+    monkeypatch.setattr(Weighting, "weights", lambda *given: weights(*given).detach())
+    expected = grads(Weighting())
+    for i in range(3):
+        torch.testing.assert_close(found[i], expected[i])
+    assert not torch.allclose(found[0], attached[0]) and not torch.allclose(found[2], attached[2])
+    torch.testing.assert_close(found[3], attached[3])
+
+
+@pytest.mark.parametrize("lobe_degree", [0, 1, 3])
+def test_lobes_of_every_degree_pass_gradcheck(lobe_degree):
+    inputs, view = _gradcheck_scene(SORTFREE, degree=0, lobe_degree=lobe_degree)
+    assert torch.autograd.gradcheck(
+        lambda *x: render_sortfree(*x, camera=view, background=BACKGROUND).image, inputs
+    )
+
+
+def _on_axis(depths: list[float], opacities: list[float], phi: list[float], colors):
+    """Round Gaussians in the middle of a one-pixel picture whose camera looks along +z."""
+    n = len(depths)
+    view = Camera(
+        torch.eye(4, dtype=torch.float64),
+        torch.tensor([[10.0, 0, 0.5], [0, 10.0, 0.5], [0, 0, 1]], dtype=torch.float64),
+        1,
+        1,
+    )
+    means = torch.zeros(n, 3, dtype=torch.float64)
+    means[:, 2] = torch.tensor(depths)
+    quats = torch.tensor([[1.0, 0, 0, 0]], dtype=torch.float64).expand(n, 4)
+    scales = torch.full((n, 3), 0.5, dtype=torch.float64)
+    rest = [torch.tensor(x, dtype=torch.float64) for x in (opacities, colors, phi)]
+    lobes = constant_lobes(rest[0].logit(), rest[2])
+    return [means, quats, scales, rest[0], rgb_to_sh0(rest[1])[:, None, :]], lobes, view
+
+
+def test_two_gaussians_blend_as_equations_2_and_3_say():
+    colors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    inputs, lobes, view = _on_axis([2.0, 4.0], [0.5, 0.8], [1.5, 0.5], colors)
+    inputs[3] = lobes
+    image = render_sortfree(*inputs, camera=view, background=BACKGROUND).image[0, 0]
+    w = [1.5**2 + 1.5 / 4 + math.exp(0.25), 0.5**2 + 0.5 / 16 + math.exp(0.125)]
+    red, green = 0.5 * w[0], 0.8 * w[1]
+    light = 0.5 * 0.2
+    expected = [0.9 * red / (red + green), 0.9 * green / (red + green), 0.0]
+    expected = torch.tensor(expected, dtype=torch.float64) + light * BACKGROUND
+    torch.testing.assert_close(image, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_the_exponent_of_the_weight_is_clamped():
+    inputs, lobes, view = _on_axis([0.3, 4.0], [0.5, 0.5], [0.0, 0.0], [[1.0, 0, 0], [0, 1.0, 0]])
+    inputs[2] = torch.tensor([[9.0] * 3, [0.1] * 3], dtype=torch.float64)  # s / d = 30
+    inputs[3] = lobes
+    image = render_sortfree(*inputs, camera=view, background=BACKGROUND).image[0, 0]
+    w = [math.exp(4.0), math.exp(0.025)]
+    assert image[0].item() == pytest.approx(0.75 * w[0] / sum(w) + 0.25 * 0.1, rel=1e-9)
+
+
+def test_only_what_is_not_behind_the_surface_counts_in_two_passes():
+    colors = [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [1.0, 1.0, 0]]
+    given = [[2.0, 2.09, 1.0, 2.11], [0.6, 0.3, 0.2, 0.9], [0.0, 3.0, 1.0, 2.0], colors]
+    inputs, lobes, view = _on_axis(*given)
+    inputs[3] = lobes.requires_grad_()
+    options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
+    drawn = render_sortfree(*inputs, depth=True, **options)
+    expected = torch.tensor([0.6, 0.3, 0.2], dtype=torch.float64) / 1.1
+    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert drawn.alpha[0, 0].item() == 1
+    assert drawn.depth[0, 0].item() == pytest.approx((0.6 * 2 + 0.3 * 2.09 + 0.2) / 1.1)
+    drawn.image[0, 0, 0].backward()
+    found = lobes.grad[:, 0]
+    assert (found[:, 1] == 0).all()  # phi has no say
+    assert (found[:3, 0] != 0).all() and found[3, 0] == 0
+
+
+def test_without_a_surface_two_passes_are_a_mean_before_the_background():
+    colors = [[1.0, 0, 0], [0, 1.0, 0]]
+    inputs, lobes, view = _on_axis([2.0, 9.0], [0.4, 0.2], [1.0, 1.0], colors)
+    inputs[3] = lobes
+    options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
+    drawn = render_sortfree(*inputs, **options)
+    light = 0.6 * 0.8
+    mean = torch.tensor([0.4, 0.2, 0], dtype=torch.float64) / 0.6
+    expected = (1 - light) * mean + light * BACKGROUND
+    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert drawn.alpha[0, 0].item() == pytest.approx(1 - light)
+
+
+def test_two_gaussians_blend_front_to_back_in_whatever_order_they_come():
+    inputs, _, view = _on_axis(
+        [4.0, 2.0], [0.8, 0.5], [1.0, 1.0], [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+    )
+    drawn = render_sorted(*inputs, camera=view, background=BACKGROUND, depth=True)
+    expected = torch.tensor([0.5, 0.5 * 0.8, 0.0], dtype=torch.float64) + 0.1 * BACKGROUND
+    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert drawn.depth[0, 0].item() == pytest.approx(0.5 * 2 + 0.5 * 0.8 * 4)
+    assert drawn.alpha[0, 0].item() == pytest.approx(0.9)
+
+
+def test_transmittance_is_the_same_sorted_and_sortfree():
+    scene, view = random_scene(40, seed=3), camera()
+    scene["opacities"] = scene["opacities"] * 0.3  # nothing stops early
+    scene["lobes"] = constant_lobes(scene["opacities"].logit())
+    options = {"camera": view, "background": BACKGROUND}
+    first = render_sorted(*[scene[name] for name in SORTED], **options).alpha
+    second = render_sortfree(*[scene[name] for name in SORTFREE], **options).alpha
+    torch.testing.assert_close(first, second)
+
+
+def test_harmonics_are_orthonormal():
+    generator = torch.Generator().manual_seed(0)
+    directions = torch.randn(400_000, 3, generator=generator, dtype=torch.float64)
+    basis = sh_basis(torch.nn.functional.normalize(directions, dim=1), 3)
+    gram = basis.T @ basis * (4 * math.pi / len(basis))
+    torch.testing.assert_close(gram, torch.eye(16, dtype=torch.float64), rtol=0, atol=0.03)
+
+
+def test_a_colour_survives_the_way_into_harmonics_and_back():
+    rgb = torch.rand(5, 3, generator=torch.Generator().manual_seed(0))
+    directions = torch.nn.functional.normalize(torch.ones(5, 3), dim=1)
+    torch.testing.assert_close(sh_colors(rgb_to_sh0(rgb)[:, None, :], directions), rgb)
+
+
+def test_rotations_do_not_depend_on_the_quaternions_length_or_sign():
+    quats = torch.randn(6, 4, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    matrices = rotation_matrices(quats)
+    torch.testing.assert_close(matrices, rotation_matrices(-3 * quats))
+    torch.testing.assert_close(
+        matrices @ matrices.transpose(1, 2), torch.eye(3, dtype=torch.float64).expand(6, 3, 3)
+    )
+
+
+def test_look_at_puts_the_target_on_the_axis_with_up_upwards():
+    eye, target = torch.tensor([1.0, 2.0, 3.0]), torch.tensor([-1.0, 0.5, 0.0])
+    viewmat = look_at(eye, target, torch.tensor([0.0, 0.0, 1.0]))
+    seen = viewmat[:3, :3] @ target + viewmat[:3, 3]
+    torch.testing.assert_close(seen[:2], torch.zeros(2), atol=1e-5, rtol=0)
+    assert seen[2] > 0
+    above = viewmat[:3, :3] @ (target + torch.tensor([0.0, 0.0, 0.1])) + viewmat[:3, 3]
+    assert above[1] < 0  # camera y points down
+    assert torch.linalg.det(viewmat[:3, :3]).item() == pytest.approx(1.0, abs=1e-5)
+
+
+def test_resizing_a_camera_scales_the_projection():
+    view = camera(40, 30)
+    half = view.resized(20, 15)
+    point = torch.tensor([0.3, -0.2, 3.0], dtype=torch.float64)
+    full, small = view.K @ point, half.K @ point
+    torch.testing.assert_close(small[:2] / small[2], full[:2] / full[2] / 2)
+
+
+def test_an_unknown_weighting_is_refused_with_the_names_that_exist():
+    with pytest.raises(InputError, match="mobile_gs"):
+        Weighting("alphabetical")
+
+
+def test_the_view_network_is_the_papers():
+    torch.manual_seed(0)
+    network = ViewNetwork(torch.Generator().manual_seed(0))
+    assert sum(p.numel() for p in network.parameters()) == 47_170
+    sh, scales = torch.randn(9, 4, 3), torch.rand(9, 3) + 0.1
+    directions = torch.nn.functional.normalize(torch.randn(9, 3), dim=1)
+    quats, logits = torch.randn(9, 4), torch.randn(9)
+    some = Gaussians(torch.randn(9, 3), quats, scales.log(), logits, sh)
+    torch.testing.assert_close(network(some, directions), constant_lobes(logits))  # the teacher's
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.normal_(0, 0.2)
+        lobes = network(some, directions)
+        more = Gaussians(some.means, 2 * quats, (5 * scales).log(), logits, sh * 3)
+        unit = [torch.nn.functional.normalize(x, dim=1) for x in (sh.flatten(1), scales, quats)]
+        x = torch.cat([unit[0], directions, unit[1], unit[2]], 1)
+        x = network.hidden3(torch.relu(network.hidden2(torch.relu(network.hidden1(x)))))
+    opacities, phi = seen_along(lobes, directions)
+    torch.testing.assert_close(phi, torch.relu(network.phi(x))[:, 0])
+    torch.testing.assert_close(opacities, (logits + network.opacity(x)[:, 0]).sigmoid())
+    with torch.no_grad():
+        torch.testing.assert_close(network(more, directions), lobes)  # only proportions count
+
+
+def test_culling_first_does_not_change_a_sortfree_scene():
+    torch.manual_seed(0)
+    scene, view = random_scene(200, spread=3.0, seed=2), camera().to(dtype=torch.float32)
+    scene = {name: value.float() for name, value in scene.items()}
+    logits = torch.logit(scene["opacities"])
+    shapes = (scene["means"], scene["quats"], scene["scales"].log(), logits, scene["sh"])
+    network = ViewNetwork(torch.Generator().manual_seed(1))
+    with torch.no_grad():
+        network.opacity.weight.normal_(0, 0.5)
+        network.phi.weight.normal_(0, 0.5)
+        drawn = Scene(Gaussians(*shapes), "sortfree", network=network).render(view, depth=True)
+        directions = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
+        lobes = network(Gaussians(*shapes), directions)
+        flat = (*shapes[:2], scene["scales"], lobes, scene["sh"])
+        whole = render_sortfree(*flat, camera=view, background=torch.zeros(3), depth=True)
+    rows = visible_rows(scene["means"], scene["quats"], scene["scales"], camera=view)
+    assert 0 < len(rows) < 200
+    for name in ("image", "alpha", "depth", "radii"):
+        torch.testing.assert_close(
+            getattr(drawn, name), getattr(whole, name), rtol=1e-4, atol=1e-5, msg=name
+        )

@@ -1,0 +1,200 @@
+"""A browser for tests: Chromium without a window or a GPU, and pages that Python calls into.
+
+A test file takes the fixtures with `pytest_plugins = ["browser"]`, and imports what else it needs:
+PYTEST_DONT_REWRITE, since that import comes first.
+"""
+
+import json
+import threading
+from collections.abc import Iterator
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from chromium import installed, launched
+
+VIEW = Path(__file__).parents[2] / "mobilegs" / "view"
+TYPES = {
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".json": "application/json",
+    ".css": "text/css",
+    ".svg": "image/svg+xml",
+    ".wgsl": "text/plain",
+    ".glsl": "text/plain",
+}
+SMALL = {"width": 640, "height": 400}  # a processor draws each of these pixels
+# warnings about what is meant: reading a picture back, and an empty scene
+MEANT = ("GPU stall due to ReadPixels", "count of 0 is unusual")
+BLANK = b"<!doctype html><meta charset=utf-8><link rel=icon href=data:,><title>test</title>"
+# arrays go through the server: as JSON they would take longer than what is tested
+CALL = """
+const KINDS = { "<f4": Float32Array, "<u4": Uint32Array, "<u2": Uint16Array, "|u1": Uint8Array };
+
+export async function call(run, given, arrays) {
+  for (const [name, kind] of arrays) {
+    const answer = await fetch(`/arrays/${name}`);
+    given[name] = new KINDS[kind](await answer.arrayBuffer());
+  }
+  const found = await run(given);
+  if (!ArrayBuffer.isView(found)) return found;
+  await fetch("/arrays/found", { method: "POST", body: found });
+  return { kind: Object.keys(KINDS).find((kind) => found instanceof KINDS[kind]) };
+}
+"""
+
+
+class Server(ThreadingHTTPServer):
+    """Serves the viewer's folder at `/`, a blank page, and arrays in both directions."""
+
+    daemon_threads = True
+
+    def __init__(self) -> None:
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.arrays: dict[str, bytes] = {}
+        self.address = f"http://127.0.0.1:{self.server_port}"
+        self._thread = threading.Thread(target=self.serve_forever, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self.shutdown()
+        self._thread.join()
+        self.server_close()
+
+
+class Handler(BaseHTTPRequestHandler):
+    """Answers one request to a `Server`."""
+
+    server: Server
+    protocol_version = "HTTP/1.1"
+    wbufsize = -1  # an answer in one piece: in two, the second waits for TCP's acknowledgement
+
+    def handle(self) -> None:
+        try:
+            super().handle()
+        except ConnectionError:  # a tab that was closed
+            self.close_connection = True
+
+    def do_GET(self) -> None:
+        path = urlsplit(self.path).path
+        file = (VIEW / path.lstrip("/")).resolve()
+        if path == "/blank.html":
+            self._answer(BLANK, ".html")
+        elif path == "/call.js":
+            self._answer(CALL.encode(), ".js")
+        elif path.startswith("/arrays/"):
+            self._answer(self.server.arrays[path.removeprefix("/arrays/")])
+        elif file.is_relative_to(VIEW) and file.suffix in TYPES and file.is_file():
+            self._answer(file.read_bytes(), file.suffix)
+        else:
+            self.send_error(HTTPStatus.NOT_FOUND)
+
+    def do_POST(self) -> None:
+        name = urlsplit(self.path).path.removeprefix("/arrays/")
+        self.server.arrays[name] = self.rfile.read(int(self.headers["Content-Length"]))
+        self._answer(b"")
+
+    def log_message(self, format: str, *args: Any) -> None:
+        pass
+
+    def _answer(self, body: bytes, suffix: str = "") -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", TYPES.get(suffix, "application/octet-stream"))
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        self.wfile.write(body)
+
+
+class Tab:
+    """A page of the test server, at first a blank one.
+
+    Attributes:
+        page: playwright's page.
+        address: where the server is.
+        complaints: errors and warnings of the console, where WebGL and WebGPU report mistakes
+            too, and what was thrown and not caught; a test fails if any is left when it ends.
+    """
+
+    def __init__(self, page: Any, server: Server) -> None:
+        self.page = page
+        self.address = server.address
+        self.complaints: list[str] = []
+        self._server = server
+        page.on("console", lambda message: self._hear(message.type, message.text))
+        page.on("pageerror", lambda error: self._hear("error", str(error)))
+        page.goto(f"{server.address}/blank.html")
+
+    def run(self, code: str, **given: Any) -> Any:
+        """What the body of an async JavaScript function returns.
+
+        It sees `given` by name: arrays as typed arrays, all else as JSON would have it. It
+        returns something that JSON can hold, or a typed array, which becomes numpy's.
+        """
+        arrays = {k: np.ascontiguousarray(v) for k, v in given.items() if isinstance(v, np.ndarray)}
+        self._server.arrays.update({name: array.tobytes() for name, array in arrays.items()})
+        values = json.dumps({k: v for k, v in given.items() if k not in arrays})
+        kinds = json.dumps([[name, array.dtype.str] for name, array in arrays.items()])
+        found = self.page.evaluate(
+            f"""async () => {{
+              const {{ call }} = await import("/call.js");
+              return call(async ({{ {", ".join(given)} }}) => {{ {code} }}, {values}, {kinds});
+            }}"""
+        )
+        if isinstance(found, dict) and set(found) == {"kind"}:
+            return np.frombuffer(self._server.arrays.pop("found"), found["kind"])
+        return found
+
+    def close(self) -> None:
+        """Close the page; an AssertionError if there were complaints."""
+        self.page.close()
+        assert not self.complaints, "the page complained: " + "; ".join(self.complaints)
+
+    def _hear(self, kind: str, text: str) -> None:
+        if kind in ("error", "warning") and not any(part in text for part in MEANT):
+            self.complaints.append(text)
+
+
+class Chromium:
+    """The browser, and the server that its pages come from."""
+
+    def __init__(self, browser: Any, server: Server) -> None:
+        self._browser = browser
+        self._server = server
+
+    def tab(self) -> Tab:
+        """A new page, with no memory of others."""
+        return Tab(self._browser.new_page(viewport=SMALL), self._server)
+
+    def foreign(self) -> Any:
+        """A new page for what another server sends, as playwright has it: close it in the end."""
+        return self._browser.new_page(viewport={"width": 1200, "height": 600})
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Chromium]:
+    """Chromium, started once; the test is skipped where it or playwright is missing."""
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        pytest.skip("playwright is not installed: pip install playwright")
+    if installed() is None:
+        pytest.skip("there is no Chromium here: apt-get install chromium")
+    server = Server()
+    with sync_playwright() as playwright:
+        browser = launched(playwright)
+        yield Chromium(browser, server)
+        browser.close()
+    server.close()
+
+
+@pytest.fixture
+def tab(chromium: Chromium) -> Iterator[Tab]:
+    """A blank page for one test."""
+    tab = chromium.tab()
+    yield tab
+    tab.close()

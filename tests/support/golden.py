@@ -1,0 +1,144 @@
+"""The golden table: what every renderer is compared on, and pictures of it as they once were.
+
+    python tests/support/golden.py
+
+renders the table by its definitions, in float64, to `golden.png` beside this file. Kernels, shaders
+and browsers are compared with what the definitions say now; what they said when the file was
+written is there so that a definition does not change unnoticed.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from PIL import Image
+
+from mobilegs.camera import Camera
+from mobilegs.mgs.codec import read_mgs
+from mobilegs.render import Weighting, render_sorted, render_sortfree
+from mobilegs.render.lobes import constant_lobes
+from mobilegs.render.project import ALPHA_MIN
+from mobilegs.render.rendered import Rendered
+from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import WEIGHTINGS
+from tests.support.scenes import SORTED, SORTFREE, as_float32, camera, random_scene
+
+STORED = Path(__file__).with_name("golden.png")
+TRAINED = Path(__file__).with_name("trained.mgs")  # the student that `mobilegs demo` makes
+SIDES = ("height", "width")
+BACKGROUND = torch.tensor([0.1, 0.2, 0.35])
+RENDERERS: dict = {"sorted": (render_sorted, {})}
+for _name in WEIGHTINGS:
+    _weighting = Weighting(_name, sigma=4.0, background_weight=0.7, exponent_max=1.5)
+    RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
+_weighting = Weighting(exponent_max=1.5, alpha_min=1 / 20)
+RENDERERS["small ellipses"] = (render_sortfree, {"weighting": _weighting})
+# those that differ in their gradients alone
+DETACHED = {
+    f"{name} detached": (render, {"weighting": replace(options["weighting"], detached=True)})
+    for name, (render, options) in RENDERERS.items()
+    if name in ("mobile_gs", "sort_free_gs")
+}
+SHADED = [name for name in RENDERERS if name != "two_pass"]  # what the viewers draw, too
+
+
+def names_of(renderer: str) -> tuple[str, ...]:
+    return SORTED if renderer == "sorted" else SORTFREE
+
+
+def least_alpha(renderer: str) -> float:
+    options = RENDERERS[renderer.removesuffix(" detached")][1]
+    return options["weighting"].alpha_min if options else ALPHA_MIN
+
+
+def constant(opacity: float, phi: float = 1.0) -> torch.Tensor:
+    """Lobes of degree 2 that look the same from everywhere."""
+    lobes = torch.zeros(9, 2, dtype=torch.float64)
+    lobes[:1] = constant_lobes(torch.tensor([opacity], dtype=torch.float64).logit(), phi)[0]
+    return lobes
+
+
+def with_rows(scene, **changes):
+    """The scene with rows of some inputs replaced."""
+    scene = {name: value.clone() for name, value in scene.items()}
+    for name, (rows, value) in changes.items():
+        scene[name][rows] = torch.as_tensor(value, dtype=torch.float64)
+    return scene
+
+
+BASE = random_scene(60)
+CASES = {
+    "random, degree 0": (random_scene(70, degree=0, lobe_degree=3, seed=1), camera()),
+    "random, degree 1": (random_scene(70, degree=1, lobe_degree=2, seed=2), camera()),
+    "random, degree 2": (random_scene(70, degree=2, lobe_degree=1, seed=3), camera()),
+    "random, degree 3": (random_scene(70, degree=3, lobe_degree=0, seed=4), camera()),
+    "both of degree 0": (random_scene(70, degree=0, lobe_degree=0, seed=11), camera()),
+    "both of degree 3": (random_scene(70, degree=3, lobe_degree=3, seed=12), camera()),
+    "several tiles": (random_scene(150, seed=5), camera(83, 50)),
+    "one pixel": (random_scene(40, seed=6, spread=0.3), camera(1, 1)),
+    "one Gaussian": (random_scene(1, seed=9, spread=0.1), camera()),
+    "empty scene": (random_scene(0), camera()),
+    "around the camera": (random_scene(120, seed=8, spread=4.0), camera()),
+    "nothing in view": (with_rows(BASE, means=(slice(None), [0.0, 0.0, -50.0])), camera()),
+    "opaque": (
+        with_rows(BASE, opacities=(slice(0, 40), 1.0), lobes=(slice(0, 40), constant(1 - 1e-15))),
+        camera(),
+    ),
+    "too faint": (
+        with_rows(BASE, opacities=(slice(0, 30), 1 / 300), lobes=(slice(0, 30), constant(1 / 300))),
+        camera(),
+    ),
+    "zero size": (with_rows(BASE, scales=(slice(0, 20), 0.0)), camera()),
+    "needles": (with_rows(BASE, scales=(slice(0, 20), [0.7, 1e-5, 1e-5])), camera()),
+    "huge": (with_rows(BASE, scales=(slice(0, 3), 30.0)), camera()),
+    "equal scales": (with_rows(BASE, scales=(slice(None), 0.1)), camera()),
+    "equal depths": (with_rows(BASE, means=(slice(0, 20), [0.1, 0.1, 0.2])), camera()),
+    "no direction": (with_rows(BASE, quats=(slice(0, 5), 0.0)), camera()),
+    "long quaternions": (with_rows(BASE, quats=(slice(0, 5), [30.0, -10.0, 20.0, 5.0])), camera()),
+    "phi zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, 0.0))), camera()),
+    "phi below zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, -0.5))), camera()),
+}
+
+
+def inputs_of(case: str) -> tuple[dict[str, torch.Tensor], Camera]:
+    """A case as all precisions can hold it: float64 numbers that float32 has, too."""
+    inputs, view = CASES[case]
+    return as_float32(inputs), view.to(dtype=torch.float32).to(dtype=torch.float64)
+
+
+def defined(case: str, renderer: str) -> Rendered:
+    """What the definition draws."""
+    inputs, view = inputs_of(case)
+    render, options = RENDERERS[renderer]
+    return render(
+        *[inputs[name] for name in names_of(renderer)],
+        camera=view,
+        background=BACKGROUND.double(),
+        backend="definition",
+        **options,
+    )
+
+
+def trained() -> tuple[Scene, Camera]:
+    """A student from its file, and a camera that looks at it."""
+    coded = read_mgs(TRAINED)
+    return coded.decode(), coded.views[0].resized(480, 320)
+
+
+def sheet() -> np.ndarray:
+    """All pictures: a row a case, a column a renderer; r, g, b and alpha in bytes."""
+    height, width = (max(getattr(view, s) for _, view in CASES.values()) for s in SIDES)
+    found = np.zeros((len(CASES), height + 1, len(RENDERERS), width + 1, 4), np.uint8)
+    for row, case in enumerate(CASES):
+        for column, renderer in enumerate(RENDERERS):
+            drawn = defined(case, renderer)
+            rgba = torch.cat([drawn.image, drawn.alpha[..., None]], dim=2).clamp(0, 1)
+            h, w, _ = rgba.shape
+            found[row, :h, column, :w] = (255 * rgba).round().byte().numpy()
+    return found.reshape(len(CASES) * (height + 1), -1, 4)
+
+
+if __name__ == "__main__":
+    Image.fromarray(sheet()).save(STORED, optimize=True)
+    print(f"{STORED}: {STORED.stat().st_size} bytes, to be looked at")

@@ -1,0 +1,139 @@
+"""Small random scenes for comparing renderers, and the comparison itself."""
+
+import torch
+from torch import Tensor
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.errors import InputError
+from mobilegs.render.lobes import seen_along
+from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
+from mobilegs.render.sortfree import SURFACE_ALPHA, surface_limits
+from mobilegs.spherical_harmonics import C0
+from mobilegs.view.wgpu_device import adapter
+
+SORTED = ("means", "quats", "scales", "opacities", "sh")
+SORTFREE = ("means", "quats", "scales", "lobes", "sh")
+
+
+def no_gpu() -> str:
+    """Why nothing can be drawn through Vulkan, Metal or DirectX here; empty if something can."""
+    try:
+        adapter()
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def camera(
+    width: int = 45, height: int = 37, *, center: tuple[float, float] = (0.47, 0.55)
+) -> Camera:
+    """A camera 4 units from the origin, with unequal focal lengths and an odd centre."""
+    eye = torch.tensor([1.1, -0.7, -3.8], dtype=torch.float64)
+    up = torch.tensor([0.1, -1.0, 0.05], dtype=torch.float64)
+    k = torch.tensor(
+        [[1.1 * width, 0, center[0] * width], [0, 1.3 * width, center[1] * height], [0, 0, 1]],
+        dtype=torch.float64,
+    )
+    viewmat = look_at(eye, torch.zeros(3, dtype=torch.float64), up)
+    return Camera(viewmat, k, width, height)
+
+
+def random_scene(
+    count: int, *, degree: int = 1, lobe_degree: int = 2, seed: int = 0, spread: float = 1.0
+) -> dict[str, Tensor]:
+    """Inputs of `count` Gaussians around the origin for both renderers, float64."""
+    generator = torch.Generator().manual_seed(seed)
+
+    def normal(*shape: int) -> Tensor:
+        return torch.randn(*shape, generator=generator, dtype=torch.float64)
+
+    means, quats = spread * normal(count, 3), normal(count, 4)
+    lobes = 0.8 * normal(count, (lobe_degree + 1) ** 2, 2)
+    lobes[:, 0] = torch.stack([1.5 * normal(count), 1 + 0.6 * normal(count)], 1) / C0
+    return {
+        "means": means,
+        "quats": quats,
+        "scales": torch.exp(0.7 * normal(count, 3) - 2.2),
+        "opacities": torch.sigmoid(1.5 * normal(count)),
+        "sh": torch.cat([normal(count, 1, 3), 0.3 * normal(count, (degree + 1) ** 2 - 1, 3)], 1),
+        "lobes": lobes,
+    }
+
+
+def as_float32(scene: dict[str, Tensor]) -> dict[str, Tensor]:
+    """The scene rounded to float32 and back, so that both precisions see the same numbers."""
+    return {name: value.float().double() for name, value in scene.items()}
+
+
+def near_threshold(
+    scene: dict[str, Tensor],
+    view: Camera,
+    *,
+    names: tuple[str, ...],
+    margin: float = 2e-5,
+    least: float = ALPHA_MIN,
+) -> Tensor:
+    """Pixels `[h, w]` where rounding decides.
+
+    Some alpha lies close to `least` or to where surfaces begin, or some depth to a surface's limit.
+    """
+    o = scene["opacities"]
+    if names == SORTFREE:
+        offsets = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
+        o = seen_along(scene["lobes"], offsets)[0]
+    shapes = [scene[name] for name in SORTED[:3]]
+    projected = project(*shapes, o, scene["sh"], camera=view, alpha_min=least)
+    low, high = (pair_alphas(projected, o * (1 + m), view, least) for m in (-margin, margin))
+    unsure = ((low > 0) != (high > 0)) | ((low >= SURFACE_ALPHA) != (high >= SURFACE_ALPHA))
+    limits = surface_limits(high, projected.depths)
+    unsure |= (high > 0) & ((projected.depths / limits - 1).abs() < 1e-6)
+    return unsure.any(1).reshape(view.height, view.width)
+
+
+def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device="cpu", **options):
+    """Image, alpha, depth and the gradient of every input, by name, drawn on `device`."""
+    leaves = {k: v.detach().to(device, dtype, copy=True).requires_grad_() for k, v in scene.items()}
+    names = SORTFREE if "weighting" in options else SORTED
+    drawn = render(
+        *[leaves[name] for name in names],
+        camera=view.to(dtype=dtype),
+        background=torch.tensor([0.1, 0.2, 0.35], dtype=dtype, device=device),
+        depth=True,
+        backend=backend,
+        **options,
+    )
+    parts = {"image": drawn.image, "alpha": drawn.alpha, "depth": drawn.depth}
+    loss = sum((parts[name] * cotangents[name].to(device, dtype)).sum() for name in cotangents)
+    if loss.requires_grad:
+        loss.backward()
+    outputs = {name: value.detach().double().cpu() for name, value in parts.items()}
+    zero = {name: torch.zeros_like(leaves[name]) for name in names}
+    grads = {
+        name: leaves[name].grad if leaves[name].grad is not None else zero[name] for name in names
+    }
+    return outputs, {name: value.double().cpu() for name, value in grads.items()}
+
+
+def cotangents(view: Camera, *, seed: int = 7, avoid: Tensor | None = None) -> dict[str, Tensor]:
+    """Random dL/d of the outputs, zero on the pixels to avoid."""
+    generator = torch.Generator().manual_seed(seed)
+    keep = torch.ones(view.height, view.width, dtype=torch.float64)
+    if avoid is not None:
+        keep[avoid] = 0
+    shape = (view.height, view.width)
+    return {
+        "image": torch.randn(*shape, 3, generator=generator, dtype=torch.float64) * keep[..., None],
+        "alpha": torch.randn(shape, generator=generator, dtype=torch.float64) * keep,
+        "depth": 0.1 * torch.randn(shape, generator=generator, dtype=torch.float64) * keep,
+    }
+
+
+def assert_close(
+    name: str, reference: Tensor, value: Tensor, *, ratio: float, floor: float
+) -> None:
+    """L2 error below `ratio` of the reference, plus `floor`; prints the figure even on success."""
+    assert value.isfinite().all(), f"{name} is not finite"
+    size = reference.norm().item()
+    error = (value - reference).norm().item()
+    print(f"{name:10s} relative L2 {error / max(size, 1e-30):.2e} (norm {size:.2e})")
+    assert error <= ratio * size + floor, f"{name}: {error} against {size}"

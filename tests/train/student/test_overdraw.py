@@ -1,0 +1,124 @@
+"""The price of what a frame has to paint: areas of ellipses, and what learns from them."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import torch
+from torch.testing import assert_close
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.data.dataset import Dataset
+from mobilegs.errors import InputError
+from mobilegs.render.project import BLUR, project
+from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.overdraw import overdraw
+from mobilegs.train.student.shared_decode import Seen
+from mobilegs.train.student.trainer import Student
+from tests.support.tiny import STUDENT, cameras, train, with_kind
+
+PYTEST_DONT_REWRITE = "tiny"
+ALPHA_MIN = 1 / 64
+DOUBLE = torch.float64
+
+
+def camera(size: int = 200) -> Camera:
+    K = torch.tensor([[900.0, 0, size / 2], [0, 900.0, size / 2], [0, 0, 1]], dtype=DOUBLE)
+    eye = torch.tensor([0.3, -0.2, -4.0], dtype=DOUBLE)
+    viewmat = look_at(eye, torch.zeros(3, dtype=DOUBLE), torch.tensor([0, -1.0, 0], dtype=DOUBLE))
+    return Camera(viewmat, K, size, size)
+
+
+def gaussians(count: int, seed: int = 0) -> tuple[torch.Tensor, ...]:
+    """Small ones near the middle of the picture: means, quats, log_scales, opacities."""
+    generator = torch.Generator().manual_seed(seed)
+
+    def normal(*shape: int) -> torch.Tensor:
+        return torch.randn(*shape, generator=generator, dtype=DOUBLE)
+
+    opacities = torch.rand(count, generator=generator, dtype=DOUBLE)
+    return 0.05 * normal(count, 3), normal(count, 4), normal(count, 3) * 0.7 - 4, opacities
+
+
+def test_areas_are_those_of_the_ellipses_that_are_drawn() -> None:
+    view, (means, quats, log_scales, opacities) = camera(), gaussians(50)
+    sh = torch.zeros(50, 1, 3, dtype=DOUBLE)
+    drawn = project(means, quats, log_scales.exp(), opacities, sh, camera=view, alpha_min=ALPHA_MIN)
+    a, b, c = drawn.conics.unbind(1)
+    sharp = torch.linalg.inv(torch.stack([a, b, b, c], 1).view(-1, 2, 2))
+    sharp = sharp - BLUR * torch.eye(2, dtype=DOUBLE)
+    reach = 2 * torch.log((opacities / ALPHA_MIN).clamp_min(1))
+    areas = math.pi * reach * torch.linalg.det(sharp).clamp_min(0).sqrt() / 200**2
+    for i in range(50):
+        row = slice(i, i + 1)
+        found = overdraw(
+            means[row], quats[row], log_scales[row], opacities[row],
+            camera=view, alpha_min=ALPHA_MIN,
+        )  # fmt: skip
+        assert found == pytest.approx(float(areas[i]), rel=0.03, abs=1e-9), i
+    everything = overdraw(means, quats, log_scales, opacities, camera=view, alpha_min=ALPHA_MIN)
+    assert_close(everything, areas.sum(), rtol=0.01, atol=0)
+
+
+def test_scales_alone_learn() -> None:
+    view, (means, quats, log_scales, opacities) = camera(), gaussians(7, seed=1)
+    leaves = [t.requires_grad_() for t in (means, quats, log_scales, opacities)]
+    overdraw(*leaves, camera=view, alpha_min=ALPHA_MIN).backward()
+    assert log_scales.grad is not None and log_scales.grad.min() >= 0 < log_scales.grad.max()
+    assert means.grad is None and quats.grad is None and opacities.grad is None
+    faint = opacities.detach() <= ALPHA_MIN
+    assert not log_scales.grad[faint].any()
+
+    def of(scales: torch.Tensor) -> torch.Tensor:
+        return overdraw(means, quats, scales, opacities, camera=view, alpha_min=ALPHA_MIN)
+
+    assert torch.autograd.gradcheck(of, (log_scales.detach().requires_grad_(),))
+
+
+def test_none_counts_more_than_the_picture_or_from_behind() -> None:
+    view = camera()
+    quats = torch.tensor([[1.0, 0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]], dtype=DOUBLE)
+    huge = torch.full((3, 3), 3.0, dtype=DOUBLE, requires_grad=True)
+    behind = 3 * view.position
+    means = torch.stack([torch.zeros(3, dtype=DOUBLE), behind, view.position])
+    opacities = torch.ones(3, dtype=DOUBLE)
+    found = overdraw(means, quats, huge, opacities, camera=view, alpha_min=ALPHA_MIN)
+    assert found.item() == pytest.approx(1.0)
+    found.backward()
+    assert huge.grad is not None and not huge.grad.any()  # and no NaN
+    nothing = overdraw(
+        *(t[:0] for t in (means, quats, huge, opacities)), camera=view, alpha_min=0.1
+    )
+    assert nothing.item() == 0
+
+
+@pytest.mark.parametrize("kind", ["constant", "network", "latent", "sorted"])
+def test_a_step_asks_for_what_its_views_paint(
+    make_student: Callable[..., Student], kind: str
+) -> None:
+    config = with_kind("constant" if kind == "sorted" else kind)
+    student = make_student(replace(config, blend="sorted" if kind == "sorted" else "sortfree"))
+    seen = Seen(student.model, cameras()[:3])
+    found = [seen.overdraw(number) for number in range(3)]
+    for number, camera in enumerate(cameras()[:3]):
+        assert_close(found[number], Seen(student.model, [camera]).overdraw(0))
+        assert 0.1 < found[number] < 20
+    sum(found, torch.zeros(())).backward()
+    reached = {name for name, leaf in seen.cut.items() if leaf.grad is not None}
+    assert reached == {"log_scales"}
+
+
+def test_who_pays_paints_less(make_student: Callable[..., Student], dataset: Dataset) -> None:
+    painted = []
+    for price in (0.0, 0.02):
+        student = make_student(replace(STUDENT, fill_price=price))
+        train(student, dataset, student.steps)
+        seen = Seen(student.model, cameras())
+        painted.append(sum(seen.overdraw(n).item() for n in range(len(cameras()))))
+    assert painted[1] < 0.9 * painted[0]
+
+
+def test_a_price_is_no_reward() -> None:
+    with pytest.raises(InputError, match="fill_price"):
+        StudentConfig(fill_price=-1e-4)

@@ -1,0 +1,63 @@
+"""Positions as fine as the training cameras can tell."""
+
+import pytest
+import torch
+
+from mobilegs.mgs.positions import Frame
+from mobilegs.train.student.position_grid import frame_for, pixels_per_unit
+from tests.support.scenes import camera
+
+VIEWS = [view.to("cpu", torch.float32) for view in (camera(400, 300), camera(800, 600))]
+
+
+def points(count: int = 500) -> torch.Tensor:
+    return torch.randn(count, 3, generator=torch.Generator().manual_seed(0))
+
+
+def moved(frame: Frame, means: torch.Tensor) -> float:
+    """Pixels between the means and where the file puts them, root mean square over both views."""
+    squares, seen = torch.zeros(()), 0
+    for view in VIEWS:
+        places = []
+        for where in (means.double(), frame.world(frame.store(means)).double()):
+            seen_from = where @ view.viewmat[:3, :3].double().T + view.viewmat[:3, 3]
+            on_screen = seen_from @ view.K.double().T
+            places.append(on_screen[:, :2] / on_screen[:, 2:])
+        inside = (places[0] > 0).all(1) & (places[0] < torch.tensor([view.width, view.height])).all(
+            1
+        )
+        squares = squares + (places[1] - places[0])[inside].square().sum()
+        seen += int(inside.sum())
+    return float((squares / seen).sqrt())
+
+
+def test_frames_are_as_coarse_as_the_error_allows() -> None:
+    means = points()
+    exponents = []
+    for error in (0.3, 0.1, 0.05):
+        frame = frame_for(means, VIEWS, error)
+        exponents.append(frame.exponent)
+        assert moved(frame, means) <= 1.2 * error
+        coarser = Frame(frame.center, frame.radius, frame.exponent + 1)
+        assert moved(coarser, means) > 0.8 * error
+    assert exponents == sorted(exponents, reverse=True) and len(set(exponents)) == 3
+
+
+def test_errors_that_cannot_be_met_take_the_finest_frame_and_any_the_coarsest() -> None:
+    assert frame_for(points(), VIEWS, 1e-9).exponent == 0
+    assert frame_for(points(), VIEWS, 1e9).exponent == 14
+
+
+def test_what_no_camera_sees_does_not_count() -> None:
+    behind = points(50) + 20 * torch.nn.functional.normalize(VIEWS[0].position, dim=0)
+    assert (pixels_per_unit(behind, VIEWS[:1]) == 0).all()
+    assert frame_for(behind, VIEWS[:1], 0.05).exponent == 14
+
+
+def test_pixels_per_unit_grow_with_the_camera_and_shrink_with_the_distance() -> None:
+    at = torch.zeros(1, 3)
+    distance = VIEWS[0].position.norm()
+    K = VIEWS[0].K
+    expected = float((K[0, 0] * K[1, 1]).sqrt() / distance)
+    assert float(pixels_per_unit(at, VIEWS[:1])) == pytest.approx(expected, rel=1e-4)
+    assert float(pixels_per_unit(at, VIEWS[1:])) == pytest.approx(2 * expected, rel=1e-2)

@@ -1,0 +1,140 @@
+"""Views between those of the photos, about which the teacher is asked."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.data.dataset import Dataset, load_view
+from mobilegs.train.student.trainer import Student
+from mobilegs.train.student.virtual_views import cameras_between
+from tests.support.tiny import STUDENT, cameras, train
+
+MakeStudent = Callable[..., Student]
+BETWEEN = replace(STUDENT, distill_between=2)
+UP = torch.tensor([0.0, 0, 1])
+
+
+def ring(degrees: list[float], near: float = 0.2) -> list[Camera]:
+    """Cameras on a circle that look at its middle."""
+    angles = torch.deg2rad(torch.tensor(degrees))
+    eyes = 3 * torch.stack([angles.cos(), angles.sin(), torch.zeros_like(angles)], dim=1)
+    K = cameras()[0].K
+    return [Camera(look_at(eye, torch.zeros(3), UP), K, 24, 24, near) for eye in eyes]
+
+
+def test_a_camera_on_the_way_is_turned_by_its_share() -> None:
+    one, other = ring([0, 60])
+    other = replace(other, width=48, near=0.5)
+    for share, angle in ((0.0, 0.0), (0.25, 15.0), (1.0, 60.0)):
+        found = one.interpolate(other, share)
+        [there] = ring([angle])
+        torch.testing.assert_close(found.viewmat[:3, :3], there.viewmat[:3, :3], atol=1e-6, rtol=0)
+        line = torch.lerp(one.position, other.position, share)
+        torch.testing.assert_close(found.position, line, atol=1e-6, rtol=0)
+        assert (found.width, found.near) == (24, 0.2) and torch.equal(found.K, one.K)
+    turn = torch.tensor([0.0, 0.1, 0.0])
+    turned = one.interpolate(other, 0.0, turn=turn)
+    to_world = Rotation.from_matrix(one.viewmat[:3, :3].T.double().numpy())
+    wanted = (to_world * Rotation.from_rotvec(turn.double().numpy())).as_matrix().T
+    assert abs(turned.viewmat[:3, :3].double().numpy() - wanted).max() < 1e-6
+
+
+def test_neighbours_that_look_alike_have_cameras_between_them() -> None:
+    given = ring([0, 10, 20, 30, 180])
+    found = cameras_between(given, seed=4)
+    assert len(found) == 4 * 60  # none beside the camera that looks the other way
+    for number, camera in enumerate(found):
+        home = given[number // 60]
+        reach = [(camera.position - other.position).norm() for other in given]
+        assert min(reach) < 0.3 < reach[4]
+        assert camera.viewmat[2, :3] @ home.viewmat[2, :3] > 0.9
+    same, others = cameras_between(given, seed=4), cameras_between(given, seed=5)
+    assert all(torch.equal(a.viewmat, b.viewmat) for a, b in zip(found, same, strict=True))
+    assert any(not torch.equal(a.viewmat, b.viewmat) for a, b in zip(found, others, strict=True))
+
+
+@pytest.mark.parametrize("degrees", [[0], [0, 90, 180, 270]])
+def test_where_none_look_alike_there_is_nothing_between(degrees: list[float]) -> None:
+    assert cameras_between(ring(degrees), seed=0) == []
+
+
+def test_cameras_of_one_place_have_others_there() -> None:
+    found = cameras_between([cameras()[0]] * 3, seed=0)
+    assert len(found) == 300 and all(camera.viewmat.isfinite().all() for camera in found)
+
+
+def asked(student: Student, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Which pictures the teacher is asked for from now on."""
+    found: list[int] = []
+    get = student.pictures.get
+    monkeypatch.setattr(
+        student.pictures, "get", lambda index, camera: found.append(index) or get(index, camera)
+    )
+    return found
+
+
+def test_the_teacher_is_asked_about_what_lies_between_alone(
+    dataset: Dataset, make_student: MakeStudent, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    student = make_student(replace(BETWEEN, distill_between=3))
+    student.between = cameras_between(ring([0, 20, 40]), seed=0)
+    found = asked(student, monkeypatch)
+    train(student, dataset, 12)
+    assert len(found) == 4 and all(6 <= index < 306 for index in found) and len(set(found)) > 1
+
+
+def test_without_anything_between_the_teacher_is_asked_about_the_photos(
+    dataset: Dataset, make_student: MakeStudent, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mobilegs.train.student.trainer.cameras_between", lambda *_: [])
+    student = make_student(BETWEEN)
+    found = asked(student, monkeypatch)
+    train(student, dataset, 6)
+    assert len(found) == 6 and max(found) < 6
+    quiet = make_student(replace(BETWEEN, distill_weight=0.0, depth_weight=0.0))
+    found = asked(quiet, monkeypatch)
+    train(quiet, dataset, 6)
+    assert found == []
+
+
+def test_gradients_are_those_of_photo_and_teacher(
+    dataset: Dataset, make_student: MakeStudent
+) -> None:
+    """Of two equal views twice as much, and of the teacher what its weight says."""
+
+    def gradients(many: int, **weights: float) -> dict[str, torch.Tensor]:
+        student = make_student(replace(BETWEEN, **weights))
+        student.between = cameras_between(ring([0, 20, 40]), seed=0)
+        views = [(2, load_view(dataset.train[2]))] * many
+        student._pull([student.cameras[2]] * many, views)
+        rows = student.model.rows.tensors
+        return {name: tensor.grad.clone() for name, tensor in rows.items()}
+
+    once, twice = gradients(1), gradients(2)
+    stronger = gradients(1, distill_weight=3.0, depth_weight=0.3)
+    photo = gradients(1, distill_weight=0.0, depth_weight=1e-30)
+    for name, gradient in once.items():
+        pairs = ((twice[name], 2 * gradient), (stronger[name], 3 * gradient - 2 * photo[name]))
+        for found, wanted in pairs:
+            least = max(1e-4 * float(wanted.abs().max()), 1e-7)
+            torch.testing.assert_close(found, wanted, atol=least, rtol=1e-3)
+    assert any((once[name] != photo[name]).any() for name in once)
+
+
+def test_training_goes_on_where_it_was(dataset: Dataset, make_student: MakeStudent) -> None:
+    def made() -> Student:
+        student = make_student(BETWEEN)
+        student.between = cameras_between(ring([0, 20, 40]), seed=0)
+        return student
+
+    whole, again = made(), made()
+    train(whole, dataset, 13)
+    again.restore(whole.state())
+    train(whole, dataset, 40)
+    train(again, dataset, 40)
+    for name, tensor in whole.model.rows.tensors.items():
+        assert torch.equal(tensor, again.model.rows.tensors[name]), name

@@ -1,0 +1,182 @@
+"""Clone, split, prune: who is chosen, what becomes of them, and that Adam follows."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from mobilegs.camera import Camera
+from mobilegs.train.optim import NamedAdam
+from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Schedule
+from mobilegs.train.teacher.init import gaussians_at
+
+CONFIG = DensifyConfig(start=0.0, stop=1.0, interval=0.1, min_interval=1)
+CAMERA = Camera(torch.eye(4), torch.eye(3), width=40, height=20)
+COUNT = 6
+
+
+def gaussians(scale: float = 0.001) -> NamedAdam:
+    """Six Gaussians in a row, all momentum 1, opacity 0.5."""
+    quats = torch.zeros(COUNT, 4)
+    quats[:, 0] = 1
+    tensors = {
+        "means": torch.arange(3.0 * COUNT).reshape(COUNT, 3),
+        "quats": quats,
+        "log_scales": torch.full((COUNT, 3), scale).log(),
+        "logit_opacities": torch.zeros(COUNT),
+        "sh0": torch.zeros(COUNT, 1, 3),
+    }
+    adam = NamedAdam(tensors, dict.fromkeys(tensors, 0.0))
+    for tensor in adam.tensors.values():
+        tensor.grad = torch.ones_like(tensor)
+    adam.step()
+    return adam
+
+
+def densifier(config: DensifyConfig = CONFIG, *, max_splats: int = 100) -> CloneSplit:
+    return CloneSplit(
+        config,
+        steps=100,
+        extent=1.0,
+        max_splats=max_splats,
+        count=COUNT,
+        device=torch.device("cpu"),
+    )
+
+
+def see(densifier: CloneSplit, grads: torch.Tensor, radii: torch.Tensor) -> None:
+    """A picture with these gradients of the projected centres."""
+    seen = gaussians_at(torch.zeros(COUNT, 3), torch.zeros(COUNT, 3), opacity=0.5, sh_degree=0)
+    densifier.observe(1, seen, CAMERA, screen_grads=grads, radii=radii)
+
+
+def pull(densifier: CloneSplit, strength: list[float]) -> None:
+    """One view in which each centre is pulled along x; strength in the units of the threshold."""
+    grads = torch.zeros(COUNT, 2)
+    grads[:, 0] = torch.tensor(strength) * densifier.config.gradient / (CAMERA.width / 2)
+    see(densifier, grads, torch.ones(COUNT))
+
+
+def test_a_small_gaussian_that_is_pulled_is_cloned(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier()
+    pull(grows, [0, 2, 0, 0, 0, 0.9])
+    before = adam.tensors["means"].detach().clone()
+    grows.after_step(10, adam, generator)
+    assert torch.equal(adam.tensors["means"], torch.cat([before, before[1:2]]))
+
+
+def test_a_large_one_becomes_two_smaller_ones_near_it(generator: torch.Generator) -> None:
+    adam, grows = gaussians(scale=0.05), densifier()
+    pull(grows, [0, 2, 0, 0, 0, 0])
+    before = adam.tensors["means"].detach().clone()
+    grows.after_step(10, adam, generator)
+    after = adam.tensors["means"].detach()
+    assert torch.equal(after[:5], before[[0, 2, 3, 4, 5]])
+    children = after[5:] - before[1]
+    assert len(after) == 7 and (children != 0).all() and (children.abs() < 0.25).all()
+    torch.testing.assert_close(adam.tensors["log_scales"][5:].exp(), torch.full((2, 3), 0.05 / 1.6))
+
+
+def test_children_are_spread_as_their_parent(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier(replace(CONFIG, prune_scale=0.0))
+    half = 2**-0.5
+    with torch.no_grad():
+        adam.tensors["log_scales"][:] = torch.tensor([4.0, 0.02, 0.02]).log()
+        adam.tensors["quats"][:] = torch.tensor([half, 0, 0, half])  # x turns to y
+        adam.tensors["means"].zero_()
+    for _ in range(6):
+        grows.gradients = torch.full((len(adam.tensors["means"]),), 1.0)
+        grows.views = torch.ones(len(adam.tensors["means"]), dtype=torch.int32)
+        grows.max_splats = 1000
+        with torch.no_grad():
+            adam.tensors["log_scales"][:] = torch.tensor([4.0, 0.02, 0.02]).log()
+        grows._grow(adam, generator, torch.zeros(len(grows.views), dtype=torch.bool))
+    spread = adam.tensors["means"].detach().std(0)
+    assert spread[1] > 4 and spread[0] < 0.2 and spread[2] < 0.2
+
+
+def test_momentum_stays_with_old_rows_and_new_ones_have_none(generator: torch.Generator) -> None:
+    adam, grows = gaussians(scale=0.05), densifier()
+    pull(grows, [0, 2, 0, 0, 3, 0])
+    grows.after_step(10, adam, generator)
+    for tensor in adam.tensors.values():
+        moments = adam.adam.state[tensor]["exp_avg"]
+        assert moments.shape == tensor.shape and tensor.is_leaf
+        assert (moments[:4] != 0).all() and (moments[4:] == 0).all()
+        tensor.grad = torch.ones_like(tensor)
+    adam.step()
+
+
+def test_gradients_count_in_halves_of_the_picture_and_per_view_that_shows_them(
+    generator: torch.Generator,
+) -> None:
+    grows = densifier()
+    grads = torch.zeros(COUNT, 2)
+    grads[0] = torch.tensor([3.0, 0.0])
+    grads[1] = torch.tensor([0.0, 3.0])
+    see(grows, grads, torch.tensor([1.0, 1, 0, 0, 0, 0]))
+    see(grows, grads * 0, torch.tensor([1.0, 0, 0, 0, 0, 0]))
+    mean = grows.gradients / grows.views.clamp_min(1)
+    assert mean.tolist() == [30, 30, 0, 0, 0, 0]
+
+
+def test_the_cap_takes_the_strongest_pull_first(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier(max_splats=8)
+    pull(grows, [2, 5, 3, 9, 2, 2])
+    grows.after_step(10, adam, generator)
+    added = adam.tensors["means"][COUNT:, 0]
+    assert added.tolist() == [3, 9]  # of rows 1 and 3
+
+
+def test_the_cap_is_never_exceeded(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier(max_splats=COUNT)
+    pull(grows, [2] * COUNT)
+    grows.after_step(10, adam, generator)
+    assert len(adam.tensors["means"]) == COUNT
+
+
+def test_faint_gaussians_are_removed_and_large_ones_later(generator: torch.Generator) -> None:
+    config = replace(CONFIG, prune_scale_from=0.5)
+    adam, grows = gaussians(), densifier(config)
+    with torch.no_grad():
+        adam.tensors["logit_opacities"][0] = -6
+        adam.tensors["log_scales"][1] = -2  # 0.135 of the extent
+    grows.after_step(10, adam, generator)
+    assert len(adam.tensors["means"]) == COUNT - 1
+    grows.after_step(60, adam, generator)
+    assert adam.tensors["means"][:, 0].tolist() == [6, 9, 12, 15]
+
+
+def test_pruning_never_removes_everything(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier()
+    with torch.no_grad():
+        adam.tensors["logit_opacities"][:] = -9
+    grows.after_step(10, adam, generator)
+    assert len(adam.tensors["means"]) == COUNT
+
+
+def test_a_reset_leaves_no_opacity_above_a_hundredth(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier(replace(CONFIG, opacity_reset=0.3))
+    grows.after_step(29, adam, generator)
+    assert adam.tensors["logit_opacities"].sigmoid().max() == 0.5
+    grows.after_step(30, adam, generator)
+    torch.testing.assert_close(
+        adam.tensors["logit_opacities"].sigmoid(), torch.full((COUNT,), 0.01)
+    )
+
+
+@pytest.mark.parametrize(("steps", "interval"), [(30_000, 100), (6_000, 50), (90_000, 300)])
+def test_the_schedule_keeps_its_place_whatever_the_length(steps: int, interval: int) -> None:
+    schedule = Schedule.of(DensifyConfig(), steps)
+    assert schedule.start == steps / 60 and schedule.stop == steps / 2
+    assert schedule.interval == interval
+
+
+def test_nothing_happens_outside_of_the_schedule(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier(replace(CONFIG, start=0.2, stop=0.5))
+    pull(grows, [2] * COUNT)
+    for step in (10, 20, 35, 60):
+        grows.after_step(step, adam, generator)
+    assert len(adam.tensors["means"]) == COUNT
+    grows.after_step(30, adam, generator)
+    assert len(adam.tensors["means"]) == 2 * COUNT

@@ -1,0 +1,191 @@
+"""What Gaussians are worth, who is drawn, who is trimmed, and points on the surfaces they show."""
+
+import math
+from dataclasses import replace
+
+import torch
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.data import load_capture
+from mobilegs.data.dataset import Frame
+from mobilegs.gaussians import Gaussians
+from mobilegs.render import measure_contributions
+from mobilegs.render.project import rotation_matrices
+from mobilegs.train.teacher import surface_points as module
+from mobilegs.train.teacher.importance import drawn_rows, holding_most, importance
+from mobilegs.train.teacher.init import gaussians_at, initial_gaussians
+from mobilegs.train.teacher.surface_points import chord_depths, pixel_directions, surface_points
+
+K = torch.tensor([[30.0, 0, 15], [0, 28, 11], [0, 0, 1]])
+UP = torch.tensor([0.0, -1, 0])
+
+
+def camera(eye: list[float], **changes) -> Camera:
+    position = torch.tensor(eye, dtype=torch.float32)
+    return Camera(look_at(position, torch.zeros(3), UP), K, **{"width": 32, "height": 24} | changes)
+
+
+def wall(opacity: float = 0.95) -> Gaussians:
+    """A plane z = 0 of round Gaussians, a small one hidden behind it, and one out of sight."""
+    x, y = torch.meshgrid(torch.linspace(-3, 3, 25), torch.linspace(-3, 3, 25), indexing="ij")
+    points = torch.stack([x.flatten(), y.flatten(), torch.zeros(625)], dim=1)
+    points = torch.cat([points, torch.tensor([[0.1, 0.1, 2.0], [0, 0, -50]])])
+    made = gaussians_at(points, torch.rand(len(points), 3), opacity=opacity, sh_degree=0)
+    made.log_scales[:, 2] = math.log(1e-3)
+    made.log_scales[625:] = math.log(0.01)
+    return made
+
+
+EYES = [camera([0, 0, -3]), camera([0.5, 0.2, -3])]
+
+
+# --- importance
+
+
+def test_what_wins_no_pixel_of_any_view_is_worth_nothing() -> None:
+    for metric in ("indoor", "outdoor"):
+        worth = importance(wall(), EYES, metric)
+        assert (worth[625:] == 0).all() and (worth[:625] > 0).any()
+
+
+def test_the_two_metrics_are_sums_over_the_views() -> None:
+    made = wall(opacity=0.4)
+    shapes = (made.means, made.quats, made.scales, made.opacities)
+    found = [measure_contributions(*shapes, camera=view) for view in EYES]
+    wins = [each.largest > 0 for each in found]
+    indoor = (found[0].weights + found[1].weights) * (wins[0] | wins[1])
+    outdoor = sum(
+        won * each.weights / each.touched.clamp_min(1)
+        for won, each in zip(wins, found, strict=True)
+    )
+    assert (wins[0] != wins[1]).any()
+    torch.testing.assert_close(importance(made, EYES, "indoor"), indoor)
+    torch.testing.assert_close(importance(made, EYES, "outdoor"), outdoor)
+
+
+def test_nobody_is_drawn_twice_and_nobody_without_weight(generator: torch.Generator) -> None:
+    weights = torch.tensor([0.0, 1, 2, 0, 1e-30, 4])
+    for count in (0, 1, 3, 4, 100):
+        rows = drawn_rows(weights, count, generator)
+        assert len(set(rows.tolist())) == len(rows) == min(count, 4)
+        assert set(rows.tolist()) <= {1, 2, 4, 5}
+    assert len(drawn_rows(torch.zeros(3), 2, generator)) == 0
+
+
+def test_chances_are_as_the_weights(generator: torch.Generator) -> None:
+    weights = torch.tensor([1.0, 2.0, 5.0])
+    first = torch.bincount(
+        torch.cat([drawn_rows(weights, 1, generator) for _ in range(4000)]), minlength=3
+    )
+    torch.testing.assert_close(first / 4000, weights / 8, rtol=0, atol=0.03)
+
+
+def test_the_least_that_hold_a_hundredth_go() -> None:
+    values = torch.tensor([50.0, 0.5, 0.0, 48.9, 0.4, 0.2])
+    assert holding_most(values, 0.99).tolist() == [True, True, False, True, False, False]
+    assert holding_most(torch.zeros(4), 0.99).all()
+    assert holding_most(torch.zeros(0), 0.99).shape == (0,)
+
+
+# --- the middle of a chord
+
+
+def chord_ends(origin, direction, mean, quat, scale, radius) -> torch.Tensor:
+    """Both depths at which a ray crosses an ellipsoid, found by bisection in float64."""
+    turn = rotation_matrices(quat[None])[0]
+
+    def distance(t):
+        return ((turn.T @ (origin + t * direction - mean)) / scale).norm() - radius
+
+    grid = torch.linspace(0, 8, 4001, dtype=torch.float64)
+    inside = torch.tensor([distance(t) < 0 for t in grid]).nonzero()[:, 0]
+    ends = []
+    for low, high in ((inside[0] - 1, inside[0]), (inside[-1] + 1, inside[-1])):
+        out, within = grid[low], grid[high]
+        for _ in range(60):
+            middle = (out + within) / 2
+            out, within = (middle, within) if distance(middle) > 0 else (out, middle)
+        ends.append(within)
+    return torch.stack(ends)
+
+
+def test_the_middle_is_half_way_between_the_ends(generator: torch.Generator) -> None:
+    def normal(*shape):
+        return torch.randn(*shape, generator=generator, dtype=torch.float64)
+
+    origin = torch.tensor([0.0, 0, -4], dtype=torch.float64)
+    for _ in range(5):
+        mean, quat, scale = 0.2 * normal(3), normal(4), torch.exp(0.5 * normal(3))
+        direction = torch.tensor([0.03, -0.02, 1.0], dtype=torch.float64) + 0.01 * normal(3)
+        made = Gaussians(
+            mean[None], quat[None], scale.log()[None], mean.new_zeros(1), mean.new_zeros(1, 1, 3)
+        )
+        middle = chord_depths(origin, direction[None], made)
+        ends = chord_ends(origin, direction, mean, quat, scale, radius=0.9)
+        torch.testing.assert_close(middle[0], ends.mean())
+
+
+def test_points_lie_on_their_rays_where_the_surface_is(generator: torch.Generator) -> None:
+    frames = [
+        Frame("a", EYES[0], pixels=torch.zeros(24, 32, 3, dtype=torch.uint8)),
+        Frame("b", EYES[1], pixels=torch.full((24, 32, 3), 255, dtype=torch.uint8)),
+    ]
+    points, colors = surface_points(wall(), frames, count=200, generator=generator)
+    assert points.shape == colors.shape == (200, 3)
+    assert (points[:, 2].abs() < 2e-2).all()  # of the plane, not of Gaussians' centres
+    assert colors[:100].max() == 0 and colors[100:].min() == 1
+    for view, part in zip(EYES, (points[:100], points[100:]), strict=True):
+        seen = part @ view.viewmat[:3, :3].T + view.viewmat[:3, 3]
+        pixels = seen[:, :2] / seen[:, 2:] * K.diagonal()[:2] + K[:2, 2]
+        torch.testing.assert_close(pixels, pixels.floor() + 0.5, rtol=0, atol=1e-3)
+        assert len({tuple(p) for p in pixels.floor().tolist()}) == 100
+
+
+def test_directions_meet_the_centres_of_their_pixels() -> None:
+    view = EYES[1]
+    world = view.position + 2.5 * pixel_directions(view)
+    seen = world @ view.viewmat[:3, :3].T + view.viewmat[:3, 3]
+    torch.testing.assert_close(seen[:, 2], torch.full((32 * 24,), 2.5))
+    pixels = seen[:, :2] / seen[:, 2:] * K.diagonal()[:2] + K[:2, 2]
+    rows = pixels.reshape(24, 32, 2)
+    torch.testing.assert_close(rows[5, 7], torch.tensor([7.5, 5.5]), rtol=0, atol=1e-4)
+
+
+def test_a_masked_pixel_gives_no_point(generator: torch.Generator, monkeypatch) -> None:
+    frame = Frame("a", EYES[0], pixels=torch.zeros(24, 32, 3, dtype=torch.uint8))
+    mask = torch.zeros(24, 32)
+    mask[:, :8] = 1
+    load = module.load_view
+    monkeypatch.setattr(module, "load_view", lambda frame: replace(load(frame), mask=mask))
+    points, _ = surface_points(wall(), [frame], count=10_000, generator=generator)
+    seen = points @ EYES[0].viewmat[:3, :3].T + EYES[0].viewmat[:3, 3]
+    columns = seen[:, 0] / seen[:, 2] * K[0, 0] + K[0, 2]
+    assert len(points) == 24 * 8 and (columns < 8).all()
+
+
+def test_an_empty_view_gives_no_point(generator: torch.Generator) -> None:
+    away = Camera(torch.diag(torch.tensor([-1.0, 1, -1, 1])), K, 32, 24)
+    frame = Frame("a", away, pixels=torch.zeros(24, 32, 3, dtype=torch.uint8))
+    nothing = wall().select(slice(0, 626))
+    assert surface_points(nothing, [frame], count=50, generator=generator)[0].shape == (0, 3)
+
+
+def test_fewer_points_than_photos_come_from_some_of_them(generator: torch.Generator) -> None:
+    pixels = torch.zeros(24, 32, 3, dtype=torch.uint8)
+    frames = [Frame(str(i), camera([0.1 * i, 0, -3]), pixels=pixels) for i in range(7)]
+    for count in (1, 3, 6, 7, 8, 20):
+        points, _ = surface_points(wall(), frames, count=count, generator=generator)
+        assert 0.5 * count <= len(points) <= count
+
+
+def test_points_of_a_real_capture_are_near_those_it_came_with(
+    data_dir, generator: torch.Generator
+) -> None:
+    dataset = load_capture(data_dir / "tiny_fern", downscale=4)
+    given = {"count": 10_000, "opacity": 0.5, "sh_degree": 0, "generator": generator}
+    start = initial_gaussians(dataset, **given)
+    start.log_scales -= 1.5  # so that the many are seen, not the few that stand alone
+    points, colors = surface_points(start, dataset.train, count=2000, generator=generator)
+    assert len(points) > 1500 and points.isfinite().all() and colors.isfinite().all()
+    nearest = torch.cdist(points, dataset.points).amin(1)
+    assert nearest.median() < 0.1 * dataset.extent

@@ -1,0 +1,154 @@
+"""MCMC: copies look as the one they come from, the dead move, the budget holds."""
+
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+
+from mobilegs.train.optim import NamedAdam
+from mobilegs.train.teacher.densify import DensifyConfig
+from mobilegs.train.teacher.init import gaussians_at
+from mobilegs.train.teacher.mcmc import Mcmc, McmcConfig, shared_out
+
+CONFIG = DensifyConfig("mcmc", start=0.0, interval=0.1, min_interval=1)
+
+
+def optimiser(count: int, opacity: float = 0.5) -> NamedAdam:
+    """Gaussians at random, all momentum 1."""
+    points = torch.randn(count, 3, generator=torch.Generator().manual_seed(1))
+    made = gaussians_at(points, torch.rand(count, 3), opacity=opacity, sh_degree=0)
+    adam = NamedAdam(made.tensors(), dict.fromkeys(made.tensors(), 0.0))
+    for tensor in adam.tensors.values():
+        tensor.grad = torch.ones_like(tensor)
+    adam.step()
+    return adam
+
+
+def strategy(max_splats: int, **more) -> Mcmc:
+    return Mcmc(CONFIG, McmcConfig(**more), steps=100, max_splats=max_splats)
+
+
+def defined(opacity: float, scale: float, copies: int) -> tuple[float, float]:
+    """Eq. 9 of the paper, sum by sum."""
+    after = 1 - (1 - opacity) ** (1 / copies)
+    total = sum(
+        math.comb(i - 1, k) * (-1) ** k / math.sqrt(k + 1) * after ** (k + 1)
+        for i in range(1, copies + 1)
+        for k in range(i)
+    )
+    return after, scale * opacity / total
+
+
+@pytest.mark.parametrize("copies", [1, 2, 3, 10, 51])
+def test_copies_share_opacity_and_size_as_the_paper_says(copies: int) -> None:
+    opacities = torch.tensor([0.006, 0.1, 0.5, 0.9, 0.99, 0.9999])
+    scales = torch.tensor([[0.5, 1.0, 2.0]]).expand(6, 3)
+    faint, small = shared_out(opacities, scales, torch.full((6,), copies))
+    for row, opacity in enumerate(opacities.tolist()):
+        after, scale = defined(opacity, 1.0, copies)
+        assert faint[row].item() == pytest.approx(after, rel=1e-5)
+        assert small[row].tolist() == pytest.approx([0.5 * scale, scale, 2 * scale], rel=1e-5)
+
+
+def test_more_than_51_copies_count_as_51() -> None:
+    given = torch.tensor([0.8]), torch.ones(1, 3)
+    many, most = (shared_out(*given, torch.tensor([n])) for n in (1000, 51))
+    assert torch.equal(many[0], most[0]) and torch.equal(many[1], most[1])
+
+
+def test_the_dead_move_to_where_the_living_are(generator: torch.Generator) -> None:
+    adam = optimiser(12)
+    with torch.no_grad():
+        adam.tensors["logit_opacities"][:4] = -6
+    before = {name: tensor.detach().clone() for name, tensor in adam.tensors.items()}
+    with torch.no_grad():
+        strategy(12)._relocate(adam, generator)
+    assert adam.tensors["means"].shape == (12, 3)
+    assert torch.equal(adam.tensors["means"][4:], before["means"][4:])
+    distance = torch.cdist(adam.tensors["means"][:4].detach(), before["means"][4:])
+    assert (distance.amin(1) == 0).all()
+    moments = adam.adam.state[adam.tensors["means"]]["exp_avg"]
+    for row, source in enumerate((distance.argmin(1) + 4).tolist()):
+        for name in ("quats", "log_scales", "logit_opacities", "sh"):
+            assert torch.equal(adam.tensors[name][row], adam.tensors[name][source]), name
+        assert adam.tensors["logit_opacities"][source] < before["logit_opacities"][source]
+        assert (moments[row] == 0).all() and (moments[source] == 0).all()
+    others = torch.ones(12, dtype=torch.bool)
+    others[:4], others[distance.argmin(1) + 4] = False, False
+    assert others.any() and (moments[others] != 0).all()
+
+
+@pytest.mark.parametrize("dead", [0, 12])
+def test_without_dead_or_without_living_nobody_moves(dead: int, generator) -> None:
+    adam = optimiser(12)
+    with torch.no_grad():
+        adam.tensors["logit_opacities"][:dead] = -9
+    before = adam.tensors["means"].detach().clone()
+    with torch.no_grad():
+        strategy(12)._relocate(adam, generator)
+    assert torch.equal(adam.tensors["means"], before)
+
+
+def test_the_number_grows_by_a_twentieth_up_to_the_budget(generator: torch.Generator) -> None:
+    adam, moves = optimiser(100), strategy(112, noise=0.0)
+    counts = []
+    for step in range(1, 61):
+        moves.after_step(step, adam, generator)
+        counts.append(len(adam.tensors["means"]))
+    assert counts[8:40:10] == [100, 105, 110, 112] and counts[-1] == 112
+    moves.after_step(90, adam, generator)
+    assert all(tensor.is_leaf for tensor in adam.tensors.values())
+
+
+@pytest.mark.parametrize("max_splats", [1, 5, 100])
+def test_a_budget_that_is_used_up_holds(max_splats: int, generator: torch.Generator) -> None:
+    adam = optimiser(max_splats)
+    with torch.no_grad():
+        strategy(max_splats)._grow(adam, generator)
+    assert len(adam.tensors["means"]) == max_splats
+
+
+def test_nothing_is_moved_after_the_stop(generator: torch.Generator) -> None:
+    adam, moves = optimiser(100), strategy(200, stop=0.5, noise=0.0)
+    for step in (50, 60, 100):
+        moves.after_step(step, adam, generator)
+    assert len(adam.tensors["means"]) == 100
+
+
+def test_only_the_faint_wander_and_in_their_own_shape(generator: torch.Generator) -> None:
+    adam = optimiser(4000)
+    half = 2**-0.5
+    with torch.no_grad():
+        adam.tensors["means"].zero_()
+        adam.tensors["log_scales"][:] = torch.tensor([0.2, 0.01, 0.1]).log()
+        adam.tensors["quats"][:] = torch.tensor([half, 0, 0, half])  # x turns to y
+        adam.tensors["logit_opacities"][:2000] = -12.0
+        adam.tensors["logit_opacities"][2000:] = 0.0
+    adam.set_rate("means", 1e-5)
+    with torch.no_grad():
+        strategy(4000)._wander(adam, generator)
+    moved = adam.tensors["means"].detach()
+    assert (moved[2000:].abs() < 1e-12).all()
+    # 5e5 x 1e-5 x variance x sigmoid(100 x 0.005) for an opacity of nothing
+    gate = torch.sigmoid(torch.tensor(0.5)).item()
+    expected = [5 * gate * s * s for s in (0.01, 0.2, 0.1)]
+    assert moved[:2000].std(0).tolist() == pytest.approx(expected, rel=0.08)
+
+
+def test_small_and_faint_is_cheap() -> None:
+    made = gaussians_at(torch.randn(9, 3), torch.rand(9, 3), opacity=0.3, sh_degree=0)
+    moves = strategy(9)
+    expected = 0.01 * 0.3 + 0.01 * float(made.scales.mean())
+    assert float(moves.regulariser(made)) == pytest.approx(expected, rel=1e-5)
+    made.logit_opacities.requires_grad_()
+    moves.regulariser(made).backward()
+    assert made.logit_opacities.grad is not None and (made.logit_opacities.grad > 0).all()
+
+
+def test_the_preset_values_are_the_papers() -> None:
+    more = McmcConfig()
+    assert (more.dead_opacity, more.growth, more.noise) == (0.005, 0.05, 5e5)
+    assert (more.opacity_weight, more.scale_weight) == (0.01, 0.01)
+    paper = Mcmc(replace(DensifyConfig(), strategy="mcmc"), more, steps=30_000, max_splats=1)
+    assert (paper.schedule.start, paper.schedule.interval, paper.stop) == (500, 100, 25_000)

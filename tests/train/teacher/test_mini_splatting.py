@@ -1,0 +1,311 @@
+"""Mini-Splatting: its timetable is the paper's, and each event does what it should."""
+
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+
+import pytest
+import torch
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.data.dataset import Dataset, Frame, load_view
+from mobilegs.render import measure_contributions
+from mobilegs.render.scene import Scene
+from mobilegs.spherical_harmonics import C0
+from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
+from mobilegs.train.optim import log_linear
+from mobilegs.train.recipes import RECIPES, with_method
+from mobilegs.train.stage import view_order
+from mobilegs.train.teacher.densify import DensifyConfig
+from mobilegs.train.teacher.init import gaussians_at, neighbour_distances
+from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig, shown
+from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
+
+CPU = torch.device("cpu")
+CONFIG = TeacherConfig(
+    steps=60,
+    max_splats=60,
+    init_splats=40,
+    densify=DensifyConfig("mini_splatting", min_interval=4, prune_scale=0.0),
+)
+
+
+@pytest.fixture(scope="session")
+def dataset() -> Dataset:
+    """Six photos, 24 x 24, of fifty opaque blobs, whose centres are the points."""
+    generator = torch.Generator().manual_seed(5)
+    points = torch.randn(50, 3, generator=generator) * 0.5
+    colors = torch.rand(50, 3, generator=generator)
+    truth = Scene(gaussians_at(points, colors, opacity=0.8, sh_degree=0))
+    K = torch.tensor([[28.0, 0, 12], [0, 28, 12], [0, 0, 1]])
+    frames = []
+    for index, eye in enumerate(torch.randn(6, 3, generator=generator)):
+        viewmat = look_at(3 * eye / eye.norm(), torch.zeros(3), torch.tensor([0.0, 0, 1]))
+        view = Camera(viewmat, K, 24, 24)
+        pixels = (truth.render(view).image.clamp(0, 1) * 255).round().to(torch.uint8)
+        frames.append(Frame(f"{index}.png", view, pixels=pixels))
+    black = torch.zeros(3)
+    return Dataset("blobs", frames, [], points, colors, 3.0, black, black, 0.2)
+
+
+def train(teacher: Teacher, dataset: Dataset, until: int) -> None:
+    while teacher.done < until:
+        [index] = view_order(len(dataset.train), teacher.done, 1, seed=3)
+        teacher.advance([(index, load_view(dataset.train[index]))])
+
+
+def started(dataset: Dataset, config: TeacherConfig = CONFIG, **more) -> Teacher:
+    if more:
+        config = replace(config, mini_splatting=MiniSplattingConfig(**more))
+    return Teacher(config, dataset, seed=0, device=CPU)
+
+
+def strategy_of(teacher: Teacher) -> MiniSplatting:
+    assert isinstance(teacher.strategy, MiniSplatting)
+    return teacher.strategy
+
+
+# --- the timetable at 30,000 steps
+
+
+@pytest.fixture(scope="module")
+def papers(dataset: Dataset) -> Teacher:
+    return Teacher(RECIPES["gpu"]().teacher, dataset, seed=0, device=CPU)
+
+
+def test_events_fall_on_the_papers_steps(papers: Teacher) -> None:
+    named = sorted((strategy_of(papers).event(step), step) for step in range(1, 30_001))
+    found = {e: [s for _, s in steps] for e, steps in groupby(named, lambda each: each[0])}
+    assert found["densify"] == [s for s in range(600, 15_000, 100) if s % 5000]
+    assert found["reinitialise"] == [5000, 10_000]
+    assert found["sample"] == [15_000] and found["trim"] == [20_000]
+
+
+def test_numbers_are_the_papers(papers: Teacher) -> None:
+    strategy = strategy_of(papers)
+    assert strategy.reinit_splats == 3_500_000 and strategy.max_splats == 4_500_000
+    assert strategy.more.blur == 1 / 5000 and strategy.config.prune_scale_from * 30_000 == 3000
+
+
+def test_the_centres_rate_is_wound_back_to_step_5000(papers: Teacher) -> None:
+    rates = {}
+    for step in (1, 5000, 14_999, 15_000, 20_000, 30_000):
+        papers.done = step - 1
+        rates[step] = papers._rates()["means"] / papers.extent
+    papers.done = 0
+    clocks = {1: 1, 5000: 5000, 14_999: 14_999, 15_000: 5000, 20_000: 10_000, 30_000: 20_000}
+    for step, clock in clocks.items():
+        assert rates[step] == pytest.approx(log_linear(1.6e-4, 1.6e-6, clock / 30_000))
+    assert rates[15_000] == pytest.approx(rates[5000])
+    assert rates[30_000] == pytest.approx(7.4e-6, rel=0.01)
+
+
+def test_harmonics_rise_after_the_draw(papers: Teacher) -> None:
+    degrees = {}
+    for step in (1, 14_999, 15_000, 15_999, 16_000, 17_000, 18_000, 29_999):
+        papers.done = step - 1
+        degrees[step] = papers.sh_degree
+    papers.done = 0
+    assert list(degrees.values()) == [0, 0, 0, 0, 1, 2, 3, 3]
+
+
+def test_before_the_draw_nothing_is_spent_on_harmonics(dataset: Dataset) -> None:
+    teacher, widths = started(dataset), []
+    for step in (1, 10, 29, 30, 31):
+        train(teacher, dataset, step)
+        widths.append(teacher.adam.tensors["sh_rest"].shape[1])
+        assert teacher.gaussians().sh.shape == (teacher.count, 16, 3)
+    assert widths == [0, 0, 0, 15, 15]
+    given = Teacher(CONFIG, dataset, seed=0, device=CPU, start=teacher.gaussians())
+    assert given.adam.tensors["sh_rest"].shape[1] == 15
+    one = Teacher(replace(CONFIG, steps=1), dataset, seed=0, device=CPU)  # has no draw
+    assert one.adam.tensors["sh_rest"].shape[1] == 15
+
+
+@pytest.mark.parametrize("steps", [1, 2, 7, 60])
+def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> None:
+    strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
+    events = [strategy.event(step) for step in range(1, steps + 1)]
+    assert events.count("sample") <= 1 and events.count("trim") <= 1
+    if steps == 60:
+        assert [e for e, _ in groupby(e for e in events if e)] == [
+            *["densify", "reinitialise"] * 2,
+            *["densify", "sample", "trim"],
+        ]
+
+
+@pytest.mark.parametrize("steps", [2000, 5000, 8000, 10_000, 20_000, 30_000])
+def test_the_draw_looks_at_gaussians_that_have_learned(steps: int, dataset: Dataset) -> None:
+    strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
+    events = [strategy.event(step) for step in range(1, steps + 1)]
+    begun = [step for step, event in enumerate(events, 1) if event == "reinitialise"]
+    assert len(begun) == 2
+    assert events.index("sample") + 1 - begun[-1] > 0.9 * steps / 6
+
+
+# --- the events
+
+
+def test_who_covers_much_of_a_picture_is_split(dataset: Dataset) -> None:
+    teacher = started(dataset, blur=1 / 50)  # 11.5 of 576 pixels
+    strategy = strategy_of(teacher)
+    train(teacher, dataset, 2)
+    seen = [
+        teacher.gaussians(),
+        torch.zeros(teacher.count, dtype=torch.int32),
+    ]
+    strategy._clear(teacher.count, CPU)
+    shapes = shown(teacher.adam)
+    for index in (0, 3):
+        view = load_view(dataset.train[index])
+        given = (shapes.means, shapes.quats, shapes.scales, shapes.opacities)
+        seen[1] = torch.maximum(seen[1], measure_contributions(*given, camera=view.camera).largest)
+        zeros = torch.zeros(teacher.count, 2)
+        radii = torch.ones(teacher.count)
+        strategy.observe(3, shapes, view.camera, screen_grads=zeros, radii=radii)
+    assert torch.equal(strategy.blurred, seen[1] > 576 / 50)
+    blurred = strategy.blurred
+    assert 0 < blurred.sum() < teacher.count  # no gradient: nothing else is cloned or split
+    before = shown(teacher.adam)
+    strategy._densify(8, teacher.adam, teacher.generator, split_too=blurred)
+    after = shown(teacher.adam)
+    gone, parents = int(blurred.sum()), before.select(blurred)
+    kept = before.select(~blurred)
+    assert len(after) == len(before) + gone
+    torch.testing.assert_close(after.means[: len(kept)], kept.means)
+    torch.testing.assert_close(after.scales[len(kept) :], torch.cat([parents.scales] * 2) / 1.6)
+    assert not strategy.blurred.any() and len(strategy.blurred) == len(after)
+
+
+def test_where_room_is_short_the_blurred_come_first(dataset: Dataset) -> None:
+    teacher = started(dataset, peak_splats=1.0, reinit_splats=1.0)
+    strategy = strategy_of(teacher)
+    strategy.max_splats = teacher.count + 2
+    strategy.gradients += torch.linspace(1, 2, teacher.count)
+    strategy.views += 1
+    blurred = torch.zeros(teacher.count, dtype=torch.bool)
+    blurred[[1, 5]] = True
+    cloned, split = strategy._chosen(torch.zeros_like(blurred), blurred)
+    assert not cloned.any() and torch.equal(split, blurred)
+
+
+def test_a_clone_is_split_only_as_the_original(dataset: Dataset) -> None:
+    strategy = strategy_of(started(dataset))
+    count = len(strategy.views)
+    strategy.gradients[3], strategy.views[3] = 1.0, 1
+    blurred = torch.zeros(count, dtype=torch.bool)
+    blurred[3] = True
+    cloned, split = strategy._chosen(torch.zeros_like(blurred), blurred)
+    assert cloned.nonzero().tolist() == split.nonzero().tolist() == [[3]]
+
+
+def test_a_new_beginning_replaces_everything(dataset: Dataset) -> None:
+    teacher = started(dataset)
+    train(teacher, dataset, 9)
+    train(teacher, dataset, 10)
+    new = teacher.gaussians()
+    assert 150 < len(new) <= round(3.5 * 60)
+    torch.testing.assert_close(new.opacities, torch.full((len(new),), 0.1))
+    assert (new.quats == torch.tensor([1.0, 0, 0, 0])).all() and (new.sh[:, 1:] == 0).all()
+    torch.testing.assert_close(
+        new.scales, neighbour_distances(new.means)[:, None].expand(-1, 3), rtol=1e-4, atol=1e-6
+    )
+    photos = torch.cat([load_view(frame).image.reshape(-1, 3) for frame in dataset.train])
+    colors = 0.5 + C0 * new.sh[:, 0]
+    assert torch.cdist(colors, photos).amin(1).max() < 1e-3
+    assert not teacher.adam.adam.state
+    strategy = strategy_of(teacher)
+    assert len(strategy.gradients) == len(strategy.blurred) == len(new)
+
+
+def test_the_draw_keeps_half_of_what_matters_with_places_and_colours(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = replace(CONFIG, max_splats=400)  # more than half of the peak, so it does not bind
+    teacher = started(dataset, config, peak_splats=1.5, reinit_splats=1.0)
+    strategy, seen = strategy_of(teacher), []
+    measure = strategy._importance
+    monkeypatch.setattr(
+        strategy, "_importance", lambda adam: seen.append(measure(adam)) or seen[-1]
+    )
+    train(teacher, dataset, 29)
+    before = teacher.gaussians()
+    train(teacher, dataset, 30)
+    after = teacher.gaussians()
+    [worth] = seen
+    useful = int((worth > 0).sum())
+    assert len(after) == int(0.5 * useful)
+    assert 60 < len(after) < 400
+    distance = torch.cdist(after.means, before.means)
+    nearest = distance.argmin(1)
+    assert distance.amin(1).max() < 0.02 and len(nearest.unique()) == len(after)
+    assert (worth[nearest] > 0).float().mean() > 0.95
+    torch.testing.assert_close(after.sh[:, 0], before.sh[nearest, 0], rtol=0, atol=0.02)
+    torch.testing.assert_close(after.opacities, torch.full((len(after),), 0.1))
+    assert not teacher.adam.adam.state
+
+
+def test_trimming_removes_the_least_and_begins_adam_anew(dataset: Dataset) -> None:
+    teacher = started(dataset, trim_keeps=0.8)
+    train(teacher, dataset, 39)
+    before = teacher.count
+    train(teacher, dataset, 40)
+    assert 0.3 * before < teacher.count < before and not teacher.adam.adam.state
+    train(teacher, dataset, 41)
+    assert teacher.adam.adam.state
+
+
+@pytest.mark.parametrize("max_splats", [1, 3, 17, 60])
+def test_the_budget_holds_from_the_draw_on_and_its_peak_before(
+    dataset: Dataset, max_splats: int
+) -> None:
+    config = replace(CONFIG, max_splats=max_splats, densify=replace(CONFIG.densify, gradient=1e-9))
+    teacher = started(dataset, config)
+    for step in range(1, 61):
+        train(teacher, dataset, step)
+        assert 0 < teacher.count <= (4.5 * max_splats + 0.5 if step < 30 else max_splats)
+
+
+@pytest.mark.parametrize("method", ["3dgs", "mini-splatting", "mcmc"])
+def test_a_capture_of_one_view_is_trained(dataset: Dataset, method) -> None:
+    config = with_method(RECIPES["demo"](), method).teacher
+    teacher = Teacher(
+        replace(config, steps=24, max_splats=60, init_splats=40),
+        replace(dataset, train=dataset.train[:1]),
+        seed=0,
+        device=CPU,
+    )
+    alone = replace(dataset, train=dataset.train[:1])
+    train(teacher, alone, 24)
+    assert teacher.count > 0 and teacher.gaussians().means.isfinite().all()
+
+
+def test_the_method_learns(dataset: Dataset) -> None:
+    teacher = started(dataset, replace(CONFIG, steps=200))
+    view = load_view(dataset.train[0])
+    before = (teacher.scene().render(view.camera).image - view.image).square().mean()
+    train(teacher, dataset, 200)
+    assert (teacher.scene().render(view.camera).image - view.image).square().mean() < 0.5 * before
+
+
+def same_state(first, second) -> bool:
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(same_state(first[k], second[k]) for k in first)
+    return torch.equal(first, second) if isinstance(first, torch.Tensor) else first == second
+
+
+@pytest.mark.parametrize("stop", [1, 10, 29, 30, 40])
+@pytest.mark.parametrize("method", ["3dgs", "mini-splatting", "mcmc"])
+def test_a_teacher_that_was_stopped_ends_the_same(
+    dataset: Dataset, tmp_path: Path, method, stop: int
+) -> None:
+    recipe = with_method(replace(RECIPES["demo"](), teacher=CONFIG), method)
+    whole, first, second = (
+        Teacher(recipe.teacher, dataset, seed=seed, device=CPU) for seed in (0, 0, 9)
+    )
+    train(whole, dataset, 42)
+    train(first, dataset, stop)
+    save_checkpoint(tmp_path / "saved", first.state())
+    second.restore(load_checkpoint(tmp_path / "saved"))
+    train(second, dataset, 42)
+    assert same_state(whole.state(), second.state())

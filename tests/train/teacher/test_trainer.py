@@ -1,0 +1,170 @@
+"""The teacher on a tiny capture: it learns, and it goes on where it was stopped."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from mobilegs.data.dataset import Dataset, load_view
+from mobilegs.errors import InputError
+from mobilegs.render.scene import Scene
+from mobilegs.train.stage import view_order
+from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.distill import TeacherPictures
+from mobilegs.train.teacher.densify import DensifyConfig
+from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
+from tests.support.tiny import CPU, TEACHER, blobs, cameras, train
+
+
+def same_state(first: dict, second: dict) -> bool:
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(same_state(first[k], second[k]) for k in first)
+    if isinstance(first, torch.Tensor):
+        return torch.equal(first, second)
+    return first == second
+
+
+# --- the order of the views
+
+
+def test_every_pass_shows_every_view_once_in_another_order() -> None:
+    order = view_order(5, 0, 15, seed=1)
+    passes = [order[:5], order[5:10], order[10:]]
+    assert all(sorted(p) == [0, 1, 2, 3, 4] for p in passes)
+    assert len({tuple(p) for p in passes}) > 1
+
+
+@pytest.mark.parametrize("first", [0, 3, 5, 13])
+def test_the_order_is_the_same_wherever_one_starts_to_ask(first: int) -> None:
+    assert view_order(5, first, 9, seed=1) == view_order(5, 0, 40, seed=1)[first : first + 9]
+
+
+# --- the teacher
+
+
+def test_the_teacher_learns(dataset: Dataset) -> None:
+    losses = train(Teacher(TEACHER, dataset, seed=0, device=CPU), dataset, 40)
+    assert sum(losses[-6:]) < 0.8 * sum(losses[:6])
+
+
+def test_the_teacher_grows_up_to_its_cap(dataset: Dataset) -> None:
+    teacher = Teacher(TEACHER, dataset, seed=0, device=CPU)
+    assert teacher.count == 40
+    train(teacher, dataset, 20)
+    assert 40 < teacher.count <= 60
+
+
+def test_a_fixed_teacher_keeps_its_number(dataset: Dataset) -> None:
+    config = replace(TEACHER, densify=DensifyConfig(strategy="fixed"))
+    teacher = Teacher(config, dataset, seed=0, device=CPU)
+    train(teacher, dataset, 20)
+    assert teacher.count == 40 and teacher.phase == "refine"
+
+
+def test_a_teacher_follows_the_sum_of_its_views_gradients(dataset: Dataset) -> None:
+    apart, together = (
+        Teacher(replace(TEACHER, views_per_step=3), dataset, seed=0, device=CPU) for _ in range(2)
+    )
+    views = [(index, load_view(dataset.train[index])) for index in (4, 0, 2)]
+    losses = []
+    for _, view in views:
+        loss, *_ = apart._look(view)
+        loss.backward()
+        losses.append(loss)
+    expected = {name: t.grad.clone() for name, t in apart.adam.tensors.items()}
+    together.adam.step = lambda: None
+    assert together.advance(views).loss == torch.stack(losses).mean()
+    for name, tensor in together.adam.tensors.items():
+        assert torch.equal(tensor.grad, expected[name]), name
+        assert (tensor.grad != 0).any() or name == "sh_rest"
+
+
+def test_densification_observes_every_view_of_a_step(dataset: Dataset) -> None:
+    teacher = Teacher(replace(TEACHER, views_per_step=2), dataset, seed=0, device=CPU)
+    views = [(index, load_view(dataset.train[index])) for index in (3, 1)]
+    observed = []
+    drawn = teacher.gaussians()
+    teacher.strategy.observe = lambda *seen, **more: observed.append((*seen, *more.values()))
+    teacher.advance(views)
+    for (step, shown, camera, screen_grads, radii), (_, view) in zip(observed, views, strict=True):
+        assert step == 1 and torch.equal(camera.viewmat, view.camera.viewmat)
+        assert torch.equal(shown.means, drawn.means)  # before they move
+        assert (screen_grads != 0).any() and (radii > 0).any()
+    assert not torch.equal(observed[0][3], observed[1][3])
+
+
+@pytest.mark.parametrize("config", [TeacherConfig, StudentConfig])
+def test_a_step_without_views_is_refused(config: type) -> None:
+    with pytest.raises(InputError, match="views_per_step must be at least 1, not 0"):
+        config(views_per_step=0)
+
+
+def test_harmonics_rise_with_the_run(dataset: Dataset) -> None:
+    teacher = Teacher(replace(TEACHER, sh_interval=0.1), dataset, seed=0, device=CPU)
+    degrees = []
+    for done in (0, 3, 4, 8, 12, 39):
+        teacher.done = done
+        degrees.append(teacher.sh_degree)
+    assert degrees == [0, 0, 1, 2, 3, 3]
+
+
+@pytest.mark.parametrize("min_views", [1, 2])
+def test_what_too_few_cameras_see_is_gone_in_the_end(dataset: Dataset, min_views: int) -> None:
+    config = replace(TEACHER, min_views=min_views, densify=DensifyConfig(strategy="fixed"))
+    teacher = Teacher(replace(config, steps=2), dataset, seed=0, device=CPU)
+    with torch.no_grad():
+        before_one_eye = 0.85 * dataset.train[0].camera.position
+        teacher.adam.tensors["means"][0] = before_one_eye
+        teacher.adam.tensors["log_scales"][0] = -4
+    train(teacher, dataset, 1)
+    assert teacher.count == 40
+    train(teacher, dataset, 2)
+    assert teacher.count == (40 if min_views == 1 else 39)
+
+
+@pytest.mark.parametrize("stop", [1, 13])
+def test_a_teacher_that_was_stopped_ends_the_same(dataset: Dataset, stop: int) -> None:
+    whole = Teacher(TEACHER, dataset, seed=0, device=CPU)
+    train(whole, dataset, 24)
+    first = Teacher(TEACHER, dataset, seed=0, device=CPU)
+    train(first, dataset, stop)
+    second = Teacher(TEACHER, dataset, seed=9, device=CPU)
+    second.restore(first.state())
+    train(second, dataset, 24)
+    assert same_state(whole.state(), second.state())
+
+
+# --- the teacher's pictures
+
+
+def test_what_the_teacher_shows_does_not_depend_on_the_cache() -> None:
+    camera = cameras()[0]
+    kept = TeacherPictures(Scene(blobs()), cache_bytes=1 << 20)
+    drawn = TeacherPictures(Scene(blobs()), cache_bytes=0)
+    for _ in range(2):
+        for a, b in zip(kept.get(0, camera), drawn.get(0, camera), strict=True):
+            assert torch.equal(a, b)
+    assert kept.left == (1 << 20) - 24 * 24 * 8 and drawn.left == 0
+
+
+def test_the_teachers_depth_is_the_mean_where_it_covers() -> None:
+    camera = cameras()[0]
+    rendered = Scene(blobs()).render(camera, depth=True)
+    picture = TeacherPictures(Scene(blobs()), cache_bytes=0).get(0, camera)
+    assert rendered.depth is not None
+    covered = rendered.alpha > 0.5
+    assert covered.any() and not covered.all()
+    expected = rendered.depth[covered] / rendered.alpha[covered]
+    torch.testing.assert_close(picture.depth[covered], expected, rtol=1e-3, atol=0)
+    assert (picture.depth[~covered] == 0).all()
+
+
+def test_a_raw_depth_is_the_sum_that_the_release_compares() -> None:
+    camera = cameras()[0]
+    rendered = Scene(blobs()).render(camera, depth=True)
+    assert rendered.depth is not None
+    for level in (0.0, 1.0):
+        scene = Scene(blobs(), background=torch.full((3,), level))
+        picture = TeacherPictures(scene, cache_bytes=0, raw=True).get(0, camera)
+        expected = rendered.depth + level * (1 - rendered.alpha)
+        torch.testing.assert_close(picture.depth, expected, rtol=1e-3, atol=0)

@@ -1,0 +1,247 @@
+"""Several processes train as one alone would, to the last bit, and end together."""
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import torch
+import torch.distributed as dist
+
+from mobilegs.cli.main import main
+from mobilegs.data import load_capture
+from mobilegs.errors import InputError
+from mobilegs.pipeline.train import TrainRun, train_together
+from mobilegs.train import distributed
+from mobilegs.train.checkpoint import digest, load_checkpoint
+from mobilegs.train.distributed import ALONE, PartedError, Team, joined
+from mobilegs.train.stage import view_order
+
+SETTINGS = (
+    "teacher.max_splats=50",
+    "teacher.init_splats=40",
+    "teacher.densify.min_interval=3",
+    "student.regression_steps=3",
+)
+ATTRIBUTES = ("scale", "rotation", "appearance", "opacity")
+BOOKS = ("student.coding=nvq", *(f"student.codebooks.{name}=8" for name in ATTRIBUTES))
+OPTIONS = ["--preset", "demo", "--steps", "30", "--views-per-step", "4", "--resume"]
+OPTIONS += ["--set", *SETTINGS]
+TEACHER_STEPS = 11  # of the 30
+# `mobilegs` with a signal that one process sends itself during its step of that number
+PROGRAM = """
+import os, sys
+from mobilegs.cli.main import main
+from mobilegs.pipeline import train
+rank, steps, number, *words = sys.argv[1:]
+taken = 0
+for kind in (train.Teacher, train.Student):
+    def advance(stage, views, original=kind.advance):
+        global taken
+        taken += 1
+        if (taken, os.environ["RANK"]) == (int(steps), rank):
+            os.kill(os.getpid(), int(number))
+        return original(stage, views)
+    kind.advance = advance
+sys.exit(main(words))
+"""
+
+
+# `mobilegs`, and what threads there are besides once it is done
+THREADS = """
+import sys
+from pathlib import Path
+from mobilegs.cli.main import main
+code = main(sys.argv[1:])
+print("threads", *{path.read_text().strip() for path in Path("/proc/self/task").glob("*/comm")})
+sys.exit(code)
+"""
+
+
+def words(capture: Path, run: Path, settings: tuple[str, ...] = ()) -> list[str]:
+    return ["train", str(capture), "-o", str(run), *OPTIONS, *settings]
+
+
+def together(*program: str | Path) -> subprocess.CompletedProcess[str]:
+    """Two processes of a program, started by torchrun."""
+    torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
+    command = [*torchrun, "--nproc-per-node", "2", *map(str, program)]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def signalled(rank: int, steps: int, number: int, capture: Path, run: Path) -> str:
+    """What two processes say of which one receives a signal; they must fail."""
+    program = ["--no-python", sys.executable, "-c", PROGRAM, str(rank), str(steps), str(number)]
+    done = together(*program, *words(capture, run))
+    assert done.returncode == 1
+    return done.stderr
+
+
+def sentences(said: str) -> list[str]:
+    return [line for line in said.splitlines() if line.startswith("mobilegs: ")]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_thread() -> Iterator[None]:
+    """What torchrun gives its processes: matrix products differ with the number of threads."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+@pytest.fixture(scope="module")
+def alone(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What one process makes of the capture."""
+    run = tmp_path_factory.mktemp("alone") / "run"
+    assert main(words(capture, run)) == 0
+    return run
+
+
+def assert_same(run: Path, other: Path) -> None:
+    for name in ("scene.mgs", "teacher.ply", "contact_sheet.png"):
+        assert (run / name).read_bytes() == (other / name).read_bytes(), name
+    assert {path.name for path in run.iterdir()} == {path.name for path in other.iterdir()}
+    rows, others = (
+        re.sub(r'"seconds": [\d.]+', "", (folder / "metrics.jsonl").read_text())
+        for folder in (run, other)
+    )
+    assert rows == others
+
+
+@pytest.mark.parametrize("settings", [(), BOOKS], ids=["sq", "nvq"])
+def test_two_processes_leave_the_bytes_of_one(
+    settings: tuple[str, ...], capture: Path, alone: Path, tmp_path: Path
+) -> None:
+    if settings:
+        alone = tmp_path / "alone"
+        assert main(words(capture, alone, settings)) == 0
+    program = ["--no-python", sys.executable, "-c", THREADS]
+    done = together(*program, *words(capture, tmp_path / "run", settings))
+    assert done.returncode == 0, done.stderr
+    assert_same(tmp_path / "run", alone)
+    if sys.platform == "linux":  # a thread that is left, and holds a tensor, aborts Python's end
+        assert "threads" in done.stdout and "gloo" not in done.stdout
+    assert done.stdout.count("scene.mgs") == 1  # one of them speaks
+    assert done.stderr.count(f"teacher {TEACHER_STEPS}/{TEACHER_STEPS}") == 1
+
+
+def test_processes_that_are_stopped_and_resumed_leave_the_same_bytes(
+    capture: Path, alone: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    for rank, steps, number, stage, stands in (
+        (1, 7, 15, "teacher", 7),  # SIGTERM in the teacher's seventh step
+        (0, TEACHER_STEPS + 3, 2, "student", 10),  # Ctrl-C, seven steps later
+    ):
+        said = signalled(rank, steps, number, capture, run)
+        assert sentences(said) == [f"mobilegs: interrupted: add --resume to continue {run}"]
+        assert "exitcode  : 130" in said
+        saved = load_checkpoint(run / "checkpoint.safetensors")
+        assert (saved["stage"], saved["state"]["done"]) == (stage, stands)
+    assert main(words(capture, run)) == 0
+    assert_same(run, alone)
+
+
+def test_an_error_in_one_process_is_one_sentence_and_ends_all(
+    capture: Path, tmp_path: Path
+) -> None:
+    broken = shutil.copytree(capture, tmp_path / "broken")
+    dataset = load_capture(broken)
+    second = dataset.train[view_order(len(dataset.train), 0, 2, seed=0)[1]].image_path
+    assert second is not None
+    second.write_bytes(second.read_bytes()[:90])
+    done = together("-m", "mobilegs", *words(broken, tmp_path / "run"))
+    [sentence] = sentences(done.stderr)
+    assert done.returncode == 1 and str(second) in sentence
+    assert "exitcode  : 2" in done.stderr and "distributed.py" not in done.stderr
+
+
+def test_views_that_cannot_be_shared_are_refused(capture: Path, tmp_path: Path) -> None:
+    run = TrainRun(capture, tmp_path / "run", views_per_step=3)
+    with pytest.raises(
+        InputError, match=r"2 processes cannot share the 3 views of a step .* of 2,"
+    ):
+        train_together(run, None, Team(torch.device("cpu"), world=2))
+    assert not run.output.exists()
+
+
+@pytest.fixture
+def launched(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Fails in a given way, as one of two processes of which so many have failed before."""
+
+    def launch(error: BaseException, before: int) -> None:
+        store = dist.HashStore()
+        store.add("mobilegs/failed", before)
+        monkeypatch.setenv("TORCHELASTIC_RUN_ID", "test")
+        monkeypatch.setenv("WORLD_SIZE", "2")
+        meeting = sys.modules["torch.distributed.rendezvous"]  # a function hides its module
+        monkeypatch.setattr(meeting, "rendezvous", lambda _: iter([(store, 1, 2)]))
+        monkeypatch.setattr(dist, "init_process_group", lambda *_, **__: None)
+        with joined("cpu") as team:
+            assert (team.rank, team.world, team.first) == (1, 2, False)
+            raise error
+
+    return launch
+
+
+@pytest.mark.parametrize(
+    ("error", "code"), [(InputError("x"), 2), (KeyboardInterrupt(), 130), (ValueError("x"), 1)]
+)
+def test_only_the_first_process_that_fails_says_why(
+    error: BaseException, code: int, launched: Callable[..., None]
+) -> None:
+    with pytest.raises(type(error)):
+        launched(error, 0)
+    with pytest.raises(SystemExit) as ended:
+        launched(error, 1)
+    assert ended.value.code == code
+
+
+def test_a_process_that_was_killed_is_missed(
+    launched: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def closed(*_: object) -> None:
+        raise RuntimeError("connection closed by peer")
+
+    monkeypatch.setattr(dist, "all_gather", closed)
+    with pytest.raises(PartedError) as parted:
+        Team(torch.device("cpu"), world=2).wait()
+    with pytest.raises(SystemExit, match=r"another process .* has ended \(connection closed"):
+        launched(parted.value, 0)
+
+
+def test_more_processes_than_gpus_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 1)
+    for name, value in {"LOCAL_RANK": "1", "LOCAL_WORLD_SIZE": "2"}.items():
+        monkeypatch.setenv(name, value)
+    assert distributed._own_device(torch.device("cpu")).type == "cpu"
+    with pytest.raises(InputError, match="start 1, or add --device cpu"):
+        distributed._own_device(torch.device("cuda"))
+
+
+def test_processes_that_differ_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    team = Team(torch.device("cpu"), rank=1, world=2)
+    monkeypatch.setattr(team, "numbers", lambda *own: [[7], list(own)])
+    team.refuse_difference("after step 3", 7)
+    with pytest.raises(InputError, match="no longer hold the same scene after step 3"):
+        team.refuse_difference("after step 3", 8)
+
+
+def test_views_are_in_the_order_of_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    team = Team(torch.device("cpu"), rank=1, world=2)
+    monkeypatch.setattr(team, "numbers", lambda *own: [[10, 12], list(own)])
+    assert team.in_order([11, 13]) == [10, 11, 12, 13]
+    assert ALONE.in_order([11, 13]) == [11, 13]
+
+
+def test_a_digest_changes_with_any_bit() -> None:
+    state = {"done": 3, "rows": {"a": torch.zeros(4), "b": [torch.zeros(2), 0.5]}}
+    before = digest(state)
+    assert digest({"done": 3, "rows": {"a": torch.zeros(4), "b": [torch.zeros(2), 0.5]}}) == before
+    state["rows"]["a"][2] = 1e-30
+    assert digest(state) != before
+    assert digest({**state, "done": 4}) != digest(state)

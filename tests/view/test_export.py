@@ -1,0 +1,396 @@
+"""Scenes that leave with their viewer: one HTML file, and a folder that opens offline."""
+
+import gzip
+import hashlib
+import json
+import os
+import re
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mobilegs.cli.main import main
+from mobilegs.compress.lobes import LobeShape
+from mobilegs.formats.ply import write_ply
+from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.render import Weighting
+from mobilegs.view.bundle import (
+    SCRIPT,
+    SHADERS,
+    WEB,
+    element_script,
+    linked,
+    slim_shader,
+    viewer_script,
+)
+from tests.support.browser import Chromium
+from tests.web.test_decoder import Case, make_scene
+from tests.web.test_early import COUNTED
+from tests.web.test_viewer import SETTLED
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("scene") / "garden.mgs"
+    path.write_bytes(pack(make_scene(Case(500, LobeShape(2, 12, (64,)), size=200))))
+    return path
+
+
+@pytest.fixture
+def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
+    """An exported folder, and where it is served."""
+    folder = tmp_path / "site"
+    words = ["export", str(scene), "--to", "site", "-o", str(folder), "--title", "A <garden>"]
+    assert main(words) == 0
+
+    class Host(SimpleHTTPRequestHandler):
+        """As some hosts are: pages have one address only, and answers may vary."""
+
+        def do_GET(self) -> None:
+            if self.path.endswith("/index.html"):
+                self.send_response(308)
+                self.send_header("Location", self.path.removesuffix("index.html"))
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+            else:
+                super().do_GET()
+
+        def end_headers(self) -> None:
+            self.send_header("Vary", "Origin")
+            super().end_headers()
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Host, directory=str(folder)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield folder, f"http://127.0.0.1:{server.server_port}/"
+    server.shutdown()
+    server.server_close()
+
+
+def test_the_html_file_opens_from_a_disk_without_a_network(
+    chromium: Chromium, scene: Path, tmp_path: Path
+) -> None:
+    page = tmp_path / "garden.html"
+    assert main(["export", str(scene), "--to", "html", "-o", str(page)]) == 0
+    tab = chromium.tab()
+    asked: list[str] = []
+    tab.page.on("request", lambda request: asked.append(request.url))
+    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.title() == "garden"
+    assert all(url.startswith(("file:", "blob:", "data:")) for url in asked), asked
+    tab.close()
+
+
+def test_a_plain_scene_goes_into_one_file_too(
+    chromium: Chromium, scene: Path, tmp_path: Path
+) -> None:
+    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
+    page = tmp_path / "plain.html"
+    words = ["export", str(tmp_path / "plain.ply"), "--to", "html", "-o", str(page)]
+    assert main(words) == 0
+    tab = chromium.tab()
+    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.close()
+
+
+def test_the_folder_opens_again_without_a_network(
+    chromium: Chromium, site: tuple[Path, str]
+) -> None:
+    _, address = site
+    tab = chromium.tab()
+    tab.page.add_init_script(COUNTED)
+    begun = (
+        f"begun.length === 1 && begun[0].startsWith('{address}scene.mgs?')"  # by the page: early.js
+    )
+    tab.page.goto(f"{address}?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.evaluate(begun)
+    assert tab.page.title() == "A <garden>"
+    tab.page.wait_for_function("navigator.serviceWorker.ready.then(() => true)", timeout=30_000)
+    tab.page.wait_for_function("navigator.serviceWorker.controller !== null", timeout=30_000)
+    tab.page.context.set_offline(True)
+    tab.page.reload()
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.evaluate(begun)
+    tab.page.goto(f"{address}index.html?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.close()
+
+
+@pytest.mark.parametrize("file", ["viewer.js", "index.html"])
+def test_what_is_not_of_its_version_yet_is_not_kept(
+    chromium: Chromium, site: tuple[Path, str], file: str
+) -> None:
+    """A site may be visited while it is uploaded."""
+    folder, address = site
+    content = (folder / file).read_text()
+    version = re.findall(r'VERSION = "(\w+)"', (folder / "sw.js").read_text())[0]
+    (folder / file).write_text(
+        f"{content}\n" if file == "viewer.js" else content.replace(version, "")
+    )
+    tab = chromium.tab()
+    tab.page.goto(f"{address}?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    script = """async () => {
+      const { installing } = await navigator.serviceWorker.register("sw.js");
+      if (installing) await new Promise((settled) => (installing.onstatechange = settled));
+      return installing?.state ?? "redundant";
+    }"""
+    assert tab.page.evaluate(script) == "redundant"
+    # servers tell times in whole seconds: a file of the same second would count as the one refused
+    written = (folder / file).stat().st_mtime
+    (folder / file).write_text(content)
+    os.utime(folder / file, (written + 2, written + 2))
+    controlled = "navigator.serviceWorker.controller !== null"
+    # a visit that begins while another's refusal is under way may keep nothing: a later one does
+    for _ in range(4):
+        tab.page.goto(f"{address}?scale=1&variant=floats")
+        assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+        tab.page.wait_for_timeout(2000)
+        if tab.page.evaluate(controlled):
+            break
+    assert tab.page.evaluate(controlled)
+    tab.complaints.clear()  # of the file that was refused
+    tab.close()
+
+
+def test_a_browser_would_install_it(chromium: Chromium, site: tuple[Path, str]) -> None:
+    tab = chromium.tab()
+    tab.page.goto(site[1])
+    session = tab.page.context.new_cdp_session(tab.page)
+    found = session.send("Page.getInstallabilityErrors")["installabilityErrors"]
+    assert {error["errorId"] for error in found} <= {"in-incognito"}  # as test pages are
+    manifest = session.send("Page.getAppManifest")
+    assert manifest["errors"] == [] and "any maskable" in manifest["data"]
+    tab.close()
+
+
+def test_the_folder_holds_what_it_names(site: tuple[Path, str], scene: Path) -> None:
+    folder, _ = site
+    assert (folder / "scene.mgs").read_bytes() == scene.read_bytes()
+    manifest = json.loads((folder / "manifest.webmanifest").read_text())
+    assert manifest["name"] == "A <garden>"
+    with Image.open(folder / manifest["icons"][0]["src"]) as icon:
+        assert icon.size == (512, 512)
+    with Image.open(folder / "poster.jpg") as poster:
+        assert poster.size == (1200, 630)
+        assert np.asarray(poster).std() > 5
+    listed = (folder / "sw.js").read_text().split("FILES = ", 1)[1].split("};", 1)[0] + "}"
+    files = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    assert set(json.loads(listed)) == files - {"sw.js", "mobile-gs.js"} | {"."}
+    # what visitors look at to find out whether there is something new comes last
+    assert max(folder.iterdir(), key=lambda path: path.stat().st_mtime_ns).name == "sw.js"
+    assert "A &lt;garden&gt;" in (folder / "index.html").read_text()
+
+
+def test_a_site_that_knows_its_address_names_its_picture_in_full(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["export", str(scene), "--to", "site", "-o", str(tmp_path / "out"), "--url"]
+    for url in ("https://me.example/a&b", "https://me.example/a&b/index.html"):
+        assert main([*words, url]) == 0
+        page = (tmp_path / "out" / "index.html").read_text()
+        assert 'og:image" content="https://me.example/a&amp;b/poster.jpg"' in page
+        assert 'og:url" content="https://me.example/a&amp;b/"' in page
+    assert main([*words, "https://me.example:8080/myindex.html"]) == 0
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert 'og:url" content="https://me.example:8080/myindex.html/"' in page
+    wrong = ["me.example/a", "ftp://me.example/", "https://", "https://[", "https://a b.c/"]
+    wrong += ["https://a.b/?", "https://a.b/#", "https://a.b:99999/", "https://u:p@a.b/"]
+    for url in wrong:
+        assert main([*words, url]) == 2
+        assert "is no address of a site" in capsys.readouterr().err
+    page = tmp_path / "page.html"
+    assert (
+        main(["export", str(scene), "--to", "html", "-o", str(page), "--url", "https://a.b"]) == 2
+    )
+    assert "leave out --url" in capsys.readouterr().err
+    assert not page.exists()
+
+
+def test_a_folder_is_written_anew_but_no_other_one(
+    site: tuple[Path, str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, _ = site
+    before = (folder / "sw.js").read_text()
+    words = ["export", str(scene), "--to", "site", "-o"]
+    assert main([*words, str(folder), "--title", "other"]) == 0
+    assert (folder / "sw.js").read_text() != before  # visitors get what has changed
+    page = (folder / "index.html").read_text()
+    for word, file in (("src", "scene.mgs"), ("poster", "poster.jpg")):
+        mark = hashlib.sha256((folder / file).read_bytes()).hexdigest()[:8]
+        assert f'{word}="{file}?{mark}"' in page  # nobody shows one of a visit before
+    (folder / "sw.js").unlink()  # as if it had been interrupted
+    (folder / "scene.ply").write_text("somebody's own")
+    assert main([*words, str(folder)]) == 0
+    assert (folder / "sw.js").exists() and (folder / "scene.ply").exists()
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "thesis.txt").write_text("precious")
+    assert main([*words, str(mine)]) == 2
+    assert "holds something else" in capsys.readouterr().err
+    assert [path.name for path in mine.iterdir()] == ["thesis.txt"]
+
+
+@pytest.mark.parametrize("to", ["html", "site"])
+def test_what_no_viewer_shows_is_refused(
+    to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    network = tmp_path / "network.mgs"
+    network.write_bytes(pack(make_scene(Case(20, network=True))))
+    (tmp_path / "broken.mgs").write_bytes(network.read_bytes()[:100])
+    twice = replace(make_scene(Case(20)), weighting=Weighting("two_pass"))
+    (tmp_path / "two_pass.mgs").write_bytes(pack(twice))
+    (tmp_path / "photo.jpg").write_bytes(b"x")
+    for name, sentence in (
+        ("network.mgs", "asks a network"),
+        ("two_pass.mgs", "two_pass"),
+        ("broken.mgs", "broken.mgs"),
+        ("photo.jpg", "no scene: a .mgs, .ply or .spz"),
+        ("gone.mgs", "gone.mgs"),
+    ):
+        words = ["export", str(tmp_path / name), "--to", to, "-o", str(tmp_path / "out")]
+        assert main(words) in (1, 2)
+        assert sentence in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("file", sorted(SHADERS.glob("*.*sl")), ids=lambda file: file.name)
+def test_shaders_keep_the_lines_that_count(file: Path) -> None:
+    text = slim_shader(file.read_text())
+    assert text.endswith("\n") and len(text) < len(file.read_text())
+    orders = [line for line in text.splitlines() if "#" in line]
+    assert orders == [line for line in file.read_text().splitlines() if line.startswith("#")]
+
+
+def test_the_viewer_is_small() -> None:
+    page = (WEB / "index.html").read_text().replace(SCRIPT, linked("/viewer.js"))
+    sent = [gzip.compress(text.encode(), mtime=0) for text in (page, viewer_script())]
+    assert sum(map(len, sent)) < 60_000
+
+
+@pytest.mark.parametrize("script", [viewer_script, element_script])
+def test_a_bundle_has_no_modules_left(script: Callable[[], str]) -> None:
+    text = script()
+    assert "\nimport " not in text and "\nexport " not in text and "</" not in text
+    assert "import.meta" not in text
+
+
+def test_the_script_holds_each_module_once_and_leaves_nothing_behind(
+    chromium: Chromium, scene: Path
+) -> None:
+    text = viewer_script()
+    assert text.count("class Decoder{") == text.count("leaves its 48-bit grid") == 1
+    tab = chromium.tab()
+    tab.page.evaluate("() => (window.before = Object.getOwnPropertyNames(window))")
+    tab.page.evaluate("() => document.body.append(document.createElement('mobile-gs'))")
+    tab.page.add_script_tag(content=text)  # no module, so that its names would be left
+    tab.page.wait_for_function("document.querySelector('mobile-gs').viewer", timeout=20_000)
+    names = "() => Object.getOwnPropertyNames(window).filter((name) => !before.includes(name))"
+    assert tab.page.evaluate(names) == ["before"]
+    tab.close()
+
+
+def test_the_thread_works_in_a_thread_of_its_own(chromium: Chromium, scene: Path) -> None:
+    text = viewer_script()
+    outer = """onmessage = ({ data: { file, text } }) => {
+      const url = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+      const inner = new Worker(url, { type: "module" });
+      inner.onmessage = ({ data }) => postMessage(data.sentence ?? data.kind);
+      inner.onerror = () => postMessage("error");
+      inner.postMessage({ file });
+    };"""
+    tab = chromium.tab()
+    code = """const url = URL.createObjectURL(new Blob([outer], { type: "text/javascript" }));
+    const worker = new Worker(url);
+    const kinds = [];
+    return new Promise((resolve) => {
+      worker.onmessage = ({ data }) => {
+        kinds.push(data);
+        if (!["dots", "scene", "rows", "progress"].includes(data)) resolve(kinds);
+      };
+      worker.postMessage({ file: new Blob([file]), text });
+    });"""
+    file = np.frombuffer(scene.read_bytes(), np.uint8)
+    kinds = tab.run(code, outer=outer, text=text, file=file)
+    assert kinds[-1] == "done" and {"dots", "scene"} <= set(kinds)
+    tab.close()
+
+
+def test_the_element_works_in_a_page_of_ones_own(
+    chromium: Chromium, site: tuple[Path, str]
+) -> None:
+    folder, address = site
+    (folder / "mine.html").write_text(
+        '<!doctype html><meta charset="utf-8" /><link rel="icon" href="data:," />'
+        '<script type="module" src="mobile-gs.js"></script>'
+        '<mobile-gs src="scene.mgs" style="height: 200px"></mobile-gs>'
+    )
+    tab = chromium.tab()
+    tab.page.goto(f"{address}mine.html")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.close()
+
+
+def test_a_page_takes_the_place_of_no_other_file(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "own.mgs"
+    copy.write_bytes(scene.read_bytes())
+    assert main(["export", str(copy), "--to", "html", "-o", str(copy)]) == 2
+    assert "would be lost" in capsys.readouterr().err
+    assert copy.read_bytes() == scene.read_bytes()
+    for _ in range(2):  # its own page again
+        assert main(["export", str(copy), "--to", "html", "-o", str(tmp_path / "a.html")]) == 0
+
+
+def test_a_page_is_called_after_the_capture(tmp_path: Path) -> None:
+    scene = make_scene(Case(60, LobeShape(2, 12, (64,)), size=20))
+    (tmp_path / "scene.mgs").write_bytes(pack(replace(scene, meta={"capture": "My <yard>"})))
+    words = ["export", str(tmp_path / "scene.mgs"), "--to", "html", "-o", str(tmp_path / "a.html")]
+    assert main(words) == 0
+    assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text()
+
+
+def test_an_exported_folder_holds_one_scene(scene: Path, site: tuple[Path, str]) -> None:
+    folder, _ = site
+    (folder / "scene.txt").write_bytes(b"mine")
+    plain = folder.parent / "plain.ply"
+    write_ply(plain, read_mgs(scene).decode().gaussians)
+    for file in (plain, scene):
+        assert main(["export", str(file), "--to", "site", "-o", str(folder)]) == 0
+        assert {path.name for path in folder.glob("scene.*")} == {
+            f"scene{file.suffix}",
+            "scene.txt",
+        }
+
+
+def test_names_that_are_no_text_become_titles(scene: Path, tmp_path: Path) -> None:
+    try:
+        named = tmp_path / os.fsdecode(b"caf\xe9.mgs")
+        named.write_bytes(scene.read_bytes())
+    except (OSError, UnicodeError):
+        pytest.skip("this system has no such names")
+    for to in ("html", "site"):
+        assert main(["export", str(named), "--to", to, "-o", str(tmp_path / to)]) == 0
+    for page in (tmp_path / "html", tmp_path / "site" / "index.html"):
+        assert "<title>caf\ufffd</title>" in page.read_text()
+
+
+def test_a_scene_that_no_page_can_hold_is_refused(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("mobilegs.view.export.HTML_MAX", 1000)
+    words = ["export", str(scene), "--to", "html", "-o", str(tmp_path / "a.html")]
+    assert main(words) == 2 and "use --to site" in capsys.readouterr().err

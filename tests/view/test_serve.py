@@ -1,0 +1,291 @@
+"""The server of the viewer: what it gives away, and what it keeps."""
+
+import _thread
+import gzip
+import http.client
+import io
+import os
+import re
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import parse_qs, quote, urlsplit
+
+import pytest
+import segno
+
+from mobilegs.cli.main import main
+from mobilegs.errors import InputError
+from mobilegs.formats.ply import COLUMNS
+from mobilegs.view.bundle import viewer_script
+from mobilegs.view.serve import SCENE, Server, own_address, serve
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """Serves a file of 3 MB with a name that an address cannot hold as it is."""
+    scene = tmp_path_factory.mktemp("scenes") / "my garden & co.mgs"
+    scene.write_bytes(bytes(range(256)) * 12_000)
+    (scene.parent / "secret.mgs").write_bytes(b"not yours")
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield server
+        server.shutdown()
+
+
+def get(
+    server: Server, path: str, wishes: dict[str, str] | None = None
+) -> tuple[int, dict[str, str], bytes]:
+    """Status, headers and body of an answer; the path goes out as it is, dots and all."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection.request("GET", path, headers=wishes or {})
+    answer = connection.getresponse()
+    found = answer.status, dict(answer.getheaders()), answer.read()
+    connection.close()
+    return found
+
+
+def ply(kind: str, number: str) -> bytes:
+    """The header of a scene without Gaussians."""
+    lines = ["ply", f"format {kind} 1.0", "element vertex 0"]
+    lines += [f"property {number} {name}" for name in COLUMNS]
+    return "\n".join([*lines, "end_header", ""]).encode()
+
+
+def test_the_scene_arrives_as_it_is(server: Server) -> None:
+    status, headers, body = get(server, "/scene")
+    assert status == 200 and body == server.scenes[SCENE].read_bytes()
+    assert headers["Content-Length"] == str(len(body))
+
+
+def test_heads_can_be_asked_for(server: Server) -> None:
+    for path in ("/scene", "/?url=/scene", "/nothing"):
+        connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+        connection.request("HEAD", path)
+        answer = connection.getresponse()
+        status, headers, _ = get(server, path)
+        assert answer.status == status
+        assert answer.getheader("Content-Length") == headers["Content-Length"]
+        assert answer.read() == b""
+        connection.close()
+
+
+def test_what_is_no_address_is_refused(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as connection:
+        connection.sendall(b"GET http://[ HTTP/1.1\r\nHost: a\r\n\r\n")
+        assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
+    assert get(server, "/scene")[0] == 200
+    assert capsys.readouterr().err == ""
+
+
+def test_a_scene_that_is_cut_while_it_is_sent_ends_the_connection(tmp_path: Path) -> None:
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(bytes(30 << 20))
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+        connection.request("GET", "/scene")
+        answer = connection.getresponse()
+        answer.read(1000)
+        os.truncate(scene, 1 << 20)
+        with pytest.raises(http.client.IncompleteRead):
+            answer.read()
+        connection.close()
+        server.shutdown()
+
+
+def test_a_browser_that_waits_for_the_page_gets_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Some commands end only when their browser does."""
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(b"scene")
+    found: list[int] = []
+
+    def browse(address: str) -> None:
+        connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=20)
+        connection.request("GET", "/")
+        found.append(connection.getresponse().status)
+        connection.close()
+        _thread.interrupt_main()  # as Ctrl-C does
+
+    monkeypatch.setattr("webbrowser.open", browse)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs may ignore it
+    try:
+        serve(scene, None, lan=False, port=0, browser=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert found == [302]
+
+
+def test_phones_get_an_address_and_a_code_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(b"scene")
+    monkeypatch.setattr("mobilegs.view.serve.own_address", lambda: "192.0.2.7")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+
+    def browse(address: str) -> None:
+        connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=20)
+        connection.request("GET", "/")
+        connection.getresponse()
+        connection.close()
+        _thread.interrupt_main()  # as Ctrl-C does
+
+    monkeypatch.setattr("webbrowser.open", browse)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        serve(scene, None, lan=True, port=0, browser=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    said = capsys.readouterr().out
+    [address] = re.findall(r"in this network at (http://192\.0\.2\.7:\d+/\?url=/scene)", said)
+    drawn = io.StringIO()
+    segno.make(address, error="l").terminal(drawn, compact=True)
+    assert drawn.getvalue() in said
+
+
+def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
+    status, headers, _ = get(server, "/")
+    assert status == 302
+    assert headers["Location"] == "/?url=/scene"
+    assert server.address("host").endswith(headers["Location"])
+    status, headers, body = get(server, headers["Location"])
+    assert status == 200 and b"<mobile-gs>" in body
+    assert headers["Content-Type"].startswith("text/html")
+    status, headers, _ = get(server, "/?bench=60,640x360&noui")
+    assert status == 302
+    assert headers["Location"] == "/?url=/scene&bench=60,640x360&noui"
+
+
+def test_the_page_has_the_names_of_its_scenes(tmp_path: Path) -> None:
+    files = [tmp_path / "a & b" / "scene.mgs", tmp_path / "plain.ply"]
+    for file in files:
+        file.parent.mkdir(exist_ok=True)
+        file.write_bytes(b"x")
+    with Server(*files) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        _, _, body = get(server, server.path)
+        server.shutdown()
+    title = f"a &amp; b/scene.mgs | {tmp_path.name}/plain.ply"
+    assert f"<title>{title}</title>" in body.decode()
+
+
+def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:
+    _, _, page = get(server, "/?url=/scene")
+    found = re.search(rb'src="(/viewer\.js\?\w{16})"', page)
+    assert found and page.count(found[1]) == 2  # for the page itself, and for its thread
+    status, headers, body = get(server, found[1].decode())
+    assert status == 200 and body.decode() == viewer_script()
+    assert "immutable" in headers["Cache-Control"]
+    for address in ("/viewer.js", "/viewer.js?0123456789abcdef"):
+        status, headers, other = get(server, address)
+        assert status == 200 and other == body and headers["Cache-Control"] == "no-cache"
+    assert "javascript" in headers["Content-Type"] and "Content-Encoding" not in headers
+    _, headers, packed = get(server, "/viewer.js", {"Accept-Encoding": "br, gzip"})
+    assert headers["Content-Encoding"] == "gzip" and gzip.decompress(packed) == body
+    assert len(packed) < 60_000
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/scene/secret.mgs",
+        "/scene/",
+        "/other",
+        "/serve.py",
+        "/web/../serve.py",
+        "/web/%2e%2e/serve.py",
+        "/../../pyproject.toml",
+        "//etc/passwd",
+        "/web/",
+        "/web",
+        "/web/page.js",
+        "/viewer.js/",
+        "/web/nul\\..\\..\\serve.py",
+    ],
+)
+def test_nothing_else_is_served(server: Server, path: str) -> None:
+    assert get(server, path)[0] == 404
+
+
+def test_a_scene_that_has_gone_is_not_found(tmp_path: Path) -> None:
+    scene = tmp_path / "a.mgs"
+    scene.write_bytes(b"x")
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        scene.unlink()
+        assert get(server, "/scene")[0] == 404
+        server.shutdown()
+
+
+@pytest.mark.parametrize(
+    "name", ["a & b.mgs", "scene (1).mgs", "100%.mgs", "a+b,c.mgs", "it's#1.mgs", "ä?.mgs"]
+)
+def test_two_scenes_are_compared(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"first")
+    (tmp_path / "b.ply").write_bytes(b"second")
+    with Server(tmp_path / name, tmp_path / "b.ply") as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        page = get(server, "/")[1]["Location"]
+        # as the page reads its own address; what it asks for is then an address
+        wishes = parse_qs(urlsplit(page).query)
+        [first], [second] = wishes["url"], wishes["compare"]
+        assert first == f"/scene/{quote(name)}" and second == "/other/b.ply"
+        assert get(server, first)[2] == b"first" and get(server, second)[2] == b"second"
+        assert get(server, first.replace("scene", "other", 1))[0] == 404
+        server.shutdown()
+
+
+def test_it_listens_on_this_machine_alone_unless_asked(server: Server) -> None:
+    assert server.server_address[0] == "127.0.0.1"
+    assert own_address() is None or "." in str(own_address())
+
+
+def test_a_port_that_is_taken_is_told(server: Server, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=f"cannot listen on 127.0.0.1:{server.server_port}"):
+        Server(server.scenes[SCENE], port=server.server_port)
+    with pytest.raises(InputError, match="there is no such file"):
+        Server(tmp_path / "gone.mgs")
+
+
+def test_view_refuses_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", str(tmp_path / "gone.mgs")]) == 2
+    assert "there is no such file" in capsys.readouterr().err
+    assert main(["view", str(tmp_path / "gone.mgs"), "--port", "70000"]) == 2
+    assert "there is no such file" in capsys.readouterr().err
+    (tmp_path / "a.mgs").write_bytes(b"x")
+    assert main(["view", str(tmp_path / "a.mgs"), "--port", "70000"]) == 2
+    assert "a port lies between" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("empty.mgs", b"", "is empty"),
+        ("notes.txt", b"text", "is no scene"),
+        ("folder.mgs", None, "it is a folder"),
+        ("text.ply", ply("ascii", "float"), "no .ply that the web viewer shows"),
+        ("big.ply", ply("binary_big_endian", "float"), "no .ply that the web viewer shows"),
+        ("double.ply", ply("binary_little_endian", "double"), "no .ply that the web viewer shows"),
+        (
+            "mesh.ply",
+            b"ply\nformat ascii 1.0\nelement face 1\nend_header\n",
+            "no .ply that the web",
+        ),
+    ],
+)
+def test_what_is_no_scene_is_not_served(
+    tmp_path: Path, name: str, content: bytes | None, sentence: str
+) -> None:
+    path = tmp_path / name
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=sentence):
+        serve(path, None, lan=False, port=0, browser=False)

@@ -1,0 +1,97 @@
+"""A video of a scene, once around."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from mobilegs.camera import look_at
+from mobilegs.cli.main import main
+from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.formats.ply import write_ply
+from mobilegs.mgs.codec import pack
+from mobilegs.render.scene import Scene
+from mobilegs.view.video import open_with_views, orbit_cameras
+from tests.synthetic_capture.test_render import garden
+from tests.web.test_decoder import Case, make_scene
+
+av = pytest.importorskip("av")
+
+
+def pictures(path: Path) -> tuple[list[np.ndarray], float]:
+    with av.open(str(path)) as file:
+        stream = file.streams.video[0]
+        return [frame.to_ndarray(format="rgb24") for frame in file.decode(video=0)], float(
+            stream.average_rate
+        )
+
+
+def test_a_video_goes_once_around(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source, video = tmp_path / "garden.ply", tmp_path / "out.mp4"
+    write_ply(source, garden())
+    words = ["render", str(source), "--orbit", str(video), "--seconds", "0.8", "--size", "96", "64"]
+    assert main(words) == 0
+    assert f"{video.stat().st_size:,} bytes" in capsys.readouterr().out
+    frames, rate = pictures(video)
+    assert (len(frames), rate) == (24, 30.0)
+    scene, views = open_with_views(source, torch.device("cpu"))
+    cameras = orbit_cameras(scene, views, 24, width=96, height=64)
+    for number in (0, 7, 23):
+        expected = to_bytes(scene.render(cameras[number]).image).numpy().astype(float)
+        error = np.abs(frames[number] - expected).mean()
+        assert error < 12  # colours at half resolution, of dots
+        assert error < np.abs(frames[(number + 12) % 24] - expected).mean()
+    assert not list(tmp_path.glob("*.tmp*"))
+
+
+def test_cameras_go_around_what_the_training_cameras_look_at() -> None:
+    up, middle = torch.tensor([0.0, -1.0, 0.0]), torch.tensor([1.0, 2.0, 3.0])
+    first, *_ = make_scene(Case(20)).views
+    eyes = [middle + torch.tensor([4.0, -1.0, 0.0]), middle + torch.tensor([0.0, -1.0, 4.0])]
+    views = [replace(first, viewmat=look_at(eye, middle, up)) for eye in eyes]
+    cameras = orbit_cameras(Scene(garden(50)), views, 8, width=64, height=48)
+    places = torch.stack([camera.position for camera in cameras])
+    away = places - middle
+    assert torch.allclose(away.norm(dim=1), torch.tensor(math.sqrt(17.0)), atol=1e-2)
+    assert torch.allclose(away[:, 1], torch.tensor(-1.0), atol=0.05)
+    assert torch.allclose(places[0], eyes[0], atol=1e-3)
+    for camera in cameras:
+        ahead = camera.viewmat[:3, :3] @ (middle - camera.position)
+        assert torch.allclose(ahead / ahead.norm(), torch.tensor([0.0, 0, 1]), atol=1e-3)
+
+
+def test_a_scene_file_brings_its_views(tmp_path: Path) -> None:
+    path = tmp_path / "scene.mgs"
+    path.write_bytes(pack(make_scene(Case(20))))
+    scene, views = open_with_views(path, torch.device("cpu"))
+    assert scene.blend == "sortfree" and len(views) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--orbit", "out.avi"], "ends so"),
+        (["--orbit", "out.mp4", "--seconds", "0"], "up to 600 seconds"),
+        (["--orbit", "out.mp4", "--seconds", "nan"], "up to 600 seconds"),
+        (["--orbit", "out.mp4", "--size", "95", "64"], "sides are even"),
+        (["--orbit", "out.mp4", "--size", "96", "100000"], "sides are even"),
+        (["--orbit", "out.mp4", "--capture", "here"], "leave out --capture"),
+        ([], "--orbit MP4"),
+        (["--capture", "here"], "--orbit MP4"),
+    ],
+)
+def test_what_no_video_is_is_refused(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    sentence: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_ply(tmp_path / "garden.ply", garden(50))
+    assert main(["render", "garden.ply", *words]) == 2
+    assert sentence in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["garden.ply"]

@@ -1,0 +1,297 @@
+"""The window, on a canvas that needs no display."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from mobilegs.cli.main import main
+from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.formats.ply import write_ply
+from mobilegs.view import window as windows
+from mobilegs.view.wgpu_renderer import GpuRenderer
+from tests.support.scenes import as_float32, no_gpu, random_scene
+from tests.view.test_orbit import event, ring
+from tests.view.test_wgpu_renderer import as_scene
+
+needs_gpu = pytest.mark.skipif(bool(no_gpu()), reason=no_gpu())
+LEVELS = 1.0  # of 255: the same picture, rounded by the GPU and by us
+
+
+@pytest.fixture
+def opened(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> Any:
+    """Opens windows without a display, in an empty working folder."""
+    from rendercanvas.offscreen import RenderCanvas
+
+    monkeypatch.chdir(tmp_path)
+    made: list[windows.Window] = []
+
+    def open_window(kind: str = "mobile_gs", *, density: float = 1.0, views: bool = True) -> Any:
+        scene = as_scene(as_float32(random_scene(300, seed=2)), kind)
+        canvas = RenderCanvas(size=(90, 60), pixel_ratio=density)
+        made.append(windows.Window(canvas, GpuRenderer(scene), ring() if views else [], "garden"))
+        return made[-1]
+
+    yield open_window
+    for window in made:
+        window.close()
+    # what goes wrong in a handler or a frame, rendercanvas catches and logs
+    assert not [record for record in caplog.records if record.name == "rendercanvas"]
+
+
+def act(window: windows.Window, *events: dict) -> None:
+    """Sends events, as a toolkit would."""
+    for one in events:
+        window.canvas.submit_event(one)
+    window.canvas._process_events()
+
+
+def press(window: windows.Window, key: str, *modifiers: str) -> None:
+    act(window, event("key_down", key=key, modifiers=modifiers), event("key_up", key=key))
+
+
+def shown(window: windows.Window) -> np.ndarray:
+    """The picture on the canvas, RGB in 0 to 255."""
+    return window.canvas.draw()[..., :3].astype(np.float64)
+
+
+def expected(window: windows.Window) -> np.ndarray:
+    """The picture that the renderer alone draws from where the window looks."""
+    seen = window.camera(*window.canvas.get_physical_size())
+    return to_bytes(window._renderer.draw(seen).image).numpy().astype(np.float64)
+
+
+@needs_gpu
+@pytest.mark.parametrize("kind", ["mobile_gs", "sorted"])
+@pytest.mark.parametrize("density", [1.0, 2.0])
+def test_a_window_shows_what_the_renderer_draws(opened: Any, kind: str, density: float) -> None:
+    window = opened(kind, density=density)
+    first = shown(window)
+    assert first.shape == (60 * density, 90 * density, 3) and first.std() > 5
+    assert np.abs(first - expected(window)).max() <= LEVELS
+    window.canvas.set_logical_size(50, 70)
+    assert np.abs(shown(window) - expected(window)).max() <= LEVELS
+    assert shown(window).shape == (70 * density, 50 * density, 3)
+
+
+@needs_gpu
+def test_the_first_view_is_a_training_camera_and_v_takes_the_next(opened: Any) -> None:
+    window, views = opened(), ring()
+    for index in (0, 1, 2, 3, 4, 0):
+        if index or window._view:
+            press(window, "v")
+        seen = window.camera(80, 60)
+        torch.testing.assert_close(seen.position, views[index].position, atol=1e-5, rtol=1e-5)
+        forward = views[index].viewmat[2, :3]
+        torch.testing.assert_close(seen.viewmat[2, :3], forward, atol=1e-5, rtol=1e-5)
+    assert float(seen.K[0, 0]) == pytest.approx((90 * 80) ** 0.5)
+
+
+def drag(window: windows.Window, dx: float, dy: float, *, button: int = 1, **more: Any) -> None:
+    buttons = (button,)
+    act(
+        window,
+        event("pointer_down", x=10.0, y=10.0, button=button, buttons=buttons, **more),
+        event("pointer_move", x=10.0 + dx, y=10.0 + dy, buttons=buttons, **more),
+        event("pointer_up", x=10.0 + dx, y=10.0 + dy, button=button, **more),
+        event("pointer_move", x=70.0, y=50.0),  # nothing is held down any more
+    )
+
+
+@needs_gpu
+def test_dragging_turns_and_pans_and_the_wheel_zooms(opened: Any) -> None:
+    window = opened()
+    pose = window.input.pose
+    start, reach = pose.copy(), np.linalg.norm(pose.eye - pose.target)
+    drag(window, 50, 5)
+    assert np.linalg.norm(pose.eye - pose.target) == pytest.approx(reach)
+    assert np.linalg.norm(pose.eye - start.eye) > 0.2 * reach
+    np.testing.assert_array_equal(pose.target, start.target)
+    assert (pose.eye - start.eye) @ start.right < 0  # the scene follows the hand
+    press(window, "r")
+    pose = window.input.pose
+    np.testing.assert_allclose(pose.eye, start.eye)
+    for more in ({"button": 2}, {"modifiers": ("Shift",)}):
+        before = pose.copy()
+        drag(window, 30, 0, **more)
+        step = pose.eye - before.eye
+        np.testing.assert_allclose(step, -0.5 * reach * before.right, atol=1e-9)
+        np.testing.assert_allclose(pose.target - before.target, step)
+    act(window, event("wheel", dx=0.0, dy=100.0, x=5.0, y=5.0))
+    away = np.linalg.norm(pose.eye - pose.target)
+    assert away == pytest.approx(reach * np.exp(0.12))
+    press(window, "m")
+    before = pose.copy()
+    drag(window, 50, 5)
+    np.testing.assert_array_equal(pose.eye, before.eye)
+    assert np.abs(shown(window) - expected(window)).max() <= LEVELS
+
+
+@needs_gpu
+def test_a_double_click_looks_at_what_is_there(opened: Any) -> None:
+    window = opened()
+    seen = window.camera(90, 60)
+    place = seen.viewmat.double().numpy() @ [*window._solid[7], 1]
+    x, y, w = seen.K.double().numpy() @ place[:3]
+    at = {"x": x / w, "y": y / w, "button": 1, "buttons": (1,)}
+    before = window.input.pose.copy()
+    act(window, event("pointer_down", **at, time_stamp=10.0), event("pointer_up", x=0, y=0))
+    np.testing.assert_array_equal(window.input.pose.target, before.target)
+    act(window, event("pointer_down", **at, time_stamp=10.2))
+    target = window.input.pose.target
+    assert (np.abs(window._solid - target).max(1) == 0).any()
+    np.testing.assert_array_equal(window.input.pose.eye, before.eye)
+
+
+@needs_gpu
+def test_a_sorted_scene_is_sorted_anew_when_it_is_seen_from_elsewhere(opened: Any) -> None:
+    window = opened("sorted")
+    shown(window)
+    window.input.pose.orbit(3.0, 0.0)
+    stale = shown(window)  # in the order of before, while the other is made
+    assert window._coming is not None
+    window._coming.result()
+    exact = shown(window)
+    assert np.abs(exact - expected(window)).max() <= LEVELS
+    assert np.abs(stale - exact).max() > 10
+    window.input.pose.orbit(0.005, 0.0)
+    shown(window)
+    assert window._coming is None  # the same order serves
+
+
+@needs_gpu
+def test_a_key_that_is_held_goes_on_from_frame_to_frame(opened: Any) -> None:
+    window = opened()
+    act(window, event("key_down", key="s"))
+    shown(window)
+    before = window.input.pose.eye
+    shown(window)
+    assert (window.input.pose.eye - before) @ window.input.pose.forward < 0
+    act(window, event("key_up", key="s"))
+    before = window.input.pose.eye
+    shown(window)
+    np.testing.assert_array_equal(window.input.pose.eye, before)
+
+
+@needs_gpu
+def test_the_keys_save_a_picture_tell_figures_and_close(
+    opened: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = opened(density=2.0, views=False)
+    titles: list[str] = []
+    monkeypatch.setattr(window.canvas, "set_title", titles.append)
+    picture = shown(window)
+    press(window, "p")
+    press(window, "p")
+    said = capsys.readouterr().out
+    assert "saved garden.png" in said and "saved garden-2.png" in said
+    for name in ("garden.png", "garden-2.png"):
+        with Image.open(name) as saved:
+            assert np.abs(np.array(saved, np.float64) - picture).max() <= LEVELS
+    press(window, "i")
+    shown(window)
+    assert "180 x 120" in titles[-1]
+    press(window, "I")
+    assert titles[-1] == "garden: 300 Gaussians"
+    press(window, "h")
+    assert "full screen" in capsys.readouterr().out
+    press(window, "f")  # there is no screen
+    press(window, "q", "Shift")
+    press(window, "r", "Control")
+    assert not window.canvas.get_closed()
+    press(window, "Escape")
+    assert window.canvas.get_closed()
+    other = opened()
+    press(other, "q", "Control")
+    assert other.canvas.get_closed()
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    assert main([str(word) for word in words]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    return said
+
+
+def test_without_the_packages_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "glfw", None)
+    said = refusal(capsys, "view", "scene.mgs", "--native")
+    assert "pip install 'mobilegs[native]'" in said
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
+def test_without_a_display_it_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("glfw")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE"):
+        monkeypatch.delenv(name, raising=False)
+    assert "there is no display here" in refusal(capsys, "view", "scene.mgs", "--native")
+
+
+def test_a_window_serves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capsys, "view", "scene.mgs", "--native", "--lan")
+    assert "leave out --lan" in said
+
+
+@pytest.fixture
+def toolkit(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A toolkit without a display, whose windows are looked at and closed by their users."""
+    from rendercanvas import offscreen
+
+    class Loop:
+        user: Callable[[], None] = staticmethod(lambda: None)
+
+        def run(self) -> None:
+            self.user()
+
+    class Toolkit:
+        loop = Loop()
+        canvases: list[Any] = []  # noqa: RUF012
+
+        def RenderCanvas(self, **options: Any) -> Any:
+            self.canvases.append(offscreen.RenderCanvas(size=options["size"]))
+            return self.canvases[-1]
+
+    made = Toolkit()
+    made.canvases = []
+    monkeypatch.setattr(windows, "_toolkit", lambda: made)
+    return made
+
+
+@needs_gpu
+def test_view_opens_a_ply_in_a_window(
+    toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = as_scene(as_float32(random_scene(80, seed=5)), "sorted")
+    write_ply(tmp_path / "made.ply", scene.gaussians)
+    pictures: list[np.ndarray] = []
+    toolkit.loop.user = lambda: pictures.append(toolkit.canvases[0].draw())
+    assert main(["view", str(tmp_path / "made.ply"), "--native"]) == 0
+    assert "made.ply is shown in a window" in capsys.readouterr().out
+    assert pictures[0].shape == (720, 1280, 4) and pictures[0][..., :3].std() > 5
+    assert toolkit.canvases[0].get_closed()
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("gone.mgs", "cannot"),
+        ("scene.obj", "no scene: a .mgs, .ply, .spz"),
+        ("gone.ply", "cannot"),
+    ],
+)
+def test_a_file_that_is_no_scene_opens_no_window(
+    toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, sentence: str
+) -> None:
+    assert sentence in refusal(capsys, "view", tmp_path / name, "--native")
+    assert not toolkit.canvases

@@ -1,0 +1,280 @@
+"""The viewer's settings, and whether all of it can be reached without a mouse or without eyes."""
+
+import re
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from mobilegs.evaluate.metrics import psnr
+from mobilegs.mgs.codec import unpack
+from tests.support.browser import Chromium, Tab
+from tests.web.test_viewer import MGS, RENDERERS, seen, served, visit
+
+__all__ = ["served"]
+FOCUS_OF_SCENE = "Press H for the keys"
+# how a screen reader would call what has the focus, as far as this page's markup goes
+FOCUSED = """() => {
+  const focused = document.querySelector("mobile-gs").shadowRoot.activeElement;
+  if (focused === null) return null;
+  const label = focused.labels?.[0]?.textContent;
+  return (focused.getAttribute("aria-label") ?? label ?? focused.textContent).trim();
+}"""
+
+
+def expected(tab: Tab, color: list[float] | None) -> torch.Tensor:
+    camera, _ = seen(tab, 160, 120)
+    scene = unpack(MGS).decode()
+    if color is not None:
+        scene.background = torch.tensor(color, dtype=torch.float32)
+    return scene.render(camera).image
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_a_background_lies_behind_the_scene(tab: Tab, served: Any, renderer: str) -> None:
+    visit(tab, served("scene.mgs", MGS), f"renderer={renderer}", "background=ff8000")
+    # a training camera sees no background in this scene
+    tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.dolly(8)")
+    orange = expected(tab, [1, 128 / 255, 0])
+    assert psnr(seen(tab, 160, 120)[1], orange) > 45
+    own = expected(tab, None)
+    assert psnr(orange, own) < 30
+    for word, image in (
+        ("Navy", expected(tab, [0, 0, 128 / 255])),
+        ("no colour", own),
+        ("#fff", expected(tab, [1, 1, 1])),
+    ):
+        tab.page.evaluate(
+            "(word) => document.querySelector('mobile-gs').setAttribute('background', word)", word
+        )
+        assert psnr(seen(tab, 160, 120)[1], image) > 45, word
+    tab.page.keyboard.press("o")
+    assert tab.page.get_by_label("Background").input_value() == "#ffffff"
+    tab.page.get_by_role("button", name="The scene's own").click()
+    assert psnr(seen(tab, 160, 120)[1], own) > 45
+
+
+def test_the_field_of_view_can_be_given(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS), "fov=90")
+    camera, _ = seen(tab, 160, 120)
+    focal = (160 * 120) ** 0.5 / 2  # between the width's and the height's
+    assert camera.K[0, 0] == pytest.approx(focal) and camera.K[1, 1] == pytest.approx(focal)
+    tab.page.evaluate("document.querySelector('mobile-gs').removeAttribute('fov')")
+    trained = unpack(MGS).views[0]
+    camera, _ = seen(tab, trained.width, trained.height)
+    assert camera.K[0, 0] == pytest.approx(
+        (trained.K[0, 0] * trained.K[1, 1]).sqrt().item(), rel=1e-4
+    )
+
+
+def test_a_scene_that_turns_stops_at_the_first_input(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS), "autorotate")
+    first, _ = seen(tab, 16, 16)
+    tab.page.wait_for_timeout(700)
+    second, _ = seen(tab, 16, 16)
+    assert (first.position - second.position).norm() > 1e-3
+    tab.page.mouse.click(200, 200)
+    still, _ = seen(tab, 16, 16)
+    tab.page.wait_for_timeout(500)
+    torch.testing.assert_close(seen(tab, 16, 16)[0].viewmat, still.viewmat)
+    tab.page.keyboard.press("o")
+    box = tab.page.get_by_label("Turn slowly by itself")
+    assert not box.is_checked()
+    box.check()
+    tab.page.wait_for_timeout(500)
+    assert (seen(tab, 16, 16)[0].position - still.position).norm() > 1e-3
+    box.uncheck()
+
+
+def test_nothing_turns_for_those_who_want_no_motion(tab: Tab, served: Any) -> None:
+    tab.page.emulate_media(reduced_motion="reduce")
+    visit(tab, served("scene.mgs", MGS), "autorotate")
+    first, _ = seen(tab, 16, 16)
+    tab.page.wait_for_timeout(500)
+    torch.testing.assert_close(seen(tab, 16, 16)[0].viewmat, first.viewmat)
+
+
+def test_settings_do_what_they_say(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.evaluate("document.querySelector('mobile-gs').setAttribute('scale', 0.8)")
+    tab.page.get_by_role("button", name="Settings").click()
+    panel = tab.page.get_by_role("dialog", name="Settings")
+    resolution = panel.get_by_label("Resolution")
+    assert resolution.locator("option:checked").inner_text() == "80 %"
+    canvas = tab.page.locator("mobile-gs canvas")
+    for share in ("0.5", "1"):
+        resolution.select_option(share)
+        width = round(float(share) * tab.page.viewport_size["width"])
+        canvas.evaluate(
+            """(canvas, width) => new Promise((resolve) => {
+              const look = () => (canvas.width === width ? resolve() : setTimeout(look, 20));
+              look();
+            })""",
+            width,
+        )
+    panel.get_by_label("Dragging").select_option("fly")
+    tab.page.keyboard.press("r")  # a letter that chooses in a list does nothing else
+    viewer = "document.querySelector('mobile-gs').viewer"
+    assert tab.page.evaluate(f"{viewer}.mode") == "fly"
+    panel.get_by_label("Show the frame rate").check()
+    stats = tab.page.locator("mobile-gs .stats")
+    stats.wait_for(timeout=5000)
+    stats.filter(has_text="800 Gaussians").wait_for(timeout=10_000)
+    assert "Drawn with Web" in panel.inner_text()
+    tab.page.evaluate(f"{viewer}.pose.dolly(2)")
+    panel.get_by_role("button", name="Next camera").click()
+    eye = tab.page.evaluate(f"{viewer}.pose.eye")
+    assert eye == pytest.approx(unpack(MGS).views[1].position.tolist(), abs=1e-4)
+
+
+def test_everything_has_a_name_and_is_reached_with_the_tab_key(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS), "compare=/scene")
+    tab.page.get_by_role("slider").wait_for(timeout=20_000)
+    assert tab.page.evaluate(FOCUSED).startswith("3D scene")
+    tab.page.keyboard.press("o")
+    names = set()
+    for _ in range(25):
+        names.add(tab.page.evaluate(FOCUSED))  # of the panel, which is its button's too
+        tab.page.keyboard.press("Tab")
+    controls = tab.page.locator("mobile-gs").locator(
+        "button, select, input, canvas[tabindex], [role=slider]"
+    )
+    shown = [control for control in controls.all() if control.is_visible()]
+    assert "" not in names and len(names - {None}) == len(shown)
+
+
+def test_who_comes_by_the_tab_key_sees_where_they_are(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.keyboard.press("Tab")
+    before = tab.page.screenshot()
+    tab.page.keyboard.press("Shift+Tab")
+    assert FOCUS_OF_SCENE in tab.page.evaluate(FOCUSED)
+    around = [
+        np.asarray(Image.open(BytesIO(png)).convert("RGB"), float)
+        for png in (before, tab.page.screenshot())
+    ]
+    changed = np.abs(around[0] - around[1]).max(axis=2) > 30
+    assert changed[:2].mean() > 0.9 and changed[:, :2].mean() > 0.9
+    assert not changed[20:60, 20:60].any()
+
+
+def test_an_author_says_what_there_is_to_see(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.evaluate(
+        """() => {
+          const other = document.createElement("mobile-gs");
+          other.setAttribute("alt", "A garden with a pond");
+          document.body.append(other);
+        }"""
+    )
+    canvas = "[...document.querySelectorAll('mobile-gs')].at(-1).shadowRoot.querySelector('canvas')"
+    words = "A garden with a pond. Press H for the keys."
+    tab.page.wait_for_function(f"{canvas}.ariaLabel === '{words}'")
+
+
+def test_what_happens_is_told(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    said = tab.page.get_by_role("status").first
+    assert re.fullmatch(r"[\d,]+ Gaussians are there\.", said.text_content())
+    for words in ("looks around", "turns the scene"):
+        tab.page.keyboard.press("m")
+        assert said.text_content() == f"Dragging {words}."
+        assert "seen" in said.get_attribute("class")
+    tab.page.wait_for_function(
+        "!document.querySelector('mobile-gs').shadowRoot.querySelector('.seen')", timeout=10_000
+    )
+
+
+@pytest.mark.parametrize(("button", "key"), [("Settings", "o"), ("Help", "h")])
+def test_escape_closes_a_dialog_and_the_focus_returns(
+    tab: Tab, served: Any, button: str, key: str
+) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    dialog = tab.page.get_by_role("dialog")
+    opener = tab.page.get_by_role("button", name=button, exact=True)
+    opener.focus()
+    tab.page.keyboard.press("Enter")
+    assert dialog.is_visible() and tab.page.evaluate(FOCUSED) == button
+    assert opener.get_attribute("aria-expanded") == "true"
+    tab.page.keyboard.press("Tab")
+    tab.page.keyboard.press("Escape")
+    assert not dialog.is_visible() and tab.page.evaluate(FOCUSED) == opener.evaluate(
+        "(e) => e.getAttribute('aria-label') ?? e.textContent"
+    )
+    assert opener.get_attribute("aria-expanded") == "false"
+    tab.page.focus("mobile-gs")
+    tab.page.locator("mobile-gs canvas").focus()
+    tab.page.keyboard.press(key)
+    assert dialog.is_visible()
+    tab.page.keyboard.press(key)
+    assert not dialog.is_visible() and tab.page.evaluate(FOCUSED).startswith("3D scene")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_words_stand_out_in_light_and_dark(tab: Tab, served: Any, scheme: str) -> None:
+    tab.page.emulate_media(color_scheme=scheme)
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.keyboard.press("o")
+    found = tab.page.get_by_role("dialog").evaluate(
+        """(panel) => [getComputedStyle(panel).color, getComputedStyle(panel).backgroundColor]"""
+    )
+    ink, paper = ([float(x) for x in c.strip("rgba()").split(",")] for c in found)
+    bright = [sum(color[:3]) / 3 for color in (ink, paper)]
+    assert (bright[0] < 60 and bright[1] > 200) == (scheme == "light")
+    assert (bright[0] > 200 and bright[1] < 60) == (scheme == "dark")
+    assert paper[3] > 0.8  # whatever the scene behind it shows
+
+
+def test_without_buttons_the_keys_remain(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS), "noui")
+    assert not tab.page.get_by_role("button").first.is_visible()
+    tab.page.keyboard.press("h")
+    assert tab.page.get_by_role("dialog").is_visible()
+
+
+def test_the_clock_is_asked_once_at_a_time(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        """const { mapAsync } = GPUBuffer.prototype;
+        window.asked = { now: 0, most: 0, all: 0 };
+        GPUBuffer.prototype.mapAsync = async function (...given) {
+          asked.all += 1;
+          asked.most = Math.max(asked.most, (asked.now += 1));
+          await new Promise((resolve) => setTimeout(resolve, 300));
+          await mapAsync.apply(this, given);
+          asked.now -= 1;
+        };"""
+    )
+    visit(tab, served("scene.mgs", MGS), "renderer=webgpu")
+    tab.page.evaluate("asked.most = asked.all = 0")
+    tab.page.keyboard.press("i")
+    tab.page.mouse.move(200, 200)
+    tab.page.mouse.down()
+    for x in range(20):
+        tab.page.mouse.move(200 + 5 * x, 200)
+        tab.page.wait_for_timeout(40)
+    tab.page.mouse.up()
+    tab.page.wait_for_timeout(600)
+    found = tab.page.evaluate("asked")
+    assert found["most"] == 1 and found["all"] >= 2
+    assert "splat" in tab.page.locator("mobile-gs .stats").inner_text()
+    tab.close()
+
+
+def test_a_poster_is_shown_until_there_is_a_scene(tab: Tab, served: Any) -> None:
+    tab.page.route(
+        re.compile(r"^[^?]*/poster"),
+        lambda route: route.fulfill(body=b"", content_type="image/png"),
+    )
+    server = served("scene.mgs", MGS)
+    server.scenes["/scene"].unlink()
+    assert "404" in visit(tab, server, 'poster=/poster"),url("x.png')
+    shown = tab.page.evaluate(
+        "getComputedStyle(document.querySelector('mobile-gs')).backgroundImage"
+    )
+    assert shown.startswith(f'url("http://127.0.0.1:{server.server_port}/poster%22)')
+    assert "x.png" in shown and shown.count('url("') == 1  # it is one address, whatever it holds
+    tab.complaints.clear()  # the browser itself notes the 404

@@ -1,0 +1,130 @@
+"""The first picture of a scene: dots, which need little of the file and little of the device."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from mobilegs.mgs.codec import pack, unpack
+from tests.support.browser import Chromium, Tab
+from tests.support.coded import split
+from tests.support.scenes import camera
+from tests.web.test_lod import SHOWN, SIZES, Gate, begin, coded
+from tests.web.test_renderers import KINDS, Painters, in_javascript, painters
+from tests.web.test_viewer import RENDERERS, SETTLED, nearness, screen, served
+
+__all__ = ["painters", "served"]
+COUNTED = """window.made = [];
+const { createRenderPipeline } = GPUDevice.prototype;
+GPUDevice.prototype.createRenderPipeline = function (given) {
+  made.push(given.fragment.entryPoint);
+  return createRenderPipeline.call(this, given);
+};
+const { linkProgram } = WebGL2RenderingContext.prototype;
+WebGL2RenderingContext.prototype.linkProgram = function (program) {
+  made.push("linked");
+  return linkProgram.call(this, program);
+};"""
+DRAW = """
+renderer.setDots({ centers, color, side, background });
+renderer.drawDots(camera);
+const copy = new OffscreenCanvas(camera.width, camera.height).getContext("2d");
+copy.drawImage(canvas, 0, 0);
+renderer.setDots(null);
+return Float32Array.from(copy.getImageData(0, 0, camera.width, camera.height).data);
+"""
+COLOR, BACKDROP = (0.2, 0.6, 1.0), (0.4, 0.0, 0.2)
+SMALLEST, GROWTH = 1 / 500, 4  # sides of dots, in heights; and the largest
+SNAP = 0.04  # pixels that corners may be off: rasterisers know sixteenths
+
+
+@pytest.mark.parametrize("side", [1e-4, 0.08, 10.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_dots_are_squares_where_centres_are(kind: str, side: float, painters: Painters) -> None:
+    view = camera(600, 500).to(dtype=torch.float32)
+    centers = torch.randn((300, 3), generator=torch.Generator().manual_seed(1))
+    centers[:5] = torch.tensor([0.0, 0, 0.5]) @ view.viewmat[:3, :3] + view.position  # and behind:
+    centers[5:9] = view.position - view.viewmat[2, :3] * torch.arange(4)[:, None]
+    given = {"color": COLOR, "side": side, "background": BACKDROP}
+    found = painters(kind, full_precision=True).tab.run(
+        DRAW, centers=centers.numpy(), camera=in_javascript(view), **given
+    )
+    pixels = found.reshape(view.height, view.width, 4)[..., :3] / 255
+
+    seen = centers @ view.viewmat[:3, :3].T + view.viewmat[:3, 3]
+    seen = seen[seen[:, 2] > view.near]
+    places = (seen[:, :2] / seen[:, 2:]) @ torch.diag(view.K.diagonal()[:2]) + view.K[:2, 2]
+    least = SMALLEST * view.height
+    sides = (view.K[1, 1] * side / seen[:, 2]).clamp(least, GROWTH * least)
+    y, x = torch.meshgrid(
+        *(torch.arange(n) + 0.5 for n in (view.height, view.width)), indexing="ij"
+    )
+    apart = torch.stack([x, y], -1)[:, :, None] - places  # from each pixel to each dot
+    beyond = (apart.abs().amax(-1) - sides / 2).amin(-1).numpy()
+    assert (beyond < 0).sum() > 100
+    for which, color in ((beyond < -SNAP, COLOR), (beyond > SNAP, BACKDROP)):
+        np.testing.assert_allclose(pixels[which] - np.array(color), 0, atol=0.003)
+
+
+def behind_positions(data: bytes) -> int:
+    """Bytes up to the end of the positions of the first layer."""
+    header, body = split(data)
+    at = len(data) - len(body)
+    for row in header["streams"]:
+        at += row["bytes"] + -row["bytes"] % 8
+        if row["name"] == "positions":
+            return at
+    raise AssertionError
+
+
+@pytest.mark.parametrize(
+    ("renderer", "made"),
+    [
+        ("webgpu", ["paint_dot", "add_weighted", "resolve_sortfree"]),
+        ("webgl", ["linked"] * 4),
+    ],
+)
+def test_dots_come_first_and_shaders_are_ready_when_the_scene_comes(
+    chromium: Chromium, served: Any, renderer: str, made: list[str], monkeypatch: Any
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(f"{{{COUNTED}}}")
+    data = pack(replace(coded(), background=torch.zeros(3)))
+    gate = Gate(monkeypatch, data)
+    begin(tab, served("scene.mgs", data), renderer)
+    tab.page.wait_for_function("window.made?.length === 1", timeout=20_000)  # with nothing there
+    assert tab.page.evaluate(SHOWN) == 0
+    gate.let(behind_positions(data))
+    tab.page.wait_for_function(f"{SHOWN} === {SIZES[0]}", timeout=20_000)
+    tab.page.wait_for_function(f"made.length === {len(made)}", timeout=20_000)
+    assert tab.page.evaluate("made") == made
+    picture = screen(tab)[: -tab.page.viewport_size["height"] // 4, :, :]  # above the buttons
+    colors, counts = np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)
+    assert 100 < counts[colors.any(1)].sum() < picture.size / 6  # dots on black
+    viewer = "document.querySelector('mobile-gs').viewer"
+    nothing = f"{viewer}.pixels({viewer}.camera(9, 9)).catch(({{ message }}) => message)"
+    assert tab.page.evaluate(nothing) == "nothing can be drawn"
+    tab.page.mouse.move(160, 80)
+    tab.page.mouse.wheel(0, 240)  # dots follow the camera
+    tab.page.wait_for_timeout(500)
+    assert (screen(tab)[: len(picture)] != picture).any()
+    gate.let(len(data))
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.evaluate("made") == made  # and for the scene none anew
+    whole = unpack(data).decode()
+    assert nearness(tab, lambda view: whole.render(view).image) > 45
+    tab.close()
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_what_is_cut_behind_positions_leaves_dots_and_a_sentence(
+    tab: Tab, served: Any, renderer: str
+) -> None:
+    data = pack(replace(coded(), background=torch.zeros(3)))
+    begin(tab, served("scene.mgs", data[: behind_positions(data)]), renderer)
+    said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
+    assert "cut short" in said and tab.page.evaluate(SHOWN) == SIZES[0]
+    tab.page.keyboard.press("Escape")
+    assert screen(tab)[:100].any()

@@ -1,0 +1,321 @@
+"""Devices and browsers that fail: the visitor sees the scene all the same, or a sentence."""
+
+import http.server
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mobilegs.formats.ply import COLUMNS
+from mobilegs.mgs.codec import unpack
+from tests.support.browser import Chromium, Tab
+from tests.web.test_viewer import MGS, RENDERERS, SETTLED, nearness, screen, seen, served, visit
+
+__all__ = ["served"]
+REFUSED_GLSL = """const { getProgramParameter } = WebGL2RenderingContext.prototype;
+WebGL2RenderingContext.prototype.getProgramParameter = function (program, what) {
+  return what === this.LINK_STATUS ? false : getProgramParameter.call(this, program, what);
+};"""
+REFUSED_WGSL = """const { createShaderModule } = GPUDevice.prototype;
+GPUDevice.prototype.createShaderModule = function (given) {
+  return createShaderModule.call(this, { ...given, code: `${given.code} this is no shader` });
+};"""
+LOSABLE = """const { requestDevice } = GPUAdapter.prototype;
+GPUAdapter.prototype.requestDevice = async function (...given) {
+  const device = await requestDevice.apply(this, given);
+  const lost = new Promise((resolve) => {
+    window.lose = () => resolve({ reason: "unknown", message: "test" });
+  });
+  return Object.defineProperty(device, "lost", { value: lost });
+};"""
+DEVICE = "document.querySelector('mobile-gs').viewer.device.renderer"
+TURN = """() => {
+  const { viewer } = document.querySelector("mobile-gs");
+  viewer.pose.orbit(0.5, 0.1);
+  viewer.redraw();
+}"""
+
+
+def as_kernels(tab: Tab) -> float:
+    scene = unpack(MGS).decode()
+    return nearness(tab, lambda camera: scene.render(camera).image)
+
+
+@pytest.mark.parametrize(
+    ("renderer", "broken", "sentence"),
+    [
+        ("webgl", REFUSED_GLSL, "this GPU refuses a shader"),
+        ("webgpu", REFUSED_WGSL, "this GPU cannot draw the scene"),
+        ("auto", f"{REFUSED_WGSL}{REFUSED_GLSL}", "this GPU refuses a shader"),
+    ],
+)
+def test_a_gpu_that_refuses_the_shaders_gets_a_sentence(
+    chromium: Chromium, served: Any, renderer: str, broken: str, sentence: str
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(f"{{{broken}}}")
+    visit(tab, served("scene.mgs", MGS), f"renderer={renderer}")
+    alert = tab.page.get_by_role("alert")
+    alert.filter(has_text=sentence).wait_for(timeout=20_000)
+    state = "document.querySelector('mobile-gs').dataset.state === 'failed'"
+    tab.page.wait_for_function(state)
+    tab.complaints.clear()  # the browser itself notes what the shader's fault is
+    tab.page.mouse.wheel(0, 100)  # which asks for another frame
+    tab.page.wait_for_timeout(300)
+    tab.close()
+
+
+def test_webgl_takes_over_where_webgpu_refuses_the_shaders(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(REFUSED_WGSL)
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert as_kernels(tab) > 45
+    tab.complaints.clear()
+    tab.close()
+
+
+def test_webgl_takes_over_from_a_lost_device(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(LOSABLE)
+    assert visit(tab, served("scene.mgs", MGS)) == "loaded"
+    tab.page.evaluate(TURN)
+    before, _ = seen(tab, 16, 16)
+    # what cannot be opened leaves the scene, which is then the one to be drawn in another way
+    tab.page.evaluate("document.querySelector('mobile-gs').open(new Blob(['no scene']))")
+    tab.page.wait_for_function("document.querySelector('mobile-gs').dataset.state === 'failed'")
+    tab.page.evaluate("window.lose()")
+    tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert np.allclose(seen(tab, 16, 16)[0].viewmat, before.viewmat, atol=1e-6)
+    assert as_kernels(tab) > 45
+    assert [text for text in tab.complaints if "WebGL2 takes over" in text] == tab.complaints
+    tab.complaints.clear()
+    tab.close()
+
+
+def test_a_lost_device_gets_a_sentence_where_no_other_is_wanted(
+    chromium: Chromium, served: Any
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(LOSABLE)
+    assert visit(tab, served("scene.mgs", MGS), "renderer=webgpu") == "loaded"
+    tab.page.evaluate("window.lose()")
+    alert = tab.page.get_by_role("alert")
+    alert.wait_for(timeout=10_000)
+    assert "the graphics device was lost" in alert.inner_text()
+    tab.page.mouse.wheel(0, 100)
+    tab.page.wait_for_timeout(300)
+    tab.page.evaluate("document.querySelector('mobile-gs').open('/scene?again')")
+    alert.wait_for(state="hidden")
+    alert.wait_for(timeout=10_000)  # another scene would not be seen either
+    assert "the graphics device was lost" in alert.inner_text()
+    tab.close()
+
+
+def test_a_lost_context_brings_its_scene_back_as_it_was_seen(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS), "renderer=webgl")
+    tab.page.evaluate(TURN)
+    tab.page.wait_for_timeout(500)
+    before = screen(tab)
+    tab.page.evaluate(
+        """async () => {
+          const canvas = document.querySelector("mobile-gs").shadowRoot.querySelector("canvas");
+          const lose = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+          lose.loseContext();
+          await new Promise((resolve) => setTimeout(resolve, 300));
+          lose.restoreContext();
+        }"""
+    )
+    tab.page.wait_for_timeout(500)
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.wait_for_timeout(500)
+    assert np.abs(screen(tab).astype(int) - before).mean() < 2
+    tab.complaints.clear()  # the browser notes that the context was lost
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_a_first_visit_finds_out_how_to_draw_and_draws_so(
+    chromium: Chromium, served: Any, renderer: str
+) -> None:
+    tab = chromium.tab()
+    server = served("scene.mgs", MGS)
+    tab.page.goto(f"{server.address('127.0.0.1')}&renderer={renderer}")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.evaluate("document.querySelector('mobile-gs').viewer.calibrated")
+    assert as_kernels(tab) > 45
+    kept = tab.page.evaluate("Object.keys(localStorage)")
+    assert len(kept) == 1 and kept[0].startswith("mobilegs variant")
+    tab.close()
+
+
+def test_a_bench_that_cannot_be_drawn_gets_a_sentence(tab: Tab, served: Any) -> None:
+    tab.page.add_init_script(
+        """const { getParameter } = WebGL2RenderingContext.prototype;
+        WebGL2RenderingContext.prototype.getParameter = function (what) {
+          return what === this.MAX_TEXTURE_SIZE ? 4096 : getParameter.call(this, what);
+        };"""
+    )
+    said = visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=1,5000x400")
+    alert = tab.page.get_by_role("alert")
+    alert.filter(has_text="a picture of 5000x400").wait_for(timeout=20_000)
+    assert "cannot be measured" in alert.inner_text() or said
+
+
+@pytest.mark.parametrize("clipboard", ["as it is", "none"])
+def test_figures_are_copied_over_plain_http_too(
+    chromium: Chromium, served: Any, clipboard: str
+) -> None:
+    tab = chromium.tab()
+    if clipboard == "none":
+        tab.page.add_init_script(
+            "Object.defineProperty(navigator, 'clipboard', { value: undefined })"
+        )
+    tab.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=1,32x32")
+    dialog = tab.page.get_by_role("dialog", name="Measured")
+    dialog.wait_for(timeout=60_000)
+    dialog.get_by_role("button", name="Copy").click()
+    dialog.get_by_text("Copied.").wait_for(timeout=5000)
+    text = tab.page.get_by_label("the figures as JSON").input_value()
+    area = "document.querySelector('mobile-gs').shadowRoot.querySelector('textarea')"
+    assert tab.page.evaluate(f"[{area}.selectionStart, {area}.selectionEnd]") == [0, len(text)]
+    tab.close()
+
+
+def test_a_scene_can_be_opened_as_soon_as_there_is_an_element(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    count = tab.page.evaluate(
+        """async () => {
+          const scene = await (await fetch("/scene")).blob();
+          const before = document.querySelector("mobile-gs");
+          const element = document.createElement("mobile-gs");
+          element.setAttribute("scale", "0.1");
+          before.replaceWith(element);
+          element.open(scene);
+          const loaded = () => new Promise((done) => element.addEventListener("load", done));
+          await loaded();
+          const again = loaded();
+          document.body.append(element.parentNode.removeChild(element)); // as frameworks do
+          await again;
+          return element.viewer.count;
+        }"""
+    )
+    assert count == 800
+
+
+def test_a_lazy_element_waits_until_it_is_nearly_in_sight(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    begun = tab.page.evaluate(
+        """async () => {
+          document.documentElement.style.height = "auto";
+          document.body.style.height = `${5 * innerHeight}px`;
+          const before = document.querySelector("mobile-gs");
+          const element = document.createElement("mobile-gs");
+          const pixel = "data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA=";
+          const wishes = { src: "/scene", loading: "lazy", poster: pixel, scale: "0.1",
+            style: `position: absolute; inset: auto; top: ${3 * innerHeight}px; height: 99px` };
+          for (const [name, value] of Object.entries(wishes)) element.setAttribute(name, value);
+          before.replaceWith(element);
+          await new Promise((done) => setTimeout(done, 500));
+          const early = element.viewer !== null || "state" in element.dataset;
+          const poster = element.style.background.includes(pixel);
+          const loaded = new Promise((done) => element.addEventListener("load", done));
+          scrollTo(0, 1.5 * innerHeight); // half a screen is between them
+          await loaded;
+          return [early, poster, element.viewer.count];
+        }"""
+    )
+    assert begun == [False, True, 800]
+
+
+def test_a_file_can_be_chosen_without_a_mouse(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.ply", b"no scene"))
+    tab.page.keyboard.press("Escape")
+    tab.page.get_by_role("button", name="Settings").click()
+    with tab.page.expect_file_chooser() as chooser:
+        tab.page.get_by_role("button", name="Open a file").click()
+    chooser.value.set_files([{"name": "a.mgs", "mimeType": "", "buffer": MGS}])
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert as_kernels(tab) > 45
+
+
+@pytest.mark.parametrize("renderer", ["webgpu", "auto"])
+def test_a_device_lost_while_it_is_measured_gives_no_figures(
+    chromium: Chromium, served: Any, renderer: str
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(LOSABLE)
+    visit(tab, served("scene.mgs", MGS), f"renderer={renderer}", "bench=3,96x64")
+    tab.page.evaluate("window.reported = 0; addEventListener('report', () => reported++, true)")
+    tab.page.evaluate("window.lose()")
+    if renderer == "auto":
+        tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
+    else:
+        alert = tab.page.get_by_role("alert")
+        alert.filter(has_text="cannot be measured").wait_for(timeout=20_000)
+    tab.page.wait_for_timeout(3500)
+    assert tab.page.evaluate("window.reported") == 0
+    assert tab.page.get_by_role("dialog", name="Measured").is_hidden()
+    tab.complaints.clear()
+    tab.close()
+
+
+def test_a_measured_scene_stands_still_for_everybody_else(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        """window.frames_seen = { true: 0, false: 0 };
+        const note = ({ target }) => window.frames_seen[target.viewer.measured]++;
+        addEventListener("frame", note, true);"""
+    )
+    visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=4,96x64", "autorotate")
+    tab.page.get_by_role("dialog", name="Measured").wait_for(timeout=60_000)
+    assert tab.page.evaluate("window.frames_seen[true]") <= 1  # that was asked for before
+    before = tab.page.evaluate("window.frames_seen[false]")
+    tab.page.wait_for_function("(before) => window.frames_seen[false] > before + 1", arg=before)
+    tab.close()
+
+
+class Cut(http.server.BaseHTTPRequestHandler):
+    """Sends half of a scene, and half an hour later the other one."""
+
+    shared = True
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(MGS)))
+        if self.shared:
+            self.send_header("Access-Control-Allow-Origin", "*")
+        self.end_headers()
+        self.wfile.write(MGS[: len(MGS) // 2])
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("shared", "sentence"), [(True, "broke off before its end"), (False, "(CORS)")]
+)
+def test_another_host_that_fails_gets_a_sentence(
+    tab: Tab, served: Any, monkeypatch: pytest.MonkeyPatch, shared: bool, sentence: str
+) -> None:
+    monkeypatch.setattr(Cut, "shared", shared)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Cut) as other:
+        threading.Thread(target=other.serve_forever, daemon=True).start()
+        page = served("scene.mgs", MGS).address("127.0.0.1")
+        tab.page.goto(page.replace("/scene", f"http://127.0.0.1:{other.server_port}/scene"))
+        said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
+        other.shutdown()
+    assert sentence in said
+    tab.complaints.clear()  # the browser itself notes what became of the request
+
+
+@pytest.mark.parametrize("rows", [0, 3])
+def test_a_scene_of_nothing_gets_a_sentence(tab: Tab, served: Any, rows: int) -> None:
+    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {rows}"]
+    lines += [f"property float {name}" for name in COLUMNS]
+    header = "\n".join([*lines, "end_header", ""]).encode()
+    content = header + np.full(rows * len(COLUMNS), np.nan, "<f4").tobytes()
+    assert "no Gaussian" in visit(tab, served("scene.ply", content))

@@ -1,0 +1,498 @@
+"""The viewer's renderers in a browser against the definition: WebGL2 and WebGPU, one table."""
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import torch
+
+from mobilegs.camera import Camera
+from mobilegs.compress.lobes import LobeShape
+from mobilegs.evaluate.metrics import psnr
+from mobilegs.formats.ply import read_ply
+from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import WEIGHTINGS
+from mobilegs.view.wgpu_renderer import Picture, _rows
+from tests.support.browser import VIEW, Chromium, Tab
+from tests.support.golden import (
+    BACKGROUND,
+    BASE,
+    CASES,
+    SHADED,
+    TRAINED,
+    defined,
+    inputs_of,
+    least_alpha,
+    names_of,
+    trained,
+)
+from tests.support.scenes import as_float32, camera, near_threshold, random_scene
+from tests.view.test_wgpu_renderer import as_scene, inria_camera
+from tests.web.test_decoder import Case, make_scene
+
+
+class Kind(NamedTuple):
+    """One of the viewer's renderers."""
+
+    module: str
+    name: str
+    language: str
+
+
+KINDS = {
+    "webgl": Kind("webgl.js", "WebGlRenderer", "glsl"),
+    "webgpu": Kind("webgpu.js", "WebGpuRenderer", "wgsl"),
+}
+OPEN = """
+const texts = await Promise.all(
+  names.map(async (name) => (await fetch(`/shaders/${name}.${kind.language}`)).text()),
+);
+const shaders = Object.fromEntries(names.map((name, i) => [name, texts[i]]));
+const Renderer = (await import(`/web/render/${kind.module}`))[kind.name];
+window.canvas = document.createElement("canvas");
+window.renderer = await Renderer.create(canvas, shaders, { floats: fullPrecision });
+"""
+SHOW = """
+renderer.setScene({ ...facts, shapes, colors, lobes });
+window.scene = { ...facts, shapes, colors, lobes };
+"""
+PAINT = "if (order.length) renderer.setOrder(order); return renderer.pixels(camera);"
+
+
+class Painter:
+    """A renderer in a page."""
+
+    def __init__(self, tab: Tab, kind: Kind, *, full_precision: bool) -> None:
+        self.tab = tab
+        names = [file.stem for file in (VIEW / "shaders").glob(f"*.{kind.language}")]
+        tab.run(OPEN, kind=kind._asdict(), names=names, fullPrecision=full_precision)
+
+    def paint(self, view: Camera, scene: Scene | None = None) -> Picture:
+        """The picture of a scene, or of the one before."""
+        given = {} if scene is None else self._in_javascript(scene)
+        order = np.zeros(0, np.uint32)
+        if self._sorted:
+            depths = self._means @ view.viewmat[2, :3].double().numpy()
+            order = np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
+        code = PAINT if scene is None else SHOW + PAINT
+        found = self.tab.run(code, order=order, camera=in_javascript(view), **given)
+        assert not self.tab.complaints
+        pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())
+        return Picture(pixels[..., :3], pixels[..., 3])
+
+    def _in_javascript(self, scene: Scene) -> dict[str, Any]:
+        """The scene as types.js has it."""
+        count = len(scene.gaussians.means)
+        shapes, colors, lobes, self._means = (rows[:count] for rows in _rows(scene))
+        self._sorted = scene.blend == "sorted"
+        weighting = scene.weighting
+        facts = {
+            "count": len(shapes),
+            "packing": None,
+            "shSize": colors.shape[1],
+            "lobeSize": lobes.shape[1],
+            "sorted": self._sorted,
+            "weighting": {
+                "index": WEIGHTINGS.index(weighting.name),
+                "exponentMax": weighting.exponent_max,
+                "sigma": weighting.sigma,
+                "backgroundWeight": weighting.background_weight,
+                "alphaMin": weighting.alpha_min,
+            },
+            "background": scene.background.tolist(),
+        }
+        return {"facts": facts, "shapes": shapes, "colors": colors, "lobes": lobes}
+
+
+def in_javascript(view: Camera) -> dict[str, Any]:
+    """A camera as types.js has it."""
+    k = view.K.double()
+    return {
+        "viewmat": view.viewmat.double().flatten().tolist(),
+        "fx": k[0, 0].item(),
+        "fy": k[1, 1].item(),
+        "cx": k[0, 2].item(),
+        "cy": k[1, 2].item(),
+        "width": view.width,
+        "height": view.height,
+        "near": view.near,
+    }
+
+
+Painters = Callable[..., Painter]  # painters("webgl", full_precision=True)
+
+
+@pytest.fixture(scope="module")
+def painters(chromium: Chromium) -> Iterator[Painters]:
+    """Renderers by name and precision, each made once."""
+    tabs: list[Tab] = []
+
+    @cache
+    def painter(name: str, *, full_precision: bool) -> Painter:
+        tabs.append(chromium.tab())
+        return Painter(tabs[-1], KINDS[name], full_precision=full_precision)
+
+    yield painter
+    for tab in tabs:
+        tab.close()
+
+
+@cache
+def sure(case: str, renderer: str) -> torch.Tensor:
+    """The pixels of a case where no rounding decides what is drawn."""
+    inputs, view = inputs_of(case)
+    names, least = names_of(renderer), least_alpha(renderer)
+    return ~near_threshold(inputs, view, names=names, margin=1e-4, least=least)
+
+
+definition = cache(defined)
+
+
+def decibels(found: torch.Tensor, reference: torch.Tensor) -> float:
+    error = found.double() - reference.double()
+    return -10 * torch.log10(error.square().mean().clamp_min(1e-30)).item()
+
+
+@pytest.mark.parametrize("renderer", SHADED)
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_browser_agrees_with_the_definition(
+    kind: str, case: str, renderer: str, painters: Painters
+) -> None:
+    inputs, view = inputs_of(case)
+    drawn = painters(kind, full_precision=True).paint(view, as_scene(inputs, renderer))
+    reference, keep = definition(case, renderer), sure(case, renderer)
+    assert torch.cat([drawn.image.flatten(), drawn.alpha.flatten()]).isfinite().all()
+    for name in ("image", "alpha"):
+        found = decibels(getattr(drawn, name)[keep], getattr(reference, name)[keep])
+        print(f"{name} {found:.1f} dB")
+        assert found >= 75, name
+
+
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_halves_are_enough_for_a_picture(kind: str, renderer: str, painters: Painters) -> None:
+    scene = as_scene(random_scene(20_000, seed=3, spread=1.5), renderer)
+    scene.gaussians.log_scales -= 1.5
+    view = camera(320, 213).to(dtype=torch.float32)
+    reference = scene.render(view).image
+    halves, floats = (
+        psnr(painters(kind, full_precision=full).paint(view, scene).image, reference)
+        for full in (False, True)
+    )
+    print(f"halves {halves:.1f} dB, floats {floats:.1f} dB")
+    assert halves >= 50 and floats >= 80
+
+
+OPEN_MGS = """
+const { SceneReader } = await import("/web/mgs/reader.js");
+const { RowDecoder } = await import("/web/mgs/rows.js");
+const { emptyScene, packRows } = await import("/web/render/pack.js");
+const reader = new SceneReader();
+reader.append(bytes);
+while (reader.step());
+const { header } = reader;
+const decoder = new RowDecoder(reader.decoder.recipe);
+const [codes] = reader.decoder.layers;
+// room for more, of which nothing is to be seen
+renderer.setScene(emptyScene(header, header.count + 5000, decoder.scaleRange));
+renderer.show(header.count);
+for (const [from, to] of [[0, 1], [1, 150], [150, header.count]]) {
+  const packed = packRows(decoder, codes.rows(from, to));
+  for (const part of ["shapes", "colors", "lobes"]) renderer.update(part, from, packed[part]);
+}
+const { shapes, colors, lobes } = emptyScene(header, header.count, decoder.scaleRange);
+window.bytesEach = [shapes, colors, lobes].reduce((sum, part) => sum + part.byteLength, 0);
+return renderer.pixels(camera);
+"""
+SHAPES = {
+    "without lobes": None,
+    "degree 0": LobeShape(0, 2, (5,)),
+    "degree 1": LobeShape(1, 6),
+    "degree 2": LobeShape(2, 12, (64,)),
+    "degree 3": LobeShape(3, 4),
+}
+
+
+@pytest.mark.parametrize("strips", [False, True])
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_packed_scene_looks_like_its_file(
+    kind: str, name: str, strips: bool, painters: Painters
+) -> None:
+    coded = make_scene(Case(1200, SHAPES[name], exponent=4, spread=0.2))
+    view = camera(160, 120).to(dtype=torch.float32)
+    reference = coded.decode().render(view)
+    assert reference.image.std() > 0.05
+    painter = painters(kind, full_precision=True)
+    bytes_ = np.frombuffer(pack(coded), np.uint8)
+    for floats in (False, True):
+        painter.tab.run("renderer.variant = { floats, strips };", floats=floats, strips=strips)
+        found = painter.tab.run(OPEN_MGS, bytes=bytes_, camera=in_javascript(view))
+        pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())
+        decibels = psnr(pixels[..., :3], reference.image)
+        print(f"{decibels:.1f} dB")
+        assert decibels >= 50, "floats" if floats else "halves"
+    painter.tab.run("renderer.variant = { floats: true, strips: false };")
+    each = painter.tab.run("return bytesEach;") / len(coded)
+    assert each + 8 < 64 or name == "degree 3"  # and 8 for what it looks like
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_trained_scene_packed_as_pages_do_looks_like_its_file(
+    kind: str, painters: Painters
+) -> None:
+    scene = read_mgs(TRAINED)
+    view = scene.views[0].resized(240, 160)
+    expected = scene.decode().render(view).image
+    painter = painters(kind, full_precision=True)
+    bytes_ = np.frombuffer(TRAINED.read_bytes(), np.uint8)
+    for floats in (False, True):
+        painter.tab.run("renderer.variant = { floats, strips: false };", floats=floats)
+        found = painter.tab.run(OPEN_MGS, bytes=bytes_, camera=in_javascript(view))
+        pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())
+        decibels = psnr(pixels[..., :3], expected)
+        print(f"{kind}, {'floats' if floats else 'halves'}: {decibels:.1f} dB")
+        assert decibels >= 57
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_fastest_way_to_draw_is_found_and_remembered(kind: str, painters: Painters) -> None:
+    painter = painters(kind, full_precision=False)
+    code = """
+    const { fastestVariant, knownVariant } = await import("/web/render/calibrate.js");
+    const kept = new Map();
+    const storage = { getItem: (key) => kept.get(key) ?? null, setItem: (k, v) => kept.set(k, v) };
+    if (knownVariant(renderer, storage) !== null) throw new Error("known before it is measured");
+    const first = await fastestVariant(renderer, storage);
+    const again = knownVariant(renderer, storage);
+    let size = 0;
+    const made = {
+      variants: renderer.variants,
+      variant: {},
+      setScene: ({ count }) => (size = count === 128 ? 0 : count),
+      drawUnseen({ width }) {
+        const { floats, strips } = this.variant;
+        const cost = size ? size * (strips ? 0.002 : 0.02) : width * (floats ? 0.2 : 0.1);
+        return new Promise((done) => setTimeout(done, 2 + cost));
+      },
+      describe: () => "made up",
+    };
+    const chosen = await fastestVariant(made, null);
+    renderer.variant = { floats: false, strips: false };
+    return [first, again, chosen, [...kept.keys()]];
+    """
+    first, again, chosen, keys = painter.tab.run(code)
+    assert first == again and set(first) == {"floats", "strips"}
+    assert chosen == {"floats": False, "strips": True}
+    assert len(keys) == 1 and keys[0].startswith("mobilegs variant")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_trained_scene_looks_the_same(kind: str, data_dir: Path, painters: Painters) -> None:
+    splats = data_dir / "splats"
+    scene = Scene(read_ply(splats / "playbot_125k_sh3pad.ply"), background=BACKGROUND)
+    row = json.loads((splats / "playbot_cameras.json").read_text())[3]
+    view = inria_camera(row).resized(480, 270)
+    reference = scene.render(view)
+    assert reference.alpha.mean() > 0.1
+    for full_precision, least in ((True, 75), (False, 50)):
+        drawn = painters(kind, full_precision=full_precision).paint(view, scene)
+        decibels = psnr(drawn.image, reference.image)
+        print(f"{'floats' if full_precision else 'halves'} {decibels:.1f} dB")
+        assert decibels >= least
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_trained_student_looks_the_same(kind: str, painters: Painters) -> None:
+    scene, view = trained()
+    reference = scene.render(view).image
+    for full_precision, least in ((True, 75), (False, 50)):
+        drawn = painters(kind, full_precision=full_precision).paint(view, scene)
+        decibels = psnr(drawn.image, reference)
+        print(f"{'floats' if full_precision else 'halves'} {decibels:.1f} dB")
+        assert decibels >= least
+
+
+@pytest.mark.parametrize("full_precision", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_huge_gaussians_near_the_eye_leave_numbers(
+    kind: str, full_precision: bool, painters: Painters, generator: torch.Generator
+) -> None:
+    inputs = random_scene(3000, seed=4)
+    view = camera(160, 120).to(dtype=torch.float32)
+    offsets = torch.randn(60, 3, generator=generator, dtype=torch.float64)
+    inputs["means"][::50] = view.position.double() + 0.3 * offsets
+    painter = painters(kind, full_precision=full_precision)
+    for size in (40.0, 1e6):
+        inputs["scales"][::50] = size
+        scene = as_scene(inputs, "mobile_gs")
+        scene.weighting = replace(scene.weighting, exponent_max=8.0)
+        drawn = painter.paint(view, scene)
+        assert drawn.image.isfinite().all() and drawn.alpha.isfinite().all()
+        if size < 1e6:  # beyond, the covariance itself overflows
+            decibels = psnr(drawn.image.clamp(0, 1), scene.render(view).image.clamp(0, 1))
+            print(f"{decibels:.1f} dB")
+            assert decibels > 45
+
+
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_scene_can_be_drawn_again_and_at_several_sizes(
+    kind: str, renderer: str, painters: Painters
+) -> None:
+    painter = painters(kind, full_precision=True)
+    view = camera().to(dtype=torch.float32)
+    first = painter.paint(view, as_scene(as_float32(BASE), renderer))
+    again = painter.paint(view)
+    small = painter.paint(view.resized(20, 16))
+    assert small.image.shape == (16, 20, 3)
+    # in any order, sums differ by a rounding
+    tolerance = {"rtol": 0, "atol": 0 if renderer == "sorted" or kind == "webgl" else 2e-6}
+    torch.testing.assert_close(again, first, **tolerance)
+    torch.testing.assert_close(painter.paint(view), first, **tolerance)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_canvas_shows_the_picture_the_right_way_up(kind: str, painters: Painters) -> None:
+    painter = painters(kind, full_precision=False)
+    view = camera().to(dtype=torch.float32)
+    expected = painter.paint(view, as_scene(as_float32(BASE), "mobile_gs")).image
+    code = """
+    renderer.draw(camera);
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
+    copy.drawImage(canvas, 0, 0);
+    return new Uint8Array(copy.getImageData(0, 0, canvas.width, canvas.height).data);
+    """
+    bytes_ = painter.tab.run(code, camera=in_javascript(view)).reshape(view.height, view.width, 4)
+    shown = torch.from_numpy(bytes_.copy())
+    assert (shown[..., 3] == 255).all()
+    error = shown[..., :3] / 255 - expected.clamp(0, 1)
+    assert error.abs().max() < 1 / 255
+
+
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_numbers_that_arrive_later_are_drawn(kind: str, renderer: str, painters: Painters) -> None:
+    painter = painters(kind, full_precision=True)
+    view = camera().to(dtype=torch.float32)
+    scene = as_scene(as_float32(random_scene(3000, seed=2)), renderer)
+    expected = painter.paint(view, scene)
+    code = """
+    const parts = ["shapes", "colors", "lobes"];
+    const hidden = parts.map((part) => [part, scene[part].slice().fill(-9)]);
+    renderer.setScene({ ...scene, ...Object.fromEntries(hidden) });
+    for (const part of parts) {
+      const stride = scene[part].length / scene.count;
+      for (const [from, to] of [[0, 1], [1, 1000], [1000, 2800], [2800, scene.count]]) {
+        renderer.update(part, from, scene[part].subarray(stride * from, stride * to));
+      }
+    }
+    """
+    painter.tab.run(code)
+    torch.testing.assert_close(painter.paint(view), expected, rtol=0, atol=2e-6)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_canvas_in_use_is_refused_with_a_sentence(kind: str, tab: Tab) -> None:
+    code = """
+    const Renderer = (await import(`/web/render/${kind.module}`))[kind.name];
+    const canvas = document.createElement("canvas");
+    canvas.getContext("2d");
+    try {
+      await Renderer.create(canvas, {});
+    } catch (error) {
+      return error.message;
+    }
+    """
+    message = tab.run(code, kind=KINDS[kind]._asdict())
+    assert message in (
+        "this browser cannot draw with WebGL2 here",
+        "this canvas is already drawn to in another way",
+    )
+
+
+@pytest.mark.parametrize(
+    ("missing", "message"),
+    [
+        ("EXT_color_buffer_(half_)?float", "cannot draw into textures of floats"),
+        ("EXT_color_buffer_float", "cannot blend 32-bit floats"),
+        ("EXT_float_blend", "cannot blend 32-bit floats"),
+    ],
+)
+def test_a_gpu_that_lacks_something_is_refused(missing: str, message: str, tab: Tab) -> None:
+    code = """
+    const { WebGlRenderer } = await import("/web/render/webgl.js");
+    const ask = WebGL2RenderingContext.prototype.getExtension;
+    WebGL2RenderingContext.prototype.getExtension = function (name) {
+      return new RegExp(`^${missing}$`).test(name) ? null : ask.call(this, name);
+    };
+    try {
+      WebGlRenderer.create(document.createElement("canvas"), {}, { floats: true });
+    } catch (error) {
+      return error.message;
+    }
+    """
+    assert message in tab.run(code, missing=missing)
+
+
+@pytest.mark.parametrize("size", [(0, 20), (100_000, 20)])
+def test_an_impossible_picture_is_refused(size: tuple[int, int], painters: Painters) -> None:
+    painter = painters("webgl", full_precision=True)
+    view = camera().to(dtype=torch.float32)
+    painter.paint(view, as_scene(as_float32(BASE), "mobile_gs"))
+    code = "return renderer.pixels(camera).catch((error) => error.message);"
+    impossible = in_javascript(replace(view, width=size[0], height=size[1]))
+    assert "each side must lie between 1 and" in painter.tab.run(code, camera=impossible)
+
+
+def test_a_lost_context_is_told_and_can_come_back(tab: Tab) -> None:
+    painter = Painter(tab, KINDS["webgl"], full_precision=True)
+    view = camera().to(dtype=torch.float32)
+    expected = painter.paint(view, as_scene(as_float32(BASE), "mobile_gs"))
+    code = """
+    const happens = (name) => new Promise((done) => canvas.addEventListener(name, done));
+    const loss = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+    const told = [];
+    renderer.onLost = (sentence) => told.push(sentence);
+    const lost = happens("webglcontextlost");
+    loss.loseContext();
+    renderer.draw(camera);
+    await lost;
+    renderer.draw(camera);
+    const refused = await renderer.pixels(camera).catch((error) => error.message);
+    const restored = happens("webglcontextrestored");
+    setTimeout(() => loss.restoreContext());
+    await restored;
+    renderer.draw(camera);
+    renderer.setScene(scene);
+    return [told, refused];
+    """
+    told, refused = tab.run(code, camera=in_javascript(view))
+    assert told == ["the browser took the GPU away from this page: reload it if no picture returns"]
+    assert refused == "there is no scene to draw"
+    tab.complaints.clear()  # Chromium tells of the loss as well
+    torch.testing.assert_close(painter.paint(view), expected, rtol=0, atol=0)
+
+
+def test_a_renderer_that_is_not_needed_gives_its_canvas_back(tab: Tab) -> None:
+    view = camera().to(dtype=torch.float32)
+    pictures = []
+    for _ in range(2):
+        painter = Painter(tab, KINDS["webgl"], full_precision=True)
+        pictures.append(painter.paint(view, as_scene(as_float32(BASE), "mobile_gs")))
+        tab.run("renderer.destroy(); renderer.draw({ width: 2, height: 2 });")
+    torch.testing.assert_close(*pictures, rtol=0, atol=0)
+
+
+def test_what_a_page_complains_of_fails_its_test(chromium: Chromium) -> None:
+    tab = chromium.tab()
+    tab.run("console.error('something is wrong')")
+    with pytest.raises(AssertionError, match="something is wrong"):
+        tab.close()

@@ -1,0 +1,57 @@
+"""Scenes that are blended sorted, in the browser: a .spz of another program, and a .mgs."""
+
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mobilegs.evaluate.metrics import psnr
+from mobilegs.formats.ply import read_ply
+from mobilegs.mgs.codec import pack, unpack
+from mobilegs.render.scene import Scene
+from tests.support.browser import Tab
+from tests.web.test_decoder import WEB, Case, make_scene, node_program
+from tests.web.test_viewer import RENDERERS, seen, served, visit
+
+__all__ = ["served"]  # a fixture
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("name", ["spz_v3.spz", "spz_v4.spz"])
+def test_a_spz_is_drawn_sorted(
+    tab: Tab, served: Any, tmp_path: Path, name: str, renderer: str
+) -> None:
+    subprocess.run([node_program(), WEB / "plain.js", tmp_path / "made.ply"], check=True)
+    scene = Scene(read_ply(tmp_path / "made.ply"))
+    server = served("scene", (WEB / name).read_bytes())  # its bytes say what it is
+    assert visit(tab, server, f"renderer={renderer}") == "loaded"
+    tab.page.wait_for_timeout(500)  # the order comes from a worker
+    camera, pixels = seen(tab, 160, 120)
+    expected = scene.render(camera).image
+    assert expected.std() > 0.05
+    decibels = psnr(pixels, expected)
+    print(f"{renderer}: {decibels:.1f} dB")
+    assert decibels > 42  # colours are rounded to steps of 1/38, harmonics to 1/16
+
+
+def test_a_cut_spz_gets_a_sentence(tab: Tab, served: Any) -> None:
+    content = (WEB / "spz_v4.spz").read_bytes()
+    assert "cut off" in visit(tab, served("scene.spz", content[:-100]))
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_a_mgs_that_says_so_is_drawn_sorted(tab: Tab, served: Any, renderer: str) -> None:
+    coded = replace(make_scene(Case(800, None, size=300)), blend="sorted")
+    data = pack(coded)
+    assert visit(tab, served("scene.mgs", data), f"renderer={renderer}") == "loaded"
+    tab.page.wait_for_timeout(500)  # the order comes from a worker
+    camera, pixels = seen(tab, 160, 120)
+    scene = unpack(data).decode()
+    expected = scene.render(camera).image
+    assert expected.std() > 0.05
+    decibels = psnr(pixels, expected)
+    unsorted = psnr(replace(scene, blend="sortfree").render(camera).image, expected)
+    print(f"{renderer}: {decibels:.1f} dB, unsorted {unsorted:.1f}")
+    assert decibels > 50 > unsorted + 10

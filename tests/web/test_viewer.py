@@ -1,0 +1,312 @@
+"""The viewer as a visitor meets it: a page in Chromium, from the server of `mobilegs view`."""
+
+import json
+import re
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from mobilegs.camera import Camera
+from mobilegs.compress.lobes import LobeShape
+from mobilegs.evaluate.metrics import psnr
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.mgs.codec import pack, unpack
+from mobilegs.render.scene import Scene
+from mobilegs.view.serve import Server
+from tests.support.browser import Chromium, Tab
+from tests.web.test_decoder import Case, make_scene
+
+RENDERERS = ["webgpu", "webgl"]
+MGS = pack(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)))
+PLY_NAMES = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3"
+PLY_HEADER = "".join(
+    [
+        "ply\nformat binary_little_endian 1.0\nelement vertex 99\n",
+        *(f"property float {name}\n" for name in PLY_NAMES.split()),
+        "end_header\n",
+    ]
+)
+SETTLED = """() => {
+  const element = document.querySelector("mobile-gs");
+  const message = element?.shadowRoot.querySelector(".message");
+  if (message && !message.hidden) return message.querySelector("p").textContent;
+  return element?.getAttribute("data-state") === "loaded" ? "loaded" : null;
+}"""
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Any]:
+    """Starts a server for a file of the given name and bytes."""
+    servers = []
+
+    def start(name: str, content: bytes) -> Server:
+        (tmp_path / name).write_bytes(content)
+        server = Server(tmp_path / name)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        servers.append(server)
+        return server
+
+    yield start
+    for server in servers:
+        server.shutdown()
+        server.server_close()
+
+
+def visit(tab: Tab, server: Server, *wishes: str) -> str:
+    """Opens the viewer and waits: `loaded`, or the sentence that it shows instead."""
+    tab.page.goto("&".join([server.address("127.0.0.1"), "scale=1", "variant=floats", *wishes]))
+    return tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
+
+
+def seen(tab: Tab, width: int, height: int, side: int = 0) -> tuple[Camera, torch.Tensor]:
+    """The camera that the visitor has, at another size, and what the renderer draws from it."""
+    found = tab.page.evaluate(
+        """async ([width, height, side]) => {
+          const { viewer } = document.querySelector("mobile-gs");
+          const camera = viewer.camera(width, height);
+          return { ...camera, pixels: Array.from(await viewer.pixels(camera, side)) };
+        }""",
+        [width, height, side],
+    )
+    k = [[found["fx"], 0, found["cx"]], [0, found["fy"], found["cy"]], [0, 0, 1]]
+    viewmat = torch.tensor(found["viewmat"]).reshape(4, 4)
+    camera = Camera(viewmat, torch.tensor(k), width, height, found["near"])
+    pixels = torch.tensor(found["pixels"]).reshape(height, width, 4)
+    return camera, pixels[..., :3]
+
+
+def nearness(tab: Tab, draw: Callable[[Camera], torch.Tensor], side: int = 0) -> float:
+    """PSNR between what the visitor sees and what `draw` makes of it: once it is good, or late."""
+    end = time.monotonic() + 20
+    while True:
+        camera, pixels = seen(tab, 160, 120, side)
+        expected = draw(camera)
+        assert expected.std() > 0.05
+        decibels = psnr(pixels, expected)
+        if decibels > 45 or time.monotonic() > end:
+            return decibels
+        tab.page.wait_for_timeout(200)  # an order comes from a worker
+
+
+def screen(tab: Tab) -> np.ndarray:
+    """What is on the screen, as bytes."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    return np.array(Image.open(BytesIO(tab.page.screenshot())).convert("RGB"))
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_a_scene_looks_as_the_kernels_draw_it(tab: Tab, served: Any, renderer: str) -> None:
+    assert visit(tab, served("scene.mgs", MGS), f"renderer={renderer}") == "loaded"
+    camera, pixels = seen(tab, 160, 120)
+    expected = unpack(MGS).decode().render(camera).image
+    assert expected.std() > 0.05
+    decibels = psnr(pixels, expected)
+    print(f"{renderer}: {decibels:.1f} dB")
+    assert decibels > 45
+    assert camera.near == pytest.approx(0.05)
+    assert screen(tab).std() > 10
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_a_plain_scene_is_drawn_sorted(
+    tab: Tab, served: Any, renderer: str, tmp_path: Path
+) -> None:
+    some = unpack(MGS).decode().gaussians
+    write_ply(tmp_path / "made.ply", some)
+    content = (tmp_path / "made.ply").read_bytes()
+    assert visit(tab, served("scene.ply", content), f"renderer={renderer}") == "loaded"
+    scene = Scene(read_ply(tmp_path / "made.ply"))
+    decibels = nearness(tab, lambda camera: scene.render(camera).image)
+    print(f"{renderer}: {decibels:.1f} dB")
+    assert decibels > 45
+
+
+def test_the_first_view_is_a_training_camera(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    camera, _ = seen(tab, 64, 48)
+    trained = unpack(MGS).views[0]
+    torch.testing.assert_close(camera.position, trained.position, rtol=1e-4, atol=1e-4)
+    torch.testing.assert_close(camera.viewmat[2, :3], trained.viewmat[2, :3], rtol=1e-4, atol=1e-4)
+
+
+def test_dragging_turns_around_what_is_looked_at(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    before, _ = seen(tab, 64, 48)
+    target = torch.tensor(
+        tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.target")
+    )
+    tab.page.mouse.move(200, 200)
+    tab.page.mouse.down()
+    tab.page.mouse.move(300, 220, steps=3)
+    tab.page.mouse.up()
+    after, _ = seen(tab, 64, 48)
+    reach = [(camera.position - target).norm().item() for camera in (before, after)]
+    assert reach[0] == pytest.approx(reach[1], rel=1e-3)
+    assert (before.position - after.position).norm() > 0.2 * reach[0]
+    middle = after.viewmat[:3, :3] @ (target - after.position)
+    assert middle[:2].abs().max() < 1e-3 * middle[2]
+    # where the hand rests on its way, the address names that place for a while
+    named = """([x, y, z]) => {
+      const eye = /eye=([^&]+)/.exec(location.hash)?.[1].split(",").map(Number);
+      return eye && Math.hypot(eye[0] - x, eye[1] - y, eye[2] - z) < 1e-3;
+    }"""
+    tab.page.wait_for_function(named, arg=after.position.tolist(), timeout=5000)
+    # the link shows the same to another visitor
+    link = tab.page.url
+    tab.page.goto("about:blank")
+    tab.page.goto(link)
+    tab.page.wait_for_function(SETTLED, timeout=60_000)
+    eye = tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.eye")
+    torch.testing.assert_close(torch.tensor(eye), after.position, rtol=1e-3, atol=1e-3)
+
+
+def test_wheel_and_keys_move(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    first, _ = seen(tab, 64, 48)
+    tab.page.mouse.move(200, 200)
+    tab.page.mouse.wheel(0, 500)
+    second, _ = seen(tab, 64, 48)
+    away = (second.position - first.position) @ first.viewmat[2, :3]
+    assert away < 0  # the wheel towards the visitor goes away
+    tab.page.focus("mobile-gs")
+    tab.page.keyboard.press("h")
+    assert tab.page.get_by_role("dialog").is_visible()
+    tab.page.keyboard.press("Escape")
+    assert not tab.page.get_by_role("dialog").is_visible()
+    tab.page.keyboard.down("w")
+    tab.page.wait_for_timeout(400)
+    tab.page.keyboard.up("w")
+    third, _ = seen(tab, 64, 48)
+    assert (third.position - second.position) @ second.viewmat[2, :3] > 0
+    tab.page.keyboard.press("r")
+    torch.testing.assert_close(seen(tab, 64, 48)[0].position, first.position)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (MGS[: len(MGS) // 2], "cut off|ends|shorter|incomplete|truncated"),
+        (MGS[:200] + b"\x00" * 40 + MGS[240:], "damaged|checksum|broken"),
+        (b"hello" * 100, "not a"),
+        (b"", "not a|empty|cut off|too short"),
+        (b"ply\nformat ascii 1.0\nend_header\n", "only binary_little_endian"),
+        (PLY_HEADER.encode() + b"\x00" * 100, "cut off: 99 Gaussians were announced"),
+        (PLY_HEADER.replace("float x", "float w").encode(), "it lacks x as floats"),
+    ],
+    ids=["truncated", "damaged", "foreign", "empty", "ascii ply", "truncated ply", "other ply"],
+)
+def test_a_file_that_is_no_scene_gets_a_sentence(
+    tab: Tab, served: Any, content: bytes, sentence: str
+) -> None:
+    said = visit(tab, served("scene.mgs", content))
+    print(said)
+    assert any(part in said for part in sentence.split("|")) and len(said) < 200
+
+
+def test_a_missing_scene_gets_a_sentence(tab: Tab, served: Any) -> None:
+    server = served("scene.mgs", MGS)
+    server.scenes["/scene"].unlink()
+    assert "could not be loaded: the server says 404" in visit(tab, server)
+    tab.complaints.clear()  # the browser itself notes the 404
+
+
+def test_a_browser_that_cannot_draw_gets_a_sentence(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        "Object.defineProperty(navigator, 'gpu', { get: () => undefined });"
+        "HTMLCanvasElement.prototype.getContext = () => null;"
+        "delete Navigator.prototype.gpu;"
+    )
+    said = visit(tab, served("scene.mgs", MGS))
+    assert "cannot draw the scene" in said
+    tab.close()
+
+
+@pytest.mark.parametrize(
+    ("file", "sentence"),
+    [("worker.js", "own files could not be loaded"), ("view.*sl", "missing on the server")],
+)
+def test_a_server_without_all_of_the_viewer_gets_a_sentence(
+    tab: Tab, file: str, sentence: str
+) -> None:
+    tab.page.route(re.compile(rf"/{file}$"), lambda route: route.fulfill(status=404))
+    tab.page.goto(f"{tab.address}/web/index.html?url=/scene")
+    said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
+    print(said)
+    assert sentence in said
+    tab.complaints.clear()  # the browser itself notes the 404
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_the_bench_reports_what_it_measured(tab: Tab, served: Any, renderer: str) -> None:
+    server = served("scene.mgs", MGS)
+    assert visit(tab, server, f"renderer={renderer}", "bench=2,96x64") == "loaded"
+    tab.page.get_by_role("dialog", name="Measured").wait_for(timeout=60_000)
+    found = json.loads(tab.page.get_by_label("the figures as JSON").input_value())
+    assert (found["width"], found["height"], found["gaussians"]) == (96, 64, 800)
+    for rate in (found["cold"], found["steady"]):
+        assert rate["frames"] > 0 and 0 < rate["milliseconds"] <= rate["milliseconds95"]
+        assert rate["fps"] > 0
+    assert found["renderer"] == {"webgpu": "WebGPU", "webgl": "WebGL2"}[renderer]
+    assert found["adapter"] and "Chrome" in found["browser"] and found["viewer"]
+    assert found["file_bytes"] == len(MGS) and found["interrupted"] is False
+    assert set(found["passes"]) == {"project", "splat", "resolve"}
+    assert all(0 <= took < 10_000 for took in found["passes"].values())
+    assert found["passes"]["splat"] > 0 and found["sorted"] is False
+
+
+def test_a_key_that_ends_under_another_one_does_not_stick(tab: Tab, served: Any) -> None:
+    visit(tab, served("scene.mgs", MGS))
+    tab.page.focus("mobile-gs")
+    for key, act in (("w", "down"), ("Control", "down"), ("w", "up"), ("Control", "up")):
+        getattr(tab.page.keyboard, act)(key)
+    tab.page.wait_for_timeout(300)
+    first, _ = seen(tab, 16, 16)
+    tab.page.wait_for_timeout(300)
+    torch.testing.assert_close(seen(tab, 16, 16)[0].position, first.position)
+
+
+def test_a_bad_file_leaves_the_scene_that_is_shown(tab: Tab, served: Any, tmp_path: Path) -> None:
+    write_ply(tmp_path / "made.ply", unpack(MGS).decode().gaussians)
+    visit(tab, served("scene.ply", (tmp_path / "made.ply").read_bytes()))
+    tab.page.evaluate(
+        """() => document.querySelector("mobile-gs").open(new Blob(["no scene at all"]))"""
+    )
+    tab.page.wait_for_function("document.querySelector('mobile-gs').dataset.state === 'failed'")
+    tab.page.keyboard.press("Escape")
+    assert tab.page.evaluate(SETTLED.replace("loaded", "failed")) == "failed"  # no message is left
+    tab.page.evaluate("() => document.querySelector('mobile-gs').viewer.pose.orbit(3, 0)")
+    tab.page.evaluate("() => document.querySelector('mobile-gs').viewer.redraw()")
+    scene = Scene(read_ply(tmp_path / "made.ply"))
+    assert nearness(tab, lambda camera: scene.render(camera).image) > 45  # in the new order
+
+
+def test_an_address_that_is_none_gets_a_sentence(tab: Tab, served: Any) -> None:
+    server = served("scene.mgs", MGS)
+    tab.page.goto(server.address("127.0.0.1").replace("url=/scene", "url=http://[&scale=1"))
+    said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
+    assert "cannot be opened" in said
+
+
+def test_one_page_takes_one_device(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        """const { requestDevice } = GPUAdapter.prototype;
+        window.devices = 0;
+        GPUAdapter.prototype.requestDevice = function (...given) {
+          window.devices += 1;
+          return requestDevice.apply(this, given);
+        };"""
+    )
+    assert visit(tab, served("scene.mgs", MGS), "renderer=webgpu") == "loaded"
+    assert tab.page.evaluate("window.devices") == 1
+    tab.close()
