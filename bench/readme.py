@@ -1,21 +1,24 @@
-"""Writes the README's figures, between its markers, from the JSON in bench/results.
+"""Write the figures of README.md and docs/explanation/benchmarks.md from bench/results.
 
-    python bench/readme.py [--json OUT]
+    python -m bench.readme [--json OUT]
 
-`--json` also writes the tables' cells, for whoever wants to check them.
+Each table stands between its own pair of markers, `<!-- BEGIN:name -->` and `<!-- END:name -->`.
+`--json` also writes the tables' cells.
 """
 
 import argparse
 import json
 from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
-ALIKE = 98  # dB: no two pictures differ by a rounding less
-BEGIN, END = "<!-- BEGIN:numbers -->", "<!-- END:numbers -->"
+ROOT = Path(__file__).parents[1]
+PAGES = (ROOT / "README.md", ROOT / "docs/explanation/benchmarks.md")
+ALIKE = 98  # dB: pictures that differ by a rounding error are below this
+TEACHER = "bonsai-400/10000+0/teacher/2"  # of bench/results/paper.json
+STUDENT = "bonsai-400/10000+5000/ours/2/teacher2"
 
 
 def table(rows: list[list[str]]) -> str:
-    """Markdown, the first row as its head."""
+    """Return a Markdown table; the first row is its head."""
     lines = ["| " + " | ".join(row) + " |" for row in rows]
     lines.insert(1, "|" + "---|" * len(rows[0]))
     return "\n".join(lines)
@@ -26,7 +29,7 @@ def number(value: float | None, digits: int) -> str:
 
 
 def quality_rows(runs: dict) -> list[list[str]]:
-    """Teacher and student of every capture, on the held-back photos."""
+    """Return the teacher's and the student's figures of every capture, on held-back photos."""
     head = "capture | scene | PSNR dB | SSIM | LPIPS (VGG, [0, 1]) | Gaussians | file MB | minutes"
     rows = [head.split(" | ")]
     for name, run in runs.items():
@@ -50,8 +53,8 @@ def quality_rows(runs: dict) -> list[list[str]]:
 
 
 def kernel_rows(rows: list[dict]) -> list[list[str]]:
-    """Milliseconds of the CPU kernels beside those of the technology study."""
-    head = ["800x533", "Gaussians", "forward ms", "forward + backward ms", "against the study"]
+    """Return the CPU kernels' milliseconds and their ratio to those of the prototype."""
+    head = ["800x533", "Gaussians", "forward ms", "forward + backward ms", "ratio to the prototype"]
     found = [head]
     for path in ("sortfree", "sorted"):
         for count in sorted({row["gaussians"] for row in rows}):
@@ -70,23 +73,25 @@ def kernel_rows(rows: list[dict]) -> list[list[str]]:
 
 
 def viewer_rows(viewers: dict) -> list[list[str]]:
-    """Our viewer beside others: time of a frame, what is shipped, and what a turn costs."""
+    """Return the time per frame, the bytes sent and the error during a turn of every viewer."""
     head = (
         "viewer | load ms | frame ms, median / least | CPU ms | viewer kB | scene MB "
-        "| while turning, dB | of the true picture, dB"
+        "| turning against settled, dB | turning against the reference, dB"
     )
     found = [head.split(" | ")]
     for name, row in viewers.items():
         frame, turn = row["frame_ms"], row["turn"]["moving_settled"]["median"]
         found.append(
             [
-                f"{name}, {row['date']}" if "date" in row else name,
+                (f"{name}, {row['date']}" if "date" in row else name)
+                .replace("halves", "float16")
+                .replace("floats", "float32"),
                 number(row["load_ms"]["median"], 0),
                 f"{frame['median']:.0f} / {frame['min']:.0f}",
                 number(row["cpu_ms"]["median"], 0),
                 number(row["viewer_gzip_bytes"] / 1e3, 0),
                 number(row["scene_bytes"] / 1e6, 1),
-                "the same" if turn >= ALIKE else number(turn, 1),
+                "equal" if turn >= ALIKE else number(turn, 1),
                 number(row["turn"]["moving_true"]["median"], 1),
             ]
         )
@@ -94,7 +99,7 @@ def viewer_rows(viewers: dict) -> list[list[str]]:
 
 
 def loading_rows(loading: dict) -> list[list[str]]:
-    """Milliseconds until something and until everything is seen."""
+    """Return the milliseconds until the first picture, the decoded and the drawn scene."""
     found = [["renderer", "visit", "first picture ms", "decoded ms", "all drawn ms"]]
     for renderer in ("webgpu", "webgl"):
         for visit in ("first_visit", "later_visit"):
@@ -104,65 +109,98 @@ def loading_rows(loading: dict) -> list[list[str]]:
     return found
 
 
+def comparison_rows(paper: dict, formats: dict, viewers: dict) -> list[list[str]]:
+    """Return size, quality and frame times of one teacher in other formats and of its student."""
+    teacher, student, ours = paper[TEACHER], paper[STUDENT], viewers["ours, WebGPU"]
+    ply = formats["bonsai/teacher"]
+    others = {
+        name: row
+        for name, row in viewers.items()
+        if not name.startswith("ours") and row["scene_bytes"] == ply["bytes"]
+    }
+    if ply["bytes"] != teacher["bytes"] or ours["scene_bytes"] != student["bytes"] or not others:
+        raise ValueError("the results are not of one teacher and its student")
+    best = min(others, key=lambda name: others[name]["frame_ms"]["median"])
+    kernels = "ms per frame, CPU kernels"
+    rows = [["file", "blended", "MB", "PSNR dB", kernels, "ms per frame, browser"]]
+    for kind, cell, blended, ms, browser in (
+        ("`.ply`, the teacher", ply, "sorted", teacher["frame_ms"], best),
+        ("`.sog`", formats["bonsai/sog"], "sorted", None, ""),
+        ("`.spz`", formats["bonsai/spz"], "sorted", None, ""),
+        ("**`.mgs`**", student, "in any order", student["frame_ms"], "ours, WebGPU"),
+    ):
+        row = viewers.get(browser)
+        frame = f"{row['frame_ms']['median']:.0f} ({browser})" if row else "as `.ply`"
+        size, psnr = f"{cell['bytes'] / 1e6:.2f}", f"{cell['psnr']:.2f}"
+        rows.append([kind, blended, size, psnr, f"{ms:.1f}" if ms else "as `.ply`", frame])
+    return rows
+
+
+def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
+    """Return every block: its name, the line above the table, and the table's rows."""
+    captures, kernels, viewer = results["captures"], results["kernels"], results["viewer"]
+    loading, paper = results["loading"], results["paper"]["cells"]
+    student = paper[STUDENT]
+    size = "x".join(map(str, student["image_size"]))
+    return {
+        "comparison": (
+            f"Bonsai, {student['photos']} held-back photos of {size}, {student['device']}, "
+            f"{student['date']}. The browser ({viewer['browser']}, {viewer['plan']['size']}) draws "
+            "in software, and the `.ply` with the fastest of the other viewers measured. "
+            f"The student trained for {student['seconds'] / 60:.1f} minutes.",
+            comparison_rows(paper, results["compression"]["cells"], viewer["viewers"]),
+        ),
+        "quality": (
+            f"`python -m bench.captures`, {captures['date']}, {captures['machine']}:",
+            quality_rows(captures["runs"]),
+        ),
+        "kernels": (
+            f"`python -m bench.kernels`, {kernels['date']}, {kernels['machine']}:",
+            kernel_rows(kernels["rows"]),
+        ),
+        "viewer": (
+            f"`python -m bench.viewers.compare`, {viewer['date']}, {viewer['machine']}, "
+            f"{viewer['browser']}, bonsai at {viewer['plan']['size']}, medians of "
+            f"{viewer['plan']['rounds']} rounds, a turn of "
+            f"{viewer['plan']['turn_degrees_a_frame']} degrees per frame:",
+            viewer_rows(viewer["viewers"]),
+        ),
+        "loading": (
+            f"`python -m bench.viewers.loading`, {loading['date']}, {loading['machine']}, the same "
+            f"browser, {loading['gaussians']:,} Gaussians in {loading['file_bytes'] / 1e6:.1f} MB "
+            f"(`{loading['coding']}`). In a page that draws nothing, decoding takes "
+            f"{loading['alone']['first']} ms on the first visit and {loading['alone']['later']} ms "
+            "later:",
+            loading_rows(loading),
+        ),
+    }
+
+
+def filled(page: str, name: str, text: str) -> str:
+    """Return the page with the text between the markers of `name`, if it has them."""
+    begin, end = f"<!-- BEGIN:{name} -->", f"<!-- END:{name} -->"
+    if begin not in page:
+        return page
+    before, rest = page.split(begin)
+    return f"{before}{begin}\n\n{text}\n\n{end}{rest.split(end)[1]}"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, help="write the tables' cells here")
     options = parser.parse_args()
-    captures = json.loads((ROOT / "bench/results/captures.json").read_text())
-    kernels = json.loads((ROOT / "bench/results/kernels.json").read_text())
-    viewer = json.loads((ROOT / "bench/results/viewer.json").read_text())
-    loading = json.loads((ROOT / "bench/results/loading.json").read_text())
-    tables = {
-        "quality": quality_rows(captures["runs"]),
-        "kernels": kernel_rows(kernels["rows"]),
-        "viewer": viewer_rows(viewer["viewers"]),
-        "loading": loading_rows(loading),
+    names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
+    results = {
+        name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }
-    text = "\n\n".join(
-        [
-            BEGIN,
-            f"`python bench/captures.py`, {captures['date']}, {captures['machine']}, the CPU "
-            "preset (the demo has its own), minutes of training:",
-            table(tables["quality"]),
-            f"`python bench/kernels.py`, {kernels['date']}, {kernels['machine']} (the synthetic "
-            "scene of the study that chose the kernels' technology, and the ratio to its own "
-            "kernels in the same run, forward / forward + backward):",
-            table(tables["kernels"]),
-            f"`python bench/viewer.py`, {viewer['date']}, {viewer['machine']}, "
-            f"{viewer['browser']}, bonsai at {viewer['plan']['size']}: ours draws the student, "
-            "all others (and ours sorted) its teacher. Load is from navigation to the first frame "
-            "that looks like the settled picture, from a local server; ours finds out meanwhile "
-            "how to draw, unless its name says how. The last columns compare frames of a turn "
-            f"by {viewer['plan']['turn_degrees_a_frame']} degrees a frame: with the same viewer's "
-            "picture from there once it has settled, where orders that come too late show (sums in "
-            "halves differ from frame to frame by the order in which they are added up), and with "
-            "the kernels' picture of the same file, from which viewers also differ by what they "
-            "cull, round, or leave out of the colours. A row with a date was measured then, on "
-            "another processor. A software device measures filling and its own "
-            f"cost of an instance, and says nothing about phones. Medians of "
-            f"{viewer['plan']['rounds']} rounds, turns of the first:",
-            table(tables["viewer"]),
-            f"`python bench/loading.py`, {loading['date']}, {loading['machine']}, the same "
-            f"browser: {loading['gaussians']:,} Gaussians in {loading['file_bytes'] / 1e6:.1f} MB "
-            f"({loading['coding']}) "
-            "from a local server, from navigation on, in a window that has been open for some "
-            "seconds (decoded: from the request on); after its first visit a browser knows how "
-            "its device draws fastest. A picture's time ends when its frame is done, which the "
-            "processor draws here, too. The Gaussians are a trained scene's, copied and made "
-            "smaller until they are so many:",
-            table(tables["loading"]),
-            "In a page that draws nothing, decoding takes "
-            f"{loading['alone']['first']} ms the first time and {loading['alone']['later']} ms "
-            "later. The first picture is of dots, one for each of some thousand Gaussians.",
-            "Nothing was measured on a GPU yet: the CUDA kernels are compiled in every test run, "
-            "and `bench/gpu/run.sh` awaits the first machine that has one.",
-            END,
-        ]
-    )
-    readme = (ROOT / "README.md").read_text()
-    before, rest = readme.split(BEGIN)
-    (ROOT / "README.md").write_text(before + text + rest.split(END)[1])
+    found = blocks(results)
+    for path in PAGES:
+        page = path.read_text()
+        for name, (line, rows) in found.items():
+            page = filled(page, name, f"{line}\n\n{table(rows)}")
+        path.write_text(page)
     if options.json:
+        tables = {name: rows for name, (_, rows) in found.items()}
         options.json.write_text(json.dumps(tables, indent=1) + "\n")
 
 

@@ -1,57 +1,68 @@
-"""Writes docs/api.md and docs/settings.md from the sources: signatures, docstrings, defaults.
+"""Write docs/reference/api.md, settings.md and cli.md from the sources.
 
     python docs/make_api.py
 
-A test holds the pages to what this makes. Signatures are the sources' own text, so that neither
-decorators nor versions of Python change them.
+Tests compare the pages with the output of this script, and their signatures with
+`inspect.signature`. Signatures are text of the sources, so that they do not change with decorators
+and versions of Python.
 """
 
 import ast
+import contextlib
 import dataclasses
+import io
+import os
 import re
 import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import mobilegs
+from mobilegs.cli import main as command_line
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "mobilegs"
 WIDTH = 92
 LITERAL = 60  # characters: longer choices are named
-API, SETTINGS = "docs/api.md", "docs/settings.md"
+API, SETTINGS = "docs/reference/api.md", "docs/reference/settings.md"
+COMMANDS, COLUMNS = "docs/reference/cli.md", 88
+COMMANDS_HEAD = """\
+# The command line
+
+Made by `python docs/make_api.py` from the verbs' `--help`.
+"""
 API_HEAD = """\
 # The Python interface
 
-Made by `python docs/make_api.py` from the sources. Everything here comes from the package itself,
-`from mobilegs import open_scene`, and is imported when it is first asked for. What is not here may
-change without a word. `examples/` has programs that use most of it; `docs/conventions.md` has axes,
-units and shapes. Shapes stand in the types as [jaxtyping](https://docs.kidger.site/jaxtyping/)
-writes them: `Float[Tensor, "n 3"]`.
+Made by `python docs/make_api.py` from the sources. The package exports everything here by name,
+as in `from mobilegs import open_scene`, and imports a module at the first use of one of its
+names. What is not listed may change without notice. [Examples](../tutorials/examples.md) use
+most of it; [conventions](conventions.md) define axes, units and shapes. Types have shapes as
+[jaxtyping](https://docs.kidger.site/jaxtyping/) writes them: `Float[Tensor, "n 3"]`.
 
-Whatever cannot be used (a damaged file, a capture without poses, a setting that does not exist)
-raises `InputError`, whose text is one sentence.
+Input that cannot be used (a damaged file, a capture without poses, an unknown setting) raises
+`InputError`, whose text is one sentence.
 """
 SETTINGS_HEAD = """\
-# Every setting of a training
+# Settings of a training
 
-Made by `python docs/make_api.py` from the sources. `mobilegs train --set PATH=VALUE ...` changes
-any of these (`compress` has it, too), `with_settings` does it in Python, and `config.json` in a run
-has what it was made with. Where presets differ, each is named; `--steps`, `--max-splats`,
-`--method` and `--views-per-step` are short for some of them.
+Made by `python docs/make_api.py` from the sources. `mobilegs train --set PATH=VALUE ...` and
+`mobilegs compress --set ...` change any of these, `with_settings` does so in Python, and a
+run's `config.json` has the values that it used. If presets differ, each is named. `--steps`,
+`--max-splats`, `--method` and `--views-per-step` are short for some of them.
 """
 SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Scenes": (
-        "A scene is `Gaussians` and how they are to be blended. `open_scene` reads all kinds of "
-        "files.",
+        "A scene is `Gaussians` and how to blend them. `open_scene` reads all formats.",
         ("open_scene", "inspect_scene", "Scene", "Gaussians", "InputError"),
     ),
-    "Pictures": (
-        "A `Camera` and a `Scene` give a picture: `scene.render(camera).image`. `render_sorted` "
-        "and `render_sortfree` take tensors, have gradients for all of them, and run the kernels "
-        "of the device on which these are.",
+    "Rendering": (
+        "`scene.render(camera).image` renders a `Scene` from a `Camera`. `render_sorted` and "
+        "`render_sortfree` take tensors, give gradients for all of them, and run the kernels of "
+        "their device.",
         (
             "Camera",
             "look_at",
@@ -60,11 +71,11 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "render_sorted",
             "render_sortfree",
             "Weighting",
-            "GpuRenderer",
+            "WgpuRenderer",
         ),
     ),
     "Captures": (
-        "Photos with poses. Reading a capture decodes no photo yet.",
+        "Photos with poses. `load_capture` does not decode the photos.",
         (
             "load_capture",
             "Dataset",
@@ -74,14 +85,13 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "ViewLoader",
             "CaptureRun",
             "capture_photos",
-            "sample_capture",
-            "write_sample",
+            "demo_capture",
+            "write_capture",
         ),
     ),
     "Training": (
-        "`train_run` is `mobilegs train`, `compress_run` is `mobilegs compress`. A `Recipe` says "
-        "all that decides what comes out, the capture and the seed aside; `docs/settings.md` lists "
-        "its fields.",
+        "`train_run` is `mobilegs train`, `compress_run` is `mobilegs compress`. A `Recipe` and "
+        "a seed determine the result for a capture; [settings](settings.md) lists its fields.",
         (
             "TrainRun",
             "train_run",
@@ -98,17 +108,17 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "with_settings",
         ),
     ),
-    "Figures": (
-        "How near pictures are to photos.",
+    "Metrics": (
+        "Metrics that compare renders with photos.",
         ("evaluate_side_by_side", "psnr", "ssim", "as_displayed", "lpips_from"),
     ),
     "`.mgs` files": (
-        "Codes are what a file holds; `CodedScene.decode` makes a scene of them "
-        "(`docs/format.md`).",
-        ("read_mgs", "write_mgs", "unpack", "pack", "CodedScene", "layered"),
+        "A `QuantizedScene` is what a file holds; its `decode` makes a scene of it "
+        "([the format](../format.md)).",
+        ("read_mgs", "write_mgs", "unpack", "pack", "QuantizedScene", "with_lod_levels"),
     ),
     "Files of other tools": (
-        "Plain 3DGS scenes (`docs/formats.md`).",
+        "Plain 3DGS scenes ([formats](formats.md)).",
         (
             "read_ply",
             "write_ply",
@@ -121,8 +131,8 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "read_splat",
         ),
     ),
-    "Showing": (
-        "The web viewer, packed or served (`docs/phone.md`).",
+    "Viewer": (
+        "The web viewer, exported or served ([on a phone](../guides/phone.md)).",
         ("export_html", "export_site", "Server"),
     ),
 }
@@ -141,7 +151,7 @@ def source_of(module: str) -> Path:
 
 
 def definition(module: str, name: str) -> Definition:
-    """Where a module defines a name."""
+    """Return the definition of a name in a module."""
     for node in parsed(source_of(module)).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
             return node
@@ -151,48 +161,46 @@ def definition(module: str, name: str) -> Definition:
 # --- signatures -----------------------------------------------------------------------------------
 
 
-@cache
-def choices() -> dict[str, str]:
-    """What names of choices stand for: `PresetName` -> `Literal['cpu', ...]`."""
-    found = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
-        for node in parsed(path).body:
-            if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("Literal["):
-                literal = ast.unparse(node.value)
-                if len(literal) <= LITERAL:
-                    found[ast.unparse(node.targets[0])] = literal
-    return found
+def assigned(module: str, name: str) -> ast.expr | None:
+    """Return the value that `name` has in `module`, assigned there or in the module it comes from.
+
+    A name is looked up where it is used: two modules may give one name two values.
+    """
+    for node in parsed(source_of(module)).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name:
+            return node.value
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("mobilegs."):
+            for alias in node.names:
+                if (alias.asname or alias.name) == name:
+                    return assigned(str(node.module).removeprefix("mobilegs."), alias.name)
+    return None
 
 
-@cache
-def constants() -> dict[str, str]:
-    """What names of numbers and texts stand for: `NEAR` -> `0.2`."""
-    found = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
-        for node in parsed(path).body:
-            if isinstance(node, ast.Assign):
-                value = ast.unparse(node.value)
-                if re.fullmatch(r"[\d./ ]+|'[^']*'", value):
-                    found[ast.unparse(node.targets[0])] = value.replace("'", '"')
-    return found
+def spelled_out(module: str, name: str) -> str:
+    """Return the number, text or short `Literal` that `name` stands for in `module`, or `name`."""
+    value = assigned(module, name)
+    text = "" if value is None else ast.unparse(value)
+    literal = text.startswith("Literal[") and len(text) <= LITERAL
+    return text if literal or re.fullmatch(r"[\d./ ]+|'[^']*'", text) else name
 
 
-def kind(annotation: ast.expr | None) -> str:
-    """A type as text, without what only the command line needs."""
+def kind(module: str, annotation: ast.expr | None) -> str:
+    """Return a type of `module` as text, without the options that only the command line needs."""
     if annotation is None:
         return ""
     text = ast.unparse(annotation)
     if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "Annotated":
         inner = annotation.slice
-        text = kind(inner.elts[0] if isinstance(inner, ast.Tuple) else inner)
+        text = kind(module, inner.elts[0] if isinstance(inner, ast.Tuple) else inner)
     text = re.sub(r"Positional\[(\w+)\]", r"\1", text)
-    for name, literal in choices().items():
-        text = re.sub(rf"\b{name}\b", literal, text)
+    for node in ast.walk(annotation):
+        if isinstance(node, ast.Name):
+            text = re.sub(rf"\b{node.id}\b", lambda _, n=node: spelled_out(module, n.id), text)
     return text.replace("'", '"') if "[" in text else text.strip("'\"")
 
 
 def laid_out(name: str, parts: list[str], returns: str) -> str:
-    """A signature, a parameter a line where one line does not hold it."""
+    """Lay out a signature in one line, or with one parameter per line if it is long."""
     end = f" -> {returns}" if returns else ""
     line = f"{name}({', '.join(parts)}){end}"
     if len(line) <= WIDTH:
@@ -200,32 +208,36 @@ def laid_out(name: str, parts: list[str], returns: str) -> str:
     return "\n".join([f"{name}(", *(f"    {part}," for part in parts), f"){end}"])
 
 
-def parameters(function: ast.FunctionDef) -> Iterator[str]:
+def parameters(module: str, function: ast.FunctionDef) -> Iterator[str]:
     given = function.args
     ordinary = [*given.posonlyargs, *given.args]
     plain = [None] * (len(ordinary) - len(given.defaults))
     for argument, default in zip(ordinary, [*plain, *given.defaults], strict=True):
         if argument.arg not in ("self", "cls"):
-            yield with_default(argument.arg, argument.annotation, default)
+            yield with_default(module, argument.arg, argument.annotation, default)
     if given.kwonlyargs:
         yield "*"
     for argument, default in zip(given.kwonlyargs, given.kw_defaults, strict=True):
-        yield with_default(argument.arg, argument.annotation, default)
+        yield with_default(module, argument.arg, argument.annotation, default)
 
 
-def with_default(name: str, annotation: ast.expr | None, default: ast.expr | None) -> str:
-    text = f"{name}: {kind(annotation)}"
+def with_default(
+    module: str, name: str, annotation: ast.expr | None, default: ast.expr | None
+) -> str:
+    text = f"{name}: {kind(module, annotation)}"
     if default is None:
         return text
-    value = ast.unparse(default).replace("'", '"')
-    value = constants().get(value, value)
+    value = ast.unparse(default)
+    if isinstance(default, ast.Name):
+        value = spelled_out(module, value)
+    value = value.replace("'", '"')
     if match := re.search(r"field\(default_factory=(?:lambda: )?(.*)\)$", value):
         value = match[1] if match[1].endswith(")") else f"{match[1]}()"
     return f"{text} = {value}"
 
 
 def fields_of(node: ast.ClassDef) -> list[tuple[ast.AnnAssign, str]]:
-    """The fields of a dataclass or named tuple, each with the docstring beneath it."""
+    """Return the fields of a dataclass or named tuple, each with the docstring below it."""
     found = []
     for item, below in zip(node.body, [*node.body[1:], None], strict=True):
         if isinstance(item, ast.AnnAssign):
@@ -241,7 +253,7 @@ LISTED = re.compile(r"^(Attributes|Args|Raises|Returns):$")
 
 
 def described(node: ast.FunctionDef | ast.ClassDef) -> str:
-    """A docstring in Markdown: what is listed under `Attributes:` and the like becomes a list."""
+    """Return a docstring as Markdown, with `Attributes:`, `Args:` and the like as lists."""
     lines, inside = [], False
     for line in (ast.get_docstring(node) or "").splitlines():
         if match := LISTED.match(line):
@@ -263,20 +275,22 @@ def is_property(node: ast.FunctionDef) -> bool:
     return any(ast.unparse(decorator) == "property" for decorator in node.decorator_list)
 
 
-def function_entry(node: ast.FunctionDef) -> str:
-    sign = laid_out(node.name, list(parameters(node)), kind(node.returns))
+def function_entry(module: str, node: ast.FunctionDef) -> str:
+    sign = laid_out(node.name, list(parameters(module, node)), kind(module, node.returns))
     return f"```python\n{sign}\n```\n\n{described(node)}"
 
 
-def class_entry(node: ast.ClassDef) -> str:
+def class_entry(module: str, node: ast.ClassDef) -> str:
     fields = fields_of(node)
     methods = [item for item in node.body if isinstance(item, ast.FunctionDef)]
     begin = next((method for method in methods if method.name == "__init__"), None)
     bases = [ast.unparse(base) for base in node.bases]
     if begin is not None:
-        parts = list(parameters(begin))
+        parts = list(parameters(module, begin))
     else:
-        parts = [with_default(str(ast.unparse(f.target)), f.annotation, f.value) for f, _ in fields]
+        parts = [
+            with_default(module, ast.unparse(f.target), f.annotation, f.value) for f, _ in fields
+        ]
     text = [f"```python\n{laid_out(f'class {node.name}', parts, '')}\n```", described(node)]
     if not parts and bases:
         text[0] = f"```python\nclass {node.name}({', '.join(bases)})\n```"
@@ -291,10 +305,10 @@ def class_entry(node: ast.ClassDef) -> str:
             continue
         said = " ".join((ast.get_docstring(method) or "").split("\n\n")[0].split())
         if is_property(method):
-            rows.append(f"- `.{method.name} -> {kind(method.returns)}`: {said}")
+            rows.append(f"- `.{method.name} -> {kind(module, method.returns)}`: {said}")
         else:
-            sign = f"{method.name}({', '.join(parameters(method))})"
-            returns = kind(method.returns)
+            sign = f"{method.name}({', '.join(parameters(module, method))})"
+            returns = kind(module, method.returns)
             end = f" -> {returns}" if returns not in ("", "None") else ""
             rows.append(f"- `.{sign}{end}`: {said}")
     if rows:
@@ -303,18 +317,21 @@ def class_entry(node: ast.ClassDef) -> str:
 
 
 def api_page() -> str:
-    """The text of docs/api.md."""
+    """The text of docs/reference/api.md."""
     homes = {name: module for module, names in mobilegs.PUBLIC.items() for name in names}
     listed = [name for _, names in SECTIONS.values() for name in names]
     if sorted(listed) != sorted(homes):
-        raise LookupError(f"in one list alone: {sorted(set(listed) ^ set(homes))}")
+        raise LookupError(
+            f"in SECTIONS or PUBLIC, but not in both: {sorted(set(listed) ^ set(homes))}"
+        )
     text = [API_HEAD]
     for title, (intro, names) in SECTIONS.items():
         row = " · ".join(f"[`{name}`](#{name.lower()})" for name in names)
         text += [f"## {title}\n", f"{intro}\n", f"{row}\n"]
         for name in names:
-            node = definition(homes[name], name)
-            entry = class_entry(node) if isinstance(node, ast.ClassDef) else function_entry(node)
+            module, node = homes[name], definition(homes[name], name)
+            is_class = isinstance(node, ast.ClassDef)
+            entry = class_entry(module, node) if is_class else function_entry(module, node)
             text += [f"### {name}\n", f"{entry}\n"]
     return "\n".join(text)
 
@@ -323,7 +340,7 @@ def api_page() -> str:
 
 
 def settings_page() -> str:
-    """The text of docs/settings.md."""
+    """The text of docs/reference/settings.md."""
     recipes = {
         "cpu": mobilegs.cpu_recipe(),
         "gpu": mobilegs.gpu_recipe(),
@@ -338,7 +355,7 @@ def settings_page() -> str:
 
 
 def rows_of(path: str, configs: dict[str, Any]) -> Iterator[str]:
-    """A row for each field, those of dataclasses within it included."""
+    """Return a table row per field, nested dataclasses included."""
     first = next(iter(configs.values()))
     module = type(first).__module__.removeprefix("mobilegs.")
     node = definition(module, type(first).__name__)
@@ -358,14 +375,40 @@ def rows_of(path: str, configs: dict[str, Any]) -> Iterator[str]:
 
 
 def short(value: Any) -> str:
-    """A default as people would write it."""
+    """Return a default, rounded if its digits are many."""
     text = str(value)
     return f"{value:.4g}" if isinstance(value, float) and len(text) > 8 else text
 
 
+# --- the command line -----------------------------------------------------------------------------
+
+
+def cli_page() -> str:
+    """The text of docs/reference/cli.md: the help of `mobilegs` and of each verb."""
+    text = [COMMANDS_HEAD, f"```text\n{help_of()}\n```\n"]
+    for verb in command_line.VERBS:
+        text += [f"## {verb}\n", f"```text\n{help_of(verb)}\n```\n"]
+    return "\n".join(text)
+
+
+def help_of(*words: str) -> str:
+    """Return what `mobilegs WORDS --help` prints in a terminal of a fixed width."""
+    printed = io.StringIO()
+    terminal = {"COLUMNS": str(COLUMNS), "NO_COLOR": "1"}
+    with (
+        mock.patch.dict(os.environ, terminal),
+        contextlib.redirect_stdout(printed),
+        contextlib.suppress(SystemExit),
+    ):
+        command_line.main([*words, "--help"])
+    lines = printed.getvalue().replace(mobilegs.__version__, "VERSION").splitlines()
+    return "\n".join(line.rstrip() for line in lines).strip()
+
+
 def main() -> int:
-    """Write both pages."""
-    for file, page in ((API, api_page()), (SETTINGS, settings_page())):
+    """Write the pages."""
+    pages = ((API, api_page()), (SETTINGS, settings_page()), (COMMANDS, cli_page()))
+    for file, page in pages:
         (ROOT / file).write_text(page)
         print(f"{file}: {len(page.splitlines())} lines")
     return 0

@@ -1,9 +1,9 @@
-"""A decoder of .mgs files in numpy, written from docs/format.md: no torch, nothing of mobilegs.
+"""Decode .mgs files with numpy: written from docs/format.md, without torch and mobilegs.
 
     python examples/read_mgs.py scene.mgs [--npz arrays.npz]
 
-Prints the streams and what comes of them. It checks what keeps it from going wrong; what a careful
-decoder refuses besides (section 2 of that page) it does not. Sections are those of the page.
+Prints the streams and the ranges of the decoded arrays. It checks what it needs to decode safely.
+It does not check the limits of section 2. Sections are those of docs/format.md.
 """
 
 import argparse
@@ -17,19 +17,19 @@ import numpy as np
 MAGIC = b"MGS\x1a\r\n\x00\x01"
 C0 = np.float32(0.28209479)
 COLUMNS = {"scale": 3, "rotation": 3, "appearance": 6, "opacity": 1}  # of the mode sq
-FINER = np.array([53, 210, 405, 600, 787, 970, 1151, 1329], np.float32) / 256
+REFINEMENT_LIMITS = np.array([53, 210, 405, 600, 787, 970, 1151, 1329], np.float32) / 256
 
 
-def need(true: object, what: str) -> None:
-    if not true:
-        raise ValueError(f"this is no sound .mgs file: {what}")
+def need(condition: object, part: str) -> None:
+    if not condition:
+        raise ValueError(f"this is not a valid .mgs file: {part}")
 
 
-# --- 1. the envelope ------------------------------------------------------------------------------
+# --- 1. container ---------------------------------------------------------------------------------
 
 
-def envelope(data: bytes) -> tuple[dict, dict[str, tuple[str, bytes]]]:
-    """The header, and each stream's codec and bytes by name."""
+def read_container(data: bytes) -> tuple[dict, dict[str, tuple[str, bytes]]]:
+    """Return the header, and the codec and bytes of each stream by name."""
     need(data[:8] == MAGIC and len(data) >= 20, "its first bytes")
     major, _, size, crc = struct.unpack_from("<HHII", data, 8)
     need(major in (2, 3) and size <= 1 << 20, "its version")
@@ -40,7 +40,7 @@ def envelope(data: bytes) -> tuple[dict, dict[str, tuple[str, bytes]]]:
         need(len(part) == row["bytes"] and zlib.crc32(part) == row["crc32"], row["name"])
         streams[row["name"]] = (row["codec"], part)
         end, place = place + row["bytes"], place + (row["bytes"] + 7) // 8 * 8
-        need(not any(data[end:place]), "what lies between its streams")
+        need(not any(data[end:place]), "its padding")
     need(place == len(data), "its length")
     return header, streams
 
@@ -53,10 +53,10 @@ def bits_of(data: bytes) -> np.ndarray:
 
 
 def unpack_bits(data: bytes, widths: np.ndarray) -> np.ndarray:
-    """Numbers of the given numbers of bits, the lowest bit first."""
+    """Unpack numbers of the given widths, the lowest bit first."""
     widths = widths.astype(np.int64)
     need(len(data) == (widths.sum() + 7) // 8, "a stream of bits")
-    bits = np.append(bits_of(data), np.zeros(64, np.uint8))  # so that all may be asked for
+    bits = np.append(bits_of(data), np.zeros(64, np.uint8))  # so that every read is in range
     begin, found = np.cumsum(widths) - widths, np.zeros(len(widths), np.uint64)
     for bit in range(int(widths.max(initial=0))):
         found |= np.where(bit < widths, bits[begin + bit], 0).astype(np.uint64) << np.uint64(bit)
@@ -64,7 +64,7 @@ def unpack_bits(data: bytes, widths: np.ndarray) -> np.ndarray:
 
 
 def frequencies(data: bytes, contexts: int, alphabet: int) -> np.ndarray:
-    """The tables of `rans`, `[contexts, alphabet]`."""
+    """Read the frequency tables of `rans`, `[contexts, alphabet]`."""
     bits, place, tables = bits_of(data).tolist(), 0, np.zeros((contexts, alphabet), np.int64)
 
     def number(width: int) -> int:
@@ -91,7 +91,7 @@ def frequencies(data: bytes, contexts: int, alphabet: int) -> np.ndarray:
 
 
 def rans(data: bytes, count: int, alphabet: int) -> np.ndarray:
-    """`count` symbols below `alphabet`; a step decodes one symbol of each lane."""
+    """Decode `count` symbols below `alphabet`; a round decodes one symbol per lane."""
     size, contexts, table_bytes, words_count = struct.unpack_from("<HHII", data)
     need(size == alphabet and contexts in (1, alphabet), "an alphabet")
     lanes = min(256, 1 << max(1, count // 2048).bit_length() - 1)
@@ -106,20 +106,20 @@ def rans(data: bytes, count: int, alphabet: int) -> np.ndarray:
     states = np.frombuffer(data, "<u4", lanes, states_at).astype(np.int64)
     words = np.frombuffer(data, "<u2", words_count, states_at + 4 * lanes).astype(np.int64)
     each, rest = divmod(count, lanes)
-    steps = each + (rest > 0)
-    decoded, used = np.zeros((steps, lanes), np.int64), 0
-    for step in range(steps):
-        live = slice(lanes if step < each else rest)
+    rounds = each + (rest > 0)
+    decoded, used = np.zeros((rounds, lanes), np.int64), 0
+    for t in range(rounds):
+        live = slice(lanes if t < each else rest)
         x = states[live]
-        c = decoded[step - 1, live] if contexts > 1 and step else np.zeros_like(x)
+        c = decoded[t - 1, live] if contexts > 1 and t else np.zeros_like(x)
         slot = x & 16383
         s = symbol_at[c, slot]
-        need((s >= 0).all(), "a context that is not used")
+        need((s >= 0).all(), "an unused context")
         x = frequency[c, s] * (x >> 14) + slot - start[c, s]
         short = np.flatnonzero(x < 65536)
         need(used + len(short) <= words_count, "a stream that ends too soon")
         x[short] = x[short] << 16 | words[used : used + len(short)]
-        states[live], decoded[step, live], used = x, s, used + len(short)
+        states[live], decoded[t, live], used = x, s, used + len(short)
     need(used == words_count and (states == 65536).all(), "the end of a stream")
     return np.concatenate([decoded[: each + (lane < rest), lane] for lane in range(lanes)])
 
@@ -134,8 +134,8 @@ def indices(stream: tuple[str, bytes], count: int, size: int) -> np.ndarray:
     return found
 
 
-def halves(stream: tuple[str, bytes], count: int) -> np.ndarray:
-    """`count` halves, as float32."""
+def float16_numbers(stream: tuple[str, bytes], count: int) -> np.ndarray:
+    """Decode `count` float16 numbers, as float32."""
     codec, data = stream
     if codec == "raw":
         pattern = np.frombuffer(data, "<u2")
@@ -143,35 +143,35 @@ def halves(stream: tuple[str, bytes], count: int) -> np.ndarray:
         need(codec in ("halves", "planes"), f"the codec {codec}")
         end = 4 + struct.unpack_from("<I", data)[0]
         low = rans(data[end:], count, 256) if codec == "planes" else np.frombuffer(data[end:], "u1")
-        need(len(low) == count, "a stream of halves")
+        need(len(low) == count, "a stream of float16 numbers")
         pattern = (rans(data[4:end], count, 256) << 8 | low).astype(np.uint16)
-    need(len(pattern) == count, "a stream of halves")
+    need(len(pattern) == count, "a stream of float16 numbers")
     return pattern.view(np.float16).astype(np.float32)
 
 
 def cut(flat: np.ndarray, shapes: list[tuple[int, ...]]) -> list[np.ndarray]:
-    """A row of numbers as arrays, one after the other."""
+    """Cut consecutive numbers into arrays."""
     ends = np.cumsum([np.prod(shape, dtype=int) for shape in shapes])
     return [part.reshape(s) for part, s in zip(np.split(flat, ends[:-1]), shapes, strict=True)]
 
 
 def matrices(stream: tuple[str, bytes], *shapes: tuple[int, ...]) -> list[np.ndarray]:
-    return cut(halves(stream, sum(int(np.prod(shape)) for shape in shapes)), list(shapes))
+    return cut(float16_numbers(stream, sum(int(np.prod(shape)) for shape in shapes)), list(shapes))
 
 
 # --- 5. positions ---------------------------------------------------------------------------------
 
 
 def positions(stream: tuple[str, bytes], count: int) -> np.ndarray:
-    """Normalised positions before their exponent, float32 `[count, 3]`."""
+    """Decode positions before the exponent, float32 `[count, 3]`."""
     codec, data = stream
     need(codec == "morton-class", f"the codec {codec}")
     end = 4 + struct.unpack_from("<I", data)[0]
     classes = rans(data[4:end], count, 49)
     widths = np.maximum(classes - 1, 0)
     lower = unpack_bits(data[end:], widths)
-    steps = np.where(classes > 0, np.uint64(1) << widths.astype(np.uint64) | lower, 0)
-    codes = np.cumsum(steps, dtype=np.uint64)
+    differences = np.where(classes > 0, np.uint64(1) << widths.astype(np.uint64) | lower, 0)
+    codes = np.cumsum(differences, dtype=np.uint64)
     need(codes[-1] < 1 << 48, "a position")
     ordered = np.zeros((count, 3), np.uint64)
     for bit in range(16):
@@ -186,8 +186,8 @@ def positions(stream: tuple[str, bytes], count: int) -> np.ndarray:
 # --- 6. codes -------------------------------------------------------------------------------------
 
 
-def attributes(header: dict, streams: dict, count: int, mark: str) -> dict[str, np.ndarray]:
-    """What the codes of a layer stand for; `mark` is what its streams have behind their names."""
+def attributes(header: dict, streams: dict, count: int, suffix: str) -> dict[str, np.ndarray]:
+    """Return the attributes of one LOD level; `suffix` ends the names of its streams."""
     if header["mode"] == "nvq":
         books = header["codebooks"]
         names = [name for name in (*COLUMNS, "lobes") if name in books]
@@ -198,7 +198,7 @@ def attributes(header: dict, streams: dict, count: int, mark: str) -> dict[str, 
         return {
             name: np.concatenate(
                 [
-                    book[indices(streams[f"{name}.{j}{mark}"], count, book.shape[0])]
+                    book[indices(streams[f"{name}.{j}{suffix}"], count, book.shape[0])]
                     for j, book in enumerate(entries[name])
                 ],
                 axis=1,
@@ -210,24 +210,26 @@ def attributes(header: dict, streams: dict, count: int, mark: str) -> dict[str, 
     for name, scalar in header["scalars"].items():
         rows = zip(scalar["size"], scalar["least"], strict=True)
         columns = [
-            indices(streams[f"{name}.{j}{mark}"], count, int(size)) + int(least)
+            indices(streams[f"{name}.{j}{suffix}"], count, int(size)) + int(least)
             for j, (size, least) in enumerate(rows)
         ]
         cells[name] = np.stack(columns, axis=1)
         found[name] = np.float32(scalar["step"]) * cells[name].astype(np.float32)
-    codec, data = streams[f"rotation-finer{mark}"]
+    codec, data = streams[f"rotation-finer{suffix}"]
     need(codec == "bits", f"the codec {codec}")
-    step = np.float32(header["scalars"]["rotation"]["step"])
-    found["rotation"] = turned(cells["rotation"], found["scale"], step, data)
+    step_size = np.float32(header["scalars"]["rotation"]["step"])
+    found["rotation"] = rotations(cells["rotation"], found["scale"], step_size, data)
     return found
 
 
-def turned(cells: np.ndarray, log_scales: np.ndarray, step: np.float32, data: bytes) -> np.ndarray:
-    """Quaternions of the mode `sq`, from cells of angles and their finer bits."""
+def rotations(
+    cells: np.ndarray, log_scales: np.ndarray, step_size: np.float32, data: bytes
+) -> np.ndarray:
+    """Return the quaternions of mode `sq` from cells of angles and their refinement bits."""
     others = log_scales[:, [1, 2, 0]] - log_scales[:, [2, 0, 1]]
-    finer = (np.abs(others)[..., None] >= FINER).sum(-1)
-    within = unpack_bits(data, finer.ravel()).reshape(-1, 3).astype(np.float64)
-    angles = step * (cells - 0.5 + (within + 0.5) / 2.0**finer)
+    bits = (np.abs(others)[..., None] >= REFINEMENT_LIMITS).sum(-1)
+    within = unpack_bits(data, bits.ravel()).reshape(-1, 3).astype(np.float64)
+    angles = step_size * (cells - 0.5 + (within + 0.5) / 2.0**bits)
     angle = np.linalg.norm(angles, axis=1, keepdims=True)
     axis = np.where(angle > 1e-8, np.sin(angle / 2) / np.maximum(angle, 1e-8), 0.5) * angles
     return np.concatenate([np.cos(angle / 2), axis], axis=1).astype(np.float32)
@@ -237,7 +239,7 @@ def turned(cells: np.ndarray, log_scales: np.ndarray, step: np.float32, data: by
 
 
 def harmonics(header: dict, streams: dict, u: np.ndarray, latents: np.ndarray) -> np.ndarray:
-    """Spherical harmonics of the colour, `[count, 3 (degree + 1)^2]`."""
+    """Decode the spherical harmonics of the colour, `[count, 3 (degree + 1)^2]`."""
     static, view = latents[:, :3], latents[:, 3:]
     rest = 3 * (header["sh_degree"] + 1) ** 2 - 3
     if header.get("colors", "networks") == "linear":
@@ -265,7 +267,7 @@ def harmonics(header: dict, streams: dict, u: np.ndarray, latents: np.ndarray) -
 
 
 def lobes_of(header: dict, streams: dict, values: dict, sh: np.ndarray) -> np.ndarray:
-    """Harmonics of the opacity's logit and of phi, in turn; constant where a file has none."""
+    """Decode the harmonics of the opacity's logit and of phi; constant without a lobe decoder."""
     count, shape, base = len(sh), header["lobes"], values.get("opacity")
     if shape is None:
         return np.concatenate([values["opacity"], np.ones((count, 1), np.float32)], axis=1) / C0
@@ -302,21 +304,24 @@ def unit(rows: np.ndarray) -> np.ndarray:
 
 
 def decode(data: bytes) -> tuple[dict, dict[str, np.ndarray]]:
-    """The header, and float32 arrays: means, log_scales, quats, sh, lobes, a row a Gaussian."""
-    header, streams = envelope(data)
+    """Return the header, and float32 arrays with a row per Gaussian.
+
+    They are means, log_scales, quats, sh and lobes.
+    """
+    header, streams = read_container(data)
     sizes = header.get("layers") or [header["count"]]
     need(sum(sizes) == header["count"] <= len(data), "the number of its Gaussians")
     places, parts = [], []
-    for layer, size in enumerate(sizes):
-        mark = f"@{layer}" if layer else ""
-        places.append(positions(streams[f"positions{mark}"], size))
-        parts.append(attributes(header, streams, size, mark))
+    for level, size in enumerate(sizes):
+        suffix = f"@{level}" if level else ""
+        places.append(positions(streams[f"positions{suffix}"], size))
+        parts.append(attributes(header, streams, size, suffix))
     values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    frame = header["positions"]
-    u = np.concatenate(places) * np.float32(2.0 ** frame["exponent"])
+    grid = header["positions"]
+    u = np.concatenate(places) * np.float32(2.0 ** grid["exponent"])
     sh = harmonics(header, streams, u, values["appearance"])
     return header, {
-        "means": np.float32(frame["center"]) + np.float32(frame["radius"]) * u,
+        "means": np.float32(grid["center"]) + np.float32(grid["radius"]) * u,
         "log_scales": values["scale"],
         "quats": unit(values["rotation"]),
         "sh": sh,
@@ -325,9 +330,9 @@ def decode(data: bytes) -> tuple[dict, dict[str, np.ndarray]]:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description="Decode a .mgs file with numpy alone.")
+    options = argparse.ArgumentParser(description="Decode a .mgs file with numpy.")
     options.add_argument("scene", type=Path)
-    options.add_argument("--npz", type=Path, help="where to write the arrays")
+    options.add_argument("--npz", type=Path, help="write the arrays to this file")
     given = options.parse_args()
     data = given.scene.read_bytes()
     header, arrays = decode(data)
@@ -338,7 +343,7 @@ def main() -> None:
         print(f"{name:12} {array.shape!s:16} {array.min():.4g} to {array.max():.4g}")
     if given.npz:
         np.savez_compressed(given.npz, **arrays)
-        print(f"{given.npz} has them")
+        print(f"wrote {given.npz}")
 
 
 if __name__ == "__main__":

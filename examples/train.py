@@ -3,7 +3,7 @@
     python examples/train.py my_capture runs/two --downscale 2
 
 Both students learn from the same teacher: the first run trains it, the second is given its file.
-Any field of docs/settings.md can be changed in this way.
+Any field of docs/reference/settings.md can be changed in this way.
 """
 
 import argparse
@@ -13,7 +13,7 @@ from mobilegs import TrainRun, cpu_recipe, train_run, with_settings, with_steps
 
 VARIANTS = {
     "default": [],
-    "codebooks": ["student.coding=nvq"],  # the paper's, instead of multiples of steps
+    "codebooks": ["student.quantization.method=nvq"],  # the paper's, instead of multiples of steps
 }
 
 

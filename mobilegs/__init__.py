@@ -1,8 +1,7 @@
 """Mobile-GS: 3D Gaussian splatting without sorting, in a file of a few megabytes.
 
-What most programs need can be had from here by name, and `docs/api.md` describes it. A name is
-imported when it is first asked for: `import mobilegs` itself takes no time. `__init__.pyi` tells
-type checkers the same.
+`docs/reference/api.md` describes the public names below. Each is imported on first access, so
+`import mobilegs` is fast. `__init__.pyi` lists the same names for type checkers.
 """
 
 import importlib
@@ -10,7 +9,7 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-# module -> what it has for everybody
+# module -> its public names
 PUBLIC = {
     "errors": ("InputError",),
     "camera": ("Camera", "look_at"),
@@ -21,16 +20,16 @@ PUBLIC = {
     "render.sortfree": ("Weighting",),
     "data": ("load_capture",),
     "data.dataset": ("Dataset", "Frame", "View", "ViewLoader", "load_view"),
-    "data.demo.capture": ("sample_capture", "write_sample"),
+    "data.demo.capture": ("demo_capture", "write_capture"),
     "capture.run": ("CaptureRun", "capture_photos"),
     "formats.ply": ("read_ply", "write_ply"),
     "formats.spz": ("read_spz", "write_spz"),
     "formats.sog": ("read_sog", "write_sog"),
     "formats.glb": ("read_glb", "write_glb"),
     "formats.splat": ("read_splat",),
-    "mgs.quantized_scene": ("CodedScene",),
+    "mgs.quantized_scene": ("QuantizedScene",),
     "mgs.codec": ("pack", "read_mgs", "unpack", "write_mgs"),
-    "mgs.lod": ("layered",),
+    "mgs.lod": ("with_lod_levels",),
     "evaluate.lpips": ("lpips_from",),
     "evaluate.metrics": ("as_displayed", "psnr", "ssim", "to_bytes"),
     "evaluate.report": ("evaluate_side_by_side",),
@@ -48,7 +47,7 @@ PUBLIC = {
     "pipeline.compress": ("CompressRun", "compress_run"),
     "pipeline.export_sorted": ("SortedExport", "export_sorted"),
     "view.export": ("export_html", "export_site"),
-    "view.wgpu_renderer": ("GpuRenderer",),
+    "view.wgpu_renderer": ("WgpuRenderer",),
     "view.serve": ("Server",),
 }
 _HOMES = {name: module for module, names in PUBLIC.items() for name in names}

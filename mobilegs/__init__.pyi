@@ -1,4 +1,4 @@
-"""What `mobilegs/__init__.py` gives by name, for type checkers."""
+"""The public names of `mobilegs/__init__.py`, for type checkers."""
 
 from mobilegs.camera import Camera as Camera
 from mobilegs.camera import look_at as look_at
@@ -10,8 +10,8 @@ from mobilegs.data.dataset import Frame as Frame
 from mobilegs.data.dataset import View as View
 from mobilegs.data.dataset import ViewLoader as ViewLoader
 from mobilegs.data.dataset import load_view as load_view
-from mobilegs.data.demo.capture import sample_capture as sample_capture
-from mobilegs.data.demo.capture import write_sample as write_sample
+from mobilegs.data.demo.capture import demo_capture as demo_capture
+from mobilegs.data.demo.capture import write_capture as write_capture
 from mobilegs.errors import InputError as InputError
 from mobilegs.evaluate.lpips import lpips_from as lpips_from
 from mobilegs.evaluate.metrics import as_displayed as as_displayed
@@ -33,8 +33,8 @@ from mobilegs.mgs.codec import pack as pack
 from mobilegs.mgs.codec import read_mgs as read_mgs
 from mobilegs.mgs.codec import unpack as unpack
 from mobilegs.mgs.codec import write_mgs as write_mgs
-from mobilegs.mgs.lod import layered as layered
-from mobilegs.mgs.quantized_scene import CodedScene as CodedScene
+from mobilegs.mgs.lod import with_lod_levels as with_lod_levels
+from mobilegs.mgs.quantized_scene import QuantizedScene as QuantizedScene
 from mobilegs.pipeline.compress import CompressRun as CompressRun
 from mobilegs.pipeline.compress import compress_run as compress_run
 from mobilegs.pipeline.export_sorted import SortedExport as SortedExport
@@ -58,7 +58,8 @@ from mobilegs.train.recipes import with_steps as with_steps
 from mobilegs.view.export import export_html as export_html
 from mobilegs.view.export import export_site as export_site
 from mobilegs.view.serve import Server as Server
-from mobilegs.view.wgpu_renderer import GpuRenderer as GpuRenderer
+from mobilegs.view.wgpu_renderer import WgpuRenderer as WgpuRenderer
 
 PUBLIC: dict[str, tuple[str, ...]]
+_HOMES: dict[str, str]
 __version__: str

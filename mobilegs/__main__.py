@@ -1,4 +1,4 @@
-"""`mobilegs`, `python -m mobilegs`, and what torchrun starts: `torchrun ... -m mobilegs train`."""
+"""Entry point of `mobilegs`, `python -m mobilegs` and `torchrun ... -m mobilegs train`."""
 
 import io
 import os
@@ -7,17 +7,17 @@ import sys
 
 from mobilegs.cli.main import main
 
-ENDS = ("SIGTERM", "SIGHUP")  # as far as the system has them
+SIGNALS = ("SIGTERM", "SIGHUP")  # that end the program; Windows lacks SIGHUP
 
 
 def run() -> int:
-    """`main` in a process of its own, in which it ends tidily and can print any name."""
-    if "RANK" not in os.environ:  # torchrun ends its processes while they wait for each other
-        for number in (getattr(signal, name) for name in ENDS if hasattr(signal, name)):
+    """Run `main` as a process: signals end it like Ctrl-C, and any file name can be printed."""
+    if "RANK" not in os.environ:  # torchrun must be able to end processes that wait for each other
+        for number in (getattr(signal, name) for name in SIGNALS if hasattr(signal, name)):
             if signal.getsignal(number) == signal.SIG_DFL:  # nohup ignores SIGHUP
                 signal.signal(number, signal.default_int_handler)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # names of files may be any bytes
+        if isinstance(stream, io.TextIOWrapper):  # file names can be any bytes
             stream.reconfigure(errors="backslashreplace")
     return main()
 

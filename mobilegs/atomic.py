@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all; files that are read only if they can be right."""
+"""Atomic writes, and reads that check the kind of the file first."""
 
 import os
 import stat
@@ -9,22 +9,22 @@ from pathlib import Path
 
 from mobilegs.errors import InputError
 
-HEAD = 64  # bytes that tell what a file is
+HEAD = 64  # bytes that identify a format
 
 
 @contextmanager
 def atomic_path(path: Path | str) -> Iterator[Path]:
-    """A temporary path beside `path`, with its suffix, renamed to `path` if the block succeeds.
+    """Give a temporary path, which is renamed to `path` if the block succeeds.
 
-    On any exception, Ctrl-C included, the temporary file is removed and `path` is left as it
-    was. Parent folders are made, links are followed. Raises InputError if that is no place for a
-    file.
+    The temporary file is in the same folder and has the same suffix. On any exception, Ctrl-C
+    included, it is removed and `path` stays as it was. Makes parent folders and follows links.
+    Raises InputError if no file can be written at `path`.
     """
     path = Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder")
     if path.exists() and not path.is_file():
-        raise InputError(f"cannot write {path}: it is no file, but a device or a pipe")
+        raise InputError(f"cannot write {path}: it is a device or a pipe")
     make_folder(path.parent)
     name = f".{path.stem[:50]}-"
     try:
@@ -37,14 +37,14 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
         yield temporary
         mask = os.umask(0)
         os.umask(mask)
-        temporary.chmod(0o666 & ~mask)  # mkstemp makes private files; outputs follow the umask
+        temporary.chmod(0o666 & ~mask)  # mkstemp makes private files, but outputs follow the umask
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder, and those above it, unless it is there. InputError if that cannot be."""
+    """Make a folder and its parents, unless they exist. Raises InputError if it cannot."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -53,31 +53,32 @@ def make_folder(path: Path) -> None:
 
 def _reason(error: OSError) -> str:
     if isinstance(error, FileExistsError | NotADirectoryError):
-        return "there is a file in the way"
+        return "a file of that name exists"
     return (error.strerror or str(error)).lower()
 
 
 def atomic_write(path: Path | str, content: bytes | str) -> None:
-    """Write `content` to `path` by way of a temporary file; text is UTF-8."""
+    """Write `content` to `path` atomically, text as UTF-8. Raises as `atomic_path`."""
     with atomic_path(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def file_size(path: Path) -> int:
-    """Bytes of a file that can be read: a pipe would be waited for, a device may never end.
+    """Return the bytes in a regular file.
 
-    Raises InputError for what is no file, OSError where there is nothing.
+    Raises InputError for a folder, a device or a pipe, which could block or never end, and OSError
+    if `path` does not exist.
     """
     found = path.stat()
     if not stat.S_ISREG(found.st_mode):
-        raise InputError(f"cannot read {path}: it is no file, but a folder, a device or a pipe")
+        raise InputError(f"cannot read {path}: it is a folder, a device or a pipe")
     return found.st_size
 
 
 def read_if(path: Path, starts: tuple[bytes, ...]) -> bytes:
-    """All of a file that begins with one of `starts`, or else its first bytes alone.
+    """Return all of a file if it begins with one of `starts`, else only its first 64 bytes.
 
-    Raises like `file_size`.
+    Raises as `file_size`.
     """
     file_size(path)
     with path.open("rb", buffering=0) as file:

@@ -1,8 +1,8 @@
-"""A pinhole camera: where a picture was taken from, and how rays meet its pixels.
+"""A pinhole camera, and the conventions of the whole package.
 
-Conventions, for the whole package: OpenCV axes (x right, y down, z forward), world-to-camera
-`viewmat`, pixel centres at +0.5 (the pixel in column 3 covers [3, 4) and its centre is 3.5).
-Depth is the z of camera space, not the distance to the eye.
+Conventions: OpenCV axes (x right, y down, z forward), world-to-camera
+`viewmat`, pixel centres at +0.5 (the pixel in column 3 covers [3, 4), its centre is 3.5). Depth is
+the z of camera space, not the distance to the camera.
 """
 
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-NEAR = 0.2  # 3DGS's near plane, in the units of a scene whose cameras spread over about one unit
+NEAR = 0.2  # near plane of 3DGS, in units in which the cameras spread over about 1
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,10 @@ class Camera:
     Attributes:
         viewmat: world-to-camera transform, `[4, 4]`, OpenCV axes.
         K: intrinsics in pixels, `[3, 3]`: focal lengths on the diagonal, principal point in the
-            last column, measured from the corner of the image (so `cx = width / 2` is central).
+            last column, measured from the image's corner (`cx = width / 2` is the centre).
         width, height: size of the image in pixels.
-        near: Gaussians whose centre has camera-space `z <= near` are not drawn (world units).
+        near: near plane in world units: Gaussians with a camera-space z of the mean up to it are
+            not rendered.
     """
 
     viewmat: Float[Tensor, "4 4"]
@@ -34,18 +35,18 @@ class Camera:
 
     @property
     def position(self) -> Float[Tensor, "3"]:
-        """The camera's centre in world space."""
+        """The camera's centre in world space, `[3]`."""
         rotation, translation = self.viewmat[:3, :3], self.viewmat[:3, 3]
         return -(rotation.T @ translation)
 
     def to(
         self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
     ) -> "Camera":
-        """The same camera with its matrices on `device` and in `dtype`."""
+        """Return the camera with its matrices on `device` and in `dtype`."""
         return replace(self, viewmat=self.viewmat.to(device, dtype), K=self.K.to(device, dtype))
 
     def resized(self, width: int, height: int) -> "Camera":
-        """The same view sampled with another number of pixels; each axis scales by itself."""
+        """Return the same view with another number of pixels; each axis scales by itself."""
         factor = torch.tensor(
             [width / self.width, height / self.height, 1.0],
             dtype=self.K.dtype,
@@ -80,10 +81,10 @@ class Camera:
 def look_at(
     eye: Float[Tensor, "3"], target: Float[Tensor, "3"], up: Float[Tensor, "3"]
 ) -> Float[Tensor, "4 4"]:
-    """World-to-camera matrix of a camera at `eye` that looks at `target`.
+    """Return the world-to-camera matrix of a camera at `eye` that looks at `target`, `[4, 4]`.
 
-    `up` is the world direction that points up in the picture (towards negative camera y); it
-    must not be parallel to the viewing direction.
+    `up` is the world direction that points up in the image (towards negative camera y). It must not
+    be parallel to the viewing direction.
     """
     forward = torch.nn.functional.normalize(target - eye, dim=0)
     right = torch.nn.functional.normalize(torch.linalg.cross(forward, up), dim=0)

@@ -1,9 +1,9 @@
-"""The one exception that every refusal of a user's input raises."""
+"""The exception for input that cannot be used."""
 
 
 class InputError(ValueError):
-    """Something the user gave cannot be used: a file, a capture, an option.
+    """A file, a capture or an option that cannot be used.
 
-    The message is one sentence: what is wrong, where, and what to do about it. The command
-    line prints it and exits with code 2; nothing half-written is left behind.
+    The message is one sentence: what is wrong, where, and what to do. The command line prints it
+    and exits with code 2. No partly written file is left.
     """

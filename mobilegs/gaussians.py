@@ -1,4 +1,4 @@
-"""The noun that carries a scene: a set of 3D Gaussians, in the raw form that training moves."""
+"""A set of 3D Gaussians in the raw parameters that training optimises."""
 
 import logging
 from dataclasses import dataclass, fields
@@ -13,15 +13,16 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class Gaussians:
-    """3D Gaussians as 3DGS parameterises them.
+    """3D Gaussians, parameterised as in 3DGS (Kerbl et al. 2023).
 
     Attributes:
-        means: centres in world space, `[n, 3]`.
-        quats: rotations as quaternions wxyz, not necessarily of length 1, `[n, 4]`.
-        log_scales: logarithm of the standard deviations along the rotated axes, `[n, 3]`.
+        means: positions in world space, `[n, 3]`.
+        quats: rotations as quaternions wxyz of any length but 0, `[n, 4]`.
+        log_scales: natural logarithm of the standard deviations along the rotated axes, in world
+            units, `[n, 3]`.
         logit_opacities: opacity before the sigmoid, `[n]`.
-        sh: spherical harmonics of the colour, `[n, (degree + 1)^2, 3]`; the colour seen from
-            a direction is `max(0, 0.5 + sum(sh * basis))`.
+        sh: spherical harmonics of the colour, `[n, (degree + 1)^2, 3]`, degree 0 to 3; the
+            colour in a direction is `max(0, 0.5 + sum(sh * basis))` (`sh_colors`).
     """
 
     means: Float[Tensor, "n 3"]
@@ -35,12 +36,12 @@ class Gaussians:
 
     @property
     def scales(self) -> Float[Tensor, "n 3"]:
-        """Standard deviations in world units."""
+        """Standard deviations in world units, `[n, 3]`."""
         return self.log_scales.exp()
 
     @property
     def opacities(self) -> Float[Tensor, "n"]:
-        """Opacities in (0, 1)."""
+        """Opacities in (0, 1), `[n]`."""
         return self.logit_opacities.sigmoid()
 
     @property
@@ -49,30 +50,35 @@ class Gaussians:
         return round(self.sh.shape[1] ** 0.5) - 1
 
     def tensors(self) -> dict[str, Tensor]:
-        """The five tensors by name, in the order of the fields."""
+        """Return the five tensors by name, in the order of the fields."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def select(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"] | slice) -> "Gaussians":
-        """The Gaussians that `rows` (a mask, indices or a slice) picks."""
+        """Return the Gaussians at `rows`: a mask, indices or a slice."""
         return Gaussians(**{name: value[rows] for name, value in self.tensors().items()})
 
     def to(
         self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
     ) -> "Gaussians":
-        """The same Gaussians on `device` and in `dtype`."""
+        """Return the Gaussians on `device` and in `dtype`."""
         return Gaussians(**{name: v.to(device, dtype) for name, v in self.tensors().items()})
 
     def detached(self) -> "Gaussians":
-        """The same values, cut from the graph of gradients."""
+        """Return the same values without gradients."""
         return Gaussians(**{name: value.detach() for name, value in self.tensors().items()})
 
     def finite(self, path: Path | str) -> "Gaussians":
-        """Those whose numbers are all finite; how many others `path` has is logged as a warning."""
+        """Return the Gaussians with finite values only, and warn how many of `path` are not."""
         good = torch.ones(len(self), dtype=torch.bool, device=self.means.device)
         for value in self.tensors().values():
             good &= value.isfinite().unsqueeze(1).flatten(1).all(1)
         lost = len(self) - int(good.sum())
         if not lost:
             return self
-        log.warning("%s: %d of %d Gaussians are not finite and left out", path, lost, len(self))
+        log.warning(
+            "%s: left out %d of %d Gaussians, which have values that are not finite",
+            path,
+            lost,
+            len(self),
+        )
         return self.select(good)

@@ -1,4 +1,4 @@
-"""K-means for codebooks: many points, one or two dimensions, up to some thousand centres."""
+"""K-means for codebooks: many points in one or two dimensions, up to some thousand centres."""
 
 import numpy as np
 import torch
@@ -8,13 +8,13 @@ from torch import Tensor
 
 from mobilegs.errors import InputError
 
-LLOYD_POINTS = 65536  # Lloyd's steps see at most so many points; all of them are used at the end
-SEED_POINTS = 16384  # k-means++ looks at so many
-FULL_STEPS = 2  # steps on all points that follow those on the sample
-LINE_ITERATIONS = 200  # on a line a step costs microseconds: run until nothing moves
+LLOYD_POINTS = 65536  # sample size of Lloyd's algorithm; the last iterations use all points
+SEED_POINTS = 16384  # sample size of k-means++
+FULL_ITERATIONS = 2  # on all points, after those on the sample
+LINE_ITERATIONS = 200  # an iteration on a line takes microseconds: usually runs to convergence
 BINS = 4096
-CHUNK = 16384  # points whose distances to all centres are there at a time
-BIN_POINTS = 64  # fewer bins for few points: with 10,000 and 256 centres half the error
+CHUNK = 16384  # points per matrix of distances
+BIN_POINTS = 64  # least points per bin: halves the error of 10,000 points and 256 centres
 
 
 def kmeans(
@@ -24,12 +24,11 @@ def kmeans(
     generator: torch.Generator,
     iterations: int = 25,
 ) -> tuple[Float[Tensor, "k d"], Int[Tensor, "n"]]:
-    """`k` centres that minimise the mean squared distance, and each point's nearest centre.
+    """Return `k` centres that minimise the mean squared distance, and each point's nearest centre.
 
-    Always returns `k` centres: with fewer distinct points than that, the rest are copies that
-    nothing is assigned to or need be. Computed on the CPU in float64, where it takes tenths of
-    a second for half a million points, so the result depends only on the values and the
-    generator (a CPU one). No gradients.
+    With fewer than `k` distinct points, the other centres are copies without points. Computed on
+    the CPU in float64, in tenths of a second for half a million points. The result depends only
+    on the values and the generator, a CPU one. No gradients.
 
     Raises:
         InputError: there are no points, or some are not finite.
@@ -50,9 +49,9 @@ def kmeans(
 def nearest_centers(
     points: Float[Tensor, "n d"], centers: Float[Tensor, "k d"]
 ) -> Int[Tensor, "n"]:
-    """Index of the centre nearest to each point, in float64, no gradients.
+    """Return the index of the centre nearest to each point, in float64, without gradients.
 
-    A GPU measures all distances, of which equal ones may be told apart otherwise than on the CPU.
+    CPU and GPU may choose differently between centres at equal distances.
     """
     if points.is_cuda:
         return _nearest_of_all(points, centers)
@@ -76,9 +75,9 @@ def _nearest_of_all(
 def _assign(
     points: Float64[np.ndarray, "n d"], centers: Float64[np.ndarray, "k d"]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Distance to the nearest centre, and its index."""
+    """Return the distance to the nearest centre, and its index."""
     if points.shape[1] > 1:
-        # in two dimensions a tree of 1024 centres answers ten times as fast as a product
+        # in two dimensions and with 1024 centres a tree is ten times as fast as all distances
         distances, nearest = KDTree(centers).query(points, workers=-1)
         return np.asarray(distances), np.asarray(nearest, dtype=np.int64)
     order = np.argsort(centers[:, 0], kind="stable")
@@ -88,7 +87,7 @@ def _assign(
 
 
 def _kmeans_line(ordered: Float64[np.ndarray, "n"], k: int) -> Float64[np.ndarray, "k"]:
-    """K-means on a line, over all points: with sorted values a cluster is a range."""
+    """Run k-means on a line, over all points: clusters are ranges of the sorted values."""
     sums = np.concatenate([[0.0], np.cumsum(ordered)])
     centers = _seed_line(ordered, k)
     for _ in range(LINE_ITERATIONS):
@@ -97,14 +96,14 @@ def _kmeans_line(ordered: Float64[np.ndarray, "n"], k: int) -> Float64[np.ndarra
         counts = last - first
         full = counts > 0
         moved = np.where(full, (sums[last] - sums[first]) / np.maximum(counts, 1), centers)
-        # a prefix sum carries rounding of its own: a mean never leaves its cluster
+        # prefix sums have rounding errors: keep each mean within its cluster
         low, high = ordered[np.minimum(first, len(ordered) - 1)], ordered[np.maximum(last - 1, 0)]
         moved = np.where(full, np.clip(moved, low, high), moved)
-        if not full.all():  # an unused centre goes where a cluster reaches farthest
+        if not full.all():  # unused centres go to the points farthest from theirs
             ends = np.concatenate([low[full], high[full]])
-            reach = np.abs(ends - np.tile(moved[full], 2))
-            worst = np.argsort(-reach, kind="stable")[: (~full).sum()]
-            worst = worst[reach[worst] > 0]
+            distances = np.abs(ends - np.tile(moved[full], 2))
+            worst = np.argsort(-distances, kind="stable")[: (~full).sum()]
+            worst = worst[distances[worst] > 0]
             moved[np.flatnonzero(~full)[: len(worst)]] = ends[worst]
         moved = np.sort(moved)
         if np.array_equal(moved, centers):
@@ -114,8 +113,10 @@ def _kmeans_line(ordered: Float64[np.ndarray, "n"], k: int) -> Float64[np.ndarra
 
 
 def _seed_line(ordered: Float64[np.ndarray, "n"], k: int) -> Float64[np.ndarray, "k"]:
-    """Centres spread with the cube root of the density, the optimum for many centres
-    (Panter and Dite 1951)."""
+    """Return centres spread with the cube root of the density: optimal for many centres.
+
+    (Panter and Dite 1951)
+    """
     if ordered[0] == ordered[-1]:
         return np.full(k, ordered[0])
     bins = min(BINS, max(k, len(ordered) // BIN_POINTS))
@@ -127,12 +128,12 @@ def _seed_line(ordered: Float64[np.ndarray, "n"], k: int) -> Float64[np.ndarray,
 def _kmeans_space(
     points: Float64[np.ndarray, "n d"], k: int, iterations: int, generator: torch.Generator
 ) -> Float64[np.ndarray, "k d"]:
-    """Lloyd's algorithm on a sample, then a few steps on everything."""
+    """Run Lloyd's algorithm on a sample, then a few iterations on all points."""
     order = torch.randperm(len(points), generator=generator).numpy()
     sample = points[order[:LLOYD_POINTS]]
     centers = _seed_space(sample[:SEED_POINTS], k, generator)
-    for step in range(iterations + FULL_STEPS):
-        seen = sample if step < iterations else points
+    for iteration in range(iterations + FULL_ITERATIONS):
+        seen = sample if iteration < iterations else points
         distances, nearest = _assign(seen, centers)
         counts = np.bincount(nearest, minlength=k)
         sums = np.stack(
@@ -140,7 +141,7 @@ def _kmeans_space(
         )
         moved = np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], centers)
         empty = np.flatnonzero(counts == 0)
-        if len(empty):  # unused centres go to the points that are served worst
+        if len(empty):  # unused centres go to the points farthest from theirs
             worst = np.argsort(-distances, kind="stable")[: len(empty)]
             worst = worst[distances[worst] > 0]
             moved[empty[: len(worst)]] = seen[worst]
@@ -153,7 +154,7 @@ def _kmeans_space(
 def _seed_space(
     points: Float64[np.ndarray, "n d"], k: int, generator: torch.Generator
 ) -> Float64[np.ndarray, "k d"]:
-    """k-means++ (Arthur and Vassilvitskii 2007); copies once every point is a centre."""
+    """Seed by k-means++ (Arthur and Vassilvitskii 2007); copies once every point is a centre."""
     draws = torch.rand(k, generator=generator, dtype=torch.float64).numpy()
     centers = np.repeat(points[:1], k, axis=0)
     distances = np.full(len(points), np.inf)

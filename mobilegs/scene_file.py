@@ -1,4 +1,4 @@
-"""A scene's file, whatever its kind: open it, say what is in it, write one of another kind."""
+"""Scene files of all formats: open, inspect and write them."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -18,33 +18,34 @@ from mobilegs.render.scene import Scene
 
 Device = Literal["auto", "cpu", "cuda"]
 Kind = Literal["ply", "spz", "sog", "glb"]
-PLAIN = {  # to be blended sorted
+PLAIN = {  # plain 3DGS scenes, blended sorted
     ".ply": read_ply,
     ".spz": read_spz,
     ".sog": read_sog,
     ".splat": read_splat,
     ".glb": read_glb,
 }
-NOTED = {"ply": write_ply, "sog": write_sog, "glb": write_glb}  # whose headers take a note
+NOTED = {"ply": write_ply, "sog": write_sog, "glb": write_glb}  # formats with a place for a note
 WRITERS = {**NOTED, "spz": write_spz}
 
 
 def choose_device(name: Device) -> torch.device:
-    """The device that an option names; `auto` is the GPU if there is one."""
+    """Return the device of an option; `auto` is the GPU if there is one."""
     if name == "cuda" and not torch.cuda.is_available():
-        raise InputError("this machine offers no CUDA device: see `mobilegs doctor`")
+        raise InputError("this machine has no CUDA device: see `mobilegs doctor`")
     if name == "auto":
         name = "cuda" if torch.cuda.is_available() else "cpu"
     return torch.device(name)
 
 
 def read_gaussians(path: Path) -> Gaussians:
-    """The Gaussians of a plain 3DGS scene, whatever its format.
+    """Read the Gaussians of a plain 3DGS scene in any format.
 
-    Raises InputError for a .mgs, which is no such scene, any other file, or a damaged one.
+    Raises:
+        InputError: the file is a .mgs or another kind of file, is damaged, or has no Gaussians.
     """
     if path.suffix.lower() == ".mgs":
-        raise InputError(f"{path} is a finished .mgs: a plain 3DGS scene is needed, like a .ply")
+        raise InputError(f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply")
     gaussians = open_scene(path, torch.device("cpu")).gaussians
     if not len(gaussians):
         raise InputError(f"{path} has no Gaussians: there is nothing to learn from")
@@ -52,25 +53,31 @@ def read_gaussians(path: Path) -> Gaussians:
 
 
 def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
-    """Read a file of a scene onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat, .glb.
+    """Read a scene file onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat or .glb.
 
-    A .mgs says how it is blended and over which background; the others are blended sorted, and
-    background and near plane are the defaults of `Scene`. Raises InputError for any other file,
-    or a damaged one.
+    A .mgs names its blending and background. The others are blended sorted, with the background
+    and near plane of `Scene`'s defaults.
+
+    Raises:
+        InputError: the file is of another kind, is damaged, or cannot be read.
     """
     path = Path(path)
     kind = path.suffix.lower()
     if kind == ".mgs":
         return read_mgs(path).decode(device)
-    if path.name == "meta.json" or (path / "meta.json").is_file():  # a .sog that was unpacked
+    if path.name == "meta.json" or (path / "meta.json").is_file():  # an unpacked .sog
         kind = ".sog"
     if kind not in PLAIN:
-        raise InputError(f"{path} is no scene: a .mgs, {_names(PLAIN)} file is needed")
+        raise InputError(f"{path} is not a scene: a .mgs, {_names(PLAIN)} file is needed")
     return Scene(PLAIN[kind](path).to(device), background=torch.zeros(3, device=device))
 
 
 def inspect_scene(path: Path) -> dict[str, Any]:
-    """What a file holds, as plain data: Gaussians, bytes, and for a .mgs every stream."""
+    """Report the content of a scene file as JSON-ready values; for a .mgs see `mgs.codec.inspect`.
+
+    Raises:
+        InputError: as `open_scene`.
+    """
     if path.suffix.lower() == ".mgs":
         return {"file": str(path), **inspect_mgs(path)}
     gaussians = open_scene(path, torch.device("cpu")).gaussians
@@ -86,10 +93,12 @@ def inspect_scene(path: Path) -> dict[str, Any]:
 
 
 def write_gaussians(output: Path, gaussians: Gaussians, kind: Kind, *, note: str = "") -> int:
-    """Write a scene for sorted blending as a file of a kind, whole or not at all.
+    """Write a scene for sorted blending in the format `kind`, atomically; returns its bytes.
 
-    `note`, of one line, goes into the file's header; a .spz has no place for it. Returns the bytes.
-    Raises InputError if the kind cannot hold the scene.
+    `note`, one line, goes into the file's header; a .spz has no place for it.
+
+    Raises:
+        InputError: the format cannot hold the scene.
     """
     if kind in NOTED:
         NOTED[kind](output, gaussians, note=note)
@@ -99,7 +108,7 @@ def write_gaussians(output: Path, gaussians: Gaussians, kind: Kind, *, note: str
 
 
 def teacher_of(student: Path) -> Path | None:
-    """The sorted scene that a student in a run's folder learned from, if it is there."""
+    """Return the teacher of a student in a run's folder, if it exists."""
     teacher = student.with_name("teacher.ply")
     if teacher.is_file() and student.with_name("metrics.json").is_file():
         return teacher
@@ -112,7 +121,7 @@ def _names(kinds: Iterable[str]) -> str:
 
 
 def size_of(path: Path) -> int:
-    """Bytes of a file, or of the files of a .sog that was unpacked."""
+    """Return the bytes of a file, or of all files of an unpacked .sog."""
     if path.name != "meta.json" and not path.is_dir():
         return path.stat().st_size
     folder = path if path.is_dir() else path.parent

@@ -1,4 +1,8 @@
-"""Real spherical harmonics up to degree 3, with the signs and the order of 3DGS."""
+"""Real spherical harmonics up to degree 3, in the order and with the signs of 3DGS.
+
+The same formula: `sh_basis` in csrc/core.h, `harmonics` in the viewer's project.wgsl and
+project.glsl.
+"""
 
 import torch
 from jaxtyping import Float
@@ -25,10 +29,10 @@ C3 = (
 
 
 def sh_basis(directions: Float[Tensor, "n 3"], degree: int) -> Float[Tensor, "n k"]:
-    """Values of the `(degree + 1)^2` basis functions in unit `directions`.
+    """Return the values of the `(degree + 1)^2` basis functions in unit `directions`.
 
-    Degree 0 to 3; the order inside a degree is m = -l .. l, the signs are those of 3DGS
-    (Kerbl et al. 2023), so INRIA files can be used as they are.
+    `degree` is 0 to 3. Within degree l the order is m = -l .. l; the signs are those of 3DGS (Kerbl
+    et al. 2023), so coefficients in 3DGS files need no conversion.
     """
     x, y, z = directions.unbind(-1)
     columns = [torch.full_like(x, C0)]
@@ -58,11 +62,14 @@ def sh_basis(directions: Float[Tensor, "n 3"], degree: int) -> Float[Tensor, "n 
 
 
 def sh_colors(sh: Float[Tensor, "n k 3"], directions: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3"]:
-    """Colours seen along unit `directions` (from the eye to the Gaussian), at least 0."""
+    """Return the colours along unit `directions` (from the camera to the Gaussians), at least 0.
+
+    `c = max(0, 0.5 + sum(basis sh))`, as in 3DGS.
+    """
     basis = sh_basis(directions, round(sh.shape[1] ** 0.5) - 1)
     return (0.5 + (basis[:, :, None] * sh).sum(1)).clamp_min(0)
 
 
 def rgb_to_sh0(rgb: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3"]:
-    """The degree-0 coefficient that makes a colour `rgb` in [0, 1] from every side."""
+    """Return the degree-0 coefficients of colours `rgb` in [0, 1]."""
     return (rgb - 0.5) / C0

@@ -1,4 +1,4 @@
-"""What numbers in a recipe may be."""
+"""Range checks for numbers in configurations."""
 
 import math
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ from mobilegs.errors import InputError
 
 @dataclass(frozen=True)
 class Range:
-    """Finite numbers from `low` to `high`; `above`: `low` itself is out, and `below`: `high`."""
+    """Finite numbers from `low` to `high`; `above` excludes `low`, and `below` excludes `high`."""
 
-    low: float = 0.0
-    high: float = math.inf
+    low: float | int = 0.0
+    high: float | int = math.inf
     above: bool = False
     below: bool = False
 
@@ -28,16 +28,16 @@ class Range:
         return f"{first} and {'below' if self.below else 'at most'} {self.high:g}"
 
 
-COUNT = Range(1.0)
+COUNT = Range(1)
 NOT_NEGATIVE = Range()
 POSITIVE = Range(above=True)
-FRACTION = Range(high=1.0)
-SHARE = Range(high=1.0, above=True)  # of which there must be some
-DEGREE = Range(high=3.0)
+FRACTION = Range(high=1)
+SHARE = Range(high=1, above=True)  # a fraction that must not be 0
+DEGREE = Range(high=3)
 
 
 def check(config: Any, **ranges: Range) -> None:
-    """Raise InputError unless the fields of a dataclass are within `ranges`."""
+    """Raise InputError unless the named fields of a dataclass are within their `ranges`."""
     for name, allowed in ranges.items():
         value = getattr(config, name)
         if value not in allowed:

@@ -9,13 +9,14 @@ from hypothesis import settings
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, Frame
-from mobilegs.data.demo.capture import write_sample
+from mobilegs.data.demo.capture import write_capture
 from mobilegs.render.scene import Scene
 from mobilegs.train.teacher.init import gaussians_at
 
 pytest_plugins = [
     "tests.support.browser",
-    "tests.support.coded",
+    "tests.support.quantized_scenes",
+    "tests.support.runs",
     "tests.support.tiny",
 ]
 
@@ -68,5 +69,5 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
         background=torch.zeros(3),
         near=0.2,
     )
-    write_sample(folder, dataset)
+    write_capture(folder, dataset)
     return folder

@@ -1,31 +1,110 @@
-"""Pages that are made of the sources, what the package gives by name, links that lead somewhere."""
+"""Generated pages, the package's public names, and the links and commands in all pages."""
 
 import ast
+import dataclasses
+import inspect
 import json
+import operator
 import re
 import runpy
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
+import torch
 
 import mobilegs
 from mobilegs.cli.main import main
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/README.md"]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "examples/README.md"]
 MAKER = runpy.run_path(str(ROOT / "docs" / "make_api.py"))
 # `docs/page.md` from the root, or [words](page.md#part) from where the page is
 LINK = re.compile(
-    r"`((?:docs|examples|bench|tests|mobilegs)/[\w./-]+)`|\]\(([^)#:\s]+)(?:#[^)]*)?\)"
+    r"[`\"]((?:docs|examples|bench|tests|mobilegs|viewer)/[\w./-]+)[`\"]|\]\(([^)#:\s]+)(?:#[^)]*)?\)"
 )
+SOURCES = {
+    ".py",
+    ".pyi",
+    ".js",
+    ".mjs",
+    ".ts",
+    ".html",
+    ".h",
+    ".cpp",
+    ".cu",
+    ".c",
+    ".wgsl",
+    ".glsl",
+}
+FOREIGN = {"SPZ_ADOBE_coordinate_system", "sw.js"}  # names of other programs and of exported files
 
 
-@pytest.mark.parametrize("page", ["api", "settings"])
-def test_the_page_is_what_the_sources_say(page: str) -> None:
-    written = (ROOT / "docs" / f"{page}.md").read_text()
+@pytest.mark.parametrize("page", ["api", "settings", "cli"])
+def test_a_generated_page_is_current(page: str) -> None:
+    written = (ROOT / "docs/reference" / f"{page}.md").read_text()
     assert MAKER[f"{page}_page"]() == written, "run: python docs/make_api.py"
+
+
+def printed_signatures() -> Iterator[tuple[Callable, str]]:
+    """Every public function, class and method with its signature as the API page has it."""
+    for entry in MAKER["api_page"]().split("\n### ")[1:]:
+        found = getattr(mobilegs, entry.split("\n", 1)[0])
+        block = re.findall(r"```python\n(.*?)\n```", entry, re.DOTALL)[0]
+        if not re.fullmatch(r"class \w+\([\w., ]*\)", block):  # a class with its bases only
+            yield found, block.removeprefix("class ")
+        for line in re.findall(r"^- `\.(\w+\(.*?)`: ", entry, re.MULTILINE):
+            yield getattr(found, line.split("(")[0]), line
+
+
+def default_of(found: Callable, parameter: inspect.Parameter) -> Any:
+    if parameter.default is parameter.empty or not dataclasses.is_dataclass(found):
+        return parameter.default
+    (field,) = (field for field in dataclasses.fields(found) if field.name == parameter.name)
+    made = field.default_factory
+    return parameter.default if made is dataclasses.MISSING else made()
+
+
+def test_printed_signatures_are_the_real_ones() -> None:
+    """Names, kinds and defaults of all parameters, by `inspect.signature`."""
+    compared = 0
+    for found, text in printed_signatures():
+        (function,) = ast.parse(f"def {text}: ...").body
+        assert isinstance(function, ast.FunctionDef)
+        given = function.args
+        defaults = [None] * (len(given.args) - len(given.defaults)) + given.defaults
+        printed = [
+            (a.arg, "positional or keyword", d) for a, d in zip(given.args, defaults, strict=True)
+        ]
+        printed += [
+            (a.arg, "keyword-only", d)
+            for a, d in zip(given.kwonlyargs, given.kw_defaults, strict=True)
+        ]
+        real = [p for p in inspect.signature(found).parameters.values() if p.name != "self"]
+        assert [(name, kind) for name, kind, _ in printed] == [
+            (p.name, p.kind.description) for p in real
+        ], text
+        names = vars(sys.modules[found.__module__])
+        for (name, _, node), parameter in zip(printed, real, strict=True):
+            expected = default_of(found, parameter)
+            if node is None:
+                assert expected is parameter.empty, f"{text}: {name}"
+                continue
+            value = eval(ast.unparse(node), dict(names))
+            same = torch.equal if isinstance(value, torch.Tensor) else operator.eq
+            assert isinstance(node, ast.Lambda) or same(value, expected), f"{text}: {name}"
+            compared += 1
+    assert compared > 50
+
+
+def test_a_name_with_two_values_is_printed_with_that_of_its_module() -> None:
+    assert MAKER["spelled_out"]("camera", "NEAR") == "0.2"
+    assert MAKER["spelled_out"]("render.scene", "NEAR") == "0.2"
+    assert MAKER["spelled_out"]("synthetic_capture.placement", "NEAR") == "0.02"
 
 
 def test_importing_the_package_imports_nothing_heavy() -> None:
@@ -38,7 +117,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_every_public_name_is_there_and_no_other() -> None:
+def test_every_public_name_can_be_imported() -> None:
     for name, module in mobilegs._HOMES.items():
         found = getattr(mobilegs, name)
         assert found.__module__ == f"mobilegs.{module}", name
@@ -47,7 +126,7 @@ def test_every_public_name_is_there_and_no_other() -> None:
         _ = mobilegs.Splats  # pyright: ignore
 
 
-def test_type_checkers_are_told_the_same() -> None:
+def test_the_stub_lists_the_same_names() -> None:
     stub = ast.parse((ROOT / "mobilegs" / "__init__.pyi").read_text())
     told = {
         (node.module, alias.name, alias.asname)
@@ -60,7 +139,7 @@ def test_type_checkers_are_told_the_same() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_what_a_page_points_to_is_there(page: Path) -> None:
+def test_links_lead_to_files(page: Path) -> None:
     missing = []
     for match in LINK.finditer(page.read_text()):
         inside, linked = match.groups()
@@ -70,7 +149,49 @@ def test_what_a_page_points_to_is_there(page: Path) -> None:
     assert not missing
 
 
-def test_commands_in_pages_have_the_options_that_there_are(
+@cache
+def sources() -> dict[str, str]:
+    """The text of every source file by its path from the root."""
+    folders = ("mobilegs", "viewer/src", "viewer/shaders", "bench", "tests", "examples")
+    paths = [path for folder in folders for path in (ROOT / folder).rglob("*")]
+    return {
+        path.relative_to(ROOT).as_posix(): path.read_text("utf-8")
+        for path in paths
+        if path.suffix in SOURCES and "node_modules" not in path.parts
+    }
+
+
+@cache
+def words() -> set[str]:
+    return {word for text in sources().values() for word in re.findall(r"\w+", text)}
+
+
+def names_in(page: Path) -> Iterator[str]:
+    """The names of functions, classes, settings and files that a page's own text has in code."""
+    text = re.sub(r"<!-- BEGIN.*?<!-- END", "", page.read_text(), flags=re.DOTALL)
+    for code in re.findall(r"`([^`\n]+)`", text):
+        yield from re.findall(r"(?:student|teacher)\.[\w.]+(?==)", code)
+        if re.fullmatch(r"[A-Za-z][\w./]*", code) and re.search(r"_|[a-z][A-Z]|\.", code):
+            yield code
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_names_in_pages_exist(page: Path) -> None:
+    settings = (ROOT / "docs/reference/settings.md").read_text()
+    wrong = set()
+    for name in set(names_in(page)) - FOREIGN:
+        if re.match(r"(student|teacher)\.(?!ply)", name):
+            known = f"`{name}" in settings
+        elif Path(name).suffix in SOURCES:
+            known = any(f"/{path}".endswith(f"/{name}") for path in sources())
+        else:
+            known = "/" in name or set(re.findall(r"\w+", name)) <= words()
+        if not known:
+            wrong.add(name)
+    assert not wrong
+
+
+def test_commands_in_pages_use_existing_options(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     wrong, helps = [], {}
@@ -91,10 +212,10 @@ def test_commands_in_pages_have_the_options_that_there_are(
     assert not wrong
 
 
-def test_pages_say_what_compress_was_measured_to_do() -> None:
+def test_pages_quote_the_measured_results_of_compress() -> None:
     found = json.loads((ROOT / "bench/results/existing.json").read_text())
-    page = (ROOT / "docs/existing.md").read_text()
-    quick = (ROOT / "docs/quickstart.md").read_text()
+    page = (ROOT / "docs/guides/existing_scenes.md").read_text()
+    quick = (ROOT / "docs/tutorials/large_ply.md").read_text()
     for name, row in found.items():
         minutes = f"{row['seconds_here'] / 60:.0f}"
         held, size = row["held_back"]["psnr"], f"{row['bytes'] / 1e6:.2f} MB"

@@ -21,13 +21,13 @@ from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from tests.support.browser import Chromium
+from tests.support.scene_cases import Case, make_scene
 from tests.support.tiny import blobs
-from tests.web.test_decoder import Case, make_scene
-from tests.web.test_viewer import SETTLED
+from tests.support.viewer_page import SETTLED
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = ROOT / "examples"
-CONFORMANCE = ROOT / "tests" / "conformance"
+CONFORMANCE = ROOT / "tests" / "mgs" / "conformance"
 
 
 class Printed:
@@ -192,7 +192,7 @@ def test_the_decoder_needs_neither_torch_nor_the_package(tmp_path: Path) -> None
 def test_the_decoder_refuses_a_file_with_another_bit(decoder: dict[str, Any]) -> None:
     data = bytearray((CONFORMANCE / "nvq_ends.mgs").read_bytes())
     data[-9] ^= 1
-    with pytest.raises(ValueError, match=r"this is no sound \.mgs file"):
+    with pytest.raises(ValueError, match=r"not a valid \.mgs"):
         decoder["decode"](bytes(data))
 
 

@@ -1,4 +1,4 @@
-"""Figures that are whole on the disk after every row: a run cut short leaves what it has."""
+"""Figures that are written after every row, so that an interrupted run keeps what it has."""
 
 import json
 import time
@@ -8,7 +8,7 @@ from mobilegs.atomic import atomic_write
 
 
 class Figures:
-    """Rows by name in a JSON file; what another run has put there stays, value by value."""
+    """Rows by name in a JSON file; values that an earlier run wrote stay."""
 
     def __init__(self, path: Path | None, **about: object) -> None:
         self.path = path
@@ -16,7 +16,7 @@ class Figures:
         self.content = {"date": time.strftime("%Y-%m-%d"), **about, "rows": found.get("rows", {})}
 
     def add(self, name: str, **values: object) -> None:
-        """Put values into a row, print them, and write the file."""
+        """Add values to a row, print them, and write the file."""
         row = self.content["rows"].setdefault(name, {})
         row |= values
         print(name, json.dumps(values), flush=True)

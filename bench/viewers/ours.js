@@ -3,9 +3,9 @@
  * wished for. The element is imported for its bytes: pages ship it.
  */
 
-import "/view/web/element.js";
-import { Pose } from "/view/web/viewer/pose.js";
-import { Viewer } from "/view/web/viewer/viewer.js";
+import "/viewer/src/element.js";
+import { Pose } from "/viewer/src/viewer/pose.js";
+import { Viewer } from "/viewer/src/viewer/viewer.js";
 
 /** @typedef {import("./drive.js").Camera} Camera */
 

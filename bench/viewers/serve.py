@@ -1,4 +1,4 @@
-"""The local server that the pages of bench/viewer.py come from."""
+"""The local server for the pages of bench/viewers/compare.py."""
 
 import threading
 from http import HTTPStatus
@@ -12,14 +12,7 @@ TYPES |= {".json": "application/json", ".wasm": "application/wasm", ".css": "tex
 
 
 class Server(ThreadingHTTPServer):
-    """Serves folders by name, the folder "" for all else, and scenes; takes pictures.
-
-    Attributes:
-        folders: what lies under `/name/`.
-        scenes: files by kind, `/scene/scene.kind`.
-        plan: body of `/plan.json`.
-        pictures: what was sent to `/pictures/name`.
-    """
+    """Serves folders by name and scenes; receives pictures."""
 
     daemon_threads = True
 
@@ -44,7 +37,7 @@ class Server(ThreadingHTTPServer):
 class Handler(BaseHTTPRequestHandler):
     """Answers one request to a `Server`."""
 
-    server: Server
+    server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
     protocol_version = "HTTP/1.1"
     wbufsize = -1  # an answer in one piece: in two, the second waits for TCP's acknowledgement
 

@@ -1,5 +1,5 @@
-"""Photos or a video -> a capture: where every photo was taken, by structure from motion."""
+"""Makes a capture from photos or a video: camera poses by structure from motion (COLMAP)."""
 
-from mobilegs.capture.run import CaptureRun, capture_photos, is_source
+from mobilegs.capture.run import CaptureRun, capture_photos, is_capture_source
 
-__all__ = ["CaptureRun", "capture_photos", "is_source"]
+__all__ = ["CaptureRun", "capture_photos", "is_capture_source"]

@@ -1,4 +1,4 @@
-"""A picture of what a capture covers: from above, from the front, and photo by photo."""
+"""Draws cameras and points of a capture from two sides, and the points that each photo sees."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.capture.mapping import Geometry
 
 PANEL = (620, 480)  # px
-BARS = 90  # px, height of the panel with a bar a photo
+BARS = 90  # px, height of the panel with one bar per photo
 GAP, LINE = 12, 22
 PAPER, INK, FAINT, GRID = (250, 250, 250), (20, 20, 20), (120, 120, 120), (225, 225, 225)
 CAMERA, MISSING = (30, 80, 200), (210, 40, 40)
@@ -20,20 +20,20 @@ SEEN_BY = (  # fewest photos, colour, legend
     (3, (215, 175, 40), "3 or 4"),
     (5, (70, 150, 80), "5 or more"),
 )
-FRAMED = (5.0, 95.0)  # percentiles of the points that the frame holds; cameras are always inside
-MANY = 30_000  # points, from which on one takes a pixel instead of 2 x 2
+FRAMED = (5.0, 95.0)  # percentiles of the points inside the frame; cameras are always inside
+MANY = 30_000  # points, from which on each is one pixel instead of 2 x 2
 FRUSTUM = 0.035  # of a panel's width: length of a camera's wedge
-CROWD = 40  # cameras, from which on wedges shrink
+CROWD = 40  # cameras, above which wedges shrink
 
 
 def draw_coverage(
     path: Path, geometry: Geometry, *, title: str, points_of_photos: Mapping[str, int]
 ) -> None:
-    """Write the picture as PNG.
+    """Write the drawing as a PNG file.
 
-    Above, where the cameras stand (blue wedges, joined in the order of the photos' names) and the
-    points they found, from above and from the front. Below, a bar a photo: how many points it
-    sees. `points_of_photos` has all photos in order, with 0 for one left out.
+    The upper panels show cameras (blue wedges, joined in the order of photo names) and points,
+    from above and from the front. The lower panel has one bar per photo: the number of points
+    that it sees. `points_of_photos` has all photos in order, with 0 for a photo without a pose.
     """
     right, up, forward = axes_of(geometry.viewmats)
     width = 2 * PANEL[0] + 3 * GAP
@@ -53,25 +53,25 @@ def draw_coverage(
         draw.ellipse((at, below + 4, at + 9, below + 13), fill=color)
         at = text(draw, (at + 14, below), words, FAINT) + 18
     draw.polygon([(at, below + 9), (at + 12, below + 4), (at + 12, below + 14)], fill=CAMERA)
-    text(draw, (at + 18, below), "cameras, opening to where they look", FAINT)
+    text(draw, (at + 18, below), "cameras, which open towards their view", FAINT)
     bars(draw, (GAP, below + 2 * LINE), width - 2 * GAP, points_of_photos)
     with atomic_path(path) as temporary:
         picture.save(temporary, format="PNG")
 
 
 def axes_of(viewmats: Float[np.ndarray, "n 3 4"]) -> Float[np.ndarray, "3 3"]:
-    """Right, up and forward of the cameras' mean, at right angles, each of length 1."""
+    """Return the right, up and forward unit vectors of the mean camera."""
     up = _unit(-viewmats[:, 1, :3].mean(0), np.array([0.0, -1.0, 0.0]))
     forward = viewmats[:, 2, :3].mean(0)
     forward = forward - up * (forward @ up)
-    if np.linalg.norm(forward) < 0.1:  # cameras all around look nowhere in the mean
+    if np.linalg.norm(forward) < 0.1:  # cameras all around have no mean direction
         forward = viewmats[0, 2, :3] - up * (viewmats[0, 2, :3] @ up)
     forward = _unit(forward, np.cross(up, np.eye(3)[np.abs(up).argmin()]))
     return np.stack([np.cross(forward, up), up, forward])
 
 
 def panel(geometry: Geometry, axes: Float[np.ndarray, "2 3"]) -> Image.Image:
-    """Points and cameras along two axes, the second one upwards."""
+    """Draw points and cameras along two axes, the second one upwards."""
     rotations = geometry.viewmats[:, :, :3]
     eyes = -np.einsum("nji,nj->ni", rotations, geometry.viewmats[:, :, 3]) @ axes.T
     looks = rotations[:, 2] @ axes.T
@@ -89,7 +89,7 @@ def panel(geometry: Geometry, axes: Float[np.ndarray, "2 3"]) -> Image.Image:
     picture = Image.new("RGB", PANEL, (255, 255, 255))
     draw = ImageDraw.Draw(picture)
     pixels, dot = place(points), 1 if len(points) < MANY else 0
-    for least, color, _ in SEEN_BY:  # those that many see come last, on top
+    for least, color, _ in SEEN_BY:  # points that many photos see are drawn last, on top
         for x, y in pixels[geometry.seen >= least].tolist():
             draw.rectangle((x, y, x + dot, y + dot), fill=color)
     places = place(eyes)
@@ -104,7 +104,7 @@ def panel(geometry: Geometry, axes: Float[np.ndarray, "2 3"]) -> Image.Image:
 def wedge(
     draw: ImageDraw.ImageDraw, at: Float[np.ndarray, "2"], ahead: Float[np.ndarray, "2"]
 ) -> None:
-    """A camera: a triangle that opens to where it looks, a dot where that is along the view."""
+    """Draw a camera at `at` as a triangle that opens along `ahead`, with a dot at its tip."""
     across = 0.45 * np.array([-ahead[1], ahead[0]])
     corners = [tuple(at), tuple(at + ahead + across), tuple(at + ahead - across)]
     draw.polygon(corners, outline=CAMERA)
@@ -115,9 +115,9 @@ def wedge(
 def bars(
     draw: ImageDraw.ImageDraw, corner: tuple[int, int], width: int, counts: Mapping[str, int]
 ) -> None:
-    """A bar a photo, red to the full height where the photo was left out."""
+    """Draw one bar per photo; a photo without a pose has a full red bar."""
     left, top = corner
-    text(draw, corner, "points that each photo sees (red: left out)", FAINT)
+    text(draw, corner, "points per photo (red: no pose found)", FAINT)
     top += LINE
     highest = max([10, *counts.values()])
     each = width / max(len(counts), 1)
@@ -139,7 +139,7 @@ def bars(
 def text(
     draw: ImageDraw.ImageDraw, at: tuple[int, int], words: str, color: tuple[int, int, int]
 ) -> int:
-    """Write words, and return where they end."""
+    """Draw text, and return the x coordinate of its end."""
     draw.text(at, words, fill=color, font=font())
     return at[0] + int(draw.textlength(words, font=font()))
 

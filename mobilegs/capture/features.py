@@ -1,37 +1,37 @@
-"""Photos -> cameras and SIFT features in COLMAP's database."""
+"""Writes cameras and SIFT features of photos into COLMAP's database."""
 
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
-from mobilegs.capture.engine import Progress, engine, in_background, threads
-from mobilegs.capture.photos import Prepared
+from mobilegs.capture.photos import PreparedPhoto
+from mobilegs.capture.pycolmap_runtime import Progress, in_background, load_pycolmap, threads
 
 Lens = Literal["simple", "opencv"]
 MODELS = {"simple": "SIMPLE_RADIAL", "opencv": "OPENCV"}
-AT_ONCE = 16  # photos between two reports of progress
-GUESSED_FOCAL = 1.2  # of the longer side, where EXIF says nothing: COLMAP's own guess
+BATCH = 16  # photos between two progress updates
+GUESSED_FOCAL = 1.2  # times the longer side, without EXIF: the default of COLMAP
 
 
 def extract_features(
-    database: Path, folder: Path, photos: list[Prepared], *, lens: Lens, progress: Progress
+    database: Path, folder: Path, photos: list[PreparedPhoto], *, lens: Lens, progress: Progress
 ) -> dict[str, Any]:
-    """Write cameras, photos and their features into `database`; what is there already stays.
+    """Write cameras, photos and their features into `database`; existing entries stay.
 
-    Photos of the same lens and size share a camera, whose focal length begins at what EXIF says.
-    Returns the record `{"cameras": number, "features": mean a photo}`.
+    Photos of the same lens and size share a camera, whose focal length starts at the EXIF value.
+    Returns the record `{"cameras": number, "features": mean per photo}`.
     """
     import_cameras(database, folder, photos, lens)
-    pycolmap = engine()
+    pycolmap = load_pycolmap()
     options = pycolmap.FeatureExtractionOptions(num_threads=threads(), use_gpu=False)
-    for start in range(0, len(photos), AT_ONCE):
+    for start in range(0, len(photos), BATCH):
         progress(start, len(photos))
-        some = [photo.name for photo in photos[start : start + AT_ONCE]]
+        batch = [photo.name for photo in photos[start : start + BATCH]]
         in_background(
-            lambda token, some=some: pycolmap.extract_features(
+            lambda token, batch=batch: pycolmap.extract_features(
                 database,
                 folder,
-                image_names=some,
+                image_names=batch,
                 extraction_options=options,
                 device=pycolmap.Device.cpu,
                 cancellation_token=token,
@@ -45,15 +45,18 @@ def extract_features(
         }
 
 
-def import_cameras(database: Path, folder: Path, photos: list[Prepared], lens: Lens) -> None:
-    """Number photos by name and cameras by lens and size, so that threads do not decide it."""
-    pycolmap = engine()
+def import_cameras(database: Path, folder: Path, photos: list[PreparedPhoto], lens: Lens) -> None:
+    """Add photos in the order of names and one camera per lens and size.
+
+    Done before extraction, so that the order of ids does not depend on threads.
+    """
+    pycolmap = load_pycolmap()
     with pycolmap.Database.open(database) as content:
         if content.num_images() == len(photos):
             return
         content.clear_all_tables()
 
-    def shared(photo: Prepared) -> tuple[str, int, int]:
+    def shared(photo: PreparedPhoto) -> tuple[str, int, int]:
         return photo.lens, photo.width, photo.height
 
     for _, group in groupby(sorted(photos, key=lambda p: (*shared(p), p.name)), key=shared):
@@ -73,8 +76,8 @@ def import_cameras(database: Path, folder: Path, photos: list[Prepared], lens: L
         )
 
 
-def camera_params(photo: Prepared, lens: Lens) -> str:
-    """A camera as COLMAP's options have it: focal length(s), middle, and no distortion."""
+def camera_params(photo: PreparedPhoto, lens: Lens) -> str:
+    """Return COLMAP camera parameters: focal length(s), principal point, no distortion."""
     focal = [photo.focal] if lens == "simple" else [photo.focal, photo.focal]
-    middle = [photo.width / 2, photo.height / 2]
-    return ",".join(str(x) for x in (*focal, *middle, *([0] if lens == "simple" else [0] * 4)))
+    center = [photo.width / 2, photo.height / 2]
+    return ",".join(str(x) for x in (*focal, *center, *([0] if lens == "simple" else [0] * 4)))

@@ -1,4 +1,4 @@
-"""Matches -> poses and points, and photos as pinhole cameras would have taken them."""
+"""Reconstructs poses and points from matches, and undistorts photos."""
 
 import shutil
 from pathlib import Path
@@ -8,23 +8,23 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mobilegs.atomic import make_folder
-from mobilegs.capture.agreement import drop_misplaced
-from mobilegs.capture.engine import SEED, Progress, engine, in_background, threads
+from mobilegs.capture.misplaced_photos import drop_misplaced
+from mobilegs.capture.pycolmap_runtime import SEED, Progress, in_background, load_pycolmap, threads
 
 Mapper = Literal["auto", "incremental", "global"]
 INCREMENTAL_UP_TO = 250  # photos
-SMALLEST = 3  # photos of a model
-QUALITY = 95  # of the undistorted JPEG
+MODEL_PHOTOS_MIN = 3
+JPEG_QUALITY = 95  # of undistorted photos
 
 
 def map_photos(
     database: Path, photos: Path, models: Path, *, mapper: Mapper, total: int, progress: Progress
 ) -> dict[str, Any]:
-    """Reconstruct, and leave the model with most photos, without misplaced ones, in `models/best`.
+    """Reconstruct, and write the model with most photos to `models/best`.
 
-    `incremental` adds photo by photo, `global` solves for all at once; `auto` is `incremental` up
-    to `INCREMENTAL_UP_TO` of the `total` photos. Returns the record
-    `{"mapper": which, "models": sizes, largest first, **figures of the best}`.
+    `incremental` adds photo by photo, `global` solves for all at once; `auto` is `incremental` for
+    a `total` of up to `INCREMENTAL_UP_TO` photos. Misplaced photos are removed. Returns the record
+    `{"mapper": mapper, "models": photos of each model, largest first, **figures(best model)}`.
     """
     chosen = mapper if mapper != "auto" else "incremental"
     if mapper == "auto" and total > INCREMENTAL_UP_TO:
@@ -57,7 +57,7 @@ _NOTHING = {
 
 
 def figures(model: Any) -> dict[str, Any]:
-    """What a reconstruction holds: names, pixels of error, points, cameras."""
+    """Return the figures of a reconstruction: names, error in pixels, points, cameras."""
     placed = sorted((model.image(number) for number in model.reg_image_ids()), key=_name)
     return {
         "registered": [image.name for image in placed],
@@ -79,7 +79,7 @@ def figures(model: Any) -> dict[str, Any]:
 
 
 class Geometry(NamedTuple):
-    """A reconstruction in world units: world-to-camera matrices, points, and who sees a point."""
+    """World-to-camera matrices, points in world units, and the photos that see each point."""
 
     viewmats: Float[np.ndarray, "n 3 4"]
     points: Float[np.ndarray, "m 3"]
@@ -87,8 +87,8 @@ class Geometry(NamedTuple):
 
 
 def read_geometry(model: Path) -> Geometry:
-    """Where cameras and points of the reconstruction in a folder are."""
-    found = engine().Reconstruction(model)
+    """Read cameras and points of the reconstruction in the folder `model`."""
+    found = load_pycolmap().Reconstruction(model)
     placed = sorted((found.image(number) for number in found.reg_image_ids()), key=_name)
     points = list(found.points3D.values())
     return Geometry(
@@ -102,13 +102,13 @@ def undistort_photos(model: Path, photos: Path, output: Path) -> None:
     """Write `images/` and `sparse/` with pinhole cameras into the new folder `output`."""
     if output.exists():
         shutil.rmtree(output)
-    pycolmap = engine()
+    pycolmap = load_pycolmap()
     in_background(
         lambda token: pycolmap.undistort_images(
             output,
             model,
             photos,
-            jpeg_quality=QUALITY,
+            jpeg_quality=JPEG_QUALITY,
             num_threads=threads(),
             cancellation_token=token,
         )
@@ -116,9 +116,9 @@ def undistort_photos(model: Path, photos: Path, output: Path) -> None:
 
 
 def _incremental(database: Path, photos: Path, models: Path, progress: Any) -> dict[int, Any]:
-    pycolmap = engine()
+    pycolmap = load_pycolmap()
     options = pycolmap.IncrementalPipelineOptions(
-        num_threads=threads(), random_seed=SEED, min_model_size=SMALLEST
+        num_threads=threads(), random_seed=SEED, min_model_size=MODEL_PHOTOS_MIN
     )
     placed = [0]
 
@@ -143,15 +143,15 @@ def _incremental(database: Path, photos: Path, models: Path, progress: Any) -> d
 
 
 def _global(database: Path, photos: Path, models: Path, progress: Any) -> dict[int, Any]:
-    """Global mapping wants focal lengths; where EXIF gave none, pairs of photos tell them first."""
-    pycolmap = engine()
-    calibrated = models / "database.db"  # a copy: the mapper's guesses are not for others
+    """Run global mapping. It needs focal lengths: those missing in EXIF are calibrated first."""
+    pycolmap = load_pycolmap()
+    calibrated = models / "database.db"  # a copy, because calibration changes it
     with pycolmap.Database.open(database):
-        pass  # what an interruption has left beside the file is in it once it is closed
+        pass  # closing merges a journal that an interruption left
     shutil.copyfile(database, calibrated)
-    # one thread: with more of them the last digits differ from run to run, whatever the seed
+    # one thread: with more, the last digits differ from run to run
     options = pycolmap.GlobalPipelineOptions(
-        num_threads=1, random_seed=SEED, min_model_size=SMALLEST
+        num_threads=1, random_seed=SEED, min_model_size=MODEL_PHOTOS_MIN
     )
 
     def work(token: Any) -> Any:

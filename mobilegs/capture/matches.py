@@ -1,4 +1,4 @@
-"""Which photos to compare, and what they have in common."""
+"""Chooses pairs of photos and matches their features."""
 
 import warnings
 from collections.abc import Sequence
@@ -11,37 +11,37 @@ from jaxtyping import Float, Shaped, UInt8
 from scipy.cluster.vq import kmeans2
 
 from mobilegs.atomic import atomic_write
-from mobilegs.capture.engine import SEED, Progress, engine, in_background, threads
+from mobilegs.capture.pycolmap_runtime import SEED, Progress, in_background, load_pycolmap, threads
 
 Pairs = Literal["auto", "all", "alike"]
 ALL_UP_TO = 80  # photos: 3,160 pairs
-NEIGHBOURS = 10  # next ones by name, and then 16, 32, ... further
-LOOK_ALIKES = 20  # a photo, by appearance
-AT_ONCE = 100  # pairs between two reports of progress
-WORDS = 128
-SAMPLES = 400  # features of a photo that the words are learned from
+NEIGHBOURS = 10  # next photos by name; then in distances that double
+LOOK_ALIKES = 20  # most similar photos per photo
+BATCH = 100  # pairs between two progress updates
+WORDS = 128  # visual words of VLAD
+SAMPLES = 400  # features per photo from which words are learned
 ROUNDS = 10  # of k-means
 
 
 def match_photos(
     database: Path, names: Sequence[str], *, pairs: Pairs, progress: Progress
 ) -> dict[str, Any]:
-    """Match features between photos, and keep what one camera motion explains.
+    """Match features of photos, and keep matches that agree with one camera motion.
 
-    `names` are in the order of taking. `all` compares every two photos, `alike` each with its
-    neighbours and with those that look like it, `auto` is `all` up to `ALL_UP_TO` photos.
-    Pairs that the database holds already are kept. Returns the record
-    `{"pairs": which, "compared": number, "verified": number}`.
+    `names` are in capture order. `pairs` is `all` for every two photos, `alike` for each photo
+    with its neighbours and its look-alikes, or `auto`, which is `all` up to `ALL_UP_TO` photos.
+    Pairs in the database are kept. Returns the record
+    `{"pairs": pairs, "compared": number, "verified": number}`.
     """
     chosen = pairs if pairs != "auto" else "all" if len(names) <= ALL_UP_TO else "alike"
     if chosen == "all":
         listed = list(combinations(names, 2))
     else:
-        listed = pairs_alike(names, aggregated(descriptors_of(database, names)))
-    pycolmap = engine()
-    for start in range(0, len(listed), AT_ONCE):
+        listed = similar_pairs(names, vlad_vectors(read_descriptors(database, names)))
+    pycolmap = load_pycolmap()
+    for start in range(0, len(listed), BATCH):
         progress(start, len(listed))
-        _match(database, listed[start : start + AT_ONCE])
+        _match(database, listed[start : start + BATCH])
     progress(len(listed), len(listed))
     with pycolmap.Database.open(database) as content:
         return {
@@ -52,12 +52,12 @@ def match_photos(
 
 
 def _match(database: Path, listed: Sequence[tuple[str, str]]) -> None:
-    """Match some pairs of photos.
+    """Match a batch of pairs.
 
-    That is how progress is known: the database must not be looked into meanwhile. Python's SQLite
-    and pycolmap's in one process take each other's locks away, which ended in damaged files.
+    Batches show progress without reading the database meanwhile: Python's SQLite and pycolmap's
+    release each other's locks in one process, which has damaged files.
     """
-    pycolmap = engine()
+    pycolmap = load_pycolmap()
     names = database.with_name("pairs.txt")
     atomic_write(names, "".join(f"{one} {other}\n" for one, other in listed))
     matching = pycolmap.FeatureMatchingOptions(num_threads=threads(), use_gpu=False)
@@ -77,39 +77,42 @@ def _match(database: Path, listed: Sequence[tuple[str, str]]) -> None:
 def forget_matches(database: Path) -> None:
     """Remove all matches from the database, which keeps cameras and features."""
     if database.exists():
-        with engine().Database.open(database) as content:
+        with load_pycolmap().Database.open(database) as content:
             content.clear_matches()
             content.clear_two_view_geometries()
 
 
-def pairs_alike(names: Sequence[str], looks: Float[np.ndarray, "n d"]) -> list[tuple[str, str]]:
-    """Each photo with its neighbours in order, nearer and farther, and with its look-alikes."""
+def similar_pairs(names: Sequence[str], looks: Float[np.ndarray, "n d"]) -> list[tuple[str, str]]:
+    """Pair each photo with near and far neighbours in order, and with its look-alikes.
+
+    `looks` are unit vectors `[n, d]`; similarity is their dot product.
+    """
     count = len(names)
-    steps = [*range(1, NEIGHBOURS + 1)]
-    while 2 * steps[-1] < count:
-        steps.append(2 * steps[-1])
-    chosen = {(i, i + step) for step in steps for i in range(count - step)}
-    likeness = looks @ looks.T
-    np.fill_diagonal(likeness, -np.inf)
-    for i, row in enumerate(likeness):
+    offsets = [*range(1, NEIGHBOURS + 1)]
+    while 2 * offsets[-1] < count:
+        offsets.append(2 * offsets[-1])
+    chosen = {(i, i + offset) for offset in offsets for i in range(count - offset)}
+    similarity = looks @ looks.T
+    np.fill_diagonal(similarity, -np.inf)
+    for i, row in enumerate(similarity):
         nearest = np.argsort(-row, kind="stable")[: min(LOOK_ALIKES, count - 1)]
         chosen |= {(min(i, int(j)), max(i, int(j))) for j in nearest}
     return [(names[i], names[j]) for i, j in sorted(chosen)]
 
 
-def descriptors_of(database: Path, names: Sequence[str]) -> list[UInt8[np.ndarray, "_ 128"]]:
-    """The SIFT descriptors of each photo."""
-    with engine().Database.open(database) as content:
+def read_descriptors(database: Path, names: Sequence[str]) -> list[UInt8[np.ndarray, "_ 128"]]:
+    """Read the SIFT descriptors of each photo."""
+    with load_pycolmap().Database.open(database) as content:
         numbers = {image.name: image.image_id for image in content.read_all_images()}
         return [content.read_descriptors(numbers[name]).data for name in names]
 
 
-def aggregated(descriptors: Sequence[UInt8[np.ndarray, "_ 128"]]) -> Float[np.ndarray, "n d"]:
-    """What each photo looks like as one vector of length 1 (VLAD), without any learned file.
+def vlad_vectors(descriptors: Sequence[UInt8[np.ndarray, "_ 128"]]) -> Float[np.ndarray, "n d"]:
+    """Describe each photo by one unit vector (VLAD, Jegou et al. 2010).
 
-    Features are sorted into `WORDS` clusters of this capture's own; a photo is the sum of their
-    offsets from the centres, each sum scaled to length 1. COLMAP's vocabulary trees would have to
-    be downloaded.
+    k-means finds `WORDS` clusters of this capture's features. A photo's vector has the sum of its
+    features' offsets from each cluster centre, every sum scaled to length 1. This needs no
+    download, unlike COLMAP's vocabulary trees.
     """
     random = np.random.default_rng(SEED)
     samples = np.concatenate(
@@ -119,7 +122,7 @@ def aggregated(descriptors: Sequence[UInt8[np.ndarray, "_ 128"]]) -> Float[np.nd
     if not words:
         return np.zeros((len(descriptors), 1), np.float32)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # a cluster that lost its members stays
+        warnings.simplefilter("ignore", UserWarning)  # an empty cluster keeps its centre
         centres = kmeans2(samples, words, iter=ROUNDS, minit="points", rng=random)[0]
     looks = []
     for photo in map(_unit, descriptors):

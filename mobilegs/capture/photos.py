@@ -1,4 +1,4 @@
-"""Photos as cameras and phones leave them -> upright ones of the size that is reconstructed."""
+"""Converts photos of cameras and phones into upright JPEG or PNG photos of a limited size."""
 
 import math
 import re
@@ -10,14 +10,14 @@ from typing import Any
 from PIL import Image, ImageOps
 
 from mobilegs.atomic import atomic_path, make_folder
-from mobilegs.capture.engine import INSTALL, Progress
+from mobilegs.capture.pycolmap_runtime import INSTALL, Progress
 from mobilegs.data import images
 from mobilegs.errors import InputError
 
 HEIC = (".heic", ".heif")
-LOSSLESS = (".png", ".tif", ".tiff", ".bmp")  # become PNG; all others become JPEG
-QUALITY = 97  # of JPEG on the way; what is written in the end is decoded once more
-FEWEST = 3  # photos
+LOSSLESS = (".png", ".tif", ".tiff", ".bmp")  # become PNG; others become JPEG
+JPEG_QUALITY = 97  # high, because undistortion decodes and encodes the photo once more
+PHOTOS_MIN = 3
 
 _ORIENTATION, _EXIF, _MAKE, _MODEL = 0x112, 0x8769, 0x10F, 0x110
 _FOCAL, _FOCAL_35MM = 0x920A, 0xA405
@@ -25,14 +25,14 @@ _DIAGONAL_35MM = math.hypot(36, 24)
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """A photo that can be reconstructed.
+class PreparedPhoto:
+    """A photo that is ready for reconstruction.
 
     Attributes:
-        name: of its file in `work/photos`, and of what the capture will hold.
-        source: name of the file that it was made from.
-        width, height: in pixels, as it is to be looked at.
-        focal: in pixels, from EXIF; None where EXIF does not say.
+        name: of its file in `work/photos` and in the finished capture.
+        source: name of the original file.
+        width, height: in pixels, upright.
+        focal: focal length in pixels, from EXIF; None if unknown.
         lens: photos of the same lens and size share a camera.
     """
 
@@ -45,9 +45,9 @@ class Prepared:
 
 
 def list_photos(path: Path) -> list[Path]:
-    """The photos in `path/images`, or else in `path` itself, by name; none if there are none.
+    """Return the photos in `path/images`, or else in `path`, sorted by name.
 
-    Names that begin with a dot are not photos: macOS leaves such a file beside each of them.
+    Files whose name starts with a dot are ignored: macOS adds one to each photo.
     """
     for folder in (path / "images", path):
         if folder.is_dir():
@@ -62,9 +62,9 @@ def list_photos(path: Path) -> list[Path]:
 
 
 def prepared_names(sources: list[Path]) -> dict[Path, str]:
-    """The name of each photo in the capture: its own, of letters that COLMAP's lists can hold.
+    """Return the name of each photo in the capture, without characters that COLMAP cannot read.
 
-    InputError where two photos would have the same.
+    Raises InputError if two photos would have the same name.
     """
     names: dict[Path, str] = {}
     taken: dict[str, Path] = {}
@@ -83,16 +83,16 @@ def prepared_names(sources: list[Path]) -> dict[Path, str]:
 def prepare_photos(
     sources: list[Path], folder: Path, *, max_size: int, progress: Progress
 ) -> dict[str, Any]:
-    """Write every photo upright and at most `max_size` pixels long into `folder`.
+    """Write every photo upright, with a longer side of at most `max_size` pixels, to `folder`.
 
-    Those that are there already stay. A JPEG that needs no change is copied byte by byte.
-    Returns the record `{"photos": [Prepared, ...]}`. Raises InputError for too few photos, for
-    two of the same name, and for one that cannot be read.
+    Existing files stay. A JPEG that needs no change is copied. Returns the record
+    `{"photos": [PreparedPhoto as a dict, ...]}`. Raises InputError for too few photos, for two of
+    the same name, and for one that cannot be read.
     """
-    if len(sources) < FEWEST:
+    if len(sources) < PHOTOS_MIN:
         raise InputError(
             f"{sources[0].parent} holds {len(sources)} photo{'s' * (len(sources) > 1)}: a scene "
-            f"needs {FEWEST} at least, and 30 or more to look good"
+            f"needs at least {PHOTOS_MIN}, and 30 or more to look good"
         )
     make_folder(folder)
     found = []
@@ -102,8 +102,11 @@ def prepare_photos(
     return {"photos": found}
 
 
-def prepare_photo(source: Path, target: Path, *, max_size: int) -> Prepared:
-    """Write one photo, unless it is there, and say what was found about it."""
+def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto:
+    """Write one photo to `target`, unless it exists, and return its size, focal length and lens.
+
+    Raises InputError if it cannot be read.
+    """
     image = open_photo(source)
     try:
         with image:
@@ -123,13 +126,13 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> Prepared:
     focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
     made_by = [exif.get(_MAKE), exif.get(_MODEL), number(details.get(_FOCAL)), focal]
     lens = " ".join(str(part).strip("\0 ") for part in made_by if part)
-    return Prepared(target.name, source.name, width, height, focal, lens)
+    return PreparedPhoto(target.name, source.name, width, height, focal, lens)
 
 
 def open_photo(path: Path) -> Image.Image:
-    """A photo, its header read; those of HEIC are decoded, and upright already.
+    """Open a photo. HEIC photos are decoded and already upright.
 
-    Raises InputError if it is none, or HEIC and pi-heif is missing.
+    Raises InputError if it is not an image, or is HEIC and pi-heif is not installed.
     """
     if path.suffix.lower() not in HEIC:
         return images.open_image(path)
@@ -137,7 +140,7 @@ def open_photo(path: Path) -> Image.Image:
         import pi_heif
     except ImportError:
         raise InputError(
-            f"{path} is HEIC, which needs pi-heif, and that is not installed: {INSTALL}; or "
+            f"{path} is HEIC, which needs pi-heif, which is not installed: {INSTALL}; or "
             "export the photos as JPEG"
         ) from None
     try:
@@ -147,33 +150,33 @@ def open_photo(path: Path) -> Image.Image:
 
 
 def save_photo(picture: Image.Image, path: Path) -> None:
-    """Write a picture, as PNG or JPEG by its suffix, without EXIF."""
+    """Write a photo without EXIF, as PNG if the suffix says so, else as JPEG."""
     with atomic_path(path) as temporary:
         if path.suffix == ".png":
             picture.save(temporary, format="PNG", compress_level=1)
         else:
-            picture.save(temporary, format="JPEG", quality=QUALITY, subsampling=0)
+            picture.save(temporary, format="JPEG", quality=JPEG_QUALITY, subsampling=0)
 
 
 def fitted(width: int, height: int, longest: int) -> tuple[int, int]:
-    """The size, reduced so that its longer side has at most `longest` pixels."""
+    """Return the size, reduced so that its longer side has at most `longest` pixels."""
     factor = min(1.0, longest / max(width, height))
     return max(1, round(width * factor)), max(1, round(height * factor))
 
 
 def reduced(picture: Image.Image, longest: int) -> Image.Image:
-    """The picture with at most `longest` pixels on its longer side."""
+    """Return the photo with at most `longest` pixels on its longer side."""
     return picture.resize(fitted(*picture.size, longest), Image.Resampling.LANCZOS)
 
 
 def is_ready(image: Image.Image, longest: int) -> bool:
-    """Whether a photo can be used byte by byte: an upright JPEG in colour, small enough."""
+    """Return whether a photo can be copied: an upright JPEG in colour, small enough."""
     plain = image.format == "JPEG" and image.mode == "RGB" and max(image.size) <= longest
     return plain and image.getexif().get(_ORIENTATION, 1) not in range(2, 9)
 
 
 def number(value: Any) -> float:
-    """What EXIF holds as a number, 0 where that is none."""
+    """Return an EXIF value as a number in (0, 1e5), or 0 if it is not one."""
     try:
         found = float(value)
     except (TypeError, ValueError, ZeroDivisionError):

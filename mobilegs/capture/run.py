@@ -1,4 +1,4 @@
-"""From photos or a video to a capture that can be trained: all stages, and the report."""
+"""Makes a capture from photos or a video: runs all stages and writes the report."""
 
 import shutil
 from collections.abc import Callable
@@ -10,111 +10,114 @@ from typing import Annotated, Any
 from tyro.conf import Positional, arg
 
 from mobilegs.capture.coverage import draw_coverage
-from mobilegs.capture.engine import SEED, Progress, engine
 from mobilegs.capture.features import Lens, extract_features
 from mobilegs.capture.mapping import Mapper, map_photos, read_geometry, undistort_photos
 from mobilegs.capture.matches import Pairs, forget_matches, match_photos
-from mobilegs.capture.photos import FEWEST, HEIC, Prepared, list_photos, prepare_photos
+from mobilegs.capture.photos import HEIC, PHOTOS_MIN, PreparedPhoto, list_photos, prepare_photos
+from mobilegs.capture.pycolmap_runtime import SEED, Progress, load_pycolmap
 from mobilegs.capture.video import SUFFIXES as VIDEOS
 from mobilegs.capture.video import is_video, prepare_video
 from mobilegs.capture.workspace import Workspace, digest, file_digest
 from mobilegs.data import images
 from mobilegs.errors import InputError
 
-VERSION = 1  # of what stages do: another one does them anew
-SMALLEST = 64  # pixels of a photo's longer side
-NAMED = 5  # photos that were left out and are named in a sentence
+VERSION = 1  # of the stages; a change makes them run again
+SIZE_MIN = 64  # pixels, longer side of a photo
+NAMES_MAX = 5  # photos that an error message names
 
 Bar = Callable[[str], AbstractContextManager[Progress]]
 
 
 @dataclass(frozen=True)
 class CaptureRun:
-    """Find out where photos were taken, or the frames of a video: a capture for training.
+    """Compute camera poses of photos, or of the frames of a video, to make a capture for training.
 
-    CAPTURE then holds images/ and sparse/0/ (photos without distortion, and their poses, as COLMAP
-    leaves them), capture.json with all figures, and coverage.png. Ctrl-C is safe: the same command
-    goes on, and does nothing anew that is done. What it works with is in CAPTURE/work, which may
+    CAPTURE then has images/ and sparse/0/ (undistorted photos and their poses, in the layout of
+    COLMAP), capture.json with all figures, and coverage.png. After Ctrl-C the same command
+    continues and does not repeat finished stages. CAPTURE/work holds intermediate files and may
     be deleted in the end.
     """
 
     source: Annotated[Positional[Path], arg(metavar="PHOTOS|VIDEO")]
     """Folder of the photos (HEIC too), or a video."""
     output: Annotated[Path, arg(aliases=["-o"], metavar="CAPTURE")]
-    """Folder for the capture; it is made if it is missing."""
+    """Folder for the capture; it is created if it does not exist."""
     max_size: Annotated[int, arg(metavar="PIXELS")] = 1600
-    """Photos are reduced until their longer side has so many pixels."""
+    """Reduce photos to at most this many pixels on the longer side."""
     frames: Annotated[int | None, arg(metavar="N")] = None
-    """How many frames of a video to take, the sharpest of each stretch of time. Without it 3 a
-    second, and 240 at most."""
+    """Number of frames to take from a video, the sharpest of each time interval. Default: 3
+    per second, at most 240."""
     lens: Lens = "simple"
-    """How its distortion is modelled: simple with one number, opencv with four, for wide lenses
-    and many photos."""
+    """Model of lens distortion. simple: one parameter. opencv: four, for wide lenses and many
+    photos."""
     pairs: Pairs = "auto"
-    """Which photos to compare. all: every two. alike: each with those next to it by name, and with
-    20 that look like it. auto: all up to 80 photos, alike beyond."""
+    """Pairs of photos to match. all: every two. alike: each photo with its neighbours by name and
+    the 20 that look most like it. auto: all for up to 80 photos, else alike."""
     mapper: Mapper = "auto"
-    """How photos are placed. incremental: one after the other. global: all at once. auto:
-    incremental up to 250 photos, global beyond."""
-    least: Annotated[float, arg(metavar="SHARE")] = 0.5
-    """Stop if a smaller share of the photos can be placed."""
+    """Method that computes poses. incremental: photo by photo. global: all at once. auto:
+    incremental for up to 250 photos, else global."""
+    min_placed: Annotated[float, arg(metavar="SHARE")] = 0.5
+    """Stop if a smaller share of the photos, in [0, 1], gets a pose."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What all stages need. `bar` opens a progress bar."""
+    """The arguments of all stages. `bar` opens a progress bar with a label."""
 
     run: CaptureRun
     inputs: list[Path]
-    space: Workspace
+    workspace: Workspace
     bar: Bar
 
 
 def capture_photos(
     run: CaptureRun, *, bar: Bar = lambda what: nullcontext(lambda done, total: None)
 ) -> dict[str, Any]:
-    """Make a capture (`images/`, `sparse/0/`) of photos or a video; returns `capture.json`.
+    """Make a capture (`images/`, `sparse/0/`) from photos or a video.
 
-    What an earlier call did with the same input and options is kept: an interrupted capture goes
-    on, a finished one is left as it is. `bar` opens a progress bar for a stage. Raises InputError
-    for input that cannot be used, where pycolmap is missing, and where too few photos could be
-    placed, which leaves neither `images/` nor `sparse/`.
+    Results of an earlier call with the same input and options are kept: an interrupted capture
+    continues, a finished one stays. `bar` opens a progress bar for a stage. Returns the content of
+    `capture.json`.
+
+    Raises:
+        InputError: the input or an option is not valid, pycolmap is not installed, or too few
+            photos get a pose; then neither `images/` nor `sparse/` is written.
     """
-    refuse_options(run)
-    engine()
-    inputs = input_of(run.source)
-    holders = (run.source.resolve(), *(path.resolve().parent for path in inputs))
-    if run.output.resolve() in holders:
+    validate_options(run)
+    load_pycolmap()
+    inputs = list_inputs(run.source)
+    photo_folders = (run.source.resolve(), *(path.resolve().parent for path in inputs))
+    if run.output.resolve() in photo_folders:
         raise InputError(f"{run.output} holds the photos: give another folder for the capture")
     job = Job(run, inputs, Workspace(run.output), bar)
-    job.space.refuse_foreign()
+    job.workspace.validate_not_foreign()
     with bar("reading") as progress:
-        keys = keys_of(run, digests(inputs, progress))
-    done = job.space.finished(keys["capture"])
-    if done is None:
-        done = go_through(job, keys)
-    refuse_few(done["registered"], done["left_out"], job)
-    return done
+        keys = stage_keys(run, digest_inputs(inputs, progress))
+    report = job.workspace.finished(keys["capture"])
+    if report is None:
+        report = run_stages(job, keys)
+    validate_placed(report["registered"], report["left_out"], job)
+    return report
 
 
-def go_through(job: Job, keys: dict[str, str]) -> dict[str, Any]:
-    """Do what is left of all stages, and return the record of the last one."""
-    space = job.space
-    record = space.run("photos", keys["photos"], lambda: prepare(job))
-    photos = [Prepared(**photo) for photo in record["photos"]]
-    space.run("features", keys["features"], lambda: features(job, photos))
-    before = space.read("matches")
+def run_stages(job: Job, keys: dict[str, str]) -> dict[str, Any]:
+    """Run all stages that are not done, and return the record of the last one."""
+    workspace = job.workspace
+    record = workspace.run("photos", keys["photos"], lambda: prepare(job))
+    photos = [PreparedPhoto(**photo) for photo in record["photos"]]
+    workspace.run("features", keys["features"], lambda: features(job, photos))
+    before = workspace.read("matches")
     if before is not None and before["key"] != keys["matches"]:
-        space.forget("matches")
-        forget_matches(space.database)
-    space.run("matches", keys["matches"], lambda: matches(job, photos))
-    found = space.run("model", keys["model"], lambda: model(job, photos))
-    refuse_few(len(found["registered"]), left_out(photos, found), job)
-    return space.run("capture", keys["capture"], lambda: finish(job, photos))
+        workspace.forget("matches")
+        forget_matches(workspace.database)
+    workspace.run("matches", keys["matches"], lambda: matches(job, photos))
+    found = workspace.run("model", keys["model"], lambda: model(job, photos))
+    validate_placed(len(found["registered"]), left_out(photos, found), job)
+    return workspace.run("capture", keys["capture"], lambda: finish(job, photos))
 
 
-def keys_of(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]:
-    """The key of every stage: of all that decides what it leaves."""
+def stage_keys(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]:
+    """Return the key of every stage: a digest of everything that decides its result."""
     key, keys = digest(VERSION, SEED, inputs), {}
     for stage, own in (
         ("photos", [run.max_size, run.frames]),
@@ -131,8 +134,8 @@ def keys_of(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]:
 
 
 def prepare(job: Job) -> dict[str, Any]:
-    """Upright photos of a size."""
-    run, folder = job.run, job.space.photos
+    """Write upright photos or frames of a limited size."""
+    run, folder = job.run, job.workspace.photos
     if is_video(run.source):
         with job.bar("sharpest frames") as progress:
             return prepare_video(
@@ -143,42 +146,46 @@ def prepare(job: Job) -> dict[str, Any]:
                 progress=progress,
             )
     if run.frames is not None:
-        raise InputError(f"{run.source} is no video: leave out --frames")
+        raise InputError(f"--frames needs a video, and {run.source} is not one: leave it out")
     with job.bar("photos") as progress:
         return prepare_photos(job.inputs, folder, max_size=run.max_size, progress=progress)
 
 
-def features(job: Job, photos: list[Prepared]) -> dict[str, Any]:
-    """Their features, in the database."""
+def features(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+    """Write features of the photos into the database."""
     with job.bar("features") as progress:
         return extract_features(
-            job.space.database, job.space.photos, photos, lens=job.run.lens, progress=progress
+            job.workspace.database,
+            job.workspace.photos,
+            photos,
+            lens=job.run.lens,
+            progress=progress,
         )
 
 
-def matches(job: Job, photos: list[Prepared]) -> dict[str, Any]:
-    """What photos have in common, in the database."""
+def matches(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+    """Write matches of the photos into the database."""
     names = [photo.name for photo in photos]
     with job.bar("matching") as progress:
-        return match_photos(job.space.database, names, pairs=job.run.pairs, progress=progress)
+        return match_photos(job.workspace.database, names, pairs=job.run.pairs, progress=progress)
 
 
-def model(job: Job, photos: list[Prepared]) -> dict[str, Any]:
-    """Poses and points, and a picture of them, also of too few."""
-    space = job.space
+def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+    """Compute poses and points, and draw their coverage even if they are too few."""
+    workspace = job.workspace
     with job.bar("placing") as progress:
         found = map_photos(
-            space.database,
-            space.photos,
-            space.models,
+            workspace.database,
+            workspace.photos,
+            workspace.models,
             mapper=job.run.mapper,
             total=len(photos),
             progress=progress,
         )
     if found["models"]:
         draw_coverage(
-            space.coverage,
-            read_geometry(space.models / "best"),
+            workspace.coverage,
+            read_geometry(workspace.models / "best"),
             title=f"{len(found['registered'])} of {len(photos)} photos placed, "
             f"{found['points']:,} points, {found['reprojection_error']:.2f} px reprojection error",
             points_of_photos={
@@ -188,16 +195,18 @@ def model(job: Job, photos: list[Prepared]) -> dict[str, Any]:
     return found
 
 
-def finish(job: Job, photos: list[Prepared]) -> dict[str, Any]:
-    """`images/` and `sparse/0/` where `load_capture` reads them, the poses last; the report."""
-    space = job.space
+def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+    """Write `images/` and `sparse/0/`, poses last, and return the report."""
+    workspace = job.workspace
     with job.bar("undistorting"):
-        undistort_photos(space.models / "best", space.photos, space.undistorted)
-    space.sparse.mkdir()
-    (space.undistorted / "images").replace(space.images)
-    (space.undistorted / "sparse").replace(space.sparse / "0")
-    shutil.rmtree(space.undistorted)
-    records = {name: space.read(name) or {} for name in ("photos", "features", "matches", "model")}
+        undistort_photos(workspace.models / "best", workspace.photos, workspace.undistorted)
+    workspace.sparse.mkdir()
+    (workspace.undistorted / "images").replace(workspace.images)
+    (workspace.undistorted / "sparse").replace(workspace.sparse / "0")
+    shutil.rmtree(workspace.undistorted)
+    records = {
+        name: workspace.read(name) or {} for name in ("photos", "features", "matches", "model")
+    }
     found, compared = records["model"], records["matches"]
     return {
         "source": job.run.source.name,
@@ -213,33 +222,33 @@ def finish(job: Job, photos: list[Prepared]) -> dict[str, Any]:
     }
 
 
-# --- input, and what is refused -------------------------------------------------------------------
+# --- inputs and checks ----------------------------------------------------------------------------
 
 
-def is_source(path: Path) -> bool:
-    """Whether `path` is a video, or a folder with photos in it or in its `images/`."""
+def is_capture_source(path: Path) -> bool:
+    """Return whether `path` is a video, or a folder with photos in it or in its `images/`."""
     return is_video(path) or bool(list_photos(path))
 
 
-def input_of(source: Path) -> list[Path]:
-    """The video, or the photos. InputError where there are none."""
+def list_inputs(source: Path) -> list[Path]:
+    """Return the video or the photos at `source`. Raises InputError if there are none."""
     if is_video(source):
         return [source]
     if not source.exists():
-        raise InputError(f"there is nothing at {source}: give a folder of photos, or a video")
+        raise InputError(f"{source} does not exist: give a folder of photos, or a video")
     if not source.is_dir():
         raise InputError(
-            f"{source} is no video ({', '.join(VIDEOS)}): give one, or a folder of photos"
+            f"{source} is not a video ({', '.join(VIDEOS)}): give one, or a folder of photos"
         )
     found = list_photos(source)
     if not found:
-        kinds = ", ".join(images.SUFFIXES + HEIC)
-        raise InputError(f"{source} has no photos in it ({kinds})")
+        suffixes = ", ".join(images.SUFFIXES + HEIC)
+        raise InputError(f"{source} has no photos in it ({suffixes})")
     return found
 
 
-def digests(inputs: list[Path], progress: Progress) -> list[tuple[str, str]]:
-    """Name and content of every input."""
+def digest_inputs(inputs: list[Path], progress: Progress) -> list[tuple[str, str]]:
+    """Return (name, SHA-256) of every input."""
     found = []
     for done, path in enumerate(inputs, start=1):
         found.append((path.name, file_digest(path)))
@@ -247,34 +256,32 @@ def digests(inputs: list[Path], progress: Progress) -> list[tuple[str, str]]:
     return found
 
 
-def left_out(photos: list[Prepared], found: dict[str, Any]) -> list[str]:
-    """The sources of the photos that have no pose."""
+def left_out(photos: list[PreparedPhoto], found: dict[str, Any]) -> list[str]:
+    """Return the original names of photos without a pose."""
     placed = set(found["registered"])
     return [photo.source for photo in photos if photo.name not in placed]
 
 
-def refuse_options(run: CaptureRun) -> None:
-    """InputError for an option outside of its range."""
-    if run.max_size < SMALLEST:
-        raise InputError(
-            f"photos of {run.max_size} pixels show too little: give {SMALLEST} or more"
-        )
-    if run.frames is not None and run.frames < FEWEST:
-        raise InputError(f"{run.frames} frames make no scene: give {FEWEST} or more")
-    if not 0 <= run.least <= 1:
-        raise InputError(f"a share lies between 0 and 1, not at {run.least}")
+def validate_options(run: CaptureRun) -> None:
+    """Raise InputError for an option out of range."""
+    if run.max_size < SIZE_MIN:
+        raise InputError(f"--max-size must be {SIZE_MIN} pixels or more, got {run.max_size}")
+    if run.frames is not None and run.frames < PHOTOS_MIN:
+        raise InputError(f"--frames must be {PHOTOS_MIN} or more, got {run.frames}")
+    if not 0 <= run.min_placed <= 1:
+        raise InputError(f"--min-placed must lie between 0 and 1, got {run.min_placed}")
 
 
-def refuse_few(placed: int, missing: list[str], job: Job) -> None:
-    """InputError with advice if too few photos were placed."""
+def validate_placed(placed: int, missing: list[str], job: Job) -> None:
+    """Raise InputError with advice if too few photos have a pose."""
     total = placed + len(missing)
-    if placed >= max(FEWEST, job.run.least * total):
+    if placed >= max(PHOTOS_MIN, job.run.min_placed * total):
         return
-    named = ", ".join(missing[:NAMED]) + (" ..." if len(missing) > NAMED else "")
-    seen = f"; {job.space.coverage} shows what could be" if placed else ""
+    named = ", ".join(missing[:NAMES_MAX]) + (" ..." if len(missing) > NAMES_MAX else "")
+    hint = f"; {job.workspace.coverage} shows the placed ones" if placed else ""
     raise InputError(
-        f"only {placed} of {total} photos could be placed (not {named}): take more of them, with "
-        "more overlap (each thing in three photos at least), moving sideways in small steps "
-        "rather than turning on the spot, sharp, in even light, of something with texture that "
-        f"keeps still{seen}"
+        f"only {placed} of {total} photos could be placed (not {named}): take more photos, with "
+        "more overlap (everything in at least three photos), step sideways instead of turning on "
+        "the spot, keep photos sharp and the light even, and choose a scene that has texture and "
+        f"does not move{hint}"
     )

@@ -1,4 +1,4 @@
-"""A video -> its sharpest frames, one from each of many equal parts of its time."""
+"""Extracts the sharpest frame of each of many equal intervals of a video."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -10,65 +10,66 @@ from jaxtyping import UInt8
 from PIL import Image
 
 from mobilegs.atomic import make_folder
-from mobilegs.capture.engine import INSTALL, Progress
-from mobilegs.capture.photos import FEWEST, Prepared, fitted, reduced, save_photo
+from mobilegs.capture.photos import PHOTOS_MIN, PreparedPhoto, fitted, reduced, save_photo
+from mobilegs.capture.pycolmap_runtime import INSTALL, Progress
 from mobilegs.errors import InputError
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
-PER_SECOND = 3  # frames taken unless a number is asked for
-MOST = 240
-SHARPNESS_SIZE = 640  # pixels, longer side: noise is averaged away, motion blur is not
+FRAMES_PER_SECOND = 3  # if no number is given
+FRAMES_MAX = 240  # if no number is given
+SHARPNESS_SIZE = 640  # pixels, longer side: averages noise away, but not motion blur
 
 
 def is_video(path: Path) -> bool:
-    """Whether `path` is a file whose name is a video's."""
+    """Return whether `path` is a file with the suffix of a video."""
     return path.suffix.lower() in SUFFIXES and path.is_file()
 
 
 def prepare_video(
     video: Path, folder: Path, *, frames: int | None, max_size: int, progress: Progress
 ) -> dict[str, Any]:
-    """Write the sharpest frame of each of `frames` equal parts of a video's time into `folder`.
+    """Write the sharpest frame of each of `frames` equal intervals of a video to `folder`.
 
-    Without a number, `PER_SECOND` a second and at most `MOST`. Frames are turned as players turn
-    them, and at most `max_size` pixels long. Returns the record `{"photos": [Prepared, ...]}`.
-    Raises InputError if there is no video in the file, or too little of it.
+    With `frames` None there are `FRAMES_PER_SECOND` per second and at most `FRAMES_MAX`. Frames
+    are rotated as the video says and reduced to at most `max_size` pixels on the longer side.
+    Returns the record `{"photos": [PreparedPhoto as a dict, ...]}`. Raises InputError if the file
+    has no video, or too few frames.
     """
     first, last = time_span(video)
-    count = frames or max(FEWEST, min(MOST, round((last - first) * PER_SECOND)))
+    count = frames or max(PHOTOS_MIN, min(FRAMES_MAX, round((last - first) * FRAMES_PER_SECOND)))
     make_folder(folder)
     found: list[dict[str, Any]] = []
     current, sharpest, best = -1, -1.0, None
 
-    def take() -> None:
+    def save_best() -> None:
         if best is not None:
             name = f"frame_{len(found) + 1:04d}.jpg"
             picture = reduced(upright(best), max_size)
             save_photo(picture, folder / name)
             source = f"{video.name} at {best.time:.2f} s"
-            found.append(asdict(Prepared(name, source, *picture.size)))
+            found.append(asdict(PreparedPhoto(name, source, *picture.size)))
 
     for frame in decoded(video):
         part = min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
         if part > current:
-            take()
+            save_best()
             current, sharpest, best = part, -1.0, None
             progress(part, count)
         value = sharpness(small_grey(frame))
         if value > sharpest:
             sharpest, best = value, frame
-    take()
+    save_best()
     progress(count, count)
-    if len(found) < FEWEST:
+    if len(found) < PHOTOS_MIN:
         raise InputError(
-            f"{video} has {len(found)} frames to choose from: a scene needs {FEWEST} at least, and "
-            "30 or more to look good"
+            f"{video} has only {len(found)} frames: a scene needs at least {PHOTOS_MIN}, and 30 or "
+            "more to look good"
         )
     return {"photos": found}
 
 
 def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:
-    """Variance of the Laplacian of a grey picture in 0..255: blur takes it away."""
+    """Return the variance of the Laplacian of a grey image in 0..255; blur lowers it."""
     g = grey.astype(np.float32)
     inside = g[1:-1, 1:-1]
     laplacian = g[:-2, 1:-1] + g[2:, 1:-1] + g[1:-1, :-2] + g[1:-1, 2:] - 4 * inside
@@ -76,12 +77,15 @@ def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:
 
 
 def time_span(video: Path) -> tuple[float, float]:
-    """Seconds at which the first and the last frame are shown, found without decoding any."""
+    """Return the times of the first and last frame in seconds, without decoding.
+
+    Raises InputError if the file has no video.
+    """
     av = library()
     try:
         with av.open(str(video)) as container:
             if not container.streams.video:
-                raise InputError(f"{video} has no video in it, or is damaged")
+                raise InputError(f"{video} has no video stream, or is damaged")
             times = [
                 float(packet.pts * packet.time_base)
                 for packet in container.demux(container.streams.video[0])
@@ -92,12 +96,12 @@ def time_span(video: Path) -> tuple[float, float]:
             raise
         raise InputError(f"{video} cannot be read as a video ({error})") from error
     if not times:
-        raise InputError(f"{video} has no frames: record it again")
+        raise InputError(f"{video} has no frames; record it again")
     return min(times), max(times)
 
 
 def decoded(video: Path) -> Iterator[Any]:
-    """The frames of a video in the order in which they are shown, without damaged ones."""
+    """Yield the undamaged frames of a video in display order."""
     av = library()
     try:
         with av.open(str(video)) as container:
@@ -111,13 +115,13 @@ def decoded(video: Path) -> Iterator[Any]:
 
 
 def small_grey(frame: Any) -> UInt8[np.ndarray, "h w"]:
-    """A frame's brightness at the size at which sharpness is measured."""
+    """Return a frame in grey, reduced to `SHARPNESS_SIZE`."""
     width, height = fitted(frame.width, frame.height, SHARPNESS_SIZE)
     return frame.reformat(width=width, height=height, format="gray").to_ndarray()
 
 
 def upright(frame: Any) -> Image.Image:
-    """A frame as a picture, turned as the video says."""
+    """Return a frame as an image, rotated as the video says."""
     picture = frame.to_image()
     turns = {
         90: Image.Transpose.ROTATE_90,
@@ -129,9 +133,9 @@ def upright(frame: Any) -> Image.Image:
 
 
 def library() -> Any:
-    """The module av; InputError with one sentence where it is missing."""
+    """Return the module av (PyAV). Raises InputError if it is not installed."""
     try:
         import av
     except ImportError:
-        raise InputError(f"reading a video needs PyAV, which is not installed: {INSTALL}") from None
+        raise InputError(f"reading videos needs PyAV, which is not installed: {INSTALL}") from None
     return av

@@ -1,4 +1,4 @@
-"""What a capture has done so far: stages, and of what each was made."""
+"""The working folder of a capture: records of finished stages, so that a run can resume."""
 
 import hashlib
 import json
@@ -15,18 +15,22 @@ STAGES = ("photos", "features", "matches", "model", "capture")
 
 
 class Workspace:
-    """The folder of a capture, and the records of its stages in `work/`.
+    """The folder of a capture, with the records of its stages in `work/`.
 
-    A stage is done once its record says so, of the key that the record holds: a digest of the
-    input and of the options, those of earlier stages included. A stage whose key changed is done
-    anew, with all after it; one that was interrupted goes on in what it left.
+    A record holds the stage's key, a digest of the input and of the options of this and all
+    earlier stages, and whether the stage is done. If the key changed, the stage and all later ones
+    run again; an interrupted stage continues from its files.
 
     Attributes:
         path: the capture's folder.
-        work: `work/` in it, which may be deleted once the capture is whole.
-        photos: upright photos in `work/`, of the size that is reconstructed.
-        database: COLMAP's, of features and matches.
-        models: what mapping found, one folder a model.
+        work: `work/` in it, which may be deleted once the capture is complete.
+        photos: upright photos for reconstruction, in `work/`.
+        database: COLMAP's database of features and matches.
+        models: reconstructions, one folder per model.
+        undistorted: output of undistortion, before it moves to `images` and `sparse`.
+        images, sparse: photos and COLMAP model of the finished capture.
+        report: `capture.json`, the record of the last stage.
+        coverage: `coverage.png`, the drawing of cameras and points.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,26 +45,26 @@ class Workspace:
         self.report = path / "capture.json"
         self.coverage = path / "coverage.png"
 
-    def refuse_foreign(self) -> None:
-        """InputError if the folder holds something, not of a capture, that would be overwritten."""
+    def validate_not_foreign(self) -> None:
+        """Raise InputError if the folder has files of something else that would be overwritten."""
         if self.path.exists() and not self.path.is_dir():
             raise InputError(f"{self.path} is a file: give a folder for the capture")
         if self._parsed("photos") or self._parsed("capture"):
             return
-        for there in (self.work, self.images, self.sparse, self.report, self.coverage):
-            if there.exists():
-                raise InputError(f"{there} would be overwritten: give another folder")
+        for existing in (self.work, self.images, self.sparse, self.report, self.coverage):
+            if existing.exists():
+                raise InputError(f"{existing} would be overwritten: give another folder")
 
     def run(self, stage: str, key: str, do: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """The record of a stage, after doing what is left of it.
+        """Run `do` unless the stage is done with this key, and return the stage's record.
 
-        `do` returns what the record is to hold besides its key, state and seconds.
+        The record has `key`, `done`, `seconds` and the items that `do` returns.
         """
         record = self.read(stage)
         if record is None or record["key"] != key:
             self.forget(stage)
             record = {"key": key, "done": False, "seconds": 0.0}
-            if stage != STAGES[-1]:  # the report appears when all is there
+            if stage != STAGES[-1]:  # the report appears only when the capture is complete
                 self._write(stage, record)
         elif record["done"]:
             return record
@@ -77,7 +81,7 @@ class Workspace:
         return record
 
     def read(self, stage: str) -> dict[str, Any] | None:
-        """The record of a stage; None where there is none, or what it speaks of is gone."""
+        """Return the record of a stage, or None if it or the stage's result is missing."""
         record = self._parsed(stage)
         gone = record is not None and record["done"] and not self._product(stage).exists()
         return None if gone else record
@@ -91,13 +95,13 @@ class Workspace:
             return None
 
     def finished(self, key: str) -> dict[str, Any] | None:
-        """The report, if the capture is whole and of this key; `work/` is not needed for that."""
+        """Return the report if the capture is complete and has this key; needs no `work/`."""
         record = self.read(STAGES[-1])
         whole = record is not None and record["key"] == key and self.images.is_dir()
         return record if whole else None
 
     def forget(self, stage: str) -> None:
-        """Remove what a stage and those after it have left, records first."""
+        """Remove the records, then the files, of a stage and of all later ones."""
         for later in STAGES[STAGES.index(stage) :]:
             self._record(later).unlink(missing_ok=True)
         for later in STAGES[STAGES.index(stage) :]:
@@ -108,7 +112,7 @@ class Workspace:
                     path.unlink(missing_ok=True)
 
     def _product(self, stage: str) -> Path:
-        """What is there once a stage is done."""
+        """Return the path that exists once a stage is done."""
         return {
             "photos": self.photos,
             "features": self.database,
@@ -118,7 +122,7 @@ class Workspace:
         }[stage]
 
     def _outputs(self, stage: str) -> list[Path]:
-        """What a stage leaves. Matches are in the database of features, which pairs.py clears."""
+        """Return the files of a stage. `forget_matches` removes matches."""
         files = [self.database.with_name(self.database.name + end) for end in ("", "-wal", "-shm")]
         return {
             "photos": [self.photos],
@@ -136,13 +140,13 @@ class Workspace:
 
 
 def digest(*parts: Any) -> str:
-    """A short name of JSON-like values: the same for the same values only."""
+    """Return a hexadecimal digest of JSON-like values."""
     text = json.dumps(parts, sort_keys=True, ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 def file_digest(path: Path) -> str:
-    """A name of a file's content. InputError if it cannot be read."""
+    """Return the SHA-256 of a file's content. Raises InputError if it cannot be read."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,4 +1,4 @@
-"""What this machine can do, and what to install for what it cannot."""
+"""Checks of `mobilegs doctor`: what works on this machine, and what to install for the rest."""
 
 import importlib
 import importlib.util
@@ -10,15 +10,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-SHOWN = 160  # characters of somebody else's error
+ERROR_CHARACTERS = 160  # shown of an error of another library
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at.
+    """The result of one check.
 
-    `state` is `yes`, `no` where something useful could be installed, or `none` where the
-    machine simply lacks it.
+    `state` is `yes` if it works, `no` if an installation would help, and `none` if the machine
+    lacks the hardware or it is not needed.
     """
 
     what: str
@@ -28,7 +28,7 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """Everything that decides what mobilegs can do here; nothing is changed."""
+    """Run all checks; they change nothing."""
     return [
         version(),
         python(),
@@ -48,7 +48,7 @@ def examine() -> list[Finding]:
 
 
 def as_json(findings: list[Finding]) -> list[dict[str, Any]]:
-    """The findings as plain data."""
+    """Return the findings as JSON values."""
     return [asdict(finding) for finding in findings]
 
 
@@ -68,7 +68,7 @@ def torch() -> Finding:
 
     build = f"CUDA {torch.version.cuda}" if torch.version.cuda else "CPU only"
     cores, threads = os.cpu_count(), torch.get_num_threads()
-    used = f"{threads} of {cores} CPU cores are used"
+    used = f"uses {threads} of {cores} CPU cores"
     return Finding("PyTorch", "yes", f"{torch.__version__} ({build}), {used}")
 
 
@@ -76,7 +76,7 @@ def memory() -> Finding:
     try:
         total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
-        return Finding("Memory", "none", "this system does not say")
+        return Finding("Memory", "none", "this system does not report it")
     return Finding("Memory", "yes", f"{total / (1 << 30):.1f} GiB")
 
 
@@ -84,13 +84,16 @@ def compiler() -> Finding:
     path = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
     if path:
         return Finding("C++ compiler", "yes", path)
-    remedies = {"Darwin": "xcode-select --install", "Windows": "Visual Studio's build tools"}
-    remedy = remedies.get(platform.system(), "apt-get install g++, or what your system calls it")
+    remedies = {
+        "Darwin": "xcode-select --install",
+        "Windows": "install the build tools of Visual Studio",
+    }
+    remedy = remedies.get(platform.system(), "apt-get install g++, or the package of your system")
     return Finding("C++ compiler", "no", "none; needed only to install from source", remedy)
 
 
 def cpu_kernels() -> Finding:
-    """Which of the compiled libraries this processor runs."""
+    """Check which of the compiled libraries this processor runs."""
     from mobilegs.csrc.binding import LEVELS, cpu_flags, kernel_level
 
     flags = cpu_flags()
@@ -114,38 +117,38 @@ def gpu() -> Finding:
         return Finding("GPU", "none", "no NVIDIA GPU: training runs on the CPU")
     if torch.version.cuda is None:
         remedy = "install a CUDA build of torch, see https://pytorch.org/get-started/locally"
-        return Finding("GPU", "no", "there is one, but this torch is built for the CPU", remedy)
-    remedy = f"bring the NVIDIA driver to a version that supports CUDA {torch.version.cuda}"
-    return Finding("GPU", "no", "there is one, but torch cannot open it", remedy)
+        return Finding("GPU", "no", "found, but this PyTorch is built for the CPU", remedy)
+    remedy = f"update the NVIDIA driver to one that supports CUDA {torch.version.cuda}"
+    return Finding("GPU", "no", "found, but PyTorch cannot open it", remedy)
 
 
 def has_nvidia() -> bool:
-    """Whether there is a graphics card of NVIDIA's, usable or not."""
+    """Return True if there is an NVIDIA graphics card, usable or not."""
     return Path("/proc/driver/nvidia").exists() or shutil.which("nvidia-smi") is not None
 
 
 def gpu_kernels() -> Finding:
-    """Whether CUDA kernels can be compiled, which needs libraries but no GPU and no toolkit."""
+    """Check that CUDA kernels compile, which needs libraries but neither GPU nor toolkit."""
     remedy = "pip install 'mobilegs[cuda]'"
     if not all(find_module(name) for name in ("cuda.core", "cuda.bindings")):
         if not has_nvidia():
-            return Finding("CUDA kernels", "none", "not installed, and without a GPU not needed")
+            return Finding("CUDA kernels", "none", "not installed, and not needed without a GPU")
         return Finding("CUDA kernels", "no", "cuda-core is not installed; needed for a GPU", remedy)
     try:
-        core = importlib.import_module("cuda.core")  # loads its contents in a way types cannot see
+        core = importlib.import_module("cuda.core")  # its attributes are invisible to type checkers
         options = core.ProgramOptions(arch="sm_80")
         core.Program('extern "C" __global__ void probe() {}', "c++", options).compile("cubin")
-    except Exception as error:  # whatever breaks a half-installed driver stack is worth showing
-        why = " ".join(str(error).split())[:SHOWN]
+    except Exception as error:  # an incomplete driver installation can raise anything
+        why = " ".join(str(error).split())[:ERROR_CHARACTERS]
         if not has_nvidia():
-            why = f"NVRTC does not compile, and without a GPU need not ({why})"
+            why = f"NVRTC does not compile, and is not needed without a GPU ({why})"
             return Finding("CUDA kernels", "none", why)
         return Finding("CUDA kernels", "no", f"NVRTC does not compile ({why})", remedy)
     return Finding("CUDA kernels", "yes", "NVRTC compiles them on first use")
 
 
 def gpu_renderer() -> Finding:
-    """Which device draws scenes as the viewers do."""
+    """Check which device renders scenes as the viewers do."""
     from mobilegs.errors import InputError
     from mobilegs.view.wgpu_device import adapter
 
@@ -154,33 +157,33 @@ def gpu_renderer() -> Finding:
     except InputError as error:
         found, _, remedy = str(error).partition(": ")
         return Finding("GPU renderer", "no", found, remedy)
-    slow = ", in software: slow" if about["adapter_type"] == "CPU" else ""
+    slow = " (software, slow)" if about["adapter_type"] == "CPU" else ""
     return Finding("GPU renderer", "yes", f"{about['device']}, {about['backend_type']}{slow}")
 
 
 def window() -> Finding:
-    """Whether `mobilegs view --native` can open one."""
+    """Check that `mobilegs view --native` can open a window."""
     if not all(find_module(name) for name in ("wgpu", "rendercanvas", "glfw")):
-        found = "libraries are missing; the browser shows scenes without them"
+        found = "libraries are missing; the browser needs none"
         return Finding("Window", "no", found, "pip install 'mobilegs[native]'")
     screens = ("DISPLAY", "WAYLAND_DISPLAY")
     if platform.system() == "Linux" and not any(os.environ.get(name) for name in screens):
-        return Finding("Window", "none", "this session has no screen: view --native opens nothing")
-    return Finding("Window", "yes", "view --native")
+        return Finding("Window", "none", "no screen: view --native does not work")
+    return Finding("Window", "yes", "view --native works")
 
 
 def phones() -> Finding:
-    """Where devices in the same network would reach a scene."""
+    """Check at which address devices in the same network reach a scene."""
     from mobilegs.view.serve import own_address
 
     address = own_address()
     if address is None or address.startswith("127."):
-        return Finding("Phones", "none", "this machine is in no network: view --lan reaches nobody")
-    return Finding("Phones", "yes", f"in this network view --lan is reached at {address}")
+        return Finding("Phones", "none", "no network: view --lan does not work")
+    return Finding("Phones", "yes", f"view --lan serves at {address}")
 
 
 def capture() -> Finding:
-    """Whether photos without poses, HEIC and videos can be used."""
+    """Check that photos without poses, HEIC photos and videos can be used."""
     needs = {"pycolmap": "poses", "pi_heif": "HEIC photos", "av": "videos"}
     missing = [f"{name} ({what})" for name, what in needs.items() if not find_module(name)]
     if missing:
@@ -189,25 +192,27 @@ def capture() -> Finding:
     for name in needs:
         try:
             importlib.import_module(name)
-        except Exception as error:  # whatever its own libraries lack
+        except Exception as error:  # a missing library can raise anything
             remedy = f"pip install --force-reinstall {name.replace('_', '-')}"
-            return Finding("Capture", "no", f"{name} is there, but does not load: {error}", remedy)
-    return Finding("Capture", "yes", "poses of photos and videos, HEIC included")
+            return Finding(
+                "Capture", "no", f"{name} is installed but does not load: {error}", remedy
+            )
+    return Finding("Capture", "yes", "photos, HEIC photos and videos")
 
 
 def live() -> Finding:
-    """Whether a training can be watched."""
+    """Check that --live works."""
     if not find_module("viser"):
         found = "viser is not installed; needed for --live"
-        return Finding("Watching training", "no", found, "pip install 'mobilegs[live]'")
-    return Finding("Watching training", "yes", "train --live shows it in the browser")
+        return Finding("Live view", "no", found, "pip install 'mobilegs[live]'")
+    return Finding("Live view", "yes", "train --live works")
 
 
 def lpips_weights() -> Finding:
     from mobilegs.evaluate.lpips import BACKBONES, ENVIRONMENT
 
     folder = os.environ.get(ENVIRONMENT)
-    remedy = f"give --lpips-weights, or set {ENVIRONMENT}, to have LPIPS among the figures"
+    remedy = f"give --lpips-weights, or set {ENVIRONMENT}, to measure LPIPS"
     if not folder:
         return Finding("LPIPS weights", "no", f"{ENVIRONMENT} is not set", remedy)
     if folder.startswith(("http://", "https://")):
@@ -219,7 +224,7 @@ def lpips_weights() -> Finding:
 
 
 def find_module(name: str) -> bool:
-    """Whether a module could be imported, without importing it."""
+    """Return True if a module is installed, without importing it."""
     try:
         return importlib.util.find_spec(name) is not None
     except ModuleNotFoundError:  # its parent package is missing

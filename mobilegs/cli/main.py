@@ -1,6 +1,6 @@
-"""The command line: one function a verb, its docstring the help.
+"""The command line: one function per verb, whose docstring is its help.
 
-Nothing heavy is imported until a verb runs, so that `--help` answers at once.
+Heavy modules are imported when a verb runs, so that `--help` answers at once.
 """
 
 import errno
@@ -8,149 +8,50 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
-import tyro
 from tyro.conf import Positional, arg
 
 from mobilegs import __version__
-from mobilegs.cli.output import print_contents, print_figures, print_findings, progress_bar
-from mobilegs.cli.train import CONFIG, capture, compress, convert, demo, train
+from mobilegs.cli.options import call
+from mobilegs.cli.output import print_contents, print_findings, print_metrics, progress_bar
+from mobilegs.cli.render import Device, open_scene_and_capture, render
+from mobilegs.cli.train import capture, compress, convert, demo, train
 from mobilegs.errors import InputError
 
-if TYPE_CHECKING:
-    from mobilegs.data.dataset import Dataset
-    from mobilegs.render.scene import Scene
-
-Split = Literal["test", "train"]
-Device = Literal["auto", "cpu", "cuda"]
 SceneFile = Annotated[Positional[Path], arg(metavar="SCENE")]
-Capture = Annotated[Path, arg(metavar="CAPTURE")]
-Downscale = Annotated[int | None, arg(metavar="N")]
-
-
-def render(
-    scene: SceneFile,
-    /,
-    *,
-    capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
-    output: Annotated[Path | None, arg(aliases=["-o"], metavar="DIR")] = None,
-    orbit: Annotated[Path | None, arg(metavar="MP4")] = None,
-    split: Split = "test",
-    downscale: Downscale = None,
-    seconds: float = 8.0,
-    size: tuple[int, int] = (1280, 720),
-    device: Device = "auto",
-    backend: Literal["kernels", "gpu"] = "kernels",
-) -> None:
-    """Draw the views of a capture from a scene, one PNG a photo, or a video around the scene.
-
-    Each picture carries the photo's own name: IMG_0042.JPG becomes IMG_0042.png. A .mgs is
-    drawn without sorting, the others sorted.
-
-    Args:
-        scene: The scene: a .mgs file, or a .ply, .spz, .sog, .splat or .glb of plain 3DGS.
-        capture: Folder of the capture whose cameras are used.
-        output: Folder for the pictures; it is made if it is missing.
-        orbit: Instead of these two: a video to write, of one turn around the scene.
-        split: The held-back photos (test), or those trained on (train).
-        downscale: Divide the photos' size by this. Without it they are at most 1600 wide.
-        seconds: How long the video is.
-        size: Width and height of the video.
-        device: Where the kernels draw; auto takes an NVIDIA GPU if there is one.
-        backend: The kernels that training uses, or gpu: as the viewers draw, with half floats,
-            on any GPU that Vulkan, Metal or DirectX 12 reaches.
-    """
-    import torch
-    from PIL import Image
-
-    from mobilegs.atomic import atomic_path
-    from mobilegs.cli.render import picture_paths
-    from mobilegs.evaluate.metrics import to_bytes
-
-    if backend == "gpu":
-        device = "cpu"  # where the scene is read; the renderer takes it from there
-    if orbit is not None:
-        if capture or output or downscale:
-            raise InputError("--orbit needs no photos: leave out --capture, -o and --downscale")
-        return render_orbit(scene, orbit, seconds, size, device, backend)
-    if capture is None or output is None:
-        raise InputError("what is to be drawn? give --capture CAPTURE -o DIR, or --orbit MP4")
-    opened, dataset = open_both(scene, capture, downscale, device)
-    frames = dataset.test if split == "test" else dataset.train
-    if not frames:
-        raise InputError(f"{capture} has no {split} views to draw")
-    paths = picture_paths(frames, dataset, output)
-    draw = drawing(opened, backend)
-    with torch.inference_mode(), progress_bar("drawing") as advance:
-        for done, (frame, path) in enumerate(zip(frames, paths, strict=True), start=1):
-            camera = frame.camera.to(opened.gaussians.means.device)
-            pixels = to_bytes(draw(camera).image).cpu().numpy()
-            with atomic_path(path) as temporary:
-                Image.fromarray(pixels).save(temporary, format="PNG")
-            advance(done, len(frames))
-    print(f"{len(frames)} pictures in {output}")
-
-
-def render_orbit(
-    scene: Path,
-    output: Path,
-    seconds: float,
-    size: tuple[int, int],
-    device: Device,
-    backend: Literal["kernels", "gpu"],
-) -> None:
-    """Write a video of one turn around a scene."""
-    from mobilegs.scene_file import choose_device
-    from mobilegs.view.video import open_with_views, write_orbit
-
-    opened, views = open_with_views(scene, choose_device(device))
-    draw = drawing(opened, backend)
-    width, height = size
-    with progress_bar("drawing") as advance:
-        options = {"seconds": seconds, "width": width, "height": height, "progress": advance}
-        written = write_orbit(opened, views, output, draw=draw, **options)
-    print(f"{output}: {written:,} bytes")
-
-
-def drawing(scene: "Scene", backend: Literal["kernels", "gpu"]) -> Callable:
-    """What draws a scene for a camera."""
-    if backend == "kernels":
-        return scene.render
-    from mobilegs.view.wgpu_renderer import GpuRenderer
-
-    return GpuRenderer(scene).draw
 
 
 def evaluate(
     scene: SceneFile,
-    /,
     *,
-    capture: Capture,
+    capture: Annotated[Path, arg(metavar="CAPTURE")],
     json: bool = False,
-    downscale: Downscale = None,
+    downscale: Annotated[int | None, arg(metavar="N")] = None,
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None,
     device: Device = "auto",
 ) -> None:
-    """Compare a scene with the photos that were held back: PSNR, SSIM, LPIPS.
+    """Compare a scene with held-back photos: PSNR, SSIM and LPIPS.
 
-    Renders are rounded to 8 bits, masked pixels do not count, every photo counts the same.
-    lpips_vgg and lpips_alex feed pictures in [0, 1], as 3DGS's own figures do; the _rescaled
-    ones bring them to [-1, 1], as LPIPS was meant. Compare like with like.
+    Renders are rounded to 8 bits, masked pixels do not count, and all photos have the same weight.
+    lpips_vgg and lpips_alex feed images in [0, 1] to the network, as 3DGS does. The _rescaled
+    values scale images to [-1, 1], as LPIPS was calibrated. The two cannot be compared.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply, .spz, .sog, .splat or .glb of plain 3DGS.
-        capture: Folder of the capture; photos 0, 8, 16, ... by name are the held-back ones.
-        json: Print the figures, by photo too, as JSON.
-        downscale: Divide the photos' size by this. Without it they are at most 1600 wide.
-        lpips_weights: Folder or http(s) address of LPIPS weights; MOBILEGS_LPIPS says the same.
-        device: Where to draw; auto takes a GPU if there is one.
+        scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
+        capture: Folder of the capture. Photos 0, 8, 16, ... by name are held back.
+        json: Print all metrics, also by photo, as JSON.
+        downscale: Divide the width and height of the photos by N. Default: reduce photos to a
+            width of at most 1600 pixels.
+        lpips_weights: Folder or http(s) address of LPIPS weights. Default: the environment
+            variable MOBILEGS_LPIPS; without either, LPIPS is not measured.
+        device: Device that renders; auto takes an NVIDIA GPU if there is one.
     """
     from mobilegs.evaluate import report
     from mobilegs.evaluate.lpips import lpips_from
     from mobilegs.scene_file import size_of
 
-    opened, dataset = open_both(scene, capture, downscale, device)
+    opened, dataset = open_scene_and_capture(scene, capture, downscale, device)
     lpips = lpips_from(lpips_weights)
     with progress_bar("evaluating") as advance:
         result = report.evaluate(opened, dataset, lpips=lpips, progress=advance)
@@ -165,31 +66,30 @@ def evaluate(
     if json:
         print(report.to_json(about | result))
     else:
-        print_figures(about, result)
+        print_metrics(about, result)
 
 
 def view(
     scene: SceneFile,
-    /,
     *,
     lan: bool = False,
-    port: int = 0,
+    port: Annotated[int, arg(metavar="PORT")] = 0,
     no_browser: bool = False,
     native: bool = False,
-    compare: SceneFile | None = None,
+    compare: Annotated[Path | None, arg(metavar="SCENE")] = None,
 ) -> None:
-    """Show a scene in the browser, on a phone in the same network, or in a window.
+    """Show a scene in the browser, on a phone, or in a window.
 
-    A .mgs is drawn without sorting, a .ply or .spz sorted. Nothing but the scene and the viewer's
-    own files is served, and the internet is not needed.
+    A .mgs file is rendered without sorting, a .ply or .spz is sorted. Only the scene and the
+    viewer's own files are served, and no internet connection is needed.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS.
-        lan: Let other devices in the network open it; prints the address as a QR code.
-        port: Where to listen; 0 takes any port that is free.
-        no_browser: Open no browser here.
-        native: Open a window that draws by Vulkan, Metal or DirectX 12; serve nothing.
-        compare: Another scene, under the same camera behind a handle.
+        scene: A .mgs file, or a .ply or .spz of plain 3DGS.
+        lan: Allow other devices in the network to open the scene; prints the address as a QR code.
+        port: Port to listen at. Default: a free port.
+        no_browser: Do not open the browser.
+        native: Open a window that renders with Vulkan, Metal or DirectX 12 instead of a page.
+        compare: Another scene, shown with the same camera on the other side of a slider.
     """
     if native:
         if lan or port or no_browser or compare:
@@ -204,67 +104,67 @@ def view(
 
 def export(
     scene: SceneFile,
-    /,
     *,
     to: Literal["html", "site", "ply", "spz", "sog", "glb"],
     output: Annotated[Path, arg(aliases=["-o"], metavar="PATH")],
-    title: str = "",
+    title: Annotated[str, arg(metavar="TEXT")] = "",
     url: Annotated[str, arg(metavar="ADDRESS")] = "",
     refit: bool = False,
     capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
-    seed: int = 0,
+    seed: Annotated[int, arg(metavar="N")] = 0,
     device: Device = "auto",
 ) -> None:
-    """Put a scene and its viewer into an HTML file or a folder for any web host; or convert it.
+    """Export a scene as a web page or a web site, or convert it.
 
-    Other tools sort, which a .mgs is not made for: of one in its run the teacher goes in its place,
-    any other is refitted by pictures of itself, which takes minutes, and the loss is measured.
+    Other tools sort Gaussians, but a .mgs file is made for rendering without sorting. For a .mgs
+    in its run's folder, the run's teacher is exported. Any other .mgs is refitted to sorted
+    blending with renders of itself, which takes minutes; the loss is measured and printed.
 
     Args:
-        scene: The scene: a .mgs file, or a .ply or .spz of plain 3DGS; for files of other tools
-            also .sog, .splat and .glb.
-        to: html: one file, which also works from a disk or an e-mail. site: a folder, which
-            installs as an app where it is served by https, and then opens offline. ply, spz, sog,
-            glb: a file for other tools, without the viewer.
+        scene: A .mgs file, or a .ply or .spz of plain 3DGS; for other tools also .sog, .splat and
+            .glb.
+        to: html: one file that also works from a disk or an e-mail. site: a folder for any web
+            host; served by https, it installs as an app and opens offline. ply, spz, sog, glb: a
+            file for other tools, without the viewer.
         output: The file or folder to write.
-        title: What the page is called; what the scene is of if it is not given.
-        url: Where a site will lie, like https://me.example/garden/: services that preview links
-            find its picture by that.
-        refit: For files of other tools: refit a .mgs that lies in its run, too.
-        capture: The photos of a .mgs that is refitted, with their poses. Without them it is looked
-            at from where its run's photos were taken, or from places that the program finds.
-        seed: Start of all random choices of a refit.
-        device: Where a refit draws; auto takes an NVIDIA GPU if there is one.
+        title: Title of the page. Default: the name of the capture or file.
+        url: Future address of a site, like https://me.example/garden/, by which services that
+            preview links find its image.
+        refit: For other tools, also refit a .mgs in its run's folder.
+        capture: Photos with poses, whose cameras a refit renders from. Default: the capture of the
+            run, or cameras that the program places.
+        seed: Seed of all random choices of a refit.
+        device: Device of a refit; auto takes an NVIDIA GPU if there is one.
     """
     if to == "html" or to == "site":
         from mobilegs.view.export import export_html, export_site, title_of
 
         if refit or capture or seed or device != "auto":
             raise InputError(
-                "a page shows the scene itself: leave out --refit and what goes with it"
+                "a page shows the scene itself: leave out --refit, --capture, --seed and --device"
             )
         title = title or title_of(scene)
         if to == "site":
             size = export_site(scene, output, title=title, url=url)
         elif url:
-            raise InputError("a page in one file may lie anywhere: leave out --url")
+            raise InputError("a page in one file needs no address: leave out --url")
         else:
             size = export_html(scene, output, title=title)
     else:
         for option, value in (("title", title), ("url", url)):
             if value:
                 raise InputError(f"a .{to} file has no {option}: leave out --{option}")
-        how = {"refit": refit, "capture": capture, "seed": seed, "device": device}
-        size = convert(scene, output, to, **how)
+        options = {"refit": refit, "capture": capture, "seed": seed, "device": device}
+        size = convert(scene, output, to, **options)
     print(f"{output}: {size:,} bytes")
 
 
-def info(scene: SceneFile, /, *, json: bool = False) -> None:
-    """Say what is in a scene's file, byte by byte.
+def info(scene: SceneFile, *, json: bool = False) -> None:
+    """Describe a scene's file: its Gaussians, and the bytes of each part.
 
     Args:
-        scene: A .mgs file, or a .ply, .spz, .sog, .splat or .glb of plain 3DGS.
-        json: Print it as JSON.
+        scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
+        json: Print the description as JSON.
     """
     from mobilegs.evaluate.report import to_json
     from mobilegs.scene_file import inspect_scene
@@ -277,10 +177,10 @@ def info(scene: SceneFile, /, *, json: bool = False) -> None:
 
 
 def doctor(*, json: bool = False) -> None:
-    """Say what this machine can do, and what to install for what it cannot.
+    """List what works on this machine, and how to install what does not.
 
     Args:
-        json: Print it as JSON.
+        json: Print the list as JSON.
     """
     from mobilegs.cli import doctor as checks
     from mobilegs.evaluate.report import to_json
@@ -291,32 +191,6 @@ def doctor(*, json: bool = False) -> None:
         return
     print_findings(findings)
 
-
-# --- what the verbs share -------------------------------------------------------------------------
-
-
-def open_both(
-    scene: Path, capture: Path, downscale: int | None, device: Device
-) -> tuple["Scene", "Dataset"]:
-    """A scene on its device, and the capture over the same background.
-
-    A .mgs knows its background; others take that of the capture.
-    """
-    from dataclasses import replace
-
-    from mobilegs.data import load_capture
-    from mobilegs.scene_file import choose_device, open_scene
-
-    opened = open_scene(scene, choose_device(device))
-    if scene.suffix.lower() == ".mgs":
-        color = tuple(opened.background.tolist())
-        return opened, load_capture(capture, downscale=downscale, background=color)
-    dataset = load_capture(capture, downscale=downscale)
-    behind = dataset.background.to(opened.background.device)
-    return replace(opened, background=behind, near=dataset.near), dataset
-
-
-# --- the way in -----------------------------------------------------------------------------------
 
 VERBS: dict[str, Callable[..., None]] = {
     "demo": demo,
@@ -332,24 +206,25 @@ VERBS: dict[str, Callable[..., None]] = {
 }
 
 HELP = """\
-mobilegs {version}: 3D Gaussian splatting without sorting, in a file of a few megabytes.
-
-Photos or a video become a capture (photos with poses: COLMAP, nerfstudio's transforms.json,
-NeRF-synthetic); the capture a teacher, a plain 3DGS scene; the teacher a student that needs no
-sorting; the student scene.mgs. A teacher may also come from another tool.
+mobilegs {version}: 3D Gaussian splatting without sorting, in a few megabytes.
 
   mobilegs VERB ...          mobilegs VERB --help
 
 {verbs}
 
-Environment: MOBILEGS_LPIPS names a folder or address of LPIPS weights.
-Exit codes: 0 done, 1 something broke, 2 the input cannot be used (one sentence says why),
-130 interrupted.
+`train` works in three stages. Photos or a video become a capture: photos with
+camera poses, as from COLMAP, nerfstudio or NeRF-synthetic. The capture trains a
+teacher, a plain 3DGS scene. The teacher trains a student that needs no sorting,
+which is written to scene.mgs. `demo` shows all of this on a small example.
+
+Environment: MOBILEGS_LPIPS is a folder or http(s) address of LPIPS weights.
+Exit codes: 0 success, 1 a failure such as a full disk, 2 input that cannot be
+used (the message says why), 130 interrupted.
 """
 
 
 def help_text() -> str:
-    """The text of `mobilegs --help`: every verb with the first line of its docstring."""
+    """Return the text of `mobilegs --help`: every verb with the first line of its docstring."""
     lines = [
         f"  {name:<8} {(verb.__doc__ or '').strip().splitlines()[0]}"
         for name, verb in VERBS.items()
@@ -358,7 +233,10 @@ def help_text() -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+    """Run the command line and return the exit code; `arguments` default to those of the process.
+
+    Raises SystemExit after `VERB --help` (0) and for unknown or missing options (2).
+    """
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or words[0] in ("-h", "--help", "help"):
         print(help_text(), end="")
@@ -370,30 +248,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if verb is None:
         return fail(f"there is no verb '{words[0]}': use one of {', '.join(VERBS)}", 2)
     try:
-        # options of these are fields of dataclasses that are slow to import
-        if verb in (train, compress, capture):
+        if verb in (train, compress, capture):  # read their options from dataclasses, imported late
             verb(words[1:])
         else:
-            tyro.cli(verb, prog=f"mobilegs {words[0]}", args=words[1:], config=CONFIG)
+            call(verb, words[1:], verb=words[0])
     except InputError as error:
         return fail(str(error), 2)
-    except (MemoryError, RuntimeError) as error:  # a short file may ask for much
-        if not isinstance(error, MemoryError) and "allocate" not in str(error):  # as torch says it
+    except (MemoryError, RuntimeError) as error:  # a small file can request much memory
+        if not isinstance(error, MemoryError) and "allocate" not in str(error):  # torch's message
             raise
-        return fail("there is too little memory for this", 2)
+        return fail("there is not enough memory for this", 2)
     except KeyboardInterrupt as error:
         return fail(str(error) or "interrupted", 130)
     except BrokenPipeError:  # `mobilegs ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
-        if not error.filename and error.errno != errno.ENOSPC:  # a full disk has no name
+        if not error.filename and error.errno != errno.ENOSPC:  # a full disk has no file name
             raise
         return fail(": ".join(map(str, filter(None, (error.strerror, error.filename)))), 1)
     return 0
 
 
-def fail(sentence: str, code: int) -> int:
-    """Say on standard error why it ended, and with which exit code."""
-    print(f"mobilegs: {sentence}", file=sys.stderr)
+def fail(message: str, code: int) -> int:
+    """Print why the program ends to standard error, and return the exit code."""
+    print(f"mobilegs: {message}", file=sys.stderr)
     return code

@@ -1,4 +1,4 @@
-"""What the command line prints: tables, progress, figures for people."""
+"""Output of the command line for people: tables, progress bars, summaries."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -7,65 +7,65 @@ from typing import Any
 
 from mobilegs.cli.doctor import Finding
 
-NAMED = 10  # photos in a line
+NAMES_MAX = 10  # photos in a line
 
 
 def console() -> Any:
-    """Standard output, with colours where it is a terminal."""
+    """Return standard output, with colours on a terminal."""
     from rich.console import Console
 
     return Console()
 
 
 def escape(text: str) -> str:
-    """Text in which square brackets are no markup."""
+    """Escape square brackets, which are markup in rich."""
     from rich.markup import escape
 
     return escape(text)
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on standard error; yields what is to be called with done and total."""
+def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar on standard error; yields a function to call with done and total."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
     from rich.progress import TimeRemainingColumn as Remaining
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Remaining())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(what, total=None)
+        task = progress.add_task(title, total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total)
 
 
 def print_capture(found: dict[str, Any], output: Path) -> None:
-    """What came of a capture: how many photos have a place, and how well points fit."""
+    """Print how many photos have a pose, how well points fit, and the photos left out."""
     print(
-        f"{output}: {found['registered']} of {found['photos']} photos placed, "
+        f"{output}: poses for {found['registered']} of {found['photos']} photos, "
         f"{found['points']:,} points, reprojection error {found['reprojection_error']:.2f} px"
     )
     if found["left_out"]:
         names = found["left_out"]
-        rest = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-        print(f"left out: {', '.join(names[:NAMED])}{rest}")
+        rest = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
+        print(f"left out: {', '.join(names[:NAMES_MAX])}{rest}")
     if len(found["models"]) > 1:
         sizes = " + ".join(str(size) for size in found["models"])
-        print(f"the photos fall apart into models of {sizes}: the largest is kept")
-    print(f"{output / 'coverage.png'} shows what is covered")
+        print(f"the photos form unconnected models of {sizes} photos: the largest is used")
+    print(f"{output / 'coverage.png'} shows where photos are missing")
 
 
 def print_trained(metrics: dict[str, Any], run: Path) -> None:
-    """What came of a run: how large the scene is, and how good on held-back photos."""
+    """Print the size of a run's scene and its PSNR on held-back photos."""
     student, teacher = metrics["student"], metrics["teacher"]
     print(
         f"{run / 'scene.mgs'}: {student['gaussians']:,} Gaussians, "
-        f"{student['file_bytes']:,} bytes, on held-back photos {decibels(student)} "
-        f"(teacher {decibels(teacher)})"
+        f"{student['file_bytes']:,} bytes, {psnr_text(student)} on held-back photos "
+        f"(teacher: {psnr_text(teacher)})"
     )
-    print(f"{run / 'contact_sheet.png'} shows them side by side")
+    print(f"{run / 'contact_sheet.png'} shows photos, teacher and student side by side")
 
 
 def print_findings(findings: Sequence[Finding]) -> None:
-    """What a machine can do, a row each."""
+    """Print a row per finding, with its remedy."""
     from rich.table import Table
 
     table = Table(box=None, show_header=False)
@@ -76,8 +76,8 @@ def print_findings(findings: Sequence[Finding]) -> None:
     console().print(table)
 
 
-def print_figures(about: dict[str, Any], result: dict[str, Any]) -> None:
-    """The figures of an evaluation as a table, a line a photo, the means last."""
+def print_metrics(about: dict[str, Any], result: dict[str, Any]) -> None:
+    """Print the metrics of an evaluation: a row per photo, then the means."""
     from rich.table import Table
 
     metrics = [name for name in result if name != "views" and result[name] is not None]
@@ -91,96 +91,105 @@ def print_figures(about: dict[str, Any], result: dict[str, Any]) -> None:
     console().print(table)
 
 
+SORTED = "in order of depth, as in 3DGS"
 PARTS = {
     "positions": "positions",
-    "scale": "sizes",
+    "scale": "scales",
     "rotation": "rotations",
     "rotation-finer": "rotations",
     "appearance": "colour",
     "opacity": "opacity",
-    "lobes": "opacity and weight by direction",
+    "lobes": "view-dependent opacity and weight",
     "color-matrices": "networks and matrices",
     "appearance-decoder": "networks and matrices",
     "lobe-decoder": "networks and matrices",
     "view-network": "networks and matrices",
     "codebooks": "codebooks",
 }
-IDLE = "what nobody uses"
-# marks by which a terminal shows what follows from right to left
-TURNS = dict.fromkeys([*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C])
-CODINGS = {"nvq": "indices into codebooks (nvq)", "sq": "multiples of steps (sq)"}
+UNUSED = "unused streams"
+# marks that change the direction of the text that follows
+DIRECTION_MARKS = dict.fromkeys(
+    [*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C]
+)
+QUANTIZERS = {"nvq": "codebooks (nvq)", "sq": "step sizes (sq)"}
 
 
 def print_contents(found: dict[str, Any]) -> None:
-    """What is in a scene's file, for people: what it is, how to blend it, where the bytes are."""
+    """Print what a scene's file contains, how it is blended, and the bytes of each part.
+
+    `found` is a result of `inspect_scene`.
+    """
     from rich.table import Table
 
     size, count = found["file_bytes"], found["gaussians"]
-    print(f"{found['file']}: {count:,} Gaussians, {size:,} bytes, {size / max(count, 1):.2f} each")
+    print(
+        f"{found['file']}: {count:,} Gaussians, {size:,} bytes, "
+        f"{size / max(count, 1):.2f} per Gaussian"
+    )
     table = Table(box=None, show_header=False)
-    for name, text in _sentences(found).items():
+    for name, text in _topics(found).items():
         table.add_row(escape(name), escape(text))
     console().print(table)
     if found.get("meta"):
-        # in a table of their own: a note must not pass for something that was found
-        notes = Table("notes of who made it", "", box=None)
+        # in a separate table: a note must not look like a finding
+        notes = Table("notes of the author", "", box=None)
         for name, value in found["meta"].items():
             row = name.replace("_", " "), readable(value)
-            notes.add_row(*(escape(text.translate(TURNS)) for text in row))
+            notes.add_row(*(escape(text.translate(DIRECTION_MARKS)) for text in row))
         console().print(notes)
     if "streams" not in found:
         return
     parts: dict[str, int] = {}
     for row in found["streams"]:
-        part = PARTS[row["name"].split("@")[0].split(".")[0]] if row["used"] else IDLE
+        part = PARTS[row["name"].split("@")[0].split(".")[0]] if row["used"] else UNUSED
         parts[part] = parts.get(part, 0) + row["bytes"]
     parts["header"] = found["header_bytes"] + found["padding_bytes"]
     table = Table("part", box=None)
-    for heading in ("bytes", "share", "bytes a Gaussian"):
+    for heading in ("bytes", "share", "bytes per Gaussian"):
         table.add_column(heading, justify="right")
     for part, taken in parts.items():
         table.add_row(part, f"{taken:,}", f"{taken / size:.1%}", f"{taken / count:.2f}")
     console().print(table)
 
 
-def _sentences(found: dict[str, Any]) -> dict[str, str]:
-    """What a report of `inspect_scene` says, by topic."""
+def _topics(found: dict[str, Any]) -> dict[str, str]:
+    """Return descriptions of a scene by topic."""
     colour = f"spherical harmonics of degree {found['sh_degree']}"
     if "mode" not in found:
-        return {"blended": "in the order of depth, as 3DGS does", "colour": colour}
+        return {"blending": SORTED, "colour": colour}
     sorts = found["blend"] == "sorted"
-    said = {
+    topics = {
         "version": f"{found['version']} of the format",
-        "blended": "in the order of depth, as 3DGS does"
+        "blending": SORTED
         if sorts
-        else f"without sorting, by the weights of {found['weighting']['name']}: "
-        "a viewer that sorts shows it wrong",
-        "colour": f"{colour}, made once of {found['color_latents']} numbers by "
+        else f"without sorting, weighting {found['weighting']['name']} "
+        "(viewers that sort show it wrong)",
+        "colour": f"{colour}, decoded on loading from {found['color_latents']} latents by "
         f"{'two matrices' if found['colors'] == 'linear' else 'networks'}",
-        "opacity": "the same from everywhere",
-        "codes": CODINGS[found["mode"]],
+        "opacity": "the same from all directions",
+        "quantisation": QUANTIZERS[found["mode"]],
     }
     shape = found["lobes"]
     if shape is not None:
-        said["opacity"] = (
-            f"with the weight by direction: lobes of degree {shape['degree']}, made once of "
-            f"{shape['latents']} numbers"
+        topics["opacity"] = (
+            f"view-dependent, with the weight: lobes of degree {shape['degree']}, decoded on "
+            f"loading from {shape['latents']} latents"
         )
     elif found["network"]:
-        said["opacity"] = "with the weight by direction: a network, asked for every view"
+        topics["opacity"] = "view-dependent, with the weight: a network, evaluated for every view"
     if "layers" in found:
-        said["layers"] = " + ".join(f"{layer:,}" for layer in found["layers"]) + " Gaussians"
-    said["cameras"] = f"{found['views']} for a first look"
-    return said
+        topics["LOD levels"] = " + ".join(f"{n:,}" for n in found["layers"]) + " Gaussians"
+    topics["cameras"] = f"{found['views']} for a first look"
+    return topics
 
 
 def readable(value: Any) -> str:
-    """A value for people: thousands apart, three digits after the point."""
+    """Format a value with thousands separators and three decimals."""
     if isinstance(value, float):
         return f"{value:,.3f}"
     return f"{value:,}" if type(value) is int else str(value)
 
 
-def decibels(figures: dict[str, Any]) -> str:
-    """PSNR as text; null stands for a picture without any error."""
-    return "without error" if figures["psnr"] is None else f"{figures['psnr']:.2f} dB"
+def psnr_text(metrics: dict[str, Any]) -> str:
+    """Format a PSNR; None is that of images without error."""
+    return "no error" if metrics["psnr"] is None else f"{metrics['psnr']:.2f} dB"

@@ -1,33 +1,172 @@
-"""Where the pictures that `mobilegs render` draws go."""
+"""The verb `render`: images for the cameras of a capture, or a video around a scene."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from mobilegs.data.dataset import Dataset, Frame
+from tyro.conf import Positional, arg
+
+from mobilegs.cli.output import progress_bar
 from mobilegs.errors import InputError
 
+if TYPE_CHECKING:
+    from mobilegs.camera import Camera
+    from mobilegs.data.dataset import Dataset, Frame
+    from mobilegs.render.scene import Scene
 
-def picture_paths(frames: Sequence[Frame], dataset: Dataset, output: Path) -> list[Path]:
-    """A path in `output` for the picture of each of some frames.
+Device = Literal["auto", "cpu", "cuda"]
+Renderer = Literal["kernels", "wgpu"]
+
+
+def render(
+    scene: Annotated[Positional[Path], arg(metavar="SCENE")],
+    *,
+    capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
+    output: Annotated[Path | None, arg(aliases=["-o"], metavar="DIR")] = None,
+    orbit: Annotated[Path | None, arg(metavar="MP4")] = None,
+    split: Literal["test", "train"] = "test",
+    downscale: Annotated[int | None, arg(metavar="N")] = None,
+    seconds: Annotated[float, arg(metavar="SECONDS")] = 8.0,
+    size: Annotated[tuple[int, int], arg(metavar="WIDTH HEIGHT")] = (1280, 720),
+    device: Device = "auto",
+    renderer: Renderer = "kernels",
+) -> None:
+    """Render a scene to PNGs for photos, or to a video of one turn.
+
+    Give either --capture and -o, or --orbit. PNGs are rendered with the cameras of a capture, and
+    each has the name of its photo: IMG_0042.JPG becomes IMG_0042.png. A .mgs file is rendered without sorting, other scenes are sorted.
+
+    Args:
+        scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
+        capture: Folder of the capture whose cameras are used.
+        output: Folder for the PNGs; created if missing.
+        orbit: Video to write, of one turn around the scene.
+        split: Cameras to use: of the held-back photos (test) or of the training photos (train).
+        downscale: Divide the width and height of the photos by N. Default: reduce photos to a
+            width of at most 1600 pixels.
+        seconds: Length of the video.
+        size: Size of the video in pixels.
+        device: Device of the kernels; auto takes an NVIDIA GPU if there is one.
+        renderer: kernels: the training's renderer. wgpu: the viewers' renderer, in float16, on any
+            GPU with Vulkan, Metal or DirectX 12.
+    """
+    if renderer == "wgpu":
+        device = "cpu"  # only reads the scene
+    if orbit is not None:
+        if capture or output or downscale:
+            raise InputError("--orbit needs no photos: leave out --capture, -o and --downscale")
+        return render_orbit(scene, orbit, seconds, size, device, renderer)
+    if capture is None or output is None:
+        raise InputError(
+            "there is nothing to render: give --capture CAPTURE -o DIR, or --orbit MP4"
+        )
+    render_photos(scene, capture, output, split, downscale, device, renderer)
+
+
+def render_photos(
+    scene: Path,
+    capture: Path,
+    output: Path,
+    split: Literal["test", "train"],
+    downscale: int | None,
+    device: Device,
+    renderer: Renderer,
+) -> None:
+    """Write a PNG for each photo of a split."""
+    import torch
+    from PIL import Image
+
+    from mobilegs.atomic import atomic_path
+    from mobilegs.evaluate.metrics import to_bytes
+
+    opened, dataset = open_scene_and_capture(scene, capture, downscale, device)
+    frames = dataset.test if split == "test" else dataset.train
+    if not frames:
+        raise InputError(f"{capture} has no {split} photos")
+    paths = image_paths(frames, dataset, output)
+    draw = draw_function(opened, renderer)
+    with torch.inference_mode(), progress_bar("rendering") as advance:
+        for done, (frame, path) in enumerate(zip(frames, paths, strict=True), start=1):
+            camera = frame.camera.to(opened.gaussians.means.device)
+            pixels = to_bytes(draw(camera).image).cpu().numpy()
+            with atomic_path(path) as temporary:
+                Image.fromarray(pixels).save(temporary, format="PNG")
+            advance(done, len(frames))
+    print(f"{output}: {len(frames)} images")
+
+
+def render_orbit(
+    scene: Path,
+    output: Path,
+    seconds: float,
+    size: tuple[int, int],
+    device: Device,
+    renderer: Renderer,
+) -> None:
+    """Write a video of one turn around a scene."""
+    from mobilegs.scene_file import choose_device
+    from mobilegs.view.video import open_with_views, write_orbit
+
+    opened, views = open_with_views(scene, choose_device(device))
+    draw = draw_function(opened, renderer)
+    width, height = size
+    with progress_bar("rendering") as advance:
+        options = {"seconds": seconds, "width": width, "height": height, "progress": advance}
+        written = write_orbit(opened, views, output, draw=draw, **options)
+    print(f"{output}: {written:,} bytes")
+
+
+def draw_function(scene: "Scene", renderer: Renderer) -> "Callable[[Camera], Any]":
+    """Return a function that renders the scene for a camera to an object with an `image`."""
+    if renderer == "kernels":
+        return scene.render
+    from mobilegs.view.wgpu_renderer import WgpuRenderer
+
+    return WgpuRenderer(scene).render
+
+
+def open_scene_and_capture(
+    scene: Path, capture: Path, downscale: int | None, device: Device
+) -> "tuple[Scene, Dataset]":
+    """Open a scene on its device, and a capture with the same background.
+
+    The background is that of a .mgs, and for other scenes that of the capture.
+    """
+    from dataclasses import replace
+
+    from mobilegs.data import load_capture
+    from mobilegs.scene_file import choose_device, open_scene
+
+    opened = open_scene(scene, choose_device(device))
+    if scene.suffix.lower() == ".mgs":
+        color = tuple(opened.background.tolist())
+        return opened, load_capture(capture, downscale=downscale, background=color)
+    dataset = load_capture(capture, downscale=downscale)
+    background = dataset.background.to(opened.background.device)
+    return replace(opened, background=background, near=dataset.near), dataset
+
+
+def image_paths(frames: "Sequence[Frame]", dataset: "Dataset", output: Path) -> list[Path]:
+    """Return a path in `output` for the image of each frame.
 
     Raises InputError if that is one of the capture's own photos or masks.
     """
     names = png_names([frame.name for frame in frames])
     paths = [output / names[frame.name] for frame in frames]
-    kept = set()
+    inputs = set()
     for frame in (*dataset.train, *dataset.test):
-        kept |= {path.resolve() for path in (frame.image_path, frame.mask_path) if path}
+        inputs |= {path.resolve() for path in (frame.image_path, frame.mask_path) if path}
     for path in paths:
-        if path.resolve() in kept:
-            raise InputError(f"{path} is a photo of the capture: give another folder for pictures")
+        if path.resolve() in inputs:
+            raise InputError(f"{path} is a photo of the capture: give another folder for images")
     return paths
 
 
 def png_names(photos: Sequence[str]) -> dict[str, Path]:
-    """Where each photo's picture goes, relative to the output folder: its name, but PNG.
+    """Return the relative path of each photo's PNG: the name of the photo with another suffix.
 
-    Photos that differ only in their extension keep it: a.jpg, a.png -> a.jpg.png, a.png.png.
-    A capture is not trusted to stay inside the folder.
+    Photos that differ only in their suffix keep it: a.jpg, a.png -> a.jpg.png, a.png.png. Parts of
+    a name that would leave the output folder are dropped, because captures are not trusted.
     """
     parts = {
         photo: [p for p in PurePosixPath(photo.replace("\\", "/")).parts if p.strip("/.: ")]

@@ -1,13 +1,13 @@
-"""The verbs that make scenes or captures, of photos or of other scenes: they take their time."""
+"""The verbs that train or convert: demo, train, compress, capture, and export to other tools."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import tyro
-from tyro.conf import FlagCreatePairsOff, arg
+from tyro.conf import arg
 
+from mobilegs.cli.options import call
 from mobilegs.cli.output import print_capture, print_trained, progress_bar
 from mobilegs.errors import InputError
 
@@ -16,56 +16,65 @@ if TYPE_CHECKING:
     from mobilegs.pipeline.train import TrainRun
     from mobilegs.scene_file import Kind
 
-Output = Annotated[Path, arg(aliases=["-o"], metavar="DIR")]
-CONFIG = (FlagCreatePairsOff,)  # --json without its twin --no-json
+# of train and compress; the others are expert options
+COMMON = (
+    "capture", "scene", "output", "preset", "downscale", "steps", "max_splats", "target_mb",
+    "seed", "resume", "device", "live",
+)  # fmt: skip
 
 
-def demo(*, output: Output = Path("demo"), seed: int = 0, live: bool = False) -> None:
-    """Go the whole way on a small capture that mobilegs renders itself; minutes on two cores.
+def demo(
+    *,
+    output: Annotated[Path, arg(aliases=["-o"], metavar="DIR")] = Path("demo"),
+    seed: Annotated[int, arg(metavar="N")] = 0,
+    live: bool = False,
+) -> None:
+    """Train on a small capture that mobilegs renders itself.
 
-    The folder then holds what `mobilegs train` leaves, and the capture beside it. A demo that
-    was interrupted goes on where it stopped.
+    This takes minutes on two cores. The folder receives the capture and the files of
+    `mobilegs train`. The same command continues a
+    demo that was interrupted.
 
     Args:
-        output: Folder for everything; it is made if it is missing.
-        seed: Start of all random choices.
-        live: Show the scene in the browser while it trains; prints the address.
+        output: Folder for all files; created if missing.
+        seed: Seed of all random choices.
+        live: Show the scene in the browser while it trains, at an address that is printed.
     """
     from mobilegs.atomic import make_folder
-    from mobilegs.data.demo.capture import sample_capture, write_sample
-    from mobilegs.live import ADDRESS, refuse
+    from mobilegs.data.demo.capture import demo_capture, write_capture
+    from mobilegs.live import ADDRESS, validate_live_options
     from mobilegs.pipeline.train import TrainRun
 
-    refuse(live, ADDRESS)
+    validate_live_options(live, ADDRESS)
     capture = output / "capture"
-    if not (capture / "sparse" / "0" / "cameras.txt").exists():  # what is written last
+    if not (capture / "sparse" / "0" / "cameras.txt").exists():  # written last
         if (output / "config.json").exists():
             raise InputError(f"{output} holds a run of something else: give another folder")
         make_folder(capture)
-        with progress_bar("tracing photos") as advance:
-            write_sample(capture, sample_capture(progress=advance))
+        with progress_bar("rendering photos") as advance:
+            write_capture(capture, demo_capture(progress=advance))
     run = TrainRun(capture, output, preset="demo", seed=seed, resume=True, live=live)
     run_training(run, f"give the same command to continue {output}")
 
 
 def train(words: Sequence[str]) -> None:
-    """Train a capture, or photos or a video: a phone-sized scene.mgs comes out."""
+    """Train a phone-sized scene.mgs from photos or a video."""
     from mobilegs.pipeline.train import TrainRun
     from mobilegs.pipeline.unposed import with_poses
 
-    run = tyro.cli(TrainRun, prog="mobilegs train", args=words, config=CONFIG)
+    run = call(TrainRun, words, verb="train", common=COMMON)
     run_training(with_poses(run, make_capture), f"add --resume to continue {run.output}")
 
 
 def capture(words: Sequence[str]) -> None:
-    """Find out where photos were taken, or the frames of a video: a capture for training."""
+    """Estimate the camera poses of photos or of a video, for training."""
     from mobilegs.capture import CaptureRun
 
-    make_capture(tyro.cli(CaptureRun, prog="mobilegs capture", args=words, config=CONFIG))
+    make_capture(call(CaptureRun, words, verb="capture"))
 
 
 def make_capture(run: "CaptureRun") -> None:
-    """Make a capture, and print what came of it."""
+    """Make a capture and print a summary."""
     from mobilegs.capture import capture_photos
 
     try:
@@ -76,44 +85,45 @@ def make_capture(run: "CaptureRun") -> None:
 
 
 def compress(words: Sequence[str]) -> None:
-    """Make a phone-sized scene.mgs of a trained 3DGS scene, with its photos or without."""
+    """Compress a trained 3DGS scene into a phone-sized scene.mgs."""
     from mobilegs.pipeline.compress import CompressRun, compress_run
 
-    run = tyro.cli(CompressRun, prog="mobilegs compress", args=words, config=CONFIG)
+    run = call(CompressRun, words, verb="compress", common=COMMON)
     work = partial(compress_run, run, progress=progress_bar)
     finish(run.output, work, f"add --resume to continue {run.output}")
 
 
-def convert(scene: Path, output: Path, kind: "Kind", **how: Any) -> int:
-    """Write a scene as a file for tools that sort; `how` are fields of `SortedExport`.
+def convert(scene: Path, output: Path, kind: "Kind", **options: Any) -> int:
+    """Write a scene as a file for tools that sort and return its bytes.
 
-    What is to be said of it is printed. Returns the bytes.
+    `options` are fields of `SortedExport`. Prints how the scene was converted.
     """
     from mobilegs.pipeline.export_sorted import SortedExport, export_sorted
 
+    run = SortedExport(scene, output, kind, **options)
     try:
-        size, said = export_sorted(SortedExport(scene, output, kind, **how), progress=progress_bar)
+        size, message = export_sorted(run, progress=progress_bar)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("interrupted: nothing was written") from None
-    if said:
-        print(said)
+    if message:
+        print(message)
     return size
 
 
-def run_training(run: "TrainRun", again: str) -> None:
-    """Train, and print what came of it; `again` says what to do when it was interrupted."""
+def run_training(run: "TrainRun", how_to_continue: str) -> None:
+    """Train and print a summary; `how_to_continue` is printed after an interruption."""
     from mobilegs.pipeline.train import train_run
 
-    finish(run.output, partial(train_run, run), again)
+    finish(run.output, partial(train_run, run), how_to_continue)
 
 
-def finish(output: Path, work: Callable[[], dict[str, Any]], again: str) -> None:
-    """Do the work, whose figures are a run's, and print what came of it."""
-    from mobilegs.train.distributed import is_first
+def finish(output: Path, work: Callable[[], dict[str, Any]], how_to_continue: str) -> None:
+    """Do `work`, which returns the metrics of a run, and print a summary."""
+    from mobilegs.train.distributed import is_main_process
 
     try:
         metrics = work()
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted: {again}") from None
-    if is_first():
+        raise KeyboardInterrupt(f"interrupted: {how_to_continue}") from None
+    if is_main_process():
         print_trained(metrics, output)

@@ -1,4 +1,4 @@
-"""Colour from a few numbers per Gaussian: the matrices, or networks, that decode its harmonics."""
+"""Colour decoders: matrices or networks from a few latents to spherical harmonics."""
 
 import math
 from typing import NamedTuple
@@ -8,55 +8,55 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu, linear
 
-from mobilegs.compress.float16 import DIGITS, round_half
-from mobilegs.csrc import native
+from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
+from mobilegs.csrc import binding
 
 COLORS = ("linear", "networks")
 OCTAVES = 16
 ENCODED = 2 * 3 * OCTAVES
 CONTEXT = 13
-LATENTS = 3  # each of the static and the view latents; of the latter matrices may have more
+LATENTS = 3  # static latents, and view latents of networks; matrices may have more of the latter
 HIDDEN = 64
 SLOPE = 0.01  # of the leaky ReLUs
 CHUNK = 65536
-LEARNING_RATE = 2e-3  # of the regression, falling to 0
+LR = 2e-3  # of the regression, decays linearly to 0
 
 
 class ColorShape(NamedTuple):
-    """What colours are made of, and how."""
+    """Shape of a colour decoder."""
 
     colors: str = "linear"
     """One of `COLORS`."""
     degree: int = 1
-    """Of the spherical harmonics, 0 to 3."""
+    """Degree of the spherical harmonics, 0 to 3."""
     latents: int = 2 * LATENTS
-    """Numbers of a Gaussian: three static ones, and behind them those of the view."""
+    """Latents per Gaussian: three static ones, followed by the view latents."""
 
     @property
     def latents_max(self) -> int:
-        """More would say nothing: there are no more harmonics. Networks take six."""
+        """The number of harmonics that latents can distinguish; networks take six latents."""
         rest = 3 * (self.degree + 1) ** 2 - 3
         return LATENTS + (max(LATENTS, rest) if self.colors == "linear" else LATENTS)
 
 
 def contract(positions: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3"]:
-    """All of space into [0, 1]^3: the unit ball keeps its shape, the rest shrinks around it.
+    """Contract space into [0, 1]^3; the unit ball keeps its shape.
 
-    `|x| > 1 -> (2 - 1 / |x|) x / |x|` (Mip-NeRF 360's Eq. 10), then `x / 4 + 1/2`. Every
-    operation is one float32 rounding, in this order: the encoding multiplies what comes out by
-    up to 2^15, so a decoder elsewhere must find the same bits.
+    `|x| > 1 -> (2 - 1 / |x|) x / |x|` (Mip-NeRF 360, Eq. 10), then `x / 4 + 1/2`. Every operation
+    is one float32 rounding, in this order: the encoding multiplies the result by up to 2^15, so
+    other decoders must find the same bits.
     """
     x, y, z = positions.unbind(1)
-    # torch's float32 root is off by a bit now and then; a rounded float64 one is not
+    # torch's float32 root is sometimes off by a bit; a rounded float64 root is not
     length = (x * x + y * y + z * z).double().sqrt().to(x.dtype).clamp_min(1)[:, None]
     return (2 - 1 / length) * (positions / length) * 0.25 + 0.5
 
 
 def encode_frequencies(unit: Float[Tensor, "n 3"]) -> Float[Tensor, "n 96"]:
-    """`sin(2^k pi u)` of all axes and k = 0 .. 15 (k runs faster), then all the cosines.
+    """Return `sin(2^k pi u)` for each axis and k = 0 .. 15 (k runs fastest), then the cosines.
 
-    Angles are reduced before the product with pi, which is exact for powers of 2, so the
-    highest octave is as accurate as the lowest.
+    Angles are reduced before the product with pi. Products with powers of 2 are exact, so all
+    octaves are equally accurate.
     """
     octaves = torch.exp2(torch.arange(-1, OCTAVES - 1, device=unit.device, dtype=unit.dtype))
     angles = (unit[:, :, None] * octaves).flatten(1)  # in whole turns, [n, 48]
@@ -68,14 +68,14 @@ def encode_frequencies(unit: Float[Tensor, "n 3"]) -> Float[Tensor, "n 96"]:
 
 
 class LinearDecoder(nn.Module):
-    """Latents -> spherical harmonics: degree 0 of the static ones, the others of the view ones.
+    """Two matrices: static latents -> degree 0, view latents -> the other harmonics.
 
-    A matrix each, without biases: what latents are added to is for their codes to hold. Computes
-    with the matrices rounded to half precision, as they are stored.
+    There are no biases: codes can hold a mean. The matrices are rounded to float16, as a file
+    stores them. (This project; the paper has networks.)
     """
 
     def __init__(self, degree: int = 1, view: int = LATENTS) -> None:
-        """`degree` is that of the harmonics, 0 to 3; `view` counts the view latents."""
+        """Start at zero view dependence; `degree` is 0 to 3, `view` the number of view latents."""
         super().__init__()
         self.degree = degree
         self.static2 = nn.Parameter(torch.eye(3, LATENTS))
@@ -87,7 +87,7 @@ class LinearDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
-        """Spherical harmonics of the colour, which do not depend on the positions."""
+        """Return the spherical harmonics of the colour; `positions` have no effect."""
         return linear(torch.cat([static, view], dim=1), self._matrix()).unflatten(1, (-1, 3))
 
     @torch.no_grad()
@@ -97,43 +97,47 @@ class LinearDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
-        """`forward` without gradients, written where it stays."""
+        """Compute `forward` without gradients, in memory from `binding.empty`."""
         matrix, device = self._matrix(), static.device
-        latents = native.room(len(static), matrix.shape[1], dtype=static.dtype, device=device)
+        latents = binding.empty(len(static), matrix.shape[1], dtype=static.dtype, device=device)
         torch.cat([static, view], dim=1, out=latents)
-        sh = native.room(len(static), matrix.shape[0], dtype=static.dtype, device=device)
+        sh = binding.empty(len(static), matrix.shape[0], dtype=static.dtype, device=device)
         return torch.mm(latents, matrix.T, out=sh).unflatten(1, (-1, 3))
 
     def _matrix(self) -> Float[Tensor, "o l"]:
-        """Both matrices as one, since memory, not arithmetic, is what takes the time."""
-        return torch.block_diag(round_half(self.static2), round_half(self.view2))
+        """Both matrices as one: the product is bound by memory, not by arithmetic."""
+        return torch.block_diag(round_float16(self.static2), round_float16(self.view2))
 
     @torch.no_grad()
-    def start_linear(self, directions: Float[Tensor, "d v"]) -> None:
-        """Make the output `[static, directions @ view]`."""
+    def init_linear(self, directions: Float[Tensor, "d v"]) -> None:
+        """Set the weights so that the output is `[static, directions @ view]`."""
         self.static2.copy_(torch.eye(3, LATENTS))
         self.view2.copy_(directions)
 
     @property
-    def of_latents(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ v"]]:
-        """What static and view latents are multiplied by."""
+    def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ v"]]:
+        """The matrices that static and view latents are multiplied by."""
         return self.static2, self.view2
 
 
 class AppearanceDecoder(nn.Module):
-    """Position and latents -> spherical harmonics (paper's MLP_d and MLP_v, which have degree 1).
+    """Networks from position and latents to harmonics (the paper's MLP_d and MLP_v, degree 1).
 
-    Encoded position 96 -> 64 ReLU -> 13 numbers of context; context and static latents
-    16 -> 64 LeakyReLU -> 3 (degree 0); context and view latents 16 -> 64 LeakyReLU -> 9 (degree 1;
-    24 up to degree 2, 45 up to degree 3, none for degree 0; coefficient-major). No biases, 9,792
-    weights, Xavier-uniform at first. Always computes with its weights rounded to half precision,
-    as they are stored.
+    | input | hidden | output |
+    |---|---|---|
+    | encoded position, 96 | 64 ReLU | context, 13 |
+    | context and static latents, 16 | 64 LeakyReLU | degree 0, 3 |
+    | context and view latents, 16 | 64 LeakyReLU | other degrees, 9 for degree 1 |
+
+    Outputs are coefficient-major; degree 2 has 24 others, degree 3 has 45. There are no biases:
+    9,792 weights for degree 1, Xavier-uniform at the start. Weights are rounded to float16, as a
+    file stores them.
     """
 
     def __init__(self, generator: torch.Generator, degree: int = 1) -> None:
-        """`degree` is that of the harmonics, 0 to 3."""
+        """Draw the weights from `generator`; `degree` is 0 to 3."""
         super().__init__()
-        self.digits = DIGITS  # of the weights; a coding may have fewer
+        self.significand_bits = SIGNIFICAND_BITS  # of the weights; mode `sq` has fewer
         self.degree = degree
 
         def weights(rows: int, columns: int) -> nn.Parameter:
@@ -154,22 +158,27 @@ class AppearanceDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
     ) -> Float[Tensor, "n k 3"]:
-        """Spherical harmonics of the colour.
+        """Return the spherical harmonics of the colour.
 
-        `positions` are the stored ones, normalised (`Frame.normalised`): no gradient reaches
-        them.
+        `positions` are normalised (`PositionGrid.normalised`) and get no gradient.
         """
         encoded = encode_frequencies(contract(positions.detach()))
-        hidden = torch.relu_(linear(encoded, round_half(self.context1, self.digits)))
-        context = linear(hidden, round_half(self.context2, self.digits))
-        # both heads as one, twice as wide: memory, not arithmetic, is what takes the time
+        hidden = torch.relu_(linear(encoded, round_float16(self.context1, self.significand_bits)))
+        context = linear(hidden, round_float16(self.context2, self.significand_bits))
+        # both heads as one of twice the width: this is bound by memory, not by arithmetic
         of_static = self.static1.split([CONTEXT, LATENTS], dim=1)
         of_view = self.view1.split([CONTEXT, LATENTS], dim=1)
-        of_latents = torch.block_diag(of_static[1], of_view[1])
-        first = torch.cat([torch.cat([of_static[0], of_view[0]]), of_latents], dim=1)  # [128, 19]
+        latent_weights = torch.block_diag(of_static[1], of_view[1])
+        first = torch.cat(
+            [torch.cat([of_static[0], of_view[0]]), latent_weights], dim=1
+        )  # [128, 19]
         last = torch.block_diag(self.static2, self.view2)  # [12, 128] for degree 1
-        hidden = linear(torch.cat([context, static, view], dim=1), round_half(first, self.digits))
-        out = linear(leaky_relu(hidden, SLOPE, inplace=True), round_half(last, self.digits))
+        hidden = linear(
+            torch.cat([context, static, view], dim=1), round_float16(first, self.significand_bits)
+        )
+        out = linear(
+            leaky_relu(hidden, SLOPE, inplace=True), round_float16(last, self.significand_bits)
+        )
         return out.unflatten(1, (-1, 3))
 
     @torch.no_grad()
@@ -179,20 +188,20 @@ class AppearanceDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
     ) -> Float[Tensor, "n k 3"]:
-        """`forward` without gradients, by the C++ library or in chunks that bound its memory."""
-        if native.takes(positions, static, view, self.context1):
-            weights = [round_half(matrix, self.digits) for matrix in self.parameters()]
-            return native.decode_colors(positions, static, view, weights=weights)
+        """Compute `forward` without gradients, in C++ or in chunks that bound the memory."""
+        if binding.supports(positions, static, view, self.context1):
+            weights = [round_float16(matrix, self.significand_bits) for matrix in self.parameters()]
+            return binding.decode_colors(positions, static, view, weights=weights)
         chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
         return torch.cat([self(*chunk) for chunk in chunks])
 
     @torch.no_grad()
-    def start_linear(self, directions: Float[Tensor, "d 3"]) -> None:
-        """Make the output `[static, directions @ view]`, whatever the position.
+    def init_linear(self, directions: Float[Tensor, "d 3"]) -> None:
+        """Set the weights so that the output is `[static, directions @ view]` at any position.
 
         A pair of hidden units with opposite signs makes a leaky ReLU linear:
-        `leaky(a) - leaky(-a) = (1 + slope) a`. Six of the 64 units are set so; the others keep
-        random inputs and start without a voice.
+        `leaky(a) - leaky(-a) = (1 + slope) a`. Six of the 64 units form such pairs; the others
+        keep random input weights, and their output weights are 0.
         """
         for first, last, out in (
             (self.static1, self.static2, torch.eye(3)),
@@ -205,8 +214,8 @@ class AppearanceDecoder(nn.Module):
             last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
 
     @property
-    def of_latents(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
-        """What static and view latents are multiplied by."""
+    def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
+        """The matrices that static and view latents are multiplied by."""
         return self.static1[:, CONTEXT:], self.view1[:, CONTEXT:]
 
 
@@ -214,7 +223,7 @@ ColorDecoder = LinearDecoder | AppearanceDecoder
 
 
 def color_decoder(shape: ColorShape, generator: torch.Generator) -> ColorDecoder:
-    """The decoder of a shape; `generator` draws the weights of networks."""
+    """Return a decoder of a shape; `generator` draws the weights of networks."""
     if shape.colors == "linear":
         return LinearDecoder(shape.degree, shape.latents - LATENTS)
     return AppearanceDecoder(generator, shape.degree)
@@ -229,32 +238,39 @@ def fit_appearance(
     steps: int = 400,
     batch: int = 4096,
 ) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n v"]]:
-    """Latents, and weights in `decoder`, that reproduce given harmonics as well as they can.
+    """Fit latents, and the weights of `decoder`, to given harmonics.
 
-    The static latents are the degree-0 coefficients, the view latents the projection of the
-    others on their principal directions (0 if there are none): distances between latents
-    are distances between colours, which is what k-means needs. The decoder starts as the best
-    linear one. Networks are then regressed (Adam on random batches), so that position tells them
-    some of what three numbers cannot. Moving the latents afterwards gained nothing on real scenes.
-    Returns (static, view) without gradients. Draws from `generator`, a CPU one.
+    Static latents are the degree-0 coefficients, view latents the projection of the others on
+    their principal directions (0 if there are none). Distances between latents are then distances
+    between colours, as k-means needs. The decoder starts as the best linear map. Networks are then
+    regressed with Adam on random batches, so that they also use the position.
+
+    Args:
+        positions: normalised.
+        sh: the harmonics, of the decoder's degree.
+        generator: a CPU generator, which draws the batches.
+        steps, batch: of the regression.
+
+    Returns:
+        Static and view latents, without gradients.
     """
     target = sh.detach()
     rest = target[:, 1:].flatten(1)  # [n, 9] for degree 1
-    count = decoder.of_latents[1].shape[1]
+    count = decoder.latent_weights[1].shape[1]
     directions = torch.zeros(rest.shape[1], count, dtype=torch.float64)
     if rest.shape[1]:
         gram = (rest.T.double() @ rest.double()).cpu()
         directions = torch.linalg.eigh(gram).eigenvectors[:, -count:].flip(1)
         directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
-    decoder.start_linear(directions.float())
+    decoder.init_linear(directions.float())
     static, view = target[:, 0], rest @ directions.to(rest)
     if isinstance(decoder, LinearDecoder):
         return static.clone(), view
-    optimizer = torch.optim.Adam(decoder.parameters(), lr=LEARNING_RATE, eps=1e-15)
+    optimizer = torch.optim.Adam(decoder.parameters(), lr=LR, eps=1e-15)
     for step in range(steps):
-        optimizer.param_groups[0]["lr"] = LEARNING_RATE * (1 - step / steps)
+        optimizer.param_groups[0]["lr"] = LR * (1 - step / steps)
         rows = torch.randint(len(sh), (batch,), generator=generator).to(sh.device)
-        # harmonics are orthonormal: this is the colour's mean squared error over directions
+        # harmonics are orthonormal: this is the mean squared error of the colour over directions
         loss = (decoder(positions[rows], static[rows], view[rows]) - target[rows]).square().mean()
         optimizer.zero_grad()
         loss.backward()

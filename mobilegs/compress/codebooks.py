@@ -1,4 +1,4 @@
-"""Vectors cut into short sub-vectors, each one replaced by the nearest entry of a codebook."""
+"""Product quantisation: vectors cut into sub-vectors, each the nearest entry of a codebook."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.nn.functional import embedding, normalize
 
-from mobilegs.compress.float16 import round_half
+from mobilegs.compress.float16 import round_float16
 from mobilegs.errors import InputError
 from mobilegs.kmeans import kmeans, nearest_centers
 
@@ -18,33 +18,33 @@ SIZE_MAX = 4096  # entries of one codebook: indices take 12 bits, coder tables 1
 
 @dataclass(frozen=True)
 class Cut:
-    """How an attribute is cut: `count` sub-vectors of `length` numbers each."""
+    """The cut of an attribute: `count` sub-vectors of `length` numbers each."""
 
     count: int
     length: int
 
 
-# the cut of the lobes' latents is the scene's own, and the last two need not be there
+# `lobes` has the scene's own cut; `opacity` and `lobes` may be missing
 CUTS: dict[Attribute, Cut] = {
     "scale": Cut(3, 1),  # log-scales
     "rotation": Cut(2, 2),  # (w, x), (y, z) of the canonical quaternion
     "appearance": Cut(3, 2),  # (s0, s1), (s2, v0), (v1, v2) of the static and view latents
-    "opacity": Cut(1, 1),  # the base opacity's logit; the paper stores none
+    "opacity": Cut(1, 1),  # the base opacity's logit (this project; the paper stores none)
 }
 
 
 @dataclass(frozen=True)
 class CodebookSizes:
-    """Entries of each attribute's codebooks, at most 4096."""
+    """Number of entries in each codebook of an attribute, 1 to 4096."""
 
     scale: int = 64
-    """For each of the three log-scales."""
+    """Of each of three codebooks, one per log-scale."""
     rotation: int = 512
-    """For each half of the quaternion."""
+    """Of each of two codebooks, one per half of the quaternion."""
     appearance: int = 1024
-    """For each of three pairs of the six latent numbers of the colour."""
+    """Of each of three codebooks, one per pair of the colour's six latents."""
     opacity: int = 64
-    """For the base opacity, which all lobes start from."""
+    """Of the codebook of base opacities."""
 
     def __post_init__(self) -> None:
         for name in CUTS:
@@ -56,33 +56,33 @@ class CodebookSizes:
 
 
 def canonical_quats(quats: Float[Tensor, "n 4"]) -> Float[Tensor, "n 4"]:
-    """The same rotations as unit quaternions (wxyz) with w >= 0; differentiable.
+    """Return the same rotations as unit quaternions (wxyz) with w >= 0; differentiable.
 
-    q and -q are one rotation: with the sign fixed, codebook entries serve half a sphere.
+    q and -q are the same rotation: with a fixed sign, codebooks cover half of the sphere.
     """
     unit = normalize(quats, dim=1)
     return torch.where(unit[:, :1] < 0, -unit, unit)
 
 
-def look_up(
+def gather_entries(
     centers: Float[Tensor, "s k length"], indices: Int[Tensor, "n s"]
 ) -> Float[Tensor, "n d"]:
-    """The vectors that `indices` stand for, d = s * length; differentiable to the centres."""
+    """Return the vectors that `indices` stand for, d = s * length; differentiable in `centers`."""
     count, size, length = centers.shape
     starts = torch.arange(count, device=indices.device) * size
     entries, rows = centers.reshape(-1, length), indices.long() + starts
     if centers.is_cuda:
-        return embedding(rows, entries).flatten(1)  # its backward pass sorts: no atomics
-    # on the CPU its backward pass takes fourteen times as long as this one's
+        return embedding(rows, entries).flatten(1)  # its backward pass uses no atomics
+    # on the CPU the backward pass of `embedding` takes 14 times as long
     return entries.index_select(0, rows.reshape(-1)).reshape(len(rows), count * length)
 
 
 class SubVectorCodebooks(nn.Module):
-    """An attribute `[n, s * length]` held as `s` codebooks and one index per row in each.
+    """An attribute `[n, s * length]` as `s` codebooks and an index per row and codebook.
 
     Attributes:
-        centers: the codebooks' entries, `[s, k, length]`, a parameter.
-        indices: which entry each row takes from each book, `[n, s]`, a buffer.
+        centers: entries of the codebooks, `[s, k, length]`, a parameter.
+        indices: entry of each row in each codebook, `[n, s]`, a buffer.
     """
 
     indices: Tensor
@@ -102,13 +102,13 @@ class SubVectorCodebooks(nn.Module):
         generator: torch.Generator,
         weights: Float[Tensor, "n"] | None = None,
     ) -> "SubVectorCodebooks":
-        """Codebooks of `size` entries for `values`, by k-means on each sub-vector.
+        """Return codebooks of `size` entries for `values`, from k-means on each sub-vector.
 
-        `weights` (>= 0) say how much an error of each row matters: the rows that k-means sees
-        are drawn by them.
+        `weights` (>= 0) are the importance of each row's error: k-means runs on rows drawn in
+        proportion to them.
 
         Raises:
-            InputError: `values` has no rows, or some that are not finite.
+            InputError: `values` has no rows, or is not finite.
         """
         seen = values
         if weights is not None:
@@ -121,24 +121,24 @@ class SubVectorCodebooks(nn.Module):
             torch.stack([centers for centers, _ in pairs]),
             torch.zeros(len(values), len(pairs), dtype=torch.long, device=values.device),
         )
-        books.reassign(values)  # to the centres as they are stored
+        books.reassign(values)  # to the rounded centres
         return books
 
     @property
     def stored_centers(self) -> Float[Tensor, "s k length"]:
-        """The centres rounded to half precision, with the gradient of the unrounded ones."""
-        return round_half(self.centers)
+        """The centres rounded to float16; the gradient is the identity's."""
+        return round_float16(self.centers)
 
     def forward(
         self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"] | slice | None = None
     ) -> Float[Tensor, "m d"]:
-        """The values as the file will hold them, of all rows or of those that `rows` picks."""
+        """Return the dequantised values of `rows` (None: all), as a file holds them."""
         indices = self.indices if rows is None else self.indices[rows]
-        return look_up(self.stored_centers, indices)
+        return gather_entries(self.stored_centers, indices)
 
     @torch.no_grad()
     def reassign(self, values: Float[Tensor, "n d"]) -> None:
-        """Give every row the entries nearest to its new value."""
+        """Assign every row the entries nearest to its new value."""
         parts = values.split(self.centers.shape[2], dim=1)
         found = [
             nearest_centers(part, centers)
@@ -152,9 +152,10 @@ class SubVectorCodebooks(nn.Module):
 
 
 def apparent_size(log_scales: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
-    """Fourth root of each Gaussian's largest cross-section, relative to the largest of all.
+    """Return the fourth root of each Gaussian's largest cross-section, relative to the maximum.
 
-    Large Gaussians are few, and an error of theirs covers the picture (docs/negative_results.md).
+    As weights of k-means they protect large Gaussians, which are few and cover many pixels
+    (docs/explanation/negative_results.md).
     """
     area = log_scales.sum(1) - log_scales.amin(1)
     return (0.25 * (area - area.max())).exp()

@@ -1,4 +1,4 @@
-"""Numbers as the file stores them: rounded to half precision, with gradients that pass through."""
+"""Rounding to float16, as files store weights, with straight-through gradients."""
 
 from typing import Any
 
@@ -6,44 +6,48 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-HALF_MAX = 65504.0  # the largest finite half
-DIGITS = 11  # binary ones of a half, the one before the point included
+FLOAT16_MAX = 65504.0  # the largest finite number
+SIGNIFICAND_BITS = 11  # of float16, the implicit one included
 
 
-def to_half(values: Float[Tensor, "..."], digits: int = DIGITS) -> Float[Tensor, "..."]:
-    """The nearest half (ties to even); what lies beyond the largest half becomes that one.
+def to_float16(
+    values: Float[Tensor, "..."], significand_bits: int = SIGNIFICAND_BITS
+) -> Float[Tensor, "..."]:
+    """Return the nearest float16 number (ties to even), clamped to the largest finite one.
 
-    With fewer `digits` that of those that have no more binary digits.
+    With fewer `significand_bits`, the nearest number that has no more than those.
     """
-    if digits < DIGITS:
-        share, exponent = torch.frexp(values)
-        values = torch.ldexp((share * 2**digits).round(), exponent - digits)
-    return values.clamp(-HALF_MAX, HALF_MAX).half()
+    if significand_bits < SIGNIFICAND_BITS:
+        fraction, exponent = torch.frexp(values)
+        rounded = (fraction * 2**significand_bits).round()
+        values = torch.ldexp(rounded, exponent - significand_bits)
+    return values.clamp(-FLOAT16_MAX, FLOAT16_MAX).half()
 
 
-class _RoundHalf(torch.autograd.Function):
+class _RoundFloat16(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, values: Tensor, digits: int) -> Tensor:
-        return to_half(values, digits).to(values.dtype)
+    def forward(ctx: Any, values: Tensor, significand_bits: int) -> Tensor:
+        return to_float16(values, significand_bits).to(values.dtype)
 
     @staticmethod
     def backward(ctx: Any, *grads: Tensor):  # pyright: ignore[reportIncompatibleMethodOverride]
         return grads[0], None
 
 
-def round_half(values: Float[Tensor, "..."], digits: int = DIGITS) -> Float[Tensor, "..."]:
-    """`values` rounded to half precision, in their own dtype; the gradient is the identity's.
+def round_float16(
+    values: Float[Tensor, "..."], significand_bits: int = SIGNIFICAND_BITS
+) -> Float[Tensor, "..."]:
+    """Round `values` to float16, in their own dtype; the gradient is the identity's.
 
-    Training that computes with rounded numbers (a straight-through estimator) ends with the
-    very numbers that the file will hold.
+    With this straight-through estimator, training computes with the numbers that a file holds.
     """
-    return _RoundHalf.apply(values, digits)  # pyright: ignore[reportReturnType]
+    return _RoundFloat16.apply(values, significand_bits)  # pyright: ignore[reportReturnType]
 
 
 def rounded_parameters(module: nn.Module) -> dict[str, Tensor]:
-    """The parameters of `module` by name, rounded as stored.
+    """Return the parameters of `module` by name, rounded to float16.
 
-    `torch.func.functional_call(module, rounded_parameters(module), inputs)` runs any module
-    with the weights that its file will hold, and still trains the unrounded ones.
+    `torch.func.functional_call(module, rounded_parameters(module), inputs)` computes with the
+    weights that a file holds and trains the unrounded ones.
     """
-    return {name: round_half(value) for name, value in module.named_parameters()}
+    return {name: round_float16(value) for name, value in module.named_parameters()}

@@ -1,4 +1,8 @@
-"""Lobes from a few numbers per Gaussian: what a file stores of the dependence on the view."""
+"""Lobe decoder: a few latents per Gaussian to harmonics of opacity and weight.
+
+Lobes are spherical harmonics of the direction from the eye: one set for the logit of the opacity,
+one for phi, the weight before its ReLU. (This project; the paper has a network per view.)
+"""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -8,32 +12,33 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import linear, pad
 
-from mobilegs.compress.float16 import DIGITS, round_half
-from mobilegs.csrc import native
+from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.render.view_network import STATICS, statics
+from mobilegs.render.view_network import STATICS, static_inputs
 from mobilegs.spherical_harmonics import C0
 
 LATENTS_MAX = 32
 HIDDEN_MAX = 256
 HIDDEN_LAYERS = 3
-LEARNING_RATE = 2e-3  # of the regression, falling to 0
-ALIKE = 1e-4  # differences of coefficients that tell nothing
+LR = 2e-3  # of the regression, decays linearly to 0
+EQUAL = 1e-4  # smaller differences of coefficients do not count
 CHUNK = 65536
-LARGEST = 1e4  # of coefficients that are drawn: beyond any scene, and its square sums in float32
+COEFFICIENT_MAX = 1e4  # exceeds that of any scene; sums of its squares are finite in float32
 
 
 @dataclass(frozen=True)
 class LobeShape:
-    """What a `LobeDecoder` is made of."""
+    """Shape of a `LobeDecoder`; InputError if it is out of range."""
 
     degree: int
     """Degree of the lobes' harmonics, 0 to 3."""
     latents: int
-    """Numbers per Gaussian beside the base opacity."""
+    """Latents per Gaussian, 0 to 32, in addition to the base opacity."""
     hidden: tuple[int, ...] = ()
-    """Widths of hidden layers that also look at the Gaussian's other attributes; none: linear."""
+    """Widths of the hidden layers of a network that also sees the Gaussian's other attributes:
+    at most three, each 1 to 256. None: the decoder is linear."""
 
     def __post_init__(self) -> None:
         sound = 0 <= self.degree <= 3 and 0 <= self.latents <= LATENTS_MAX
@@ -41,41 +46,41 @@ class LobeShape:
             1 <= width <= HIDDEN_MAX for width in self.hidden
         )
         if not sound:
-            raise InputError(f"lobes cannot be decoded with {self}")
+            raise InputError(f"a lobe decoder cannot have the shape {self}")
 
     @property
     def outputs(self) -> int:
-        """Numbers in the lobes of a Gaussian."""
+        """Coefficients per Gaussian."""
         return 2 * (self.degree + 1) ** 2
 
 
 class LobeDecoder(nn.Module):
-    """Latents -> lobes: `bias + latents @ basis`, and a small network's word beside it.
+    """`bias + latents @ basis`, plus the output of an optional network.
 
-    The network, if there is one, sees what the paper's sees (harmonics, proportions of the
-    scales, rotation) with the latents in the place of the direction; ReLU between its layers,
-    zero at first. The base opacity's logit is added to the constant part of the opacity's lobe.
-    Always computes with weights rounded to half precision, as they are stored.
+    The network has the inputs of the paper's view network (colour harmonics, proportions of the
+    scales, rotation) with the latents instead of the direction, and ReLU between its layers. Its
+    output starts at zero. The logit of the base opacity is added to the constant coefficient of
+    the opacity. Weights are rounded to float16, as a file stores them.
     """
 
     def __init__(self, shape: LobeShape, generator: torch.Generator) -> None:
         super().__init__()
         self.shape = shape
-        self.digits = DIGITS  # of the matrices; a coding may have fewer
+        self.significand_bits = SIGNIFICAND_BITS  # of the matrices; mode `sq` has fewer
         self.bias = nn.Parameter(torch.zeros(shape.outputs))
         with torch.no_grad():
             self.bias[1] = 1 / C0  # phi = 1
-        # orthonormal directions; the constant part of the opacity, which comes first, has its base
+        # orthonormal directions, without the constant coefficient of the opacity, which comes first
         start = torch.randn(shape.outputs - 1, shape.latents, generator=generator)
         rows = torch.linalg.qr(start).Q.T
-        spare = shape.latents - len(rows)  # more latents than there are directions idle
+        spare = shape.latents - len(rows)  # latents beyond the number of directions
         self.basis = nn.Parameter(pad(rows, (1, 0, 0, spare)))
         self.weights, self.offsets = nn.ParameterList(), nn.ParameterList()
         if not shape.hidden:
             return
         widths = (STATICS + shape.latents, *shape.hidden)
         for inputs, outputs in pairwise(widths):
-            bound = inputs**-0.5  # torch's default
+            bound = inputs**-0.5  # the default of torch
             drawn = torch.rand(outputs, inputs + 1, generator=generator)
             drawn = (2 * drawn - 1) * bound
             self.weights.append(nn.Parameter(drawn[:, 1:].contiguous()))
@@ -85,39 +90,46 @@ class LobeDecoder(nn.Module):
     def forward(
         self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
     ) -> Float[Tensor, "n m 2"]:
-        """The lobes; `base` says whether the opacities of `gaussians` are to be added.
+        """Return the lobes, m = (degree + 1)^2, opacity before phi.
 
-        Without it the constant part of the opacity, too, comes from latents and network.
+        With `base`, the logits of `gaussians` are added to the constant coefficient of the
+        opacity. Otherwise that coefficient comes from latents and network too.
         """
-        numbers, rows = latents, round_half(self.basis, self.digits)
-        if base:  # one more number, whose direction is known
+        numbers, rows = latents, round_float16(self.basis, self.significand_bits)
+        if base:  # one more latent, with a fixed direction
             numbers = torch.cat([latents, gaussians.logit_opacities[:, None]], dim=1)
             known = torch.zeros_like(self.bias)[None]
             known[0, 0] = 1 / C0
             rows = torch.cat([rows, known])
-        lobes = torch.addmm(round_half(self.bias), numbers, rows)
+        lobes = torch.addmm(round_float16(self.bias), numbers, rows)
         if self.shape.hidden:
-            others = statics(gaussians)
+            others = static_inputs(gaussians)
             if self.shape.latents:
-                # with numbers of its own, a Gaussian need not bend its colour and shape to be told
-                # from others; without this gradient a step is shorter
+                # latents distinguish the Gaussians: without gradients to colour and shape a step
+                # takes less time
                 others = others.detach()
             hidden = torch.cat([others, latents], dim=1)
             for weight, offset in zip(self.weights, self.offsets, strict=False):
-                hidden = linear(hidden, round_half(weight, self.digits), round_half(offset)).relu_()
-            lobes = torch.addmm(lobes, hidden, round_half(self.weights[-1], self.digits).T)
+                hidden = linear(
+                    hidden, round_float16(weight, self.significand_bits), round_float16(offset)
+                ).relu_()
+            lobes = torch.addmm(
+                lobes, hidden, round_float16(self.weights[-1], self.significand_bits).T
+            )
         return lobes.unflatten(1, (-1, 2))
 
     @torch.no_grad()
     def decode(
         self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
     ) -> Float[Tensor, "n m 2"]:
-        """`forward` without gradients, by the C++ library or in chunks that bound its memory.
+        """Compute `forward` without gradients, in C++ or in chunks that bound the memory.
 
-        Coefficients beyond `LARGEST`, as a hostile file may ask for, become the largest.
+        Coefficients are clamped to `COEFFICIENT_MAX`, which only hostile files exceed.
         """
-        if native.takes(latents, self.bias, *gaussians.tensors().values()):
-            return self._decode_natively(latents, gaussians, base=base).clamp_(-LARGEST, LARGEST)
+        if binding.supports(latents, self.bias, *gaussians.tensors().values()):
+            return self._decode_natively(latents, gaussians, base=base).clamp_(
+                -COEFFICIENT_MAX, COEFFICIENT_MAX
+            )
         parts = [
             self(
                 latents[start : start + CHUNK],
@@ -126,24 +138,24 @@ class LobeDecoder(nn.Module):
             )
             for start in range(0, len(latents), CHUNK)
         ]
-        return torch.cat(parts).clamp_(-LARGEST, LARGEST)
+        return torch.cat(parts).clamp_(-COEFFICIENT_MAX, COEFFICIENT_MAX)
 
     def _decode_natively(
         self, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
     ) -> Float[Tensor, "n m 2"]:
-        """The sums of `forward` are one product with all that they are made of."""
-        last = [round_half(self.basis, self.digits).T]
+        """Compute `forward` in C++, with one matrix for hidden units, latents and base."""
+        last = [round_float16(self.basis, self.significand_bits).T]
         if self.shape.hidden:
-            last.insert(0, round_half(self.weights[-1], self.digits))
+            last.insert(0, round_float16(self.weights[-1], self.significand_bits))
         if base:
             last.append(torch.eye(self.shape.outputs, 1) / C0)
         pairs = zip(self.offsets, self.weights, strict=False)
-        return native.decode_lobes(
+        return binding.decode_lobes(
             latents,
             gaussians,
             base=base,
-            hidden=[(round_half(o), round_half(w, self.digits)) for o, w in pairs],
-            bias=round_half(self.bias),
+            hidden=[(round_float16(o), round_float16(w, self.significand_bits)) for o, w in pairs],
+            bias=round_float16(self.bias),
             last=torch.cat(last, dim=1),
         )
 
@@ -160,23 +172,31 @@ def fit_lobes(
     steps: int = 400,
     batch: int = 4096,
 ) -> Float[Tensor, "n l"]:
-    """Latents, and weights in `decoder`, that reproduce given lobes as well as they can.
+    """Fit latents, and the weights of `decoder`, to given lobes.
 
-    The basis becomes the lobes' first principal directions, the latents the coordinates along
-    them; without `rotated`, the latents are the coefficients themselves, all of them. A network,
-    if there is one, is then regressed to what they leave (Adam, random batches). Lobes that are
-    all alike have no principal directions: the basis stays as it is, and the latents are 0.
-    `metric` is the mean product of the harmonics over the directions that matter: what is never
-    looked at counts less. With `base` the opacities of `gaussians` are the constant part of the
-    opacity's lobe, and only the rest is fitted. Draws from `generator`, a CPU one. Returns the
-    latents, without gradients.
+    The basis becomes the first principal directions of the lobes, the latents the coordinates
+    along them. A network, if there is one, is then regressed to the residual with Adam on random
+    batches. If all lobes are equal, the basis stays as it is and the latents are 0.
+
+    Args:
+        lobes: the coefficients to fit.
+        metric: mean product of the harmonics over the directions of the cameras, so that unseen
+            directions count less.
+        base: the opacities of `gaussians` are the constant coefficient of the opacity, and only
+            the rest is fitted.
+        rotated: False takes all coefficients themselves as latents.
+        generator: a CPU generator, which draws the batches.
+        steps, batch: of the regression.
+
+    Returns:
+        The latents, without gradients.
     """
     shape, target = decoder.shape, lobes.detach().flatten(1)
     if base:
         target = target.clone()
         target[:, 0] = 0
     mean = target.mean(0)
-    if rotated and (target - mean).abs().max() < ALIKE:
+    if rotated and (target - mean).abs().max() < EQUAL:
         with torch.no_grad():
             decoder.bias.copy_(mean)
         return target.new_zeros(len(target), shape.latents)
@@ -190,7 +210,7 @@ def fit_lobes(
     else:
         basis = torch.eye(shape.outputs, device=target.device)[int(base) :]
         latents = (target - mean) @ basis.T
-    spare = shape.latents - len(basis)  # sub-vectors may be longer than what is left for them
+    spare = shape.latents - len(basis)  # sub-vectors may be longer than the rest
     with torch.no_grad():
         decoder.bias.copy_(mean)
         decoder.basis.copy_(torch.cat([basis, basis.new_zeros(spare, shape.outputs)]))
@@ -212,9 +232,9 @@ def _regress(
     steps: int,
     batch: int,
 ) -> None:
-    optimizer = torch.optim.Adam(decoder.parameters(), lr=LEARNING_RATE, eps=1e-15)
+    optimizer = torch.optim.Adam(decoder.parameters(), lr=LR, eps=1e-15)
     for step in range(steps):
-        optimizer.param_groups[0]["lr"] = LEARNING_RATE * (1 - step / steps)
+        optimizer.param_groups[0]["lr"] = LR * (1 - step / steps)
         rows = torch.randint(len(lobes), (batch,), generator=generator).to(lobes.device)
         found = decoder(latents[rows], gaussians.select(rows), base=base)
         loss = ((found - lobes[rows]).flatten(1) @ root).square().mean()
@@ -224,11 +244,11 @@ def _regress(
 
 
 def _roots(metric: Tensor, device: torch.device) -> tuple[Tensor, Tensor]:
-    """Square root of the metric for both columns of the lobes, of mean 1, and its inverse."""
+    """Return the square root of the metric (of mean 1) for both columns, and its inverse."""
     metric = metric.double().cpu()
     metric = metric * (len(metric) / metric.trace())
     values, vectors = torch.linalg.eigh(metric)
-    values = values.clamp_min(1e-2).sqrt()  # what is never seen is not free either
+    values = values.clamp_min(1e-2).sqrt()  # unseen directions count a little
     root = vectors * values @ vectors.T
     inverse = vectors / values @ vectors.T
     both = torch.eye(2, dtype=torch.float64)

@@ -1,4 +1,4 @@
-"""Rotations as three small angles, each as fine as its Gaussian needs."""
+"""Rotation quantisation: three angles, with more bits where a Gaussian is elongated."""
 
 import itertools
 import math
@@ -10,55 +10,55 @@ from torch import Tensor, nn
 
 from mobilegs.compress.codebooks import canonical_quats
 from mobilegs.compress.uniform_quantizer import (
-    ANGLE_STEPS,
-    NUDGE,
-    ScalarCodes,
+    ANGLE_STEP_RANGE,
+    STEP_RATIO,
+    UniformQuantizer,
     entropy,
-    stepped,
+    scale_multiples,
 )
-from mobilegs.csrc import native
+from mobilegs.csrc import binding
 from mobilegs.render.project import rotation_matrices
 
-# Turning by a small angle about an axis changes the covariance, relative to its size, by
-# 1 + 2 sinh(d) at most, where d is the difference of the two other log-scales. From each of these
-# differences on (in 256ths, where that passes 2^(c - 1/2)) an angle has one more bit.
+# A small rotation about an axis changes the covariance, relative to its size, by at most
+# 1 + 2 sinh(d), where d is the difference of the two other log-scales. From each of these
+# differences on (in 256ths, where that bound passes 2^(c - 1/2)) an angle has one more bit.
 LIMITS = (53, 210, 405, 600, 787, 970, 1151, 1329)
 ANGLE_MIN = 1e-9
-BLOCK = 1 << 16  # rows at a time where there may be many
+BLOCK = 1 << 16  # rows per pass, which bounds the memory
 
 
 def canonical_pairs(
     quats: Float[Tensor, "n 4"], log_scales: Float[Tensor, "n 3"]
 ) -> tuple[Float[Tensor, "n 4"], Float[Tensor, "n 3"]]:
-    """The same ellipsoids, turned as little as possible: of 24 ways to name the axes the nearest.
+    """Return the same ellipsoids with the smallest rotation among 24 equivalent ones.
 
-    Axes may change places and signs as long as they stay right-handed. What is left of the turn
-    is at most 63 degrees. Returns unit quaternions (wxyz, w >= 0) and log-scales.
+    The 24 permute and flip the axes of the ellipsoid, keeping them right-handed. The smallest
+    rotation is at most 63 degrees. Returns unit quaternions (wxyz, w >= 0) and log-scales.
     """
     unit = canonical_quats(quats)
-    # a turn by q after the turn p that renames the axes has the real part <q, conjugate of p>
+    # rotation q after the axis permutation p has the real part <q, conjugate of p>
     best = torch.full_like(unit[:, 0], -1.0)
     kept = torch.zeros(len(unit), dtype=torch.long, device=unit.device)
-    turns, orders = _renamings()
-    turns = turns.to(unit)
-    for i, turn in enumerate(turns):
-        real = (unit * turn * turn.new_tensor([1.0, -1, -1, -1])).sum(1).abs()
-        better = real > best + 1e-6  # ties go to the first
+    permutations, orders = _axis_permutations()
+    permutations = permutations.to(unit)
+    for i, quat in enumerate(permutations):
+        real = (unit * quat * quat.new_tensor([1.0, -1, -1, -1])).sum(1).abs()
+        better = real > best + 1e-6  # the first of equals wins
         best, kept = torch.where(better, real, best), torch.where(better, i, kept)
-    turned = canonical_quats(_product(unit, turns[kept]))
-    return turned, log_scales.gather(1, orders.to(kept.device)[kept])
+    smallest = canonical_quats(_product(unit, permutations[kept]))
+    return smallest, log_scales.gather(1, orders.to(kept.device)[kept])
 
 
-def _renamings() -> tuple[Float[Tensor, "24 4"], Int[Tensor, "24 3"]]:
-    """The turns that map axes to axes, as quaternions, and which axis each one comes from."""
+def _axis_permutations() -> tuple[Float[Tensor, "24 4"], Int[Tensor, "24 3"]]:
+    """Return the rotations that map axes to axes, as quaternions, and the source of each axis."""
     half = 0.5**0.5
     eighths = itertools.product((-half, 0.0, half), repeat=4)
     found = [torch.tensor(q) for q in itertools.product((-0.5, 0.5), repeat=4)]
     found += [q for q in map(torch.tensor, eighths) if abs(float(q @ q) - 1) < 1e-6]
     found += [row for row in torch.eye(4)]
-    turns = torch.stack([q for q in found if (q[q.abs() > 1e-6][0] > 0)])
-    matrices = rotation_matrices(turns)  # columns are where the axes go
-    return turns, matrices.abs().argmax(dim=1)
+    quats = torch.stack([q for q in found if (q[q.abs() > 1e-6][0] > 0)])
+    matrices = rotation_matrices(quats)  # columns are the images of the axes
+    return quats, matrices.abs().argmax(dim=1)
 
 
 def _product(a: Float[Tensor, "n 4"], b: Float[Tensor, "n 4"]) -> Float[Tensor, "n 4"]:
@@ -76,7 +76,7 @@ def _product(a: Float[Tensor, "n 4"], b: Float[Tensor, "n 4"]) -> Float[Tensor, 
 
 
 def rotation_vectors(quats: Float[Tensor, "n 4"]) -> Float[Tensor, "n 3"]:
-    """Axis times angle (radians, at most pi) of each rotation."""
+    """Return axis times angle (radians, at most pi) of each rotation."""
     unit = canonical_quats(quats)
     sine = unit[:, 1:].norm(dim=1, keepdim=True)
     angle = 2 * torch.atan2(sine, unit[:, :1])
@@ -84,128 +84,138 @@ def rotation_vectors(quats: Float[Tensor, "n 4"]) -> Float[Tensor, "n 3"]:
 
 
 def quats_of(vectors: Float[Tensor, "n 3"]) -> Float[Tensor, "n 4"]:
-    """Unit quaternions (wxyz) of axis times angle."""
+    """Return the unit quaternions (wxyz) of axis times angle (radians)."""
     angle = vectors.norm(dim=1, keepdim=True)
     share = torch.sin(angle / 2) / angle.clamp_min(ANGLE_MIN)
-    # at no angle at all the share is 1/2
+    # the limit at angle 0
     share = torch.where(angle < ANGLE_MIN, 0.5, share)
     return torch.cat([torch.cos(angle / 2), vectors * share], dim=1)
 
 
-def finer_bits(log_scales: Float[Tensor, "n 3"]) -> Int[Tensor, "n 3"]:
-    """How many more bits the angle about each axis has, 0 to 8, by the two other log-scales."""
+def refinement_bits(log_scales: Float[Tensor, "n 3"]) -> Int[Tensor, "n 3"]:
+    """Return the refinement bits of the angle about each axis, 0 to 8.
+
+    They depend on the difference of the log-scales of the two other axes.
+    """
     a, b, c = log_scales.float().unbind(1)
     apart = torch.stack([b - c, a - c, a - b], dim=1).abs()
-    # limits are whole 256ths: looking them up takes a third of the time of a search
-    steps = (apart * 256).clamp_max(LIMITS[-1]).int()
-    bits = _bits_by_steps().int().to(steps.device)
-    return bits.index_select(0, steps.flatten()).reshape(steps.shape)
+    # limits are whole 256ths: a table takes a third of the time of a search
+    entries = (apart * 256).clamp_max(LIMITS[-1]).int()
+    bits = _bits_table().int().to(entries.device)
+    return bits.index_select(0, entries.flatten()).reshape(entries.shape)
 
 
-def finer_bits_of(codes: Int[Tensor, "n 3"], step: float) -> UInt8[Tensor, "n 3"]:
-    """`finer_bits` of log-scales that are multiples of a step, with little memory beside them."""
-    fast = native.finer_bits(codes, step, _bits_by_steps())
+def refinement_bits_of(codes: Int[Tensor, "n 3"], step_size: float) -> UInt8[Tensor, "n 3"]:
+    """Return `refinement_bits` of the log-scales `codes * step_size`, in little memory."""
+    fast = binding.refinement_bits(codes, step_size, _bits_table())
     if fast is not None:
         return fast
     found = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
     for start in range(0, len(codes), BLOCK):
         rows = slice(start, start + BLOCK)
-        found[rows] = finer_bits(codes[rows].float() * step)
+        found[rows] = refinement_bits(codes[rows].float() * step_size)
     return found
 
 
 @cache
-def _bits_by_steps() -> UInt8[Tensor, "m"]:
-    steps = torch.arange(LIMITS[-1] + 1, dtype=torch.int32)
-    return torch.bucketize(steps, torch.tensor(LIMITS, dtype=torch.int32), right=True).byte()
+def _bits_table() -> UInt8[Tensor, "m"]:
+    """Return the refinement bits by difference of log-scales, in 256ths."""
+    differences = torch.arange(LIMITS[-1] + 1, dtype=torch.int32)
+    return torch.bucketize(differences, torch.tensor(LIMITS, dtype=torch.int32), right=True).byte()
 
 
-class RotationCodes(nn.Module):
-    """Quaternions `[n, 4]` held as three whole numbers each, for the scales that `scales` gives.
+class RotationQuantizer(nn.Module):
+    """Quaternions `[n, 4]` as three integers each, for the scales of the quantiser `scales`.
 
-    About an axis with `b` finer bits the number `k` stands for the angle
-    `((k + 1/2) / 2^b - 1/2) step`.
+    About an axis with `b` refinement bits the integer `k` stands for the angle
+    `((k + 1/2) / 2^b - 1/2) step_size`.
 
     Attributes:
-        growth: logarithm of what the step, in radians, is now in units of what it was at first,
-            a parameter.
-        indices: the numbers, `[n, 3]`, a buffer.
+        log_step_offset: logarithm of the step size (radians) relative to its initial value, a
+            parameter.
+        indices: the integers, `[n, 3]`, a buffer.
     """
 
     indices: Tensor
 
-    def __init__(self, scales: ScalarCodes, step: float, indices: Int[Tensor, "n 3"]) -> None:
+    def __init__(
+        self, scales: UniformQuantizer, step_size: float, indices: Int[Tensor, "n 3"]
+    ) -> None:
         super().__init__()
-        self.first = step
-        self.growth = nn.Parameter(torch.zeros((), device=indices.device))
-        self._scales = (scales,)  # in a tuple it is no part of this module
+        self.initial_step_size = step_size
+        self.log_step_offset = nn.Parameter(torch.zeros((), device=indices.device))
+        self._scales = (scales,)  # a tuple, so that it is not a submodule
         self.register_buffer("indices", indices.detach().int())
 
     @property
-    def step(self) -> Float[Tensor, ""]:
-        """The step as it is now."""
-        return (self.first * self.growth.exp()).clamp(*ANGLE_STEPS)
+    def step_size(self) -> Float[Tensor, ""]:
+        """The current step size, radians."""
+        return (self.initial_step_size * self.log_step_offset.exp()).clamp(*ANGLE_STEP_RANGE)
 
     @classmethod
     def fit(
-        cls, quats: Float[Tensor, "n 4"], *, scales: ScalarCodes, step: float
-    ) -> "RotationCodes":
-        """The nearest codes of `quats`."""
-        codes = cls(scales, step, torch.zeros_like(quats[:, 1:], dtype=torch.int32))
-        codes.reassign(quats)
-        return codes
+        cls, quats: Float[Tensor, "n 4"], *, scales: UniformQuantizer, step_size: float
+    ) -> "RotationQuantizer":
+        """Return a quantiser with the nearest codes of `quats`."""
+        quantizer = cls(scales, step_size, torch.zeros_like(quats[:, 1:], dtype=torch.int32))
+        quantizer.reassign(quats)
+        return quantizer
 
     def forward(
-        self, rows: Tensor | slice | None = None, wanted: Float[Tensor, "m 4"] | None = None
+        self, rows: Tensor | slice | None = None, targets: Float[Tensor, "m 4"] | None = None
     ) -> Float[Tensor, "m 4"]:
-        """Quaternions of all rows or of those that `rows` picks.
+        """Return the dequantised unit quaternions of `rows` (None: all).
 
-        With what these are `wanted` to be the step has a gradient, as that of `ScalarCodes`.
+        With `targets`, the unquantised quaternions, the step size has a gradient, as in
+        `UniformQuantizer`.
         """
         indices = self.indices if rows is None else self.indices[rows]
-        multiples = _multiples(indices, finer_bits(self._scales[0](rows)))
-        vectors = None if wanted is None else rotation_vectors(wanted.detach())
-        return quats_of(stepped(multiples, self.step, vectors))
+        multiples = _multiples(indices, refinement_bits(self._scales[0](rows)))
+        vectors = None if targets is None else rotation_vectors(targets.detach())
+        return quats_of(scale_multiples(multiples, self.step_size, vectors))
 
     @torch.no_grad()
     def reassign(self, quats: Float[Tensor, "n 4"]) -> None:
-        """The nearest codes of new quaternions; the scales must have theirs already."""
-        self.indices = encode_rotations(quats, self._scales[0](), self.step)
+        """Assign the nearest codes of new quaternions; reassign the scales first."""
+        self.indices = encode_rotations(quats, self._scales[0](), self.step_size)
 
     def select(self, rows: Tensor) -> None:
-        """Keep only the rows that `rows` picks; the scales keep their own."""
+        """Keep only the rows that `rows` picks; the scales select theirs themselves."""
         self.indices = self.indices[rows]
 
     @torch.no_grad()
-    def bits_by_growth(self, quats: Float[Tensor, "n 4"]) -> float:
-        """By how many bits a row of codes grows with `growth`; finer bits are as many as before."""
-        vectors, step = rotation_vectors(quats), self.step
-        finer, coarser = (entropy(_cells(vectors, step * f)) for f in (1 / NUDGE, NUDGE))
-        return (coarser - finer) / (2 * math.log(NUDGE))
+    def log_step_gradient(self, quats: Float[Tensor, "n 4"]) -> float:
+        """Return the derivative of the bits per row with respect to `log_step_offset`.
+
+        Refinement bits do not depend on the step size of rotations.
+        """
+        vectors, step = rotation_vectors(quats), self.step_size
+        fine, coarse = (entropy(_cells(vectors, step * f)) for f in (1 / STEP_RATIO, STEP_RATIO))
+        return (coarse - fine) / (2 * math.log(STEP_RATIO))
 
 
 def encode_rotations(
-    quats: Float[Tensor, "n 4"], log_scales: Float[Tensor, "n 3"], step: float | Tensor
+    quats: Float[Tensor, "n 4"], log_scales: Float[Tensor, "n 3"], step_size: float | Tensor
 ) -> Int[Tensor, "n 3"]:
-    """Whole numbers for the angles of `quats`."""
-    parts = torch.exp2(finer_bits(log_scales).float())
-    return torch.floor((rotation_vectors(quats) / step + 0.5) * parts).int()
+    """Return the codes of the rotation angles of `quats`."""
+    parts = torch.exp2(refinement_bits(log_scales).float())
+    return torch.floor((rotation_vectors(quats) / step_size + 0.5) * parts).int()
 
 
 def decode_rotations(
-    indices: Int[Tensor, "n 3"], finer: Integer[Tensor, "n 3"], step: float
+    indices: Int[Tensor, "n 3"], bits: Integer[Tensor, "n 3"], step_size: float
 ) -> Float[Tensor, "n 4"]:
-    """Unit quaternions of what `encode_rotations` gave, with the `finer_bits` that there are."""
-    quats = native.room(len(indices), 4, device=indices.device)
-    for start in range(0, len(indices), BLOCK):  # which a processor's cache holds
+    """Return the unit quaternions of codes with `bits` refinement bits each."""
+    quats = binding.empty(len(indices), 4, device=indices.device)
+    for start in range(0, len(indices), BLOCK):
         rows = slice(start, start + BLOCK)
-        quats[rows] = quats_of(_multiples(indices[rows], finer[rows]) * step)
+        quats[rows] = quats_of(_multiples(indices[rows], bits[rows]) * step_size)
     return quats
 
 
-def _multiples(indices: Int[Tensor, "n 3"], finer: Integer[Tensor, "n 3"]) -> Tensor:
-    return (indices.float() + 0.5) / torch.exp2(finer.float()) - 0.5
+def _multiples(indices: Int[Tensor, "n 3"], bits: Integer[Tensor, "n 3"]) -> Tensor:
+    return (indices.float() + 0.5) / torch.exp2(bits.float()) - 0.5
 
 
-def _cells(vectors: Float[Tensor, "n 3"], step: Tensor) -> Int[Tensor, "n 3"]:
-    return torch.floor(vectors / step + 0.5).int()
+def _cells(vectors: Float[Tensor, "n 3"], step_size: Tensor) -> Int[Tensor, "n 3"]:
+    return torch.floor(vectors / step_size + 0.5).int()

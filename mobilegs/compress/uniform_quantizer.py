@@ -1,4 +1,4 @@
-"""Numbers as whole multiples of a step: what takes the place of codebooks in the mode `sq`."""
+"""Uniform quantisation: numbers as integer multiples of a step size (mode `sq`)."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -10,141 +10,153 @@ from torch import Tensor, nn
 from mobilegs.compress.codebooks import SIZE_MAX, Attribute
 from mobilegs.errors import InputError
 
-# columns of each attribute; colours and lobes have as many as their decoders take latents
+# columns of each attribute; `appearance` and `lobes` have one per latent of their decoders
 COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 0, "opacity": 1}
-WEIGHT_DIGITS = 6  # of the networks' matrices
-CODE_MAX = 1 << 14  # of either sign
-REACH = SIZE_MAX // 2 - 1  # of what is coded: so a column always has few enough codes
-STEP_MIN, STEP_MAX = 0.01, 100.0  # the smallest still reaches 20 to either side
-ANGLE_STEPS = 0.002, 4.0  # angles reach half a turn; with such a step more a file holds them
-NUDGE = 1.05
-SPREAD = 0.1  # occurrences that every code between the least and the largest has for certain
+WEIGHT_SIGNIFICAND_BITS = 6  # of the networks' matrices
+CODE_MAX = 1 << 14  # largest magnitude of a code in a file
+CODE_LIMIT = SIZE_MAX // 2 - 1  # values are clamped to it, so that a column has at most SIZE_MAX
+STEP_SIZE_MIN, STEP_SIZE_MAX = 0.01, 100.0  # with the smallest, values of +-20 fit in CODE_LIMIT
+ANGLE_STEP_RANGE = 0.002, 4.0  # radians; angles are at most pi, which fits a file in this range
+STEP_RATIO = 1.05  # of the finite differences that give a gradient to a step size
+PSEUDO_COUNT = 0.1  # added to the count of every code between the least and the largest
 
 
 @dataclass(frozen=True)
-class ScalarSteps:
-    """Steps between the numbers that a file can hold."""
+class StepSizes:
+    """Step sizes of the uniform quantisers.
+
+    Each lies within 0.01 to 100, `rotation` within 0.002 to 4; an InputError says so.
+    """
 
     scale: float = 0.15
     """Of log-scales."""
     rotation: float = 0.25
-    """Of angles about axes across which a Gaussian is round, in radians; others are finer."""
+    """Of rotation angles, in radians, about axes with a round cross-section. Other axes have up
+    to 8 refinement bits."""
     appearance: float = 0.14
-    """Of the colour's latents, in units of the mean change of all harmonics together."""
+    """Of the colour's latents. A unit is the latent change that moves all harmonics by 1 (root of
+    the summed squares, mean over the Gaussians)."""
     opacity: float = 0.6
     """Of the base opacity's logit."""
     lobes: float = 1.7
-    """Of the lobes' latents, in units of the mean change of all coefficients together."""
+    """Of the lobes' latents, in the same unit for the lobes' coefficients."""
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "lobes"):
-            step = getattr(self, name)
-            finest, coarsest = ANGLE_STEPS if name == "rotation" else (STEP_MIN, STEP_MAX)
-            if not finest <= step <= coarsest:
+            step_size = getattr(self, name)
+            low, high = ANGLE_STEP_RANGE if name == "rotation" else (STEP_SIZE_MIN, STEP_SIZE_MAX)
+            if not low <= step_size <= high:
                 raise InputError(
-                    f"the step of {name} must lie within {finest} to {coarsest:g}, not {step:g}"
+                    f"the step size of {name} must lie within {low} to {high:g}, not {step_size:g}"
                 )
 
-    def finer(self, times: float) -> "ScalarSteps":
-        """Steps so many times as fine; an InputError if a file cannot hold them."""
+    def divided_by(self, quality: float) -> "StepSizes":
+        """Return the step sizes divided by `quality`; InputError if one leaves its range."""
         try:
-            return ScalarSteps(**{name: step / times for name, step in asdict(self).items()})
+            return StepSizes(**{name: size / quality for name, size in asdict(self).items()})
         except InputError as error:
-            raise InputError(f"with a fineness of {times:g} {error}") from None
+            raise InputError(f"with a quality of {quality:g} {error}") from None
 
 
-class ScalarCodes(nn.Module):
-    """Numbers `[n, s]` held as whole multiples of a step, which may learn.
+class UniformQuantizer(nn.Module):
+    """Numbers `[n, s]` as integer multiples of a learned step size.
 
     Attributes:
-        growth: logarithm of what the step is now in units of what it was at first, a parameter.
+        log_step_offset: logarithm of the step size relative to its initial value, a parameter.
         indices: the multiples, `[n, s]`, a buffer.
     """
 
     indices: Tensor
 
-    def __init__(self, step: float, indices: Int[Tensor, "n s"]) -> None:
+    def __init__(self, step_size: float, indices: Int[Tensor, "n s"]) -> None:
         super().__init__()
-        self.first = step
-        self.growth = nn.Parameter(torch.zeros((), device=indices.device))
+        self.initial_step_size = step_size
+        self.log_step_offset = nn.Parameter(torch.zeros((), device=indices.device))
         self.register_buffer("indices", indices.detach().int())
 
     @property
-    def step(self) -> Float[Tensor, ""]:
-        """The step as it is now."""
-        return (self.first * self.growth.exp()).clamp(STEP_MIN, STEP_MAX)
+    def step_size(self) -> Float[Tensor, ""]:
+        """The current step size."""
+        grown = self.initial_step_size * self.log_step_offset.exp()
+        return grown.clamp(STEP_SIZE_MIN, STEP_SIZE_MAX)
 
     @classmethod
-    def fit(cls, values: Float[Tensor, "n s"], *, step: float) -> "ScalarCodes":
-        """The nearest codes of `values`."""
-        codes = cls(step, torch.zeros_like(values, dtype=torch.int32))
-        codes.reassign(values)
-        return codes
+    def fit(cls, values: Float[Tensor, "n s"], *, step_size: float) -> "UniformQuantizer":
+        """Return a quantiser with the nearest codes of `values`."""
+        quantizer = cls(step_size, torch.zeros_like(values, dtype=torch.int32))
+        quantizer.reassign(values)
+        return quantizer
 
     def forward(
-        self, rows: Tensor | slice | None = None, wanted: Float[Tensor, "m s"] | None = None
+        self, rows: Tensor | slice | None = None, targets: Float[Tensor, "m s"] | None = None
     ) -> Float[Tensor, "m s"]:
-        """The values as the file will hold them, of all rows or of those that `rows` picks.
+        """Return the dequantised values of `rows` (None: all), as a file holds them.
 
-        With what these are `wanted` to be the step has a gradient, as in "Learned Step Size
-        Quantization" (Esser et al., 2020): the errors of the rounding grow with it.
+        With `targets`, the unquantised values, the step size has a gradient, that of "Learned Step
+        Size Quantization" (Esser et al., 2020): rounding errors are proportional to it.
         """
         multiples = (self.indices if rows is None else self.indices[rows]).float()
-        return stepped(multiples, self.step, wanted)
+        return scale_multiples(multiples, self.step_size, targets)
 
     @torch.no_grad()
     def reassign(self, values: Float[Tensor, "n s"]) -> None:
-        """Give every row the codes nearest to its new values, up to 2,047 steps from 0."""
-        self.indices = self.nearest(values, self.step)
+        """Assign every row the codes nearest to its new values, clamped to +-2,047."""
+        self.indices = self.nearest(values, self.step_size)
 
     @staticmethod
-    def nearest(values: Tensor, step: Float[Tensor, ""]) -> Int[Tensor, "n s"]:
-        """The codes nearest to `values`."""
-        return (values / step).round().clamp(-REACH, REACH).int()
+    def nearest(values: Tensor, step_size: Float[Tensor, ""]) -> Int[Tensor, "n s"]:
+        """Return the codes nearest to `values`."""
+        return (values / step_size).round().clamp(-CODE_LIMIT, CODE_LIMIT).int()
 
     def select(self, rows: Tensor) -> None:
         """Keep only the rows that `rows` picks."""
         self.indices = self.indices[rows]
 
     @torch.no_grad()
-    def slopes(self, values: Float[Tensor, "n s"]) -> Float[Tensor, "n s"]:
-        """By how many bits a value's code grows with the value, per unit.
+    def bits_gradient(self, values: Float[Tensor, "n s"]) -> Float[Tensor, "n s"]:
+        """Return the derivative of each code's length, in bits, with respect to its value.
 
-        A code takes `-log2` of the share that it has of its column; between two codes the price
-        is interpolated.
+        A code's length is `-log2` of its share of its column, interpolated linearly between codes.
         """
-        places = values / self.step
-        lower = places.floor()
-        found = []
+        multiples = values / self.step_size
+        lower = multiples.floor()
+        gradients = []
         for column, codes in zip(lower.T, self.indices.T, strict=True):
-            least, prices = _prices(codes)
-            at = (column - least).long().clamp(0, len(prices) - 2)
-            found.append((prices[at + 1] - prices[at]) / self.step)
-        return torch.stack(found, dim=1)
+            least, lengths = _code_lengths(codes)
+            at = (column - least).long().clamp(0, len(lengths) - 2)
+            gradients.append((lengths[at + 1] - lengths[at]) / self.step_size)
+        return torch.stack(gradients, dim=1)
 
     @torch.no_grad()
-    def bits_by_growth(self, values: Float[Tensor, "n s"]) -> float:
-        """By how many bits a row of codes grows with `growth`: one less for every doubled code."""
-        step = self.step
-        finer, coarser = (entropy(self.nearest(values, step * f)) for f in (1 / NUDGE, NUDGE))
-        return (coarser - finer) / (2 * math.log(NUDGE))
+    def log_step_gradient(self, values: Float[Tensor, "n s"]) -> float:
+        """Return the derivative of the bits per row with respect to `log_step_offset`.
+
+        It is about -1 per column and doubling of the step size.
+        """
+        step = self.step_size
+        fine, coarse = (
+            entropy(self.nearest(values, step * f)) for f in (1 / STEP_RATIO, STEP_RATIO)
+        )
+        return (coarse - fine) / (2 * math.log(STEP_RATIO))
 
 
-def stepped(
-    multiples: Float[Tensor, "m s"], step: Float[Tensor, ""], wanted: Float[Tensor, "m s"] | None
+def scale_multiples(
+    multiples: Float[Tensor, "m s"],
+    step_size: Float[Tensor, ""],
+    targets: Float[Tensor, "m s"] | None,
 ) -> Float[Tensor, "m s"]:
-    """`multiples` of a step; with what they are `wanted` to be, the step has a gradient."""
-    fixed = step.detach()
+    """Return `multiples * step_size`; with `targets`, the step size has a gradient."""
+    fixed = step_size.detach()
     values = multiples * fixed
-    if wanted is None:
+    if targets is None:
         return values
-    return values + (multiples - wanted.detach() / fixed) * (step - fixed)
+    return values + (multiples - targets.detach() / fixed) * (step_size - fixed)
 
 
-def reach(codes: Int[Tensor, "n s"]) -> tuple[Int[Tensor, "s"], Int[Tensor, "s"]]:
-    """The least and the largest code of each column; there must be a row.
+def column_ranges(codes: Int[Tensor, "n s"]) -> tuple[Int[Tensor, "s"], Int[Tensor, "s"]]:
+    """Return the least and the largest code of each column; `n` is at least 1.
 
-    Short rows are taken 64 at a time, since a reduction along long columns takes 15 times as long.
+    Rows are reduced in groups of 64: a reduction along long columns takes 15 times as long.
     """
     many = len(codes) // 64 * 64
     parts = [codes[many:]]
@@ -156,7 +168,7 @@ def reach(codes: Int[Tensor, "n s"]) -> tuple[Int[Tensor, "s"], Int[Tensor, "s"]
 
 
 def entropy(codes: Int[Tensor, "n s"]) -> float:
-    """Bits that a row of `codes` takes, each column by itself."""
+    """Return the entropy of a row of `codes` in bits, summed over independent columns."""
     bits = 0.0
     for column in codes.T:
         counts = torch.bincount((column - column.min()).long())
@@ -165,8 +177,8 @@ def entropy(codes: Int[Tensor, "n s"]) -> float:
     return bits
 
 
-def _prices(column: Int[Tensor, "n"]) -> tuple[int, Float[Tensor, "k"]]:
-    """Bits of each code from the first returned on, two more at either end than occur."""
+def _code_lengths(column: Int[Tensor, "n"]) -> tuple[int, Float[Tensor, "k"]]:
+    """Return a first code, two below the least, and the bits of each from there to two above."""
     least, largest = int(column.min()) - 2, int(column.max()) + 2
-    counts = torch.bincount(column.long() - least, minlength=largest - least + 1) + SPREAD
+    counts = torch.bincount(column.long() - least, minlength=largest - least + 1) + PSEUDO_COUNT
     return least, (counts.sum() / counts).log2()

@@ -1,11 +1,25 @@
-"""The C++ library: finds the build for this CPU and loads it with ctypes."""
+"""The C++ library: finds the build for this CPU, loads it with ctypes, and wraps its decoders.
+
+The functions that decode a `.mgs` (decode.cpp, networks.cpp) have a reference in `rans`, `bits`,
+`positions`, `codebooks`, `rotations`, `appearance` and `lobes`, which runs if the package was
+installed without the library. The renderers' functions are called by `render/kernels/cpu.py`, the
+loss by `train/ssim.py`.
+"""
 
 import ctypes
 import sysconfig
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+import torch
+from jaxtyping import Float, Int, Int32, Integer, UInt8, UInt16
 from torch import Tensor
+
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+
+INTERFACE = 1  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 LEVELS = {
@@ -14,6 +28,27 @@ LEVELS = {
     "v2": {"sse4_2", "ssse3", "popcnt"},
     "portable": set(),
 }
+
+# messages of the error codes of decode.h, as the references have them
+MESSAGES = {
+    2: "a rANS stream's frequency tables end early",
+    3: "a rANS stream's frequency table holds a number out of range",
+    4: "a rANS stream's frequencies do not sum to 16384",
+    5: "a rANS stream's frequency tables are longer than they should be",
+    6: "a rANS stream starts in an impossible state",
+    7: "a rANS stream ends early: the file is damaged",
+    8: "a rANS stream leads to an impossible state",
+    9: "a rANS stream does not end where it should: the file is damaged",
+    10: "packed bits take more or fewer bytes than they should",
+    11: "packed bits end in bits that are not zero",
+    12: "the stream of positions leaves its 48-bit grid",
+    13: "the stream of positions holds numbers that are not finite",
+}
+NO_MEMORY = 14
+
+
+class LibraryMissingError(ImportError):
+    """The package was installed without its C++ library."""
 
 
 def cpu_flags() -> set[str]:
@@ -43,7 +78,7 @@ def kernel_level() -> str:
     for level, needed in LEVELS.items():
         if needed <= flags and built_library(level):
             return level
-    raise ImportError(
+    raise LibraryMissingError(
         "mobilegs was installed without its CPU kernels: reinstall it where a C++ compiler is "
         "at hand (pip install --force-reinstall mobilegs)"
     )
@@ -51,16 +86,244 @@ def kernel_level() -> str:
 
 @cache
 def library(level: str | None = None) -> ctypes.CDLL:
-    """Load the library for `level`; without it, for the newest level that this CPU runs."""
+    """Load the library for `level`; without it, for the newest level that this CPU runs.
+
+    Raises:
+        LibraryMissingError: it was not built.
+        ImportError: it belongs to another version of the package.
+    """
     level = level or kernel_level()
     path = built_library(level)
     if path is None:
-        raise ImportError(f"the kernels of level {level} were not built on this machine")
+        raise LibraryMissingError(f"the kernels of level {level} were not built on this machine")
     loaded = ctypes.CDLL(str(path))
+    if not hasattr(loaded, "mgs_interface") or loaded.mgs_interface() != INTERFACE:
+        raise ImportError(
+            f"the C++ library {path} belongs to another version of mobilegs: reinstall mobilegs"
+        )
     loaded.mgs_sorted_forward.restype = ctypes.c_void_p
     return loaded
+
+
+@cache
+def decoders() -> ctypes.CDLL | None:
+    """Load the library for the functions below; None if it was not built."""
+    try:
+        return library()
+    except LibraryMissingError:
+        return None
+
+
+def supports(*tensors: Tensor) -> bool:
+    """Return True if `decode_colors` and `decode_lobes` take these: float32 tensors on the CPU."""
+    plain = all(t.device.type == "cpu" and t.dtype == torch.float32 for t in tensors)
+    return plain and decoders() is not None
 
 
 def address(tensor: Tensor | None) -> ctypes.c_void_p:
     """Return the tensor's memory as a C pointer; None becomes a null pointer."""
     return ctypes.c_void_p(None if tensor is None else tensor.data_ptr())
+
+
+def empty(
+    *shape: int, dtype: torch.dtype = torch.float32, device: torch.device | str = "cpu"
+) -> Tensor:
+    """Return an uninitialised tensor; on the CPU numpy's memory, whose huge pages fill faster."""
+    if torch.device(device).type != "cpu":
+        return torch.empty(shape, dtype=dtype, device=device)
+    return torch.from_numpy(np.empty(shape, dtype=str(dtype).removeprefix("torch.")))
+
+
+def decode_rans(
+    data: bytes | memoryview, count: int, alphabet: int
+) -> UInt16[np.ndarray, "n"] | None:
+    """Decode `count` symbols below `alphabet` (1 to 4096); None without the library.
+
+    The caller has checked the stream's header (`rans.check_header`).
+
+    Raises:
+        InputError: the stream is damaged; the message is that of the reference.
+    """
+    if decoders() is None:
+        return None
+    symbols = np.empty(count, dtype=np.uint16)
+    _decode("mgs_decode_rans", data, ctypes.c_int64(count), alphabet, _pointer(symbols))
+    return symbols
+
+
+def unpack_short(
+    data: bytes | memoryview, widths: Integer[np.ndarray, "n"]
+) -> UInt16[np.ndarray, "n"] | None:
+    """Unpack numbers of `widths` bits (0 to 16) each; None and errors as in `decode_rans`."""
+    if decoders() is None:
+        return None
+    narrow = np.ascontiguousarray(widths, dtype=np.uint8)
+    numbers = np.empty(len(narrow), dtype=np.uint16)
+    outputs = (_pointer(narrow), ctypes.c_int64(len(narrow)), _pointer(numbers))
+    _decode("mgs_unpack_short", data, *outputs)
+    return numbers
+
+
+def join_columns(
+    columns: list[UInt16[np.ndarray, "n"]], least: list[int], out: Int32[np.ndarray, "n c"]
+) -> bool:
+    """Run `uniform_streams.join_columns`; False, with `out` unchanged, if that is not possible."""
+    if decoders() is None or not out.flags.c_contiguous:
+        return False
+    _library().mgs_join_columns(
+        ctypes.c_int64(len(out)),
+        len(columns),
+        (ctypes.c_void_p * len(columns))(*(column.ctypes.data for column in columns)),
+        _pointer(np.array(least, dtype=np.int32)),
+        _pointer(out),
+    )
+    return True
+
+
+def decode_positions(data: bytes | memoryview, count: int) -> UInt16[np.ndarray, "n 3"] | None:
+    """Decode the float16 patterns of `count` positions; None and errors as in `decode_rans`."""
+    if decoders() is None:
+        return None
+    patterns = np.empty((count, 3), dtype=np.uint16)
+    _decode("mgs_decode_positions", data, ctypes.c_int64(count), _pointer(patterns))
+    return patterns
+
+
+def refinement_bits(
+    codes: Int[Tensor, "n 3"], step_size: float, table: UInt8[Tensor, "m"]
+) -> UInt8[Tensor, "n 3"] | None:
+    """Run `rotations.refinement_bits_of` with its `table`; None for what C++ does not take."""
+    if codes.dtype != torch.int32 or codes.device.type != "cpu" or decoders() is None:
+        return None
+    held, bits = codes.contiguous(), empty(*codes.shape, dtype=torch.uint8)
+    _library().mgs_refinement_bits(
+        address(held),
+        ctypes.c_int64(len(held)),
+        ctypes.c_float(step_size),
+        address(table),
+        len(table) - 1,
+        address(bits),
+    )
+    return bits
+
+
+def gather_entries(
+    centers: Float[Tensor, "s k length"], indices: Int[Tensor, "n s"]
+) -> Float[Tensor, "n d"] | None:
+    """Run `codebooks.gather_entries` without gradients.
+
+    None for what C++ does not take, and for indices out of range.
+    """
+    books, size, length = centers.shape
+    if indices.dtype != torch.int16 or not supports(centers):
+        return None
+    held, codes = centers.detach().contiguous(), indices.contiguous()
+    values = empty(len(codes), books * length)
+    out_of_range = _library().mgs_gather_entries(
+        ctypes.c_int64(len(codes)),
+        address(codes),
+        address(held),
+        books,
+        size,
+        length,
+        address(values),
+    )
+    return None if out_of_range else values
+
+
+def decode_colors(
+    positions: Float[Tensor, "n 3"],
+    static: Float[Tensor, "n 3"],
+    view: Float[Tensor, "n 3"],
+    *,
+    weights: list[Tensor],
+) -> Float[Tensor, "n k 3"]:
+    """Return the harmonics of `AppearanceDecoder`; `weights` are its six matrices in order."""
+    rest, numbers = len(weights[-1]), _joined(weights)
+    sh = empty(len(positions), 1 + rest // 3, 3)
+    rows = positions.contiguous()
+    # slices of one tensor, the usual case, need no copy
+    static, view = (part if part.stride(1) == 1 else part.contiguous() for part in (static, view))
+    _library().mgs_decode_colors(
+        ctypes.c_int64(len(rows)),
+        address(rows),
+        address(static),
+        ctypes.c_int64(static.stride(0)),
+        address(view),
+        ctypes.c_int64(view.stride(0)),
+        address(numbers),
+        rest,
+        address(sh),
+    )
+    return sh
+
+
+def decode_lobes(
+    latents: Float[Tensor, "n l"],
+    gaussians: Gaussians,
+    *,
+    base: bool,
+    hidden: list[tuple[Tensor, Tensor]],
+    bias: Float[Tensor, "o"],
+    last: Float[Tensor, "o _"],
+) -> Float[Tensor, "n m 2"]:
+    """Return the lobes of `LobeDecoder`: `bias + last @ inputs`.
+
+    The inputs are the last hidden units, the latents and, with `base`, the logits of the
+    opacities. `hidden` has an offset `[width]` and a matrix `[width, inputs]` for each layer.
+    """
+    numbers = _joined([part for layer in hidden for part in layer] + [bias, last])
+    widths = np.array([len(offset) for offset, _ in hidden], dtype=np.int32)
+    lobes = empty(len(latents), len(bias) // 2, 2)
+    held = [
+        part.detach().contiguous()
+        for part in (
+            latents,
+            gaussians.logit_opacities,
+            gaussians.sh,
+            gaussians.log_scales,
+            gaussians.quats,
+        )
+    ]
+    rows, logits, sh, log_scales, quats = map(address, held)
+    _library().mgs_decode_lobes(
+        ctypes.c_int64(len(latents)),
+        rows,
+        latents.shape[1],
+        logits if base else None,
+        sh,
+        held[2][0].numel(),
+        log_scales,
+        quats,
+        address(numbers),
+        _pointer(widths),
+        len(widths),
+        len(bias),
+        address(lobes),
+    )
+    return lobes
+
+
+def _library() -> ctypes.CDLL:
+    loaded = decoders()
+    assert loaded is not None
+    return loaded
+
+
+def _joined(parts: list[Tensor]) -> Float[Tensor, "w"]:
+    return torch.cat([part.detach().reshape(-1) for part in parts])
+
+
+def _decode(name: str, data: bytes | memoryview, *arguments) -> None:
+    """Call a decoder of decode.h; raises InputError for a damaged stream."""
+    stream = np.frombuffer(data, dtype=np.uint8)
+    decode = getattr(_library(), name)
+    code = decode(_pointer(stream), ctypes.c_int64(len(stream)), *arguments)
+    if code == NO_MEMORY:
+        raise MemoryError
+    if code:
+        raise InputError(MESSAGES[code])
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)

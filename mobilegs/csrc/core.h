@@ -1,6 +1,7 @@
-// The arithmetic of both renderers, shared by cpu.cpp and cuda.cu: projection and its adjoint for
-// one Gaussian; pairs.h continues with its pixels. The definitions are render/project.py,
-// sorted.py and sortfree.py; every function is compared with them.
+// The arithmetic of both renderers, shared by the CPU and CUDA kernels: weights, spherical
+// harmonics, lobes, projection, and their adjoints, for one Gaussian. pairs.h has the arithmetic of
+// one Gaussian at one pixel. The reference is mobilegs/render: project.py, sorted.py, sortfree.py,
+// lobes.py; tests compare every output and gradient with it.
 #pragma once
 #include "lanes.h"
 
@@ -16,27 +17,28 @@
 
 enum WeightingKind { MOBILE_GS = 0, NO_DEPTH = 1, NO_SCALE = 2, SORT_FREE_GS = 3, TWO_PASS = 4 };
 
-// Mirrored field by field in view.py.
+// The camera, background and weighting of one image; render/kernels/kernel_view.py mirrors the
+// fields.
 struct View {
-  float rotation[9], translation[3], position[3];  // world to camera; the camera's centre
+  float rotation[9], translation[3], position[3];  // world to camera; camera centre
   float focal[2], center[2];                       // pixels
   float limits[4];                                 // range of x/z and y/z in the Jacobian
   float near_plane;
   float background[3];
   float exponent_max, sigma, background_weight;  // of the weighting
-  float alpha_min;                               // contributions below are dropped
+  float alpha_min;                               // alphas below are dropped
   int width, height;
   int weighting;
-  int detached;   // whether w gives no gradient to depth and scale
+  int detached;   // 1: no gradient through w to depth and scale
   int sh_size;    // coefficients per colour: 1, 4, 9 or 16
-  int lobe_size;  // coefficients of opacity and phi, likewise; 0: sorted, opacities are given
+  int lobe_size;  // coefficients of opacity and phi, likewise; 0: sorted blending, with opacities
 };
 
-// One projected Gaussian: a cache line.
+// One projected Gaussian, in one cache line.
 struct alignas(64) Splat {
-  float x, y;          // centre, pixels
+  float x, y;          // projected mean (means2d), pixels
   float A, B, C;       // conic, 1 / px^2
-  float opacity;       //
+  float opacity;
   float weight;        // w of sort-free blending
   float r, g, b;       // colour, at least 0
   float z;             // camera-space depth
@@ -46,17 +48,22 @@ struct alignas(64) Splat {
   float log2_opacity;
 };
 
-// dL/d of what pixels read of a Splat.
+// dL/d of the fields of a Splat that pixels read.
 struct SplatGrad {
   float x, y, A, B, C, opacity, weight, r, g, b, z;
 };
 
 MGS_FN float square(float a) { return a * a; }
 MGS_FN float clamp(float a, float low, float high) { return max_of(low, min_of(a, high)); }
-// min and max of integers that arrive as floats, NaN-safe and within short
+// a clamped float as a pixel index, also for NaN
 MGS_FN short pixel(float a, int limit) { return (short)clamp(a, 0.0f, (float)limit); }
 
-// ---------------------------------------------------------------- weights (paper Eq. 1 and 3)
+// ---------------------------------------------------------------- weights
+// The weight w of sort-free blending, from depth d, largest scale s_max and phi >= 0.
+//   MOBILE_GS, paper Eq. 3: w = phi^2 + phi / d^2 + exp(s_max / d), the exponent clamped
+//   SORT_FREE_GS, Eq. 1:    w = max(0, 1 - d / sigma) phi
+// Same formula: Weighting.weights in render/sortfree.py, weight_of in the viewer's project.wgsl and
+// project.glsl.
 MGS_FN float weight_of(const View& v, float d, float s_max, float phi) {
   if (v.weighting == TWO_PASS) return 1;
   if (v.weighting == SORT_FREE_GS) return max_of(0.0f, 1 - d / v.sigma) * phi;
@@ -70,6 +77,7 @@ struct WeightGrad {
   float d, s_max, phi;
 };
 
+// Gradients of w, times `grad` = dL/dw.
 MGS_FN WeightGrad weight_adjoint(const View& v, float d, float s_max, float phi, float grad) {
   WeightGrad out = {0, 0, 0};
   if (v.weighting == TWO_PASS) return out;
@@ -94,10 +102,13 @@ MGS_FN WeightGrad weight_adjoint(const View& v, float d, float s_max, float phi,
   return out;
 }
 
-// Of the weighting TWO_PASS: depth up to which Gaussians count where this one is a surface.
+// TWO_PASS: the depth up to which Gaussians count where this one is the surface.
 MGS_FN float limit_of(const Splat& s) { return (1 + SURFACE_MARGIN) * s.z; }
 
 // ---------------------------------------------------------------- spherical harmonics
+// Real spherical harmonics in the unit direction (x, y, z), in the order and with the signs of
+// 3DGS. Same formula: sh_basis in spherical_harmonics.py, harmonics in project.wgsl and
+// project.glsl.
 MGS_FN void sh_basis(int size, float x, float y, float z, float* out) {
   out[0] = 0.28209479177387814f;
   if (size < 4) return;
@@ -146,24 +157,25 @@ MGS_FN void sh_basis_adjoint(int size, float x, float y, float z, const float* k
 }
 
 // ---------------------------------------------------------------- lobes
-// The opacity's logit and phi before its ReLU, as a direction sees them.
-struct Seen {
+// View-dependent opacity and phi (render/lobes.py): o = sigmoid(logit), phi = max(0, raw_phi).
+struct LobeValues {
   float logit, raw_phi;
 };
 
-MGS_FN Seen seen_along(const View& view, const float* lobes, const float* basis) {
-  Seen seen = {0, 0};
+MGS_FN LobeValues evaluate_lobes(const View& view, const float* lobes, const float* basis) {
+  LobeValues lobe = {0, 0};
   FOR_EACH_SH(i, view.lobe_size) {
-    seen.logit += basis[i] * lobes[2 * i];
-    seen.raw_phi += basis[i] * lobes[2 * i + 1];
+    lobe.logit += basis[i] * lobes[2 * i];
+    lobe.raw_phi += basis[i] * lobes[2 * i + 1];
   }
-  return seen;
+  return lobe;
 }
 
 MGS_FN int larger(int a, int b) { return a > b ? a : b; }
 
 // ---------------------------------------------------------------- projection
-// Quantities that projection and its adjoint both need.
+// Perspective projection of a 3D Gaussian to a 2D one (3DGS, Eq. 5: Sigma' = J W Sigma W^T J^T), as
+// render/project.py. px and py are the rows of J W R S, whose products are Sigma'.
 struct Geometry {
   float x, y, z;                   // camera space
   float tx, ty, u, v;              // x/z and y/z, and both clamped
@@ -193,7 +205,7 @@ MGS_FN void rotation_of(const float* q, float inverse_length, float* m) {
   m[6] = 2 * (x * z - w * y), m[7] = 2 * (y * z + w * x), m[8] = 1 - 2 * (x * x + y * y);
 }
 
-// False where the Gaussian is behind the near plane or its quaternion has no direction.
+// Returns false if the Gaussian is behind the near plane or its quaternion has length 0.
 MGS_FN bool geometry_of(const View& view, const float* mean, const float* q, const float* scale,
                         Geometry& g) {
   const float* r = view.rotation;
@@ -222,8 +234,8 @@ MGS_FN bool geometry_of(const View& view, const float* mean, const float* q, con
 
 MGS_FN float largest(const float* s) { return max_of(s[0], max_of(s[1], s[2])); }
 
-// False, with an empty box, where the Gaussian cannot touch the picture. Opacity and phi come from
-// `lobes` if there are any; sorted blending has none, and an `opacity`.
+// Returns false, with an empty box, if the Gaussian cannot touch the image. Sort-free blending
+// takes opacity and phi from `lobes`; sorted blending (lobe_size 0) takes `opacity`.
 MGS_FN bool project(const View& view, const float* mean, const float* q, const float* scale,
                     float opacity, const float* sh, const float* lobes, Splat& s) {
   s.x0 = s.x1 = s.y0 = s.y1 = 0;
@@ -231,12 +243,12 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
   Geometry g = {};
   if (!geometry_of(view, mean, q, scale, g)) return false;
   float basis[16];
-  Direction way = direction_of(view, mean);
-  sh_basis(larger(view.sh_size, view.lobe_size), way.x, way.y, way.z, basis);
-  Seen seen = {0, 0};
+  Direction direction = direction_of(view, mean);
+  sh_basis(larger(view.sh_size, view.lobe_size), direction.x, direction.y, direction.z, basis);
+  LobeValues lobe = {0, 0};
   if (view.lobe_size) {
-    seen = seen_along(view, lobes, basis);
-    opacity = 1 / (1 + expf(-seen.logit));
+    lobe = evaluate_lobes(view, lobes, basis);
+    opacity = 1 / (1 + expf(-lobe.logit));
   }
   if (!(opacity > view.alpha_min)) return false;
   float var_x = BLUR, var_y = BLUR, cov = 0;
@@ -257,15 +269,15 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
   s.opacity = opacity;
   s.log2_opacity = log2f(opacity);
   s.reach = (2 / LOG2_E) * (s.log2_opacity - log2f(view.alpha_min));  // 2 ln(o / alpha_min)
-  s.weight = weight_of(view, g.z, largest(scale), max_of(seen.raw_phi, 0.0f));
+  s.weight = weight_of(view, g.z, largest(scale), max_of(lobe.raw_phi, 0.0f));
 
   float color[3] = {0.5f, 0.5f, 0.5f};
   FOR_EACH_SH(i, view.sh_size)
     for (int k = 0; k < 3; k++) color[k] += basis[i] * sh[3 * i + k];
   s.r = max_of(color[0], 0.0f), s.g = max_of(color[1], 0.0f), s.b = max_of(color[2], 0.0f);
-  // one test catches everything that is not finite: x - x is 0 for numbers only
+  // one test finds every value that is not finite: only for finite x is x - x 0
   float check = s.A + s.B + s.C + s.x + s.y + s.weight + color[0] + color[1] + color[2] + opacity;
-  check += scale[0] + scale[1] + scale[2] + seen.logit + seen.raw_phi;
+  check += scale[0] + scale[1] + scale[2] + lobe.logit + lobe.raw_phi;
   if (!(check - check == 0)) return false;
   float rx = sqrtf(s.reach * var_x), ry = sqrtf(s.reach * var_y);
   s.x0 = pixel(ceilf(s.x - rx - 0.5f), view.width);
@@ -294,24 +306,24 @@ MGS_FN void quaternion_adjoint(const float* q, float inverse_length, const float
   out[2] = (gy - along * y) * inverse_length, out[3] = (gz - along * z) * inverse_length;
 }
 
-// Adjoint of project for a visible Gaussian: writes every gradient once, that of the opacity or of
-// the lobes, whichever was given.
+// Adjoint of project for a visible Gaussian. Writes every gradient once: that of the opacity for
+// sorted blending, of the lobes for sort-free blending.
 MGS_FN void project_adjoint(const View& view, const float* mean, const float* q, const float* scale,
                             const float* sh, const float* lobes, const Splat& s,
                             const SplatGrad& d, float* g_mean, float* g_quat, float* g_scale,
                             float* g_opacity, float* g_sh, float* g_lobes) {
-  // what depends on the direction comes first: its registers are free before the geometry's fill
-  Direction way = direction_of(view, mean);
+  // direction-dependent terms come first: their registers are free before the geometry needs them
+  Direction direction = direction_of(view, mean);
   int size = larger(view.sh_size, view.lobe_size);
   float basis[16], inner[16], g_dir[3];
-  sh_basis(size, way.x, way.y, way.z, basis);
-  Seen seen = seen_along(view, lobes, basis);
-  WeightGrad gw = weight_adjoint(view, s.z, largest(scale), max_of(seen.raw_phi, 0.0f), d.weight);
+  sh_basis(size, direction.x, direction.y, direction.z, basis);
+  LobeValues lobe = evaluate_lobes(view, lobes, basis);
+  WeightGrad gw = weight_adjoint(view, s.z, largest(scale), max_of(lobe.raw_phi, 0.0f), d.weight);
   if (view.detached) gw.d = gw.s_max = 0;
   float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
-  // 1 - o as a sigmoid of its own: the difference would lose what is left near o = 1
-  float g_logit = d.opacity * s.opacity / (1 + expf(seen.logit));
-  float g_phi = seen.raw_phi > 0 ? gw.phi : 0.0f;
+  // 1 - o computed as a sigmoid: near o = 1 the difference would lose its digits
+  float g_logit = d.opacity * s.opacity / (1 + expf(lobe.logit));
+  float g_phi = lobe.raw_phi > 0 ? gw.phi : 0.0f;
   FOR_EACH_SH(i, size) inner[i] = 0;
   FOR_EACH_SH(i, view.sh_size) {
     inner[i] = gc[0] * sh[3 * i] + gc[1] * sh[3 * i + 1] + gc[2] * sh[3 * i + 2];
@@ -322,11 +334,11 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
     g_lobes[2 * i] = basis[i] * g_logit, g_lobes[2 * i + 1] = basis[i] * g_phi;
   }
   if (g_opacity) *g_opacity = d.opacity;
-  sh_basis_adjoint(size, way.x, way.y, way.z, inner, g_dir);
-  float along = g_dir[0] * way.x + g_dir[1] * way.y + g_dir[2] * way.z;
-  const float towards[3] = {(g_dir[0] - along * way.x) * way.inverse_distance,
-                            (g_dir[1] - along * way.y) * way.inverse_distance,
-                            (g_dir[2] - along * way.z) * way.inverse_distance};
+  sh_basis_adjoint(size, direction.x, direction.y, direction.z, inner, g_dir);
+  float along = g_dir[0] * direction.x + g_dir[1] * direction.y + g_dir[2] * direction.z;
+  const float towards[3] = {(g_dir[0] - along * direction.x) * direction.inverse_distance,
+                            (g_dir[1] - along * direction.y) * direction.inverse_distance,
+                            (g_dir[2] - along * direction.z) * direction.inverse_distance};
 
   Geometry g = {};
   geometry_of(view, mean, q, scale, g);
@@ -339,14 +351,15 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   float g_xx = -(s.A * m00 + s.B * m10), g_yy = -(s.B * m01 + s.C * m11);
   float g_xy = -(s.A * m01 + s.B * m11) - (s.B * m00 + s.C * m10);
 
-  int widest = scale[0] >= scale[1] ? (scale[0] >= scale[2] ? 0 : 2) : (scale[1] >= scale[2] ? 1 : 2);
+  int largest_axis =
+      scale[0] >= scale[1] ? (scale[0] >= scale[2] ? 0 : 2) : (scale[1] >= scale[2] ? 1 : 2);
   float g_u = 0, g_v = 0, g_z = d.z + gw.d, g_m[9];
   for (int n = 0; n < 3; n++) {
     float gp = 2 * g_xx * g.px[n] + g_xy * g.py[n], gq = g_xy * g.px[n] + 2 * g_yy * g.py[n];
     g_z -= (gp * g.px[n] + gq * g.py[n]) * inverse_z;
     float ax = gp * jx, ay = gq * jy, az = -ax * g.u - ay * g.v;  // towards the scaled axis
     g_scale[n] = ax * g.axes[n] + ay * g.axes[3 + n] + az * g.axes[6 + n];
-    if (n == widest) g_scale[n] += gw.s_max;
+    if (n == largest_axis) g_scale[n] += gw.s_max;
     g_u -= ax * g.axes[6 + n] * scale[n];
     g_v -= ay * g.axes[6 + n] * scale[n];
     for (int k = 0; k < 3; k++)

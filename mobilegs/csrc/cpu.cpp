@@ -1,5 +1,5 @@
-// The CPU's loops over core.h behind a plain C interface, for ctypes: OpenMP, no atomics and no
-// shared sums, so results do not depend on the number of threads.
+// The CPU kernels behind a C interface, which render/kernels/cpu.py calls by ctypes. OpenMP without
+// atomics and shared sums: results do not depend on the number of threads.
 #include "cpu_contributions.h"
 #include "cpu_sorted.h"
 #include "cpu_sortfree.h"
@@ -18,18 +18,19 @@ EXPORT void mgs_sortfree_forward(const View* view, int n, const Inputs* in, Spla
                                  float* radii, float* sums, float* image, float* alpha,
                                  float* depth) {
   project_all(*view, n, *in, splats, radii);
-  bool two = view->weighting == TWO_PASS;
-  auto run = depth ? (two ? sortfree_forward<true, true> : sortfree_forward<true, false>)
-                   : (two ? sortfree_forward<false, true> : sortfree_forward<false, false>);
+  bool two_pass = view->weighting == TWO_PASS;
+  auto run = depth ? (two_pass ? sortfree_forward<true, true> : sortfree_forward<true, false>)
+                   : (two_pass ? sortfree_forward<false, true> : sortfree_forward<false, false>);
   run(*view, n, splats, sums, image, alpha, depth);
 }
 
 EXPORT void mgs_sortfree_backward(const View* view, int n, const Inputs* in, const Splat* splats,
                                   const float* sums, const float* g_image, const float* g_alpha,
                                   const float* g_depth, const Gradients* out) {
-  bool two = view->weighting == TWO_PASS;
-  auto run = g_depth ? (two ? sortfree_backward<true, true> : sortfree_backward<true, false>)
-                     : (two ? sortfree_backward<false, true> : sortfree_backward<false, false>);
+  bool two_pass = view->weighting == TWO_PASS;
+  auto run = g_depth
+                 ? (two_pass ? sortfree_backward<true, true> : sortfree_backward<true, false>)
+                 : (two_pass ? sortfree_backward<false, true> : sortfree_backward<false, false>);
   run(*view, n, *in, splats, sums, g_image, g_alpha, g_depth, *out);
 }
 

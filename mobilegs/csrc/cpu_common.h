@@ -1,11 +1,11 @@
-// What both CPU renderers need: memory, tile lists, the order of depth, the ends of the gradients.
+// Shared by the CPU kernels: memory, tile lists, depth order, projection, input gradients.
 #pragma once
 #include "pairs.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <vector>
 #if defined(_OPENMP)
 #include <omp.h>
@@ -16,7 +16,7 @@ static int omp_get_thread_num() { return 0; }
 
 namespace {
 
-// Flushes denormals while it lives: transmittances under dense overlap are full of them (2x).
+// Flushes denormals to 0 during its lifetime: dense overlap makes many, at half the speed.
 struct FlushDenormals {
 #if defined(__x86_64__)
   unsigned before = _mm_getcsr();
@@ -28,10 +28,12 @@ struct FlushDenormals {
 // Uninitialised memory that frees itself.
 template <class T>
 struct Buffer {
-  std::unique_ptr<T[], void (*)(void*)> memory{nullptr, std::free};
+  static constexpr std::align_val_t LINE{64};
+  std::unique_ptr<T[], void (*)(void*)> memory{nullptr,
+                                               [](void* p) { ::operator delete(p, LINE); }};
   explicit Buffer(size_t count = 0) {
     size_t bytes = (count * sizeof(T) + 63) / 64 * 64;
-    memory.reset(static_cast<T*>(std::aligned_alloc(64, std::max<size_t>(bytes, 64))));
+    memory.reset(static_cast<T*>(::operator new(std::max<size_t>(bytes, 64), LINE)));
   }
   T* get() const { return memory.get(); }
   T& operator[](size_t i) const { return memory[i]; }
@@ -43,7 +45,7 @@ struct Tiles {
       : across((v.width + TILE - 1) / TILE), count(across * ((v.height + TILE - 1) / TILE)) {}
 };
 
-// Which Gaussians each tile must visit, in the order in which they were given.
+// The Gaussians that each tile visits, in the given order.
 struct Bins {
   std::vector<int64> start;  // [tiles + 1]
   Buffer<int> ids;           // Gaussian of each entry
@@ -51,24 +53,24 @@ struct Bins {
 
 bool visible(const Splat& s) { return s.x1 > s.x0; }
 
-// `order` lists the Gaussians to bin, front first, or is null for all, by index. Threads take
-// contiguous shares and write behind one another, so entries keep the order.
+// `order` lists the Gaussians to bin; null: all, by index. Threads take contiguous shares and write
+// behind one another, which keeps the order.
 Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* order) {
   Tiles tiles(view);
   Bins bins;
   int threads = omp_get_max_threads();
-  int64 many = order ? (int64)order->size() : n;
+  int64 listed = order ? (int64)order->size() : n;
   std::vector<int64> cursor((size_t)threads * tiles.count, 0);
   bins.start.assign(tiles.count + 1, 0);
 #pragma omp parallel num_threads(threads)
   {
     int t = omp_get_thread_num();
-    int64 from = many * t / threads, to = many * (t + 1) / threads;
-    int64* mine = &cursor[(size_t)t * tiles.count];
+    int64 from = listed * t / threads, to = listed * (t + 1) / threads;
+    int64* next_entry = &cursor[(size_t)t * tiles.count];
     for (int64 i = from; i < to; i++) {
       int id = order ? (*order)[i] : (int)i;
       if (!visible(splats[id])) continue;
-      for_tiles(splats[id], tiles.across, [&](int tile) { mine[tile]++; });
+      for_tiles(splats[id], tiles.across, [&](int tile) { next_entry[tile]++; });
     }
 #pragma omp barrier
 #pragma omp single
@@ -88,15 +90,15 @@ Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* o
     for (int64 i = from; i < to; i++) {
       int id = order ? (*order)[i] : (int)i;
       if (!visible(splats[id])) continue;
-      for_tiles(splats[id], tiles.across, [&](int tile) { bins.ids[mine[tile]++] = id; });
+      for_tiles(splats[id], tiles.across, [&](int tile) { bins.ids[next_entry[tile]++] = id; });
     }
   }
   return bins;
 }
 
-// Where each Gaussian's places begin, if every row of tiles that it touches has one, and their number:
-// one thread takes a row of tiles, so that no two ever add to one place.
-std::vector<int> row_places(int n, const Splat* splats) {
+// Start of each Gaussian's slots, one per row of tiles that it touches; the last element is their
+// number. One thread takes a row of tiles, so no two threads add to one slot.
+std::vector<int> row_slots(int n, const Splat* splats) {
   std::vector<int> first(n + 1, 0);
   for (int i = 0; i < n; i++) {
     const Splat& s = splats[i];
@@ -130,7 +132,7 @@ std::vector<int> depth_order(int n, const Splat* splats) {
   return order;
 }
 
-// Sorted blending is given opacities, order-independent blending lobes; the other is null.
+// Sorted blending has opacities, sort-free blending lobes; the other is null.
 struct Inputs {
   const float *means, *quats, *scales, *opacities, *sh, *lobes;
 };
@@ -141,15 +143,16 @@ struct Gradients {
 void project_all(const View& view, int n, const Inputs& in, Splat* splats, float* radii) {
 #pragma omp parallel for schedule(static)
   for (int64 i = 0; i < n; i++) {
-    bool seen = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                        in.opacities ? in.opacities[i] : 0.0f, in.sh + 3 * view.sh_size * i,
-                        in.lobes + 2 * view.lobe_size * i, splats[i]);
-    radii[i] = seen ? radius_of(splats[i]) : 0.0f;
+    bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
+                         in.opacities ? in.opacities[i] : 0.0f, in.sh + 3 * view.sh_size * i,
+                         in.lobes + 2 * view.lobe_size * i, splats[i]);
+    radii[i] = shown ? radius_of(splats[i]) : 0.0f;
   }
 }
 
-void finish(const View& view, int64 i, const Inputs& in, const Splat& s, const SplatGrad& d,
-            const Gradients& out) {
+// Writes the gradients of all inputs of a visible Gaussian, from that of its splat.
+void write_gradients(const View& view, int64 i, const Inputs& in, const Splat& s,
+                     const SplatGrad& d, const Gradients& out) {
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
                   in.sh + 3 * view.sh_size * i, in.lobes + 2 * view.lobe_size * i, s, d,
                   out.means + 3 * i, out.quats + 4 * i, out.scales + 3 * i,
@@ -158,7 +161,8 @@ void finish(const View& view, int64 i, const Inputs& in, const Splat& s, const S
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
 
-void finish_unseen(const View& view, int64 i, const Gradients& out) {
+// The same for a Gaussian that is not visible: zeros.
+void write_zero_gradients(const View& view, int64 i, const Gradients& out) {
   auto zero = [](float* p, int count) { std::memset(p, 0, sizeof(float) * count); };
   zero(out.means + 3 * i, 3), zero(out.quats + 4 * i, 4), zero(out.scales + 3 * i, 3);
   zero(out.sh + 3 * view.sh_size * i, 3 * view.sh_size);

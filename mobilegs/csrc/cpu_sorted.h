@@ -1,4 +1,6 @@
-// Sorted blending on the CPU: forward a thread owns a tile, backward a row of tiles.
+// Sorted blending on the CPU (render/sorted.py): C = sum(c a T) + T_end bg, T = prod(1 - a) over
+// the Gaussians in front (3DGS, Eq. 3). In the forward pass a thread owns a tile, in the backward
+// pass a row of tiles.
 #pragma once
 #include "cpu_common.h"
 
@@ -8,11 +10,11 @@ namespace {
 template <bool DEPTH>
 constexpr int sorted_channels = DEPTH ? 5 : 4;
 
-// One entry of a tile's list, forward: returns the rows on which light is left.
+// One entry of a tile's list, forward. Returns the rows that are not finished (T >= 1e-4).
 template <bool DEPTH>
 MGS_FN int sorted_entry(const Splat& s, int left, int top, int alive, float* sums) {
   constexpr int C = sorted_channels<DEPTH>;
-  const vfloat steps = iota();
+  const vfloat lanes = iota();
   int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
   float x = left + 0.5f - s.x;
   for (int row = from; row < to; row++) {
@@ -21,7 +23,7 @@ MGS_FN int sorted_entry(const Splat& s, int left, int top, int alive, float* sum
     float* p = sums + row * C * TILE;
     bool open = false;
     for (int l = 0; l < TILE; l += LANES, p += LANES) {
-      vfloat alpha = pair_alpha(steps + (x + l), line), t = load(p + 3 * TILE);
+      vfloat alpha = pair_alpha(lanes + (x + l), line), t = load(p + 3 * TILE);
       alpha = min_of(alpha, splat_value(alpha, ALPHA_MAX));
       vfloat share = select(t >= TRANSMITTANCE_MIN, alpha * t, splat_value(t, 0.0f));
       store(p, load(p) + share * s.r);
@@ -45,16 +47,16 @@ void sorted_forward(const View& view, const Bins& bins, const Splat* splats, flo
 #pragma omp parallel for schedule(dynamic, 4)
   for (int tile = 0; tile < tiles.count; tile++) {
     FlushDenormals flush;
-    float* mine = sums + (int64)tile * TILE * C * TILE;
+    float* tile_sums = sums + (int64)tile * TILE * C * TILE;
     int left = tile % tiles.across * TILE, top = tile / tiles.across * TILE;
     for (int row = 0; row < TILE; row++)
       for (int c = 0; c < C; c++)
-        std::fill_n(mine + (row * C + c) * TILE, TILE, c == 3 ? 1.0f : 0.0f);
+        std::fill_n(tile_sums + (row * C + c) * TILE, TILE, c == 3 ? 1.0f : 0.0f);
     int alive = (1 << TILE) - 1;
     for (int64 e = bins.start[tile]; e < bins.start[tile + 1] && alive; e++)
-      alive = sorted_entry<DEPTH>(splats[bins.ids[e]], left, top, alive, mine);
+      alive = sorted_entry<DEPTH>(splats[bins.ids[e]], left, top, alive, tile_sums);
     for (int row = 0; row < TILE && top + row < view.height; row++) {
-      const float* p = mine + row * C * TILE;
+      const float* p = tile_sums + row * C * TILE;
       int64 at = (int64)(top + row) * view.width + left;
       for (int l = 0; l < TILE && left + l < view.width; l++) {
         float t = p[3 * TILE + l];
@@ -67,8 +69,8 @@ void sorted_forward(const View& view, const Bins& bins, const Splat* splats, flo
   }
 }
 
-// Per-pixel state of the backward walk: dL/d image (3), what the Gaussians still to come and the
-// background add to dL (1), light left (1), dL/d depth (1).
+// Per-pixel state of the backward pass, which goes front to back: dL/d image (3), the part of the
+// loss gradient due to the Gaussians behind and the background (1), T (1), dL/d depth (1).
 constexpr int WALK = 6;
 
 template <bool DEPTH>
@@ -98,11 +100,11 @@ void start_walk(const View& view, const float* sums, int left, int top, const fl
   }
 }
 
-// One entry, backward: adds to `sums` and returns the rows on which light is left.
+// One entry, backward. Adds to `sums` and returns the rows that are not finished.
 template <bool DEPTH>
 MGS_FN int sorted_entry_adjoint(const Splat& s, int left, int top, int alive, float* walk,
                                 Sums<vfloat>& sums) {
-  const vfloat steps = iota();
+  const vfloat lanes = iota();
   int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
   float x = left + 0.5f - s.x;
   for (int row = from; row < to; row++) {
@@ -112,7 +114,7 @@ MGS_FN int sorted_entry_adjoint(const Splat& s, int left, int top, int alive, fl
     float* p = walk + row * WALK * TILE;
     bool open = false;
     for (int l = 0; l < TILE; l += LANES, p += LANES) {
-      vfloat dx = steps + (x + l), raw = pair_alpha(dx, line), t = load(p + 4 * TILE);
+      vfloat dx = lanes + (x + l), raw = pair_alpha(dx, line), t = load(p + 4 * TILE);
       raw = select(t >= TRANSMITTANCE_MIN, raw, splat_value(raw, 0.0f));
       vfloat alpha = min_of(raw, splat_value(raw, ALPHA_MAX)), share = alpha * t;
       vfloat g_r = load(p), g_g = load(p + TILE), g_b = load(p + 2 * TILE);
@@ -146,9 +148,9 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
   constexpr int C = sorted_channels<DEPTH>;
   Tiles tiles(view);
   int rows = (view.height + TILE - 1) / TILE;
-  // Each (Gaussian, row of tiles) has a slot of its own. One thread walks a row of tiles from left
-  // to right, so a slot's sums are added in one order; a Gaussian then adds its slots downwards.
-  std::vector<int> first = row_places(n, splats);
+  // Each (Gaussian, row of tiles) has its own slot. One thread walks a row of tiles from left to
+  // right, and a Gaussian adds its slots downwards: the order of all sums is fixed.
+  std::vector<int> first = row_slots(n, splats);
   Buffer<Sums<float>> partial(first[n]);
   std::vector<unsigned char> reached(first[n], 0);
 #pragma omp parallel
@@ -166,9 +168,9 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
         for (int64 e = bins.start[tile]; e < end && alive; e++) {
           int id = bins.ids[e];
           const Splat& s = splats[id];
-          Sums<vfloat> mine = {};
-          alive = sorted_entry_adjoint<DEPTH>(s, left, top, alive, walk, mine);
-          Sums<float> found = reduce(mine);
+          Sums<vfloat> entry = {};
+          alive = sorted_entry_adjoint<DEPTH>(s, left, top, alive, walk, entry);
+          Sums<float> found = reduce(entry);
           int slot = first[id] + row - s.y0 / TILE;
           if (reached[slot]) add(partial[slot], found);
           else partial[slot] = found, reached[slot] = 1;
@@ -178,13 +180,13 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
 #pragma omp for schedule(dynamic, 1024)
     for (int i = 0; i < n; i++) {
       if (!visible(splats[i])) {
-        finish_unseen(view, i, out);
+        write_zero_gradients(view, i, out);
         continue;
       }
       Sums<float> total = {};
       for (int slot = first[i]; slot < first[i + 1]; slot++)
         if (reached[slot]) add(total, partial[slot]);
-      finish(view, i, in, splats[i], splat_grad(total, splats[i], false), out);
+      write_gradients(view, i, in, splats[i], splat_grad(total, splats[i], false), out);
     }
   }
 }

@@ -1,34 +1,35 @@
-// Order-independent blending on the CPU: forward a thread owns a tile, backward a Gaussian.
+// Order-independent blending on the CPU (render/sortfree.py, paper Eq. 2): sums of c a w, a w and
+// the product T of 1 - a per pixel. w is weight_of in core.h, the colour sortfree_resolve in
+// pairs.h. In the forward pass a thread owns a tile, in the backward pass a Gaussian.
 #pragma once
 #include "cpu_common.h"
 
 namespace {
 
-// Channels of a pixel's sums: r, g, b, w, t, then z when depth is asked for, then the depth up to
-// which Gaussians count when surfaces are.
+// Channels of a pixel's sums: r, g, b, w, T, then z for the depth image, then for TWO_PASS the
+// depth up to which Gaussians count.
 template <bool DEPTH, bool SURFACES>
 constexpr int channels = 5 + DEPTH + SURFACES;
 
-// The first of two passes over a tile, in which t is 1: the nearest surface of every pixel. Behind
-// it there is no light.
+// First pass of TWO_PASS over a tile: finds the nearest surface of every pixel, where T becomes 0.
 template <int C>
 void find_surfaces(const Bins& bins, int tile, int left, int top, const Splat* splats,
                    float* sums) {
   for (int row = 0; row < TILE; row++)
     std::fill_n(sums + (row * C + C - 1) * TILE, TILE, NO_SURFACE);
-  const vfloat steps = iota(), dark = {};
+  const vfloat lanes = iota(), zero = {};
   for (int64 e = bins.start[tile]; e < bins.start[tile + 1]; e++) {
     const Splat& s = splats[bins.ids[e]];
     if (s.opacity < SURFACE_ALPHA) continue;
     int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
-    vfloat mine = splat_value(dark, limit_of(s));
+    vfloat own_limit = splat_value(zero, limit_of(s));
     for (int row = from; row < to; row++) {
       Row line = row_of(s, top + row + 0.5f - s.y);
       float *t = sums + (row * C + 4) * TILE, *limit = sums + (row * C + C - 1) * TILE;
       for (int l = 0; l < TILE; l += LANES) {
-        vint none = pair_alpha(steps + (left + l + 0.5f - s.x), line) < SURFACE_ALPHA;
-        store(t + l, select(none, load(t + l), dark));
-        store(limit + l, select(none, load(limit + l), min_of(load(limit + l), mine)));
+        vint none = pair_alpha(lanes + (left + l + 0.5f - s.x), line) < SURFACE_ALPHA;
+        store(t + l, select(none, load(t + l), zero));
+        store(limit + l, select(none, load(limit + l), min_of(load(limit + l), own_limit)));
       }
     }
   }
@@ -41,7 +42,7 @@ void sortfree_tile(const Bins& bins, int tile, int left, int top, const Splat* s
     for (int c = 0; c < C; c++)
       std::fill_n(sums + (row * C + c) * TILE, TILE, c == 4 ? 1.0f : 0.0f);
   if (SURFACES) find_surfaces<C>(bins, tile, left, top, splats, sums);
-  const vfloat steps = iota();
+  const vfloat lanes = iota();
   for (int64 e = bins.start[tile]; e < bins.start[tile + 1]; e++) {
     const Splat& s = splats[bins.ids[e]];
     int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
@@ -52,7 +53,7 @@ void sortfree_tile(const Bins& bins, int tile, int left, int top, const Splat* s
       Row line = row_of(s, top + row + 0.5f - s.y);
       float* p = sums + row * C * TILE;
       for (int l = 0; l < TILE; l += LANES, p += LANES) {
-        vfloat alpha = pair_alpha(steps + (x + l), line);
+        vfloat alpha = pair_alpha(lanes + (x + l), line);
         if (SURFACES) alpha = select(load(p + (C - 1) * TILE) < s.z, vfloat{}, alpha);
         alpha = min_of(alpha, splat_value(alpha, ALPHA_MAX));
         store(p, load(p) + alpha * r);
@@ -76,12 +77,12 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
 #pragma omp parallel for schedule(dynamic, 4)
   for (int tile = 0; tile < tiles.count; tile++) {
     FlushDenormals flush;
-    alignas(64) float mine[TILE * C * TILE];
+    alignas(64) float tile_sums[TILE * C * TILE];
     int left = tile % tiles.across * TILE, top = tile / tiles.across * TILE;
-    sortfree_tile<DEPTH, SURFACES>(bins, tile, left, top, splats, mine);
+    sortfree_tile<DEPTH, SURFACES>(bins, tile, left, top, splats, tile_sums);
     int wide = std::min(TILE, view.width - left);
     for (int row = 0; row < TILE && top + row < view.height; row++) {
-      const float* p = mine + row * C * TILE;
+      const float* p = tile_sums + row * C * TILE;
       int64 at = (int64)(top + row) * view.width + left;
       for (int c = 0; c < C; c++)
         std::memcpy(sums + ((int64)(top + row) * C + c) * view.width + left, p + c * TILE,
@@ -97,7 +98,7 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
   }
 }
 
-// dL/d of every pixel's sums, and its limit, channel planes within each row, padded so that a
+// dL/d of every pixel's sums, and its depth limit: channel planes within each row, padded so that a
 // vector may start at any pixel.
 template <bool DEPTH, bool SURFACES>
 Buffer<float> pixel_gradients(const View& view, const float* sums, const float* g_image,
@@ -126,8 +127,8 @@ Buffer<float> pixel_gradients(const View& view, const float* sums, const float* 
   return grads;
 }
 
-// Indices of the Gaussians by the tile of their box's centre, unseen ones last: neighbours in
-// the picture then read the same pixels from the cache.
+// Indices of the Gaussians by the tile of their box's centre, invisible ones last: neighbours in
+// the image then read the same pixels from the cache.
 std::vector<int> screen_order(const View& view, int n, const Splat* splats) {
   Tiles tiles(view);
   std::vector<int> place(tiles.count + 2, 0), order(n);
@@ -144,7 +145,7 @@ std::vector<int> screen_order(const View& view, int n, const Splat* splats) {
 template <bool DEPTH, bool SURFACES>
 MGS_FN Sums<float> sortfree_gather(const Splat& s, const float* grads, int stride) {
   constexpr int C = channels<DEPTH, SURFACES>;
-  const vfloat steps = iota();
+  const vfloat lanes = iota();
   Sums<vfloat> sums = {};
   float inverse_a = 1 / s.A;
   for (int y = s.y0; y < s.y1; y++) {
@@ -157,7 +158,7 @@ MGS_FN Sums<float> sortfree_gather(const Splat& s, const float* grads, int strid
     Row line = row_of(s, dy);
     const float* g = grads + (int64)y * C * stride;
     for (int x = from; x < to; x += LANES) {
-      vfloat dx = steps + (x + 0.5f - s.x);
+      vfloat dx = lanes + (x + 0.5f - s.x);
       const float* p = g + x;
       vfloat alpha = pair_alpha(dx, line);
       if (SURFACES) alpha = select(load(p + (C - 1) * stride) < s.z, vfloat{}, alpha);
@@ -188,13 +189,13 @@ void sortfree_backward(const View& view, int n, const Inputs& in, const Splat* s
       if (k + 4 < n) __builtin_prefetch(&splats[order[k + 4]]);
       if (visible(s)) totals[order[k]] = sortfree_gather<DEPTH, SURFACES>(s, grads.get(), stride);
     }
-    // by index again: the inputs and their gradients are then read and written in one sweep
+    // by index again: inputs and gradients are then read and written in order
 #pragma omp for schedule(static)
     for (int i = 0; i < n; i++) {
       if (visible(splats[i]))
-        finish(view, i, in, splats[i], splat_grad(totals[i], splats[i], true), out);
+        write_gradients(view, i, in, splats[i], splat_grad(totals[i], splats[i], true), out);
       else
-        finish_unseen(view, i, out);
+        write_zero_gradients(view, i, out);
     }
   }
 }

@@ -1,5 +1,5 @@
-// Sorted blending's statistics on the GPU: a block walks a tile's list front to back, one thread a
-// pixel, and leaves for each entry what it gave to the tile; a second kernel adds that up.
+// Contributions in CUDA (render/contributions.py): a block walks a tile's list front to back, one
+// thread per pixel, and writes each entry's share of the tile; a second kernel adds these.
 #pragma once
 #include "cuda_common.h"
 
@@ -11,20 +11,20 @@ MGS_FN T sum_of_lanes(T value) {
   return value;
 }
 
-// Writes each entry's sum of shares and number of pixels to the entry's own slot, in the order of
-// the warps; slots of entries that no light reached are left alone.
+// Writes each entry's sum of shares (alpha T) and number of pixels to its slot, added in the order
+// of the warps. Slots of entries behind the early stop are not written.
 MGS_FN void measure_contributions(const View& view, const Splat* splats, const Lists& lists,
                                   float2* slots, int* winner, float* alpha) {
-  constexpr int WARPS = MANY / WARP;
+  constexpr int WARPS = THREADS / WARP;
   __shared__ Batch<WALK_BATCH> batch;
   __shared__ float2 parts[WARPS][WALK_BATCH];
-  Spot spot = spot_of(view);
-  float x = spot.x + 0.5f, y = spot.y + 0.5f, t = spot.inside ? 1.0f : 0.0f, best = 0;
-  int whose = -1;
+  ThreadPixel here = thread_pixel(view);
+  float x = here.x + 0.5f, y = here.y + 0.5f, t = here.inside ? 1.0f : 0.0f, best = 0;
+  int best_id = -1;
   int64 end = lists.starts[blockIdx.x + 1];
   for (int64 e = lists.starts[blockIdx.x]; e < end; e += WALK_BATCH) {
     int count = end - e < WALK_BATCH ? (int)(end - e) : WALK_BATCH;
-    // also keeps the previous batch until everybody has read it
+    // also a barrier: all threads have read the previous batch
     if (!__syncthreads_or(t >= TRANSMITTANCE_MIN)) break;
     if ((int)threadIdx.x < count)
       stage(batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
@@ -33,14 +33,14 @@ MGS_FN void measure_contributions(const View& view, const Splat* splats, const L
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
       if (!__any_sync(ALL, t >= TRANSMITTANCE_MIN)) break;
-      unsigned left = touching(batch, base, count, spot.patch_x, spot.patch_y, 8, 4);
+      unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 4);
       for (; left; left &= left - 1) {
         int k = base + __ffs(left) - 1;
         float4 place = batch.place[k];
         float a = min_of(alpha_at(place, batch.falloff[k], x - place.x, y - place.y), ALPHA_MAX);
         float share = t >= TRANSMITTANCE_MIN ? a * t : 0.0f;
         t -= share;
-        if (share > best) best = share, whose = lists.ids[e + k];
+        if (share > best) best = share, best_id = lists.ids[e + k];
         float weight = sum_of_lanes(share);
         int pixels = __popc(__ballot_sync(ALL, share > 0));
         if (lane_of_thread() == 0) parts[warp_of_thread()][k] = make_float2(weight, (float)pixels);
@@ -54,9 +54,9 @@ MGS_FN void measure_contributions(const View& view, const Splat* splats, const L
       slots[lists.slots[e + threadIdx.x]] = total;
     }
   }
-  if (!spot.inside) return;
-  winner[index_of(view, spot)] = whose;
-  alpha[index_of(view, spot)] = 1 - t;
+  if (!here.inside) return;
+  winner[index_of(view, here)] = best_id;
+  alpha[index_of(view, here)] = 1 - t;
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
-// Sorted blending on the GPU: per tile both ways, front to back, until the light is used up.
+// Sorted blending in CUDA (render/sorted.py): C = sum(c a T) + T_end bg, T = prod(1 - a) over the
+// Gaussians in front (3DGS, Eq. 3). A block per tile, forward and backward, front to back until
+// T < 1e-4.
 #pragma once
 #include "cuda_common.h"
 
@@ -6,22 +8,22 @@ namespace {
 
 template <bool DEPTH>
 MGS_FN void sorted_forward(const View& view, const Splat* splats, const Lists& lists,
-                           const Picture& out) {
-  __shared__ Batch<MANY> batch;
-  Spot spot = spot_of(view);
-  float x = spot.x + 0.5f, y = spot.y + 0.5f;
-  float r = 0, g = 0, b = 0, z = 0, t = spot.inside ? 1.0f : 0.0f;
+                           const Outputs& out) {
+  __shared__ Batch<THREADS> batch;
+  ThreadPixel here = thread_pixel(view);
+  float x = here.x + 0.5f, y = here.y + 0.5f;
+  float r = 0, g = 0, b = 0, z = 0, t = here.inside ? 1.0f : 0.0f;
   int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += MANY) {
-    int count = end - e < MANY ? (int)(end - e) : MANY;
-    // also keeps the previous batch until everybody has read it
+  for (int64 e = lists.starts[blockIdx.x]; e < end; e += THREADS) {
+    int count = end - e < THREADS ? (int)(end - e) : THREADS;
+    // also a barrier: all threads have read the previous batch
     if (!__syncthreads_or(t >= TRANSMITTANCE_MIN)) break;
     if ((int)threadIdx.x < count)
       stage(batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
       if (!__any_sync(ALL, t >= TRANSMITTANCE_MIN)) break;
-      unsigned left = touching(batch, base, count, spot.patch_x, spot.patch_y, 8, 4);
+      unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 4);
       for (; left; left &= left - 1) {
         int k = base + __ffs(left) - 1;
         float4 place = batch.place[k], falloff = batch.falloff[k], color = batch.color[k];
@@ -33,8 +35,8 @@ MGS_FN void sorted_forward(const View& view, const Splat* splats, const Lists& l
       }
     }
   }
-  if (!spot.inside) return;
-  int64 at = index_of(view, spot), plane = (int64)view.width * view.height;
+  if (!here.inside) return;
+  int64 at = index_of(view, here), plane = (int64)view.width * view.height;
   const float values[5] = {r, g, b, t, z};
   UNROLL
   for (int k = 0; k < (DEPTH ? 5 : 4); k++) out.sums[k * plane + at] = values[k];
@@ -44,20 +46,20 @@ MGS_FN void sorted_forward(const View& view, const Splat* splats, const Lists& l
   if (DEPTH) out.depth[at] = z;
 }
 
-// One pixel of the backward walk, which goes front to back like the forward one.
+// State of one pixel in the backward pass, which goes front to back like the forward pass.
 struct Walk {
   float x, y;        // pixel centre
-  float r, g, b, z;  // dL/d of what the Gaussians' shares multiply
-  float rest;        // what the Gaussians still to come, and the background, add to dL
-  float t;           // light left; 0 outside the picture
+  float r, g, b, z;  // dL/d image and depth
+  float rest;        // part of the loss gradient due to the Gaussians behind and the background
+  float t;           // transmittance; 0 outside the image
 };
 
 template <bool DEPTH>
-MGS_FN Walk start_walk(const View& view, const Spot& spot, const float* sums,
-                       const PictureGradients& in) {
-  Walk w = {spot.x + 0.5f, spot.y + 0.5f, 0, 0, 0, 0, 0, 0};
-  if (!spot.inside) return w;
-  int64 at = index_of(view, spot), plane = (int64)view.width * view.height;
+MGS_FN Walk start_walk(const View& view, const ThreadPixel& here, const float* sums,
+                       const OutputGradients& in) {
+  Walk w = {here.x + 0.5f, here.y + 0.5f, 0, 0, 0, 0, 0, 0};
+  if (!here.inside) return w;
+  int64 at = index_of(view, here), plane = (int64)view.width * view.height;
   const float *p = sums + at, *g = in.image + 3 * at;
   float t = p[3 * plane];
   w.t = 1, w.r = g[0], w.g = g[1], w.b = g[2];
@@ -85,13 +87,14 @@ MGS_FN void walk_past(Walk& w, float raw, float dx, float dy, const float4& colo
   add_moments(sums, raw > ALPHA_MAX ? 0.0f : g_q, dx, dy);
 }
 
-// Each warp walks 8 x 8 pixels, two a thread, past the entries of the batch; adds its sums to its
-// part of `parts` and tells in `reached` which entries it met. Returns whether light is left.
+// Each warp takes its 8 x 8 pixels, two per thread, through the entries of the batch. It writes its
+// sums to `parts` and a bit per entry that it used to `reached`. Returns false once all pixels are
+// finished.
 template <bool DEPTH>
-MGS_FN bool walk_batch(const Batch<WALK_BATCH>& batch, int count, const Spot& spot, Walk* walks,
-                       float (*parts)[SUMS], unsigned* reached) {
+MGS_FN bool walk_batch(const Batch<WALK_BATCH>& batch, int count, const ThreadPixel& here,
+                       Walk* walks, float (*parts)[SUMS], unsigned* reached) {
   for (int base = 0; base < count; base += WARP) {
-    unsigned left = touching(batch, base, count, spot.patch_x, spot.patch_y, 8, 8), met = 0;
+    unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 8), used = 0;
     if (!__any_sync(ALL, walks[0].t >= TRANSMITTANCE_MIN || walks[1].t >= TRANSMITTANCE_MIN))
       left = 0;
     for (; left; left &= left - 1) {
@@ -109,27 +112,27 @@ MGS_FN bool walk_batch(const Batch<WALK_BATCH>& batch, int count, const Spot& sp
       for (int j = 0; j < 2; j++)
         walk_past<DEPTH>(walks[j], raw[j], dx, walks[j].y - place.y, color, sums);
       Total total = add_lanes(sums);
-      if (total.mine >= 0) parts[k][total.mine] = total.value;
-      met |= left & (0 - left);
+      if (total.component >= 0) parts[k][total.component] = total.value;
+      used |= left & (0 - left);
     }
-    if (lane_of_thread() == 0) reached[base / WARP] = met;
+    if (lane_of_thread() == 0) reached[base / WARP] = used;
   }
   return walks[0].t >= TRANSMITTANCE_MIN || walks[1].t >= TRANSMITTANCE_MIN;
 }
 
-// Writes each entry's sums over the tile to the entry's own slot, in the order of the warps, and
-// marks the slot; entries that no light reached are left alone.
+// Writes each entry's sums over the tile to its slot, added in the order of the warps, and marks
+// the slot as reached. Slots of entries behind the early stop are not written.
 template <bool DEPTH>
 MGS_FN void sorted_backward(const View& view, const Splat* splats, const Lists& lists,
-                            const float* sums, const PictureGradients& in, float* slot_sums,
+                            const float* sums, const OutputGradients& in, float* slot_sums,
                             unsigned char* slot_reached) {
-  constexpr int WARPS = WALKERS / WARP;
+  constexpr int WARPS = WALK_THREADS / WARP;
   __shared__ Batch<WALK_BATCH> batch;
   __shared__ float parts[WARPS][WALK_BATCH][SUMS];
   __shared__ unsigned reached[WARPS][WALK_BATCH / WARP];
   int warp = warp_of_thread();
-  Spot upper = spot_of(view, warp % 2 * 8, warp / 2 * 8);
-  Spot lower = spot_of(view, warp % 2 * 8, warp / 2 * 8 + 4);
+  ThreadPixel upper = thread_pixel(view, warp % 2 * 8, warp / 2 * 8);
+  ThreadPixel lower = thread_pixel(view, warp % 2 * 8, warp / 2 * 8 + 4);
   Walk walks[2] = {start_walk<DEPTH>(view, upper, sums, in),
                    start_walk<DEPTH>(view, lower, sums, in)};
   bool open = true;
@@ -142,7 +145,7 @@ MGS_FN void sorted_backward(const View& view, const Splat* splats, const Lists& 
     __syncthreads();
     open = walk_batch<DEPTH>(batch, count, upper, walks, parts[warp], reached[warp]);
     __syncthreads();
-    for (int item = threadIdx.x; item < count * SUMS; item += WALKERS) {
+    for (int item = threadIdx.x; item < count * SUMS; item += WALK_THREADS) {
       int k = item / SUMS, component = item % SUMS;
       float total = 0;
       bool any = false;

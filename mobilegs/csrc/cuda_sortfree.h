@@ -1,19 +1,21 @@
-// Sort-free blending on the GPU: forward per tile, backward per Gaussian.
+// Sort-free blending in CUDA (render/sortfree.py, paper Eq. 2): sums of c a w, a w and the product
+// T of 1 - a per pixel. w is weight_of in core.h, the colour sortfree_resolve in pairs.h. Forward a
+// block per tile, backward a warp per Gaussian.
 #pragma once
 #include "cuda_common.h"
 
 namespace {
 
-// The first of two passes: the depth up to which Gaussians count at each pixel.
+// First pass of TWO_PASS: the depth up to which Gaussians count at each pixel.
 MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& lists,
                           float* limits) {
-  __shared__ Batch<MANY> batch;
-  Spot spot = spot_of(view);
-  float x = spot.x + 0.5f, y = spot.y + 0.5f, limit = NO_SURFACE;
+  __shared__ Batch<THREADS> batch;
+  ThreadPixel here = thread_pixel(view);
+  float x = here.x + 0.5f, y = here.y + 0.5f, limit = NO_SURFACE;
   int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += MANY) {
-    int count = end - e < MANY ? (int)(end - e) : MANY;
-    __syncthreads();  // until then somebody may still read the previous batch
+  for (int64 e = lists.starts[blockIdx.x]; e < end; e += THREADS) {
+    int count = end - e < THREADS ? (int)(end - e) : THREADS;
+    __syncthreads();  // all threads have read the previous batch
     if ((int)threadIdx.x < count) {
       const Splat& s = splats[lists.ids[e + threadIdx.x]];
       stage(batch, threadIdx.x, s, false);
@@ -22,7 +24,7 @@ MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& li
     }
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
-      unsigned left = touching(batch, base, count, spot.patch_x, spot.patch_y, 8, 4);
+      unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 4);
       for (; left; left &= left - 1) {
         int k = base + __ffs(left) - 1;
         float4 place = batch.place[k], falloff = batch.falloff[k];
@@ -31,31 +33,31 @@ MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& li
       }
     }
   }
-  if (spot.inside) limits[index_of(view, spot)] = limit;
+  if (here.inside) limits[index_of(view, here)] = limit;
 }
 
-// `limits` are those of the first pass, if there was one; where a surface is, no light is left.
+// `limits` come from the first pass of TWO_PASS; at a surface T is 0.
 template <bool DEPTH, bool SURFACES>
 MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists& lists,
-                             const Picture& out, const float* limits) {
-  __shared__ Batch<MANY> batch;
-  Spot spot = spot_of(view);
-  float x = spot.x + 0.5f, y = spot.y + 0.5f;
-  float limit = SURFACES && spot.inside ? limits[index_of(view, spot)] : NO_SURFACE;
+                             const Outputs& out, const float* limits) {
+  __shared__ Batch<THREADS> batch;
+  ThreadPixel here = thread_pixel(view);
+  float x = here.x + 0.5f, y = here.y + 0.5f;
+  float limit = SURFACES && here.inside ? limits[index_of(view, here)] : NO_SURFACE;
   Pixel p = {0, 0, 0, 0, 0, limit < NO_SURFACE ? 0.0f : 1.0f};
   int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += MANY) {
-    int count = end - e < MANY ? (int)(end - e) : MANY;
-    __syncthreads();  // until then somebody may still read the previous batch
+  for (int64 e = lists.starts[blockIdx.x]; e < end; e += THREADS) {
+    int count = end - e < THREADS ? (int)(end - e) : THREADS;
+    __syncthreads();  // all threads have read the previous batch
     if ((int)threadIdx.x < count)
       stage(batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], true);
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
-      unsigned left = touching(batch, base, count, spot.patch_x, spot.patch_y, 8, 4);
+      unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 4);
       for (; left; left &= left - 1) {
         int k = base + __ffs(left) - 1;
         float4 place = batch.place[k], falloff = batch.falloff[k], color = batch.color[k];
-        if (SURFACES && color.w > limit) continue;  // the weight is 1, color.w the depth
+        if (SURFACES && color.w > limit) continue;  // w is 1, so color.w is the depth
         float alpha = min_of(alpha_at(place, falloff, x - place.x, y - place.y), ALPHA_MAX);
         p.r += alpha * color.x, p.g += alpha * color.y, p.b += alpha * color.z;
         p.w += alpha * falloff.z;
@@ -64,17 +66,17 @@ MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists&
       }
     }
   }
-  if (!spot.inside) return;
-  int64 at = index_of(view, spot), plane = (int64)view.width * view.height;
+  if (!here.inside) return;
+  int64 at = index_of(view, here), plane = (int64)view.width * view.height;
   const float values[6] = {p.r, p.g, p.b, p.w, p.t, p.z};
   UNROLL
   for (int k = 0; k < (DEPTH ? 6 : 5); k++) out.sums[k * plane + at] = values[k];
   sortfree_resolve(view, p, out.image + 3 * at, out.alpha + at, DEPTH ? out.depth + at : nullptr);
 }
 
-// dL/d of every pixel's sums, as (r, g, b, w) and (t, z): what a Gaussian asks of a pixel.
+// dL/d of every pixel's sums, as (r, g, b, w) and (t, z).
 template <bool DEPTH>
-MGS_FN void sortfree_pixels(const View& view, const float* sums, const PictureGradients& in,
+MGS_FN void sortfree_pixels(const View& view, const float* sums, const OutputGradients& in,
                             float4* colors, float2* others) {
   int64 at = global_thread(), plane = (int64)view.width * view.height;
   if (at >= plane) return;
@@ -87,17 +89,17 @@ MGS_FN void sortfree_pixels(const View& view, const float* sums, const PictureGr
   others[at] = make_float2(d.t, d.z);
 }
 
-// What a Gaussian asks of all pixels; `limits` only after two passes.
-struct Asked {
+// dL/d of all pixels' sums, which Gaussians gather; `limits` only for TWO_PASS.
+struct PixelGradients {
   const float4* colors;
   const float2* others;
   const float* limits;
 };
 
-// Sums over every `step`-th pixel of a Gaussian's box, from the `first` on.
+// Sums over every `step`-th pixel of a Gaussian's box, starting with pixel `first`.
 template <bool DEPTH, bool SURFACES>
-MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const Asked& pixels, int first,
-                              int step) {
+MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const PixelGradients& pixels,
+                              int first, int step) {
   Sums<float> sums = {};
   int width = s.x1 - s.x0, x = s.x0 + first % width, y = s.y0 + first / width;
   int step_x = step % width, step_y = step / width;
@@ -116,26 +118,26 @@ MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const Asked& pix
   return sums;
 }
 
-// One warp per Gaussian, in the order given (by place in the picture, for the caches); those with
-// a large box wait for the whole block.
+// One warp per Gaussian, in `order` (by tile, for the caches); then the whole block takes those
+// with a large box.
 template <bool DEPTH, bool SURFACES>
 MGS_FN void sortfree_gather(const View& view, int n, const Splat* splats, const int64* order,
-                            const Asked& pixels, float* totals) {
-  constexpr int WARPS = MANY / WARP;
+                            const PixelGradients& pixels, float* totals) {
+  constexpr int WARPS = THREADS / WARP;
   __shared__ float parts[WARPS][SUMS];
   __shared__ int large[WARPS];  // the Gaussian, or -1
   int warp = warp_of_thread(), lane = lane_of_thread();
   int64 k = (int64)blockIdx.x * WARPS + warp;
   int64 i = k < n ? order[k] : -1;
-  bool seen = i >= 0 && visible(splats[i]);
+  bool shown = i >= 0 && visible(splats[i]);
   if (lane == 0) large[warp] = -1;
-  if (seen) {
+  if (shown) {
     Splat s = splats[i];
     if ((int64)(s.x1 - s.x0) * (s.y1 - s.y0) > LARGE) {
       if (lane == 0) large[warp] = (int)i;
     } else {
       Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, lane, WARP));
-      if (total.mine >= 0) totals[i * SUMS + total.mine] = total.value;
+      if (total.component >= 0) totals[i * SUMS + total.component] = total.value;
     }
   }
   __syncthreads();
@@ -143,8 +145,8 @@ MGS_FN void sortfree_gather(const View& view, int n, const Splat* splats, const 
     int64 id = large[turn];
     if (id < 0) continue;
     Splat s = splats[id];
-    Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, threadIdx.x, MANY));
-    if (total.mine >= 0) parts[warp][total.mine] = total.value;
+    Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, threadIdx.x, THREADS));
+    if (total.component >= 0) parts[warp][total.component] = total.value;
     __syncthreads();
     if (threadIdx.x < SUMS) {
       float sum = 0;

@@ -1,16 +1,19 @@
-// Decoders of a .mgs file's streams (docs/format.md, sections 4 and 5), which trust no byte.
+// Decoders of a .mgs file's streams (docs/format.md, sections 4 and 5) for untrusted input.
 //
-// Each returns 0 if the stream is whole and sound, or what is wrong with it: the first thing that
-// its definition finds. What has been written so far is then of no use. The caller owns all
-// memory: `data` has `bytes` bytes and may lie anywhere, outputs have exactly the sizes given.
-// Beside them a decoder takes at most 3 MiB, whatever the stream says.
+// Each returns 0 for a valid stream, or the code of the first error that its reference finds; the
+// output is then undefined. The caller owns all memory: `data` has `bytes` bytes of any alignment,
+// outputs have exactly the sizes given. A decoder allocates at most 3 MiB for any input.
 #pragma once
 #include <stdint.h>
 
-// native.py has the sentences.
+// The version of all functions of this library, which binding.py checks: increase it with every
+// change of their names, arguments or structs.
+#define MGS_INTERFACE 1
+
+// binding.py has their messages.
 enum {
-  MGS_SOUND = 0,
-  MGS_HEADER = 1,  // lengths and sizes do not fit; the caller says it better
+  MGS_VALID = 0,
+  MGS_HEADER = 1,  // lengths and sizes disagree; the caller has a better message
   MGS_TABLES_CUT = 2,
   MGS_TABLE_NUMBER = 3,
   MGS_TABLE_SUM = 4,
@@ -32,27 +35,29 @@ enum {
 extern "C" {
 #endif
 
+MGS_EXPORT int mgs_interface();
+
 // `rans`: `count` symbols below `alphabet` (1 to 4096) into symbols[count].
 MGS_EXPORT int mgs_decode_rans(const uint8_t* data, int64_t bytes, int64_t count, int32_t alphabet,
                                uint16_t* symbols);
 
-// scalar_streams.py's join: columns[many] of `count` symbols each, and what the least of a column
-// stands for, into out[count][many].
-MGS_EXPORT void mgs_join(int64_t count, int32_t many, const uint16_t* const* columns,
-                         const int32_t* least, int32_t* out);
+// uniform_streams.py's join_columns: columns[many] of `count` symbols each, plus least[many], into
+// out[count][many].
+MGS_EXPORT void mgs_join_columns(int64_t count, int32_t many, const uint16_t* const* columns,
+                                 const int32_t* least, int32_t* out);
 
-// `bits`: numbers of widths[i] bits each (0 to 16) one after the other, into numbers[count].
+// `bits`: consecutive numbers of widths[i] bits each (0 to 16) into numbers[count].
 MGS_EXPORT int mgs_unpack_short(const uint8_t* data, int64_t bytes, const uint8_t* widths,
                                 int64_t count, uint16_t* numbers);
 
-// `morton-class`: the bits of `count` positions, x, y, z each, into halves[3 * count].
+// `morton-class`: the float16 patterns of `count` positions, x, y, z each, into out[3 * count].
 MGS_EXPORT int mgs_decode_positions(const uint8_t* data, int64_t bytes, int64_t count,
-                                    uint16_t* halves);
+                                    uint16_t* out);
 
-// rotations.py's finer_bits_of: for each axis of codes[count][3], times `step`, the entry of
-// table[most + 1] at 256 times the difference of the two others.
-MGS_EXPORT void mgs_finer_bits(const int32_t* codes, int64_t count, float step,
-                               const uint8_t* table, int32_t most, uint8_t* bits);
+// rotations.py's refinement_bits_of: for each axis of codes[count][3] the entry of table[most + 1]
+// at 256 times the difference of the two others, in units of `step_size`.
+MGS_EXPORT void mgs_refinement_bits(const int32_t* codes, int64_t count, float step_size,
+                                    const uint8_t* table, int32_t most, uint8_t* bits);
 
 #ifdef __cplusplus
 }

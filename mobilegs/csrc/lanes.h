@@ -1,6 +1,5 @@
-// One arithmetic, two loops: the functions of core.h that work on pixels are templates over the
-// lane type V. On the CPU, V is a vector of LANES floats (GCC/Clang vector extensions, so that
-// nothing depends on the auto-vectoriser, which silently cost 6.5x); on the GPU it is a float.
+// The lane type V of pairs.h: on the CPU a vector of LANES floats, one pixel per lane, in CUDA a
+// float. Vectors are GCC/Clang vector extensions: the auto-vectoriser missed a loop and lost 6.5x.
 #pragma once
 
 #if defined(__CUDACC_RTC__) || defined(__CUDACC__)
@@ -48,7 +47,7 @@ MGS_FN vfloat min_of(vfloat a, vfloat b) { return a < b ? a : b; }
 MGS_FN vfloat max_of(vfloat a, vfloat b) { return a > b ? a : b; }
 MGS_FN vfloat rough_reciprocal(vfloat x) { return 1.0f / x; }
 #endif
-// 1 / x by one Newton step from the 12 or 14 bits of the instruction: a division costs 16 cycles.
+// 1 / x by one Newton step from the 12 or 14 bits of the instruction: a division takes 16 cycles.
 MGS_FN vfloat reciprocal(vfloat x) {
   vfloat y = rough_reciprocal(x);
   return y * (2.0f - x * y);
@@ -74,7 +73,7 @@ MGS_FN float sum_of(vfloat v) {
   vquad q = u.quads[0];
   return (q[0] + q[2]) + (q[1] + q[3]);
 }
-// Whether any lane of `a` is at least `b`.
+// True if any lane of `a` is at least `b`.
 MGS_FN bool any_at_least(vfloat a, float b) {
 #if defined(__AVX512F__) && LANES == 16
   return _mm512_cmp_ps_mask((__m512)a, _mm512_set1_ps(b), _CMP_GE_OQ) != 0;
@@ -86,7 +85,7 @@ MGS_FN bool any_at_least(vfloat a, float b) {
   return any;
 #endif
 }
-// 2^x for x <= 0, relative error 2.4e-7; everything below 2^-24 comes out as about 2^-24.
+// 2^x for x <= 0 with a relative error of 2.4e-7; results below 2^-24 become about 2^-24.
 // Adding 1.5 * 2^23 leaves the rounded integer in the low bits of the sum.
 MGS_FN vfloat exp2_of(vfloat x) {
   x = max_of(x, splat_value(x, -24.0f));

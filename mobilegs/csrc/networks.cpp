@@ -1,7 +1,6 @@
-// What codes of a .mgs file stand for, and the networks that Gaussians are decoded with, once each;
-// the definitions are codebooks.py, appearance.py and lobes.py. A tile of Gaussians goes through
-// all layers while it is in the cache, one Gaussian a lane: no sum has more than one, so neither
-// threads nor tiles change any.
+// Codebook look-ups and the networks that decode the Gaussians of a .mgs file. The references are
+// codebooks.py, appearance.py and lobes.py. A tile of Gaussians passes through all layers while it
+// is in the cache, one Gaussian per SIMD lane: results do not depend on threads or neighbours.
 #include "lanes.h"
 
 #include <algorithm>
@@ -12,32 +11,32 @@
 namespace {
 
 constexpr int TILE = 64;                   // Gaussians
-constexpr int SPAN = LANES == 16 ? 4 : 2;  // vectors whose sums stay in registers,
-constexpr int ROWS = 4;                    // of so many units
+constexpr int SPAN = LANES == 16 ? 4 : 2;  // vectors per unit whose sums stay in registers
+constexpr int ROWS = 4;                    // units at a time
 constexpr int AXES = 3, OCTAVES = 16, ENCODED = 2 * AXES * OCTAVES;
 constexpr int HIDDEN = 64, CONTEXT = 13, LATENTS = 3, JOINED = CONTEXT + LATENTS;
 constexpr int COLOR = 12, SCALES = 3, TURNS = 4, STATICS = COLOR + SCALES + TURNS;
 constexpr int LATENTS_MAX = 32, HIDDEN_MAX = 256, OUTPUTS_MAX = 32, REST_MAX = 45;
 constexpr float LENGTH_MIN = 1e-12f;
 
-using Row = float[TILE];  // a number of every Gaussian of a tile
+using Row = float[TILE];  // one number per Gaussian of a tile
 
-// Columns [0, width) of the rows [from, from + many) of a matrix as rows of a tile, and back.
-// Places behind the last Gaussian are zeros.
-void fill(const float* matrix, int64 stride, int64 from, int many, int width, Row* rows) {
+// Transpose rows [from, from + many) of a matrix, columns [0, width), into a tile, and back. The
+// rest of the tile is zeros.
+void load_tile(const float* matrix, int64 stride, int64 from, int many, int width, Row* rows) {
   for (int column = 0; column < width; column++) {
     const float* source = matrix + from * stride + column;
     for (int i = 0; i < many; i++) rows[column][i] = source[i * stride];
     std::fill(rows[column] + many, rows[column] + TILE, 0.0f);
   }
 }
-void empty(const Row* rows, int64 stride, int64 from, int many, int width, float* matrix) {
+void store_tile(const Row* rows, int64 stride, int64 from, int many, int width, float* matrix) {
   for (int i = 0; i < many; i++)
     for (int column = 0; column < width; column++)
       matrix[(from + i) * stride + column] = rows[column][i];
 }
 
-// activate(offset + weights . input) of the units [row, row + MANY) of a layer.
+// activate(offset + weights . input) for the units [row, row + MANY) of a layer.
 template <int MANY, class Activate>
 void some_units(const float* weights, const float* offsets, int columns, int row, const Row* in,
                 Row* out, Activate activate) {
@@ -67,11 +66,11 @@ void layer(const float* weights, const float* offsets, int rows, int columns, co
   for (; row < rows; row++) some_units<1>(weights, offsets, columns, row, in, out, activate);
 }
 
-const auto as_it_is = [](vfloat x) { return x; };
+const auto identity = [](vfloat x) { return x; };
 const auto relu = [](vfloat x) { return max_of(x, vfloat{}); };
 const auto leaky = [](vfloat x) { return max_of(x, 0.01f * x); };
 
-// A product as it is in float32: the compiler must not fuse it with the sum that it goes into.
+// Rounds a product to float32: the compiler must not fuse it with the following sum.
 MGS_FN vfloat rounded(vfloat x) {
   asm("" : "+m"(x));
   return x;
@@ -81,7 +80,7 @@ MGS_FN vfloat root(vfloat x) {
   return x;
 }
 
-// Normalised positions into [0, 1]^3, to the last bit as `contract` has it.
+// Contracts normalised positions into [0, 1]^3, bit for bit like `contract` of appearance.py.
 void contract(const Row* position, Row* unit) {
   for (int at = 0; at < TILE; at += LANES) {
     vfloat u[AXES], square[AXES];
@@ -112,10 +111,10 @@ void encode_frequencies(const Row* unit, Row* encoded) {
     for (int at = 0; at < TILE; at += LANES) {
       vfloat turns = 0.5f * load(&unit[a][at]);
       for (int k = 0; k < OCTAVES; k++, turns += turns) {
-        // adding 1.5 * 2^23 and taking it away again rounds
+        // adding and subtracting 1.5 * 2^23 rounds to an integer
         vfloat part = turns - (turns + 12582912.0f - 12582912.0f);
         vfloat size = max_of(part, -part);
-        // beyond a quarter of a turn the sine comes back
+        // reflect at a quarter of a turn
         vfloat folded = max_of(min_of(part, 0.5f - part), -0.5f - part);
         int row = a * OCTAVES + k;
         store(&encoded[row][at], sine_of_turns(folded));
@@ -124,7 +123,7 @@ void encode_frequencies(const Row* unit, Row* encoded) {
     }
 }
 
-// Rows divided by their common length, as `normalize` does it.
+// Divides rows by their common length, like torch's `normalize`.
 void normalise(Row* rows, int many) {
   for (int at = 0; at < TILE; at += LANES) {
     vfloat square = {};
@@ -145,10 +144,10 @@ void for_tiles(int64 count, Work work) {
 
 }  // namespace
 
-// Entries of `books` codebooks [books][size][length], those that indices [count][books] name, into
-// values [count][books][length]. Returns 0, or 1 if an index points outside.
-EXPORT int mgs_look_up(int64 count, const int16_t* indices, const float* centers, int books,
-                       int size, int length, float* values) {
+// Copies the entries of `books` codebooks [books][size][length] at indices [count][books] into
+// values [count][books][length]. Returns 0, or 1 if an index is out of range.
+EXPORT int mgs_gather_entries(int64 count, const int16_t* indices, const float* centers, int books,
+                              int size, int length, float* values) {
   int strays = 0;
 #pragma omp parallel for reduction(| : strays)
   for (int64 i = 0; i < count; i++)
@@ -162,9 +161,9 @@ EXPORT int mgs_look_up(int64 count, const int16_t* indices, const float* centers
   return strays;
 }
 
-// Harmonics [count][3 + rest] of positions and latents, [count][3] each, the latents' rows
-// `stride` floats apart. `weights` are context1, context2, static1, static2, view1 and view2, row
-// by row, one after the other.
+// Harmonics [count][3 + rest] of positions and latents, [count][3] each, with rows of latents
+// `stride` floats apart. `weights` are context1, context2, static1, static2, view1 and view2, each
+// row by row.
 EXPORT void mgs_decode_colors(int64 count, const float* positions, const float* statics,
                               int64 statics_stride, const float* views, int64 views_stride,
                               const float* weights, int rest, float* sh) {
@@ -176,28 +175,27 @@ EXPORT void mgs_decode_colors(int64 count, const float* positions, const float* 
   for_tiles(count, [=](int64 from, int many) {
     alignas(64) Row unit[AXES], encoded[ENCODED], hidden[HIDDEN], joined[JOINED];
     alignas(64) Row out[3 + REST_MAX];
-    fill(positions, AXES, from, many, AXES, unit);
+    load_tile(positions, AXES, from, many, AXES, unit);
     contract(unit, unit);
     encode_frequencies(unit, encoded);
     layer(weights, nullptr, HIDDEN, ENCODED, encoded, hidden, relu);
-    layer(context2, nullptr, CONTEXT, HIDDEN, hidden, joined, as_it_is);
-    fill(statics, statics_stride, from, many, LATENTS, joined + CONTEXT);
+    layer(context2, nullptr, CONTEXT, HIDDEN, hidden, joined, identity);
+    load_tile(statics, statics_stride, from, many, LATENTS, joined + CONTEXT);
     layer(static1, nullptr, HIDDEN, JOINED, joined, hidden, leaky);
-    layer(static2, nullptr, 3, HIDDEN, hidden, out, as_it_is);
+    layer(static2, nullptr, 3, HIDDEN, hidden, out, identity);
     if (rest) {
-      fill(views, views_stride, from, many, LATENTS, joined + CONTEXT);
+      load_tile(views, views_stride, from, many, LATENTS, joined + CONTEXT);
       layer(view1, nullptr, HIDDEN, JOINED, joined, hidden, leaky);
-      layer(view2, nullptr, rest, HIDDEN, hidden, out + 3, as_it_is);
+      layer(view2, nullptr, rest, HIDDEN, hidden, out + 3, identity);
     }
-    empty(out, 3 + rest, from, many, 3 + rest, sh);
+    store_tile(out, 3 + rest, from, many, 3 + rest, sh);
   });
 }
 
-// Lobes [count][outputs] of latents [count][latents] and, if `logits` is not null, of base
-// opacities [count]. `widths` are those of the `layers` hidden layers, which also look at sh
-// [count][sh_size], log_scales [count][3] and quats [count][4]. `weights` are, for each hidden
-// layer, its offsets and its matrix, at last the bias and the matrix of all that is left: the last
-// hidden layer, the latents, the base opacity.
+// Lobes [count][outputs] of latents [count][latents] and of base opacities `logits` [count], which
+// may be null. The `layers` hidden layers of the given `widths` also take sh [count][sh_size],
+// log_scales [count][3] and quats [count][4]. `weights` are the offsets and the matrix of each
+// hidden layer, then the bias and one matrix for the last hidden layer, the latents and the base.
 EXPORT void mgs_decode_lobes(int64 count, const float* latents, int latent_count,
                              const float* logits, const float* sh, int sh_size,
                              const float* log_scales, const float* quats, const float* weights,
@@ -209,15 +207,15 @@ EXPORT void mgs_decode_lobes(int64 count, const float* latents, int latent_count
     int columns = 0;
     if (layers) {
       int known = std::min(sh_size, COLOR);
-      fill(sh, sh_size, from, many, known, in);
+      load_tile(sh, sh_size, from, many, known, in);
       std::fill(in[known], in[COLOR], 0.0f);
-      fill(log_scales, SCALES, from, many, SCALES, in + COLOR);
+      load_tile(log_scales, SCALES, from, many, SCALES, in + COLOR);
       for (int i = 0; i < SCALES * TILE; i++) in[COLOR][i] = std::exp(in[COLOR][i]);
-      fill(quats, TURNS, from, many, TURNS, in + COLOR + SCALES);
+      load_tile(quats, TURNS, from, many, TURNS, in + COLOR + SCALES);
       normalise(in, COLOR);
       normalise(in + COLOR, SCALES);
       normalise(in + COLOR + SCALES, TURNS);
-      fill(latents, latent_count, from, many, latent_count, in + STATICS);
+      load_tile(latents, latent_count, from, many, latent_count, in + STATICS);
       columns = STATICS + latent_count;
     }
     for (int i = 0; i < layers; i++) {
@@ -226,10 +224,10 @@ EXPORT void mgs_decode_lobes(int64 count, const float* latents, int latent_count
       columns = widths[i];
       std::swap(in, next);
     }
-    fill(latents, latent_count, from, many, latent_count, in + columns);
+    load_tile(latents, latent_count, from, many, latent_count, in + columns);
     columns += latent_count;
-    if (logits) fill(logits, 1, from, many, 1, in + columns++);
-    layer(offsets + outputs, offsets, outputs, columns, in, out, as_it_is);
-    empty(out, outputs, from, many, outputs, lobes);
+    if (logits) load_tile(logits, 1, from, many, 1, in + columns++);
+    layer(offsets + outputs, offsets, outputs, columns, in, out, identity);
+    store_tile(out, outputs, from, many, outputs, lobes);
   });
 }

@@ -1,11 +1,13 @@
-// The second half of the shared arithmetic: which tiles a Gaussian touches, and the forward and
-// adjoint of one (pixel, Gaussian) pair, templated over the lane type of lanes.h.
+// The arithmetic of one Gaussian at one pixel, shared by the CPU and CUDA kernels: the tiles that a
+// Gaussian touches, alpha, and the adjoint of one (pixel, Gaussian) pair; then the colour of a
+// pixel. Templates over the lane type V of lanes.h. The reference is render/project.py and
+// sortfree.py.
 #pragma once
 #include "core.h"
 
 // ---------------------------------------------------------------- tiles
-// Columns [left, right] (in pixels, relative to nothing) that the ellipse alpha >= alpha_min covers
-// on the rows whose centres lie in [y_first, y_last].
+// Columns [left, right], in pixels of the image, that the ellipse alpha >= alpha_min covers on the
+// rows with centres in [y_first, y_last].
 MGS_FN void row_span(const Splat& s, float y_first, float y_last, float& left, float& right) {
   float inverse_a = 1 / s.A, det = s.det;
   float top = sqrtf(s.reach * s.A / det);              // half height of the ellipse
@@ -40,13 +42,14 @@ MGS_FN void for_tiles(const Splat& s, int tiles_x, F visit) {
 }
 
 // ---------------------------------------------------------------- one pair
-// What a row of pixels needs to evaluate alpha along x: alpha = 2^(dx (dx a + b) + c), which counts
-// where the exponent is not below `least`.
+// Coefficients of alpha along a row of pixels. alpha = o exp(-q / 2) (3DGS, Eq. 4) is written as
+// 2^(dx (dx a + b) + c) and counts where the exponent is at least `least`.
+// Same formula: pair_alphas in render/project.py, the fragment shaders splat.wgsl and splat.glsl.
 struct Row {
   float a, b, c, least;
 };
 
-// The logarithm of alpha_min.
+// log2 of alpha_min.
 MGS_FN float least_of(const Splat& s) { return s.log2_opacity - 0.5f * LOG2_E * s.reach; }
 
 MGS_FN Row row_of(const Splat& s, float dy) {
@@ -58,7 +61,7 @@ MGS_FN Row row_of(const Splat& s, float dy) {
   return row;
 }
 
-// Alpha before its ceiling, 0 where it does not count.
+// Alpha before its clamp to ALPHA_MAX; 0 below alpha_min.
 template <class V>
 MGS_FN V pair_alpha(V dx, const Row& row) {
   V exponent = dx * (dx * row.a + row.b) + row.c;
@@ -68,8 +71,8 @@ MGS_FN V pair_alpha(V dx, const Row& row) {
 // Sums over the pixels of one Gaussian, from which its gradients follow.
 template <class V>
 struct Sums {
-  V r, g, b, z, w;              // of what multiplies colour, depth and weight
-  V q, qx, qy, qxx, qxy, qyy;   // of alpha dL/dalpha, and its moments
+  V r, g, b, z, w;              // dL/d colour, depth and weight
+  V q, qx, qy, qxx, qxy, qyy;   // alpha dL/dalpha, and its moments in dx and dy
 };
 
 template <class V>
@@ -83,8 +86,8 @@ MGS_FN void add_moments(Sums<V>& sums, V gq, V dx, float dy) {
   sums.qyy += gy * dy;
 }
 
-// Adjoint of one sort-free pair. `g` is dL/d of the pixel's sums: num r, g, b, (z), den, and
-// dL/dT * T.
+// Adjoint of one sort-free pair; `raw` is alpha before its clamp. g_r, g_g, g_b, g_z and g_w are
+// dL/d of the pixel's sums, g_t is T dL/dT.
 template <bool DEPTH, class V>
 MGS_FN void sortfree_pair_adjoint(Sums<V>& sums, const Splat& s, V raw, V dx, float dy, V g_r, V g_g,
                                   V g_b, V g_z, V g_w, V g_t) {
@@ -102,7 +105,7 @@ MGS_FN void sortfree_pair_adjoint(Sums<V>& sums, const Splat& s, V raw, V dx, fl
   add_moments(sums, select(raw > ALPHA_MAX, splat_value(raw, 0.0f), g_alpha * alpha), dx, dy);
 }
 
-// Turns finished sums into the gradient of the splat; `weight` scales the colour's part.
+// Returns the gradient of the splat from its finished sums.
 MGS_FN SplatGrad splat_grad(const Sums<float>& sums, const Splat& s, bool sortfree) {
   SplatGrad d;
   float share = sortfree ? s.weight : 1.0f;
@@ -116,21 +119,21 @@ MGS_FN SplatGrad splat_grad(const Sums<float>& sums, const Splat& s, bool sortfr
   return d;
 }
 
-// Sums of one pixel after all Gaussians of sort-free blending.
+// A pixel of sort-free blending after all Gaussians: sums of c a w, z a w and a w, and T.
 struct Pixel {
   float r, g, b, z, w, t;
 };
 
-// dL/d of the sums of one pixel; `t` is dL/dT * T.
+// dL/d of the sums of one pixel; the result's t is T dL/dT.
 MGS_FN Pixel sortfree_pixel_adjoint(const View& view, const Pixel& p, const float* g_image,
                                     float g_alpha, float g_depth) {
   Pixel d = {0, 0, 0, 0, 0, 0};
   float g_s = g_alpha;
   if (p.w > WEIGHT_MIN) {
-    float inverse = 1 / p.w, seen = 1 - p.t;
+    float inverse = 1 / p.w, coverage = 1 - p.t;
     float mean_z = p.z * inverse;
-    d.z = g_depth * seen * inverse;
-    d.w = -g_depth * mean_z * seen * inverse;
+    d.z = g_depth * coverage * inverse;
+    d.w = -g_depth * mean_z * coverage * inverse;
     g_s += g_depth * mean_z;
     const float num[3] = {p.r, p.g, p.b};
     float* out[3] = {&d.r, &d.g, &d.b};
@@ -142,8 +145,8 @@ MGS_FN Pixel sortfree_pixel_adjoint(const View& view, const Pixel& p, const floa
         d.w -= g_image[k] * value * total;
       } else {
         float mean = num[k] * inverse;
-        *out[k] = g_image[k] * seen * inverse;
-        d.w -= g_image[k] * mean * seen * inverse;
+        *out[k] = g_image[k] * coverage * inverse;
+        d.w -= g_image[k] * mean * coverage * inverse;
         g_s += g_image[k] * (mean - view.background[k]);
       }
     }
@@ -152,6 +155,9 @@ MGS_FN Pixel sortfree_pixel_adjoint(const View& view, const Pixel& p, const floa
   return d;
 }
 
+// The colour of a pixel (paper Eq. 2): C = (1 - T) sum(c a w) / sum(a w) + T bg, or Eq. 1:
+// C = (w_bg bg + sum(c a w)) / (w_bg + sum(a w)). The background if no Gaussian touches it.
+// Same formula: render_sortfree in render/sortfree.py, resolve.wgsl and resolve.glsl.
 MGS_FN void sortfree_resolve(const View& view, const Pixel& p, float* image, float* alpha,
                              float* depth) {
   *alpha = 1 - p.t;

@@ -1,5 +1,6 @@
-// SSIM per pixel and channel, and its adjoint, for pictures [h, w, 3]; the definition is ssim_map
-// in losses.py. Rows are blurred as they lie in memory: taps are 3 floats apart.
+// SSIM (Wang et al. 2004) per pixel and channel, and its adjoint, for images [h, w, 3]; 11 x 11
+// Gaussian window, sigma 1.5, zero padding. The reference is ssim_map in train/losses.py. Rows are
+// blurred as they lie in memory: taps are 3 floats apart.
 #include "lanes.h"
 
 #include <algorithm>
@@ -15,44 +16,44 @@
 
 namespace {
 
-constexpr int REACH = 5, TAPS = 2 * REACH + 1;
+constexpr int RADIUS = 5, TAPS = 2 * RADIUS + 1;
 constexpr float C1 = 0.01f * 0.01f, C2 = 0.03f * 0.03f;
 
 struct Window {
   float tap[TAPS];
   Window() {
     double sum = 0, value[TAPS];
-    for (int i = 0; i < TAPS; i++) sum += value[i] = std::exp(-(i - REACH) * (i - REACH) / 4.5);
+    for (int i = 0; i < TAPS; i++) sum += value[i] = std::exp(-(i - RADIUS) * (i - RADIUS) / 4.5);
     for (int i = 0; i < TAPS; i++) tap[i] = (float)(value[i] / sum);
   }
 };
 const Window window;
 
-// A picture's rows with room for the window on both sides and for whole vectors at the end.
+// Rows of an image, padded for the window on both sides and for whole vectors at the end.
 struct Rows {
   int length, stride;
   explicit Rows(int width)
-      : length(3 * width), stride((3 * width + LANES - 1) / LANES * LANES + 6 * REACH) {}
+      : length(3 * width), stride((3 * width + LANES - 1) / LANES * LANES + 6 * RADIUS) {}
 };
 
-// Blurs MAPS maps of the rows [from, to) of a picture. `fill(y, rows)` writes row y of every map
-// to rows[m] (already offset past the margin); `use(y, rows)` receives the blurred rows.
+// Blurs the rows [from, to) of MAPS maps. `fill(y, rows)` writes row y of every map to rows[m],
+// which is already offset past the margin; `use(y, rows)` receives the blurred rows.
 template <int MAPS, class Fill, class Use>
 void blur(int height, const Rows& rows, int from, int to, Fill fill, Use use) {
-  int first = std::max(0, from - REACH), last = std::min(height, to + REACH);
+  int first = std::max(0, from - RADIUS), last = std::min(height, to + RADIUS);
   size_t block = (size_t)MAPS * rows.stride;
   std::unique_ptr<float[]> across(new float[block * (last - first)]);
   std::unique_ptr<float[]> raw(new float[block]()), down(new float[block]);
   float* in[MAPS];
   float* out[MAPS];
   for (int m = 0; m < MAPS; m++) {
-    in[m] = raw.get() + m * rows.stride + 3 * REACH;
+    in[m] = raw.get() + m * rows.stride + 3 * RADIUS;
     out[m] = down.get() + m * rows.stride;
   }
   for (int y = first; y < last; y++) {
     fill(y, in);
     for (int m = 0; m < MAPS; m++) {
-      const float* p = in[m] - 3 * REACH;
+      const float* p = in[m] - 3 * RADIUS;
       float* q = across.get() + block * (y - first) + m * rows.stride;
       for (int i = 0; i < rows.length; i += LANES) {
         vfloat sum = load(p + i) * window.tap[0];
@@ -62,13 +63,13 @@ void blur(int height, const Rows& rows, int from, int to, Fill fill, Use use) {
     }
   }
   for (int y = from; y < to; y++) {
-    int top = std::max(first, y - REACH), bottom = std::min(last - 1, y + REACH);
+    int top = std::max(first, y - RADIUS), bottom = std::min(last - 1, y + RADIUS);
     for (int m = 0; m < MAPS; m++) {
       for (int i = 0; i < rows.length; i += LANES) {
         vfloat sum = {};
         for (int r = top; r <= bottom; r++)
           sum += load(across.get() + block * (r - first) + m * rows.stride + i) *
-                 window.tap[r - y + REACH];
+                 window.tap[r - y + RADIUS];
         store(out[m] + i, sum);
       }
     }
@@ -76,9 +77,9 @@ void blur(int height, const Rows& rows, int from, int to, Fill fill, Use use) {
   }
 }
 
-// Runs work(from, to) on equal shares of the rows; shares do not change any sum.
+// Runs work(from, to) on bands of rows in parallel; the bands do not change any sum.
 template <class Work>
-void share_rows(int height, Work work) {
+void for_bands(int height, Work work) {
   constexpr int BAND = 48;
   int bands = (height + BAND - 1) / BAND;
 #pragma omp parallel for schedule(dynamic, 1)
@@ -86,7 +87,7 @@ void share_rows(int height, Work work) {
 }
 
 struct Score {
-  float luminance, contrast, below_l, below_c;
+  float luminance, contrast, luminance_scale, contrast_scale;
 };
 
 MGS_FN Score score_of(float mean_x, float mean_y, float squares, float product) {
@@ -96,11 +97,12 @@ MGS_FN Score score_of(float mean_x, float mean_y, float squares, float product) 
 
 }  // namespace
 
-// `means` receives the four blurred maps, [h][4][3 w], for the backward pass.
+// Writes SSIM to `score`, [h][3 w], and the four blurred maps to `means`, [h][4][3 w], for the
+// backward pass.
 EXPORT void mgs_ssim_forward(int height, int width, const float* x, const float* y, float* means,
                              float* score) {
   Rows rows(width);
-  share_rows(height, [&](int from, int to) {
+  for_bands(height, [&](int from, int to) {
     blur<4>(
         height, rows, from, to,
         [&](int row, float** in) {
@@ -117,17 +119,17 @@ EXPORT void mgs_ssim_forward(int height, int width, const float* x, const float*
           for (int i = 0; i < rows.length; i++) {
             Score s = score_of(out[0][i], out[1][i], out[2][i], out[3][i]);
             score[(int64)row * rows.length + i] =
-                s.luminance * s.contrast / (s.below_l * s.below_c);
+                s.luminance * s.contrast / (s.luminance_scale * s.contrast_scale);
           }
         });
   });
 }
 
-// The gradient of the score with respect to x, for dL/d score in `grad`.
+// Writes dL/dx to `out_grad`, for dL/d score in `grad`.
 EXPORT void mgs_ssim_backward(int height, int width, const float* x, const float* y,
                               const float* means, const float* grad, float* out_grad) {
   Rows rows(width);
-  share_rows(height, [&](int from, int to) {
+  for_bands(height, [&](int from, int to) {
     blur<3>(
         height, rows, from, to,
         [&](int row, float** in) {
@@ -136,11 +138,12 @@ EXPORT void mgs_ssim_backward(int height, int width, const float* x, const float
           for (int i = 0; i < rows.length; i++) {
             float mean_x = kept[i], mean_y = kept[rows.length + i];
             Score s = score_of(mean_x, mean_y, kept[2 * rows.length + i], kept[3 * rows.length + i]);
-            float share = g[i] / (s.below_l * s.below_c);
-            float value = s.luminance * s.contrast / (s.below_l * s.below_c);
-            float product = 2 * share * s.luminance, squares = -g[i] * value / s.below_c;
-            in[0][i] = share * 2 * mean_y * s.contrast - g[i] * value * 2 * mean_x / s.below_l -
-                       product * mean_y - squares * 2 * mean_x;
+            float share = g[i] / (s.luminance_scale * s.contrast_scale);
+            float value = s.luminance * s.contrast / (s.luminance_scale * s.contrast_scale);
+            float product = 2 * share * s.luminance, squares = -g[i] * value / s.contrast_scale;
+            in[0][i] = share * 2 * mean_y * s.contrast -
+                       g[i] * value * 2 * mean_x / s.luminance_scale - product * mean_y -
+                       squares * 2 * mean_x;
             in[1][i] = squares;
             in[2][i] = product;
           }

@@ -1,4 +1,4 @@
-"""A capture on disk -> Dataset: posed photos, held-back photos, and sparse points."""
+"""Reads a capture from disk into a `Dataset`: posed photos, held-back photos, sparse points."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +17,7 @@ TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 
 def has_poses(path: Path) -> bool:
-    """Whether a folder holds camera poses of a kind that `load_capture` reads."""
+    """Return whether a folder holds camera poses in a format that `load_capture` reads."""
     return find_model(path) is not None or any((path / name).is_file() for name in TRANSFORMS)
 
 
@@ -28,19 +28,26 @@ def load_capture(
     background: Color | None = None,
     masks: bool = True,
 ) -> Dataset:
-    """Read a capture: a folder of COLMAP's, nerfstudio's or NeRF-synthetic's kind.
+    """Read a capture: a folder in the layout of COLMAP, nerfstudio or NeRF-synthetic.
 
-    `downscale` divides the size of the photos (a folder `images_N` is used where it is there);
-    None makes them at most 1600 pixels wide. `background` is RGB in [0, 1]; None is white for
-    renders with transparency, black otherwise. `masks=False` ignores masks that lie beside the
-    photos. A file near_plane.txt with one number, in world units, takes the place of the near
-    plane that the spread of the cameras suggests. Photos are not decoded yet. Raises `InputError`.
+    Photos are not decoded yet. A file near_plane.txt in the folder, with one number in world
+    units, replaces the near plane that follows from the spread of the cameras.
+
+    Args:
+        path: the folder.
+        downscale: divides the size of the photos, at least 1; a folder `images_N` is used if it
+            exists. None makes photos at most 1600 pixels wide.
+        background: RGB in [0, 1]; None is white for transparent renders and black otherwise.
+        masks: False ignores the masks of the photos.
+
+    Raises:
+        InputError: an argument is out of range, or the folder is not a valid capture.
     """
     path = Path(path)
     if downscale is not None and downscale < 1:
-        raise InputError(f"a downscale of {downscale} would enlarge the photos; give 1 or more")
+        raise InputError(f"downscale must be 1 or more, got {downscale}")
     if background is not None and not all(0 <= channel <= 1 for channel in background):
-        raise InputError(f"the background {background} is outside of 0..1")
+        raise InputError(f"the channels of a background must lie in [0, 1], got {background}")
     if not path.exists():
         raise InputError(f"there is no capture at {path}: no such folder")
     if not path.is_dir():
@@ -63,7 +70,9 @@ def _with_near(dataset: Dataset, file: Path) -> Dataset:
     except ValueError:
         near = 0.0
     if not 0 < near < 1e20:
-        raise InputError(f"{file} holds no near plane: a number above 0 is needed, world units")
+        raise InputError(
+            f"{file} has no valid near plane: write one number above 0, in world units"
+        )
     train, test = (
         [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
         for frames in (dataset.train, dataset.test)
@@ -75,8 +84,8 @@ def _no_poses(path: Path) -> str:
     for folder in (path / "images", path):
         if images.list_images(folder):
             return (
-                f"{folder} has photos but {path} has no camera poses; make them first with "
-                f"`mobilegs capture {path} -o CAPTURE`, and give CAPTURE"
+                f"{folder} has photos but {path} has no camera poses; compute them with "
+                f"`mobilegs capture {path} -o CAPTURE`, then give CAPTURE"
             )
     return (
         f"{path} is not a capture: it has no sparse/0 (COLMAP), no transforms.json (nerfstudio) "

@@ -1,4 +1,4 @@
-"""NeRF-synthetic captures: `transforms_train.json` and `transforms_test.json`, RGBA renders."""
+"""Reads NeRF-synthetic captures: RGBA renders with `transforms_train.json` and `_test.json`."""
 
 from pathlib import Path
 
@@ -15,9 +15,10 @@ def load_blender(
     background: Color | None = None,
     masks: bool = True,
 ) -> Dataset:
-    """Read a Blender capture: renders composited over `background` (white by default), no points.
+    """Read a Blender capture: renders composited over `background`, without sparse points.
 
-    Without `transforms_test.json` every eighth view by name is held back. Raises `InputError`.
+    `background` is white by default. Without `transforms_test.json` every eighth view by name is
+    held back. `load_capture` describes the arguments. Raises `InputError`.
     """
     background = background or (1.0, 1.0, 1.0)
     train = read_frames(

@@ -1,4 +1,4 @@
-"""COLMAP captures: `images/` with `sparse/0/` beside it, as its reconstruction leaves them."""
+"""Reads COLMAP captures: a folder with `images/` and `sparse/0/`."""
 
 from pathlib import Path, PurePosixPath
 from typing import Literal
@@ -23,7 +23,7 @@ MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0")
 
 
 def find_model(path: Path) -> Path | None:
-    """The folder inside the capture that holds the COLMAP model, if there is one."""
+    """Return the folder of the COLMAP model in a capture, or None if there is none."""
     for folder in MODEL_FOLDERS:
         if any((path / folder / f"{noun}.{kind}").exists() for noun, kind in _FIRST_FILES):
             return path / folder
@@ -42,12 +42,12 @@ def load_colmap(
 ) -> Dataset:
     """Read a COLMAP capture; every eighth photo by name is held back.
 
-    `background` is black by default; `masks` uses the folder `masks/` if there is one. Lens
-    distortion is undone when photos are decoded. Raises `InputError`.
+    `background` is black by default; `masks` uses the folder `masks/` if there is one. Photos are
+    undistorted when they are decoded. `load_capture` describes the arguments. Raises `InputError`.
     """
     model = find_model(path)
     if model is None:
-        raise InputError(f"{path} has no COLMAP model: neither {' nor '.join(MODEL_FOLDERS)} in it")
+        raise InputError(f"{path} has no COLMAP model in {' or '.join(MODEL_FOLDERS)}")
     cameras = read_cameras(_model_file(model, "cameras"))
     registered = read_images(_model_file(model, "images"))
     if not registered:
@@ -78,7 +78,7 @@ def load_colmap(
 
 
 def mask_file(folder: Path, name: str) -> Path | None:
-    """The mask of photo `name`: `NAME.png`, NAME with `.png` for its suffix, or NAME itself."""
+    """Return the mask of photo `a.jpg`, if any: `a.jpg.png`, `a.png`, or `a.jpg` in `folder`."""
     if not folder.is_dir():
         return None
     candidates = (folder / f"{name}.png", (folder / name).with_suffix(".png"), folder / name)
@@ -97,11 +97,13 @@ def _model_file(model: Path, noun: Literal["cameras", "images", "points3D"]) -> 
 def _photo_files(
     path: Path, names: list[str], downscale: int | None
 ) -> tuple[dict[str, Path], int | None]:
-    """The file of every photo, and by how much it is still to be reduced (None: automatic)."""
+    """Return the file of every photo, and the downscale that is left to do (None: automatic)."""
     folder = path / "images"
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InputError(f"the COLMAP model of {path} names {name!r}, outside of its images")
+            raise InputError(
+                f"the COLMAP model of {path} names the photo {name!r}, outside of images/"
+            )
     reduced = images.reduced_files(folder, names, downscale)
     if reduced is not None:
         return reduced, 1
@@ -110,8 +112,8 @@ def _photo_files(
     missing = [name for name in names if not images.is_file(folder / name)]
     if missing:
         raise InputError(
-            f"{folder} lacks {missing[0]}, one of {len(missing)} of {len(names)} photos that the "
-            "COLMAP model names; put them back or reconstruct again without them"
+            f"{folder} lacks {len(missing)} of the {len(names)} photos of the COLMAP model, such "
+            f"as {missing[0]}; put them back or reconstruct without them"
         )
     return {name: folder / name for name in names}, downscale
 
@@ -128,7 +130,7 @@ def _frame(
 ) -> Frame:
     if image.camera_id not in cameras:
         raise InputError(
-            f"{model}: photo {image.name} refers to camera {image.camera_id}, which is not there"
+            f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not exist"
         )
     lens = cameras[image.camera_id]
     fx, fy, cx, cy = lens.intrinsics
@@ -150,9 +152,9 @@ def _frame(
 
 
 def _viewmat(image: ColmapImage) -> Float[np.ndarray, "4 4"]:
-    """World-to-camera matrix; COLMAP's axes are already OpenCV's."""
+    """Return the world-to-camera matrix; COLMAP uses OpenCV's axes."""
     quat = np.array(image.quat)
-    quat = quat / np.abs(quat).max()  # so that squares of hostile values stay finite
+    quat = quat / np.abs(quat).max()  # squares of huge values stay finite
     w, x, y, z = quat / np.linalg.norm(quat)
     viewmat = np.eye(4)
     viewmat[:3, :3] = [

@@ -1,7 +1,7 @@
-"""The three files of a COLMAP model, binary or text: cameras, images, points3D.
+"""Reads the files of a COLMAP model, binary or text: cameras, images, points3D.
 
-Layouts from COLMAP's documentation of its output format. The bytes are not trusted: every
-count is compared with the size of the file before anything is allocated for it.
+The layouts are those of https://colmap.github.io/format.html. The bytes are not trusted: every
+count is compared with the size of the file before memory is allocated.
 """
 
 import struct
@@ -30,11 +30,11 @@ MODELS = {  # id: (name, number of parameters)
     10: ("THIN_PRISM_FISHEYE", 12),
     11: ("RAD_TAN_THIN_PRISM_FISHEYE", 16),
 }
-LARGEST_SIDE = 1 << 16  # pixels
+SIDE_MAX = 1 << 16  # pixels
 
 
 class ColmapCamera(NamedTuple):
-    """Size in pixels, (fx, fy, cx, cy), and what the lens does to it."""
+    """A camera: size in pixels, (fx, fy, cx, cy) in pixels, and lens distortion."""
 
     width: int
     height: int
@@ -43,7 +43,7 @@ class ColmapCamera(NamedTuple):
 
 
 class ColmapImage(NamedTuple):
-    """A registered photo: world-to-camera rotation as a quaternion wxyz, and translation."""
+    """A registered photo: world-to-camera rotation (quaternion wxyz) and translation."""
 
     name: str
     camera_id: int
@@ -52,22 +52,22 @@ class ColmapImage(NamedTuple):
 
 
 class ColmapPoints(NamedTuple):
-    """`xyz [m, 3]` in world units, `rgb [m, 3]`; tracks and errors are skipped."""
+    """Sparse points: `xyz [m, 3]` in world units, `rgb [m, 3]` in 0..255."""
 
     xyz: Float[np.ndarray, "m 3"]
     rgb: UInt8[np.ndarray, "m 3"]
 
 
 @dataclass
-class _Bytes:
-    """A binary file read from front to back."""
+class _BinaryReader:
+    """A binary file that is read from front to back."""
 
     path: Path
     data: bytes
     offset: int = 0
 
     @classmethod
-    def of(cls, path: Path) -> "_Bytes":
+    def of(cls, path: Path) -> "_BinaryReader":
         return cls(path, read_bytes(path))
 
     @property
@@ -82,18 +82,18 @@ class _Bytes:
         return values
 
     def count(self, smallest: int, noun: str) -> int:
-        """A number of records of at least `smallest` bytes each, which must fit in the file."""
+        """Read a number of records, which must fit in the file at `smallest` bytes each or more."""
         (count,) = self.take(_COUNT)
         if count * smallest > self.left:
             raise self.damaged(
-                f"says at byte {self.offset - 8} that {count} {noun} follow, "
-                f"but only {self.left} bytes do"
+                f"announces {count} {noun} at byte {self.offset - 8}, "
+                f"but only {self.left} bytes follow"
             )
         return count
 
     def finish(self) -> None:
         if self.left:
-            raise self.damaged(f"goes on for {self.left} bytes after its last record")
+            raise self.damaged(f"has {self.left} bytes after its last record")
 
     def damaged(self, what: str) -> InputError:
         return InputError(f"{self.path} {what}; copy it again or rebuild the model")
@@ -109,7 +109,7 @@ _POINT = np.dtype(
 
 
 def read_bytes(path: Path) -> bytes:
-    """The file's content; `InputError` where it cannot be read."""
+    """Return the content of a file. Raises `InputError` if it cannot be read."""
     try:
         return path.read_bytes()
     except OSError as error:
@@ -117,31 +117,39 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_cameras(path: Path) -> dict[int, ColmapCamera]:
-    """Cameras by id, from `cameras.bin` or `cameras.txt`; fisheye models are refused."""
+    """Read `cameras.bin` or `cameras.txt` into cameras by id.
+
+    Raises `InputError` for a damaged file, and for a lens model that is not supported (fisheye).
+    """
     cameras = {}
     for number, model, width, height, parameters in (
         _binary_cameras(path) if path.suffix == ".bin" else _text_cameras(path)
     ):
         where = f"{path}: camera {number}"
-        if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE):
-            raise InputError(f"{where} is {width}x{height} pixels, which no photo is")
+        if not (0 < width <= SIDE_MAX and 0 < height <= SIDE_MAX):
+            raise InputError(f"{where} has an impossible size of {width}x{height} pixels")
         cameras[number] = _camera(where, model, width, height, parameters)
     return cameras
 
 
 def read_images(path: Path) -> list[ColmapImage]:
-    """Registered photos, from `images.bin` or `images.txt`; 2D observations are skipped."""
+    """Read the registered photos of `images.bin` or `images.txt`, without 2D observations.
+
+    Raises `InputError` for a damaged file.
+    """
     found = list(_binary_images(path) if path.suffix == ".bin" else _text_images(path))
     for image in found:
         if not image.name.isprintable() or not image.name:
-            raise InputError(f"{path} holds the file name {image.name!r}, which no photo has")
+            raise InputError(
+                f"{path} has the file name {image.name!r}, which is empty or not printable"
+            )
         if not np.isfinite([*image.quat, *image.translation]).all() or not any(image.quat):
-            raise InputError(f"{path}: the pose of {image.name} is not finite numbers")
+            raise InputError(f"{path}: the pose of {image.name} is not finite, or has no rotation")
     return found
 
 
 def read_points(path: Path) -> ColmapPoints:
-    """Points, from `points3D.bin` or `points3D.txt`."""
+    """Read `points3D.bin` or `points3D.txt`. Raises `InputError` for a damaged file."""
     return _binary_points(path) if path.suffix == ".bin" else _text_points(path)
 
 
@@ -167,7 +175,7 @@ def _camera(
             lens = Distortion((p[4], p[5], p[8], 0.0), (p[9], p[10], p[11]), (p[6], p[7]))
         case _:
             raise InputError(
-                f"{where} has the lens model {model}, which is not read here; run `colmap "
+                f"{where} has the lens model {model}, which is not supported; run `colmap "
                 "image_undistorter --image_path images --input_path sparse/0 --output_path DIR` "
                 "in the capture's folder and give DIR"
             )
@@ -180,7 +188,7 @@ _RawCamera = tuple[int, str, int, int, tuple[float, ...]]
 
 
 def _binary_cameras(path: Path) -> Iterator[_RawCamera]:
-    file = _Bytes.of(path)
+    file = _BinaryReader.of(path)
     for _ in range(file.count(_CAMERA.size, "cameras")):
         number, model, width, height = file.take(_CAMERA)
         if model not in MODELS:
@@ -194,7 +202,7 @@ def _binary_cameras(path: Path) -> Iterator[_RawCamera]:
 
 
 def _binary_images(path: Path) -> Iterator[ColmapImage]:
-    file = _Bytes.of(path)
+    file = _BinaryReader.of(path)
     for _ in range(file.count(_IMAGE.size + 1 + _COUNT.size, "images")):
         _, *pose, camera_id = file.take(_IMAGE)
         end = file.data.find(b"\0", file.offset)
@@ -214,11 +222,11 @@ def _binary_images(path: Path) -> Iterator[ColmapImage]:
 
 
 def _binary_points(path: Path) -> ColmapPoints:
-    file = _Bytes.of(path)
+    file = _BinaryReader.of(path)
     count = file.count(_POINT.itemsize, "points")
     data, size, at = file.data, len(file.data), file.offset
     length = _COUNT.unpack_from
-    starts = []  # records differ in length: walk over them here, read all of them at once below
+    starts = []  # records differ in length: find all starts first, then read all at once
     for _ in range(count):
         starts.append(at)
         at += _POINT.itemsize
@@ -237,7 +245,7 @@ def _binary_points(path: Path) -> ColmapPoints:
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    """(number, text) of each line that is no comment."""
+    """Yield (line number, text) of each line that is not a comment."""
     try:
         text = read_bytes(path).decode()
     except UnicodeDecodeError as error:

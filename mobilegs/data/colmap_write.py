@@ -1,4 +1,4 @@
-"""Poses and points as COLMAP's text files have them, with all digits."""
+"""Writes a COLMAP model as text, with all digits of every number."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -17,12 +17,13 @@ def write_model(
     points: Float[Tensor, "m 3"],
     colors: Float[Tensor, "m 3"],
 ) -> None:
-    """Write `sparse/0` of a capture; `cameras.txt` comes last.
+    """Write `sparse/0` of a capture; `cameras.txt` comes last and marks it as complete.
 
     Args:
-        capture: folder of the capture, which is there.
-        cameras: names of the photos and the pinhole cameras that took them.
-        points: sparse points, world units; colours in [0, 1].
+        capture: existing folder of the capture.
+        cameras: names of the photos and their pinhole cameras.
+        points: sparse points, `[m, 3]`, world units.
+        colors: of the points, `[m, 3]`, in [0, 1].
     """
     rows, images = ["# CAMERA_ID MODEL WIDTH HEIGHT FX FY CX CY"], []
     images.append("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of observations")

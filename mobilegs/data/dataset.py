@@ -1,4 +1,4 @@
-"""A capture, ready for training: posed photos, split in two, and the points that came with them."""
+"""Datasets of posed photos, and a loader that decodes, caches and prefetches them."""
 
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -16,7 +16,7 @@ from mobilegs.data import images
 from mobilegs.data.distortion import Distortion, undistort
 from mobilegs.errors import InputError
 
-TEST_EVERY = 8  # views 0, 8, 16, ... by sorted name are held back
+TEST_EVERY = 8  # views 0, 8, 16, ... in order of their names are held back
 Color = tuple[float, float, float]
 
 
@@ -26,14 +26,14 @@ class Frame:
 
     Attributes:
         name: file name relative to the folder of images, extension included.
-        camera: at the size at which the image will be loaded, lens distortion removed.
-        image_path: the photo; None where `pixels` hold the picture itself.
-        mask_path: white where the photo may be used; None for everywhere.
-        distortion: what to undo on load; None for pinhole pictures.
-        alpha: what transparency means: `mask` leaves those pixels out of the loss, `over`
-            composites the picture over `background`.
-        background: colour under `over`, each channel in [0, 1].
-        pixels: the picture in memory, `[h, w, 3]` uint8.
+        camera: pinhole camera at the size at which the photo will be loaded.
+        image_path: file of the photo; None if `pixels` hold it.
+        mask_path: file of a mask that is white where the photo is used; None uses all of it.
+        distortion: lens distortion to remove on load; None for pinhole photos.
+        alpha: meaning of transparency: `mask` leaves those pixels out of the loss, `over`
+            composites the photo over `background`.
+        background: RGB in [0, 1], used by `over`.
+        pixels: the photo in memory, `[h, w, 3]` uint8.
     """
 
     name: str
@@ -48,9 +48,12 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A posed photo, decoded: `image [h, w, 3]` sRGB in [0, 1]; `mask [h, w]`, 1 = in the loss.
+    """A posed photo, decoded.
 
-    `mask` is None where every pixel counts.
+    Attributes:
+        name, camera: those of the frame.
+        image: sRGB in [0, 1], `[h, w, 3]`.
+        mask: 1 for pixels in the loss, 0 for others, `[h, w]`; None if all are in the loss.
     """
 
     name: str
@@ -59,27 +62,27 @@ class View:
     mask: Float[Tensor, "h w"] | None = None
 
     def to(self, device: torch.device | str) -> "View":
-        """The same view on `device`."""
+        """Return the view on `device`."""
         mask = None if self.mask is None else self.mask.to(device)
         return View(self.name, self.camera.to(device), self.image.to(device), mask)
 
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """A capture.
+    """A capture that is ready for training.
 
     Attributes:
         name: of the capture's folder.
-        train, test: posed photos for training, and those held back.
-        points: sparse geometry that came with the poses, world units, `[m, 3]`. May be empty:
-            training then starts from random points around `center`.
+        train, test: posed photos for training, and held-back ones.
+        points: sparse points of the capture, world units, `[m, 3]`. May be empty: training then
+            starts from random points around `center`.
         colors: of the points, in [0, 1], `[m, 3]`.
-        extent: 1.1 x the largest distance of a training camera from their mean (3DGS's scale
-            of the scene; positive).
-        center: the point nearest to the optical axes of all training cameras, `[3]`: what
-            they look at, or among them where they look outwards or in parallel.
-        background: colour behind everything, in [0, 1], `[3]`.
-        near: near plane, `0.2 * min(1, extent)`; every camera carries it.
+        extent: 1.1 times the largest distance of a training camera from their mean, as in 3DGS;
+            positive, world units.
+        center: the point nearest to the optical axes of all training cameras, `[3]`, world
+            units. Cameras that look outwards or in parallel have it among them.
+        background: RGB in [0, 1], `[3]`.
+        near: near plane of every camera, world units: `0.2 * min(1, extent)`.
     """
 
     name: str
@@ -102,20 +105,20 @@ def assemble(
     colors: Float[np.ndarray, "m 3"],
     background: Color,
 ) -> Dataset:
-    """Measure the scene, give every camera its near plane; points that are not finite are left out.
+    """Build a dataset: compute extent, centre and near plane, and drop points that are not finite.
 
-    Raises `InputError` if fewer than two views are left in all, or none to train on.
+    Raises `InputError` if there are fewer than two views, none for training, or two of one name.
     """
     train, test = list(train), list(test)
     if len(train) + len(test) < 2:
-        raise InputError(f"capture {name} has a single view; a scene needs at least two photos")
+        raise InputError(f"capture {name} has fewer than two views; give at least two photos")
     if not train:
-        raise InputError(f"capture {name} has no view to train on: all are held back for the test")
-    _refuse_twins(train)
-    _refuse_twins(test)
+        raise InputError(f"capture {name} has no training view: all views are held back")
+    _validate_unique_names(train)
+    _validate_unique_names(test)
     kept = torch.from_numpy(np.concatenate([points, colors], axis=1)).float()
     kept = kept[kept.isfinite().all(1)]
-    center, extent = measure([frame.camera for frame in train], kept[:, :3])
+    center, extent = center_and_extent([frame.camera for frame in train], kept[:, :3])
     near = NEAR * min(1.0, extent)
     train, test = (
         [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
@@ -135,15 +138,15 @@ def assemble(
 
 
 def split_every_eighth(frames: Sequence[Frame]) -> tuple[list[Frame], list[Frame]]:
-    """(train, test): of the frames sorted by name, those at 0, 8, 16, ... are the test."""
-    _refuse_twins(frames)
+    """Split frames into (train, test): in order of names, frames 0, 8, 16, ... are the test."""
+    _validate_unique_names(frames)
     ordered = sorted(frames, key=lambda frame: frame.name)
     train = [frame for index, frame in enumerate(ordered) if index % TEST_EVERY]
     return train, ordered[::TEST_EVERY]
 
 
-def _refuse_twins(frames: Sequence[Frame]) -> None:
-    """Outputs carry the names of the photos, so a name may stand for one only."""
+def _validate_unique_names(frames: Sequence[Frame]) -> None:
+    """Raise InputError if two frames share a name: outputs are named after photos."""
     seen: set[str] = set()
     for frame in frames:
         if frame.name in seen:
@@ -151,13 +154,13 @@ def _refuse_twins(frames: Sequence[Frame]) -> None:
         seen.add(frame.name)
 
 
-def measure(
+def center_and_extent(
     cameras: Sequence[Camera], points: Float[Tensor, "m 3"]
 ) -> tuple[Float[Tensor, "3"], float]:
-    """What the cameras look at, and how far they are spread (see `Dataset`).
+    """Return (center, extent), as `Dataset` defines them.
 
-    Cameras that are all in one place have no spread: the median distance of the points from
-    that place stands in for it, or 1 where there are no points.
+    Cameras that are all in one place have no extent: it becomes the median distance of the points
+    from that place, or 1 without points. Raises `InputError` if it is not finite.
     """
     eyes = torch.stack([camera.position for camera in cameras]).double()
     axes = torch.stack([camera.viewmat[2, :3] for camera in cameras]).double()
@@ -168,8 +171,8 @@ def measure(
         extent = float(distances.median()) if len(points) else 1.0
     if not (0 < extent < float("inf")):
         raise InputError("the camera positions of this capture are not finite numbers")
-    # least squares over the distances to the axes; the small pull to the mean decides where
-    # parallel axes leave the depth open
+    # least squares over the distances to the axes; a small pull to the mean fixes the depth if
+    # all axes are parallel
     across = torch.eye(3, dtype=torch.float64) - axes[:, :, None] * axes[:, None, :]
     pull = 1e-3 * len(cameras) * torch.eye(3, dtype=torch.float64)
     moment = (across @ (eyes - mean)[:, :, None]).sum(0)[:, 0]
@@ -177,7 +180,7 @@ def measure(
 
 
 class _Decoded(NamedTuple):
-    """What the cache keeps: a third of the bytes of a float image."""
+    """A cached photo: 8 bits per channel, a quarter of a float32 image."""
 
     image: UInt8[Tensor, "h w 3"]
     mask: Bool[Tensor, "h w"] | None
@@ -188,16 +191,16 @@ class _Decoded(NamedTuple):
 
 
 def load_view(frame: Frame) -> View:
-    """Decode, reduce, undistort and mask one photo; `InputError` if a file is damaged."""
+    """Decode, downscale, undistort and mask one photo. Raises `InputError` if a file is damaged."""
     return _view(frame, _decode(frame))
 
 
 class ViewLoader:
-    """Views by index, decoded ahead of need by a few threads.
+    """A loader of views by index that decodes photos ahead in background threads.
 
-    Decoded photos stay in memory, 8 bits a channel, until `cache_bytes` are used; from then on
-    others are decoded anew each time they are asked for. What `get` returns does not depend on
-    the cache or on prefetching. Close it, or use it in a `with` block.
+    Decoded photos stay in memory, 8 bits per channel, until `cache_bytes` are used; others are
+    decoded on every request. The result of `get` does not depend on the cache or on prefetching.
+    Close the loader, or use it in a `with` block.
     """
 
     def __init__(
@@ -214,9 +217,9 @@ class ViewLoader:
         return len(self._frames)
 
     def get(self, index: int, device: torch.device | str = "cpu") -> View:
-        """The view of frame `index`, on `device`; `InputError` if it cannot be decoded.
+        """Return the view of frame `index` on `device`. Raises `InputError` if it is damaged.
 
-        There it becomes floats: what moves has 8 bits a channel.
+        The photo moves to the device with 8 bits per channel and becomes float32 there.
         """
         frame = self._frames[index]
         decoded = self._cache.get(index)
@@ -229,10 +232,10 @@ class ViewLoader:
         return _view(frame, decoded, device)
 
     def prefetch(self, indices: Iterable[int]) -> None:
-        """Begin to decode frames that `get` will ask for soon.
+        """Start to decode frames in the background.
 
-        At most 4 a thread wait to be fetched, which bounds the memory outside the cache; what is
-        beyond that is left for `get` to decode.
+        At most 4 frames per thread are pending, which bounds the memory outside the cache; `get`
+        decodes any others.
         """
         for index in indices:
             if len(self._pending) >= 4 * self._threads:
@@ -244,7 +247,7 @@ class ViewLoader:
             self._pending[index] = self._pool.submit(_decode, self._frames[index])
 
     def close(self) -> None:
-        """Stop the threads; what they had begun is dropped. `get` goes on working."""
+        """Stop the threads and drop pending frames. `get` still works."""
         self._pending.clear()
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
@@ -258,12 +261,12 @@ class ViewLoader:
 
 
 def _decode(frame: Frame) -> _Decoded:
-    """The frame's photo and mask, at the size of its camera, 8 bits a channel."""
+    """Decode the photo and mask of a frame at the size of its camera, 8 bits per channel."""
     width, height = frame.camera.width, frame.camera.height
     if frame.pixels is not None:
         return _Decoded(frame.pixels, None)
     if frame.image_path is None:
-        raise InputError(f"frame {frame.name} has neither a file nor pixels")
+        raise InputError(f"frame {frame.name} has neither image_path nor pixels")
     over = frame.background if frame.alpha == "over" else None
     pixels, usable = images.read_pixels(frame.image_path, width, height, over=over)
     image = torch.from_numpy(np.array(pixels))
@@ -282,7 +285,7 @@ def _undistorted(
     K: Float[Tensor, "3 3"],
     distortion: Distortion,
 ) -> tuple[UInt8[Tensor, "h w 3"], Bool[Tensor, "h w"]]:
-    """Photo and mask as a pinhole camera sees them; a pixel counts if all it reads counts."""
+    """Undistort photo and mask; a pixel is in the mask if all pixels it is made of are."""
     channels = image.float()
     if mask is not None:
         channels = torch.cat([channels, mask[:, :, None].float()], dim=2)
@@ -309,21 +312,22 @@ def posed_frame(
     alpha: Literal["mask", "over"] = "mask",
     background: Color = (0.0, 0.0, 0.0),
 ) -> Frame:
-    """A frame at the photo's size divided by `downscale` (None: at most 1600 pixels wide).
+    """Return a frame at the photo's size divided by `downscale` (None: at most 1600 pixels wide).
 
-    `camera` may be recorded at another resolution than the file has, not with another shape.
-    Only headers are read here; raises `InputError` if one cannot be, or if shapes differ.
+    `camera` may have another resolution than the file, but needs the same aspect ratio. Only
+    headers of files are read. Raises `InputError` if a file cannot be read or if the aspect
+    ratios of camera, photo and mask differ.
     """
     size = images.image_size(image_path)
     recorded = (camera.width, camera.height)
     if not images.same_shape(size, recorded):
         raise InputError(
-            f"{image_path} is {size[0]}x{size[1]} but its camera was made for "
-            f"{recorded[0]}x{recorded[1]}; use the photos the poses were computed from, "
-            "neither cropped nor rotated since"
+            f"{image_path} is {size[0]}x{size[1]} but its camera is "
+            f"{recorded[0]}x{recorded[1]}; use the photos from which the poses were computed, "
+            "not cropped or rotated"
         )
     if mask_path is not None and not images.same_shape(images.image_size(mask_path), size):
-        raise InputError(f"mask {mask_path} has another shape than its photo {image_path}")
+        raise InputError(f"mask {mask_path} has another aspect ratio than its photo {image_path}")
     if not bool(camera.viewmat.isfinite().all() and camera.K.isfinite().all()):
         raise InputError(f"the camera of {name} has numbers that are not finite")
     return Frame(

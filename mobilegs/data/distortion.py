@@ -1,4 +1,4 @@
-"""Lens distortion of the polynomial kind, and how a photo is freed from it."""
+"""Brown-Conrady lens distortion, and the undistortion of photos."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class Distortion:
         return any((*self.numerator, *self.denominator, *self.tangential))
 
     def radial(self, r2: Float[Tensor, "..."]) -> Float[Tensor, "..."]:
-        """The factor f at squared radius `r2`."""
+        """Return the factor f at squared radius `r2`, any shape."""
         above, below = torch.zeros_like(r2), torch.zeros_like(r2)
         for coefficient in reversed(self.numerator):
             above = (above + coefficient) * r2
@@ -43,7 +43,7 @@ class Distortion:
     def apply(
         self, x: Float[Tensor, "..."], y: Float[Tensor, "..."]
     ) -> tuple[Float[Tensor, "..."], Float[Tensor, "..."]]:
-        """Where the lens puts the ideal points (x, y), all on the plane z = 1."""
+        """Return the distorted (x', y') of ideal points (x, y) on the plane z = 1, any shape."""
         (p1, p2), r2 = self.tangential, x * x + y * y
         f = self.radial(r2)
         return (
@@ -52,10 +52,10 @@ class Distortion:
         )
 
     def valid_radius(self, largest: float) -> float:
-        """Radius up to which distances from the axis still grow, at most `largest`.
+        """Return the radius up to which distorted radii still grow, at most `largest`.
 
         Fitted polynomials fold over outside the photo they were fitted to; beyond the fold they
-        would show the picture a second time, mirrored.
+        would show the photo a second time, mirrored.
         """
         radii = torch.linspace(0, largest, 2049, dtype=torch.float64)
         seen = radii * self.radial(radii * radii)
@@ -66,11 +66,10 @@ class Distortion:
 def undistort(
     image: Float[Tensor, "h w c"], *, K: Float[Tensor, "3 3"], distortion: Distortion
 ) -> tuple[Float[Tensor, "h w c"], Bool[Tensor, "h w"]]:
-    """The picture that a pinhole camera with the same `K` would have taken, and where it is known.
+    """Return (image [h, w, c] of a pinhole camera with the same `K`, known [h, w]).
 
-    Each ideal pixel centre is sent through the lens and the photo is read there bilinearly.
-    Pixels that the photo does not show are False in the second result; their colour is that of
-    the nearest edge.
+    Each ideal pixel centre is distorted, and the photo is sampled there bilinearly. `known` is
+    False for pixels that the photo does not show; those have the colour of the nearest edge.
     """
     height, width, _ = image.shape
     fx, fy, cx, cy = (float(K[i]) for i in ((0, 0), (1, 1), (0, 2), (1, 2)))

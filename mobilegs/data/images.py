@@ -1,4 +1,4 @@
-"""Photos and masks on disk: their sizes, and their pixels at the size that is asked for."""
+"""Reads photos and masks from disk: sizes, and pixels averaged down to a given size."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,14 +11,14 @@ from scipy.sparse import csr_array
 from mobilegs.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff")
-WIDEST = 1600  # pixels: wider photos are reduced unless a factor is asked for, as in 3DGS
+WIDTH_MAX = 1600  # pixels: wider photos are downscaled if no factor is given, as in 3DGS
 
-# everything PIL raises for a damaged file, besides the oversized one it calls a bomb
+# the errors that PIL raises for damaged or oversized files
 PIL_ERRORS = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
 
 
 def is_file(path: Path) -> bool:
-    """Whether `path` is a file; a name that the file system cannot hold is not one."""
+    """Return whether `path` is a file; False for names that the file system cannot hold."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -26,7 +26,7 @@ def is_file(path: Path) -> bool:
 
 
 def open_image(path: Path) -> Image.Image:
-    """The image, header read, pixels not yet; `InputError` if it is not one."""
+    """Open an image without decoding it. Raises `InputError` if it is not an image."""
     try:
         return Image.open(path)
     except PIL_ERRORS as error:
@@ -34,29 +34,31 @@ def open_image(path: Path) -> Image.Image:
 
 
 def image_size(path: Path) -> tuple[int, int]:
-    """Width and height in pixels as stored; an EXIF rotation is not applied."""
+    """Return width and height in pixels as stored, without EXIF rotation."""
     with open_image(path) as image:
         return image.size
 
 
 def has_alpha(path: Path) -> bool:
-    """Whether the file carries transparency."""
+    """Return whether an image file has transparency."""
     with open_image(path) as image:
         return _has_alpha(image)
 
 
 def reduced_size(width: int, height: int, downscale: int | None) -> tuple[int, int]:
-    """Size after division by `downscale`, to the nearest pixel.
+    """Return (width, height) divided by `downscale`, to the nearest pixel.
 
-    None makes it at most 1600 wide, and its height what 3DGS makes of it, which drops fractions.
+    None makes the width at most 1600 and rounds the height down, as 3DGS does.
     """
     if downscale is None:
-        return (width, height) if width <= WIDEST else (WIDEST, max(1, height * WIDEST // width))
+        if width <= WIDTH_MAX:
+            return width, height
+        return WIDTH_MAX, max(1, height * WIDTH_MAX // width)
     return max(1, int(width / downscale + 0.5)), max(1, int(height / downscale + 0.5))
 
 
 def same_shape(size: tuple[int, int], other: tuple[int, int]) -> bool:
-    """Whether two sizes are the same picture at two resolutions, rounding to pixels allowed."""
+    """Return whether two sizes have the same aspect ratio, up to rounding to pixels."""
     (w, h), (W, H) = size, other
     return abs(W * h - w * H) <= 1.5 * max(H, W)
 
@@ -64,10 +66,11 @@ def same_shape(size: tuple[int, int], other: tuple[int, int]) -> bool:
 def read_pixels(
     path: Path, width: int, height: int, *, over: tuple[float, float, float] | None
 ) -> tuple[UInt8[np.ndarray, "h w 3"], Bool[np.ndarray, "h w"] | None]:
-    """Decode, and average over boxes of pixels down to `width` x `height`.
+    """Decode a photo and average it down to `width` x `height` pixels.
 
-    A transparent image is composited `over` that colour (each in [0, 1]). With None its colours
-    are left alone and the second result says which pixels are opaque throughout.
+    Returns (sRGB, opaque). A transparent image is composited over the colour `over`, RGB in
+    [0, 1]. With `over` None its colours stay, and `opaque` is True where all averaged pixels are
+    opaque; in all other cases `opaque` is None. Raises `InputError` if it cannot be decoded.
     """
     with open_image(path) as image:
         try:
@@ -87,7 +90,10 @@ def read_pixels(
 
 
 def read_mask(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
-    """True where the mask is white (over half) in all that the pixel covers."""
+    """Return a mask, True where all pixels that are averaged are white (128 or more).
+
+    Raises `InputError` if the file cannot be decoded.
+    """
     with open_image(path) as image:
         try:
             return _solid(image.convert("L"), width, height)
@@ -96,7 +102,7 @@ def read_mask(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
 
 
 def list_images(folder: Path) -> list[Path]:
-    """The image files directly in `folder`, sorted by name; none if there is no such folder."""
+    """Return the image files in `folder`, sorted by name; empty if there is no such folder."""
     if not folder.is_dir():
         return []
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
@@ -105,10 +111,10 @@ def list_images(folder: Path) -> list[Path]:
 def reduced_files(
     folder: Path, names: Iterable[str], downscale: int | None
 ) -> dict[str, Path] | None:
-    """Photos that someone already reduced: `images_4/` beside `images/`, for a factor of 4.
+    """Return the downscaled photos in `images_4/` next to `images/`, for a `downscale` of 4.
 
-    Files are matched by name, or, where the reduced ones are named otherwise, by their place in
-    sorted order if both folders hold as many. None if there is no usable folder.
+    Files are matched by name, or else by sorted order if both folders hold equally many. None if
+    there is no such folder, or its files match neither way.
     """
     beside = folder.with_name(f"{folder.name}_{downscale}")
     if downscale is None or downscale == 1 or not beside.is_dir():
@@ -128,16 +134,16 @@ def _has_alpha(image: Image.Image) -> bool:
 
 
 def as_rgb(image: Image.Image) -> Image.Image:
-    """The picture with three channels of 8 bits; transparency is dropped."""
-    if image.mode.startswith("I;16"):  # 16-bit grey, which convert() would clip to white
+    """Return the image as RGB with 8 bits per channel; transparency is dropped."""
+    if image.mode.startswith("I;16"):  # convert() would clip 16-bit grey to white
         image = Image.fromarray((np.asarray(image).astype(np.uint16) >> 8).astype(np.uint8))
     return image.convert("RGB")
 
 
 def _boxed(image: Image.Image, width: int, height: int) -> Image.Image:
-    """Area average, rounded once.
+    """Resize by averaging areas, rounded once.
 
-    PIL's own box filter takes whole pixels only, and rounds up twice: half a level too bright.
+    PIL's box filter takes only whole pixels and rounds up twice, half a level too bright.
     """
     if image.size == (width, height):
         return image
@@ -154,7 +160,7 @@ def _boxed(image: Image.Image, width: int, height: int) -> Image.Image:
 
 
 def _overlap(size: int, cells: int) -> csr_array:
-    """How much of each of `cells` equal parts of a line of `size` pixels each pixel makes up."""
+    """Return the weights `[cells, size]` of pixels in the averages of `cells` equal parts."""
     borders = np.arange(cells + 1) * (size / cells)
     cuts = np.union1d(borders, np.arange(size + 1))
     middle, share = (cuts[1:] + cuts[:-1]) / 2, np.diff(cuts) * (cells / size)

@@ -1,7 +1,8 @@
-"""Captures described by a `transforms.json`: nerfstudio's, instant-ngp's, and Blender's kin.
+"""Reads captures with a `transforms.json`: those of nerfstudio, instant-ngp and Blender.
 
-Poses are camera-to-world with OpenGL axes (x right, y up, z back). An `applied_transform`
-is left alone: it has been applied to the poses and the points alike.
+Poses are camera-to-world with OpenGL axes (x right, y up, z back). An `applied_transform` is
+ignored: poses and points already include it. The format is documented at
+https://docs.nerf.studio/quickstart/data_conventions.html.
 """
 
 import json
@@ -17,7 +18,7 @@ from jaxtyping import Float
 
 from mobilegs.camera import Camera
 from mobilegs.data import images
-from mobilegs.data.colmap_files import LARGEST_SIDE, read_bytes
+from mobilegs.data.colmap_files import SIDE_MAX, read_bytes
 from mobilegs.data.dataset import Color, Dataset, Frame, assemble, posed_frame, split_every_eighth
 from mobilegs.data.distortion import Distortion
 from mobilegs.data.points import read_points_ply
@@ -33,10 +34,11 @@ def load_nerfstudio(
     background: Color | None = None,
     masks: bool = True,
 ) -> Dataset:
-    """Read `transforms.json`. The test views are those the file names, or every eighth by name.
+    """Read `transforms.json`.
 
-    Transparent photos are composited over `background`: white by default where there are any,
-    else black. Raises `InputError`.
+    The held-back views are those that the file or `transforms_test.json` lists, or else every
+    eighth by name. Transparent photos are composited over `background`: by default white if any
+    photo is transparent, else black. `load_capture` describes the arguments. Raises `InputError`.
     """
     meta = read_transforms(path / "transforms.json")
     files = frame_files(path, meta, path / "transforms.json")
@@ -60,7 +62,7 @@ def load_nerfstudio(
 
 
 def read_transforms(path: Path) -> dict[str, Any]:
-    """The JSON object of a transforms file, with a list `frames` of objects in it."""
+    """Read the JSON object of a transforms file. Raises `InputError` without a list `frames`."""
     try:
         meta = json.loads(read_bytes(path))
     except (ValueError, RecursionError) as error:
@@ -74,7 +76,10 @@ def read_transforms(path: Path) -> dict[str, Any]:
 
 
 def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
-    """The photo of every frame; a missing suffix is looked for."""
+    """Return the photo of every frame, with a suffix added if it is missing.
+
+    Raises `InputError`, which names `source`, for a photo that does not exist.
+    """
     files = []
     for index, frame in enumerate(meta["frames"]):
         name = frame.get("file_path")
@@ -92,7 +97,7 @@ def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
 def read_frames(
     path: Path, file: str, *, downscale: int | None, background: Color, masks: bool = True
 ) -> list[Frame]:
-    """The posed photos of one transforms file in `path`, in the file's order."""
+    """Read the posed photos of the transforms file `file` in `path`, in the file's order."""
     source = path / file
     meta = read_transforms(source)
     photos = frame_files(path, meta, source)
@@ -125,7 +130,7 @@ def _number(
 ) -> float:
     value = values.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e30:
-        raise InputError(f"{where} should have a finite number {key}, not {value!r}")
+        raise InputError(f"{where} needs a finite number as {key}, got {value!r}")
     return float(value)
 
 
@@ -133,8 +138,8 @@ def _camera(where: str, values: dict[str, Any], size: tuple[int, int]) -> Camera
     width, height = (
         round(_number(where, values, key, default)) for key, default in zip("wh", size, strict=True)
     )
-    if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE):
-        raise InputError(f"{where} is {width}x{height} pixels, which no photo is")
+    if not (0 < width <= SIDE_MAX and 0 < height <= SIDE_MAX):
+        raise InputError(f"{where} has an impossible size of {width}x{height} pixels")
     fx = _focal(where, values, "x", width)
     fy = fx
     if "fl_y" in values or "camera_angle_y" in values:
@@ -150,21 +155,21 @@ def _camera(where: str, values: dict[str, Any], size: tuple[int, int]) -> Camera
 
 
 def _focal(where: str, values: dict[str, Any], axis: str, side: int) -> float:
-    """Focal length in pixels along one axis, from `fl_x` or from the field of view in radians."""
+    """Return the focal length in pixels along one axis, from `fl_x` or the field of view."""
     if f"fl_{axis}" in values or f"camera_angle_{axis}" not in values:
         focal = _number(where, values, f"fl_{axis}")
     else:
         angle = _number(where, values, f"camera_angle_{axis}")
         focal = side / (2 * math.tan(angle / 2)) if 0 < angle < math.pi else 0.0
     if not focal > 0:
-        raise InputError(f"{where} has a focal length or field of view that no camera has")
+        raise InputError(f"{where} has a focal length or field of view out of range")
     return focal
 
 
 def _viewmat(where: str, matrix: Any) -> Float[np.ndarray, "4 4"]:
-    """World-to-camera with OpenCV axes from camera-to-world with OpenGL's.
+    """Convert camera-to-world with OpenGL axes into world-to-camera with OpenCV axes.
 
-    A uniform scale that a modelling tool left in the rotation is divided out.
+    A uniform scale in the rotation, as modelling tools leave it, is divided out.
     """
     try:
         pose = np.array(matrix, np.float64)
@@ -175,7 +180,7 @@ def _viewmat(where: str, matrix: Any) -> Float[np.ndarray, "4 4"]:
     rotation, eye = pose[:3, :3] * [1, -1, -1], pose[:3, 3]
     rotation = rotation / max(np.linalg.norm(rotation[:, 0]), 1e-30)
     if np.abs(rotation.T @ rotation - np.eye(3)).max() > 1e-2 or np.linalg.det(rotation) < 0:
-        raise InputError(f"{where} has a transform_matrix that is not a rotation and a shift")
+        raise InputError(f"{where} has a transform_matrix that is not a rotation and a translation")
     viewmat = np.eye(4)
     viewmat[:3, :3] = rotation.T
     viewmat[:3, 3] = -rotation.T @ eye
@@ -186,8 +191,8 @@ def _distortion(where: str, values: dict[str, Any]) -> Distortion:
     model = values.get("camera_model", "OPENCV")
     if model not in LENSES or values.get("is_fisheye"):
         raise InputError(
-            f"{where} has the camera model {model!r}, which is not read here; undistort the photos "
-            "to pinhole ones first, for instance with `colmap image_undistorter`"
+            f"{where} has the camera model {model!r}, which is not supported; undistort the photos "
+            "first, for example with `colmap image_undistorter`"
         )
     k1, k2, k3, k4, p1, p2 = (
         _number(where, values, key, 0.0) for key in ("k1", "k2", "k3", "k4", "p1", "p2")
@@ -207,10 +212,10 @@ def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
 def _named(
     path: Path, meta: dict[str, Any], key: str, files: Sequence[Path], frames: Sequence[Frame]
 ) -> list[Frame]:
-    """The frames that a list of file names in the transforms file picks, in the frames' order."""
+    """Return the frames whose files the list `meta[key]` names, in the order of the frames."""
     names = meta[key]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{path / 'transforms.json'} has {key} that are not a list of file names")
+        raise InputError(f"{path / 'transforms.json'} has a {key} that is not a list of file names")
     wanted = {path / name for name in names}
     picked = [
         frame
@@ -219,8 +224,8 @@ def _named(
     ]
     if len(picked) < len(wanted):
         raise InputError(
-            f"{path / 'transforms.json'}: {key} names {len(wanted)} photos, of which only "
-            f"{len(picked)} are among the frames"
+            f"{path / 'transforms.json'}: {key} names {len(wanted)} photos, but only "
+            f"{len(picked)} of them are frames"
         )
     return picked
 
@@ -232,5 +237,7 @@ def _points(
     if name is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
     if not isinstance(name, str) or not images.is_file(path / name):
-        raise InputError(f"{path / 'transforms.json'} names the points {name!r}, not in {path}")
+        raise InputError(
+            f"{path / 'transforms.json'} names the points {name!r}, which are not in {path}"
+        )
     return read_points_ply(path / name)

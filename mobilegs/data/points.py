@@ -1,4 +1,4 @@
-"""Coloured points from a PLY file, as nerfstudio captures carry them."""
+"""Reads coloured points from a PLY file, as nerfstudio captures have them."""
 
 from pathlib import Path
 
@@ -24,14 +24,15 @@ _HEADER_BYTES = 1 << 16
 def read_points_ply(
     path: Path,
 ) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
-    """(positions in world units, colours in [0, 1]); grey where the file has no colours.
+    """Return (points [m, 3] in world units, colours [m, 3] in [0, 1]); grey without colours.
 
-    The vertices must be the first element of the file, as they are in practice.
+    The vertices must be the first element of the file. Raises `InputError` for a file that is
+    not such a PLY, or is damaged.
     """
     data = read_bytes(path)
     end = data.find(b"end_header\n", 0, _HEADER_BYTES)
     if not data.startswith(b"ply") or end < 0:
-        raise InputError(f"{path} is not a PLY file: its header does not begin or end as one")
+        raise InputError(f"{path} is not a PLY file: it does not have a PLY header")
     header = data[:end].decode("ascii", errors="replace").split("\n")
     order, count, names = _parse_header(path, header)
     body = memoryview(data)[end + len(b"end_header\n") :]
@@ -41,7 +42,7 @@ def read_points_ply(
         else _binary_rows(path, body, count, names, order)
     )
     if not {"x", "y", "z"} <= rows.keys():
-        raise InputError(f"{path} has no properties x, y, z to place points by")
+        raise InputError(f"{path} lacks the properties x, y, z")
     points = np.stack([rows[axis].astype(np.float64) for axis in "xyz"], axis=1)
     if not {"red", "green", "blue"} <= rows.keys():
         return points, np.full_like(points, 0.5)
@@ -51,7 +52,7 @@ def read_points_ply(
 
 
 def _parse_header(path: Path, lines: list[str]) -> tuple[str, int, dict[str, str]]:
-    """(byte order or `ascii`, number of vertices, numpy type of each property in order)."""
+    """Return (byte order or `ascii`, number of vertices, numpy type of each property)."""
     orders = {"ascii": "ascii", "binary_little_endian": "<", "binary_big_endian": ">"}
     order, count, element = None, None, None
     names: dict[str, str] = {}
@@ -62,13 +63,15 @@ def _parse_header(path: Path, lines: list[str]) -> tuple[str, int, dict[str, str
             case ["element", "vertex", number] if element is None and number.isdecimal():
                 element, count = "vertex", int(number[:18])
             case ["element", name, _] if count is None:
-                raise InputError(f"{path} has the element {name} before its vertices; reorder it")
+                raise InputError(
+                    f"{path} has the element {name} before its vertices; put the vertices first"
+                )
             case ["element", *_]:
                 element = "other"
             case ["property", kind, name] if element == "vertex" and kind in _TYPES:
                 names[name] = _TYPES[kind]
             case ["property", *_] if element == "vertex":
-                raise InputError(f"{path} has the vertex property {line!r}, which is no number")
+                raise InputError(f"{path} has the vertex property {line!r}, which is not a number")
     if order is None or count is None or not names:
         raise InputError(f"{path} has a PLY header without a known format or without vertices")
     return order, count, names
@@ -80,8 +83,8 @@ def _binary_rows(
     layout = np.dtype([(name, order + kind) for name, kind in names.items()])
     if count * layout.itemsize > len(body):
         raise InputError(
-            f"{path} should hold {count} points of {layout.itemsize} bytes, but only "
-            f"{len(body)} bytes follow its header; copy it again"
+            f"{path} announces {count} points of {layout.itemsize} bytes, but has only "
+            f"{len(body)} bytes after its header; copy it again"
         )
     rows = np.frombuffer(body, layout, count)
     return {name: rows[name] for name in names}
@@ -92,10 +95,12 @@ def _ascii_rows(
 ) -> dict[str, np.ndarray]:
     tokens = body.split(maxsplit=count * len(names)) if count * len(names) <= len(body) else []
     if len(tokens) < count * len(names):
-        raise InputError(f"{path} ends before its {count} points; copy it again")
+        raise InputError(f"{path} ends before the last of its {count} points; copy it again")
     try:
         table = np.array(tokens[: count * len(names)]).astype(np.float64)
     except ValueError as error:
-        raise InputError(f"{path} has a vertex that is not numbers ({error})") from error
+        raise InputError(
+            f"{path} has a vertex with a value that is not a number ({error})"
+        ) from error
     table = table.reshape(count, len(names))
     return {name: table[:, column] for column, name in enumerate(names)}

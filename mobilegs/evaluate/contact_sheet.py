@@ -1,4 +1,4 @@
-"""A picture for the eye: photos beside renders, and where they differ."""
+"""The contact sheet of a run: photos next to renders and errors."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,10 +15,10 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
 from mobilegs.render.scene import Scene
 
-CELL = 480  # px, widest picture of a sheet; smaller ones are enlarged to half of it at least
+CELL = 480  # px, maximum width of an image; those up to half of it are enlarged
 GAP = 6
 CAPTION = 26
-ERROR_GAIN = 4  # so that an error of a quarter of the range is fully bright
+ERROR_GAIN = 4  # an error of a quarter of the range is white
 PAPER, INK = 250, (20, 20, 20)
 
 
@@ -26,13 +26,13 @@ PAPER, INK = 250, (20, 20, 20)
 def contact_sheet(
     path: Path | str, dataset: Dataset, teacher: Scene, student: Scene, *, views: int = 4
 ) -> None:
-    """Write a PNG: a row for each of up to `views` held-back photos, spread evenly.
+    """Write a PNG with a row for each of up to `views` held-back photos, evenly spaced.
 
-    From left to right the photo, the teacher's picture, the student's, and the student's
-    absolute error, amplified; PSNR (counted pixels only) stands under each render. Without
-    held-back views, training views are shown.
+    A row shows the photo, the teacher's render, the student's render and the student's absolute
+    error, amplified; the captions give PSNR without masked pixels. If no view is held back,
+    training views are shown.
 
-    Raises InputError if the capture has no view at all.
+    Raises InputError if the capture has no view.
     """
     frames = pick_frames(dataset.test or dataset.train, views)
     if not frames:
@@ -48,14 +48,14 @@ def contact_sheet(
 
 
 def pick_frames(frames: Sequence[Frame], count: int) -> list[Frame]:
-    """At most `count` frames, evenly spread from the first to the last."""
+    """Return at most `count` frames, evenly spaced from the first to the last."""
     if len(frames) <= count:
         return list(frames)
     return [frames[i * (len(frames) - 1) // max(count - 1, 1)] for i in range(count)]
 
 
 def row_of(view: View, teacher: Scene, student: Scene) -> UInt8[np.ndarray, "h w 3"]:
-    """The four captioned cells of one view, side by side."""
+    """Return the four captioned cells of one view, side by side."""
     photo = view.image.cpu()
     mask = None if view.mask is None else view.mask.cpu() > 0.5
     cells = [(photo, view.name)]
@@ -71,7 +71,7 @@ def row_of(view: View, teacher: Scene, student: Scene) -> UInt8[np.ndarray, "h w
 
 
 def cell(image: Float[Tensor, "h w 3"], caption: str) -> UInt8[np.ndarray, "H W 3"]:
-    """A picture at a readable size on paper, its caption below."""
+    """Return an image at a readable size, with a border and its caption below."""
     picture = Image.fromarray(to_bytes(image).numpy())
     width, height = picture.size
     if width > CELL:

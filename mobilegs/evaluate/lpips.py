@@ -1,14 +1,14 @@
-"""LPIPS: how different two pictures look to a network. Lower is better.
+"""LPIPS, a perceptual distance between two images. Lower is better.
 
 Zhang et al. 2018, version 0.1, with the VGG-16 or AlexNet backbone. Two conventions are in use
-and must never be mixed, so every figure here carries its own name:
+whose values cannot be compared, so each has its own name:
 
-    lpips_vgg, lpips_alex                    pictures in [0, 1] are fed as they are: wrong, but
-                                             what 3DGS's and most splatting papers report
-    lpips_vgg_rescaled, lpips_alex_rescaled  pictures are brought to [-1, 1]: what the networks
-                                             were calibrated for
+    lpips_vgg, lpips_alex                    images in [0, 1] enter the network: a mistake, but
+                                             the values that 3DGS and most papers report
+    lpips_vgg_rescaled, lpips_alex_rescaled  images are scaled to [-1, 1], for which the networks
+                                             were calibrated
 
-No weights come with the package. A folder holds `lpips_vgg16.npz` and `lpips_alexnet.npz`, each
+The package contains no weights. A folder holds `lpips_vgg16.npz` and `lpips_alexnet.npz`, each
 with arrays `conv{i}.weight [out, in, kh, kw]`, `conv{i}.bias [out]`, `lin{i} [channels]`.
 """
 
@@ -32,7 +32,7 @@ from mobilegs.errors import InputError
 Net = Literal["vgg", "alex"]
 LPIPS_NAMES = ("lpips_vgg", "lpips_vgg_rescaled", "lpips_alex", "lpips_alex_rescaled")
 ENVIRONMENT = "MOBILEGS_LPIPS"
-SIDE_MIN = 32  # px; AlexNet's last layer has no pixel left below 31
+SIDE_MIN = 32  # px; below 31 px AlexNet's last layer is empty
 BYTES_MAX = 200 << 20  # VGG-16's weights take 59 MB as float32
 SHIFT = (-0.030, -0.088, -0.188)
 SCALE = (0.458, 0.448, 0.450)
@@ -46,12 +46,14 @@ class Conv:
     shape: tuple[int, int, int]  # out, in, kernel size
     stride: int = 1
     padding: int = 1
-    pool: int = 0  # side of the max-pooling of stride 2 before it
-    tap: bool = False  # whether LPIPS compares what leaves it
+    pool: int = 0  # size of the max-pooling of stride 2 before it
+    tap: bool = False  # True if LPIPS compares its output
 
 
 @dataclass(frozen=True)
 class Backbone:
+    """A network: its file of weights and its convolutions."""
+
     file: str
     layers: tuple[Conv, ...]
 
@@ -89,7 +91,7 @@ BACKBONES: dict[Net, Backbone] = {
 
 
 class Lpips:
-    """The metric with one backbone; it computes on the device of the pictures.
+    """LPIPS with one backbone, on the device of the images.
 
     Raises InputError if `weights_dir` has no usable weights for `net`.
     """
@@ -115,10 +117,11 @@ class Lpips:
         *,
         rescale: bool,
     ) -> list[float]:
-        """Distance of each of `images` from `target`, all in [0, 1], sides of 32 px or more.
+        """Return the distance of each of `images` from `target`.
 
-        All go through the network together, so the target's features are computed once.
-        `rescale` brings the pictures to [-1, 1] first; see the module for the two conventions.
+        Values are in [0, 1]; sides have at least 32 px. All images share one batch, so the features
+        of the target are computed once. `rescale` scales the images to [-1, 1] first; see the
+        module for the two conventions.
         """
         self.move(target.device)
         batch = torch.stack([target, *images]).permute(0, 3, 1, 2)  # [1 + m, 3, h, w]
@@ -138,30 +141,30 @@ class Lpips:
         return totals.tolist()
 
     def move(self, device: torch.device) -> None:
-        """Keep the weights on `device` from now on."""
+        """Move the weights to `device`."""
         if self.weights[0].device != device:
             for tensors in (self.weights, self.biases, self.heads):
                 tensors[:] = [tensor.to(device) for tensor in tensors]
 
 
 def tap_distances(
-    features: Float[Tensor, "pictures c h w"], head: Float[Tensor, "c"]
+    features: Float[Tensor, "images c h w"], head: Float[Tensor, "c"]
 ) -> Float[Tensor, "m"]:
-    """Weighted squared distance of unit feature vectors from the first picture's, of the others.
+    """Return the weighted squared distance of each image's unit features from the first image's.
 
-    One picture at a time: the first layers' features are the largest thing in memory.
+    One image at a time, because the first layers' features take the most memory.
     """
     first = unit(features[0])
     return torch.stack([(unit(f) - first).square().mean((1, 2)) @ head for f in features[1:]])
 
 
 def unit(features: Float[Tensor, "c h w"]) -> Float[Tensor, "c h w"]:
-    """Every pixel's feature vector at length 1."""
+    """Normalise the feature vector of every pixel."""
     return features / (features.square().sum(0, keepdim=True).sqrt() + EPSILON)
 
 
 class LpipsSuite:
-    """All four figures, from one folder (or address) of weights."""
+    """The four LPIPS metrics, from a folder or http(s) address of weights."""
 
     def __init__(self, weights: Path | str) -> None:
         folder = fetch_weights(weights)
@@ -170,7 +173,7 @@ class LpipsSuite:
     def distances(
         self, target: Float[Tensor, "h w 3"], images: list[Float[Tensor, "h w 3"]]
     ) -> list[dict[str, float | None]]:
-        """For each picture its distances from `target` by name; None where a side is too short."""
+        """Return the distances of each image from `target` by name; None for sides under 32 px."""
         if min(target.shape[:2]) < SIDE_MIN:
             return [dict.fromkeys(LPIPS_NAMES) for _ in images]
         results: list[dict[str, float | None]] = [{} for _ in images]
@@ -184,13 +187,17 @@ class LpipsSuite:
 
 
 def lpips_from(weights: Path | str | None) -> LpipsSuite | None:
-    """The suite from a folder or address, from `MOBILEGS_LPIPS` if None is given, or None."""
+    """Return the suite of `weights` or else of `MOBILEGS_LPIPS`, or None without either.
+
+    `weights` is a folder or an http(s) address. Raises InputError if the weights are missing or
+    damaged.
+    """
     chosen = weights or os.environ.get(ENVIRONMENT)
     return LpipsSuite(chosen) if chosen else None
 
 
 def expected_shapes(backbone: Backbone) -> dict[str, tuple[int, ...]]:
-    """Name and shape of every array that a file of weights must hold."""
+    """Return name and shape of every array in a file of weights."""
     shapes: dict[str, tuple[int, ...]] = {}
     for i, layer in enumerate(backbone.layers):
         out, into, side = layer.shape
@@ -201,19 +208,22 @@ def expected_shapes(backbone: Backbone) -> dict[str, tuple[int, ...]]:
 
 
 def read_arrays(path: Path, shapes: dict[str, tuple[int, ...]]) -> dict[str, Tensor]:
-    """The arrays of an `.npz` as float32, after checking that they are those of the network."""
+    """Return the arrays of an `.npz` as float32.
+
+    Raises InputError unless the file has all arrays in `shapes`.
+    """
     if not path.is_file():
-        raise InputError(f"no LPIPS weights at {path}: point --lpips-weights to a folder with them")
+        raise InputError(f"no LPIPS weights at {path}: give a folder with them by --lpips-weights")
     try:
         with zipfile.ZipFile(path) as archive:
             if sum(entry.file_size for entry in archive.infolist()) > BYTES_MAX:
-                raise InputError(f"{path} is far larger than LPIPS weights are")
+                raise InputError(f"{path} is too large for a file of LPIPS weights")
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in shapes}
     except KeyError as error:
         raise InputError(f"{path} lacks an array of LPIPS weights: {error.args[0]}") from None
     except (zipfile.BadZipFile, ValueError, EOFError, OSError):
-        raise InputError(f"{path} is damaged or no .npz file of LPIPS weights") from None
+        raise InputError(f"{path} is damaged or not an .npz file of LPIPS weights") from None
     for name, shape in shapes.items():
         if arrays[name].shape != shape or arrays[name].dtype.kind != "f":
             raise InputError(f"{path}: '{name}' should be floats of shape {list(shape)}")
@@ -221,9 +231,9 @@ def read_arrays(path: Path, shapes: dict[str, tuple[int, ...]]) -> dict[str, Ten
 
 
 def fetch_weights(location: Path | str) -> Path:
-    """The folder of weights at `location`; an http(s) address is downloaded once and cached.
+    """Return the folder of weights at `location`; download an http(s) address once.
 
-    The cache lies in `$XDG_CACHE_HOME/mobilegs` (or `~/.cache/mobilegs`), one folder for each
+    Downloads are cached in `$XDG_CACHE_HOME/mobilegs` (or `~/.cache/mobilegs`), in a folder per
     address. Raises InputError if the download fails.
     """
     address = str(location).rstrip("/")
@@ -238,15 +248,15 @@ def fetch_weights(location: Path | str) -> Path:
 
 
 def download(address: str) -> bytes:
-    """The bytes at `address`, or an InputError that says why they could not be had."""
+    """Return the bytes at `address`; raises InputError if they cannot be downloaded."""
     try:
         with urllib.request.urlopen(address, timeout=60) as answer:
             content = answer.read(BYTES_MAX + 1)
     except (OSError, ValueError) as error:
         raise InputError(
             f"cannot download LPIPS weights from {address} ({error}): "
-            "fetch them by hand and give the folder with --lpips-weights"
+            "download them yourself and give their folder by --lpips-weights"
         ) from None
     if len(content) > BYTES_MAX:
-        raise InputError(f"{address} is far larger than LPIPS weights are")
+        raise InputError(f"{address} is too large for LPIPS weights")
     return content

@@ -1,8 +1,7 @@
-"""How near a picture is to a photo: PSNR and SSIM. Higher is better for both.
+"""PSNR and SSIM of an image against a photo. Higher is better for both.
 
-Conventions of this package's figures: renders are rounded to 8 bits first (`as_displayed`),
-because that is what a screen or a PNG shows; every picture counts the same in a mean; a mask
-leaves out pixels, it does not blacken them.
+Conventions of all reported metrics: renders are rounded to 8 bits first (`as_displayed`), as on a
+screen or in a PNG; a mean weights all images alike; masked pixels are left out, not blackened.
 """
 
 import math
@@ -18,12 +17,12 @@ C1, C2 = 0.01**2, 0.03**2  # stabilisers of SSIM for values in [0, 1]
 
 
 def to_bytes(image: Float[Tensor, "h w 3"]) -> UInt8[Tensor, "h w 3"]:
-    """The picture as 8-bit sRGB, clamped to [0, 1] and rounded to the nearest level."""
+    """Clamp an image to [0, 1] and round it to 8 bits per channel; NaN becomes 0."""
     return (image.nan_to_num(0).clamp(0, 1) * 255).round().to(torch.uint8)
 
 
 def as_displayed(image: Float[Tensor, "h w 3"]) -> Float[Tensor, "h w 3"]:
-    """The picture that a screen shows: in [0, 1], in steps of 1/255."""
+    """Return the image as a screen shows it: in [0, 1], rounded to multiples of 1/255."""
     return to_bytes(image).to(image.dtype) / 255
 
 
@@ -32,9 +31,9 @@ def psnr(
     target: Float[Tensor, "h w 3"],
     mask: Bool[Tensor, "h w"] | None = None,
 ) -> float:
-    """Peak signal-to-noise ratio in dB for values in [0, 1], over all channels at once.
+    """Return the peak signal-to-noise ratio in dB for values in [0, 1], over all channels.
 
-    `mask` says which pixels count. Equal pictures give infinity, a mask without pixels NaN.
+    Only pixels where `mask` is True count. Equal images give infinity, an empty mask gives NaN.
     """
     squares = (image.double() - target.double()).square()
     error = float((squares if mask is None else squares[mask]).mean())
@@ -44,10 +43,10 @@ def psnr(
 def ssim_map(
     image: Float[Tensor, "h w 3"], target: Float[Tensor, "h w 3"]
 ) -> Float[Tensor, "h w 3"]:
-    """Structural similarity around every pixel and channel, in [-1, 1]; differentiable.
+    """Return the structural similarity per pixel and channel, in [-1, 1]; differentiable.
 
-    Wang et al. 2004 as 3DGS computes it: a Gaussian window of 11 pixels and sigma 1.5, zeros
-    beyond the border, values in [0, 1].
+    This is SSIM (Wang et al. 2004) as in 3DGS: a Gaussian window of 11 pixels and sigma 1.5 with
+    zero padding, for values in [0, 1].
     """
     x, y = image.permute(2, 0, 1), target.permute(2, 0, 1)
     stacked = torch.cat([x, y, x * x, y * y, x * y])  # [15, h, w]
@@ -70,6 +69,6 @@ def ssim(
     target: Float[Tensor, "h w 3"],
     mask: Bool[Tensor, "h w"] | None = None,
 ) -> float:
-    """Mean structural similarity (`ssim_map`) over the pixels that `mask` counts, or all."""
+    """Return the mean of `ssim_map` over the pixels where `mask` is True, or over all."""
     similarity = ssim_map(image, target)
     return float((similarity if mask is None else similarity[mask]).mean())

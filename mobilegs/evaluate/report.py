@@ -1,4 +1,4 @@
-"""From scenes and held-back photos to figures: per view, in the mean, side by side."""
+"""Evaluation of scenes on held-back photos: metrics per view and their means."""
 
 import json
 import math
@@ -26,7 +26,7 @@ def evaluate(
     lpips: LpipsSuite | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Figures of one scene on the held-back views; `evaluate_side_by_side` has the details."""
+    """Evaluate one scene on the held-back views; see `evaluate_side_by_side`."""
     return evaluate_side_by_side({"scene": scene}, dataset, lpips=lpips, progress=progress)["scene"]
 
 
@@ -40,10 +40,10 @@ def evaluate_side_by_side(
 ) -> dict[str, dict[str, Any]]:
     """Render the held-back views of every scene and compare them with the photos.
 
-    Renders are rounded to 8 bits; pixels that a view's mask leaves out do not count. Each
-    scene's result has `psnr`, `ssim` and the four `lpips_*` as means over the views (None where
-    there is no figure), and the same by photo in `views`. Scenes share the photos' features,
-    so two cost less than twice one. `progress` is called with views done and in all.
+    Renders are rounded to 8 bits, and masked pixels do not count. The result has an entry per
+    scene: `psnr` (dB), `ssim` and the four `lpips_*` as means over the views, None where there is
+    no value, and the same metrics per photo in `views`. The scenes share the LPIPS features of the
+    photos. `progress` is called with the number of views done and in total.
 
     Raises InputError if the capture holds no view back.
     """
@@ -52,17 +52,17 @@ def evaluate_side_by_side(
         raise InputError("the capture holds no view back for evaluation: it needs more photos")
     views: dict[str, list[dict[str, Any]]] = {name: [] for name in scenes}
     for done, frame in enumerate(frames, start=1):
-        for name, row in compare_view(scenes, load_view(frame), lpips).items():
+        for name, row in evaluate_view(scenes, load_view(frame), lpips).items():
             views[name].append(row)
         if progress:
             progress(done, len(frames))
     return {name: summary(rows) for name, rows in views.items()}
 
 
-def compare_view(
+def evaluate_view(
     scenes: Mapping[str, Scene], view: View, lpips: LpipsSuite | None
 ) -> dict[str, dict[str, Any]]:
-    """Every scene's figures for one photo."""
+    """Return the metrics of every scene for one photo."""
     results: dict[str, dict[str, Any]] = {}
     images = []
     target, mask = view.image, view.mask
@@ -71,7 +71,7 @@ def compare_view(
         target = view.image.to(device)
         mask = None if view.mask is None else view.mask.to(device) > 0.5
         image = as_displayed(scene.render(view.camera.to(device)).image)
-        if mask is not None:  # what does not count equals the photo, also inside windows
+        if mask is not None:  # masked pixels equal the photo, also inside SSIM's windows
             image = torch.where(mask[..., None], image, target)
         images.append(image)
         results[name] = {
@@ -87,7 +87,7 @@ def compare_view(
 
 
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Means over the views, every view alike, and the views themselves."""
+    """Return the means over the views, and the views themselves."""
     result: dict[str, Any] = {}
     for metric in METRICS:
         values = [row[metric] for row in rows]
@@ -107,9 +107,9 @@ def write_metrics(
 ) -> dict[str, Any]:
     """Write a run's `metrics.json` and return its contents.
 
-    `teacher` and `student` are results of `evaluate_side_by_side`; `file_bytes` and
-    `gaussians` are the student's; `seconds` are by stage. Peak memory is this process's own.
-    `more` adds entries at the top level.
+    `teacher` and `student` are results of `evaluate_side_by_side`. `file_bytes` and `gaussians`
+    are the student's, `seconds` are by stage. The peak memory is that of this process. `more` adds
+    entries at the top level.
     """
     content = {
         "teacher": dict(teacher),
@@ -123,12 +123,12 @@ def write_metrics(
 
 
 def to_json(content: Any) -> str:
-    """Indented JSON; figures that are not finite, which JSON cannot say, become null."""
+    """Return indented JSON; floats that are not finite become null."""
     return json.dumps(finite(content), indent=2, allow_nan=False)
 
 
 def finite(content: Any) -> Any:
-    """The same tree with None for every float that is not finite."""
+    """Replace every float that is not finite by None."""
     if isinstance(content, float):
         return content if math.isfinite(content) else None
     if isinstance(content, Mapping):
@@ -139,9 +139,9 @@ def finite(content: Any) -> Any:
 
 
 def peak_memory_mib() -> float | None:
-    """The most memory this process ever held, in MiB, the GPU's (as torch saw it) included.
+    """Return the peak memory of this process in MiB, with torch's memory on the GPU.
 
-    None on Windows, which does not tell in the same way.
+    Return None on Windows, which has no `resource` module.
     """
     try:
         import resource

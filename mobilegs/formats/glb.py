@@ -1,9 +1,9 @@
-"""glTF's `KHR_gaussian_splatting` in a `.glb`: 3DGS scenes as points with attributes, in floats.
+"""Reads and writes `.glb` with `KHR_gaussian_splatting`: 3DGS scenes as glTF points, in floats.
 
-Scales and opacities are linear here, rotations are xyzw, the harmonics are those of 3DGS, an
-attribute each. Axes are glTF's LUF (y up, the front towards +z), ours RDF: half a turn around z.
-The facts are those of the extension as Khronos ratified it in 2026,
-github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Khronos/KHR_gaussian_splatting.
+Scales and opacities are linear, rotations are xyzw, and each SH coefficient is an attribute. Axes
+are LUF in glTF (y up, front towards +z) and RDF here: half a turn around z. Source: the extension
+as ratified by Khronos in 2026,
+https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Khronos/KHR_gaussian_splatting.
 """
 
 import json
@@ -24,40 +24,48 @@ from mobilegs.spherical_harmonics import C0
 log = logging.getLogger(__name__)
 
 MAGIC, VERSION, JSON, BIN = b"glTF", 2, b"JSON", b"BIN\0"
-NAME = "KHR_gaussian_splatting"
-SPACE = "srgb_rec709_display"  # what 3DGS trains in
-TEXT_MAX = 1 << 19  # bytes of JSON, which takes many times as much when it is parsed
-POINTS, FLOAT, BYTE, VERTICES = 0, 5126, 5121, 34962  # of OpenGL
-KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+EXTENSION = "KHR_gaussian_splatting"
+COLOR_SPACE = "srgb_rec709_display"  # of 3DGS
+JSON_MAX = 1 << 19  # bytes; parsed JSON needs many times as much memory
+POINTS, FLOAT, BYTE, VERTICES = 0, 5126, 5121, 34962  # OpenGL constants
+TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COMPONENTS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 SHAPES = {
     "POSITION": "VEC3",
-    f"{NAME}:ROTATION": "VEC4",
-    f"{NAME}:SCALE": "VEC3",
-    f"{NAME}:OPACITY": "SCALAR",
+    f"{EXTENSION}:ROTATION": "VEC4",
+    f"{EXTENSION}:SCALE": "VEC3",
+    f"{EXTENSION}:OPACITY": "SCALAR",
 }
-HARMONICS = [f"{NAME}:SH_DEGREE_{d}_COEF_{m}" for d in range(4) for m in range(2 * d + 1)]
-TURN = np.array([-1, -1, 1], np.float32)  # of places; a harmonic is even or odd in x and y together
-SIGNS = np.array([(-1) ** k for k in range(16)], np.float32)
-FLAT = 1e-30  # for scales of 0, which have no logarithm
-CLEAR, SOLID = 1e-12, 1 - 2.0**-24  # what opacities are clipped to, which have no logit at 0 and 1
-STEEP = 80.0  # the largest logarithm of a scale that is written
+SH_ATTRIBUTES = [f"{EXTENSION}:SH_DEGREE_{d}_COEF_{m}" for d in range(4) for m in range(2 * d + 1)]
+AXIS_SIGNS = np.array([-1, -1, 1], np.float32)  # RDF <-> LUF
+SH_SIGNS = np.array([(-1) ** k for k in range(16)], np.float32)  # of SH under that turn
+SCALE_MIN = 1e-30  # a scale of 0 has no logarithm
+OPACITY_MIN, OPACITY_MAX = 1e-12, 1 - 2.0**-24  # opacities 0 and 1 have no logit
+LOG_SCALE_MAX = 80.0  # of written scales, so that they stay finite
 
 
 def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
-    """Write a scene for sorted blending, whole or not at all; what is not finite is left out.
+    """Write a scene for sorted blending to a `.glb`; the file appears complete or not at all.
 
-    `COLOR_0` holds the colours without harmonics, linear as glTF wants them, for viewers that know
-    points but no splats; `note` goes into the asset's extras. Raises InputError for a scene without
-    Gaussians, which glTF cannot hold.
+    `COLOR_0` holds the view-independent colours, in linear RGB as glTF requires, for viewers that
+    show points but not splats. `note` goes into the asset's extras. Gaussians that are not finite
+    are left out, and counted in a logged warning.
+
+    Raises:
+        InputError: no Gaussian is left, which glTF does not allow, or the file would be too large.
     """
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     if not len(gaussians):
-        raise InputError(f"cannot write {path}: glTF has no place for a scene without Gaussians")
+        raise InputError(f"cannot write {path}: glTF does not allow a scene without Gaussians")
     arrays = _attributes(gaussians)
-    views, accessors, at = [], [], 0
+    views, accessors, offset = [], [], 0
     for array in arrays.values():
-        part = {"buffer": 0, "byteOffset": at, "byteLength": array.nbytes, "target": VERTICES}
+        view = {
+            "buffer": 0,
+            "byteOffset": offset,
+            "byteLength": array.nbytes,
+            "target": VERTICES,
+        }
         accessor: dict[str, Any] = {
             "bufferView": len(views),
             "componentType": FLOAT if array.dtype == np.float32 else BYTE,
@@ -66,15 +74,15 @@ def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
         }
         if array.dtype == np.uint8:
             accessor["normalized"] = True
-        views.append(part)
+        views.append(view)
         accessors.append(accessor)
-        at += array.nbytes
+        offset += array.nbytes
     means = arrays["POSITION"]
     accessors[0] |= {"min": means.min(0).tolist(), "max": means.max(0).tolist()}
     primitive = {
         "attributes": {name: i for i, name in enumerate(arrays)},
         "mode": POINTS,
-        "extensions": {NAME: {"kernel": "ellipse", "colorSpace": SPACE}},
+        "extensions": {EXTENSION: {"kernel": "ellipse", "colorSpace": COLOR_SPACE}},
     }
     content = {
         "asset": {
@@ -82,54 +90,61 @@ def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
             "generator": f"mobilegs {__version__}",
             "extras": {"blend": "sorted"} | ({"note": note} if note else {}),
         },
-        "extensionsUsed": [NAME],
+        "extensionsUsed": [EXTENSION],
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0}],
         "meshes": [{"primitives": [primitive]}],
-        "buffers": [{"byteLength": at}],
+        "buffers": [{"byteLength": offset}],
         "bufferViews": views,
         "accessors": accessors,
     }
     text = json.dumps(content, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    whole = 28 + len(text) + at
-    if whole >= 1 << 32:
-        raise InputError(f"cannot write {path}: {whole} bytes are more than a .glb can have")
+    size = 28 + len(text) + offset
+    if size >= 1 << 32:
+        raise InputError(f"cannot write {path}: {size} bytes, and a .glb has at most 4 GiB")
     with atomic_path(path) as temporary, temporary.open("wb") as file:
-        file.write(MAGIC + struct.pack("<II", VERSION, whole))
+        file.write(MAGIC + struct.pack("<II", VERSION, size))
         file.write(struct.pack("<I", len(text)) + JSON + text)
-        file.write(struct.pack("<I", at) + BIN)
+        file.write(struct.pack("<I", offset) + BIN)
         for array in arrays.values():
             file.write(array.tobytes())
 
 
 def _attributes(gaussians: Gaussians) -> dict[str, np.ndarray]:
-    """By name, `[n, 1 | 3 | 4]`, float32 or bytes; each takes a multiple of four bytes."""
+    """Return the attributes by name, `[n, 1 | 3 | 4]`, float32 or uint8.
+
+    Each array has a multiple of four bytes, as glTF requires.
+    """
     w, x, y, z = gaussians.quats.T
     length = gaussians.quats.norm(dim=1, keepdim=True).clamp_min(1e-30)
-    turned = torch.stack([-y, x, w, -z], dim=1) / length  # xyzw of half a turn after the rotation
+    rotated = torch.stack([-y, x, w, -z], dim=1) / length  # xyzw, then half a turn around z
     rgb = (0.5 + C0 * gaussians.sh[:, 0]).clamp(0, 1).double()
-    linear = torch.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)  # sRGB's
+    linear = torch.where(
+        rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4
+    )  # sRGB transfer
     opacities = gaussians.logit_opacities.double().sigmoid()[:, None]
     arrays = {
-        "POSITION": gaussians.means.numpy() * TURN,
+        "POSITION": gaussians.means.numpy() * AXIS_SIGNS,
         "COLOR_0": (torch.cat([linear, opacities], 1) * 255).round().to(torch.uint8).numpy(),
-        f"{NAME}:ROTATION": turned.numpy(),
-        f"{NAME}:SCALE": gaussians.log_scales.clamp(max=STEEP).exp().numpy(),
-        f"{NAME}:OPACITY": opacities.float().numpy(),
+        f"{EXTENSION}:ROTATION": rotated.numpy(),
+        f"{EXTENSION}:SCALE": gaussians.log_scales.clamp(max=LOG_SCALE_MAX).exp().numpy(),
+        f"{EXTENSION}:OPACITY": opacities.float().numpy(),
     }
     for k in range(gaussians.sh.shape[1]):
-        arrays[HARMONICS[k]] = gaussians.sh[:, k].numpy() * SIGNS[k]
+        arrays[SH_ATTRIBUTES[k]] = gaussians.sh[:, k].numpy() * SH_SIGNS[k]
     return {name: np.ascontiguousarray(array) for name, array in arrays.items()}
 
 
 def read_glb(path: Path | str) -> Gaussians:
-    """Read the splats of a `.glb` as float32 on the CPU; what is not finite is left out.
+    """Read the splats of a `.glb` as float32 on the CPU.
+
+    Gaussians that are not finite are left out, and counted in a logged warning.
 
     Raises:
-        InputError: the file is missing, is no `.glb`, is damaged or cut off, holds no splats or
-            several sets of them, compresses them, or turns, moves or scales them in its nodes.
+        InputError: the file is missing, not a `.glb`, damaged or cut off, has not exactly one set
+            of splats, or uses compression or node transforms.
     """
     path = Path(path)
     try:
@@ -141,7 +156,7 @@ def read_glb(path: Path | str) -> Gaussians:
         primitive = _splats(content, path)
         attributes = primitive["attributes"]
         degree = _degree(attributes, path)
-        names = [*SHAPES, *HARMONICS[: (degree + 1) ** 2]]
+        names = [*SHAPES, *SH_ATTRIBUTES[: (degree + 1) ** 2]]
         arrays = [
             _accessor(content, body, attributes[name], SHAPES.get(name, "VEC3")) for name in names
         ]
@@ -149,7 +164,7 @@ def read_glb(path: Path | str) -> Gaussians:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError):
         raise InputError(
-            f"{path} is damaged: what its JSON says does not fit together or into the file"
+            f"{path} is damaged: its JSON is not consistent, or does not fit the file"
         ) from None
     if len({len(array) for array in arrays}) != 1:
         raise InputError(f"{path} is damaged: its attributes have different lengths")
@@ -157,71 +172,79 @@ def read_glb(path: Path | str) -> Gaussians:
 
 
 def _chunks(data: bytes, path: Path) -> tuple[dict[str, Any], memoryview]:
-    """The JSON and the binary part."""
+    """Return the JSON and the binary part."""
     if len(data) < 20 or data[:4] != MAGIC or data[16:20] != JSON:
         raise InputError(f"{path} is not a .glb file")
-    version, whole, length = struct.unpack_from("<III", data, 4)
+    version, size, length = struct.unpack_from("<III", data, 4)
     if version != VERSION:
-        raise InputError(f"{path} has version {version} of glTF: 2 can be read")
-    if whole > len(data) or 20 + length > whole:
-        raise InputError(f"{path} is cut off: get it again from where it came")
-    if length > TEXT_MAX:
-        raise InputError(f"{path} has {length} bytes of JSON: {TEXT_MAX} can be read")
+        raise InputError(f"{path} has glTF version {version}, and only version 2 is supported")
+    if size > len(data) or 20 + length > size:
+        raise InputError(f"{path} is cut off: copy it again")
+    if length > JSON_MAX:
+        raise InputError(f"{path} has {length} bytes of JSON, more than {JSON_MAX}")
     try:
         content = json.loads(data[20 : 20 + length])
     except (ValueError, RecursionError):
         raise InputError(f"{path} is damaged: its JSON cannot be read") from None
     if not isinstance(content, dict):
-        raise InputError(f"{path} is damaged: its JSON is no object")
+        raise InputError(f"{path} is damaged: its JSON is not an object")
     begin = 20 + length + 8
-    if begin > whole or data[begin - 4 : begin] != BIN:
-        raise InputError(f"{path} has no binary part, where a scene would be")
+    if begin > size or data[begin - 4 : begin] != BIN:
+        raise InputError(f"{path} has no binary part, which holds the scene")
     (length,) = struct.unpack_from("<I", data, begin - 8)
-    if begin + length > whole:
-        raise InputError(f"{path} is cut off: get it again from where it came")
+    if begin + length > size:
+        raise InputError(f"{path} is cut off: copy it again")
     return content, memoryview(data)[begin : begin + length]
 
 
 def _splats(content: dict[str, Any], path: Path) -> dict[str, Any]:
-    """The one primitive that holds splats."""
+    """Return the only primitive with splats."""
     meshes = content.get("meshes", [])
     found = [
         primitive
         for mesh in meshes
         for primitive in mesh["primitives"]
-        if NAME in primitive.get("extensions", {})
+        if EXTENSION in primitive.get("extensions", {})
     ]
     if len(found) != 1:
-        raise InputError(f"{path} has {len(found)} sets of splats: one is needed")
-    about = found[0]["extensions"][NAME]
+        raise InputError(f"{path} has {len(found)} sets of splats, not one")
+    about = found[0]["extensions"][EXTENSION]
     if about.get("extensions"):
-        raise InputError(f"{path} holds compressed splats, which are not read: decompress it first")
+        raise InputError(
+            f"{path} has compressed splats, which are not supported: decompress it first"
+        )
     if about.get("kernel", "ellipse") != "ellipse":
-        raise InputError(f"{path} has splats that are no Gaussians: they cannot be drawn")
-    if about.get("colorSpace", SPACE) != SPACE:
-        log.warning("%s has linear or other colours, which are drawn as sRGB", path)
+        raise InputError(f"{path} has splats that are not Gaussians, which are not supported")
+    if about.get("colorSpace", COLOR_SPACE) != COLOR_SPACE:
+        log.warning("%s does not have sRGB colours; they are drawn as sRGB", path)
     for node in content.get("nodes", []):
         if any(key in node for key in ("matrix", "rotation", "translation", "scale")):
-            raise InputError(f"{path} moves things in its nodes: apply that to the splats first")
+            raise InputError(
+                f"{path} transforms splats in its nodes: apply the transform to the splats first"
+            )
     return found[0]
 
 
 def _degree(attributes: dict[str, Any], path: Path) -> int:
-    lost = [name for name in [*SHAPES, HARMONICS[0]] if name not in attributes]
-    if lost:
-        raise InputError(f"{path} has splats without {lost[0]}")
-    count = sum(name in attributes for name in HARMONICS)
+    """Return the SH degree, once all required attributes are known to exist."""
+    missing = [name for name in [*SHAPES, SH_ATTRIBUTES[0]] if name not in attributes]
+    if missing:
+        raise InputError(f"{path} has splats without {missing[0]}")
+    count = sum(name in attributes for name in SH_ATTRIBUTES)
     degree = round(count**0.5) - 1
-    if HARMONICS[: (degree + 1) ** 2] != [name for name in HARMONICS if name in attributes]:
-        raise InputError(f"{path} has {count} harmonics: 1, 4, 9 or 16 belong to a scene")
+    if SH_ATTRIBUTES[: (degree + 1) ** 2] != [name for name in SH_ATTRIBUTES if name in attributes]:
+        raise InputError(f"{path} has {count} SH coefficients, not the first 1, 4, 9 or 16")
     return degree
 
 
 def _accessor(content: dict[str, Any], body: memoryview, index: int, shape: str) -> np.ndarray:
-    """Numbers `[n, 1 | 3 | 4]` as they lie in the file, or floats if they are normalised there."""
+    """Return an accessor as `[n, 1 | 3 | 4]`, a view of the file, or floats if it is normalised.
+
+    Raises ValueError, KeyError or TypeError if it does not fit the file.
+    """
     accessor = content["accessors"][_natural(index)]
-    kind = np.dtype(KINDS[accessor["componentType"]])
-    count, width = _natural(accessor["count"]), WIDTHS[shape]
+    kind = np.dtype(TYPES[accessor["componentType"]])
+    count, width = _natural(accessor["count"]), COMPONENTS[shape]
     if accessor["type"] != shape or "sparse" in accessor or "extensions" in accessor:
         raise ValueError
     view = content["bufferViews"][_natural(accessor["bufferView"])]
@@ -247,22 +270,22 @@ def _natural(value: Any) -> int:
 
 
 def _gaussians(arrays: list[np.ndarray], path: Path) -> Gaussians:
-    places, turns, scales, opacities, *harmonics = arrays
-    count = len(places)
+    positions, rotations, scales, opacities, *sh_arrays = arrays
+    count = len(positions)
     quats = np.empty((count, 4), np.float32)
-    with np.errstate(all="ignore"):  # what is not finite is left out in the end
-        means = places * TURN
+    with np.errstate(all="ignore"):  # `finite` drops such rows
+        means = positions * AXIS_SIGNS
         quats[:, 0], quats[:, 1], quats[:, 2], quats[:, 3] = (
-            turns[:, 2],
-            turns[:, 1],
-            -turns[:, 0],
-            -turns[:, 3],
+            rotations[:, 2],
+            rotations[:, 1],
+            -rotations[:, 0],
+            -rotations[:, 3],
         )
-        log_scales = np.log(np.maximum(scales, FLAT), dtype=np.float32)
-        opaque = np.clip(opacities[:, 0].astype(np.float64), CLEAR, SOLID)
-        logits = (np.log(opaque) - np.log1p(-opaque)).astype(np.float32)
-        sh = np.empty((count, len(harmonics), 3), np.float32)
-        for k, values in enumerate(harmonics):
-            sh[:, k] = values * SIGNS[k]
+        log_scales = np.log(np.maximum(scales, SCALE_MIN), dtype=np.float32)
+        opacity = np.clip(opacities[:, 0].astype(np.float64), OPACITY_MIN, OPACITY_MAX)
+        logits = (np.log(opacity) - np.log1p(-opacity)).astype(np.float32)
+        sh = np.empty((count, len(sh_arrays), 3), np.float32)
+        for k, values in enumerate(sh_arrays):
+            sh[:, k] = values * SH_SIGNS[k]
     parts = [means.astype(np.float32, copy=False), quats, log_scales, logits, sh]
     return Gaussians(*(torch.from_numpy(part) for part in parts)).finite(path)

@@ -1,9 +1,9 @@
-"""3DGS scenes as PLY, in the layout of INRIA's release that every splatting tool reads.
+"""Reads and writes 3DGS scenes as PLY, in the layout of INRIA's release.
 
-One row a Gaussian: centre, (unused) normal, degree-0 colour `f_dc_*`, the higher harmonics
-`f_rest_*` channel by channel (all of red, then green, then blue), the opacity's logit, the
-scales' logarithms, the rotation wxyz. Axes are OpenCV's, as they come from the capture. A file in
-PlayCanvas's compressed layout goes on to `ply_compressed.py`.
+One row per Gaussian: mean, (unused) normal, degree-0 SH `f_dc_*`, higher SH coefficients `f_rest_*`
+channel by channel (all of red, then green, then blue), logit of the opacity, logarithms of the
+scales, rotation wxyz. Axes are OpenCV's, those of the capture. `ply_compressed.py` reads files in
+PlayCanvas's compressed layout.
 """
 
 import collections
@@ -21,14 +21,13 @@ import torch
 
 from mobilegs.atomic import atomic_path, file_size
 from mobilegs.errors import InputError
-from mobilegs.formats.ply_compressed import Table, read_compressed
+from mobilegs.formats.ply_compressed import SH_DEGREES, Table, read_compressed
 from mobilegs.gaussians import Gaussians
 
 log = logging.getLogger(__name__)
 
 HEADER_MAX = 1 << 16  # bytes; a 3DGS header has about 1500
-SH_DEGREES = {0: 0, 9: 1, 24: 2, 45: 3}  # number of f_rest properties -> degree
-FORMATS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
     "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
@@ -38,15 +37,15 @@ MEANS = ["x", "y", "z"]
 BASE_COLOR = ["f_dc_0", "f_dc_1", "f_dc_2"]
 SCALES = ["scale_0", "scale_1", "scale_2"]
 ROTATION = ["rot_0", "rot_1", "rot_2", "rot_3"]
-COLUMNS = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR]  # as they are read
+COLUMNS = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR]  # in the order of reading
 BLOCK = 1 << 22  # bytes of rows that are read at a time
-# for the infinities that other tools write where a byte said fully opaque or a scale was 0
-SOLID, FLAT = 13.8, -69.0  # logit of 1 - 1e-6, logarithm of 1e-30
+# replace infinities, which other tools write for opacities of 0 and 1 and scales of 0
+LOGIT_MAX, LOG_SCALE_MIN = 13.8, -69.0  # logit of 1 - 1e-6, logarithm of 1e-30
 
 
 @dataclass(frozen=True)
 class Element:
-    """One table of a PLY file: its name, its number of rows, its columns."""
+    """An element (table) of a PLY file: name, number of rows, columns."""
 
     name: str
     count: int
@@ -54,13 +53,13 @@ class Element:
     has_lists: bool = False
 
     def dtype(self, order: str) -> np.dtype:
-        """The row as numpy reads it, in byte order `order` (`<`, `>` or `=`)."""
+        """Return the numpy type of a row in byte order `<`, `>` or `=`."""
         return np.dtype([(name, order + kind) for name, kind in self.columns.items()])
 
 
 @dataclass(frozen=True)
 class Header:
-    """What stands before the numbers."""
+    """The header of a PLY file."""
 
     order: str
     ascii: bool
@@ -70,16 +69,16 @@ class Header:
 
 
 def read_ply(path: Path | str) -> Gaussians:
-    """Read a 3DGS scene: text, little- or big-endian, properties in any order; or compressed.
+    """Read a 3DGS scene as float32 on the CPU.
 
-    Properties that 3DGS does not use are skipped; the harmonics' degree (0 to 3) follows from
-    the number of `f_rest_*`. Infinite logits of opacities and scales of 0 are taken for very
-    large and small ones; rows with another value that is not finite are left out, with their
-    number in a logged warning. The result is float32 on the CPU.
+    The file may be text, little- or big-endian, with properties in any order, or in PlayCanvas's
+    compressed layout. Properties that 3DGS does not use are skipped; the SH degree (0 to 3)
+    follows from the number of `f_rest_*`. Infinite logits of opacities, and logarithms of scales
+    of 0, become large finite ones. Rows with other values that are not finite are left out, and
+    counted in a logged warning.
 
     Raises:
-        InputError: the file is missing, is no PLY, is cut off, claims more rows than it has
-            bytes for, or lacks a property of 3DGS.
+        InputError: the file is missing, not a PLY, cut off, or lacks a property of 3DGS.
     """
     path = Path(path)
     try:
@@ -90,7 +89,7 @@ def read_ply(path: Path | str) -> Gaussians:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     if header.render_mode != "default":
         log.warning(
-            "%s was made for %r rendering and is drawn as plain 3DGS, which may look different",
+            "%s was made for the render mode %r; drawn as plain 3DGS it may look different",
             path,
             header.render_mode,
         )
@@ -111,7 +110,10 @@ def read_ply(path: Path | str) -> Gaussians:
 
 
 def parse_header(head: bytes, path: Path) -> Header:
-    """The header at the start of `head`; `path` is for messages only."""
+    """Parse the header at the start of `head`; `path` is used in messages.
+
+    Raises InputError if it is not a complete PLY header.
+    """
     if not re.match(rb"ply\r?\n", head):
         raise InputError(f"{path} is not a PLY file: it does not begin with 'ply'")
     end = re.search(rb"\nend_header\r?\n", head)
@@ -137,53 +139,65 @@ def parse_header(head: bytes, path: Path) -> Header:
                 pass
             case _:
                 raise InputError(f"{path} has a header line that is not PLY: {line[:40]!r}")
-    if kind not in FORMATS:
-        raise InputError(f"{path} has the PLY format {kind[:40]!r}, which is not one of the three")
-    return Header(FORMATS[kind], kind == "ascii", elements, end.end(), mode[:40])
+    if kind not in BYTE_ORDERS:
+        raise InputError(f"{path} has the PLY format {kind[:40]!r}, which does not exist")
+    return Header(BYTE_ORDERS[kind], kind == "ascii", elements, end.end(), mode[:40])
 
 
 def find_vertex(header: Header, path: Path) -> tuple[Element, list[Element]]:
-    """The table of Gaussians, and the tables that stand before it in the file."""
+    """Return the element `vertex`, one row per Gaussian, and the elements before it."""
     for index, element in enumerate(header.elements):
         if element.name == "vertex":
             before = header.elements[:index]
             if element.has_lists or (not header.ascii and any(e.has_lists for e in before)):
-                raise InputError(f"{path} has lists in or before its vertices: it is no 3DGS scene")
+                raise InputError(
+                    f"{path} has lists in or before its vertices: it is not a 3DGS scene"
+                )
             return element, before
-    raise InputError(f"{path} has no 'vertex' element: it is no 3DGS scene")
+    raise InputError(f"{path} has no 'vertex' element: it is not a 3DGS scene")
 
 
 def check_properties(vertex: Element, path: Path) -> list[str]:
-    """Names of the `f_rest_*` properties, once everything that 3DGS needs is known to be there."""
+    """Return the names of the `f_rest_*` properties. Raises InputError if a property is missing."""
     missing = [name for name in COLUMNS if name not in vertex.columns]
     if missing:
-        raise InputError(f"{path} is no 3DGS scene: its vertices lack {', '.join(missing)}")
+        raise InputError(f"{path} is not a 3DGS scene: its vertices lack {', '.join(missing)}")
     count = sum(name.startswith("f_rest_") for name in vertex.columns)
     rest = [f"f_rest_{i}" for i in range(count)]
     if count not in SH_DEGREES or any(name not in vertex.columns for name in rest):
-        raise InputError(f"{path} has {count} f_rest properties: a 3DGS scene has 0, 9, 24 or 45")
+        raise InputError(
+            f"{path} has {count} f_rest properties, and a 3DGS scene has 0, 9, 24 or 45"
+        )
     return rest
 
 
 def check_size(
     header: Header, vertex: Element, before: list[Element], size: int, path: Path
 ) -> int:
-    """Where the vertices begin, or the lines if it is a text: `size` bytes must be enough."""
+    """Return the offset of the vertices (of all rows in a text file).
+
+    Raises InputError if a file of `size` bytes is too small for them.
+    """
     start = header.length
     if header.ascii:
-        least = max(0, 2 * vertex.count * len(vertex.columns) - 1)  # a digit and a separator each
+        needed = max(0, 2 * vertex.count * len(vertex.columns) - 1)  # a digit and a separator each
     else:
         start += sum(e.count * e.dtype(header.order).itemsize for e in before)
-        least = vertex.count * vertex.dtype(header.order).itemsize
-    if start + least > size:
+        needed = vertex.count * vertex.dtype(header.order).itemsize
+    if start + needed > size:
         raise cut_off(path, vertex.count)
     return start
 
 
 def tables_of(header: Header, vertex: Element, size: int, path: Path) -> dict[str, Table]:
-    """Where each element lies in a file of `size` bytes, all of which are numbers in binary."""
+    """Return the place of each element in a binary file of `size` bytes.
+
+    Raises InputError for a text file, for lists, and for a file that is too small.
+    """
     if header.ascii or any(e.has_lists for e in header.elements):
-        raise InputError(f"{path} is a compressed PLY in text or with lists, which nobody writes")
+        raise InputError(
+            f"{path} is a compressed PLY as text or with lists, which is not supported"
+        )
     tables, start = {}, header.length
     for element in header.elements:
         dtype = element.dtype(header.order)
@@ -197,7 +211,7 @@ def tables_of(header: Header, vertex: Element, size: int, path: Path) -> dict[st
 def read_binary(
     file: BinaryIO, vertex: Element, order: str, names: list[str]
 ) -> Iterator[np.ndarray]:
-    """The columns `names` of the vertices, a block of rows at a time, float32 `[m, len(names)]`."""
+    """Yield the columns `names` of the vertices in blocks of rows, float32 `[m, len(names)]`."""
     dtype = vertex.dtype(order)
     block = max(1, BLOCK // dtype.itemsize)
     for first in range(0, vertex.count, block):
@@ -207,7 +221,7 @@ def read_binary(
 def read_text(
     file: BinaryIO, vertex: Element, skipped: int, names: list[str], path: Path
 ) -> Iterator[np.ndarray]:
-    """`read_binary` of a file in text, a row a line, of which the first ones are `skipped`."""
+    """Do the same as `read_binary` for a text file, after `skipped` lines of other elements."""
     width, order = len(vertex.columns), list(vertex.columns)
     places = [order.index(name) for name in names]
     collections.deque(itertools.islice(file, min(skipped, sys.maxsize)), maxlen=0)
@@ -222,32 +236,32 @@ def read_text(
                 row[:] = [float(word) for word in words]
             except ValueError:
                 raise InputError(
-                    f"{path} has something among its vertices that is no number"
+                    f"{path} has a value among its vertices that is not a number"
                 ) from None
-        with np.errstate(over="ignore"):  # what does not fit into float32 is not finite there
+        with np.errstate(over="ignore"):  # doubles beyond float32 become infinite
             found = table[:, places].astype(np.float32)
         yield found
 
 
 def cut_off(path: Path, count: int) -> InputError:
-    """What to say of a file that is shorter than its header says."""
-    return InputError(f"{path} is cut off: its header promises {count} vertices")
+    """Return the error for a file that is shorter than its header says."""
+    return InputError(f"{path} is cut off: its header announces {count} vertices; copy it again")
 
 
 def gaussians_from_rows(
     blocks: Iterable[np.ndarray], count: int, rest: list[str], path: Path
 ) -> Gaussians:
-    """Turn blocks of `COLUMNS` and `rest`, `count` rows in all, into tensors, finite rows alone."""
-    sizes = (3, 4, 3, 1, 3 + len(rest))  # of the blocks' columns
+    """Convert blocks of `COLUMNS` and `rest`, `count` rows in all; only finite rows are kept."""
+    sizes = (3, 4, 3, 1, 3 + len(rest))  # columns per tensor
     parts = [np.empty((count, size), np.float32) for size in sizes]
     kept = 0
     for table in blocks:
         opacity, scales = table[:, 10], table[:, 7:10]
-        opacity[np.isposinf(opacity)], opacity[np.isneginf(opacity)] = SOLID, -SOLID
-        scales[np.isneginf(scales)] = FLAT
+        opacity[np.isposinf(opacity)], opacity[np.isneginf(opacity)] = LOGIT_MAX, -LOGIT_MAX
+        scales[np.isneginf(scales)] = LOG_SCALE_MIN
         table = table[np.isfinite(table).all(axis=1)]
         sh = table[:, 11:]
-        # channel by channel in the file, here [m, k, 3]
+        # [m, 3, k] in the file, [m, k, 3] here
         by_channel = sh[:, 3:].reshape(len(sh), 3, len(rest) // 3)
         sh[:, 3:] = by_channel.swapaxes(1, 2).reshape(len(sh), len(rest))
         for part, values in zip(parts, np.split(table, np.cumsum(sizes)[:-1], axis=1), strict=True):
@@ -255,16 +269,17 @@ def gaussians_from_rows(
         kept += len(table)
     if kept < count:
         lost = count - kept
-        log.warning("%s: %d of %d Gaussians are not finite and left out", path, lost, count)
+        message = "%s: left out %d of %d Gaussians, which have values that are not finite"
+        log.warning(message, path, lost, count)
     means, quats, log_scales, opacities, sh = (torch.from_numpy(part[:kept]) for part in parts)
     return Gaussians(means, quats, log_scales, opacities[:, 0], sh.unflatten(1, (-1, 3)))
 
 
 def columns(rows: np.ndarray, names: list[str]) -> np.ndarray:
-    """Some columns of a structured array as float32 `[n, len(names)]`."""
+    """Return columns of a structured array as float32 `[n, len(names)]`."""
     kinds = {rows.dtype[name] for name in rows.dtype.names or ()}
-    with np.errstate(over="ignore", invalid="ignore"):  # doubles may not fit into float32
-        if len(kinds) == 1:  # the usual file is a plain matrix: gathering from one is 3x faster
+    with np.errstate(over="ignore", invalid="ignore"):  # doubles beyond float32 become infinite
+        if len(kinds) == 1:  # common, and 3x faster
             order = {name: index for index, name in enumerate(rows.dtype.names or ())}
             matrix = rows.view(kinds.pop()).reshape(len(rows), len(order))
             return matrix[:, [order[name] for name in names]].astype(np.float32)
@@ -272,11 +287,11 @@ def columns(rows: np.ndarray, names: list[str]) -> np.ndarray:
 
 
 def write_ply(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
-    """Write a scene in INRIA's order of properties, little-endian float32, whole or not at all.
+    """Write a scene for sorted blending to a PLY; the file appears complete or not at all.
 
-    Only a scene that is meant for sorted blending belongs into a PLY; the header says so with
-    `comment SplatRenderMode: default`, which other tools understand, and in our own words;
-    `note`, a line of ASCII, is one comment more.
+    The layout is INRIA's, little-endian float32. The header has the comments
+    `SplatRenderMode: default`, which other tools read, and `mobilegs blend sorted`. `note`, a
+    line of ASCII, becomes another comment.
     """
     count, coefficients = gaussians.sh.shape[:2]
     rest = [f"f_rest_{i}" for i in range(3 * (coefficients - 1))]
@@ -295,7 +310,7 @@ def write_ply(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
     header = [
         "ply",
         "format binary_little_endian 1.0",
-        f"element vertex {count}",  # where INRIA's viewer takes it from without looking
+        f"element vertex {count}",  # INRIA's viewer expects it in this line
         *(f"property float {name}" for name in names),
         "comment SplatRenderMode: default",
         "comment mobilegs blend sorted",

@@ -1,8 +1,8 @@
-"""antimatter15's `.splat`: 32 bytes a Gaussian, no header, no harmonics.
+"""Reads antimatter15's `.splat`: 32 bytes per Gaussian, no header, no view dependence.
 
-Position and scales are three floats each, then come red, green, blue and opacity as bytes, then the
-rotation wxyz, each part p as the byte 128 + 128 p. Axes are those of the `.ply` it was made of. The
-facts are those of github.com/antimatter15/splat.
+A row has mean and scales as three floats each, then red, green, blue and opacity as bytes, then the
+rotation wxyz, each component q as the byte 128 + 128 q. Axes are those of the source `.ply`.
+Source: https://github.com/antimatter15/splat.
 """
 
 from pathlib import Path
@@ -17,15 +17,17 @@ from mobilegs.spherical_harmonics import C0
 
 ROW = np.dtype([("mean", "<f4", 3), ("scale", "<f4", 3), ("color", "u1", 4), ("rotation", "u1", 4)])
 BLOCK = 1 << 15  # rows that are decoded at a time
-FLAT = np.float32(1e-30)  # for scales of 0, which have no logarithm
-CLEAR = 1e-6  # 0 and 255 are no logits; both stay as good as invisible and opaque
+SCALE_MIN = np.float32(1e-30)  # a scale of 0 has no logarithm
+OPACITY_MIN = 1e-6  # opacities 0 and 1 have no logit: clip to this and 1 - this
 
 
 def read_splat(path: Path | str) -> Gaussians:
-    """Read a `.splat` scene, degree 0, as float32 on the CPU; what is not finite is left out.
+    """Read a `.splat` scene, SH degree 0, as float32 on the CPU.
+
+    Gaussians that are not finite are left out, and counted in a logged warning.
 
     Raises:
-        InputError: the file is missing, is empty, or is not made of rows of 32 bytes.
+        InputError: the file is missing or empty, or its size is not a multiple of 32 bytes.
     """
     path = Path(path)
     try:
@@ -34,7 +36,7 @@ def read_splat(path: Path | str) -> Gaussians:
         if not size:
             raise InputError(f"{path} is empty")
         if rest:
-            raise InputError(f"{path} is no .splat, or cut off: {size} bytes are no rows of 32")
+            raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
         shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, 1, 3)]
         found = [np.empty(shape, np.float32) for shape in shapes]
         with path.open("rb") as file:
@@ -48,13 +50,13 @@ def read_splat(path: Path | str) -> Gaussians:
 
 
 def _decoded(rows: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Means, quaternions, log-scales, logits, harmonics of some rows."""
+    """Decode rows: means, quaternions, log-scales, logits, SH."""
     quats = rows["rotation"] / 128 - 1
     length = np.linalg.norm(quats, axis=1, keepdims=True)
     quats = np.where(length > 0, quats / np.maximum(length, 1e-9), [1.0, 0, 0, 0])
     colors = rows["color"] / 255
-    opaque = np.clip(colors[:, 3], CLEAR, 1 - CLEAR)
-    logits = np.log(opaque / (1 - opaque))
-    with np.errstate(invalid="ignore"):  # what is not finite is left out in the end
-        scales = np.log(np.maximum(rows["scale"], FLAT))
+    opacity = np.clip(colors[:, 3], OPACITY_MIN, 1 - OPACITY_MIN)
+    logits = np.log(opacity / (1 - opacity))
+    with np.errstate(invalid="ignore"):  # `finite` drops such rows
+        scales = np.log(np.maximum(rows["scale"], SCALE_MIN))
     return rows["mean"], quats, scales, logits, (colors[:, None, :3] - 0.5) / C0

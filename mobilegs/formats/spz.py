@@ -1,10 +1,10 @@
-"""Niantic's `.spz`: 3DGS scenes in some nine times fewer bytes than PLY, versions 1 to 4.
+"""Reads Niantic's `.spz`, versions 1 to 4, and writes version 3, which every reader supports.
 
-Versions 1 to 3 are one gzip stream: a header of 16 bytes, then the positions of all Gaussians,
-their opacities, colours, scales, rotations, harmonics. Version 4 has a header of 32 bytes in plain,
-and each of these as a Zstandard stream. Axes are RUB (y up, z backwards), ours RDF. The facts are
-those of github.com/nianticlabs/spz; `view/web/load/spz.js` reads the same in the browser. Version 3
-is what is written: every reader knows it.
+An `.spz` is about nine times smaller than a PLY. Versions 1 to 3 are one gzip stream: a header of
+16 bytes, then positions, opacities, colours, scales, rotations and SH coefficients of all
+Gaussians. Version 4 has an uncompressed header of 32 bytes and one Zstandard stream per attribute.
+Axes are RUB (y up, z backwards) in the file and RDF here. Source:
+https://github.com/nianticlabs/spz. `viewer/src/load/spz.js` reads the same in the browser.
 """
 
 import gzip
@@ -25,39 +25,39 @@ from mobilegs.gaussians import Gaussians
 
 MAGIC = b"NGSP"
 GZIP = b"\x1f\x8b"
-COUNT_MAX = 10_000_000  # as the format's own readers had it
+COUNT_MAX = 10_000_000  # as in the format's own readers
 HEADER, HEADER_4 = 16, 32  # bytes, up to version 3 and in version 4
-COEFFICIENTS = (0, 3, 8, 15, 24)  # of a colour, by degree, without the constant
-KEPT = 15  # of those: degree 4 cannot be drawn
-COLOR = 0.15  # of the constant coefficient in a byte's range
-GAUSSIANS_PER_BYTE = 1  # no real scene comes near; a small file must not ask for much memory
-WINDOW_MAX = 1 << 27  # bytes that a Zstandard stream may ask for
-FRACTION, FAR = 12, 24  # bits behind the point that are usual, and the most
-PLACES = 16  # bits that the farthest position has at least
-STEPS = (8, 16)  # of a harmonic's byte: five bits of degree 1, four of higher ones, as is usual
-LEVEL = 6  # of gzip; 9 saves 2 % and takes five times as long
+SH_COEFFICIENTS = (0, 3, 8, 15, 24)  # per channel above degree 0, by degree
+SH_KEPT = 15  # degree 4 is not supported by the renderers
+COLOR_SCALE = 0.15  # of degree-0 SH in the range of a byte
+GAUSSIANS_PER_BYTE = 1  # far above real scenes; limits the memory for small files
+WINDOW_MAX = 1 << 27  # bytes of a Zstandard window
+FRACTION_BITS, FRACTION_BITS_MAX = 12, 24  # of positions: usual and largest number
+POSITION_BITS_MIN = 16  # of the farthest position
+SH_STEPS = (8, 16)  # steps of a byte: 5 bits for degree 1 and 4 for higher ones, as is usual
+GZIP_LEVEL = 6  # 9 saves 2 % and takes five times as long
 BLOCK = 1 << 15  # rows that are decoded at a time
-# of harmonics when y and z change their signs: what each is odd in
-SIGNS = np.array([-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1], np.float32)
+# signs of the SH coefficients above degree 0 when y and z change sign
+SH_SIGNS = np.array([-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1], np.float32)
 
 
 @dataclass(frozen=True)
 class Header:
-    """What an `.spz` says of itself."""
+    """The header of an `.spz`."""
 
     version: int
     count: int
     degree: int
-    fraction: int  # bits behind the point of positions
-    extended: bool  # something follows that only some tools know
-    streams: int  # of version 4
-    table: int  # where version 4 says how long its streams are
+    fraction_bits: int  # of positions
+    extended: bool  # extensions follow
+    streams: int  # number of streams, version 4
+    table: int  # offset of the streams' sizes, version 4
 
     @property
     def widths(self) -> list[int]:
-        """Bytes of each attribute of a Gaussian."""
-        each = [6 if self.version == 1 else 9, 1, 3, 3, 3 if self.version < 3 else 4]
-        return [*each, 3 * COEFFICIENTS[self.degree]]
+        """Bytes per Gaussian of each attribute."""
+        widths = [6 if self.version == 1 else 9, 1, 3, 3, 3 if self.version < 3 else 4]
+        return [*widths, 3 * SH_COEFFICIENTS[self.degree]]
 
     @property
     def sizes(self) -> list[int]:
@@ -66,10 +66,10 @@ class Header:
 
 
 def read_spz(path: Path | str) -> Gaussians:
-    """Read an `.spz` scene as float32 on the CPU; harmonics of degree 4 are cut to 3.
+    """Read an `.spz` scene as float32 on the CPU; SH of degree 4 are cut to degree 3.
 
     Raises:
-        InputError: the file is missing, is no `.spz`, is of another version, is damaged or cut off.
+        InputError: the file is missing, not an `.spz` of version 1 to 4, damaged or cut off.
     """
     path = Path(path)
     try:
@@ -77,36 +77,36 @@ def read_spz(path: Path | str) -> Gaussians:
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     if data[:2] == GZIP:
-        header, parts = _gunzipped(data, path)
+        header, parts = _decompress_gzip(data, path)
     else:
         header = _parse(data, path, len(data))
-        parts = _unpacked(header, data, path)
+        parts = _decompress_streams(header, data, path)
     return _gaussians(header, parts, path)
 
 
 def _damaged(path: Path) -> InputError:
-    return InputError(f"{path} is damaged or cut off: get it again from where it came")
+    return InputError(f"{path} is damaged or cut off: copy it again")
 
 
 def _parse(data: bytes, path: Path, size: int) -> Header:
-    """The header at the start of `data`; the file has `size` bytes."""
+    """Parse the header at the start of `data`; the file has `size` bytes."""
     if len(data) < HEADER or data[:4] != MAGIC:
         raise InputError(f"{path} is not an .spz scene")
-    version, count, degree, fraction, flags, streams = struct.unpack_from("<IIBBBB", data, 4)
+    version, count, degree, fraction_bits, flags, streams = struct.unpack_from("<IIBBBB", data, 4)
     if not 1 <= version <= 4:
-        raise InputError(f"{path} has version {version} of .spz: 1 to 4 can be read")
+        raise InputError(f"{path} has .spz version {version}, and only 1 to 4 are supported")
     if count > COUNT_MAX:
-        raise InputError(f"{path} announces {count} Gaussians: {COUNT_MAX} can be read")
+        raise InputError(f"{path} announces {count} Gaussians, more than {COUNT_MAX}")
     if count > GAUSSIANS_PER_BYTE * size:
         raise InputError(f"{path} announces {count} Gaussians in {size} bytes: it is cut off")
-    if degree > 4 or fraction > 24 or (version == 4 and len(data) < HEADER_4):
+    if degree > 4 or fraction_bits > FRACTION_BITS_MAX or (version == 4 and len(data) < HEADER_4):
         raise _damaged(path)
     table = struct.unpack_from("<I", data, 16)[0] if version == 4 else 0
-    return Header(version, count, degree, fraction, bool(flags & 2), streams, table)
+    return Header(version, count, degree, fraction_bits, bool(flags & 2), streams, table)
 
 
-def _gunzipped(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]:
-    """Decompresses as much as the header announces, and no more."""
+def _decompress_gzip(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]:
+    """Decompress versions 1 to 3, and no more bytes than the header announces."""
     unzip = zlib.decompressobj(wbits=31)
     try:
         head = unzip.decompress(data, HEADER)
@@ -120,33 +120,35 @@ def _gunzipped(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]:
     if unzip.unused_data:
         raise _damaged(path)
     if len(content) > size and not header.extended:
-        raise InputError(f"{path} holds more than the {header.count} Gaussians it announces")
-    if len(content) < size or not (unzip.eof or header.extended):  # or without its checksum
-        raise InputError(f"{path} is cut off: {header.count} Gaussians were announced")
+        raise InputError(f"{path} has more than the {header.count} Gaussians it announces")
+    if len(content) < size or not (unzip.eof or header.extended):  # eof: with checksum
+        raise InputError(f"{path} is cut off: its header announces {header.count} Gaussians")
     ends = np.cumsum([0, *header.sizes])
     whole = np.frombuffer(content, np.uint8)
     return header, [whole[start:end] for start, end in pairwise(ends)]
 
 
-def _unpacked(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
-    """The streams of version 4."""
+def _decompress_streams(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
+    """Decompress the streams of version 4."""
     import zstandard
 
     end = header.table + 16 * header.streams
-    sent = sum(size > 0 for size in header.sizes)  # what is empty has no stream
-    if header.version != 4 or header.table < HEADER_4 or end > len(data) or sent != header.streams:
+    expected = sum(size > 0 for size in header.sizes)  # an empty attribute has no stream
+    if header.version != 4 or header.table < HEADER_4 or end > len(data):
+        raise _damaged(path)
+    if expected != header.streams:
         raise _damaged(path)
     unzip = zstandard.ZstdDecompressor(max_window_size=WINDOW_MAX)
-    parts, entry, at = [], header.table, end
+    parts, entry, offset = [], header.table, end
     for size in header.sizes:
         if size == 0:
             parts.append(np.zeros(0, np.uint8))
             continue
         length, announced = struct.unpack_from("<QQ", data, entry)
-        if at + length > len(data) or announced != size:
+        if offset + length > len(data) or announced != size:
             raise _damaged(path)
         try:
-            source = io.BytesIO(data[at : at + length])
+            source = io.BytesIO(data[offset : offset + length])
             with unzip.stream_reader(source, read_across_frames=True) as stream:
                 content = stream.read(size + 1)
         except zstandard.ZstdError:
@@ -154,17 +156,17 @@ def _unpacked(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
         if len(content) != size:
             raise _damaged(path)
         parts.append(np.frombuffer(content, np.uint8))
-        entry, at = entry + 16, at + length
+        entry, offset = entry + 16, offset + length
     return parts
 
 
 def _gaussians(header: Header, parts: list[np.ndarray], path: Path) -> Gaussians:
     count = header.count
-    kept = min(COEFFICIENTS[header.degree], KEPT)
+    kept = min(SH_COEFFICIENTS[header.degree], SH_KEPT)
     shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, kept + 1, 3)]
     found = [np.empty(shape, np.float32) for shape in shapes]
     tables = [part.reshape(count, width) for part, width in zip(parts, header.widths, strict=True)]
-    for start in range(0, count, BLOCK):  # what is found on the way is several times as large
+    for start in range(0, count, BLOCK):  # intermediate arrays are several times as large
         rows = slice(start, start + BLOCK)
         for whole, values in zip(found, _decoded(header, *(t[rows] for t in tables)), strict=True):
             whole[rows] = values
@@ -180,23 +182,23 @@ def _decoded(
     colors: np.ndarray,
     scales: np.ndarray,
     rotations: np.ndarray,
-    harmonics: np.ndarray,
+    coefficients: np.ndarray,
 ) -> tuple[np.ndarray, ...]:
-    """Means, quaternions, log-scales, logits, harmonics of some rows of bytes."""
-    sent = COEFFICIENTS[header.degree]
-    kept = min(sent, KEPT)
-    with np.errstate(invalid="ignore"):  # NaN, which is refused in the end
+    """Decode rows of bytes: means, quaternions, log-scales, logits, SH."""
+    stored = SH_COEFFICIENTS[header.degree]
+    kept = min(stored, SH_KEPT)
+    with np.errstate(invalid="ignore"):  # NaN is rejected later
         means = _positions(header, positions) * np.array([1, -1, -1], np.float32)
-    turn = _first_three if header.version < 3 else _smallest_three
-    quats = turn(rotations)
+    unpack = _first_three if header.version < 3 else _smallest_three
+    quats = unpack(rotations)
     quats[:, 2:] *= -1  # y and z
-    # 0 and 255 are no logits; both stay as good as invisible and opaque
-    opaque = np.clip(opacities[:, 0] / 255, 1e-6, 1 - 1e-6)
+    # opacities 0 and 1 have no logit
+    opacity = np.clip(opacities[:, 0] / 255, 1e-6, 1 - 1e-6)
     sh = np.empty((len(means), kept + 1, 3), np.float32)
-    sh[:, 0] = (colors / 255 - 0.5) / COLOR
-    rest = harmonics.reshape(len(means), sent, 3)[:, :kept].astype(np.float32) - 128
-    sh[:, 1:] = rest / 128 * SIGNS[:kept, None]
-    return means, quats, scales / 16 - 10, np.log(opaque / (1 - opaque)), sh
+    sh[:, 0] = (colors / 255 - 0.5) / COLOR_SCALE
+    rest = coefficients.reshape(len(means), stored, 3)[:, :kept].astype(np.float32) - 128
+    sh[:, 1:] = rest / 128 * SH_SIGNS[:kept, None]
+    return means, quats, scales / 16 - 10, np.log(opacity / (1 - opacity)), sh
 
 
 def _positions(header: Header, data: np.ndarray) -> np.ndarray:
@@ -205,18 +207,21 @@ def _positions(header: Header, data: np.ndarray) -> np.ndarray:
     low, middle, high = data.reshape(-1, 3).astype(np.int32).T
     fixed = low | middle << 8 | high << 16
     fixed = np.where(high > 127, fixed - (1 << 24), fixed)
-    return (fixed * 2.0**-header.fraction).astype(np.float32).reshape(len(data), 3)
+    return (fixed * 2.0**-header.fraction_bits).astype(np.float32).reshape(len(data), 3)
 
 
 def _first_three(data: np.ndarray) -> np.ndarray:
-    """Versions 1 and 2: x, y, z; w follows, as it is not negative."""
+    """Decode rotations of versions 1 and 2: x, y, z as bytes; w is not negative."""
     vector = data / 127.5 - 1
     w = np.sqrt(np.clip(1 - (vector**2).sum(1), 0, None))
     return np.column_stack([w, vector])
 
 
 def _smallest_three(data: np.ndarray) -> np.ndarray:
-    """From version 3 on: which of x, y, z, w is largest, the others as signs and nine bits."""
+    """Decode rotations from version 3 on.
+
+    Two bits give the largest of x, y, z, w; the others have a sign and nine bits each.
+    """
     words = np.ascontiguousarray(data).view("<u4")[:, 0]
     largest = words >> 30
     rows = np.arange(len(words))
@@ -233,46 +238,52 @@ def _smallest_three(data: np.ndarray) -> np.ndarray:
 
 
 def write_spz(path: Path | str, gaussians: Gaussians) -> None:
-    """Write a scene for sorted blending as version 3, whole or not at all; what is not finite is
-    left out.
+    """Write a scene for sorted blending as version 3; the file appears complete or not at all.
+
+    Gaussians that are not finite are left out, and counted in a logged warning.
 
     Raises:
-        InputError: there are more Gaussians than readers take, or one is farther than 2^23 away.
+        InputError: there are more than 10 million Gaussians, or a coordinate reaches 2^23.
     """
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     count, degree = len(gaussians), gaussians.sh_degree
     if count > COUNT_MAX:
-        raise InputError(f"cannot write {path}: {count} Gaussians are more than {COUNT_MAX}")
-    # so many bits are before the point of the farthest position
-    whole = math.frexp(float(gaussians.means.abs().max()))[1] if count else 0
-    fraction = min(23 - whole, max(FRACTION, PLACES - whole), FAR)
-    if fraction < 0:
-        raise InputError(f"cannot write {path}: a Gaussian is farther away than a .spz can tell")
-    header = Header(3, count, degree, fraction, False, 0, 0)
-    start = MAGIC + struct.pack("<IIBBBB", 3, count, degree, fraction, 0, 0)
+        raise InputError(
+            f"cannot write {path}: {count} Gaussians are more than the {COUNT_MAX} of .spz"
+        )
+    # integer bits of the farthest position
+    integer_bits = math.frexp(float(gaussians.means.abs().max()))[1] if count else 0
+    fraction_bits = max(FRACTION_BITS, POSITION_BITS_MIN - integer_bits)
+    fraction_bits = min(23 - integer_bits, fraction_bits, FRACTION_BITS_MAX)
+    if fraction_bits < 0:
+        raise InputError(f"cannot write {path}: a Gaussian is too far away for .spz (2^23)")
+    header = Header(3, count, degree, fraction_bits, False, 0, 0)
+    start = MAGIC + struct.pack("<IIBBBB", 3, count, degree, fraction_bits, 0, 0)
     with atomic_path(path) as temporary, temporary.open("wb") as file:
-        with gzip.GzipFile("", "wb", LEVEL, file, mtime=0) as zipped:
+        with gzip.GzipFile("", "wb", GZIP_LEVEL, file, mtime=0) as zipped:
             zipped.write(start)
             for part in _encoded(header, gaussians):
                 zipped.write(part.tobytes())
 
 
 def _encoded(header: Header, gaussians: Gaussians) -> list[np.ndarray]:
-    """The attributes' bytes, in their order."""
+    """Return the bytes of each attribute, in the order of the file."""
     means, quats, log_scales, logits, sh = (v.numpy() for v in gaussians.tensors().values())
-    most = (1 << 23) - 1
-    fixed = np.rint(means * np.array([1, -1, -1]) * 2.0**header.fraction).clip(-most, most)
+    largest = (1 << 23) - 1
+    fixed = np.rint(means * np.array([1, -1, -1]) * 2.0**header.fraction_bits).clip(
+        -largest, largest
+    )
     positions = fixed.astype("<i4").reshape(-1, 1).view(np.uint8)[:, :3]
     opacities = 255 / (1 + np.exp(-logits.astype(np.float64)))
     kept = sh.shape[1] - 1
-    steps = np.repeat(STEPS, (3, max(0, kept - 3)))[:kept, None]
-    rest = np.rint((sh[:, 1:] * SIGNS[:kept, None] * 128 + 128) / steps) * steps
+    steps = np.repeat(SH_STEPS, (3, max(0, kept - 3)))[:kept, None]
+    rest = np.rint((sh[:, 1:] * SH_SIGNS[:kept, None] * 128 + 128) / steps) * steps
     return [
         positions,
         _byte(opacities),
-        _byte((sh[:, 0] * COLOR + 0.5) * 255),
+        _byte((sh[:, 0] * COLOR_SCALE + 0.5) * 255),
         _byte((log_scales + 10) * 16),
-        _three_of_four(quats),
+        _pack_smallest_three(quats),
         _byte(rest),
     ]
 
@@ -281,8 +292,8 @@ def _byte(values: np.ndarray) -> np.ndarray:
     return np.rint(values).clip(0, 255).astype(np.uint8)
 
 
-def _three_of_four(quats: np.ndarray) -> np.ndarray:
-    """What `_smallest_three` reads, as words."""
+def _pack_smallest_three(quats: np.ndarray) -> np.ndarray:
+    """Encode rotations as words, which `_smallest_three` decodes."""
     turned = quats[:, [1, 2, 3, 0]] * np.array([1, -1, -1, 1.0])  # x, y, z, w in RUB
     turned /= np.linalg.norm(turned, axis=1, keepdims=True).clip(1e-30)
     largest = np.abs(turned).argmax(1)

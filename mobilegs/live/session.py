@@ -1,4 +1,4 @@
-"""What happens between two steps of a training that somebody watches."""
+"""The live view of a training: renders frames for browsers between two steps."""
 
 import time
 from dataclasses import dataclass
@@ -11,139 +11,149 @@ from torch import Tensor
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.live import frames
-from mobilegs.live.frame_budget import Detail, Pace
-from mobilegs.live.frames import Eye
-from mobilegs.live.page import WITH_PHOTO, Page
+from mobilegs.live.frame_budget import Detail, FrameBudget
+from mobilegs.live.frames import BrowserCamera
+from mobilegs.live.page import PHOTO_MODES, Page
 from mobilegs.render.scene import Scene
 from mobilegs.train.progress import Monitor
 from mobilegs.train.run_dir import StopRequest
 from mobilegs.train.stage import Stage
 
-RESTS = 0.25  # seconds without a movement after which a camera is at rest
-TOLD = 0.5  # seconds between two sets of figures
-NAP = 0.2  # seconds after which one who waits looks whether to stop
+REST_SECONDS = 0.25  # without a movement, after which a camera is at rest
+STATUS_SECONDS = 0.5  # between two updates of the status
+POLL_SECONDS = 0.2  # between two looks at the stop request during a pause
 
 
-class Wish(NamedTuple):
-    """What should be on a canvas: of `place`, an eye or the number of a photo, after `step`."""
+class FrameRequest(NamedTuple):
+    """A frame that a canvas should show."""
 
-    shown: str
-    place: Eye | int
+    mode: str
+    source: BrowserCamera | int
+    """A browser's camera, or the index of a training photo."""
     canvas: tuple[int, int]
+    """Width and height in pixels."""
     detail: Detail
     step: tuple[str, int]
+    """Stage and number of steps taken."""
 
 
 @dataclass
-class Onlooker:
-    """A browser: where its camera was last, since when, and what it was shown, and when."""
+class Client:
+    """A connected browser: its camera, and the last frame that it received."""
 
-    eye: Eye
-    moved: float
-    has: Wish | None = None
-    drawn: float = 0.0
+    camera: BrowserCamera
+    moved_at: float
+    last_request: FrameRequest | None = None
+    drawn_at: float = 0.0
 
 
-class Show:
-    """Draws for all browsers on the page, in the thread that trains and within `Pace`."""
+class LiveSession:
+    """Renders for all browsers of a page, in the training thread and within a `FrameBudget`."""
 
     def __init__(self, page: Page, dataset: Dataset, monitor: Monitor) -> None:
-        """`monitor` knows the figures, and does not count the time of pauses."""
+        """`monitor` supplies the status, and excludes pauses from the training time."""
         self.page = page
-        self.pace = Pace()
+        self.budget = FrameBudget()
         self._dataset, self._monitor = dataset, monitor
-        self._onlookers: dict[int, Onlooker] = {}
-        self._scene: Scene | None = None  # of the present step, once it was asked for
+        self._clients: dict[int, Client] = {}
+        self._scene: Scene | None = None  # of the current step, once a frame needs it
         self._photo: tuple[int, View] | None = None  # the last one that was compared
-        self._figures: dict[str, str] = {}
-        self._compared: dict[str, str] = {}
-        self._told = float("-inf")
+        self._status: dict[str, str] = {}
+        self._photo_status: dict[str, str] = {}
+        self._status_at = float("-inf")
 
-    def between_steps(self, stage: Stage, stop: StopRequest) -> None:
-        """Show what there is; while the page says pause, wait, and draw what is asked for."""
-        self._figures = {}
-        self._tell(stage)
+    def after_step(self, stage: Stage, stop: StopRequest) -> None:
+        """Update the page; during a pause, block and render on request until `stop` is set."""
+        self._status = {}
+        self._update_status(stage)
         self._draw(stage)
         if self.page.paused:
-            began = time.monotonic()
+            paused_at = time.monotonic()
             while self.page.paused and not stop:
-                self._tell(stage)
+                self._update_status(stage)
                 self._draw(stage)
-                self.page.asked.wait(NAP)
-                self.page.asked.clear()
-            self._monitor.leave_out(time.monotonic() - began)
+                self.page.changed.wait(POLL_SECONDS)
+                self.page.changed.clear()
+            self._monitor.exclude_time(time.monotonic() - paused_at)
         self._scene = None
 
-    def _tell(self, stage: Stage) -> None:
-        if time.monotonic() - self._told < TOLD:
+    def _update_status(self, stage: Stage) -> None:
+        if time.monotonic() - self._status_at < STATUS_SECONDS:
             return
-        self._told = time.monotonic()
-        if not self._figures:
+        self._status_at = time.monotonic()
+        if not self._status:
             step = f"{stage.done:,} of {stage.steps:,}"
-            self._figures = {stage.name: step, **self._monitor.figures(stage)}
-        self.page.tell(self._figures | self._compared)
+            self._status = {stage.name: step, **self._monitor.summary(stage)}
+        self.page.set_status(self._status | self._photo_status)
 
     @torch.no_grad()
     def _draw(self, stage: Stage) -> None:
-        """One picture for every browser that lacks one, whoever waited longest first."""
-        now, eyes = time.monotonic(), self.page.eyes()
-        for number in self._onlookers.keys() - eyes.keys():
-            del self._onlookers[number]
-        for number, eye in eyes.items():
-            if number not in self._onlookers:
-                self._onlookers[number] = Onlooker(eye, now)  # it may still be on its way
-            elif self._onlookers[number].eye != eye:
-                self._onlookers[number].eye, self._onlookers[number].moved = eye, now
-        for number, onlooker in sorted(self._onlookers.items(), key=lambda item: item[1].drawn):
-            wish = self._wish(stage, onlooker, now)
-            if wish == onlooker.has:
+        """Render a frame for every browser that needs one, the longest waiting first."""
+        now = time.monotonic()
+        self._update_clients(now)
+        for number, client in sorted(self._clients.items(), key=lambda item: item[1].drawn_at):
+            request = self._request(stage, client, now)
+            if request == client.last_request:
                 continue
-            urgent = onlooker.has is None or onlooker.has[:-1] != wish[:-1]
+            # all but the step changed
+            urgent = client.last_request is None or client.last_request[:-1] != request[:-1]
             paused = self.page.paused
-            if not paused and not self.pace.allows(urgent=urgent):
+            if not paused and not self.budget.allows(urgent=urgent):
                 return
             began = time.monotonic()
-            self._show(stage, number, wish)
-            onlooker.has, onlooker.drawn = wish, time.monotonic()
+            self._send(stage, number, request)
+            client.last_request, client.drawn_at = request, time.monotonic()
             if not paused:
-                self.pace.spend(onlooker.drawn - began)
+                self.budget.spend(client.drawn_at - began)
 
-    def _wish(self, stage: Stage, onlooker: Onlooker, now: float) -> Wish:
-        eye, shown = onlooker.eye, self.page.shown
-        canvas, step = (eye.width, eye.height), (stage.name, stage.done)
-        if shown in WITH_PHOTO:
-            return Wish(shown, self.page.views.nearest(eye), canvas, "resting", step)
-        rest: Detail = "paused" if self.page.paused else "resting"
-        return Wish(shown, eye, canvas, "moving" if now - onlooker.moved < RESTS else rest, step)
+    def _update_clients(self, now: float) -> None:
+        cameras = self.page.clients()
+        for number in self._clients.keys() - cameras.keys():
+            del self._clients[number]
+        for number, camera in cameras.items():
+            if number not in self._clients:
+                self._clients[number] = Client(camera, now)  # may still be moving to its start
+            elif self._clients[number].camera != camera:
+                self._clients[number].camera, self._clients[number].moved_at = camera, now
 
-    def _show(self, stage: Stage, number: int, wish: Wish) -> None:
+    def _request(self, stage: Stage, client: Client, now: float) -> FrameRequest:
+        camera, mode = client.camera, self.page.mode
+        canvas, step = (camera.width, camera.height), (stage.name, stage.done)
+        if mode in PHOTO_MODES:
+            photo = self.page.cameras.nearest(camera)
+            return FrameRequest(mode, photo, canvas, "resting", step)
+        detail: Detail = "paused" if self.page.paused else "resting"
+        if now - client.moved_at < REST_SECONDS:
+            detail = "moving"
+        return FrameRequest(mode, camera, canvas, detail, step)
+
+    def _send(self, stage: Stage, number: int, request: FrameRequest) -> None:
         if self._scene is None:
             self._scene = stage.scene()
         began = time.monotonic()
-        if isinstance(wish.place, Eye):
-            size = self.pace.size(wish.detail, *wish.canvas)
-            camera = wish.place.camera(*size, near=self._dataset.near)
+        if isinstance(request.source, BrowserCamera):
+            size = self.budget.size(request.detail, *request.canvas)
+            camera = request.source.camera(*size, near=self._dataset.near)
             camera = camera.to(self._scene.background.device)
-            draw = frames.drawn_depth if wish.shown == "depth" else frames.drawn_picture
-            image, self._compared = draw(self._scene, camera), {}
+            render = frames.render_depth if request.mode == "depth" else frames.render_color
+            image, self._photo_status = render(self._scene, camera), {}
+            self.page.send_frame(number, to_bytes(image).cpu().numpy())
+            self.budget.record_speed(request.detail, size[0] * size[1], time.monotonic() - began)
         else:
-            image = self._beside_photo(self._scene, wish.shown, wish.place, wish.canvas)
-        self.page.show(number, to_bytes(image).cpu().numpy())
-        if isinstance(wish.place, Eye):
-            width, height = size
-            self.pace.learn(wish.detail, width * height, time.monotonic() - began)
+            image = self._photo_image(self._scene, request.mode, request.source, request.canvas)
+            self.page.send_frame(number, to_bytes(image).cpu().numpy())
 
-    def _beside_photo(
-        self, scene: Scene, shown: str, index: int, canvas: tuple[int, int]
+    def _photo_image(
+        self, scene: Scene, mode: str, index: int, canvas: tuple[int, int]
     ) -> Float[Tensor, "h w 3"]:
-        """A photo and what is drawn from its camera, at the size at which training compares."""
+        """Return photo `index`, its error map, or both with the render, at the training's size."""
         if self._photo is None or self._photo[0] != index:
             self._photo = index, load_view(self._dataset.train[index])
         view = self._photo[1].to(scene.background.device)
         image = scene.render(view.camera).image
-        self._compared = {view.name: f"{frames.decibels(image, view):.2f} dB"}
-        made = {"photo": view.image, "error": frames.error_map(image, view)}
-        if shown in made:
-            return frames.fitted(made[shown], *canvas)
-        row = [view.image, image, made["error"]]
-        return frames.fitted(frames.side_by_side(row, canvas[0] / canvas[1]), *canvas)
+        self._photo_status = {view.name: f"{frames.view_psnr(image, view):.2f} dB"}
+        single = {"photo": view.image, "error": frames.error_map(image, view)}
+        if mode in single:
+            return frames.letterbox(single[mode], *canvas)
+        row = [view.image, image, single["error"]]
+        return frames.letterbox(frames.side_by_side(row, canvas[0] / canvas[1]), *canvas)

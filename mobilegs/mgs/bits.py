@@ -1,17 +1,17 @@
-"""Whole numbers packed into bits, lowest bit first, without a loop over the numbers."""
+"""Integers packed into bits, lowest bit first, vectorised over the numbers."""
 
 import numpy as np
 from jaxtyping import Int, Integer, UInt8, UInt16, UInt64
 
-from mobilegs.csrc import native
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 
 
 def pack_bits(values: UInt64[np.ndarray, "n"], widths: Int[np.ndarray, "n"]) -> bytes:
-    """The lowest `widths[i]` bits (0 to 48) of each value, one after the other.
+    """Pack the lowest `widths[i]` bits (0 to 48) of each value, consecutively.
 
-    Each value must fit its width. Bit j of the stream is bit `j % 8` of byte `j // 8`; what is
-    left of the last byte is 0.
+    Each value must fit its width. Bit j of the stream is bit `j % 8` of byte `j // 8`; the rest of
+    the last byte is 0.
     """
     ends = np.cumsum(widths, dtype=np.int64)
     if len(ends) == 0:
@@ -19,9 +19,9 @@ def pack_bits(values: UInt64[np.ndarray, "n"], widths: Int[np.ndarray, "n"]) -> 
     starts = ends - widths
     shift = (starts & 63).astype(np.uint64)
     low = values << shift
-    high = (values >> np.uint64(1)) >> (np.uint64(63) - shift)  # what spills into the next word
+    high = (values >> np.uint64(1)) >> (np.uint64(63) - shift)  # bits of the next word
     word = starts >> 6
-    first = np.flatnonzero(np.diff(word, prepend=-1))  # `word` never falls: a run is one word
+    first = np.flatnonzero(np.diff(word, prepend=-1))  # `word` is sorted: a run is one word
     words = np.zeros(int(ends[-1]) // 64 + 2, dtype=np.uint64)
     words[word[first]] |= np.bitwise_or.reduceat(low, first)
     words[word[first] + 1] |= np.bitwise_or.reduceat(high, first)
@@ -31,10 +31,10 @@ def pack_bits(values: UInt64[np.ndarray, "n"], widths: Int[np.ndarray, "n"]) -> 
 def unpack_bits(
     data: bytes | memoryview, widths: Integer[np.ndarray, "n"]
 ) -> UInt64[np.ndarray, "n"]:
-    """What `pack_bits` packed.
+    """Unpack what `pack_bits` packed.
 
     Raises:
-        InputError: `data` is not exactly as long as the widths ask, or ends in bits that are
+        InputError: the length of `data` does not match the widths, or it ends in bits that are
             not 0.
     """
     ends = np.cumsum(widths, dtype=np.int64)
@@ -56,11 +56,11 @@ def unpack_bits(
 def unpack_short(
     data: bytes | memoryview, widths: Integer[np.ndarray, "n"]
 ) -> UInt16[np.ndarray, "n"]:
-    """`unpack_bits` of at most 16 bits each, in little memory."""
-    numbers = native.unpack_short(data, widths)
+    """Run `unpack_bits` for widths of at most 16 bits, in little memory."""
+    numbers = binding.unpack_short(data, widths)
     return unpack_bits(data, widths).astype(np.uint16) if numbers is None else numbers
 
 
 def bit_lengths(values: UInt64[np.ndarray, "n"]) -> UInt8[np.ndarray, "n"]:
-    """Bits that each value below 2^53 needs: 0 for 0, otherwise floor(log2) + 1."""
+    """Return the bit length of each value below 2^53: 0 for 0, otherwise floor(log2) + 1."""
     return np.frexp(values.astype(np.float64))[1].astype(np.uint8)

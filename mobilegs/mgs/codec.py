@@ -1,4 +1,4 @@
-"""`.mgs` files: a coded scene to bytes and back, exactly. docs/format.md is the specification."""
+"""Write and read `.mgs` files. docs/format.md is the specification."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -14,79 +14,85 @@ from torch import Tensor
 
 from mobilegs.atomic import atomic_write, file_size, read_if
 from mobilegs.compress.codebooks import Attribute
-from mobilegs.csrc import native
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
-from mobilegs.mgs.container import MAGIC, VERSION, Stream, seal, unseal
+from mobilegs.mgs.container import MAGIC, VERSION, Stream, read_container, write_container
 from mobilegs.mgs.header import (
     Header,
-    describe,
-    describe_lobes,
-    describe_weighting,
-    parse,
+    header_fields,
+    lobe_fields,
+    parse_header,
+    weighting_fields,
 )
 from mobilegs.mgs.positions import decode_positions, encode_positions
-from mobilegs.mgs.quantized_scene import CodedScene, decoder_shapes, lobe_shapes, network_shapes
+from mobilegs.mgs.quantized_scene import QuantizedScene, decoder_shapes, lobe_shapes, network_shapes
 from mobilegs.mgs.streams import (
-    decode_halves,
+    decode_float16,
     decode_indices,
-    encode_halves,
+    encode_float16,
     encode_indices,
     index_width,
 )
-from mobilegs.mgs.uniform_streams import FINER, pack_scalars, scalars_of, unpack_scalars
+from mobilegs.mgs.uniform_streams import (
+    REFINEMENT,
+    attribute_codings,
+    decode_columns,
+    encode_columns,
+)
 
 FILE_MAX = 1 << 32
-DECODERS = {"linear": "color-matrices", "networks": "appearance-decoder"}  # their streams
-AT_ONCE = 8  # streams that are decoded, each of which may take 3 MiB beside what it fills
-# of the streams that are used; no real scene comes near; a small file must not ask for much memory
+# stream of the colour decoder, by the header's field `colors`
+COLOR_STREAMS = {"linear": "color-matrices", "networks": "appearance-decoder"}
+THREADS_MAX = 8  # each decodes one stream, which may take 3 MiB besides its output
+# counted over used streams; far above real scenes; keeps small files from using much memory
 GAUSSIANS_PER_BYTE = 1
 
 
-def pack(coded: CodedScene) -> bytes:
-    """The scene as the bytes of a `.mgs`: equal scenes give equal bytes.
+def pack(scene: QuantizedScene) -> bytes:
+    """Return the bytes of a `.mgs` file; equal scenes give equal bytes.
 
     Raises:
-        InputError: the scene holds something that a file cannot (see `CodedScene.check`).
+        InputError: a file cannot hold the scene (see `QuantizedScene.check`).
     """
-    coded.check()
-    coded = coded.sorted()
+    scene.check()
+    scene = scene.sorted()
     streams: list[Stream] = []
-    if coded.network is not None:
-        streams.append(_pack_halves("view-network", coded.network, network_shapes()))
-    if coded.lobe_shape is not None:
-        shapes = lobe_shapes(coded.lobe_shape)
-        streams.append(_pack_halves("lobe-decoder", coded.lobe_decoder, shapes))
-    shapes = decoder_shapes(coded.color)
-    streams.append(_pack_halves(DECODERS[coded.color.colors], coded.decoder, shapes))
-    if coded.codebooks:
-        streams.append(_pack_halves("codebooks", coded.codebooks, coded.cuts))
-    scalars = scalars_of(coded)
-    for number, rows in enumerate(coded.parts()):
-        layer = coded.pick(rows)
-        places = Stream("positions", "morton-class", encode_positions(layer.positions))
-        codes = pack_scalars(layer, scalars) if coded.steps else _pack_indices(layer)
-        streams += [replace(s, name=_in_layer(s.name, number)) for s in (places, *codes)]
+    if scene.network is not None:
+        streams.append(_encode_tensors("view-network", scene.network, network_shapes()))
+    if scene.lobe_shape is not None:
+        shapes = lobe_shapes(scene.lobe_shape)
+        streams.append(_encode_tensors("lobe-decoder", scene.lobe_decoder, shapes))
+    shapes = decoder_shapes(scene.color)
+    streams.append(_encode_tensors(COLOR_STREAMS[scene.color.colors], scene.decoder, shapes))
+    if scene.codebooks:
+        streams.append(_encode_tensors("codebooks", scene.codebooks, scene.cuts))
+    codings = attribute_codings(scene)
+    for number, rows in enumerate(scene.lod_slices()):
+        level = scene.select(rows)
+        positions = Stream("positions", "morton-class", encode_positions(level.positions))
+        codes = encode_columns(level, codings) if scene.step_sizes else _encode_indices(level)
+        streams += [replace(s, name=_in_level(s.name, number)) for s in (positions, *codes)]
     content = sum(len(stream.data) for stream in streams)
-    if len(coded) > GAUSSIANS_PER_BYTE * content:
-        raise InputError(f"{len(coded)} Gaussians in {content} bytes: they are all the same")
-    return seal(describe(coded), streams, major=3 if coded.layers else 2)
+    if len(scene) > GAUSSIANS_PER_BYTE * content:
+        raise InputError(f"{len(scene)} Gaussians in {content} bytes: they are all the same")
+    return write_container(header_fields(scene), streams, major=3 if scene.lod_sizes else 2)
 
 
-def _pack_indices(coded: CodedScene) -> list[Stream]:
+def _encode_indices(level: QuantizedScene) -> list[Stream]:
     return [
-        encode_indices(f"{name}.{i}", column, coded.codebooks[name].shape[1])
-        for name in coded.cuts
-        for i, column in enumerate(coded.indices[name].numpy().astype(np.uint16).T)
+        encode_indices(f"{name}.{i}", column, level.codebooks[name].shape[1])
+        for name in level.cuts
+        for i, column in enumerate(level.indices[name].numpy().astype(np.uint16).T)
     ]
 
 
-def _unpack_indices(
+def _decode_indices(
     header: Header,
     codes: Mapping[Attribute, Tensor],
     stream: Callable[[str], Stream],
     pool: Executor,
 ) -> None:
-    """Fill a layer's `codes`."""
+    """Fill the `codes` of one LOD level."""
     for name, cut in header.cuts.items():
         found = codes[name].numpy()
         streams = [stream(f"{name}.{i}") for i in range(cut.count)]
@@ -95,54 +101,57 @@ def _unpack_indices(
             found[:, i] = column
 
 
-def _in_layer(name: str, number: int) -> str:
+def _in_level(name: str, number: int) -> str:
+    """Return the name of a stream in the LOD level `number`."""
     return f"{name}@{number}" if number else name
 
 
-def _unpack_rows(
+def _decode_rows(
     header: Header, stream: Callable[[str], Stream]
 ) -> tuple[Tensor, dict[Attribute, Tensor]]:
-    """Positions and codes of all layers, each of which is decoded to where it stays.
+    """Return positions and codes of all LOD levels, each decoded in place.
 
-    Streams are decoded side by side by the C++ library, which lets go of the interpreter.
+    Threads decode several streams at once: the C++ library releases the interpreter's lock.
     """
     indices: dict[Attribute, Tensor] = {}
-    for name, scalar in header.scalars.items():
-        indices[name] = native.room(header.count, len(scalar.columns), dtype=torch.int32)
+    for name, coding in header.codings.items():
+        indices[name] = binding.empty(header.count, len(coding.columns), dtype=torch.int32)
     for name, cut in header.cuts.items():
-        indices[name] = native.room(header.count, cut.count, dtype=torch.int16)
-    positions = native.room(header.count, 3, dtype=torch.float16)
+        indices[name] = binding.empty(header.count, cut.count, dtype=torch.int16)
+    positions = binding.empty(header.count, 3, dtype=torch.float16)
     start = 0
-    many = min(torch.get_num_threads(), AT_ONCE) if native.library() else 1
-    with ThreadPoolExecutor(many) as pool:
-        for number, size in enumerate(header.layers or (header.count,)):
+    threads = min(torch.get_num_threads(), THREADS_MAX) if binding.decoders() else 1
+    with ThreadPoolExecutor(threads) as pool:
+        for number, size in enumerate(header.lod_sizes or (header.count,)):
             rows = slice(start, start + size)
             start += size
 
             def stream_of(name: str, number: int = number) -> Stream:
-                return stream(_in_layer(name, number))
+                return stream(_in_level(name, number))
 
-            places = stream_of("positions")
-            if places.codec != "morton-class":
-                raise InputError(f"the .mgs file codes positions as '{places.codec}', unknown here")
-            found = pool.submit(decode_positions, places.data, size)
+            coded = stream_of("positions")
+            if coded.codec != "morton-class":
+                raise InputError(
+                    f"the .mgs file has the unknown codec '{coded.codec}' of positions"
+                )
+            found = pool.submit(decode_positions, coded.data, size)
             codes: dict[Attribute, Tensor] = {name: part[rows] for name, part in indices.items()}
-            if header.scalars:
-                unpack_scalars(header.scalars, codes, stream_of, pool)
+            if header.codings:
+                decode_columns(header.codings, codes, stream_of, pool)
             else:
-                _unpack_indices(header, codes, stream_of, pool)
+                _decode_indices(header, codes, stream_of, pool)
             positions[rows] = found.result()
     return positions, indices
 
 
-def unpack(data: bytes) -> CodedScene:
-    """The scene in the bytes of a `.mgs`: `unpack(pack(scene))` equals `scene.sorted()`.
+def unpack(data: bytes) -> QuantizedScene:
+    """Return the scene in the bytes of a `.mgs`; `unpack(pack(scene))` equals `scene.sorted()`.
 
     Raises:
-        InputError: the bytes are not a `.mgs`, are damaged, or ask for what is not known here.
+        InputError: the bytes are not a `.mgs`, are damaged, or need a newer program.
     """
-    fields, streams = unseal(data)
-    header = parse(fields)
+    fields, streams = read_container(data)
+    header = parse_header(fields)
     _check_count(header, streams, len(data))
 
     def stream(name: str) -> Stream:
@@ -150,28 +159,30 @@ def unpack(data: bytes) -> CodedScene:
             raise InputError(f"the .mgs file lacks its stream '{name}'")
         return streams[name]
 
-    # first what takes little: its lengths are known
-    decoder = _unpack_halves(stream(DECODERS[header.color.colors]), decoder_shapes(header.color))
+    # weights come first: the header bounds their size
+    decoder = _decode_tensors(
+        stream(COLOR_STREAMS[header.color.colors]), decoder_shapes(header.color)
+    )
     lobe_decoder, books = {}, {}
     network = None
     if header.lobes is not None:
-        lobe_decoder = _unpack_halves(stream("lobe-decoder"), lobe_shapes(header.lobes))
+        lobe_decoder = _decode_tensors(stream("lobe-decoder"), lobe_shapes(header.lobes))
     if header.network:
-        network = _unpack_halves(stream("view-network"), network_shapes())
+        network = _decode_tensors(stream("view-network"), network_shapes())
     if header.cuts:
-        books = _unpack_halves(stream("codebooks"), _codebook_shapes(header))
-    positions, indices = _unpack_rows(header, stream)
-    coded = CodedScene(
+        books = _decode_tensors(stream("codebooks"), _codebook_shapes(header))
+    positions, indices = _decode_rows(header, stream)
+    scene = QuantizedScene(
         positions=positions,
-        frame=header.frame,
+        grid=header.grid,
         indices=indices,
-        layers=header.layers,
+        lod_sizes=header.lod_sizes,
         codebooks={name: books[name] for name in header.cuts},
         decoder=decoder,
         lobe_shape=header.lobes,
         lobe_decoder=lobe_decoder,
         network=network,
-        steps={name: scalar.step for name, scalar in header.scalars.items()},
+        step_sizes={name: coding.step_size for name, coding in header.codings.items()},
         blend=header.blend,
         weighting=header.weighting,
         background=header.background,
@@ -179,19 +190,22 @@ def unpack(data: bytes) -> CodedScene:
         views=header.views,
         meta=header.meta,
     )
-    coded.check()
-    return coded
+    scene.check()
+    return scene
 
 
 def inspect(data: bytes) -> dict[str, Any]:
-    """What is in a `.mgs`, byte by byte, as JSON-ready values; the streams are not decoded.
+    """Report the content of a `.mgs` as JSON-ready values, without decoding its streams.
 
-    `streams` lists name, codec, bytes, bytes per Gaussian, whether the header has a use for it
-    (`used`) and `raw_bytes` (packed without an entropy coder; None where there is no use); with
-    `header_bytes` and `padding_bytes` they add up to `file_bytes`.
+    `streams` lists name, codec, bytes, bytes per Gaussian, `used` (False for a stream that the
+    header does not need) and `raw_bytes` (the size without an entropy coder; None if not used).
+    With `header_bytes` and `padding_bytes` their bytes add up to `file_bytes`.
+
+    Raises:
+        InputError: the bytes are not a `.mgs`, or the header is not valid.
     """
-    fields, streams = unseal(data)
-    header = parse(fields)
+    fields, streams = read_container(data)
+    header = parse_header(fields)
     _check_count(header, streams, len(data))
     raw = _raw_bytes(header, streams)
     rows = [
@@ -219,27 +233,27 @@ def inspect(data: bytes) -> dict[str, Any]:
         "header_bytes": len(data) - content - padding,
         "padding_bytes": padding,
         "streams": rows,
-        **({"layers": list(header.layers)} if header.layers else {}),
-        "mode": "sq" if header.scalars else "nvq",
+        **({"layers": list(header.lod_sizes)} if header.lod_sizes else {}),
+        "mode": "sq" if header.codings else "nvq",
         **(
-            {"steps": {name: scalar.step for name, scalar in header.scalars.items()}}
-            if header.scalars
+            {"step_sizes": {name: coding.step_size for name, coding in header.codings.items()}}
+            if header.codings
             else {"codebook_sizes": header.sizes}
         ),
-        "lobes": describe_lobes(header.lobes),
+        "lobes": lobe_fields(header.lobes),
         "network": header.network,
         "views": len(header.views),
         "near": header.near,
-        "weighting": describe_weighting(header.weighting),
+        "weighting": weighting_fields(header.weighting),
         "meta": header.meta,
     }
 
 
-def read_mgs(path: Path | str) -> CodedScene:
-    """The scene in a `.mgs` file.
+def read_mgs(path: Path | str) -> QuantizedScene:
+    """Read the scene in a `.mgs` file.
 
     Raises:
-        InputError: the file cannot be read, or is not a sound `.mgs`.
+        InputError: the file cannot be read, or is not a valid `.mgs`.
     """
     data = _read_bytes(path)
     try:
@@ -249,7 +263,7 @@ def read_mgs(path: Path | str) -> CodedScene:
 
 
 def inspect_mgs(path: Path | str) -> dict[str, Any]:
-    """`inspect` of a `.mgs` file; raises like `read_mgs`."""
+    """Report the content of a `.mgs` file as `inspect` does; raises like `read_mgs`."""
     data = _read_bytes(path)
     try:
         return inspect(data)
@@ -257,9 +271,13 @@ def inspect_mgs(path: Path | str) -> dict[str, Any]:
         raise InputError(f"{path}: {error}") from None
 
 
-def write_mgs(path: Path | str, coded: CodedScene) -> int:
-    """Write a scene to a `.mgs` file, whole or not at all; returns its size in bytes."""
-    data = pack(coded)
+def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
+    """Write a scene to a `.mgs` file atomically; returns its size in bytes.
+
+    Raises:
+        InputError: a file cannot hold the scene.
+    """
+    data = pack(scene)
     atomic_write(path, data)
     return len(data)
 
@@ -269,22 +287,22 @@ def _read_bytes(path: Path | str) -> bytes:
     try:
         size = file_size(path)
         if size > FILE_MAX:
-            raise InputError(f"{path}: {size} bytes are too many for a .mgs scene")
+            raise InputError(f"{path}: {size} bytes are more than a .mgs file may have")
         return read_if(path, (MAGIC,))
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
 
-def _pack_halves(name: str, parts: Mapping[Any, Tensor], order: Iterable[str]) -> Stream:
-    """Tensors of halves as one stream, one after the other, rows first."""
+def _encode_tensors(name: str, parts: Mapping[Any, Tensor], order: Iterable[str]) -> Stream:
+    """Encode float16 tensors as one stream, concatenated row by row."""
     flat = torch.cat([parts[part].reshape(-1) for part in order])
-    return encode_halves(name, flat.numpy().view(np.uint16))
+    return encode_float16(name, flat.numpy().view(np.uint16))
 
 
-def _unpack_halves(stream: Stream, shapes: Mapping[Any, tuple[int, ...]]) -> dict[Any, Tensor]:
-    """The tensors of `shapes`, in its order, from one stream."""
+def _decode_tensors(stream: Stream, shapes: Mapping[Any, tuple[int, ...]]) -> dict[Any, Tensor]:
+    """Decode the float16 tensors of `shapes`, in its order, from one stream."""
     sizes = [math.prod(shape) for shape in shapes.values()]
-    flat = torch.from_numpy(decode_halves(stream, sum(sizes)).view(np.float16))
+    flat = torch.from_numpy(decode_float16(stream, sum(sizes)).view(np.float16))
     parts = zip(shapes.items(), flat.split(sizes), strict=True)
     return {name: part.reshape(shape).clone() for (name, shape), part in parts}
 
@@ -294,7 +312,7 @@ def _codebook_shapes(header: Header) -> dict[Attribute, tuple[int, ...]]:
 
 
 def _check_count(header: Header, streams: Mapping[str, Stream], size: int) -> None:
-    """Bytes of streams that nobody uses could be any, and entitle to nothing."""
+    """Refuse more Gaussians than bytes; streams without a use do not count."""
     used = sum(len(streams[name].data) for name in _raw_bytes(header, streams) if name in streams)
     if header.count > GAUSSIANS_PER_BYTE * used:
         raise InputError(
@@ -304,31 +322,31 @@ def _check_count(header: Header, streams: Mapping[str, Stream], size: int) -> No
 
 
 def _raw_bytes(header: Header, streams: Mapping[str, Stream]) -> dict[str, int]:
-    """Bytes without an entropy coder, by name of each stream that the header has a use for."""
+    """Return the bytes without an entropy coder of each stream that the header uses, by name."""
 
-    def halves(shapes: Mapping[Any, tuple[int, ...]]) -> int:
+    def float16_bytes(shapes: Mapping[Any, tuple[int, ...]]) -> int:
         return 2 * sum(math.prod(shape) for shape in shapes.values())
 
-    raw = {DECODERS[header.color.colors]: halves(decoder_shapes(header.color))}
+    raw = {COLOR_STREAMS[header.color.colors]: float16_bytes(decoder_shapes(header.color))}
     if header.network:
-        raw["view-network"] = halves(network_shapes())
+        raw["view-network"] = float16_bytes(network_shapes())
     if header.lobes is not None:
-        raw["lobe-decoder"] = halves(lobe_shapes(header.lobes))
+        raw["lobe-decoder"] = float16_bytes(lobe_shapes(header.lobes))
     if header.cuts:
-        raw["codebooks"] = halves(_codebook_shapes(header))
-    for number, size in enumerate(header.layers or (header.count,)):
-        raw |= {_in_layer(name, number): n for name, n in _raw_rows(header, size).items()}
-        finer = _in_layer(FINER, number)
-        if header.scalars and finer in streams:
-            raw[finer] = len(streams[finer].data)  # nothing codes them
+        raw["codebooks"] = float16_bytes(_codebook_shapes(header))
+    for number, size in enumerate(header.lod_sizes or (header.count,)):
+        raw |= {_in_level(name, number): n for name, n in _raw_rows(header, size).items()}
+        refinement = _in_level(REFINEMENT, number)
+        if header.codings and refinement in streams:
+            raw[refinement] = len(streams[refinement].data)  # has no entropy coder
     return raw
 
 
 def _raw_rows(header: Header, count: int) -> dict[str, int]:
-    """The same for the streams of `count` Gaussians, as far as the header tells it."""
+    """Return the same for the streams of one LOD level of `count` Gaussians."""
     raw = {"positions": 6 * count}
-    for name, scalar in header.scalars.items():
-        for i, column in enumerate(scalar.columns):
+    for name, coding in header.codings.items():
+        for i, column in enumerate(coding.columns):
             raw[f"{name}.{i}"] = (index_width(column.size) * count + 7) // 8
     for name, cut in header.cuts.items():
         bits = index_width(header.sizes[name]) * count

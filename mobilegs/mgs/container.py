@@ -1,4 +1,4 @@
-"""The outer layer of a `.mgs`: magic, version, header, and a row of checked streams."""
+"""The container of a `.mgs` file: magic, version, header, and streams with checksums."""
 
 import json
 import re
@@ -10,15 +10,15 @@ from typing import Any
 from mobilegs.compress.appearance import LATENTS
 from mobilegs.errors import InputError
 
-MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: shows what a text-mode transfer does to it
+MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: a transfer in text mode damages it
 MAJORS = (2, 3)
-MINOR = {2: 1, 3: 0}  # that a writer gives; what `_later` says comes on top
+MINOR = {2: 1, 3: 0}  # the least that a writer gives; `_minor_increment` adds to it
 PREFIX = struct.Struct("<8sHHII")  # magic, major, minor, bytes of header, CRC-32
 VERSION = struct.Struct("<HH")  # at byte 8
 HEADER_MAX = 1 << 20
 STREAMS_MAX = 256
-# control characters, which a terminal obeys, and halves of a pair, which nothing prints
-UNSHOWN = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
+# control characters, which terminals obey, and unpaired surrogates, which cannot be printed
+UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
 FOREIGN = {
     b"ply": "a PLY scene: train or compress it first",
     b"PK\x03\x04": "a zip archive (perhaps .sog)",
@@ -35,21 +35,21 @@ FOREIGN = {
 
 @dataclass(frozen=True)
 class Stream:
-    """A named piece of the file and the codec that reads it."""
+    """A named part of the file and its codec."""
 
     name: str
     codec: str
     data: bytes | memoryview
 
 
-def seal(header: dict[str, Any], streams: list[Stream], *, major: int = 2) -> bytes:
-    """The file's bytes: `header` with the table of streams, then the streams.
+def write_container(header: dict[str, Any], streams: list[Stream], *, major: int = 2) -> bytes:
+    """Return the bytes of a file: `header` with the table of streams, then the streams.
 
     Raises:
-        InputError: the header would be larger than 1 MiB, or there are more than 256 streams.
+        InputError: the header exceeds 1 MiB, or there are more than 256 streams.
     """
     if len(streams) > STREAMS_MAX:
-        raise InputError(f"the scene would be {len(streams)} streams: {STREAMS_MAX} are allowed")
+        raise InputError(f"the scene has {len(streams)} streams: {STREAMS_MAX} are allowed")
     table = [
         {
             "name": stream.name,
@@ -64,29 +64,29 @@ def seal(header: dict[str, Any], streams: list[Stream], *, major: int = 2) -> by
     ).encode()
     text += b" " * (-(PREFIX.size + len(text)) % 8)
     if len(text) > HEADER_MAX:
-        raise InputError(f"the header would take {len(text)} bytes: shorten the scene's notes")
-    minor = MINOR[major] + _later(header)
+        raise InputError(f"the header has {len(text)} bytes: shorten the scene's notes")
+    minor = MINOR[major] + _minor_increment(header)
     head = PREFIX.pack(MAGIC, major, minor, len(text), 0)
     head = PREFIX.pack(MAGIC, major, minor, len(text), _checksum(head, text))
     padded = (bytes(stream.data) + bytes(-len(stream.data) % 8) for stream in streams)
     return b"".join([head, text, *padded])
 
 
-def _later(header: dict[str, Any]) -> int:
-    """How many versions later than the first ones a reader must be."""
+def _minor_increment(header: dict[str, Any]) -> int:
+    """Return the increment of the minor version by the features that a header uses."""
     if "colors" not in header:
         return int("alpha_min" in header["weighting"])
     columns = header["scalars"]["appearance"]["least"] if "scalars" in header else ()
     return 3 if len(columns) > 2 * LATENTS else 2
 
 
-def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
-    """The header without its table, and the streams by name; all checksums have been checked.
+def read_container(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
+    """Return the header without its table, and the streams by name, with checked checksums.
 
-    A file of version 2 has no layers: its header's `layers` are None.
+    The field `layers` is None in files of version 2, which have no LOD levels.
 
     Raises:
-        InputError: this is not a `.mgs`, is of an unknown version, or is damaged.
+        InputError: this is not a `.mgs`, has an unknown version, or is damaged.
     """
     length = _check_prefix(data)
     text = data[PREFIX.size : PREFIX.size + length]
@@ -99,7 +99,7 @@ def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
     if VERSION.unpack_from(data, 8)[0] == 2:
         header["layers"] = None
     elif header.get("layers") is None:
-        raise InputError("the header of the .mgs file does not say how long its layers are")
+        raise InputError("the header of the .mgs file lacks the field 'layers'")
     table = header.pop("streams", None)
     if not isinstance(table, list) or len(table) > STREAMS_MAX:
         raise InputError("the header of the .mgs file lacks a table of streams")
@@ -126,7 +126,7 @@ def unseal(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
 
 
 def _check_prefix(data: bytes) -> int:
-    """Length of the header, once magic, version and checksum are right."""
+    """Check magic, version and checksum; returns the length of the header."""
     if data[: len(MAGIC)] != MAGIC:
         raise InputError(_not_ours(data))
     if len(data) < PREFIX.size:
@@ -134,7 +134,7 @@ def _check_prefix(data: bytes) -> int:
     _, major, minor, length, checksum = PREFIX.unpack_from(data)
     if major not in MAJORS:
         raise InputError(
-            f"the .mgs file is of version {major}.{minor}, this program reads "
+            f"the .mgs file has version {major}.{minor}, this program reads "
             f"{MAJORS[0]}.x to {MAJORS[-1]}.x: "
             "use the mobilegs that wrote it, or a newer one"
         )
@@ -148,7 +148,7 @@ def _check_prefix(data: bytes) -> int:
 
 
 def _checksum(prefix: bytes, text: bytes) -> int:
-    """CRC-32 of version, header length and header: nothing before the streams goes unchecked."""
+    """Return the CRC-32 of version, header length and header."""
     return zlib.crc32(text, zlib.crc32(prefix[8:16]))
 
 
@@ -162,13 +162,13 @@ def _check_row(row: Any) -> tuple[str, str, int, int]:
 
 
 def _plain_size(value: Any) -> bool:
-    """Whether `value` is a whole number below 2^40; JSON has one kind of number, 1.0 is 1."""
+    """Return True for an integer from 0 to below 2^40; JSON has one type of number: 1.0 is 1."""
     return type(value) in (int, float) and 0 <= value < 1 << 40 and value == int(value)
 
 
 def short_text(value: Any, longest: int) -> bool:
-    """Whether `value` is a text of at most `longest` characters that can be shown."""
-    return isinstance(value, str) and len(value) <= longest and not UNSHOWN.search(value)
+    """Return True for a printable text of at most `longest` characters."""
+    return isinstance(value, str) and len(value) <= longest and not UNPRINTABLE.search(value)
 
 
 def _not_ours(data: bytes) -> str:
@@ -183,7 +183,7 @@ def _not_ours(data: bytes) -> str:
 
 
 def _integer(digits: str) -> int | float:
-    """As JavaScript has it: rounded beyond 2^53, and never too long to be read."""
+    """Parse like JavaScript: numbers beyond 2^53 are rounded, whatever their length."""
     value = float(digits)
     return int(value) if abs(value) <= 1 << 53 else value
 

@@ -1,4 +1,4 @@
-"""From the trained parts of a student to a coded scene."""
+"""Build a quantised scene from a trained student's means, quantisers and decoders."""
 
 from collections.abc import Mapping
 
@@ -6,81 +6,75 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from mobilegs.camera import NEAR, Camera
 from mobilegs.compress.appearance import AppearanceDecoder, ColorDecoder
 from mobilegs.compress.codebooks import Attribute, SubVectorCodebooks
-from mobilegs.compress.float16 import DIGITS, to_half
+from mobilegs.compress.float16 import SIGNIFICAND_BITS, to_float16
 from mobilegs.compress.lobes import LobeDecoder
-from mobilegs.compress.rotations import RotationCodes
-from mobilegs.compress.uniform_quantizer import ScalarCodes
-from mobilegs.mgs.positions import Frame
-from mobilegs.mgs.quantized_scene import CodedScene, MetaValue
-from mobilegs.render import Weighting
+from mobilegs.compress.rotations import RotationQuantizer
+from mobilegs.compress.uniform_quantizer import UniformQuantizer
+from mobilegs.mgs.positions import PositionGrid
+from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.view_network import ViewNetwork
 
-Codes = SubVectorCodebooks | ScalarCodes | RotationCodes
+Quantizer = SubVectorCodebooks | UniformQuantizer | RotationQuantizer
 
 
 def encode_scene(
     means: Float[Tensor, "n 3"],
-    codebooks: Mapping[Attribute, Codes],
-    *,
-    frame: Frame,
+    quantizers: Mapping[Attribute, Quantizer],
+    grid: PositionGrid,
     decoder: ColorDecoder,
     lobe_decoder: LobeDecoder | None = None,
     network: ViewNetwork | None = None,
-    blend: str = "sortfree",
-    weighting: Weighting,
-    background: Float[Tensor, "3"],
-    near: float = NEAR,
-    views: list[Camera] | None = None,
-    meta: dict[str, MetaValue] | None = None,
-) -> CodedScene:
-    """The trained parts of a student as codes: everything rounded as stored.
+) -> QuantizedScene:
+    """Return the codes and weights of a trained student, rounded as a file stores them.
 
-    `codebooks`, of one kind or the other, holds `scale` (log-scales), `rotation`
-    (quaternions), `appearance` (static and view latents), `opacity` (base logits) and `lobes`
-    (the lobe decoder's latents).
+    The fields that are not trained (`blend`, `weighting`, `background`, `near`, `views`, `meta`)
+    have their defaults: set them with `dataclasses.replace`.
+
+    Args:
+        means: world positions.
+        quantizers: codebooks for every attribute, or uniform quantisers for every attribute:
+            `scale` (log-scales), `rotation` (quaternions), `appearance` (static and view latents),
+            `opacity` (base logits) and `lobes` (latents of the lobe decoder).
+        grid: rounds the means.
+        decoder, lobe_decoder, network: their weights are rounded to float16.
 
     Raises:
         InputError: a part is missing, out of range or not finite.
     """
     books: dict[Attribute, Tensor] = {}
-    steps: dict[Attribute, float] = {}
-    for name, codes in codebooks.items():
-        if isinstance(codes, SubVectorCodebooks):
-            books[name] = _stored(codes.centers)
+    step_sizes: dict[Attribute, float] = {}
+    for name, quantizer in quantizers.items():
+        if isinstance(quantizer, SubVectorCodebooks):
+            books[name] = _stored(quantizer.centers)
         else:
-            steps[name] = float(codes.step.detach())
-    width = torch.int32 if steps else torch.int16
-    coded = CodedScene(
-        positions=frame.store(means).cpu(),
-        frame=frame,
-        indices={name: book.indices.to("cpu", width) for name, book in codebooks.items()},
+            step_sizes[name] = float(quantizer.step_size.detach())
+    dtype = torch.int32 if step_sizes else torch.int16
+    scene = QuantizedScene(
+        positions=grid.store(means).cpu(),
+        grid=grid,
+        indices={name: part.indices.to("cpu", dtype) for name, part in quantizers.items()},
         codebooks=books,
-        steps=steps,
+        step_sizes=step_sizes,
         decoder=_weights(decoder),
         lobe_shape=None if lobe_decoder is None else lobe_decoder.shape,
         lobe_decoder={} if lobe_decoder is None else _weights(lobe_decoder),
         network=None if network is None else _weights(network),
-        blend=blend,
-        weighting=weighting,
-        background=background,
-        near=near,
-        views=views or [],
-        meta=meta or {},
     )
-    coded.check()
-    return coded
+    scene.check()
+    return scene
 
 
 def _weights(module: nn.Module) -> dict[str, Tensor]:
-    digits = module.digits if isinstance(module, AppearanceDecoder | LobeDecoder) else DIGITS
+    bits = SIGNIFICAND_BITS
+    if isinstance(module, AppearanceDecoder | LobeDecoder):
+        bits = module.significand_bits
     return {
-        name: _stored(value, digits if value.ndim == 2 else DIGITS)
+        name: _stored(value, bits if value.ndim == 2 else SIGNIFICAND_BITS)
         for name, value in module.named_parameters()
     }
 
 
-def _stored(values: Tensor, digits: int = DIGITS) -> Tensor:
-    return to_half(values.detach(), digits).cpu()
+def _stored(values: Tensor, significand_bits: int = SIGNIFICAND_BITS) -> Tensor:
+    return to_float16(values.detach(), significand_bits).cpu()

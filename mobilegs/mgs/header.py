@@ -1,4 +1,4 @@
-"""The numbers of a scene that the header of a `.mgs` carries as JSON."""
+"""The fields of a scene that the header of a `.mgs` file holds as JSON."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -22,20 +22,20 @@ from mobilegs.mgs.limits import (
     check_ranges,
     check_views,
 )
-from mobilegs.mgs.positions import Frame
+from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import (
     ANGLE_MAX,
     COUNT_MAX,
     EXPONENT_MAX,
-    LAYERS_MAX,
+    LOD_LEVELS_MAX,
     LOG_SCALE_MAX,
     SH_DEGREES,
-    STEP_MAX,
-    STEP_MIN,
-    CodedScene,
+    STEP_SIZE_MAX,
+    STEP_SIZE_MIN,
     MetaValue,
+    QuantizedScene,
 )
-from mobilegs.mgs.uniform_streams import Column, Scalar, scalars_of
+from mobilegs.mgs.uniform_streams import AttributeCoding, Column, attribute_codings
 from mobilegs.render import Weighting
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.scene import BLENDS
@@ -46,17 +46,17 @@ MODES = ("nvq", "sq")
 
 @dataclass(frozen=True)
 class Header:
-    """What a decoder must know before it reads the streams; fields as in `CodedScene`.
+    """The fields that a decoder needs before it reads the streams, named as in `QuantizedScene`.
 
-    Of the mode `nvq` there are cuts and sizes of codebooks, of `sq` there are scalars.
+    Mode `nvq` has `cuts` and `sizes` of codebooks, mode `sq` has `codings`.
     """
 
     count: int
-    layers: tuple[int, ...]
+    lod_sizes: tuple[int, ...]
     cuts: dict[Attribute, Cut]
     sizes: dict[Attribute, int]
-    scalars: dict[Attribute, Scalar]
-    frame: Frame
+    codings: dict[Attribute, AttributeCoding]
+    grid: PositionGrid
     lobes: LobeShape | None
     network: bool
     color: ColorShape
@@ -68,27 +68,27 @@ class Header:
     meta: dict[str, MetaValue]
 
 
-def describe(coded: CodedScene) -> dict[str, Any]:
-    """The header of a scene, ready for JSON."""
+def header_fields(scene: QuantizedScene) -> dict[str, Any]:
+    """Return the header of a scene, ready for JSON."""
     return {
-        "background": _listed(coded.background),
-        "blend": coded.blend,
-        # earlier versions knew networks alone, and did not name them
-        **({"colors": coded.color.colors} if coded.color.colors != "networks" else {}),
-        **_describe_codes(coded),
-        "count": len(coded),
-        **({"layers": list(coded.layers)} if coded.layers else {}),
-        "lobes": describe_lobes(coded.lobe_shape),
-        "meta": coded.meta,
-        "mode": "sq" if coded.steps else "nvq",
-        "near": coded.near,
-        "network": coded.network is not None,
+        "background": _listed(scene.background),
+        "blend": scene.blend,
+        # versions before 2.3 and 3.2 have networks only, and no such field
+        **({"colors": scene.color.colors} if scene.color.colors != "networks" else {}),
+        **_code_fields(scene),
+        "count": len(scene),
+        **({"layers": list(scene.lod_sizes)} if scene.lod_sizes else {}),
+        "lobes": lobe_fields(scene.lobe_shape),
+        "meta": scene.meta,
+        "mode": "sq" if scene.step_sizes else "nvq",
+        "near": scene.near,
+        "network": scene.network is not None,
         "positions": {
-            "center": _listed(coded.frame.center),
-            "exponent": coded.frame.exponent,
-            "radius": _listed(torch.tensor([coded.frame.radius]))[0],
+            "center": _listed(scene.grid.center),
+            "exponent": scene.grid.exponent,
+            "radius": _listed(torch.tensor([scene.grid.radius]))[0],
         },
-        "sh_degree": coded.color.degree,
+        "sh_degree": scene.color.degree,
         "views": [
             {
                 "K": _listed(view.K),
@@ -96,35 +96,35 @@ def describe(coded: CodedScene) -> dict[str, Any]:
                 "viewmat": _listed(view.viewmat),
                 "width": view.width,
             }
-            for view in coded.views
+            for view in scene.views
         ],
-        "weighting": describe_weighting(coded.weighting),
+        "weighting": weighting_fields(scene.weighting),
     }
 
 
-def describe_lobes(shape: LobeShape | None) -> dict[str, Any] | None:
-    """The header's field `lobes`."""
+def lobe_fields(shape: LobeShape | None) -> dict[str, Any] | None:
+    """Return the header's field `lobes`."""
     return None if shape is None else {**asdict(shape), "hidden": list(shape.hidden)}
 
 
-def describe_weighting(weighting: Weighting) -> dict[str, Any]:
-    """The header's field `weighting`."""
+def weighting_fields(weighting: Weighting) -> dict[str, Any]:
+    """Return the header's field `weighting`."""
     return {
         "background_weight": weighting.background_weight,
         "exponent_max": weighting.exponent_max,
         "name": weighting.name,
         "sigma": weighting.sigma,
-        # what earlier versions did not name
+        # versions before 2.2 and 3.1 have no such field
         **({"alpha_min": weighting.alpha_min} if weighting.alpha_min != ALPHA_MIN else {}),
     }
 
 
-def parse(fields: dict[str, Any]) -> Header:
-    """What `describe` wrote; fields that are not known are ignored.
+def parse_header(fields: dict[str, Any]) -> Header:
+    """Parse what `header_fields` wrote; unknown fields are ignored.
 
     Raises:
-        InputError: a field is missing, of another type, out of range, or asks for something
-            that this program cannot do.
+        InputError: a field is missing, has a wrong type, is out of range, or names something
+            that this program does not support.
     """
     colors = fields.get("colors", "networks")
     for name, value, known in (
@@ -149,24 +149,26 @@ def parse(fields: dict[str, Any]) -> Header:
     color = ColorShape(colors, _integer(fields, "sh_degree", min(SH_DEGREES), max(SH_DEGREES)))
     cuts: dict[Attribute, Cut] = {}
     sizes: dict[Attribute, int] = {}
-    scalars: dict[Attribute, Scalar] = {}
+    codings: dict[Attribute, AttributeCoding] = {}
     if fields["mode"] == "sq":
-        color, scalars = _parse_scalars(_object(fields, "scalars"), color, lobes)
+        color, codings = _parse_codings(_object(fields, "scalars"), color, lobes)
     else:
         books = _object(fields, "codebooks")
         cuts = _parse_cuts(books, lobes)
         sizes = {name: _integer(books[name], "size", 1, SIZE_MAX) for name in cuts}
     if network and lobes is not None:
-        raise InputError("the .mgs file has lobes and a view network: it can have one of them")
+        raise InputError(
+            "the .mgs file has both lobes and a view network: only one of them is allowed"
+        )
     check_blend(fields["blend"], by_direction=network or lobes is not None)
     count = _integer(fields, "count", 1, COUNT_MAX)
     header = Header(
         count=count,
-        layers=_parse_layers(fields, count),
+        lod_sizes=_parse_lod_sizes(fields, count),
         cuts=cuts,
         sizes=sizes,
-        scalars=scalars,
-        frame=Frame(
+        codings=codings,
+        grid=PositionGrid(
             _floats(places, "center", 3),
             _number(places, "radius"),
             _integer(places, "exponent", 0, EXPONENT_MAX),
@@ -181,18 +183,18 @@ def parse(fields: dict[str, Any]) -> Header:
         views=[_parse_view(view, near) for view in views],
         meta=meta,
     )
-    check_ranges(header.frame, header.weighting, header.background, header.near)
+    check_ranges(header.grid, header.weighting, header.background, header.near)
     check_views(header.views)
     return header
 
 
-def _parse_layers(fields: dict[str, Any], count: int) -> tuple[int, ...]:
+def _parse_lod_sizes(fields: dict[str, Any], count: int) -> tuple[int, ...]:
     if fields["layers"] is None:
         return ()
-    layers = _field(fields, "layers", list)
-    if not 1 <= len(layers) <= LAYERS_MAX:
+    listed = _field(fields, "layers", list)
+    if not 1 <= len(listed) <= LOD_LEVELS_MAX:
         raise _broken("layers")
-    sizes = tuple(_integer({"layers": size}, "layers", 1, count) for size in layers)
+    sizes = tuple(_integer({"layers": size}, "layers", 1, count) for size in listed)
     if sum(sizes) != count:
         raise _broken("layers")
     return sizes
@@ -217,38 +219,38 @@ def _parse_cuts(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribu
     return cuts
 
 
-def _describe_codes(coded: CodedScene) -> dict[str, Any]:
-    if coded.steps:
+def _code_fields(scene: QuantizedScene) -> dict[str, Any]:
+    if scene.step_sizes:
         return {
             "scalars": {
                 name: {
                     **{
-                        key: [getattr(column, key) for column in scalar.columns]
+                        key: [getattr(column, key) for column in coding.columns]
                         for key in Column._fields
                     },
-                    "step": _listed(torch.tensor([scalar.step]))[0],
+                    "step": _listed(torch.tensor([coding.step_size]))[0],
                 }
-                for name, scalar in scalars_of(coded).items()
+                for name, coding in attribute_codings(scene).items()
             }
         }
     return {
         "codebooks": {
-            name: {"count": cut.count, "length": cut.length, "size": coded.codebooks[name].shape[1]}
-            for name, cut in coded.cuts.items()
+            name: {"count": cut.count, "length": cut.length, "size": scene.codebooks[name].shape[1]}
+            for name, cut in scene.cuts.items()
         }
     }
 
 
-def _parse_scalars(
+def _parse_codings(
     fields: dict[str, Any], color: ColorShape, lobes: LobeShape | None
-) -> tuple[ColorShape, dict[Attribute, Scalar]]:
-    """What scalars there are, and the colour with as many latents as it has of them."""
+) -> tuple[ColorShape, dict[Attribute, AttributeCoding]]:
+    """Parse the field `scalars`; returns `color` with its number of latents, and the codings."""
     latents = 0 if lobes is None else lobes.latents
     of_color = len(_field(_object(fields, "appearance"), "least", list))
     if not color.latents <= of_color <= color.latents_max:
         raise _broken("scalars.appearance")
     counts = COLUMNS | {"appearance": of_color, "lobes": latents}
-    found: dict[Attribute, Scalar] = {}
+    codings: dict[Attribute, AttributeCoding] = {}
     for name in (*COLUMNS, "lobes"):
         if name == "opacity" and name not in fields and lobes is not None:
             continue
@@ -266,19 +268,19 @@ def _parse_scalars(
             largest = _integer({"size": least + size - 1}, "size", least, CODE_MAX)
             middle = _integer(column, "middle", least, largest)
             columns.append(Column(least, size, middle))
-        step = float(np.float32(_number(part, "step")))
-        if not STEP_MIN <= step <= STEP_MAX:
+        step_size = float(np.float32(_number(part, "step")))
+        if not STEP_SIZE_MIN <= step_size <= STEP_SIZE_MAX:
             raise _broken(f"scalars.{name}.step")
-        # products of a float32 value and a short number: exact
-        if name == "scale" and max(a + b - 1 for a, b, _ in columns) * step > LOG_SCALE_MAX:
+        # exact in float64: a float32 value times an integer of at most 15 bits
+        if name == "scale" and max(a + b - 1 for a, b, _ in columns) * step_size > LOG_SCALE_MAX:
             raise _broken("scalars.scale")
         farthest = max(max(-a, a + b - 1) for a, b, _ in columns)
-        if name == "rotation" and (farthest + 0.5) * step > ANGLE_MAX:
+        if name == "rotation" and (farthest + 0.5) * step_size > ANGLE_MAX:
             raise _broken("scalars.rotation")
-        found[name] = Scalar(step, tuple(columns))
+        codings[name] = AttributeCoding(step_size, tuple(columns))
     if "lobes" in fields and not latents:
         raise _broken("scalars.lobes")
-    return color._replace(latents=of_color), found
+    return color._replace(latents=of_color), codings
 
 
 def _parse_lobes(fields: dict[str, Any]) -> LobeShape | None:
@@ -299,7 +301,7 @@ def _parse_weighting(fields: dict[str, Any]) -> Weighting:
     name = _field(fields, "name", str)
     if name not in WEIGHTINGS:
         raise InputError(
-            f"the .mgs file has the weighting {name[:40]!r}: known are {', '.join(WEIGHTINGS)}"
+            f"the .mgs file has the unknown weighting {name[:40]!r}: use {', '.join(WEIGHTINGS)}"
         )
     return Weighting(
         name=name,
@@ -323,7 +325,7 @@ def _parse_view(fields: Any, near: float) -> Camera:
 
 
 def _listed(values: Tensor) -> list[float]:
-    """float32 values as the shortest decimals that lead back to them."""
+    """Return float32 values as the shortest decimals that parse to the same values."""
     exact = values.detach().cpu().float().reshape(-1).numpy()
     short = [float(str(value)) for value in exact]
     return [s if np.float32(s) == e else float(e) for s, e in zip(short, exact, strict=True)]
@@ -348,7 +350,7 @@ def _integer(fields: dict[str, Any], name: str, smallest: int, largest: int) -> 
 
 
 def _whole(value: Any) -> Any:
-    """JSON has one kind of number: 1.0 is 1, as JavaScript cannot tell them apart."""
+    """Return 1 for 1.0: JSON has one type of number, and JavaScript cannot tell them apart."""
     return int(value) if type(value) is float and value.is_integer() else value
 
 
@@ -364,7 +366,7 @@ def _floats(fields: dict[str, Any], name: str, count: int) -> Tensor:
 
 
 def _finite(value: Any, name: str) -> float:
-    # 3e38 is about the largest float32; beyond it a double would become infinite
+    # about the largest float32: a larger number would become infinite
     if type(value) not in (int, float) or not abs(value) <= 3e38 or not math.isfinite(value):
         raise _broken(name)
     return float(value)

@@ -1,4 +1,4 @@
-"""What holds for the numbers of a scene, whether it is made or a file's header tells of it."""
+"""Range checks of a scene's numbers, shared by the encoder and the header's parser."""
 
 from typing import Any
 
@@ -9,28 +9,30 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import short_text
-from mobilegs.mgs.positions import Frame
+from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render import Weighting
 
 VIEWS_MAX = 64
 SIDE_MAX = 1 << 16  # of a view, in pixels
 META_MAX = 64
 TEXT_MAX = 4096
-WORLD_MIN, WORLD_MAX = 1e-20, 1e20  # lengths: the farthest half stays finite in float32
+WORLD_MIN, WORLD_MAX = 1e-20, 1e20  # lengths: the largest float16 position stays finite in float32
 
 
 def check_ranges(
-    frame: Frame, weighting: Weighting, background: Float[Tensor, "3"], near: float
+    grid: PositionGrid, weighting: Weighting, background: Float[Tensor, "3"], near: float
 ) -> None:
-    """Raise `InputError` unless a scene's numbers are ones that a renderer can draw with."""
-    if not (frame.center.abs() <= WORLD_MAX).all() or not WORLD_MIN <= frame.radius <= WORLD_MAX:
+    """Raise `InputError` unless a renderer can use a scene's numbers."""
+    if not (grid.center.abs() <= WORLD_MAX).all() or not WORLD_MIN <= grid.radius <= WORLD_MAX:
         raise InputError("the scene's centre or radius is out of range")
     if not 0 < near <= WORLD_MAX:
         raise InputError(f"the scene's near plane {near} is out of range")
     if not ((background >= 0) & (background <= 1)).all():
         raise InputError("the scene's background colour lies outside of [0, 1]")
     if not 0 < weighting.sigma <= WORLD_MAX or weighting.background_weight < 0:
-        raise InputError("the scene's weighting has a sigma or a background weight below 0")
+        raise InputError(
+            "the scene's weighting needs a sigma above 0 and a background weight of at least 0"
+        )
 
 
 def check_blend(blend: str, *, by_direction: bool) -> None:
@@ -40,7 +42,7 @@ def check_blend(blend: str, *, by_direction: bool) -> None:
 
 
 def check_views(views: list[Camera]) -> None:
-    """Raise `InputError` unless a file can hold these views and each is a camera's."""
+    """Raise `InputError` unless a file can hold these views and each is a valid camera."""
     if len(views) > VIEWS_MAX:
         raise InputError(f"the scene has {len(views)} views: {VIEWS_MAX} are allowed")
     for view in views:
@@ -55,7 +57,7 @@ def check_views(views: list[Camera]) -> None:
 
 
 def check_meta(meta: dict[Any, Any]) -> None:
-    """Raise `InputError` unless all notes are short texts, numbers, truth values or None."""
+    """Raise `InputError` unless all notes are short texts, numbers, booleans or None."""
     if len(meta) > META_MAX:
         raise InputError(f"the scene has {len(meta)} notes: {META_MAX} are allowed")
     for name, value in meta.items():

@@ -1,4 +1,4 @@
-"""Layers: the same scene in an order of which every beginning is a whole, coarser scene."""
+"""LOD levels: an order of the Gaussians in which every prefix of levels is a coarser scene."""
 
 from dataclasses import replace
 
@@ -8,54 +8,57 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
-from mobilegs.mgs.quantized_scene import LAYERS_MAX, CodedScene
+from mobilegs.mgs.quantized_scene import LOD_LEVELS_MAX, QuantizedScene
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
 
-GROWTH = 4  # so many times as many Gaussians with every layer, all that came before included
-FEWEST = 10_000  # in the first layer of those that are chosen by themselves
-CAMERAS_MAX = 64  # that are asked
+LOD_RATIO = 4  # each level multiplies the number of Gaussians by this
+FIRST_LEVEL_MIN = 10_000  # Gaussians in the first level that `lod_levels_for` plans
+CAMERAS_MAX = 64  # cameras that contributions are measured from
 
 
-def layers_for(count: int) -> int:
-    """How many layers a scene of `count` Gaussians deserves: 1 below 40,000, 2 from there on."""
-    layers = 1
-    while layers < LAYERS_MAX and count >= FEWEST * GROWTH**layers:
-        layers += 1
-    return layers
+def lod_levels_for(count: int) -> int:
+    """Return how many LOD levels leave 10,000 of `count` Gaussians to the first, 1 to 8."""
+    levels = 1
+    while levels < LOD_LEVELS_MAX and count >= FIRST_LEVEL_MIN * LOD_RATIO**levels:
+        levels += 1
+    return levels
 
 
-def layered(coded: CodedScene, count: int, cameras: list[Camera]) -> CodedScene:
-    """The scene in `count` layers, 1 to 8, the Gaussians first that `cameras` see most of.
+def with_lod_levels(scene: QuantizedScene, count: int, cameras: list[Camera]) -> QuantizedScene:
+    """Return the scene in `count` LOD levels (1 to 8), the most visible Gaussians first.
 
-    The first of `k` layers has every 4^(k - 1)th Gaussian, and each further one makes four
-    times as many. The device that draws is the cameras'.
+    With k levels the first holds one of 4^(k - 1) Gaussians, and each further level multiplies
+    their number by four. Visibility is the sum of blending weights in the pictures of `cameras`
+    (64 of them at most), which are rendered on the device of the first camera.
 
     Raises:
-        InputError: there are fewer Gaussians than layers, or the number of layers is out of range.
+        InputError: `count` is out of range or exceeds the number of Gaussians.
     """
-    if not 1 <= count <= min(LAYERS_MAX, len(coded)):
+    if not 1 <= count <= min(LOD_LEVELS_MAX, len(scene)):
         raise InputError(
-            f"{len(coded)} Gaussians cannot be {count} layers: 1 to {LAYERS_MAX} are possible"
+            f"{len(scene)} Gaussians cannot be split into {count} LOD levels: "
+            f"1 to {LOD_LEVELS_MAX} are possible"
         )
     if count == 1:
-        return replace(coded, layers=()).sorted()
+        return replace(scene, lod_sizes=()).sorted()
     every = -(-len(cameras) // CAMERAS_MAX)
-    scene = coded.decode(cameras[0].viewmat.device)
-    order = seen_of_each(scene, cameras[::every]).argsort(descending=True, stable=True).cpu()
-    ends = [max(len(coded) // GROWTH ** (count - i), i) for i in range(1, count + 1)]
+    decoded = scene.decode(cameras[0].viewmat.device)
+    weights = pixel_contributions(decoded, cameras[::every])
+    order = weights.argsort(descending=True, stable=True).cpu()
+    ends = [max(len(scene) // LOD_RATIO ** (count - i), i) for i in range(1, count + 1)]
     sizes = [end - start for start, end in zip([0, *ends], ends, strict=False)]
-    return replace(coded.pick(order), layers=tuple(sizes)).sorted()
+    return replace(scene.select(order), lod_sizes=tuple(sizes)).sorted()
 
 
-def seen_of_each(scene: Scene, cameras: list[Camera]) -> Float[Tensor, "n"]:
-    """How many pixels' worth of each Gaussian is in the pictures that `cameras` take.
+def pixel_contributions(scene: Scene, cameras: list[Camera]) -> Float[Tensor, "n"]:
+    """Return the sum of each Gaussian's blending weights over all pixels of all `cameras`.
 
-    A pixel's colour is a mean of the Gaussians' colours. These are the sums of their shares, found
-    as what the sum of all pixels owes to each colour.
+    A pixel's colour is a weighted mean of colours, so these sums are the gradient of the sum of
+    all pixels with respect to the colours.
     """
     sh = scene.gaussians.sh.detach()
-    # gray, which no clamp holds back; but a view network looks at colours
+    # gray is not clamped; a view network takes the colours as input
     sh = torch.zeros_like(sh[:, :1]) if scene.network is None else sh.clone()
     sh.requires_grad_()
     shown = replace(scene, gaussians=replace(scene.gaussians, sh=sh))

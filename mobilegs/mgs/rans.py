@@ -1,10 +1,10 @@
-"""Static interleaved rANS: symbols at the cost of their entropy, decoded by table look-ups.
+"""Static interleaved rANS: an entropy coder that decodes with table look-ups.
 
-A coder of the range family (Duda 2013; the interleaving is Giesen's, 2014): probabilities are
-multiples of 2^-14, a state has 32 bits, the stream is a row of 16-bit words. L states ("lanes")
-take turns at the words; each lane codes its own run of consecutive symbols, so that the symbol
-before can serve as context. A decoder that ends with every state at its start value, and with
-no word left, has seen no damage.
+rANS is by Duda (2013), the interleaving by Giesen (2014). Probabilities are multiples of 2^-14, a
+state has 32 bits, the stream is a sequence of 16-bit words. L states ("lanes") read the words in
+turn; each lane codes its own run of consecutive symbols, so that the previous symbol can serve as
+context. In each round every lane codes one symbol. The stream is undamaged if every lane ends in
+the encoder's start state and no word is left.
 """
 
 import heapq
@@ -13,7 +13,7 @@ import struct
 import numpy as np
 from jaxtyping import Int, UInt16, UInt32
 
-from mobilegs.csrc import native
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.bits import bit_lengths, pack_bits
 
@@ -21,32 +21,32 @@ PRECISION = 14
 TOTAL = 1 << PRECISION
 STATE_LOW = 1 << 16
 ALPHABET_MAX = 4096
-CONTEXTS_MAX = 64  # a decoder's tables take 2^14 entries for each
+CONTEXTS_MAX = 64  # a decoder's tables have 2^14 entries for each
 LANES_MAX = 256
-LANE_SYMBOLS = 2048  # at least so many per lane: a lane costs some 2.5 bytes
+LANE_SYMBOLS = 2048  # least per lane: a lane takes about 2.5 bytes
 HEADER = struct.Struct("<HHII")  # alphabet, contexts, bytes of tables, words
-SYMBOL_BITS = 2 + 2 * PRECISION  # of a table, at most: whether it occurs, and its frequency
+SYMBOL_BITS = 2 + 2 * PRECISION  # most that a symbol takes in a table
 
 
 def encode(symbols: UInt16[np.ndarray, "n"], alphabet: int, *, contextual: bool = False) -> bytes:
-    """`symbols`, each below `alphabet` (1 to 4096), with their frequency tables.
+    """Encode `symbols`, each below `alphabet` (1 to 4096), with their frequency tables.
 
-    `contextual` gives every symbol the frequencies that follow its predecessor (alphabets up
-    to 64). Deterministic: integer and exactly rounded arithmetic only.
+    `contextual` uses a table for each previous symbol (alphabets up to 64). The result is
+    deterministic: arithmetic is in integers or exactly rounded.
     """
     contexts = alphabet if contextual else 1
     lanes = lane_count(len(symbols))
     order, active = _layout(len(symbols), lanes)
-    rows = symbols[order]  # [steps, lanes], lanes that have run out repeat a symbol
+    rows = symbols[order]  # [rounds, lanes]; finished lanes repeat a symbol
     context = np.zeros_like(rows)
     if contextual:
         context[1:] = rows[:-1]
     flat = context.astype(np.int64) * alphabet + rows
     present = np.arange(lanes) < active[:, None]
     counts = np.bincount(flat[present], minlength=contexts * alphabet).reshape(contexts, alphabet)
-    frequencies = np.stack([normalise(row) for row in counts])
+    frequencies = np.stack([normalise_counts(row) for row in counts])
     starts = np.cumsum(frequencies, axis=1) - frequencies
-    words, states = _push(
+    words, states = _encode_rounds(
         frequencies.reshape(-1).astype(np.uint64)[flat],
         starts.reshape(-1).astype(np.uint64)[flat],
         active,
@@ -57,23 +57,23 @@ def encode(symbols: UInt16[np.ndarray, "n"], alphabet: int, *, contextual: bool 
 
 
 def decode(data: bytes | memoryview, count: int, alphabet: int) -> UInt16[np.ndarray, "n"]:
-    """The `count` symbols below `alphabet` that `encode` wrote.
+    """Decode the `count` symbols below `alphabet` that `encode` wrote.
 
     Raises:
-        InputError: the bytes are not a whole stream of that many symbols of that alphabet.
+        InputError: the bytes are not a complete stream of `count` symbols of this alphabet.
     """
-    read_head(data, count, alphabet)
-    symbols = native.decode_rans(data, count, alphabet)
-    return decode_by_definition(data, count, alphabet) if symbols is None else symbols
+    check_header(data, count, alphabet)
+    symbols = binding.decode_rans(data, count, alphabet)
+    return decode_reference(data, count, alphabet) if symbols is None else symbols
 
 
-def read_head(data: bytes | memoryview, count: int, alphabet: int) -> tuple[int, int, int]:
-    """Contexts, bytes of tables, and lanes of a stream; InputError if they cannot be."""
+def check_header(data: bytes | memoryview, count: int, alphabet: int) -> tuple[int, int, int]:
+    """Return the contexts, bytes of tables and lanes of a stream; InputError if invalid."""
     if len(data) < HEADER.size:
         raise InputError("a rANS stream is too short to hold its header")
     found, contexts, table_bytes, word_count = HEADER.unpack_from(data)
     if found != alphabet:
-        raise InputError(f"a rANS stream of {found} symbols stands where {alphabet} belong")
+        raise InputError(f"a rANS stream has an alphabet of {found} symbols instead of {alphabet}")
     if contexts not in (1, alphabet) or contexts > CONTEXTS_MAX:
         raise InputError(f"a rANS stream has {contexts} contexts")
     if 8 * table_bytes > contexts * (5 + SYMBOL_BITS * alphabet) + 7:
@@ -84,11 +84,11 @@ def read_head(data: bytes | memoryview, count: int, alphabet: int) -> tuple[int,
     return contexts, table_bytes, lanes
 
 
-def decode_by_definition(
+def decode_reference(
     data: bytes | memoryview, count: int, alphabet: int
 ) -> UInt16[np.ndarray, "n"]:
-    """What `decode` does, by its definition."""
-    contexts, table_bytes, lanes = read_head(data, count, alphabet)
+    """The numpy reference of `decode`."""
+    contexts, table_bytes, lanes = check_header(data, count, alphabet)
     body = memoryview(data)[HEADER.size :]
     frequencies = _read_tables(bytes(body[:table_bytes]), contexts, alphabet)
     states = np.frombuffer(body[table_bytes : table_bytes + 4 * lanes], dtype="<u4")
@@ -96,18 +96,18 @@ def decode_by_definition(
     if (states < STATE_LOW).any():
         raise InputError("a rANS stream starts in an impossible state")
     order, active = _layout(count, lanes)
-    rows = _pull(frequencies, states.astype(np.uint32), words.astype(np.uint32), active)
+    rows = _decode_rounds(frequencies, states.astype(np.uint32), words.astype(np.uint32), active)
     symbols = np.empty(count, dtype=np.uint16)
     present = np.arange(lanes) < active[:, None]
     symbols[order[present]] = rows[present]
     return symbols
 
 
-def normalise(counts: Int[np.ndarray, "a"]) -> Int[np.ndarray, "a"]:
-    """Frequencies that sum to 2^14, at least 1 for every symbol that occurs, else 0.
+def normalise_counts(counts: Int[np.ndarray, "a"]) -> Int[np.ndarray, "a"]:
+    """Return frequencies that sum to 2^14, at least 1 for every symbol that occurs, else 0.
 
-    All zeros if nothing occurs. The rounding error is shared out one unit at a time, to where
-    it costs the fewest bits.
+    They are all 0 if no symbol occurs. The rounding error is distributed one unit at a time, to
+    the symbols where it adds the fewest bits.
     """
     total = int(counts.sum())
     frequencies = np.zeros(len(counts), dtype=np.int64)
@@ -116,71 +116,71 @@ def normalise(counts: Int[np.ndarray, "a"]) -> Int[np.ndarray, "a"]:
     occurs = np.flatnonzero(counts)
     frequencies[occurs] = np.maximum(1, counts[occurs] * TOTAL // total)
     missing = TOTAL - int(frequencies.sum())
-    step = 1 if missing > 0 else -1
+    unit = 1 if missing > 0 else -1
     # bits saved by f -> f + 1 are count * log2(1 + 1 / f), close to count / (f + 1/2)
     queue = [
-        (-step * int(counts[i]) / (2 * int(frequencies[i]) + step), int(i))
+        (-unit * int(counts[i]) / (2 * int(frequencies[i]) + unit), int(i))
         for i in occurs
-        if step > 0 or frequencies[i] > 1
+        if unit > 0 or frequencies[i] > 1
     ]
     heapq.heapify(queue)
     for _ in range(abs(missing)):
         _, i = heapq.heappop(queue)
-        frequencies[i] += step
-        if step > 0 or frequencies[i] > 1:
-            heapq.heappush(queue, (-step * int(counts[i]) / (2 * int(frequencies[i]) + step), i))
+        frequencies[i] += unit
+        if unit > 0 or frequencies[i] > 1:
+            heapq.heappush(queue, (-unit * int(counts[i]) / (2 * int(frequencies[i]) + unit), i))
     return frequencies
 
 
 def lane_count(count: int) -> int:
-    """Lanes of a stream of `count` symbols: a power of two, 256 at most."""
+    """Return the lanes of a stream of `count` symbols: a power of two, at most 256."""
     return min(LANES_MAX, 1 << max(0, (count // LANE_SYMBOLS).bit_length() - 1))
 
 
 def _layout(
     count: int, lanes: int
-) -> tuple[Int[np.ndarray, "steps lanes"], Int[np.ndarray, "steps"]]:
-    """Which symbol each lane codes in each step, and how many lanes are at work.
+) -> tuple[Int[np.ndarray, "rounds lanes"], Int[np.ndarray, "rounds"]]:
+    """Return the symbol of each lane in each round, and the number of active lanes per round.
 
-    Lanes take consecutive runs, the first `count % lanes` of them one symbol longer; so the
-    lanes that still have a symbol are always the first ones.
+    Lanes take consecutive runs, the first `count % lanes` of them one symbol longer. Active lanes
+    are therefore always the first ones.
     """
     short, longer = divmod(count, lanes)
-    steps = short + (longer > 0)
+    rounds = short + (longer > 0)
     lane = np.arange(lanes)
     first = lane * short + np.minimum(lane, longer)
-    order = np.minimum(first + np.arange(steps)[:, None], max(count - 1, 0))
-    active = np.full(steps, lanes)
+    order = np.minimum(first + np.arange(rounds)[:, None], max(count - 1, 0))
+    active = np.full(rounds, lanes)
     active[short:] = longer
     return order, active
 
 
-def _push(
+def _encode_rounds(
     frequencies: np.ndarray, starts: np.ndarray, active: np.ndarray
 ) -> tuple[UInt16[np.ndarray, "w"], UInt32[np.ndarray, "lanes"]]:
-    """Code all steps from the last to the first; words come out in the order of reading."""
+    """Encode the rounds from last to first; returns the words in reading order, and the states."""
     states = np.full(frequencies.shape[1], STATE_LOW, dtype=np.uint64)
     words: list[np.ndarray] = []
-    for step in range(len(active) - 1, -1, -1):
-        lanes = active[step]
-        x, f = states[:lanes], frequencies[step, :lanes]
+    for number in range(len(active) - 1, -1, -1):
+        lanes = active[number]
+        x, f = states[:lanes], frequencies[number, :lanes]
         full = x >= (f << np.uint64(32 - PRECISION))
         if full.any():
             words.append(x[full].astype(np.uint16))  # the low 16 bits
             x = np.where(full, x >> np.uint64(16), x)
         quotient, rest = np.divmod(x, f)
-        states[:lanes] = (quotient << np.uint64(PRECISION)) + rest + starts[step, :lanes]
+        states[:lanes] = (quotient << np.uint64(PRECISION)) + rest + starts[number, :lanes]
     empty = np.empty(0, dtype=np.uint16)
     return np.concatenate([empty, *reversed(words)]), states.astype(np.uint32)
 
 
-def _pull(
+def _decode_rounds(
     frequencies: Int[np.ndarray, "c a"],
     states: UInt32[np.ndarray, "lanes"],
     words: UInt32[np.ndarray, "w"],
-    active: Int[np.ndarray, "steps"],
-) -> UInt16[np.ndarray, "steps lanes"]:
-    """Decode all steps; checks that the stream ends where it began."""
+    active: Int[np.ndarray, "rounds"],
+) -> UInt16[np.ndarray, "rounds lanes"]:
+    """Decode all rounds; InputError unless the lanes end in the start state."""
     contexts, alphabet = frequencies.shape
     used = frequencies.any(axis=1)
     symbol_of, frequency_of, rest_of = (
@@ -195,13 +195,13 @@ def _pull(
     rows = np.zeros((len(active), len(states)), dtype=np.uint16)
     context = np.zeros(len(states), dtype=np.uint32)
     position = 0
-    for step, lanes in enumerate(active):
+    for number, lanes in enumerate(active):
         x = states[:lanes]
         slot = x & np.uint32(TOTAL - 1)
         if contexts > 1:
             slot = slot + (context[:lanes] << np.uint32(PRECISION))
         symbols = symbol_of[slot]
-        # an unused context leaves frequency 0 here: the state drops to 0 and is caught below
+        # an unused context has frequency 0: the state becomes 0, which is refused below
         x = frequency_of[slot] * (x >> np.uint32(PRECISION)) + rest_of[slot]
         low = np.flatnonzero(x < STATE_LOW)
         if len(low):
@@ -213,7 +213,7 @@ def _pull(
             if x.min() < STATE_LOW:
                 raise InputError("a rANS stream leads to an impossible state")
         states[:lanes] = x
-        rows[step, :lanes] = symbols
+        rows[number, :lanes] = symbols
         if contexts > 1:
             context[:lanes] = symbols
     if position != len(words) or (states != STATE_LOW).any():
@@ -222,8 +222,11 @@ def _pull(
 
 
 def _write_tables(frequencies: Int[np.ndarray, "c a"]) -> bytes:
-    """Per context: 1 bit whether it is used; then a bit per symbol whether it occurs, 4 bits k,
-    and `frequency - 1` of all symbols that occur but the last in exponential Golomb code k."""
+    """Write the tables of all contexts (docs/format.md, section 4).
+
+    A context has one bit (0: unused); a bit per symbol (1: it occurs); four bits `k`; and
+    `frequency - 1` of all symbols that occur, except the last, in exponential Golomb code k.
+    """
     values: list[np.ndarray] = []
     widths: list[np.ndarray] = []
 
@@ -249,7 +252,7 @@ def _write_tables(frequencies: Int[np.ndarray, "c a"]) -> bytes:
 
 
 def _read_tables(data: bytes, contexts: int, alphabet: int) -> Int[np.ndarray, "c a"]:
-    """What `_write_tables` wrote; every used context sums to 2^14."""
+    """Read what `_write_tables` wrote; the frequencies of a used context sum to 2^14."""
     bits = np.unpackbits(np.frombuffer(data, dtype=np.uint8), bitorder="little").tolist()
     position = 0
 

@@ -1,4 +1,4 @@
-"""The codecs of single streams, and the choice between them: whichever takes fewer bytes."""
+"""Codecs of indices and of float16 numbers; the encoder takes the one with the fewest bytes."""
 
 import struct
 
@@ -12,12 +12,12 @@ from mobilegs.mgs.container import Stream
 
 
 def index_width(size: int) -> int:
-    """Bits of an index into `size` entries: 0 if there is but one."""
+    """Return the bits of an index below `size`; 0 if `size` is 1."""
     return (size - 1).bit_length()
 
 
 def encode_indices(name: str, symbols: UInt16[np.ndarray, "n"], size: int) -> Stream:
-    """Indices below `size` (1 to 4096): `rans`, or `bits` of fixed width."""
+    """Encode indices below `size` (1 to 4096) with `rans`, or `bits` of a fixed width."""
     widths = np.full(len(symbols), index_width(size))
     plain = Stream(name, "bits", pack_bits(symbols.astype(np.uint64), widths))
     coded = Stream(name, "rans", rans.encode(symbols, size))
@@ -25,35 +25,35 @@ def encode_indices(name: str, symbols: UInt16[np.ndarray, "n"], size: int) -> St
 
 
 def decode_indices(stream: Stream, count: int, size: int) -> UInt16[np.ndarray, "n"]:
-    """The indices in a stream; InputError if it is damaged or one is too large."""
+    """Decode `count` indices below `size`; InputError if the stream is damaged."""
     if stream.codec == "rans":
         return rans.decode(stream.data, count, size)
     if stream.codec != "bits":
         raise _unknown(stream)
     symbols = unpack_short(stream.data, np.full(count, index_width(size), dtype=np.uint8))
     if symbols.max(initial=0) >= size:
-        raise InputError(f"the stream '{stream.name}' points outside of its codebook")
+        raise InputError(f"the stream '{stream.name}' holds an index out of range")
     return symbols
 
 
-def encode_halves(name: str, halves: UInt16[np.ndarray, "n"]) -> Stream:
-    """Bit patterns of halves: `halves` (the upper bytes as rANS symbols), `planes` or `raw`.
+def encode_float16(name: str, patterns: UInt16[np.ndarray, "n"]) -> Stream:
+    """Encode float16 bit patterns with `halves`, `planes` or `raw`.
 
-    Sign, exponent and the first two digits are worth about 5 of their 8 bits in trained
-    weights; the rest is noise, unless it was rounded away: then `planes` has the lower bytes as
-    rANS symbols, too.
+    `halves` has the upper bytes as rANS symbols: sign, exponent and the first two fraction bits,
+    which have about 5 bits of entropy in trained weights. The lower bytes are noise, unless
+    weights were rounded to fewer significant bits: then `planes` codes them with rANS too.
     """
-    upper = rans.encode(halves >> 8, 256)
-    lower = (halves & 255).astype(np.uint8).tobytes()
+    upper = rans.encode(patterns >> 8, 256)
+    lower = (patterns & 255).astype(np.uint8).tobytes()
     start = struct.pack("<I", len(upper)) + upper
-    plain = Stream(name, "raw", halves.astype("<u2").tobytes())
+    plain = Stream(name, "raw", patterns.astype("<u2").tobytes())
     coded = Stream(name, "halves", start + lower)
-    planes = Stream(name, "planes", start + rans.encode(halves & 255, 256))
+    planes = Stream(name, "planes", start + rans.encode(patterns & 255, 256))
     return min(plain, coded, planes, key=lambda stream: len(stream.data))
 
 
-def decode_halves(stream: Stream, count: int) -> UInt16[np.ndarray, "n"]:
-    """The `count` halves in a stream; InputError if it is damaged."""
+def decode_float16(stream: Stream, count: int) -> UInt16[np.ndarray, "n"]:
+    """Decode `count` float16 bit patterns; InputError if the stream is damaged."""
     data = stream.data
     if stream.codec == "raw":
         if len(data) != 2 * count:
@@ -75,8 +75,7 @@ def decode_halves(stream: Stream, count: int) -> UInt16[np.ndarray, "n"]:
 
 def _unknown(stream: Stream) -> InputError:
     return InputError(
-        f"the stream '{stream.name}' of the .mgs file uses the codec '{stream.codec}', which "
-        "this program does not know"
+        f"the stream '{stream.name}' of the .mgs file uses the unknown codec '{stream.codec}'"
     )
 
 

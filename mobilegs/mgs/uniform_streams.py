@@ -1,4 +1,4 @@
-"""Streams of the mode `sq`: columns of whole numbers, and the finer bits of rotations."""
+"""Streams of the mode `sq`: columns of integers, and the refinement bits of rotations."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -11,99 +11,106 @@ from jaxtyping import Int32, UInt16
 from torch import Tensor
 
 from mobilegs.compress.codebooks import Attribute
-from mobilegs.compress.rotations import finer_bits_of
+from mobilegs.compress.rotations import refinement_bits_of
 from mobilegs.compress.uniform_quantizer import COLUMNS
-from mobilegs.csrc import native
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.bits import pack_bits, unpack_short
 from mobilegs.mgs.container import Stream
-from mobilegs.mgs.quantized_scene import CodedScene
+from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.mgs.streams import decode_indices, encode_indices
 
-FINER = "rotation-finer"  # name of the stream
-BLOCK = 4096  # rows that a processor's cache holds while their columns are filled in
+REFINEMENT = "rotation-finer"  # name of the stream
+BLOCK = 4096  # rows per pass over the columns: they fit in a processor's cache
 
 
 @dataclass(frozen=True)
-class Scalar:
-    """What the header says of an attribute."""
+class AttributeCoding:
+    """The header's description of one attribute's codes."""
 
-    step: float
+    step_size: float
     """A float32 value."""
     columns: tuple["Column", ...]
-    """Of rotations those of the cells."""
+    """Of rotations, the columns of their cells."""
 
 
 class Column(NamedTuple):
-    """Codes from `least` on, of which there are `size`; half of all are above `middle`."""
+    """`size` consecutive codes from `least` on; `middle` is the median code.
+
+    The field names are keys of the file's header.
+    """
 
     least: int
     size: int
     middle: int
 
 
-def scalars_of(coded: CodedScene) -> dict[Attribute, Scalar]:
-    """What the header says of every attribute, in the file's order."""
-    found: dict[Attribute, Scalar] = {}
+def attribute_codings(scene: QuantizedScene) -> dict[Attribute, AttributeCoding]:
+    """Return the header's description of every attribute, in the file's order."""
+    codings: dict[Attribute, AttributeCoding] = {}
     for name in (*COLUMNS, "lobes"):
-        if name not in coded.steps:
+        if name not in scene.step_sizes:
             continue
-        codes = coded.cells if name == "rotation" else coded.indices[name]
+        codes = scene.cells if name == "rotation" else scene.indices[name]
         columns = []
         for column in codes.T:
             least, largest = int(column.min()), int(column.max())
             columns.append(Column(least, largest - least + 1, int(column.median())))
-        found[name] = Scalar(coded.steps[name], tuple(columns))
-    return found
+        codings[name] = AttributeCoding(scene.step_sizes[name], tuple(columns))
+    return codings
 
 
-def pack_scalars(coded: CodedScene, scalars: Mapping[Attribute, Scalar]) -> list[Stream]:
-    """All columns of a layer, and behind those of the rotations their finer bits.
+def encode_columns(
+    level: QuantizedScene, codings: Mapping[Attribute, AttributeCoding]
+) -> list[Stream]:
+    """Return the streams of one LOD level; refinement bits follow the columns of rotations.
 
-    `scalars` are those of the whole scene.
+    `codings` describe the whole scene.
     """
     streams: list[Stream] = []
-    for name, scalar in scalars.items():
-        codes = coded.cells if name == "rotation" else coded.indices[name]
-        for i, column in enumerate(scalar.columns):
+    for name, coding in codings.items():
+        codes = level.cells if name == "rotation" else level.indices[name]
+        for i, column in enumerate(coding.columns):
             symbols = (codes[:, i] - column.least).numpy().astype(np.uint16)
             streams.append(encode_indices(f"{name}.{i}", symbols, column.size))
         if name == "rotation":
-            finer = coded.finer.flatten().numpy().astype(np.int64)
-            turns = coded.indices[name].flatten().numpy().astype(np.int64)
-            rest = (turns & ((1 << finer) - 1)).astype(np.uint64)
-            streams.append(Stream(FINER, "bits", pack_bits(rest, finer)))
+            widths = level.refinement_bits.flatten().numpy().astype(np.int64)
+            rotations = level.indices[name].flatten().numpy().astype(np.int64)
+            rest = (rotations & ((1 << widths) - 1)).astype(np.uint64)
+            streams.append(Stream(REFINEMENT, "bits", pack_bits(rest, widths)))
     return streams
 
 
-def unpack_scalars(
-    scalars: Mapping[Attribute, Scalar],
+def decode_columns(
+    codings: Mapping[Attribute, AttributeCoding],
     codes: Mapping[Attribute, Int32[Tensor, "n _"]],
     stream: Callable[[str], Stream],
     pool: Executor,
 ) -> None:
-    """Fill a layer's `codes` with what `pack_scalars` wrote; `stream` finds streams or raises."""
-    names = {name: [f"{name}.{i}" for i in range(len(scalars[name].columns))] for name in scalars}
+    """Fill the `codes` of one LOD level; `stream` finds a stream by name or raises."""
+    names = {name: [f"{name}.{i}" for i in range(len(codings[name].columns))] for name in codings}
     streams = [stream(name) for row in names.values() for name in row]
-    sizes = [column.size for scalar in scalars.values() for column in scalar.columns]
+    sizes = [column.size for coding in codings.values() for column in coding.columns]
     symbols = pool.map(decode_indices, streams, repeat(len(codes["scale"])), sizes)
-    for name, scalar in scalars.items():
+    for name, coding in codings.items():
         columns = list(islice(symbols, len(names[name])))
-        join(columns, [column.least for column in scalar.columns], out=codes[name].numpy())
-    finer = finer_bits_of(codes["scale"], scalars["scale"].step).numpy().reshape(-1)
-    rest = stream(FINER)
+        join_columns(columns, [column.least for column in coding.columns], out=codes[name].numpy())
+    widths = refinement_bits_of(codes["scale"], codings["scale"].step_size).numpy().reshape(-1)
+    rest = stream(REFINEMENT)
     if rest.codec != "bits":
-        raise InputError(f"the stream '{FINER}' of the .mgs file uses the codec '{rest.codec}'")
-    turns = codes["rotation"].numpy().reshape(-1)
-    np.left_shift(turns, finer, out=turns)
-    np.bitwise_or(turns, unpack_short(rest.data, finer), out=turns)
+        raise InputError(
+            f"the stream '{REFINEMENT}' of the .mgs file uses the unknown codec '{rest.codec}'"
+        )
+    rotations = codes["rotation"].numpy().reshape(-1)
+    np.left_shift(rotations, widths, out=rotations)
+    np.bitwise_or(rotations, unpack_short(rest.data, widths), out=rotations)
 
 
-def join(
+def join_columns(
     columns: list[UInt16[np.ndarray, "n"]], least: list[int], *, out: Int32[np.ndarray, "n c"]
 ) -> None:
-    """Columns beside each other, each with its least code added."""
-    if native.joined(columns, least, out):
+    """Write `columns[i] + least[i]` to column i of `out`."""
+    if binding.join_columns(columns, least, out):
         return
     for start in range(0, len(out), BLOCK):
         rows = slice(start, start + BLOCK)

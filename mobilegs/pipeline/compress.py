@@ -1,4 +1,4 @@
-"""From a scene of another tool to a measured `scene.mgs`, with its photos or without."""
+"""Compress a scene of another tool into a measured `scene.mgs`, with its photos or without."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,30 +10,35 @@ from tyro.conf import Positional, UseAppendAction, arg
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.live import ADDRESS
-from mobilegs.pipeline.preflight import refuse_beforehand
+from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import choose_device, read_gaussians
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
-from mobilegs.synthetic_capture.render import BLACK, Progress, Shoot, photograph, silent
-from mobilegs.synthetic_capture.visibility import refuse_blind
+from mobilegs.synthetic_capture.render import (
+    DEFAULT_BACKGROUND,
+    CaptureOptions,
+    Progress,
+    no_progress,
+    render_synthetic_capture,
+)
+from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.train.recipes import PresetName
 
-# Of a scene that is finished, and seen from places that say little about its detail: it moves
-# little, colours tell of more directions than six latents can, and codes are as coarse as was found
-# to be good enough (docs/compression.md, playbot), and gain nothing by coming late. All pictures
-# are the teacher's already.
-FINISHED = (
-    "student.position_share=0.01",
-    "student.color_latents=9",
-    "student.fineness=1",
-    "student.codes_fraction=0.7",
-    "student.price_fraction=1",
-    "student.fill_price=0",
-    "student.distill_between=0",
+# For a trained scene and renders of it: means move little, colours need more latents for their view
+# dependence, and coarse, early quantisation costs no quality (docs/explanation/compression.md,
+# playbot). No virtual views, because all images are renders of the teacher already.
+FINISHED_SCENE = (
+    "student.lr.means_max=0.01",
+    "student.color.latents=9",
+    "student.quantization.quality=1",
+    "student.schedule.quantize_from=0.7",
+    "student.schedule.rate_from=1",
+    "student.loss.overdraw_weight=0",
+    "student.loss.virtual_view_every=0",
 )
-# of a preset: pictures, and their longer side in pixels
-SHOTS: dict[PresetName, tuple[int, int]] = {
+# number of rendered views by preset, and pixels of their longer side
+VIEWS: dict[PresetName, tuple[int, int]] = {
     "demo": (48, 240),
     "cpu": (400, 640),
     "gpu": (400, 1280),
@@ -42,80 +47,88 @@ SHOTS: dict[PresetName, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class CompressRun:
-    """Make a phone-sized scene.mgs of a trained 3DGS scene, with its photos or without.
+    """Compress a trained 3DGS scene into a phone-sized scene.mgs.
 
-    Without photos, pictures are taken of the scene itself, from places around its middle, and kept
-    in RUN/capture. What is measured at the end are pictures that were not learned from.
+    Without photos, the student trains on renders of the scene from cameras placed around its
+    centre, which are kept in RUN/capture. The metrics come from held-back images.
     """
 
     scene: Annotated[Positional[Path], arg(metavar="SCENE")]
-    """A plain 3DGS scene: .ply, .spz, and what else `mobilegs info` opens."""
+    """A plain 3DGS scene: .ply, .spz, .sog, .splat or .glb."""
     output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
-    """Folder for scene.mgs and everything else; it is made if it is missing."""
+    """Folder for the run; created if missing."""
     capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None
-    """The photos that the scene was trained on, with their poses: the student then learns from
-    both."""
+    """The photos that the scene was trained on, with their poses. The student then learns from
+    photos and scene. Default: renders of the scene."""
     cameras: Annotated[Path | None, arg(metavar="JSON")] = None
-    """The cameras.json that 3DGS leaves beside a scene: pictures are taken from there and from in
-    between. A scene that was seen from one side alone needs it."""
+    """The cameras.json that 3DGS writes: views are rendered from these cameras and between them.
+    Needed for a scene that was photographed from one side only. Default: cameras placed around the
+    scene's centre."""
     views: Annotated[int | None, arg(metavar="N")] = None
-    """Pictures to take; every eighth is held back. Without it 400, with the preset demo 48."""
+    """Number of rendered views; every eighth is held back. Default: 48 with the preset demo,
+    otherwise 400."""
     size: Annotated[int | None, arg(metavar="PIXELS")] = None
-    """Their longer side. Without it 640 with the preset cpu, 1280 with gpu, 240 with demo."""
+    """Longer side of rendered views. Default: 640 with the preset cpu, 1280 with gpu and 240 with
+    demo."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
-    """Divide the size of CAPTURE's photos by this."""
-    background: tuple[float, float, float] | None = None
-    """Colour behind everything that the scene was trained with, RGB in 0..1: a file does not say.
-    Without it black; with CAPTURE, white for renders with transparency, too."""
+    """Divide the width and height of the photos by N. Default: reduce them to a width of at most
+    1600 pixels."""
+    background: Annotated[tuple[float, float, float] | None, arg(metavar="R G B")] = None
+    """Background colour in 0..1 with which the scene was trained; its file does not contain it.
+    Default: black; with --capture, white for photos with transparency."""
     preset: PresetName | None = None
-    """How long: cpu is meant for two cores, gpu has 30,000 steps, demo is quick. Without it, gpu
-    where there is one."""
+    """Length of the training. cpu: 5,000 steps, for two cores. gpu: 30,000 steps. demo: 3,400 small
+    steps. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
     steps: Annotated[int | None, arg(metavar="N")] = None
-    """Steps of the student; all schedules scale with it."""
+    """Training steps; all schedules scale with them. Default: those of the preset."""
     target_mb: Annotated[float | None, arg(metavar="MB")] = None
-    """Megabytes (10^6) that the file shall have. Without it, what the quality needs."""
-    seed: int = 0
-    """Start of all random choices."""
+    """Size of the file in megabytes (10^6 bytes). Default: whatever the quality needs."""
+    seed: Annotated[int, arg(metavar="N")] = 0
+    """Seed of all random choices."""
     resume: bool = False
-    """Continue the run that RUN holds; begin one if there is none."""
+    """Continue the run in RUN, or start it if there is none."""
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
-    """Folder or http(s) address of LPIPS weights; MOBILEGS_LPIPS says the same."""
+    """Folder or http(s) address of LPIPS weights. Default: the environment variable
+    MOBILEGS_LPIPS; without either, LPIPS is not measured."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
-    """Where to compute; auto takes a GPU if there is one."""
+    """Device that trains; auto takes an NVIDIA GPU if there is one."""
     live: bool = False
-    """Show the scene in the browser while it trains; prints the address."""
+    """Show the scene in the browser while it trains, at an address that is printed. The result
+    does not change."""
     live_at: Annotated[str, arg(metavar="HOST:PORT")] = ADDRESS
-    """Where --live listens, or at the next port that is free. With 0.0.0.0 as the host, browsers
-    on other devices can watch, and pause."""
+    """Address of --live; if the port is taken, the next free one is used. With the host 0.0.0.0,
+    browsers on other devices can watch and pause the training."""
     settings: Annotated[
         tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
     ] = ()
-    """Any field of the recipe in config.json, like student.opacity_rate=0.02."""
+    """Change any setting of the recipe, like student.lr.opacities=0.02; may be repeated. A run's
+    config.json lists all settings."""
 
 
 def compress_run(
     run: CompressRun,
     *,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> dict[str, Any]:
-    """Go the whole way, or what is left of it, and return the contents of `metrics.json`.
+    """Compress, or complete a run, and return the contents of `metrics.json`.
 
-    Raises InputError before anything is written if an input cannot be used.
+    Raises InputError before anything is written if an input cannot be used, and KeyboardInterrupt,
+    after a checkpoint, if a signal asks to stop.
     """
     preset: PresetName = run.preset or ("gpu" if torch.cuda.is_available() else "cpu")
     capture = run.capture
-    of_pictures = {"cameras": run.cameras, "views": run.views, "size": run.size}
+    of_views = {"cameras": run.cameras, "views": run.views, "size": run.size}
     if capture is not None:
-        given = [name for name, value in of_pictures.items() if value is not None]
+        given = [name for name, value in of_views.items() if value is not None]
         if given:
-            raise InputError(f"with --capture no pictures are taken: leave out --{given[0]}")
+            raise InputError(f"with --capture no views are rendered: leave out --{given[0]}")
     elif run.downscale is not None:
         raise InputError("--downscale is for the photos of --capture: use --size")
-    settings: list[str] = [*FINISHED] if capture is None else []
+    settings: list[str] = [*FINISHED_SCENE] if capture is None else []
     if run.steps is not None:
         settings.append(f"student.steps={run.steps}")
     if run.target_mb is not None:
-        settings.append(f"student.target_mb={run.target_mb}")
+        settings.append(f"student.quantization.target_mb={run.target_mb}")
     training = TrainRun(
         run.output / "capture" if capture is None else capture,
         run.output,
@@ -131,23 +144,27 @@ def compress_run(
         live_at=run.live_at,
         settings=(tuple(settings), *run.settings),
     )
-    refuse_beforehand(training)
+    validate_run(training)
 
-    def opened() -> Scene:  # not kept: the training reads it again
+    def opened() -> Scene:  # not kept in memory: the training reads it again
         return Scene(read_gaussians(run.scene).to(choose_device(run.device)))
 
     if capture is None:
-        views, size = SHOTS[preset]
+        views, size = VIEWS[preset]
         if run.views is not None:
             views = run.views
         if run.size is not None:
             size = run.size
-        shoot = Shoot(views, size, run.cameras, run.seed, run.background or BLACK)
+        shoot = CaptureOptions(
+            views, size, run.cameras, run.seed, run.background or DEFAULT_BACKGROUND
+        )
         if run.cameras is not None:
-            read_cameras_json(run.cameras)  # refused before the scene is read, which is large
-        photograph(opened(), run.scene, training.capture, shoot, progress=progress)
+            read_cameras_json(
+                run.cameras
+            )  # validates the small file before reading the large scene
+        render_synthetic_capture(opened(), run.scene, training.capture, shoot, progress=progress)
     elif not (run.output / "config.json").exists():
         cameras = [view.camera for view in load_capture(capture, downscale=run.downscale).train]
-        instead = "give the capture that it was made of"
-        refuse_blind(opened(), cameras, f"photos of {capture}", instead)
+        instead = "give the capture that it was made from"
+        validate_visibility(opened(), cameras, f"photos of {capture}", instead)
     return train_run(training)

@@ -1,4 +1,4 @@
-"""A scene as a file for tools that sort: converted, or its teacher instead, or refitted first."""
+"""Export a scene to a file for tools that sort: converted, its teacher instead, or refitted."""
 
 import json
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import read_mgs
-from mobilegs.pipeline.refit import Views, fit_of, refit, views_around, views_from
+from mobilegs.pipeline.refit import Views, measure_fit, refit, views_around, views_from
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import (
     PLAIN,
@@ -19,66 +19,67 @@ from mobilegs.scene_file import (
     teacher_of,
     write_gaussians,
 )
-from mobilegs.synthetic_capture.render import Progress, silent
+from mobilegs.synthetic_capture.render import Progress, no_progress
 
 
 @dataclass(frozen=True)
 class SortedExport:
-    """What is to be written, as a file of which kind, and how a student gets there."""
+    """Options of an export to a file for tools that sort."""
 
     scene: Path
-    """The scene: a .mgs, or a plain 3DGS scene of any kind."""
+    """A .mgs file, or a plain 3DGS scene in any format."""
     output: Path
     """The file to write."""
     kind: Kind
-    """What it is to be."""
+    """Format of the file."""
     refit: bool = False
-    """Refit a student even where its teacher is at hand."""
+    """Refit a student even if its teacher is there."""
     capture: Path | None = None
-    """Photos with poses: a student is refitted by pictures of it from there."""
+    """Photos with poses, whose cameras a refit renders from."""
     seed: int = 0
-    """Start of all random choices of a refit."""
+    """Seed of all random choices of a refit."""
     device: Device = "auto"
-    """Where a refit draws; auto takes an NVIDIA GPU if there is one."""
+    """Device of a refit; auto takes an NVIDIA GPU if there is one."""
 
 
-def export_sorted(run: SortedExport, *, progress: Progress = silent) -> tuple[int, str]:
-    """Write the file, and return its bytes and what is to be said of it, which may be nothing.
+def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tuple[int, str]:
+    """Write the file; return its size in bytes and a message, which may be empty.
 
-    A scene that is blended sorted is converted. A student is no sorted splat: where it lies in its
-    run, the run's teacher goes in its place, and else the student is refitted. The file appears
-    whole or not at all. Raises InputError if the scene cannot be read, has no place in such a
-    file, or would be lost, or if an option has nothing to act on.
+    A scene for sorted blending is converted. For a student in its run's folder, the run's teacher
+    is written; any other student is refitted. The file appears complete or not at all.
+
+    Raises InputError if the scene cannot be read, does not fit the format or would be overwritten,
+    and for options that have no effect.
     """
     scene, output, kind = run.scene, run.output, run.kind
     if output.suffix.lower() != f".{kind}":
-        raise InputError(f"{output} would be a .{kind} file: give it a name that ends so")
+        raise InputError(f"{output} does not end in .{kind}: give the file such a name")
     if not 0 <= run.seed < 1 << 32:
-        raise InputError(f"a seed lies between 0 and {(1 << 32) - 1}, not at {run.seed}")
+        raise InputError(f"the seed must be between 0 and {(1 << 32) - 1}, not {run.seed}")
     opened = open_scene(scene, choose_device(run.device))
     teacher = teacher_of(scene) if opened.blend != "sorted" else None
-    for source, what in ((scene, "the scene itself"), (teacher, "what the scene learned from")):
+    for source, what in ((scene, "the scene itself"), (teacher, "the scene's teacher")):
         if source is not None and output.exists() and output.samefile(source):
-            raise InputError(f"{output} is {what}, and would be lost: give another name")
+            raise InputError(f"{output} is {what} and would be overwritten: give another name")
     if opened.blend == "sorted":
-        _refuse_refit(run, f"{scene} is a sorted splat already")
+        _validate_no_refit(run, f"{scene} is already made for sorted blending")
         return write_gaussians(output, opened.gaussians, kind), ""
     if teacher is not None and not run.refit:
-        _refuse_refit(run, f"{teacher} goes in the place of {scene}, or add --refit")
+        _validate_no_refit(run, f"{teacher} is written instead of {scene}, unless you add --refit")
         plain = open_scene(teacher, choose_device("cpu"))
-        said = f"{scene} is no sorted splat: {teacher} goes in its place (or it is refitted, with "
-        return write_gaussians(output, plain.gaussians, kind), f"{said}--refit)"
-    with atomic_path(output) as path:  # which refuses a bad place at once, not after minutes
+        message = f"{scene} is sort-free: wrote {teacher} instead (--refit refits the scene)"
+        return write_gaussians(output, plain.gaussians, kind), message
+    with atomic_path(output) as path:  # raises for an unusable folder before the minutes of work
         views = _views(run, opened, progress)
         found = refit(opened, views, seed=run.seed, progress=progress)
-        write_gaussians(path, found, kind)  # what is measured is what a tool will read
-        fit = fit_of(opened, PLAIN[f".{kind}"](path), views, progress=progress)
+        write_gaussians(path, found, kind)  # measured as other tools will read it
+        fit = measure_fit(opened, PLAIN[f".{kind}"](path), views, progress=progress)
         size = write_gaussians(path, found, kind, note=str(fit))
-    return size, f"{scene} is {fit}"
+    return size, f"{scene}: {fit}"
 
 
-def _refuse_refit(run: SortedExport, why: str) -> None:
-    """Raise InputError if an option is given that only a refit makes use of."""
+def _validate_no_refit(run: SortedExport, why: str) -> None:
+    """Raise InputError if an option is given that only a refit uses."""
     given = {
         "refit": run.refit,
         "capture": run.capture is not None,
@@ -91,7 +92,7 @@ def _refuse_refit(run: SortedExport, why: str) -> None:
 
 
 def _views(run: SortedExport, scene: Scene, progress: Progress) -> Views:
-    """What the refit looks at: from the capture that is given, the run's, or places it finds."""
+    """Return views of the given capture, of the run's capture, or of placed cameras."""
     background = tuple(scene.background.tolist())
     if run.capture is not None:
         return views_from(
@@ -105,7 +106,7 @@ def _views(run: SortedExport, scene: Scene, progress: Progress) -> Views:
 
 
 def _capture_of_run(scene: Path) -> tuple[Path | None, int | None]:
-    """The capture of the run whose scene this is, if it is still there, and its downscale."""
+    """Return the capture of the scene's run, if it is still there, and its downscale."""
     try:
         options = json.loads(scene.with_name("config.json").read_bytes())["options"]
         capture, downscale = Path(options["capture"]), options["downscale"]

@@ -1,17 +1,17 @@
-"""What a run would be refused for in the end, said before minutes go into its capture."""
+"""Validation of options before the expensive work that precedes a training."""
 
 from mobilegs.evaluate.lpips import lpips_from
-from mobilegs.live import refuse
-from mobilegs.pipeline.train import TrainRun, resolved
-from mobilegs.train.run_dir import RunFolder
+from mobilegs.live import validate_live_options
+from mobilegs.pipeline.train import TrainRun, resolve_recipe
+from mobilegs.train.run_dir import RunDir
 
 
-def refuse_beforehand(run: TrainRun) -> None:
-    """Raise InputError for options that cannot be, and for a folder that no such run can go to."""
-    folder = RunFolder(run.output)
-    if run.resume and folder.config.exists():
-        refuse(run.live, run.live_at)
+def validate_run(run: TrainRun) -> None:
+    """Raise InputError for invalid options, or an output folder that the run cannot use."""
+    run_dir = RunDir(run.output)
+    if run.resume and run_dir.config.exists():
+        validate_live_options(run.live, run.live_at)
     else:
-        folder.refuse()
-        resolved(run, None)
+        run_dir.validate_new()
+        resolve_recipe(run)
     lpips_from(run.lpips_weights)

@@ -1,4 +1,4 @@
-"""A sort-free scene fitted once more, so that viewers that sort show what it shows."""
+"""Refit a sort-free scene to sorted blending, for the viewers of other tools."""
 
 import math
 from collections.abc import Sequence
@@ -7,157 +7,165 @@ from dataclasses import dataclass, replace
 import torch
 
 from mobilegs.camera import Camera
-from mobilegs.data.dataset import TEST_EVERY, Dataset, Frame, ViewLoader, measure
+from mobilegs.data.dataset import TEST_EVERY, Dataset, Frame, ViewLoader, center_and_extent
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.evaluate.report import evaluate
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.placement import between_cameras, place_cameras
-from mobilegs.synthetic_capture.render import SHAPE, Progress, silent
-from mobilegs.synthetic_capture.scene_bounds import layout_of
-from mobilegs.synthetic_capture.visibility import refuse_blind
-from mobilegs.train.run_dir import stopping_between_steps
+from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
+from mobilegs.synthetic_capture.render import ASPECT_RATIO, Progress, no_progress
+from mobilegs.synthetic_capture.scene_bounds import find_scene_bounds
+from mobilegs.synthetic_capture.visibility import validate_visibility
+from mobilegs.train.run_dir import stop_between_steps
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.densify import DensifyConfig
-from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
+from mobilegs.train.teacher.trainer import Teacher, TeacherConfig, TeacherLearningRates
 
 STEPS = 800
-SIDE = 640  # of pictures, in pixels, at most
-LEARNED, HELD = 160, 24  # pictures that are learned from and held back, at most
-PLACES = 112  # that are looked for where no capture tells
-UPRIGHT = 0.3  # of the mean of their ups, from which on cameras agree about the vertical
-ALIKE = 40  # degrees around their mean, within which cameras look in one direction
-# 3DGS's rates but for centres: these Gaussians lie where they belong, and all of them stay
-RATES = TeacherConfig(position_rate=1.6e-5, min_views=0, densify=DensifyConfig(strategy="fixed"))
+SIDE_MAX = 640  # pixels of an image's longer side
+TRAIN_MAX, TEST_MAX = 160, 24  # images
+VIEWS = 112  # placed where there is no capture
+UPRIGHT = 0.3  # length of the cameras' mean up vector from which on they define the vertical
+PARALLEL_DEGREES = 40  # around their mean, within which cameras look in one direction
+# 3DGS's learning rates except for the means, which are in place already; all Gaussians stay
+CONFIG = TeacherConfig(
+    lr=TeacherLearningRates(means=1.6e-5), min_views=0, densify=DensifyConfig(strategy="fixed")
+)
 
 
 @dataclass(frozen=True)
 class Views:
-    """What a refit learns from, and what it is measured by.
+    """Training and test images of a refit.
 
     Attributes:
-        own: pictures of the scene without sorting, in memory; `test` is held back.
-        photos: the photos from the same places; None where there are none.
+        renders: sort-free renders of the scene, in memory.
+        photos: the photos from the same cameras, or None.
     """
 
-    own: Dataset
+    renders: Dataset
     photos: Dataset | None = None
 
 
 @dataclass(frozen=True)
 class Fit:
-    """How well viewers that sort show a sort-free scene: PSNR in dB.
+    """The quality of sorted blending before and after a refit: PSNR in dB.
 
     Attributes:
-        before, after: against the scene's own pictures without sorting, as it was and refitted.
-        places: how many these are. They were held back.
-        photos: against held-back photos, of the scene without sorting and refitted; None where
-            there are no photos.
+        before: of the original scene, sorted, against its sort-free test renders.
+        after: of the refitted scene against the same renders.
+        views: number of test renders.
+        photos: against test photos: of the original scene, sort-free, and of the refitted scene;
+            None without photos.
     """
 
     before: float
     after: float
-    places: int
+    views: int
     photos: tuple[float, float] | None = None
 
     def __str__(self) -> str:
-        """A sentence for people, and for the headers of files."""
-        said = (
-            f"refitted for viewers that sort: {self.after:.1f} dB against the scene's own pictures "
-            f"from {self.places} held-back places, {self.before:.1f} dB before"
+        """Return a sentence for people and for file headers."""
+        text = (
+            f"refitted to sorted blending: {self.after:.1f} dB (before: {self.before:.1f} dB) "
+            f"against {self.views} held-back sort-free renders"
         )
         if self.photos is None:
-            return said
-        without, refitted = self.photos
-        return f"{said}; against photos {refitted:.1f} dB, without sorting {without:.1f} dB"
+            return text
+        sort_free, refitted = self.photos
+        return f"{text}; {refitted:.1f} dB (sort-free: {sort_free:.1f} dB) against photos"
 
 
-def views_from(scene: Scene, capture: Dataset, *, progress: Progress = silent) -> Views:
-    """Pictures of a sort-free scene from where the photos of its capture were taken.
+def views_from(scene: Scene, capture: Dataset, *, progress: Progress = no_progress) -> Views:
+    """Render a sort-free scene from the cameras of its capture.
 
-    Of many photos so many are taken, evenly, as a short training can use, and no larger than 640
-    pixels. Raises InputError if the capture holds none back, or is of something else.
+    At most 160 training and 24 test cameras are used, evenly spaced, and images have at most 640
+    pixels on their longer side. Raises InputError if the capture holds no photo back or shows
+    another scene.
     """
     if not capture.test:
         raise InputError(
-            f"the capture {capture.name} holds no photo back to measure with: it needs more photos"
+            f"the capture {capture.name} holds no photo back for the test: it needs more photos"
         )
-    train, test = _some(capture.train, LEARNED), _some(capture.test, HELD)
+    train, test = _evenly(capture.train, TRAIN_MAX), _evenly(capture.test, TEST_MAX)
     photos = replace(capture, train=train, test=test)
-    return Views(_pictures(scene, photos, progress), photos)
+    return Views(_render_views(scene, photos, progress), photos)
 
 
 def views_around(
-    scene: Scene, first_looks: Sequence[Camera], *, seed: int, progress: Progress = silent
+    scene: Scene, first_looks: Sequence[Camera], *, seed: int, progress: Progress = no_progress
 ) -> Views:
-    """Pictures of a sort-free scene from places that the program finds.
+    """Render a sort-free scene from cameras that the program places.
 
-    `first_looks` are the cameras that its file brings: half of the places lie among them, the
-    others around the scene's middle. If there are several and they look in much the same
-    direction, the scene looks torn from elsewhere, and all places lie among them. Pictures are no
-    larger than theirs. Raises InputError if hardly any place shows the scene.
+    `first_looks` are the cameras in its file: half of the cameras lie between them, the others
+    around the scene's centre. If there are at least three and they look in about the same
+    direction, all cameras lie between them, because the scene has holes seen from elsewhere. Images
+    are at most as large as theirs. Raises InputError if too few cameras see the scene.
     """
     given = [camera.to(torch.device("cpu")) for camera in first_looks]
-    cameras = _places(scene, given, torch.Generator().manual_seed(seed), progress)
+    cameras = _place_views(scene, given, torch.Generator().manual_seed(seed), progress)
     frames = [Frame(f"{number:04}.png", camera) for number, camera in enumerate(cameras)]
     train = [frame for number, frame in enumerate(frames) if number % TEST_EVERY]
-    nothing = torch.zeros(0, 3)
-    center, extent = measure([frame.camera for frame in train], scene.gaussians.means.cpu())
-    places = Dataset(
-        name="places",
+    no_points = torch.zeros(0, 3)
+    center, extent = center_and_extent(
+        [frame.camera for frame in train], scene.gaussians.means.cpu()
+    )
+    views = Dataset(
+        name="placed views",
         train=train,
         test=frames[::TEST_EVERY],
-        points=nothing,
-        colors=nothing,
+        points=no_points,
+        colors=no_points,
         extent=extent,
         center=center,
         background=scene.background.cpu(),
         near=cameras[0].near,
     )
-    return Views(_pictures(scene, places, progress))
+    return Views(_render_views(scene, views, progress))
 
 
-def _places(
+def _place_views(
     scene: Scene, given: list[Camera], generator: torch.Generator, progress: Progress
 ) -> list[Camera]:
-    """Cameras among those given and around the scene's middle, in any order."""
-    side = min([SIDE, *(max(camera.width, camera.height) for camera in given)])
+    """Return cameras between those given and around the scene's centre, shuffled."""
+    side = min([SIDE_MAX, *(max(camera.width, camera.height) for camera in given)])
     up = -torch.stack([camera.viewmat[1, :3] for camera in given]).mean(0) if given else None
-    layout = layout_of(scene.gaussians, up=up if up is not None and up.norm() > UPRIGHT else None)
-    among = PLACES // 2 if given else 0
-    if len(given) > 2 and _alike(given):
-        among = PLACES
+    bounds = find_scene_bounds(
+        scene.gaussians, up=up if up is not None and up.norm() > UPRIGHT else None
+    )
+    between = VIEWS // 2 if given else 0
+    if len(given) > 2 and _are_parallel(given):
+        between = VIEWS
     cameras: list[Camera] = []
-    if among < PLACES:
-        size = {"width": side, "height": round(side / SHAPE)}
-        with progress("finding places") as advance:
+    if between < VIEWS:
+        size = {"width": side, "height": round(side / ASPECT_RATIO)}
+        with progress("placing cameras") as advance:
             cameras += place_cameras(
-                scene, layout, PLACES - among, **size, generator=generator, progress=advance
+                scene, bounds, VIEWS - between, **size, generator=generator, progress=advance
             )
-    if among:
-        cameras += between_cameras(given, layout, among, size=side, generator=generator)
-    # what is held back shall be anywhere
+    if between:
+        cameras += interpolate_cameras(given, bounds, between, size=side, generator=generator)
+    # so that held-back views lie anywhere
     order = torch.randperm(len(cameras), generator=generator).tolist()
     return [cameras[i] for i in order]
 
 
-def refit(scene: Scene, views: Views, *, seed: int, progress: Progress = silent) -> Gaussians:
-    """The scene's Gaussians, moved until they show sorted what they showed without sorting.
+def refit(scene: Scene, views: Views, *, seed: int, progress: Progress = no_progress) -> Gaussians:
+    """Train the scene's Gaussians so that sorted blending shows what sort-free blending showed.
 
-    They begin with the mean of their opacities over all directions. None is added or removed.
-    Photos, where there are any, are learned from as much as pictures of the scene.
-    The same seed gives the same ones. Raises KeyboardInterrupt if told to stop.
+    They start with the mean of their opacities over all directions; none is added or removed.
+    Photos, if there are any, and renders count alike. The result depends only on the arguments.
+    Raises KeyboardInterrupt if a signal asks to stop.
     """
     device = scene.gaussians.means.device
-    frames = [*views.own.train, *(views.photos.train if views.photos else [])]
-    config, places = replace(RATES, steps=STEPS), replace(views.own, train=frames)
-    stage = Teacher(config, places, seed=seed, device=device, start=scene.gaussians)
+    frames = [*views.renders.train, *(views.photos.train if views.photos else [])]
+    config, dataset = replace(CONFIG, steps=STEPS), replace(views.renders, train=frames)
+    stage = Teacher(config, dataset, seed=seed, device=device, start=scene.gaussians)
     order = view_order(len(frames), 0, STEPS, seed)
     with (
         ViewLoader(frames) as loader,
         progress("refitting") as advance,
-        stopping_between_steps() as stop,
+        stop_between_steps() as stop,
     ):
         for index in order:
             stage.advance([(index, loader.get(index, device))])
@@ -167,57 +175,59 @@ def refit(scene: Scene, views: Views, *, seed: int, progress: Progress = silent)
     return stage.gaussians()
 
 
-def fit_of(scene: Scene, refitted: Gaussians, views: Views, *, progress: Progress = silent) -> Fit:
-    """How near `refitted`, blended sorted, comes to the sort-free scene from held-back places."""
+def measure_fit(
+    scene: Scene, refitted: Gaussians, views: Views, *, progress: Progress = no_progress
+) -> Fit:
+    """Compare `refitted`, blended sorted, with the sort-free scene on held-back views."""
 
-    def sorts(gaussians: Gaussians) -> Scene:
-        there = gaussians.to(scene.gaussians.means.device)
-        return Scene(there, background=scene.background, near=scene.near)
+    def as_sorted(gaussians: Gaussians) -> Scene:
+        moved = gaussians.to(scene.gaussians.means.device)
+        return Scene(moved, background=scene.background, near=scene.near)
 
-    def psnr(shown: Scene, photos: Dataset) -> float:
+    def psnr(shown: Scene, targets: Dataset) -> float:
         with progress("measuring") as advance:
-            return evaluate(shown, photos, progress=advance)["psnr"]
+            return evaluate(shown, targets, progress=advance)["psnr"]
 
-    before, after = sorts(scene.gaussians), sorts(refitted)
+    before, after = as_sorted(scene.gaussians), as_sorted(refitted)
     photos = None
     if views.photos is not None:
         photos = psnr(scene, views.photos), psnr(after, views.photos)
-    own = views.own
-    return Fit(psnr(before, own), psnr(after, own), len(own.test), photos)
+    renders = views.renders
+    return Fit(psnr(before, renders), psnr(after, renders), len(renders.test), photos)
 
 
 @torch.inference_mode()
-def _pictures(scene: Scene, places: Dataset, progress: Progress) -> Dataset:
-    """The capture with pictures of the scene in the place of its photos."""
-    frames = [*places.train, *places.test]
+def _render_views(scene: Scene, views: Dataset, progress: Progress) -> Dataset:
+    """Return the capture with renders of the scene instead of its photos."""
+    frames = [*views.train, *views.test]
     cameras = [frame.camera for frame in frames]
-    instead = "give the capture that it was made of"
-    refuse_blind(scene, cameras, f"photos of {places.name}", instead)
+    instead = "give the capture that it was made from"
+    validate_visibility(scene, cameras, f"photos of {views.name}", instead)
     drawn: list[Frame] = []
-    with progress("taking pictures") as advance:
+    with progress("rendering views") as advance:
         for frame in frames:
-            picture = scene.render(frame.camera.to(scene.gaussians.means.device))
-            drawn.append(Frame(frame.name, frame.camera, pixels=to_bytes(picture.image).cpu()))
+            image = scene.render(frame.camera.to(scene.gaussians.means.device)).image
+            drawn.append(Frame(frame.name, frame.camera, pixels=to_bytes(image).cpu()))
             advance(len(drawn), len(frames))
-    count = len(places.train)
-    return replace(places, train=drawn[:count], test=drawn[count:])
+    count = len(views.train)
+    return replace(views, train=drawn[:count], test=drawn[count:])
 
 
-def _alike(cameras: Sequence[Camera]) -> bool:
-    """Whether cameras all look in about one direction."""
+def _are_parallel(cameras: Sequence[Camera]) -> bool:
+    """Return True if all cameras look in about one direction."""
     axes = torch.stack([camera.viewmat[2, :3] for camera in cameras])
     middle = torch.nn.functional.normalize(axes.sum(0), dim=0)
-    return bool((axes @ middle).min() > math.cos(math.radians(ALIKE)))
+    return bool((axes @ middle).min() > math.cos(math.radians(PARALLEL_DEGREES)))
 
 
-def _some(frames: Sequence[Frame], most: int) -> list[Frame]:
-    """At most so many of the frames, evenly, at no more than `SIDE` pixels."""
+def _evenly(frames: Sequence[Frame], most: int) -> list[Frame]:
+    """Return at most `most` frames, evenly spaced, of at most `SIDE_MAX` pixels."""
     chosen = torch.linspace(0, len(frames) - 1, min(most, len(frames))).round().long().tolist()
-    return [replace(frames[i], camera=_sized(frames[i].camera)) for i in chosen]
+    return [replace(frames[i], camera=_resized(frames[i].camera)) for i in chosen]
 
 
-def _sized(camera: Camera) -> Camera:
+def _resized(camera: Camera) -> Camera:
     sides = camera.width, camera.height
-    factor = min(1.0, SIDE / max(sides))
+    factor = min(1.0, SIDE_MAX / max(sides))
     width, height = (max(1, math.floor(factor * side + 0.5)) for side in sides)
     return camera.resized(width, height)

@@ -1,4 +1,4 @@
-"""From a capture to a measured `scene.mgs`: teacher, student, file, figures."""
+"""Train a capture into a measured `scene.mgs`: teacher, student, file, metrics."""
 
 import time
 from dataclasses import dataclass, fields, replace
@@ -7,27 +7,24 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import torch
-from PIL import Image
 from tyro.conf import Positional, UseAppendAction, arg
 
 from mobilegs import __version__
-from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
-from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
+from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
-from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
 from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.live import ADDRESS, Watch, refuse, watched
+from mobilegs.live import ADDRESS, LiveView, open_live_view, validate_live_options
 from mobilegs.mgs.codec import read_mgs, write_mgs
-from mobilegs.mgs.lod import layered, layers_for
+from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
 from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import read_gaussians
-from mobilegs.train.checkpoint import digest
-from mobilegs.train.distributed import Team, joined
+from mobilegs.train.distributed import Team, join_team
+from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
 from mobilegs.train.progress import Monitor
 from mobilegs.train.recipes import (
     RECIPES,
@@ -38,16 +35,15 @@ from mobilegs.train.recipes import (
     with_settings,
     with_steps,
 )
-from mobilegs.train.run_dir import RunFolder, photos_of, same_photos, stopping_between_steps
-from mobilegs.train.stage import Stage, view_order
+from mobilegs.train.run_dir import Checkpoint, RunDir, capture_fingerprint, same_capture
+from mobilegs.train.stage import Stage
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 
-PREVIEWS = 8  # pictures a stage leaves
-MISSED = 0.05  # share of a size that was asked for, from which on it is said
-PREFETCH = 8  # views decoded ahead
-FIRST_LOOKS = 4  # cameras that go into the file, for viewers to begin at
-BETWEEN_SESSIONS = (
+TARGET_TOLERANCE = 0.05  # share of target_mb by which a file may miss it without a message
+FIRST_LOOKS = 4  # cameras in the file, for a first look
+# options that may differ between the sessions of one run
+SESSION_OPTIONS = (
     "capture", "output", "resume", "lpips_weights", "device", "checkpoint_seconds",
     "live", "live_at",
 )  # fmt: skip
@@ -55,283 +51,272 @@ BETWEEN_SESSIONS = (
 
 @dataclass(frozen=True)
 class TrainRun:
-    """Train a capture: photos with poses in, a phone-sized scene.mgs out.
+    """Train a phone-sized scene.mgs from photos or a video.
 
-    RUN then holds scene.mgs, teacher.ply, metrics.json, contact_sheet.png, and on the way
-    metrics.jsonl, previews and a checkpoint. Ctrl-C leaves a run that --resume continues.
+    RUN receives scene.mgs, teacher.ply, metrics.json and contact_sheet.png, and during the
+    training metrics.jsonl, previews and a checkpoint. Ctrl-C stops after the current step;
+    --resume continues the run.
     """
 
     capture: Annotated[Positional[Path], arg(metavar="CAPTURE")]
-    """Folder of the photos and their poses: COLMAP, nerfstudio's transforms.json, or
-    NeRF-synthetic. Of photos without poses, or a video, mobilegs train makes RUN/capture first
-    (mobilegs capture has options for that)."""
+    """Folder of photos with camera poses (COLMAP, nerfstudio's transforms.json or NeRF-synthetic),
+    folder of photos without poses, or a video. Without poses, `mobilegs train` first makes
+    RUN/capture with the default options of `mobilegs capture`."""
     output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
-    """Folder for the run; it is made if it is missing."""
+    """Folder for the run; created if missing."""
     preset: PresetName | None = None
-    """How long and how many: cpu is meant for two cores and some 15 minutes with photos of
-    400x266 (see downscale), gpu has the paper's 30,000 + 30,000 steps, demo is small. Without
-    it, gpu where there is one."""
+    """Length and size of the training. cpu: 5,000 + 5,000 steps, some 15 minutes on two cores for
+    photos of 400x266 (see --downscale). gpu: the paper's 30,000 + 30,000 steps. demo: a few
+    minutes for a small capture. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
     method: MethodName | None = None
-    """How the teacher is trained. 3dgs: clone, split, prune, reset opacities. mini-splatting: the
-    paper's; begins anew from surfaces and keeps what matters. mcmc: moves what is faint, always
-    up to max_splats. Without it, mini-splatting with the preset gpu, with the others 3dgs that
-    resets nothing."""
+    """How the teacher is trained. 3dgs: clones, splits and prunes Gaussians and resets opacities.
+    mini-splatting: the paper's method; restarts from surface points and keeps the most important
+    Gaussians. mcmc: moves faint Gaussians and always uses --max-splats of them. Default:
+    mini-splatting with the preset gpu, otherwise 3dgs without opacity resets."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
-    """Divide the photos' size by this. Without it they are at most 1600 pixels wide."""
+    """Divide the width and height of the photos by N. Default: reduce photos to a width of at most
+    1600 pixels."""
     steps: Annotated[int | None, arg(metavar="N")] = None
-    """Steps of teacher and student together; all schedules scale with it."""
-    seed: int = 0
-    """Start of all random choices."""
+    """Training steps of teacher and student together; all schedules scale with them. Default:
+    those of the preset."""
+    seed: Annotated[int, arg(metavar="N")] = 0
+    """Seed of all random choices."""
     resume: bool = False
-    """Continue the run that RUN holds; begin one if there is none."""
+    """Continue the run in RUN, or start it if there is none."""
     teacher: Annotated[Path | None, arg(metavar="SCENE")] = None
-    """A plain 3DGS scene that is the teacher, instead of training one."""
+    """A plain 3DGS scene to use as the teacher. Default: train a teacher."""
     max_splats: Annotated[int | None, arg(metavar="N")] = None
-    """The teacher never has more Gaussians than this."""
+    """Maximum number of Gaussians in the teacher. Default: that of the preset."""
     views_per_step: Annotated[int | None, arg(metavar="N")] = None
-    """Photos in one step of teacher and student; processes that torchrun started share them out.
-    --set student.views_per_step=N is for the student alone."""
-    background: tuple[float, float, float] | None = None
-    """Colour behind everything, RGB in 0..1. Without it, white for renders with transparency,
-    black otherwise."""
+    """Photos per step of teacher and student; processes started by torchrun share them. `--set
+    student.views_per_step=N` changes only the student's. Default: 1."""
+    background: Annotated[tuple[float, float, float] | None, arg(metavar="R G B")] = None
+    """Background colour in 0..1. Default: white for photos with transparency, otherwise black."""
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
-    """Folder or http(s) address of LPIPS weights; MOBILEGS_LPIPS says the same."""
+    """Folder or http(s) address of LPIPS weights. Default: the environment variable
+    MOBILEGS_LPIPS; without either, LPIPS is not measured."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
-    """Where to compute; auto takes a GPU if there is one."""
-    checkpoint_seconds: float = 60.0
+    """Device that trains; auto takes an NVIDIA GPU if there is one."""
+    checkpoint_seconds: Annotated[float, arg(metavar="SECONDS")] = CHECKPOINT_SECONDS
     """Time between two checkpoints."""
     live: bool = False
-    """Show the scene in the browser while it trains; prints the address."""
+    """Show the scene in the browser while it trains, at an address that is printed. The result
+    does not change."""
     live_at: Annotated[str, arg(metavar="HOST:PORT")] = ADDRESS
-    """Where --live listens, or at the next port that is free. With 0.0.0.0 as the host, browsers
-    on other devices can watch, and pause."""
+    """Address of --live; if the port is taken, the next free one is used. With the host 0.0.0.0,
+    browsers on other devices can watch and pause the training."""
     settings: Annotated[
         tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
     ] = ()
-    """Any field of the recipe in config.json, like student.opacity_rate=0.02."""
-
-
-def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
-    """Go the whole way, or what is left of it, and return the contents of `metrics.json`.
-
-    `recipe` takes the place of the preset's. Raises InputError before anything is written if
-    an input cannot be used, and KeyboardInterrupt, after a checkpoint, if told to stop.
-    """
-    with joined(run.device) as team:
-        return train_together(run, recipe, team)
-
-
-def train_together(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str, Any]:
-    """What `train_run` does, in one process of a team. They all read; only the first one writes."""
-    folder = RunFolder(run.output)
-    resuming = run.resume and folder.config.exists()
-    photos = None
-    if resuming:
-        options, recipe, photos = folder.continued()
-        run = with_saved(run, options)
-    else:
-        recipe = resolved(run, recipe)
-    refuse_uneven(run, recipe, team.world)
-    lpips = lpips_from(run.lpips_weights)
-    dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
-    if photos is not None and not same_photos(photos, photos_of(dataset)):
-        raise InputError(f"{run.capture} is not the capture that the run in {run.output} is of")
-    if resuming and folder.metrics.exists():
-        return folder.results()
-    if not dataset.test:
-        raise InputError(f"{run.capture} holds no photo back for the test: it needs more photos")
-    given = None
-    if run.teacher is not None and not folder.teacher.exists():
-        given = read_gaussians(run.teacher)
-    team.wait()  # until all have looked at the folder
-    if team.first and not resuming:
-        folder.begin(options=as_options(run), recipe=recipe, photos=photos_of(dataset))
-    if team.first and given is not None:
-        write_ply(folder.teacher, given)
-    team.wait()
-    saved = folder.saved() or {"stage": None, "seconds": {}, "journal": []}
-    written = (folder.journal, saved["journal"], saved["seconds"])
-    with (
-        ViewLoader(dataset.train) as loader,
-        Monitor(*written, sizes=recipe.student.bytes_expected, silent=not team.first) as monitor,
-        watched(run.live, run.live_at, dataset, monitor) as live,
-    ):
-        camera = dataset.train[0].camera
-        first = "" if run.teacher else f"{recipe.teacher.steps:,} steps for the teacher and "
-        monitor.say(
-            f"{len(dataset.train) + len(dataset.test)} photos of {camera.width}x{camera.height}, "
-            f"{first}{recipe.student.steps:,} steps for the student"
-        )
-        session = Session(run, folder, dataset, loader, monitor, live, team, saved)
-        if not folder.teacher.exists():
-            train_teacher(session, recipe)
-        scene = Scene(
-            read_ply(folder.teacher).to(team.device),
-            background=dataset.background.to(team.device),
-            near=dataset.near,
-        )
-        if not folder.scene.exists():
-            train_student(session, recipe, scene)
-    if team.first:
-        measure(session, scene, lpips)
-    team.wait()
-    return folder.results()
+    """Change any setting of the recipe, like student.lr.opacities=0.02; may be repeated. A run's
+    config.json lists all settings."""
 
 
 @dataclass(frozen=True)
-class Session:
-    """What both stages need of the process that trains them."""
+class Job:
+    """A run with everything that its stages need, after all inputs were validated."""
 
     run: TrainRun
-    folder: RunFolder
+    recipe: Recipe
+    run_dir: RunDir
     dataset: Dataset
     loader: ViewLoader
     monitor: Monitor
-    live: Watch | None
     team: Team
-    saved: dict[str, Any]
-    """The checkpoint that this session continues; its stage is None if there was none."""
+    live: LiveView | None
+    checkpoint: Checkpoint
 
 
-def train_teacher(session: Session, recipe: Recipe) -> None:
-    """Leave `teacher.ply`."""
-    dataset, seed, team = session.dataset, session.run.seed, session.team
-    stage = Teacher(recipe.teacher, dataset, seed=seed, device=team.device, team=team)
-    run_stage(stage, session, order_seed=2 * seed)
-    if team.first:
-        write_ply(session.folder.teacher, stage.gaussians())
-    team.wait()
+# --- orchestration --------------------------------------------------------------------------------
 
 
-def train_student(session: Session, recipe: Recipe, teacher: Scene) -> None:
-    """Leave `scene.mgs`."""
-    dataset, seed, team = session.dataset, session.run.seed, session.team
+def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
+    """Train the rest of a run and return the contents of `metrics.json`.
+
+    `recipe` replaces that of the preset. Raises InputError before anything is written if an input
+    cannot be used, and KeyboardInterrupt, after a checkpoint, if a signal asks to stop.
+    """
+    with join_team(run.device) as team:
+        return train_in_team(run, recipe, team)
+
+
+def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str, Any]:
+    """Do the work of `train_run` in one process of a team; only the main process writes."""
+    run_dir = RunDir(run.output)
+    resuming = run.resume and run_dir.config.exists()
+    photos = None
+    if resuming:
+        options, recipe, photos = run_dir.load_config()
+        run = resume_options(run, options)
+    else:
+        recipe = resolve_recipe(run, recipe)
+    validate_views_per_step(run, recipe, team.world_size)
+    lpips = lpips_from(run.lpips_weights)
+    dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
+    if photos is not None and not same_capture(photos, capture_fingerprint(dataset)):
+        raise InputError(f"{run.capture} is not the capture that the run in {run.output} trains on")
+    if resuming and run_dir.metrics.exists():
+        return run_dir.load_metrics()
+    if not dataset.test:
+        raise InputError(f"{run.capture} holds no photo back for the test: it needs more photos")
+    given = None
+    if run.teacher is not None and not run_dir.teacher.exists():
+        given = read_gaussians(run.teacher)
+    team.barrier()  # until all processes have looked at the folder
+    if team.is_main and not resuming:
+        run_dir.create(
+            options=options_as_json(run), recipe=recipe, photos=capture_fingerprint(dataset)
+        )
+    if team.is_main and given is not None:
+        write_ply(run_dir.teacher, given)
+    team.barrier()
+    checkpoint = run_dir.load_checkpoint()
+    with (
+        ViewLoader(dataset.train) as loader,
+        Monitor(
+            run_dir.log,
+            checkpoint.log,
+            checkpoint.seconds,
+            sizes=recipe.student.expected_bytes,
+            silent=not team.is_main,
+        ) as monitor,
+        open_live_view(run.live, run.live_at, dataset, monitor) as live,
+    ):
+        job = Job(run, recipe, run_dir, dataset, loader, monitor, team, live, checkpoint)
+        announce(job)
+        if not run_dir.teacher.exists():
+            train_teacher(job)
+        teacher = Scene(
+            read_ply(run_dir.teacher).to(team.device),
+            background=dataset.background.to(team.device),
+            near=dataset.near,
+        )
+        if not run_dir.scene.exists():
+            train_student(job, teacher)
+    if team.is_main:
+        measure(job, teacher, lpips)
+    team.barrier()
+    return run_dir.load_metrics()
+
+
+def announce(job: Job) -> None:
+    """Print the size of the capture and the length of the training."""
+    dataset, recipe = job.dataset, job.recipe
+    camera = dataset.train[0].camera
+    first = "" if job.run.teacher else f"{recipe.teacher.steps:,} steps for the teacher and "
+    job.monitor.print(
+        f"{len(dataset.train) + len(dataset.test)} photos of {camera.width}x{camera.height}, "
+        f"{first}{recipe.student.steps:,} steps for the student"
+    )
+
+
+def train_teacher(job: Job) -> None:
+    """Train the teacher and write `teacher.ply`."""
+    seed, team = job.run.seed, job.team
+    stage = Teacher(job.recipe.teacher, job.dataset, seed=seed, device=team.device, team=team)
+    run_stage(job, stage, order_seed=2 * seed)
+    if team.is_main:
+        write_ply(job.run_dir.teacher, stage.gaussians())
+    team.barrier()
+
+
+def train_student(job: Job, teacher: Scene) -> None:
+    """Train the student and write `scene.mgs`."""
+    dataset, seed, team = job.dataset, job.run.seed, job.team
     stage = Student(
-        recipe.student,
+        job.recipe.student,
         teacher,
         [frame.camera for frame in dataset.train],
         extent=dataset.extent,
         seed=seed,
         team=team,
     )
-    run_stage(stage, session, order_seed=2 * seed + 1)
-    if not team.first:
-        return
+    run_stage(job, stage, order_seed=2 * seed + 1)
+    if team.is_main:
+        write_scene(job, stage)
+
+
+def run_stage(job: Job, stage: Stage, *, order_seed: int) -> None:
+    """Run the step loop of a stage."""
+    train_stage(
+        stage,
+        job.loader,
+        job.run_dir,
+        job.monitor,
+        job.team,
+        resume_from=job.checkpoint,
+        order_seed=order_seed,
+        preview_frame=job.dataset.test[0],
+        live=job.live,
+        checkpoint_seconds=job.run.checkpoint_seconds,
+    )
+
+
+def write_scene(job: Job, stage: Student) -> None:
+    """Write `scene.mgs`, with notes on its training and cameras for a first look."""
+    dataset, config = job.dataset, job.recipe.student
     frames = dataset.train[:: max(1, len(dataset.train) // FIRST_LOOKS)]
     camera = dataset.train[0].camera
     meta: dict[str, MetaValue] = {
         "generator": f"mobilegs {__version__}",
         "capture": dataset.name,
         "photos": f"{len(dataset.train)} of {camera.width}x{camera.height}",
-        "student_steps": recipe.student.steps,
+        "student_steps": config.steps,
     }
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
-    coded = stage.coded(views=views, meta=meta)
-    layers = recipe.student.layers or min(layers_for(len(coded)), recipe.student.layers_max)
-    write_mgs(session.folder.scene, layered(coded, layers, stage.cameras))
-    target, size = recipe.student.target_mb, session.folder.scene.stat().st_size / 1e6
-    if target and abs(size - target) > MISSED * target:
-        session.monitor.say(
-            f"the file has {size:.3f} MB, not the {target:g} asked for: steps change up to "
-            "eightfold, networks and header not at all"
+    coded = stage.quantized_scene(views=views, meta=meta)
+    levels = config.quantization.lod_levels
+    levels = levels or min(lod_levels_for(len(coded)), config.max_lod_levels)
+    write_mgs(job.run_dir.scene, with_lod_levels(coded, levels, stage.cameras))
+    target, size = config.quantization.target_mb, job.run_dir.scene.stat().st_size / 1e6
+    if target and abs(size - target) > TARGET_TOLERANCE * target:
+        job.monitor.print(
+            f"the file has {size:.3f} MB, but target_mb is {target:g}: rate control changes step "
+            "sizes up to eightfold, and networks and header not at all"
         )
 
 
-def run_stage(stage: Stage, session: Session, *, order_seed: int) -> None:
-    """Train `stage` to its end, from the session's checkpoint if that is one of this stage."""
-    loader, monitor, folder, team = session.loader, session.monitor, session.folder, session.team
-    if session.saved["stage"] == stage.name:
-        stage.restore(session.saved["state"])
-    monitor.begin(stage)
-    number, preview_every = stage.views_per_step, max(1, stage.steps // PREVIEWS)
-    saved_at = time.monotonic()
-    with stopping_between_steps() as stop:
-        while stage.done < stage.steps:
-            first = stage.done * number
-            order = view_order(len(loader), first, number + PREFETCH * team.world, order_seed)
-            mine = order[team.rank :: team.world]
-            here = number // team.world
-            loader.prefetch(mine[here:])
-            views = [(index, loader.get(index, team.device)) for index in mine[:here]]
-            monitor.after_step(stage, stage.advance(views))
-            if stage.done % preview_every == 0:
-                step = f"after step {stage.done} of the {stage.name}"
-                team.refuse_difference(step, digest(stage.state()) if team.world > 1 else 0)
-                if team.first:
-                    preview(stage, session)
-            if session.live is not None:
-                session.live.between_steps(stage, stop)
-            stopping = any(asked for [asked] in team.numbers(stop.asked))
-            late = time.monotonic() - saved_at > session.run.checkpoint_seconds
-            if team.first and (late or stopping or stage.done == stage.steps):
-                folder.save(stage.name, stage.state(), seconds=monitor.seconds, rows=monitor.rows)
-                saved_at = time.monotonic()
-            if stopping:
-                team.wait()  # for the checkpoint
-                raise KeyboardInterrupt
-
-
-@torch.no_grad()
-def preview(stage: Stage, session: Session) -> None:
-    """Draw the first held-back view as it looks now, and note its PSNR."""
-    view = load_view(session.dataset.test[0]).to(session.team.device)
-    image = as_displayed(stage.scene().render(view.camera).image)
-    with atomic_path(session.folder.previews / f"{stage.name}_{stage.done:06}.png") as path:
-        Image.fromarray(to_bytes(image).cpu().numpy()).save(path, format="PNG")
-    mask = None if view.mask is None else view.mask > 0.5
-    session.monitor.note(
-        stage=stage.name, step=stage.done, preview_psnr=psnr(image, view.image, mask)
-    )
-
-
-def measure(session: Session, teacher: Scene, lpips: LpipsSuite | None) -> None:
-    """Leave `contact_sheet.png` and `metrics.json`, from the files alone."""
-    folder, dataset, run = session.folder, session.dataset, session.run
+def measure(job: Job, teacher: Scene, lpips: LpipsSuite | None) -> None:
+    """Evaluate the files of a run; write `contact_sheet.png` and `metrics.json`."""
+    run_dir, dataset = job.run_dir, job.dataset
     started = time.monotonic()
-    student = read_mgs(folder.scene).decode(session.team.device)
-    figures = evaluate_side_by_side({"teacher": teacher, "student": student}, dataset, lpips=lpips)
-    contact_sheet(folder.contact_sheet, dataset, teacher, student)
+    student = read_mgs(run_dir.scene).decode(job.team.device)
+    metrics = evaluate_side_by_side({"teacher": teacher, "student": student}, dataset, lpips=lpips)
+    contact_sheet(run_dir.contact_sheet, dataset, teacher, student)
     camera = dataset.test[0].camera
-    seconds = {**session.monitor.seconds, "evaluation": time.monotonic() - started}
     write_metrics(
-        folder.metrics,
+        run_dir.metrics,
         teacher={
-            "file_bytes": folder.teacher.stat().st_size,
+            "file_bytes": run_dir.teacher.stat().st_size,
             "gaussians": len(teacher.gaussians),
-            **figures["teacher"],
+            **metrics["teacher"],
         },
-        student=figures["student"],
-        file_bytes=folder.scene.stat().st_size,
+        student=metrics["student"],
+        file_bytes=run_dir.scene.stat().st_size,
         gaussians=len(student.gaussians),
-        seconds=seconds,
+        seconds={**job.monitor.seconds, "evaluation": time.monotonic() - started},
         more={
             "capture": dataset.name,
             "image_size": [camera.width, camera.height],
             "views": {"train": len(dataset.train), "test": len(dataset.test)},
-            "seed": run.seed,
-            "device": str(session.team.device),
+            "seed": job.run.seed,
+            "device": str(job.team.device),
         },
     )
-    folder.finish()
+    run_dir.remove_checkpoint()
 
 
-def refuse_uneven(run: TrainRun, recipe: Recipe, world: int) -> None:
-    """Raise InputError if `world` processes cannot have equal shares of a step's views."""
-    for name, stage in (("teacher", recipe.teacher), ("student", recipe.student)):
-        given = name == "teacher" and run.teacher is not None
-        if stage.views_per_step % world and not given:
-            raise InputError(
-                f"{world} processes cannot share the {stage.views_per_step} views of a step of the "
-                f"{name} evenly: give --views-per-step a multiple of {world}, or start another "
-                "number of processes"
-            )
+# --- options --------------------------------------------------------------------------------------
 
 
-def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
-    """The recipe that the options of a new run ask for."""
+def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
+    """Return the recipe of a new run: that of the preset, or `recipe`, changed by the options.
+
+    Raises InputError for options that contradict each other or are out of range.
+    """
     if not 0 <= run.seed < 1 << 32:
-        raise InputError(f"a seed lies between 0 and {(1 << 32) - 1}, not at {run.seed}")
-    refuse(run.live, run.live_at)
+        raise InputError(f"the seed must be between 0 and {(1 << 32) - 1}, not {run.seed}")
+    validate_live_options(run.live, run.live_at)
     if recipe is None:
         recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
     if run.method is not None:
@@ -352,8 +337,20 @@ def resolved(run: TrainRun, recipe: Recipe | None) -> Recipe:
     return with_settings(recipe, chain(*run.settings))
 
 
-def as_options(run: TrainRun) -> dict[str, Any]:
-    """The options as JSON holds them."""
+def validate_views_per_step(run: TrainRun, recipe: Recipe, world_size: int) -> None:
+    """Raise InputError unless `world_size` processes get equal shares of every step's views."""
+    for name, stage in (("teacher", recipe.teacher), ("student", recipe.student)):
+        given = name == "teacher" and run.teacher is not None
+        if stage.views_per_step % world_size and not given:
+            raise InputError(
+                f"{world_size} processes cannot share the {stage.views_per_step} views of a step "
+                f"of the {name} evenly: give --views-per-step a multiple of {world_size}, or start "
+                "another number of processes"
+            )
+
+
+def options_as_json(run: TrainRun) -> dict[str, Any]:
+    """Return the options as JSON values: paths become strings, tuples become lists."""
     values = {field.name: getattr(run, field.name) for field in fields(run)}
     values["settings"] = tuple(chain(*run.settings))
     return {
@@ -366,19 +363,19 @@ def as_options(run: TrainRun) -> dict[str, Any]:
     }
 
 
-def with_saved(run: TrainRun, saved: dict[str, Any]) -> TrainRun:
-    """The options of a session that continues a run: those of the run.
+def resume_options(run: TrainRun, saved: dict[str, Any]) -> TrainRun:
+    """Return the options of a session that resumes a run whose options are `saved`.
 
     Raises InputError if an option is given that contradicts the run's.
     """
-    given = as_options(run)
+    given = options_as_json(run)
     for field in fields(run):
         name = field.name
-        if name in BETWEEN_SESSIONS or given[name] == saved.get(name):
+        if name in SESSION_OPTIONS or given[name] == saved.get(name):
             continue
         if getattr(run, name) != field.default:
             raise InputError(
-                f"the run in {run.output} was begun with {name} {saved.get(name)}, not "
+                f"the run in {run.output} was started with {name} {saved.get(name)}, not "
                 f"{given[name]}: leave the option out to resume, or start another run"
             )
     background = saved["background"]

@@ -1,4 +1,7 @@
-"""Who a picture owes its light to: the definition of sorted blending's statistics."""
+"""How much each Gaussian contributes to a sorted image: the reference.
+
+The kernels are csrc/cpu_contributions.h and csrc/cuda_contributions.h.
+"""
 
 from typing import NamedTuple
 
@@ -10,22 +13,22 @@ from mobilegs.camera import Camera
 from mobilegs.render.project import project
 from mobilegs.render.sorted import blend
 
-NOBODY = -1
+NO_WINNER = -1
 
 
 class Contributions(NamedTuple):
-    """What each Gaussian gives to a picture blended front to back; without gradients.
+    """Statistics of one image blended front to back.
 
-    A Gaussian's share of a pixel is `a T`: its alpha there, times the light that those in front
-    let pass. Pixels that the early stop keeps from it have no share.
+    A Gaussian's share of a pixel is its blending weight `a T`: alpha times the transmittance in
+    front of it. It is 0 behind the early stop.
 
     Attributes:
-        weights: sum of its shares, in pixels, `[n]`.
-        touched: number of pixels of which it has a share, int32, `[n]`.
-        largest: number of pixels of which it has the largest share, int32, `[n]`.
-        winner: whose share of a pixel is the largest, the nearer one's of equal shares, -1 where
-            nobody has one, int32, `[h, w]`.
-        alpha: how much of the background is covered, in [0, 1], `[h, w]`.
+        weights: sum of the shares over all pixels, `[n]`.
+        touched: number of pixels in which the share is above 0, int32, `[n]`.
+        largest: number of pixels in which the share is the largest, int32, `[n]`.
+        winner: index of the Gaussian with the largest share of each pixel, the nearer one if
+            shares are equal, -1 where no Gaussian has one, int32, `[h, w]`.
+        alpha: coverage of the background, in [0, 1], `[h, w]`.
     """
 
     weights: Float[Tensor, "n"]
@@ -43,17 +46,20 @@ def measure_contributions(
     *,
     camera: Camera,
 ) -> Contributions:
-    """The statistics of one picture, of which Mini-Splatting (Fang and Wang 2024) makes use."""
+    """Return the statistics from which Mini-Splatting (Fang and Wang 2024) computes importance.
+
+    Shapes and units as in `render_sorted`.
+    """
     black = torch.zeros_like(means[:, None, :])
     blending = blend(
         project(means, quats, scales, opacities, black, camera=camera), opacities, camera
     )
-    shares, order = blending.shares, blending.order  # [pixels, n], front first
+    shares, order = blending.weights, blending.order  # [pixels, n], front first
     count, size = len(means), (camera.height, camera.width)
     weights, touched = torch.zeros_like(opacities), torch.zeros_like(order, dtype=torch.int32)
     weights[order] = shares.sum(0)
     touched[order] = (shares > 0).sum(0, dtype=torch.int32)
-    winner = torch.full((len(shares),), NOBODY, dtype=torch.int32, device=means.device)
+    winner = torch.full((len(shares),), NO_WINNER, dtype=torch.int32, device=means.device)
     if count:
         best = shares.amax(1, keepdim=True)
         # argmax of equal values may be any of them
@@ -61,12 +67,12 @@ def measure_contributions(
         first = torch.where(shares == best, ranks, count).amin(1)
         winner = torch.where(best[:, 0] > 0, order[first].int(), winner)
     winner = winner.reshape(size)
-    alpha = (1 - blending.light[:, -1]).reshape(size)
-    return Contributions(weights, touched, pixels_won(winner, count), winner, alpha)
+    alpha = (1 - blending.transmittance[:, -1]).reshape(size)
+    return Contributions(weights, touched, count_wins(winner, count), winner, alpha)
 
 
-def pixels_won(winner: Int[Tensor, "h w"], count: int) -> Int[Tensor, "n"]:
-    """How many pixels each of `count` Gaussians has won; by sorting, which needs no atomics."""
+def count_wins(winner: Int[Tensor, "h w"], count: int) -> Int[Tensor, "n"]:
+    """Count the pixels that each of `count` Gaussians wins, by a sort, which needs no atomics."""
     ranked = winner.flatten().sort().values
     bounds = torch.arange(count + 1, dtype=ranked.dtype, device=ranked.device)
     return torch.searchsorted(ranked, bounds).diff().int()

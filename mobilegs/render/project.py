@@ -1,7 +1,8 @@
-"""The definition of projection: 3D Gaussians to ellipses on the picture.
+"""Projection of 3D Gaussians to ellipses in the image, and their alpha: the reference.
 
-Everything here is plain PyTorch and differentiable; it *is* the mathematics that the kernels
-reproduce. Source: EWA splatting (Zwicker et al. 2001) as 3DGS uses it (Kerbl et al. 2023).
+Plain differentiable PyTorch. Source: EWA splatting (Zwicker et al. 2001) as in 3DGS (Kerbl et al.
+2023, Eq. 5). The same formulas: `geometry_of` and `project` in csrc/core.h, `row_of` and
+`pair_alpha` in csrc/pairs.h, `ellipse_of` and `look_at` in the viewer's WGSL and GLSL shaders.
 """
 
 from typing import NamedTuple
@@ -13,26 +14,26 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.spherical_harmonics import sh_colors
 
-BLUR = 0.3  # px^2 added to both variances, so that no splat is thinner than a pixel
-ALPHA_MIN = 1 / 255  # contributions below are dropped, unless a scene drops more
-ALPHA_MAX = 0.99  # contributions are clamped to this
+BLUR = 0.3  # px^2 added to both variances, so that no splat is thinner than a pixel (3DGS)
+ALPHA_MIN = 1 / 255  # alphas below are dropped (3DGS); a scene may set a higher limit
+ALPHA_MAX = 0.99  # alphas are clamped to this (3DGS)
 JACOBIAN_MARGIN = 0.3  # the linearisation point stays within 1.3 times the half field of view
 
 
 class Projected(NamedTuple):
-    """What a picture needs to know of each Gaussian.
+    """Gaussians as one camera sees them; names as in gsplat.
 
     Attributes:
-        means2d: centres in pixels, `[n, 2]`.
-        conics: inverse 2D covariances `(A, B, C)`, in 1 / px^2, `[n, 3]`: a Gaussian's falloff
+        means2d: projected means in pixels, `[n, 2]`.
+        conics: inverse 2D covariances `(A, B, C)` in 1 / px^2, `[n, 3]`: a Gaussian's falloff
             at offset (x, y) is `exp(-(A x^2 + 2 B x y + C y^2) / 2)`.
-        depths: camera-space z of the centres, `[n]`.
-        colors: colours seen from the camera, at least 0, `[n, 3]`.
+        depths: camera-space z of the means, `[n]`.
+        colors: colours towards the camera, at least 0, `[n, 3]`.
         radii: half width and height, in pixels, of the box around the ellipse on which alpha
-            reaches alpha_min, `[n, 2]`; no gradient.
-        visible: whether the Gaussian can touch the picture, `[n]`. Behind the near plane, off
-            the picture, too faint (opacity <= alpha_min), with a value that is not finite or a
-            quaternion of length 0: not visible, and of gradient 0.
+            equals alpha_min, `[n, 2]`; no gradient.
+        visible: True where the Gaussian can touch the image, `[n]`. False, with gradient 0, for
+            those behind the near plane, outside the image or too faint (opacity <= alpha_min),
+            and for those with a value that is not finite or a quaternion of length 0.
     """
 
     means2d: Float[Tensor, "n 2"]
@@ -44,7 +45,7 @@ class Projected(NamedTuple):
 
 
 def rotation_matrices(quats: Float[Tensor, "n 4"]) -> Float[Tensor, "n 3 3"]:
-    """Rotation matrices of quaternions wxyz of any length but 0."""
+    """Return the rotation matrices of quaternions wxyz of any length but 0."""
     w, x, y, z = torch.nn.functional.normalize(quats, dim=-1).unbind(-1)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -55,10 +56,10 @@ def rotation_matrices(quats: Float[Tensor, "n 4"]) -> Float[Tensor, "n 3 3"]:
 
 
 def jacobian_limits(camera: Camera) -> tuple[float, float, float, float]:
-    """Range of x/z and of y/z, as (x low, x high, y low, y high), for the linearisation.
+    """Return the range of x/z and y/z in the Jacobian, as (x low, x high, y low, y high).
 
-    Beyond the picture's edge the affine approximation explodes; 3DGS clamps its ray to 1.3
-    half fields of view. This form also holds for a principal point off the centre.
+    Far outside the image the affine approximation diverges; 3DGS clamps the ray to 1.3 times half
+    the field of view. This form also holds for a principal point off the centre.
     """
     fx, fy = float(camera.K[0, 0]), float(camera.K[1, 1])
     cx, cy = float(camera.K[0, 2]), float(camera.K[1, 2])
@@ -84,25 +85,26 @@ def project(
 ) -> Projected:
     """Project activated Gaussians (scales in world units, opacities in [0, 1]) into `camera`.
 
-    What contributes less than `alpha_min` at a pixel is dropped there.
+    `Sigma' = J W Sigma W^T J^T + 0.3 I` (3DGS, Eq. 5), as sums of products of its square root.
+    `alpha_min` is the alpha at which the ellipse ends.
     """
     rotation, translation = camera.viewmat[:3, :3], camera.viewmat[:3, 3]
     focal = camera.K.diagonal()[:2]
-    drawn = (
+    valid = (
         torch.cat([means, quats, scales, opacities[:, None], sh.flatten(1)], dim=1)
         .isfinite()
         .all(1)
     )
-    drawn &= (quats.detach() ** 2).sum(1) > 0
-    drawn &= opacities.detach() > alpha_min
-    # rows that are not drawn get harmless values, so that neither they nor 0 * inf reach a sum
-    means = torch.where(drawn[:, None], means, camera.position)
-    quats = torch.where(drawn[:, None], quats, quats.new_tensor([1.0, 0, 0, 0]))
-    scales = torch.where(drawn[:, None], scales, 1.0)
-    sh = torch.where(drawn[:, None, None], sh, 0.0)
+    valid &= (quats.detach() ** 2).sum(1) > 0
+    valid &= opacities.detach() > alpha_min
+    # invalid rows get finite values: 0 * inf in a gradient would reach every sum
+    means = torch.where(valid[:, None], means, camera.position)
+    quats = torch.where(valid[:, None], quats, quats.new_tensor([1.0, 0, 0, 0]))
+    scales = torch.where(valid[:, None], scales, 1.0)
+    sh = torch.where(valid[:, None, None], sh, 0.0)
     points = means @ rotation.T + translation  # [n, 3] camera space
-    drawn = drawn & (points[:, 2].detach() > camera.near)
-    x, y, z = torch.where(drawn[:, None], points, 1.0).unbind(1)
+    valid = valid & (points[:, 2].detach() > camera.near)
+    x, y, z = torch.where(valid[:, None], points, 1.0).unbind(1)
 
     x_low, x_high, y_low, y_high = jacobian_limits(camera)
     u = (x / z).clamp(x_low, x_high)
@@ -119,18 +121,18 @@ def project(
     conics = torch.stack([var_y, -cov, var_x], dim=1) / det[:, None]
     means2d = torch.stack([x / z, y / z], dim=1) * focal + camera.K[:2, 2]
 
-    safe = torch.where(drawn[:, None], means - camera.position, 1.0)
+    safe = torch.where(valid[:, None], means - camera.position, 1.0)
     colors = sh_colors(sh, torch.nn.functional.normalize(safe, dim=1))
 
     with torch.no_grad():
         reach = 2 * torch.log((opacities / alpha_min).clamp_min(1))  # squared Mahalanobis radius
         radii = torch.stack([reach * var_x, reach * var_y], dim=1).sqrt()
-        radii = torch.where(drawn[:, None], radii, 0.0)
+        radii = torch.where(valid[:, None], radii, 0.0)
         size = means2d.new_tensor([camera.width, camera.height])
         first = torch.ceil(means2d - radii - 0.5)
         last = torch.floor(means2d + radii - 0.5)
         inside = ((last >= 0) & (first < size) & (last >= first)).all(1)
-        visible = drawn & inside & conics.isfinite().all(1) & means2d.isfinite().all(1)
+        visible = valid & inside & conics.isfinite().all(1) & means2d.isfinite().all(1)
     return Projected(means2d, conics, z, colors, radii, visible)
 
 
@@ -140,9 +142,10 @@ def pair_alphas(
     camera: Camera,
     alpha_min: float = ALPHA_MIN,
 ) -> Float[Tensor, "pixels n"]:
-    """Alpha of every Gaussian at every pixel, row by row; 0 where it does not contribute.
+    """Return the alpha of every Gaussian at every pixel, pixels row by row.
 
-    `alpha = min(0.99, o exp(-q / 2))`, and 0 below `alpha_min`. The clamp stops the gradient.
+    `alpha = min(0.99, o exp(-q / 2))` with q the squared Mahalanobis distance (3DGS, Eq. 4), and 0
+    below `alpha_min`. Where alpha is clamped to 0.99 its gradient is 0.
     """
     like = projected.means2d
     ys, xs = torch.meshgrid(

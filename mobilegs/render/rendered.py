@@ -1,4 +1,4 @@
-"""What every renderer gives back."""
+"""The output of every renderer."""
 
 from typing import NamedTuple
 
@@ -7,13 +7,13 @@ from torch import Tensor
 
 
 class Rendered(NamedTuple):
-    """A picture and what belongs to it.
+    """A rendered image with its alpha, depth and the radii of the Gaussians.
 
     Attributes:
-        image: sRGB as trained, background blended in, not clamped at 1, `[h, w, 3]`.
-        alpha: how much of the background is covered, in [0, 1], `[h, w]`.
-        depth: alpha-weighted camera-space z, 0 where nothing is: depth / alpha is the mean
-            depth of a pixel, `[h, w]`; None where the caller did not ask for it.
+        image: sRGB over the background, at least 0, may exceed 1, `[h, w, 3]`.
+        alpha: coverage of the background, in [0, 1], `[h, w]`.
+        depth: alpha-weighted camera-space z in world units, 0 where no Gaussian is, `[h, w]`;
+            depth / alpha is the mean depth of a pixel. None unless requested.
         radii: larger half side, in pixels, of each Gaussian's box, 0 where it is not visible,
             `[n]`; no gradient.
     """

@@ -1,4 +1,4 @@
-"""A scene that can be drawn: Gaussians, and how they are meant to be blended."""
+"""A scene that can be rendered: Gaussians and how to blend them."""
 
 from dataclasses import dataclass, field
 
@@ -18,19 +18,20 @@ BLENDS = ("sortfree", "sorted")
 
 @dataclass
 class Scene:
-    """Gaussians with everything that a renderer must know about them.
+    """Gaussians with all that a renderer needs.
 
     Attributes:
-        gaussians: the Gaussians. In a sort-free scene with a network their opacity logits are
-            the base to which it adds; with lobes they are the mean of those over all directions.
-        blend: `sorted` for a plain 3DGS scene, `sortfree` for a student. One shown as the
-            other looks wrong, so nothing converts between them silently.
-        lobes: of a sort-free scene, `[n, m, 2]` as `render/lobes.py` has them.
-        network: the view network of a sort-free scene that has no lobes; it is asked again for
-            every view. With neither, phi = 1 and opacity is the same from everywhere.
+        gaussians: the Gaussians. In a sort-free scene, their opacity logits are the base to which
+            the network adds, or the mean of the lobes over all directions.
+        blend: `sorted` for a plain 3DGS scene, `sortfree` for a student. Neither looks right when
+            rendered as the other.
+        lobes: view-dependent opacity and phi of a sort-free scene, `[n, m, 2]`
+            (`render/lobes.py`).
+        network: the view network of a sort-free scene without lobes, evaluated in every view.
+            Without lobes and network, phi = 1 and the opacity does not depend on the direction.
         weighting: the weights of sort-free blending.
         background: sRGB in [0, 1], `[3]`.
-        near: near plane the scene was trained with, in world units.
+        near: near plane with which the scene was trained, in world units.
     """
 
     gaussians: Gaussians
@@ -42,23 +43,24 @@ class Scene:
     near: float = NEAR
 
     def render(self, camera: Camera, *, depth: bool = False) -> Rendered:
-        """The picture from `camera`, at the camera's own near plane."""
-        everything = self.gaussians
+        """Render from `camera`, with the camera's near plane. `depth` adds the depth image."""
+        gaussians = self.gaussians
         options = {"camera": camera, "background": self.background, "depth": depth}
-        shapes = (everything.means, everything.quats, everything.scales)
+        shapes = (gaussians.means, gaussians.quats, gaussians.scales)
         if self.blend == "sorted":
-            return render_sorted(*shapes, everything.opacities, everything.sh, **options)
+            return render_sorted(*shapes, gaussians.opacities, gaussians.sh, **options)
         options["weighting"] = self.weighting
         if self.network is None:
             lobes = self.lobes
             if lobes is None:
-                lobes = constant_lobes(everything.logit_opacities)
-            return render_sortfree(*shapes, lobes, everything.sh, **options)
-        # the network costs more than the picture: ask it only about what can be seen
+                lobes = constant_lobes(gaussians.logit_opacities)
+            return render_sortfree(*shapes, lobes, gaussians.sh, **options)
+        # the network takes longer than rendering: evaluate it for visible Gaussians only
         rows = visible_rows(*shapes, camera=camera)
-        seen = everything.select(rows)
-        directions = normalize(seen.means - camera.position, dim=1)
-        lobes = self.network(seen, directions)
-        drawn = render_sortfree(seen.means, seen.quats, seen.scales, lobes, seen.sh, **options)
-        radii = torch.zeros_like(everything.means[:, 0])
-        return drawn._replace(radii=radii.index_copy(0, rows, drawn.radii))
+        visible = gaussians.select(rows)
+        directions = normalize(visible.means - camera.position, dim=1)
+        lobes = self.network(visible, directions)
+        shapes = (visible.means, visible.quats, visible.scales)
+        rendered = render_sortfree(*shapes, lobes, visible.sh, **options)
+        radii = torch.zeros_like(gaussians.means[:, 0])
+        return rendered._replace(radii=radii.index_copy(0, rows, rendered.radii))

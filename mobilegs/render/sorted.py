@@ -1,4 +1,7 @@
-"""The definition of sorted alpha blending: the teacher's picture, and the honest baseline."""
+"""Sorted alpha blending, as in 3DGS: the reference. It renders the teacher and plain scenes.
+
+The kernels are csrc/cpu_sorted.h and csrc/cuda_sorted.h.
+"""
 
 from typing import NamedTuple
 
@@ -10,25 +13,28 @@ from mobilegs.camera import Camera
 from mobilegs.render.project import Projected, pair_alphas, project
 from mobilegs.render.rendered import Rendered
 
-TRANSMITTANCE_MIN = 1e-4  # a pixel is finished once less light than this passes
+TRANSMITTANCE_MIN = 1e-4  # a pixel is finished once its transmittance is below this (3DGS)
 
 
 class Blending(NamedTuple):
-    """How the light of each pixel is shared.
+    """Blending weights of all Gaussians at all pixels.
 
     Attributes:
         order: indices of the Gaussians, front first, equal depths by index, `[n]`.
-        shares: `a T` of each Gaussian in that order, `[pixels, n]`.
-        light: what is left before each of them and behind all, `[pixels, n + 1]`.
+        weights: `a T` of each Gaussian in that order, `[pixels, n]`.
+        transmittance: T in front of each of them and behind all, `[pixels, n + 1]`.
     """
 
     order: Int[Tensor, "n"]
-    shares: Float[Tensor, "pixels n"]
-    light: Float[Tensor, "pixels m"]
+    weights: Float[Tensor, "pixels n"]
+    transmittance: Float[Tensor, "pixels m"]
 
 
 def blend(projected: Projected, opacities: Float[Tensor, "n"], camera: Camera) -> Blending:
-    """Share out the light of every pixel, front to back, until less than 1e-4 of it is left."""
+    """Return the weights `a_i T_i`, `T_i = prod(1 - a_j)` over j in front (3DGS, Eq. 3).
+
+    Gaussians behind a transmittance of less than 1e-4 have weight 0.
+    """
     order = torch.argsort(projected.depths, stable=True)
     alphas = pair_alphas(projected, opacities, camera)[:, order]  # [pixels, n]
     ones = alphas.new_ones(alphas.shape[0], 1)
@@ -36,8 +42,8 @@ def blend(projected: Projected, opacities: Float[Tensor, "n"], camera: Camera) -
     before = torch.cat([ones, passed], dim=1)[:, :-1]
     alphas = torch.where(before >= TRANSMITTANCE_MIN, alphas, 0.0)
     passed = torch.cumprod(1 - alphas, dim=1)
-    light = torch.cat([ones, passed], dim=1)
-    return Blending(order, alphas * light[:, :-1], light)
+    transmittance = torch.cat([ones, passed], dim=1)
+    return Blending(order, alphas * transmittance[:, :-1], transmittance)
 
 
 def render_sorted(
@@ -50,20 +56,19 @@ def render_sorted(
     camera: Camera,
     background: Float[Tensor, "3"],
 ) -> Rendered:
-    """Blend front to back: `C = sum(c a T) + T_end bg`, with T the product of 1 - a before.
+    """Blend front to back: `C = sum(c a T) + T_end bg` (3DGS, Eq. 3).
 
-    Gaussians are ordered by the depth of their centres, equal depths by index; one that meets
-    less than 1e-4 of the light is not drawn. `depth` is `sum(z a T)`, so that depth / alpha is
-    the mean depth. Source: 3DGS (Kerbl et al. 2023), Eq. 3.
+    Gaussians are ordered by the depth of their means. `depth` is `sum(z a T)`. Shapes and units as
+    in `mobilegs.render_sorted`.
     """
     projected = project(means, quats, scales, opacities, sh, camera=camera)
-    order, shares, light = blend(projected, opacities, camera)
-    image = shares @ projected.colors[order] + light[:, -1:] * background
-    depth = shares @ projected.depths[order]
+    order, weights, transmittance = blend(projected, opacities, camera)
+    image = weights @ projected.colors[order] + transmittance[:, -1:] * background
+    depth = weights @ projected.depths[order]
     size = (camera.height, camera.width)
     return Rendered(
         image.reshape(*size, 3),
-        (1 - light[:, -1]).reshape(size),
+        (1 - transmittance[:, -1]).reshape(size),
         depth.reshape(size),
         projected.radii.amax(1) * projected.visible,
     )

@@ -1,4 +1,4 @@
-"""The paper's view-dependence network: opacity and weight of a Gaussian, seen from a direction."""
+"""The paper's network for view-dependent opacity and phi (section 3.2)."""
 
 import torch
 from jaxtyping import Float
@@ -8,16 +8,16 @@ from torch.nn.functional import normalize, pad
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes
 
-STATICS = 19  # numbers of `statics`
+STATICS = 19  # columns of `static_inputs`
 
 
 class ViewNetwork(nn.Module):
     """22 -> 256 -> 128 -> 64 -> (phi, opacity), 47,170 parameters (paper section 3.2).
 
-    There is no activation after the 64-wide layer, and the two heads are linear, as in the
-    authors' release; the ReLU of phi is the renderer's. phi starts at 1 everywhere. The opacity's
-    head starts at 0 here, because its output is added to a base logit that each Gaussian brings
-    from the teacher (the release throws the teacher's opacities away and learns them anew).
+    As in the authors' release, the 64-wide layer has no activation and both heads are linear; the
+    renderer applies the ReLU of phi. phi starts at 1. Unlike in the release, which discards the
+    teacher's opacities, the opacity head's output is added to each Gaussian's logit from the
+    teacher and starts at 0.
     """
 
     def __init__(self, generator: torch.Generator | None = None) -> None:
@@ -29,7 +29,7 @@ class ViewNetwork(nn.Module):
         self.opacity = _linear(64, 1)
         with torch.no_grad():
             for layer in (self.hidden1, self.hidden2, self.hidden3):
-                bound = layer.in_features**-0.5  # torch's default, drawn from our generator
+                bound = layer.in_features**-0.5  # torch's default, from the given generator
                 layer.weight.uniform_(-bound, bound, generator=generator)
                 layer.bias.uniform_(-bound, bound, generator=generator)
             self.phi.weight.zero_()
@@ -40,33 +40,32 @@ class ViewNetwork(nn.Module):
     def forward(
         self, gaussians: Gaussians, directions: Float[Tensor, "n 3"]
     ) -> Float[Tensor, "n 1 2"]:
-        """The lobes for this view alone, of degree 0.
+        """Return the lobes of degree 0 for one view.
 
-        Opacity is the base's logit and what the network adds to it. `directions` are unit
-        vectors from the eye to the Gaussians in world space. Of harmonics (degree 1), scales and
-        quaternions only the proportions are an input.
+        `directions` are unit vectors from the camera to the Gaussians in world space. The other
+        inputs are spherical harmonics of degree 0 and 1, scales and quaternion, each normalised.
         """
-        color, shape = statics(gaussians).split([12, 7], dim=1)
+        color, shape = static_inputs(gaussians).split([12, 7], dim=1)
         inputs = torch.cat([color, directions, shape], dim=1)  # [n, 22]
         hidden = torch.relu(self.hidden2(torch.relu(self.hidden1(inputs))))
-        # two linear maps in a row are one: the 64-wide layer is folded into the heads
+        # two linear layers in a row are one: fold the 64-wide layer into the heads
         heads = torch.cat([self.phi.weight, self.opacity.weight])  # [2, 64]
         bias = torch.cat([self.phi.bias, self.opacity.bias])
         out = hidden @ (heads @ self.hidden3.weight).T + heads @ self.hidden3.bias + bias
         return constant_lobes(gaussians.logit_opacities + out[:, 1], out[:, 0])
 
 
-def statics(gaussians: Gaussians) -> Float[Tensor, "n 19"]:
-    """What the network knows of a Gaussian beside the direction: harmonics, scales, rotation.
+def static_inputs(gaussians: Gaussians) -> Float[Tensor, "n 19"]:
+    """Return the network's inputs that do not depend on the view: harmonics, scales, rotation.
 
-    Harmonics are those of degree 0 and 1; zeros stand for what the colour does not have.
+    Harmonics are those of degree 0 and 1, padded with zeros; each of the three has length 1.
     """
-    known = gaussians.sh[:, :4]
-    color = pad(known, (0, 0, 0, 4 - known.shape[1])).flatten(1)
+    low = gaussians.sh[:, :4]
+    color = pad(low, (0, 0, 0, 4 - low.shape[1])).flatten(1)
     parts = [color, gaussians.scales, gaussians.quats]
     return torch.cat([normalize(part, dim=1) for part in parts], dim=1)
 
 
 def _linear(inputs: int, outputs: int) -> nn.Linear:
-    """A layer without values: torch would draw them from its global random state."""
+    """Make a layer without values: torch would draw them from its global random state."""
     return nn.Linear(inputs, outputs, device="meta").to_empty(device=torch.get_default_device())

@@ -1,1 +1,1 @@
-"""Photographs of a scene that is there already, where there is no capture to learn from."""
+"""A capture rendered from an existing scene, for training without the original photos."""

@@ -1,4 +1,4 @@
-"""Where to photograph a scene from, so that what was learned there holds wherever one looks."""
+"""Places cameras around or inside a scene, or between given cameras."""
 
 import math
 from collections.abc import Callable
@@ -10,29 +10,30 @@ from torch import Tensor
 from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.scene_bounds import Layout
+from mobilegs.synthetic_capture.scene_bounds import SceneBounds
 
-FIELD_OF_VIEW = 60  # degrees, across
-RADII = (0.6, 6.0)  # distances from the middle, in radii of the scene
-# of a picture's width: where the usual Gaussian is as wide (standard deviation), detail ends, and
-# nearer to the middle nobody stands, unless that is more than so many radii away
+FIELD_OF_VIEW = 60  # degrees, horizontal
+RADII = (0.6, 6.0)  # range of distances from the centre, in scene radii
+# cameras stand no nearer than where a typical Gaussian's standard deviation covers this share of
+# the image's width, but that limit is at most so many scene radii away
 DETAIL = 1 / 500
 DETAIL_RADII = 2.0
-RADII_WITHIN = (0.2, 1.5)  # the same where the scene is all around
+RADII_INSIDE = (0.2, 1.5)  # range of distances if the scene surrounds its centre
 ELEVATIONS = (-4.0, 62.0)  # degrees above the horizon
-TRIAL = 64  # pixels across, of the picture that tells whether a place is good
-COVERED = 0.2  # of such a picture, at least
-CLEAR = 0.3  # of the way to what is looked at, nothing may be nearer ...
-STRAYS = 0.02  # ... but in this share of pixels
-OCCLUDED = 0.6  # of the way to what is looked at: nearer things hide it
-TRIES = 60  # for each camera that is wanted
-ENCLOSED = 0.6  # of what one sees all around, from which on one is within a scene
-ROOM = 0.5  # radii of the scene, from which on what is all around are walls
-WITHIN = 16  # places near the middle that tell whether the scene has an inside
-NEIGHBOURS = 4  # given cameras that one in between may lie towards
-WOBBLE = 4.0  # degrees, standard deviation of a turn away from a blended direction
-NEAR = 0.02  # near plane, in radii of the scene
-ANYWHERE = 0.7  # of all cameras look at any part of the scene, the others at its middle
+TEST_WIDTH = 64  # pixels, of the render that decides on a place
+COVERED_MIN = 0.2  # mean alpha of the test render
+# depths as shares of the distance to the target
+CLEAR = 0.3  # pixels nearer than this are in the way ...
+CLOSE_PIXELS_MAX = 0.02  # ... and may be at most this share
+OCCLUDED = 0.6  # a target is hidden if the middle of the render is nearer than this
+TRIES = 60  # places that are tried per camera
+ENCLOSED = 0.6  # coverage all around from which on a place is inside a scene
+WALL_RADII = 0.5  # distance, in scene radii, from which on surroundings count as walls
+INSIDE_PROBES = 16  # places near the centre that decide whether the scene has an inside
+NEIGHBOURS = 4  # nearest given cameras towards which a camera is interpolated
+TURN_STD = 4.0  # degrees, random turn of an interpolated camera
+NEAR = 0.02  # near plane, in scene radii
+TARGETS_ANYWHERE = 0.7  # share of cameras that look at any part of the scene, not at its centre
 
 Progress = Callable[[int, int], None]
 
@@ -40,7 +41,7 @@ Progress = Callable[[int, int], None]
 @torch.inference_mode()
 def place_cameras(
     scene: Scene,
-    layout: Layout,
+    bounds: SceneBounds,
     count: int,
     *,
     width: int,
@@ -48,97 +49,101 @@ def place_cameras(
     generator: torch.Generator,
     progress: Progress = lambda done, total: None,
 ) -> list[Camera]:
-    """Cameras around the middle of a scene, which look at its middle or at any part of it.
+    """Place `count` cameras that look at the centre of a scene or at a random part of it.
 
-    Places are drawn at random, as much near as far, from about the horizon upwards, and from the
-    distance on at which the scene is not yet a blur. One is taken
-    if a small picture from there shows enough of the scene, nothing close in the way, and what it
-    looks at not hidden: that keeps cameras out of things. Where most places near the middle have
-    the scene all around, it was seen from within, and cameras stay within.
+    Positions are random: log-uniform in distance, uniform in direction between `ELEVATIONS`, and
+    no nearer than where single Gaussians become visible as blur. A small render decides on each:
+    it must show enough of the scene, with nothing close in the way and the target not hidden,
+    which keeps cameras out of objects. If most places near the centre are surrounded by the
+    scene, it was captured from inside, and cameras stay inside. `width` and `height` are in
+    pixels; `progress` takes (placed, count).
 
-    Raises InputError if hardly any place will do.
+    Raises InputError if too few places are suitable.
     """
     focal = width / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2))
     K = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
     means = scene.gaussians.means.cpu()
-    distances = (means - layout.center.cpu()).norm(dim=1)
-    worth = torch.where(distances <= 2 * layout.radius, layout.weights.cpu(), 0.0).double()
-    up = layout.up.cpu()
+    distances = (means - bounds.center.cpu()).norm(dim=1)
+    worth = torch.where(distances <= 2 * bounds.radius, bounds.weights.cpu(), 0.0).double()
+    up = bounds.up.cpu()
     side = _perpendicular(up)
     ahead = torch.linalg.cross(up, side)
     low, high = (math.sin(math.radians(angle)) for angle in ELEVATIONS)
 
     def somewhere(nearest: float, farthest: float) -> Float[Tensor, "3"]:
         radius, turn, rise = torch.rand(3, generator=generator).tolist()
-        distance = layout.radius * nearest * (farthest / nearest) ** radius
-        sine = low + (high - low) * rise  # as much of the sphere everywhere
+        distance = bounds.radius * nearest * (farthest / nearest) ** radius
+        sine = low + (high - low) * rise  # uniform on the sphere
         flat = math.cos(math.tau * turn) * side + math.sin(math.tau * turn) * ahead
-        return layout.center.cpu() + distance * (math.sqrt(1 - sine * sine) * flat + sine * up)
+        return bounds.center.cpu() + distance * (math.sqrt(1 - sine * sine) * flat + sine * up)
 
     nearest = min(
-        max(RADII[0], focal / width / DETAIL * layout.detail / layout.radius), DETAIL_RADII
+        max(RADII[0], focal / width / DETAIL * bounds.detail / bounds.radius), DETAIL_RADII
     )
-    around = [_around(scene, somewhere(0.2, 1.0), layout) for _ in range(WITHIN)]
-    inside = sorted(around)[WITHIN // 2] > ENCLOSED
-    reach = RADII_WITHIN if inside else (nearest, RADII[1])
+    around = [_coverage_around(scene, somewhere(0.2, 1.0), bounds) for _ in range(INSIDE_PROBES)]
+    inside = sorted(around)[INSIDE_PROBES // 2] > ENCLOSED
+    reach = RADII_INSIDE if inside else (nearest, RADII[1])
     found: list[Camera] = []
     for _ in range(TRIES * count):
-        eye, target = somewhere(*reach), layout.center.cpu()
-        if float(torch.rand(1, generator=generator)) < ANYWHERE:
+        eye, target = somewhere(*reach), bounds.center.cpu()
+        if float(torch.rand(1, generator=generator)) < TARGETS_ANYWHERE:
             target = means[int(torch.multinomial(worth, 1, generator=generator))]
-        if (target - eye).norm() < 0.25 * layout.radius:
+        if (target - eye).norm() < 0.25 * bounds.radius:
             continue
         viewmat = look_at(eye, target, up)
         if not viewmat.isfinite().all():
             continue
-        camera = Camera(viewmat, K, width, height, NEAR * layout.radius)
-        good = _good(scene, camera, float((target - eye).norm()))
-        if good and not (inside and _around(scene, eye, layout) < ENCLOSED):
+        camera = Camera(viewmat, K, width, height, NEAR * bounds.radius)
+        good = _is_good_view(scene, camera, float((target - eye).norm()))
+        if good and not (inside and _coverage_around(scene, eye, bounds) < ENCLOSED):
             found.append(camera)
             progress(len(found), count)
             if len(found) == count:
                 return found
     raise InputError(
-        f"of {TRIES * count} places only {len(found)} show this scene, where {count} are wanted: "
-        "give the photos that it was made from (--capture), or if it is to be compressed their "
+        f"only {len(found)} of {TRIES * count} random places show this scene, and {count} are "
+        "needed: give the photos that it was made from (--capture), or to compress it their "
         "cameras (--cameras cameras.json)"
     )
 
 
-def _good(scene: Scene, camera: Camera, distance: float) -> bool:
-    """Whether one would want to look from there at what is `distance` ahead."""
-    small = camera.resized(TRIAL, max(1, round(TRIAL * camera.height / camera.width)))
+def _is_good_view(scene: Scene, camera: Camera, distance: float) -> bool:
+    """Return whether a camera sees its target, `distance` ahead, with a clear view."""
+    height = max(1, round(TEST_WIDTH * camera.height / camera.width))
+    small = camera.resized(TEST_WIDTH, height)
     drawn = scene.render(small.to(scene.gaussians.means.device), depth=True)
     assert drawn.depth is not None
     alpha = drawn.alpha.flatten()
-    if float(alpha.mean()) < COVERED:
+    if float(alpha.mean()) < COVERED_MIN:
         return False
     depth = torch.where(alpha > 0.5, drawn.depth.flatten() / alpha.clamp_min(1e-6), math.inf)
-    if float((depth < CLEAR * distance).float().mean()) > STRAYS:
+    if float((depth < CLEAR * distance).float().mean()) > CLOSE_PIXELS_MAX:
         return False
     row, column = small.height // 2, small.width // 2
     middle = depth.reshape(small.height, -1)[row - 2 : row + 2, column - 2 : column + 2]
     return float(middle.median()) >= OCCLUDED * distance
 
 
-def _around(scene: Scene, eye: Float[Tensor, "3"], layout: Layout) -> float:
-    """How much of what one sees there is covered, all around from the horizon to 27 degrees up.
+def _coverage_around(scene: Scene, eye: Float[Tensor, "3"], bounds: SceneBounds) -> float:
+    """Return the mean alpha all around `eye`, from the horizon to 27 degrees above it.
 
-    What is close to the eye, as within a bush, does not count.
+    Surfaces nearer than `WALL_RADII` do not count: a place in a bush is not inside a scene.
     """
-    up, half = layout.up.cpu(), TRIAL / 4
+    up, half = bounds.up.cpu(), TEST_WIDTH / 4
     K = torch.tensor([[half, 0, half], [0, half, half], [0, 0, 1]])
     ahead = _perpendicular(up)
     covered = 0.0
     for _ in range(4):
         ahead = torch.linalg.cross(up, ahead)
         camera = Camera(
-            look_at(eye, eye + ahead, up), K, TRIAL // 2, TRIAL // 2, NEAR * layout.radius
+            look_at(eye, eye + ahead, up), K, TEST_WIDTH // 2, TEST_WIDTH // 2, NEAR * bounds.radius
         )
         drawn = scene.render(camera.to(scene.gaussians.means.device), depth=True)
         assert drawn.depth is not None
-        alpha, depth = (part[TRIAL // 8 : TRIAL // 4] for part in (drawn.alpha, drawn.depth))
-        far = depth > ROOM * layout.radius * alpha  # a mean depth: what is nearer is a thing
+        alpha, depth = (
+            part[TEST_WIDTH // 8 : TEST_WIDTH // 4] for part in (drawn.alpha, drawn.depth)
+        )
+        far = depth > WALL_RADII * bounds.radius * alpha  # depth is weighted by alpha
         covered += float((alpha * far).mean()) / 4
     return covered
 
@@ -148,15 +153,16 @@ def _perpendicular(axis: Float[Tensor, "3"]) -> Float[Tensor, "3"]:
     return torch.nn.functional.normalize(torch.linalg.cross(axis, other), dim=0)
 
 
-def between_cameras(
-    given: list[Camera], layout: Layout, count: int, *, size: int, generator: torch.Generator
+def interpolate_cameras(
+    given: list[Camera], bounds: SceneBounds, count: int, *, size: int, generator: torch.Generator
 ) -> list[Camera]:
-    """Cameras among given ones, which come first: each lies between two neighbours, and turns
-    a little away from the direction in between.
+    """Return `count` cameras: the given ones, then ones interpolated between two neighbours.
 
-    `size` is the longer side of their pictures in pixels; those of the given cameras are as large.
+    Interpolated cameras also turn at random, by a standard deviation of `TURN_STD` degrees. `size`
+    is the longer side of every image in pixels. If there are more than `count` given
+    cameras, the result is an even selection of them.
     """
-    sized = [_sized(camera, size, NEAR * layout.radius) for camera in given]
+    sized = [_sized(camera, size, NEAR * bounds.radius) for camera in given]
     if len(sized) > count:
         chosen = torch.linspace(0, len(sized) - 1, count).round().long().tolist()
         return [sized[i] for i in chosen]
@@ -180,5 +186,5 @@ def _sized(camera: Camera, size: int, near: float) -> Camera:
 
 def _blended(one: Camera, other: Camera, generator: torch.Generator) -> Camera:
     share = float(torch.rand(1, generator=generator))
-    wobble = math.radians(WOBBLE) * torch.randn(3, generator=generator, dtype=torch.float64)
-    return one.interpolate(other, share, turn=wobble)
+    turn = math.radians(TURN_STD) * torch.randn(3, generator=generator, dtype=torch.float64)
+    return one.interpolate(other, share, turn=turn)

@@ -1,4 +1,4 @@
-"""A capture made of a scene: its pictures from placed cameras, and where they were taken from."""
+"""Renders a capture from a scene: images from placed cameras, and a COLMAP model of the poses."""
 
 import json
 import zlib
@@ -21,127 +21,131 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import sh_colors
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
-from mobilegs.synthetic_capture.placement import between_cameras, place_cameras
-from mobilegs.synthetic_capture.scene_bounds import Layout, layout_of
-from mobilegs.synthetic_capture.visibility import refuse_blind
+from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
+from mobilegs.synthetic_capture.scene_bounds import SceneBounds, find_scene_bounds
+from mobilegs.synthetic_capture.visibility import validate_visibility
 
-POINTS = 10_000  # of the capture, at most
+POINTS_MAX = 10_000  # sparse points of the capture
 RECORD = "made_from.json"
-SHAPE = 4 / 3  # of pictures, where no camera tells
-BLACK = (0.0, 0.0, 0.0)
+ASPECT_RATIO = 4 / 3  # width / height of images where no camera is given
+DEFAULT_BACKGROUND = (0.0, 0.0, 0.0)
 
-# told what begins, gives what is told how far it is
+# opens a progress bar with a label; the bar takes (done, total)
 Progress = Callable[[str], AbstractContextManager[Callable[[int, int], None]]]
 
 
-def silent(what: str) -> AbstractContextManager[Callable[[int, int], None]]:
-    """Progress that nobody sees."""
+def no_progress(what: str) -> AbstractContextManager[Callable[[int, int], None]]:
+    """A `Progress` that shows nothing."""
     return nullcontext(lambda done, total: None)
 
 
 @dataclass(frozen=True)
-class Shoot:
-    """How a scene is photographed."""
+class CaptureOptions:
+    """Options of a synthetic capture. Raises InputError for a value out of range."""
 
     views: int
-    """Pictures, at least 16; every eighth is held back."""
+    """Number of images, 16 to 10,000; every eighth is held back."""
     size: int
-    """Their longer side, in pixels."""
+    """Longer side of an image in pixels, 64 to 8192."""
     cameras: Path | None = None
-    """A cameras.json of 3DGS: pictures are taken from there and from in between."""
+    """A cameras.json of 3DGS: images are rendered from its cameras and from between them."""
     seed: int = 0
-    """Start of all random choices."""
-    background: Color = BLACK
-    """Colour behind everything, in [0, 1]."""
+    """Seed of all random choices."""
+    background: Color = DEFAULT_BACKGROUND
+    """Background colour, RGB in [0, 1]."""
 
     def __post_init__(self) -> None:
         if not 16 <= self.views <= 10_000:
-            raise InputError(f"views must lie between 16 and 10000, not at {self.views}")
+            raise InputError(f"views must lie between 16 and 10000, got {self.views}")
         if not 64 <= self.size <= 8192:
-            raise InputError(f"size must lie between 64 and 8192 pixels, not at {self.size}")
+            raise InputError(f"size must lie between 64 and 8192 pixels, got {self.size}")
         if not all(0 <= channel <= 1 for channel in self.background):
-            raise InputError(f"the background {self.background} is outside of 0..1")
+            raise InputError(
+                f"the channels of a background must lie in [0, 1], got {self.background}"
+            )
 
 
 @torch.inference_mode()
-def photograph(
+def render_synthetic_capture(
     scene: Scene,
     source: Path,
     folder: Path,
-    shoot: Shoot,
+    options: CaptureOptions,
     *,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> None:
-    """Leave a capture in `folder` that `load_capture` opens: PNGs and a COLMAP model as text.
+    """Write a capture into `folder` that `load_capture` opens: PNGs and a COLMAP model as text.
 
-    A folder that holds it already stays as it is, and one that is not complete is completed.
-    `source` is the file that the scene came from.
+    A finished capture is left as it is; an interrupted one is completed. `source` is the file of
+    the scene: its name, size and CRC-32 identify the capture.
 
-    Raises InputError if the folder holds pictures of another scene, or taken in another way, or
-    if there is nothing to see from the cameras that are given.
+    Raises InputError if the folder holds something else or a capture made from another scene or
+    with other options, or if most of the given cameras see nothing of the scene.
     """
-    record = json.dumps(_record(source, shoot), indent=1) + "\n"
+    record = json.dumps(_record(source, options), indent=1) + "\n"
     note = folder / RECORD
     if note.exists():
         if note.read_text() != record:
             raise InputError(
-                f"{folder} holds pictures of another scene, or taken in another way: give another "
-                "output folder, or the options that it was begun with"
+                f"{folder} holds images of another scene or with other options: give another "
+                "output folder, or the original scene and options"
             )
-        if (folder / "sparse" / "0" / "cameras.txt").exists():  # what is written last
+        if (folder / "sparse" / "0" / "cameras.txt").exists():  # written last
             return
     elif folder.exists() and any(folder.iterdir()):
         raise InputError(f"{folder} holds something else: give another output folder")
-    behind = torch.tensor(shoot.background, device=scene.gaussians.means.device)
-    scene = replace(scene, background=behind)
-    generator = torch.Generator().manual_seed(shoot.seed)
-    layout = layout_of(scene.gaussians)
-    if shoot.cameras is None:
-        with progress("finding places") as advance:
+    background = torch.tensor(options.background, device=scene.gaussians.means.device)
+    scene = replace(scene, background=background)
+    generator = torch.Generator().manual_seed(options.seed)
+    bounds = find_scene_bounds(scene.gaussians)
+    if options.cameras is None:
+        with progress("placing cameras") as advance:
             cameras = place_cameras(
                 scene,
-                layout,
-                shoot.views,
-                width=shoot.size,
-                height=round(shoot.size / SHAPE),
+                bounds,
+                options.views,
+                width=options.size,
+                height=round(options.size / ASPECT_RATIO),
                 generator=generator,
                 progress=advance,
             )
     else:
-        given = read_cameras_json(shoot.cameras)
-        cameras = between_cameras(given, layout, shoot.views, size=shoot.size, generator=generator)
-        whose = f"places at and between the cameras of {shoot.cameras}"
-        refuse_blind(scene, cameras, whose, "give the cameras.json that lies beside it")
-    # neighbours in the file's order are neighbours in space; what is held back shall be anywhere
+        given = read_cameras_json(options.cameras)
+        cameras = interpolate_cameras(
+            given, bounds, options.views, size=options.size, generator=generator
+        )
+        described = f"cameras from {options.cameras}"
+        validate_visibility(scene, cameras, described, "give the cameras.json of this scene")
+    # neighbours in the file are neighbours in space: shuffle, so that held-back views are spread
     order = torch.randperm(len(cameras), generator=generator).tolist()
     named = [(f"{number:04}.png", cameras[i]) for number, i in enumerate(order)]
     folder.mkdir(parents=True, exist_ok=True)
     atomic_write(note, record)
     atomic_write(folder / NEAR_PLANE, f"{named[0][1].near!r}\n")
-    with progress("taking pictures") as advance:
+    with progress("rendering images") as advance:
         for done, (name, camera) in enumerate(named, start=1):
             drawn = scene.render(camera.to(scene.gaussians.means.device)).image
             with atomic_path(folder / "images" / name) as path:
                 Image.fromarray(to_bytes(drawn).cpu().numpy()).save(path, format="PNG")
             advance(done, len(named))
-    points, colors = _points(scene, layout, named[0][1], generator)
+    points, colors = _points(scene, bounds, named[0][1], generator)
     write_model(folder, named, points, colors)
 
 
-def _record(source: Path, shoot: Shoot) -> dict[str, Any]:
-    how = asdict(shoot) | {"cameras": None}
-    if shoot.cameras is not None:
-        how["cameras"] = f"{zlib.crc32(shoot.cameras.read_bytes()):08x}"
+def _record(source: Path, options: CaptureOptions) -> dict[str, Any]:
+    how = asdict(options) | {"cameras": None}
+    if options.cameras is not None:
+        how["cameras"] = f"{zlib.crc32(options.cameras.read_bytes()):08x}"
     data = (source / "meta.json" if source.is_dir() else source).read_bytes()
     return {"scene": source.name, "bytes": len(data), "crc32": f"{zlib.crc32(data):08x}", **how}
 
 
 def _points(
-    scene: Scene, layout: Layout, camera: Camera, generator: torch.Generator
+    scene: Scene, bounds: SceneBounds, camera: Camera, generator: torch.Generator
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Some of the Gaussians' centres, and what colour they have from `camera`."""
-    count = min(POINTS, int((layout.weights > 0).sum()))
-    rows = torch.multinomial(layout.weights.cpu().double(), count, generator=generator)
+    """Sample means [m, 3] by visibility, with their colours [m, 3] as seen from `camera`."""
+    count = min(POINTS_MAX, int((bounds.weights > 0).sum()))
+    rows = torch.multinomial(bounds.weights.cpu().double(), count, generator=generator)
     some = scene.gaussians.select(rows.to(scene.gaussians.means.device)).to("cpu")
     directions = torch.nn.functional.normalize(some.means - camera.position, dim=1)
     return some.means, sh_colors(some.sh, directions).clamp(0, 1)

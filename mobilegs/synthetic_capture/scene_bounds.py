@@ -1,4 +1,4 @@
-"""What a scene tells of itself: where its middle is, how far it reaches, which way is up."""
+"""Estimates the centre, radius, detail size and up direction of a scene."""
 
 from dataclasses import dataclass
 
@@ -9,24 +9,24 @@ from torch import Tensor
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
-DEGREES_UP = 25  # of the ground's normal to an axis that is usually up
-FLAT = 0.5  # least variance against the middle one, from which on there is a ground
-ROUNDS = 8  # of looking for the middle
-AREA_MAX = 10  # times the median: a sky counts no more than that
-USUAL = (0.0, -1.0, 0.0)  # up, in scenes that began with COLMAP
+UP_ANGLE_MAX = 25  # degrees between the ground's normal and `USUAL_UP` or its opposite
+FLAT = 0.5  # there is a ground if the least variance is at most this share of the middle one
+ROUNDS = 8  # of the search for the centre
+AREA_MAX = 10  # times the median area: limits the weight of a sky
+USUAL_UP = (0.0, -1.0, 0.0)  # in scenes from COLMAP
 
 
 @dataclass(frozen=True)
-class Layout:
-    """Where there is something to see.
+class SceneBounds:
+    """Where the visible part of a scene lies.
 
     Attributes:
-        center: what most of the scene is around, `[3]`, world units.
-        radius: distance from it within which half of what can be seen lies, world units.
-        detail: standard deviation of the usual Gaussian, world units: of its two larger ones the
-            geometric mean, and of those the median by opacity.
-        up: unit vector, `[3]`.
-        weights: how much each Gaussian can be seen, opacity times area; 0 for what is not finite.
+        center: the point that most of the scene surrounds, `[3]`, world units.
+        radius: distance from `center` that holds half of the weights, world units.
+        detail: size of a typical Gaussian, world units: the median, weighted by opacity, of the
+            geometric mean of its two larger standard deviations.
+        up: unit vector, `[3]`, in world coordinates.
+        weights: visibility of each Gaussian, opacity times area, `[n]`; 0 if not finite.
     """
 
     center: Float[Tensor, "3"]
@@ -37,15 +37,16 @@ class Layout:
 
 
 @torch.no_grad()
-def layout_of(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> Layout:
-    """Find the middle, the reach and the vertical of a scene; `up` is believed if it is given.
+def find_scene_bounds(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> SceneBounds:
+    """Estimate the bounds of a scene.
 
-    The middle is that of the ball which moves to the weighted median of what lies within three
-    times the median distance, until it rests: far walls and skies do not drag it along. Up is
-    perpendicular to the plane that the middle is flattest along, on the side where things rise
-    from it, or, where it is close to -y or nothing is flat, as COLMAP's scenes mostly have it.
+    The centre is a weighted median, repeated over the Gaussians within three times their median
+    distance, so that far walls and skies do not shift it. `up` `[3]` is used if it is given.
+    Otherwise up is the normal of the plane in which the inner Gaussians are flattest: on the side
+    nearer to -y if the normal is within `UP_ANGLE_MAX` degrees of that axis, else on the side to
+    which things rise. A scene without such a plane has up = -y, as COLMAP's scenes mostly do.
 
-    Raises InputError if no Gaussian can be seen.
+    Raises InputError if no Gaussian is visible.
     """
     numbers = [tensor.reshape(len(gaussians), -1) for tensor in gaussians.tensors().values()]
     fine = torch.cat(numbers, dim=1).isfinite().all(1)
@@ -55,7 +56,9 @@ def layout_of(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> 
     areas = areas.clamp_max(AREA_MAX * areas[fine].median())
     weights = torch.where(fine, gaussians.opacities * areas, 0.0)
     if not weights.any():
-        raise InputError("the scene has no Gaussian that can be seen: there is nothing to show")
+        raise InputError(
+            "the scene has no visible Gaussian: its opacities or scales are 0 or not finite"
+        )
     means = torch.where(fine[:, None], gaussians.means, 0.0)
 
     near = weights
@@ -72,7 +75,7 @@ def layout_of(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> 
         up = _vertical(means - center, near)
     seen = torch.where(fine, gaussians.opacities, 0.0)
     detail = float(_median(two.prod(1).sqrt().nan_to_num(0), seen))
-    return Layout(
+    return SceneBounds(
         center, radius, detail, torch.nn.functional.normalize(up.to(center), dim=0), weights
     )
 
@@ -88,12 +91,14 @@ def _vertical(offsets: Float[Tensor, "n 3"], weights: Float[Tensor, "n"]) -> Flo
     offsets = offsets.double()
     offsets = offsets - (share * offsets).sum(0)
     variances, axes = torch.linalg.eigh(offsets.T @ (share * offsets))
-    usual = torch.tensor(USUAL, dtype=torch.float64, device=offsets.device)
+    usual = torch.tensor(USUAL_UP, dtype=torch.float64, device=offsets.device)
     normal = axes[:, 0]
     if variances[0] > FLAT * variances[1]:
         return usual.float()
-    if abs(float(normal @ usual)) > torch.cos(torch.deg2rad(torch.tensor(float(DEGREES_UP)))):
+    if abs(float(normal @ usual)) > torch.cos(torch.deg2rad(torch.tensor(float(UP_ANGLE_MAX)))):
         return torch.sign(normal @ usual).float() * normal.float()
     heights = offsets @ normal
-    rises = float((share[:, 0] * heights**3).sum())  # the long tail is on the upper side
+    rises = float(
+        (share[:, 0] * heights**3).sum()
+    )  # the distribution's long tail is above the ground
     return (normal if rises >= 0 else -normal).float()

@@ -1,4 +1,4 @@
-"""Whether cameras look at a scene at all."""
+"""Checks that cameras see a scene."""
 
 from collections.abc import Sequence
 
@@ -8,23 +8,26 @@ from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
 
-SIDE = 64  # pixels, the longer one
-LOOKS = 64  # cameras that are asked, at most
-COVERED = 0.01  # of a picture, at least: else it shows nothing of the scene
+SIDE = 64  # pixels, longer side of a test render
+CAMERAS_MAX = 64  # number of cameras that are tested
+COVERED_MIN = 0.01  # mean alpha below which a render shows nothing of the scene
 
 
 @torch.inference_mode()
-def refuse_blind(scene: Scene, cameras: Sequence[Camera], whose: str, instead: str) -> None:
-    """Raise InputError if most of the cameras see nothing of the scene.
+def validate_visibility(
+    scene: Scene, cameras: Sequence[Camera], described: str, remedy: str
+) -> None:
+    """Raise InputError if more than half of the cameras see nothing of the scene.
 
-    `whose` says which cameras these are, `instead` what to give in their place.
+    The message calls the cameras `described` and ends with `remedy`. At most `CAMERAS_MAX`
+    cameras, spread evenly, are rendered; an empty sequence passes.
     """
-    some = cameras[:: max(1, -(-len(cameras) // LOOKS))]  # there may be none
+    some = cameras[:: max(1, -(-len(cameras) // CAMERAS_MAX))]
     blind = 0
     for camera in some:
         factor = min(1.0, SIDE / max(camera.width, camera.height))
         small = camera.resized(*(max(1, round(factor * s)) for s in (camera.width, camera.height)))
         alpha = scene.render(small.to(scene.gaussians.means.device)).alpha
-        blind += float(alpha.mean()) < COVERED
+        blind += float(alpha.mean()) < COVERED_MIN
     if blind > len(some) / 2:
-        raise InputError(f"{blind} of {len(some)} {whose} show nothing of this scene: {instead}")
+        raise InputError(f"{blind} of {len(some)} {described} show nothing of this scene: {remedy}")

@@ -1,4 +1,4 @@
-"""Operations whose derivative is not the one that autograd would find."""
+"""Operations with a backward pass of their own."""
 
 import torch
 from jaxtyping import Float, Int
@@ -7,23 +7,24 @@ from torch.autograd.function import FunctionCtx
 from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
-from mobilegs.render.lobes import seen_along
+from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.spherical_harmonics import C0
 
 
-def pass_through(values: Tensor) -> Tensor:
-    """Zeros whose gradient is that of `values`: added to codes, it trains what they stand for."""
+def straight_through(values: Tensor) -> Tensor:
+    """Return zeros with the gradient of `values`: a straight-through estimator for quantisation.
+
+    `quantised + straight_through(values)` has the value of `quantised` and trains `values`.
+    """
     return values - values.detach()
 
 
 def take_rows(tensor: Float[Tensor, "n ..."], rows: Int[Tensor, "m"]) -> Float[Tensor, "m ..."]:
-    """`tensor[rows]` for rows that are all different: the adjoint copies instead of adding."""
+    """Return `tensor[rows]` for distinct rows; the backward pass copies instead of adding."""
     return _TakeRows.apply(tensor, rows)  # pyright: ignore[reportReturnType]
 
 
 class _TakeRows(torch.autograd.Function):
-    """The adjoint of `take_rows`."""
-
     @staticmethod
     def forward(ctx: FunctionCtx, tensor: Tensor, rows: Tensor) -> Tensor:
         ctx.shape = tensor.shape  # pyright: ignore[reportAttributeAccessIssue]
@@ -37,7 +38,7 @@ class _TakeRows(torch.autograd.Function):
         return full.index_copy_(0, rows, grad), None
 
 
-def telling_weighting(
+def with_weighting_gradients(
     lobes: Float[Tensor, "n m 2"],
     means: Float[Tensor, "n 3"],
     camera: Camera,
@@ -45,25 +46,25 @@ def telling_weighting(
     sigma: Float[Tensor, ""],
     background_weight: Float[Tensor, ""] | None = None,
 ) -> Float[Tensor, "n m 2"]:
-    """The lobes as they are; their gradient also tells `sigma` and the background's weight.
+    """Return `lobes` unchanged; the backward pass also gives `sigma` and the weight gradients.
 
-    For `sort_free_gs`, whose picture depends on both but whose renderers take them as constants.
+    This serves `sort_free_gs`: its image depends on both, but its renderers take them as constants.
     """
     means = means.detach()
     directions = normalize(means - camera.position, dim=1)
-    _, phi = seen_along(lobes.detach(), directions)
+    _, phi = evaluate_lobes(lobes.detach(), directions)
     depths = means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
-    told = _TellingWeighting.apply(lobes, sigma, background_weight, depths, phi)
-    assert isinstance(told, Tensor)
-    return told
+    same = _WeightingGradients.apply(lobes, sigma, background_weight, depths, phi)
+    assert isinstance(same, Tensor)
+    return same
 
 
-class _TellingWeighting(torch.autograd.Function):
-    """The adjoint of `telling_weighting`.
+class _WeightingGradients(torch.autograd.Function):
+    """The gradients of `with_weighting_gradients`.
 
-    With `w = max(0, 1 - d / sigma) phi` (SortFreeGS, Eq. 1), `dL/dw` follows from `dL/dphi`, and
-    that gives `dL/dsigma`. The picture does not change if all weights and the background's grow
-    by one factor, so `b dL/db = -sum(phi dL/dphi)`.
+    With `w = max(0, 1 - d / sigma) phi` (SortFreeGS, Eq. 1), `dL/dw` follows from `dL/dphi` and
+    gives `dL/dsigma`. The image does not change if all weights and the background's grow by one
+    factor, so `b dL/db = -sum(phi dL/dphi)`.
     """
 
     @staticmethod
@@ -82,9 +83,9 @@ class _TellingWeighting(torch.autograd.Function):
     def backward(ctx: FunctionCtx, grad: Tensor) -> tuple[Tensor | None, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
         sigma, background_weight, depths, phi = ctx.saved_tensors  # pyright: ignore[reportAttributeAccessIssue]
         by_phi = phi * grad[:, 0, 1] / C0  # phi dL/dphi: the constant lobe has the weight C0
-        left = 1 - depths / sigma
-        counts = left > 0
-        by_left = torch.where(counts, by_phi / torch.where(counts, left, 1.0), 0.0)
-        to_sigma = (by_left * depths).sum() / sigma**2
+        depth_factor = 1 - depths / sigma
+        counts = depth_factor > 0
+        by_factor = torch.where(counts, by_phi / torch.where(counts, depth_factor, 1.0), 0.0)
+        to_sigma = (by_factor * depths).sum() / sigma**2
         to_background = None if background_weight is None else -by_phi.sum() / background_weight
         return grad, to_sigma, to_background, None, None

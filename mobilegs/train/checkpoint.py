@@ -1,4 +1,4 @@
-"""A checkpoint: the whole state of a run in one file, safetensors with JSON in its header."""
+"""Checkpoints: the whole state of a run in one safetensors file with JSON in its header."""
 
 import json
 import zlib
@@ -17,10 +17,10 @@ TENSOR = "$tensor"  # in the JSON, {"$tensor": name} stands for a tensor
 
 
 def save_checkpoint(path: Path | str, state: dict[str, Any]) -> None:
-    """Write `state`, nested dicts and lists of tensors and JSON values, to `path`, atomically.
+    """Write `state`, nested dicts and lists of tensors and JSON values, to `path` atomically.
 
-    Keys are strings. Floats keep every bit. A process killed at any moment leaves either the
-    previous file or the new one.
+    Keys are strings. Floats keep every bit. If the process is killed, either the previous file or
+    the new one is there.
     """
     tensors: dict[str, torch.Tensor] = {}
     tree = _without_tensors({"version": VERSION, "state": state}, "", tensors)
@@ -29,7 +29,7 @@ def save_checkpoint(path: Path | str, state: dict[str, Any]) -> None:
 
 
 def digest(state: dict[str, Any]) -> int:
-    """A number that differs, all but certainly, for states that do not hold the same bits."""
+    """Return a CRC-32 of all tensors and values in `state`, to compare states bit by bit."""
     tensors: dict[str, torch.Tensor] = {}
     found = zlib.crc32(json.dumps(_without_tensors(state, "", tensors)).encode())
     for tensor in tensors.values():
@@ -38,27 +38,28 @@ def digest(state: dict[str, Any]) -> int:
 
 
 def load_checkpoint(path: Path | str) -> dict[str, Any]:
-    """The state that `save_checkpoint` wrote, its tensors on the CPU.
+    """Return the state that `save_checkpoint` wrote, with its tensors on the CPU.
 
-    Raises InputError if the file is not a whole checkpoint of this version.
+    Raises InputError if the file is missing, damaged, or of another version.
     """
     try:
         with safe_open(str(path), framework="pt") as file:
             tree = json.loads((file.metadata() or {})["checkpoint"])
             if tree["version"] != VERSION:
                 raise InputError(
-                    f"{path} is a checkpoint of version {tree['version']}, this program reads "
-                    f"version {VERSION}: continue the run with the program that started it"
+                    f"{path} is a checkpoint of version {tree['version']}, but this program reads "
+                    f"version {VERSION}: resume with the program that started the run"
                 )
             names = set(file.keys())
             return _with_tensors(tree["state"], {name: file.get_tensor(name) for name in names})
     except FileNotFoundError as error:
-        raise InputError(f"there is no checkpoint at {path}: start the run anew") from error
+        raise InputError(f"there is no checkpoint at {path}: start a new run") from error
     except (SafetensorError, KeyError, TypeError, ValueError, OSError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{path} is not a whole checkpoint ({error}): delete the run's folder and start anew"
+            f"{path} is not a complete checkpoint ({error}): delete the run's folder and start a "
+            "new run"
         ) from error
 
 

@@ -1,11 +1,11 @@
-"""One training in several processes, which torchrun starts: they share the views of a step.
+"""Data-parallel training in several processes that torchrun starts.
 
-Every process holds the whole scene and takes every step. Gradients are exchanged view by view and
-added up in the order of the views, as a process alone adds them up, so all hold the same sums to
-the last bit. What follows from these (Adam, densification, pruning, k-means, regressions) is
-computed by all of them, with generators that stand alike, instead of being sent around: that needs
-no second way for a stage's state. Only machines that compute differently could come apart by it,
-and the loop compares what the processes hold (`Team.refuse_difference`).
+The processes share the views of a step. Each holds the whole scene and takes every step. They
+exchange gradients view by view and add them up in the order of the views, as one process does, so
+that all hold the same sums bit by bit. Each process computes everything else (Adam, densification,
+pruning, k-means, regressions) itself, with random generators in the same state, instead of
+receiving it. Only machines that compute differently can diverge; the step loop therefore compares
+the states of all processes (`Team.require_identical`).
 """
 
 import os
@@ -20,117 +20,124 @@ from torch import Tensor
 from mobilegs.errors import InputError
 from mobilegs.scene_file import Device, choose_device
 
-PATIENCE = timedelta(days=1)  # the others wait while the first one evaluates
+TIMEOUT = timedelta(days=1)  # the other processes wait while the main one evaluates
 
 
-class PartedError(RuntimeError):
+class LostProcessError(RuntimeError):
     """Another process of the team has ended."""
 
 
 class Team:
-    """The processes that train together, which may be one alone.
+    """The processes that train together; a single process is a team of one.
 
     Attributes:
-        device: where this process computes.
-        rank, world: which of how many it is.
+        device: the device of this process.
+        rank: the number of this process, from 0.
+        world_size: the number of processes.
     """
 
-    def __init__(self, device: torch.device, rank: int = 0, world: int = 1) -> None:
-        self.device, self.rank, self.world = device, rank, world
+    def __init__(self, device: torch.device, rank: int = 0, world_size: int = 1) -> None:
+        self.device, self.rank, self.world_size = device, rank, world_size
 
     @property
-    def first(self) -> bool:
-        """Whether this process is the one that writes, prints and evaluates."""
+    def is_main(self) -> bool:
+        """True in the process that writes, prints and evaluates."""
         return self.rank == 0
 
-    def gather(self, *tensors: Tensor) -> list[tuple[Tensor, ...]]:
-        """What every process gave, by rank; all give tensors of the same shapes and kinds."""
-        if self.world == 1:
+    def all_gather(self, *tensors: Tensor) -> list[tuple[Tensor, ...]]:
+        """Return the tensors of every process, by rank; shapes and dtypes must agree."""
+        if self.world_size == 1:
             return [tensors]
         found = []
         for tensor in tensors:
             own = tensor.detach().contiguous()
-            found.append([torch.empty_like(own) for _ in range(self.world)])
+            found.append([torch.empty_like(own) for _ in range(self.world_size)])
             try:
                 dist.all_gather(found[-1], own)
             except RuntimeError as error:
-                raise PartedError(str(error)) from error
+                raise LostProcessError(str(error)) from error
         return list(zip(*found, strict=True))
 
-    def numbers(self, *own: int) -> list[list[int]]:
-        """The same for numbers, at least one. Nobody goes on before all have come here."""
-        if self.world == 1:  # without waiting for a GPU
+    def all_gather_ints(self, *own: int) -> list[list[int]]:
+        """Return the numbers of every process, by rank; at least one. Acts as a barrier."""
+        if self.world_size == 1:  # avoids a synchronisation with the GPU
             return [list(own)]
-        told = self.gather(torch.tensor(own, dtype=torch.int64, device=self.device))
-        return [numbers.tolist() for [numbers] in told]
+        gathered = self.all_gather(torch.tensor(own, dtype=torch.int64, device=self.device))
+        return [numbers.tolist() for [numbers] in gathered]
 
-    def in_order(self, own: Sequence[int]) -> list[int]:
-        """A number for each view of a step, from a number for each of this process's views."""
-        return [number for each in zip(*self.numbers(*own), strict=True) for number in each]
+    def interleave(self, own: Sequence[int]) -> list[int]:
+        """Return one number per view of the step, given one per view of this process.
 
-    def add_gradients(
-        self, leaves: Sequence[Tensor], loss: Tensor, *beside: Tensor
+        View i of a step belongs to the process of rank `i % world_size`.
+        """
+        return [number for each in zip(*self.all_gather_ints(*own), strict=True) for number in each]
+
+    def accumulate_gradients(
+        self, leaves: Sequence[Tensor], loss: Tensor, *extra: Tensor
     ) -> list[tuple[Tensor, ...]]:
-        """Add to the leaves' `grad` what every process's `loss` gives, by rank.
+        """Add the gradients of every process's `loss` to `leaf.grad`, in the order of ranks.
 
-        Returns loss and `beside` of every process, by rank, without graphs. `beside` may be
-        filled in by the backward pass.
+        Returns `(loss, *extra)` of every process, by rank and detached. The backward pass may
+        still write to `extra`.
         """
         gradients = torch.autograd.grad(loss, leaves, materialize_grads=True)
-        found = self.gather(*(g.contiguous() for g in gradients), loss.detach(), *beside)
+        found = self.all_gather(*(g.contiguous() for g in gradients), loss.detach(), *extra)
         for each in found:
             for leaf, gradient in zip(leaves, each, strict=False):
                 # not in place: autograd may give one tensor to two leaves
                 leaf.grad = gradient if leaf.grad is None else leaf.grad + gradient
         return [each[len(leaves) :] for each in found]
 
-    def wait(self) -> None:
-        """Go on once every process has come here."""
-        self.numbers(0)
+    def barrier(self) -> None:
+        """Wait until every process has reached this call."""
+        self.all_gather_ints(0)
 
-    def refuse_difference(self, where: str, *numbers: int) -> None:
-        """Raise InputError unless every process has the same numbers."""
-        if any(other != list(numbers) for other in self.numbers(*numbers)):
+    def require_identical(self, where: str, *numbers: int) -> None:
+        """Raise InputError unless every process passes the same numbers."""
+        if any(other != list(numbers) for other in self.all_gather_ints(*numbers)):
             raise InputError(
                 f"the processes no longer hold the same scene {where}: run them on machines of "
                 "one kind, with the same number of threads"
             )
 
 
-ALONE = Team(torch.device("cpu"))
+SINGLE_PROCESS = Team(torch.device("cpu"))
 
 
-def is_first() -> bool:
-    """Whether this process is alone, or the first one of those that torchrun started."""
+def is_main_process() -> bool:
+    """Return True for a single process, and for rank 0 of those that torchrun started."""
     return "TORCHELASTIC_RUN_ID" not in os.environ or os.environ["RANK"] == "0"
 
 
 @contextmanager
-def joined(name: Device) -> Iterator[Team]:
-    """The team of this process, on the device that an option names: on GPUs, one for each.
+def join_team(name: Device) -> Iterator[Team]:
+    """Join the processes that torchrun started, on the device `name`; one GPU per process.
 
-    Without torchrun it is alone. If several fail, only the first that does says why; the others
-    leave with SystemExit.
+    Without torchrun, the team is this process. If several processes fail, the first one raises its
+    error and the others exit with SystemExit.
     """
     if "TORCHELASTIC_RUN_ID" not in os.environ or os.environ["WORLD_SIZE"] == "1":
         yield Team(choose_device(name))
         return
-    # Arguments of its functions have as their default what group there is when it is imported. That
-    # shall be none: the group's threads would outlive it, and abort the process when Python ends.
+    # This module takes the default group as a default argument when it is imported. Import it
+    # before there is a group: otherwise it keeps the group's threads alive, and these abort the
+    # process when Python exits.
     import torch.distributed.nn.functional  # noqa: F401
     from torch.distributed.rendezvous import rendezvous
 
-    store, rank, world = next(rendezvous("env://"))
+    store, rank, world_size = next(rendezvous("env://"))
     try:
         device = _own_device(choose_device(name))
-        backend = "nccl" if device.type == "cuda" else "gloo"
-        dist.init_process_group(backend, store=store, rank=rank, world_size=world, timeout=PATIENCE)
-        yield Team(device, rank, world)
+        library = "nccl" if device.type == "cuda" else "gloo"
+        dist.init_process_group(
+            library, store=store, rank=rank, world_size=world_size, timeout=TIMEOUT
+        )
+        yield Team(device, rank, world_size)
     except BaseException as error:
         if store.add("mobilegs/failed", 1) > 1:
             codes = {InputError: 2, KeyboardInterrupt: 130}
             raise SystemExit(codes.get(type(error), 1)) from None
-        if isinstance(error, PartedError):
+        if isinstance(error, LostProcessError):
             raise SystemExit(
                 f"mobilegs: another process of this training has ended ({error}): add --resume "
                 "to continue"
@@ -142,11 +149,11 @@ def joined(name: Device) -> Iterator[Team]:
 def _own_device(device: torch.device) -> torch.device:
     if device.type != "cuda":
         return device
-    local, there = int(os.environ["LOCAL_RANK"]), torch.cuda.device_count()
-    if local >= there:
+    local, available = int(os.environ["LOCAL_RANK"]), torch.cuda.device_count()
+    if local >= available:
         raise InputError(
-            f"{os.environ['LOCAL_WORLD_SIZE']} processes cannot have a GPU each of the {there} "
-            f"there are: start {there}, or add --device cpu"
+            f"{os.environ['LOCAL_WORLD_SIZE']} processes need one GPU each, but there are "
+            f"{available}: start {available}, or add --device cpu"
         )
     torch.cuda.set_device(local)
     return torch.device("cuda", local)

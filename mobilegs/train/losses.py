@@ -1,4 +1,4 @@
-"""What training minimises: distance to the photo, to the teacher's picture, to its depth."""
+"""Training losses against photos, the teacher's images and the teacher's depths."""
 
 from functools import lru_cache
 
@@ -7,15 +7,16 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 from torch.autograd.function import FunctionCtx
 
+from mobilegs.data.dataset import View
 from mobilegs.evaluate.metrics import C1, C2, SIGMA, WINDOW
 from mobilegs.train.ssim import CpuSsim
 
-LEAST_DEPTH = 1e-8  # so that no depth at all has a logarithm, too
+MIN_DEPTH = 1e-8  # gives pixels without depth a logarithm
 
 
 @lru_cache(maxsize=16)
 def _blur_matrix(size: int, dtype: torch.dtype, device: torch.device) -> Float[Tensor, "s s"]:
-    """The Gaussian window as a banded matrix: rows that reach over the edge meet zeros there.
+    """Return the Gaussian window as a banded matrix, with zero padding at the edges.
 
     Two dense products are some ten times faster on a CPU than depthwise convolutions of
     11 taps, forward and backward, at the sizes training uses.
@@ -30,7 +31,7 @@ def _blur_matrix(size: int, dtype: torch.dtype, device: torch.device) -> Float[T
 
 
 def _blur(maps: Float[Tensor, "c h w"]) -> Float[Tensor, "c h w"]:
-    """Each map weighted by SSIM's window, zeros beyond the picture. It is its own adjoint."""
+    """Blur each map with SSIM's window, zero-padded. The operation is its own adjoint."""
     _, height, width = maps.shape
     rows = _blur_matrix(height, maps.dtype, maps.device)
     columns = _blur_matrix(width, maps.dtype, maps.device)
@@ -38,7 +39,7 @@ def _blur(maps: Float[Tensor, "c h w"]) -> Float[Tensor, "c h w"]:
 
 
 class _Ssim(torch.autograd.Function):
-    """SSIM per pixel and channel; the adjoint blurs three maps instead of differentiating four."""
+    """SSIM per pixel and channel. Its backward pass blurs three maps instead of four."""
 
     @staticmethod
     def forward(ctx: FunctionCtx, x: Tensor, y: Tensor) -> Tensor:  # [3, h, w] each
@@ -70,10 +71,10 @@ class _Ssim(torch.autograd.Function):
 def ssim_map(
     image: Float[Tensor, "h w 3"], target: Float[Tensor, "h w 3"]
 ) -> Float[Tensor, "h w 3"]:
-    """Structural similarity (Wang et al. 2004) per pixel and channel, of values in [0, 1].
+    """Return SSIM (Wang et al. 2004) per pixel and channel, for values in [0, 1].
 
-    Gaussian window of 11 px and sigma 1.5, zeros beyond the picture, as 3DGS trains it. Only
-    `image` receives a gradient. Float32 on the CPU goes to the kernel.
+    The window is a Gaussian of 11 px and sigma 1.5 with zero padding, as in 3DGS. Only `image`
+    receives a gradient. Float32 on the CPU uses the compiled kernel.
     """
     if image.dtype == torch.float32 and image.device.type == "cpu":
         score = CpuSsim.apply(image, target)
@@ -91,10 +92,10 @@ def photo_loss(
     mask: Float[Tensor, "h w"] | None = None,
     ssim_weight: float = 0.2,
 ) -> Float[Tensor, ""]:
-    """`0.8 L1 + 0.2 (1 - SSIM)`, the mean over the pixels where `mask` is 1 (3DGS, Eq. 7).
+    """Return `(1 - w) L1 + w (1 - SSIM)`, averaged over pixels where `mask` is 1 (3DGS, Eq. 7).
 
-    Pixels where the mask is 0 are shown to SSIM's window as the photo has them, so they neither
-    add to the loss nor receive a gradient. A mask of zeros gives 0.
+    `w` is `ssim_weight`; values are in [0, 1]. Where the mask is 0, SSIM's window sees the photo's
+    own pixels, so these neither add to the loss nor receive a gradient. A mask of zeros gives 0.
     """
     if mask is None:
         absolute = (image - photo).abs().mean()
@@ -112,7 +113,7 @@ def color_distillation_loss(
     *,
     mask: Float[Tensor, "h w"] | None = None,
 ) -> Float[Tensor, ""]:
-    """Mean absolute difference to the teacher's picture, over the pixels where `mask` is 1."""
+    """Return the mean absolute difference to the teacher's image where `mask` is 1."""
     if mask is None:
         return (image - teacher).abs().mean()
     return ((image - teacher).abs().sum(2) * mask).sum() / (3 * mask.sum()).clamp_min(1)
@@ -125,12 +126,12 @@ def depth_distillation_loss(
     *,
     mask: Float[Tensor, "h w"] | None = None,
 ) -> Float[Tensor, ""]:
-    """Variance of the log-depth error: `mean(e^2) - mean(e)^2`, `e = log D - log D_teacher`.
+    """Return the variance of the log-depth error, `mean(e^2) - mean(e)^2`.
 
-    It does not see a common factor of all depths (Eigen et al. 2014, with lambda 1). `depth` is
-    alpha-weighted, as the renderers give it, `teacher_depth` already the mean depth of a pixel,
-    0 where the teacher has none to offer. Only pixels count whose alpha exceeds 0.5 in both;
-    without any the loss is 0.
+    `e = log D - log D_teacher`, so a common factor of all depths does not count (Eigen et al. 2014
+    with lambda 1). `depth` is alpha-weighted, as the renderers return it; `teacher_depth` is the
+    mean depth of a pixel, 0 where the teacher has none. A pixel counts where `alpha > 0.5` and
+    `teacher_depth > 0`. Without such pixels the loss is 0.
     """
     counts = (alpha > 0.5) & (teacher_depth > 0) & (depth > 0)
     if mask is not None:
@@ -147,14 +148,23 @@ def raw_depth_loss(
     *,
     mask: Float[Tensor, "h w"] | None = None,
 ) -> Float[Tensor, ""]:
-    """The same variance as the release has it: of all pixels, of depths as they are drawn.
+    """Return the log-depth variance as Mobile-GS's release computes it: over all pixels.
 
-    Both are sums of z over what a pixel shows, background included, not means. A depth of 0 counts
-    as 1e-8, so a pixel that only one of the two reaches is worth more than all others.
+    Both depths are alpha-weighted sums, not means. A depth of 0 counts as 1e-8, so a pixel that
+    only one of the two covers outweighs all others.
     """
-    error = (depth + LEAST_DEPTH).log() - (teacher_depth + LEAST_DEPTH).log()
+    error = (depth + MIN_DEPTH).log() - (teacher_depth + MIN_DEPTH).log()
     counts = torch.ones_like(depth, dtype=torch.bool) if mask is None else mask > 0
     return _variance(error, counts)
+
+
+@torch.no_grad()
+def masked_mse(image: Float[Tensor, "h w 3"], view: View) -> Float[Tensor, ""]:
+    """Return the mean squared difference to a view's photo, over its mask if it has one."""
+    error = (image - view.image).square().mean(2)
+    if view.mask is None:
+        return error.mean()
+    return (error * view.mask).sum() / view.mask.sum().clamp_min(1)
 
 
 def _variance(error: Float[Tensor, "h w"], counts: Bool[Tensor, "h w"]) -> Float[Tensor, ""]:

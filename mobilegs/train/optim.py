@@ -1,4 +1,4 @@
-"""Adam over named tensors, whose rows can be added and removed together with their moments."""
+"""Adam over named tensors whose rows, with their moments, can be added and removed."""
 
 import math
 from collections.abc import Mapping
@@ -11,55 +11,61 @@ EPS = 1e-15  # of 3DGS: gradients per Gaussian are tiny
 MOMENTS = ("exp_avg", "exp_avg_sq")
 
 
-def log_linear(start: float, end: float, fraction: float) -> float:
-    """The rate on the way from `start` to `end` (both > 0), geometric, `fraction` in [0, 1]."""
+def exponential_lr(start: float, end: float, fraction: float) -> float:
+    """Interpolate geometrically from `start` to `end` (both > 0).
+
+    `fraction` is clamped to [0, 1]. This is the schedule of 3DGS for the means' learning rate.
+    """
     fraction = min(max(fraction, 0.0), 1.0)
     return math.exp(math.log(start) * (1 - fraction) + math.log(end) * fraction)
 
 
 class NamedAdam:
-    """Leaf tensors by name, each with its own rate, and the Adam that moves them.
+    """Leaf tensors by name, each with its own learning rate, and the Adam that optimises them.
 
     `tensors` always holds the current leaves: growing and pruning replace them. Methods that
     change rows apply to every tensor, so Gaussians have one `NamedAdam`, networks and codebooks
-    another.
+    have another.
     """
 
     def __init__(
-        self, tensors: Mapping[str, Tensor], rates: Mapping[str, float], *, eps: float = EPS
+        self, tensors: Mapping[str, Tensor], lrs: Mapping[str, float], *, eps: float = EPS
     ) -> None:
-        """Parameters are adopted as they are (a network's stay its own), others are copied."""
+        """Take `nn.Parameter`s as they are, so that networks keep theirs, and copy other tensors.
+
+        `lrs` holds a learning rate for each name.
+        """
         self.tensors: dict[str, Tensor] = {
             name: t if isinstance(t, torch.nn.Parameter) else _leaf(t)
             for name, t in tensors.items()
         }
         groups = [
-            {"params": [tensor], "lr": rates[name], "name": name}
+            {"params": [tensor], "lr": lrs[name], "name": name}
             for name, tensor in self.tensors.items()
         ]
-        nothing = [{"params": [], "name": ""}]  # without any group, torch refuses to begin
+        nothing = [{"params": [], "name": ""}]  # torch needs at least one group
         self.adam = torch.optim.Adam(groups or nothing, eps=eps, fused=True)
 
-    def set_rate(self, name: str, rate: float) -> None:
-        """Give one tensor another learning rate."""
-        self._group(name)["lr"] = rate
+    def set_lr(self, name: str, lr: float) -> None:
+        """Set the learning rate of one tensor."""
+        self._group(name)["lr"] = lr
 
-    def rate(self, name: str) -> float:
-        """The learning rate of one tensor."""
+    def lr(self, name: str) -> float:
+        """Return the learning rate of one tensor."""
         return self._group(name)["lr"]
 
     def step(self) -> None:
-        """One step of Adam with the gradients at hand, which are then dropped."""
+        """Take one Adam step with the current gradients, then clear them."""
         self.adam.step()
         self.adam.zero_grad(set_to_none=True)
 
-    def add(self, name: str, tensor: Tensor, rate: float) -> None:
-        """Take on one more tensor; the others keep their moments."""
+    def add(self, name: str, tensor: Tensor, lr: float) -> None:
+        """Add a tensor; the others keep their moments."""
         self.tensors[name] = tensor if isinstance(tensor, torch.nn.Parameter) else _leaf(tensor)
-        self.adam.add_param_group({"params": [self.tensors[name]], "lr": rate, "name": name})
+        self.adam.add_param_group({"params": [self.tensors[name]], "lr": lr, "name": name})
 
     def drop(self, name: str) -> Tensor:
-        """Move one tensor no longer; its values are returned."""
+        """Stop optimising one tensor and return its values."""
         tensor = self.tensors.pop(name)
         self.adam.state.pop(tensor, None)
         groups = self.adam.param_groups
@@ -68,14 +74,14 @@ class NamedAdam:
 
     @torch.no_grad()
     def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
-        """Keep only the rows where the mask is true, of every tensor and of its moments."""
+        """Keep the rows of every tensor, and of its moments, where the mask is true."""
         for name, tensor in list(self.tensors.items()):
             moments = {key: value[rows] for key, value in self._moments(tensor).items()}
             self._replace(name, tensor[rows], moments)
 
     @torch.no_grad()
     def append_rows(self, new: Mapping[str, Tensor]) -> None:
-        """Add rows to every tensor; their moments start at 0."""
+        """Append rows to every tensor; their moments are 0."""
         for name, tensor in list(self.tensors.items()):
             added = new[name]
             moments = {
@@ -86,33 +92,33 @@ class NamedAdam:
 
     @torch.no_grad()
     def reset(self, name: str, value: Tensor) -> None:
-        """Give one tensor new values of the same shape; its moments start again at 0."""
+        """Replace the values of one tensor, of the same shape, and set its moments to 0."""
         moments = {key: torch.zeros_like(value) for key in self._moments(self.tensors[name])}
         self._replace(name, value, moments)
 
-    def forget_all(self) -> None:
-        """All moments start again: the tensors mean something else now."""
+    def reset_all_moments(self) -> None:
+        """Drop the moments of all tensors, because their parametrisation changed."""
         self.adam.state.clear()
 
     @torch.no_grad()
-    def forget(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:
-        """The moments of some rows, of every tensor, start again at 0."""
+    def reset_moments(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:
+        """Set the moments of some rows of every tensor to 0."""
         for tensor in self.tensors.values():
             for moment in self._moments(tensor).values():
                 moment[rows] = 0
 
     @torch.no_grad()
-    def restart(self, values: Mapping[str, Tensor]) -> None:
-        """Give every tensor new values, of any number of rows, and begin Adam anew."""
+    def replace_all(self, values: Mapping[str, Tensor]) -> None:
+        """Replace the values of every tensor, with any number of rows, and drop all moments."""
         for name in list(self.tensors):
             self._replace(name, values[name], {})
 
     def state(self) -> dict:
-        """Everything needed to continue: values, moments, step counts and rates, by name."""
+        """Return values, moments, step counts and learning rates by name, for `restore`."""
         return {
             name: {
                 "value": tensor.detach(),
-                "rate": float(self._group(name)["lr"]),
+                "lr": float(self._group(name)["lr"]),
                 **self.adam.state.get(tensor, {}),
             }
             for name, tensor in self.tensors.items()
@@ -120,16 +126,16 @@ class NamedAdam:
 
     @torch.no_grad()
     def restore(self, state: Mapping[str, dict]) -> None:
-        """Continue from what `state()` gave, whatever tensors and rows it had.
+        """Continue from a result of `state()`, whose tensors and row counts may differ.
 
-        Tensors that keep their shape are written in place, so networks stay connected. New ones
-        go where the others are, wherever the state lies.
+        Tensors of the same shape are written in place, so networks keep their parameters. New
+        ones are placed on the device of the others.
         """
         device = next((tensor.device for tensor in self.tensors.values()), None)
         for name in self.tensors.keys() - state.keys():
             self.drop(name)
         for name in sorted(state.keys() - self.tensors.keys()):
-            self.add(name, state[name]["value"].to(device), state[name]["rate"])
+            self.add(name, state[name]["value"].to(device), state[name]["lr"])
         for name, tensor in list(self.tensors.items()):
             saved = state[name]
             if tensor.shape == saved["value"].shape:
@@ -137,7 +143,7 @@ class NamedAdam:
             else:
                 self._replace(name, saved["value"].to(tensor.device), {})
                 tensor = self.tensors[name]
-            self._group(name)["lr"] = saved["rate"]
+            self._group(name)["lr"] = saved["lr"]
             self.adam.state[tensor] = {
                 key: saved[key].to(tensor.device, copy=True)
                 for key in ("step", *MOMENTS)

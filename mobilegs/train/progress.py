@@ -1,4 +1,4 @@
-"""What a person sees of a training, and what it leaves to be plotted."""
+"""The progress display of a training, and its log for plots."""
 
 import json
 import math
@@ -14,33 +14,37 @@ from mobilegs.atomic import atomic_write
 from mobilegs.train.stage import Stage, StepResult
 from mobilegs.train.student.config import StudentConfig
 
-ROWS_PER_STAGE = 100  # lines of the journal
-LINE_SECONDS = 10.0  # where there is no terminal, a line at least so far apart
+ROWS_PER_STAGE = 100  # of the log
+LINE_SECONDS = 10.0  # between two lines where there is no terminal
 
 
 class Monitor:
-    """The display and the journal of a run; use it in a `with` block.
+    """The progress display and the log of a run; use it in a `with` block.
 
-    The journal is JSON lines, one every hundredth of a stage: step, phase, mean loss and PSNR
-    since the line before, Gaussians, seconds of the stage so far.
+    The log has a JSON line per hundredth of a stage: step, phase, mean loss and PSNR since the
+    line before, number of Gaussians, seconds of the stage so far.
+
+    Attributes:
+        rows: the lines of the log.
+        seconds: training time by stage.
     """
 
     def __init__(
         self,
-        journal: Path,
+        log_path: Path,
         rows: list[dict],
         seconds: dict[str, float],
         *,
-        sizes: tuple[int, float] = StudentConfig().bytes_expected,
+        sizes: tuple[int, float] = StudentConfig().expected_bytes,
         silent: bool = False,
     ) -> None:
-        """`rows` and `seconds` (by stage) are those of the run so far, and are added to.
+        """Continue the log `rows` and the times `seconds` of the run so far; both are modified.
 
-        `sizes` are bytes that a file has once and for each Gaussian, by which its size is foretold.
-        A silent one prints and writes nothing.
+        `sizes` predicts the size of the file: bytes per file and bytes per Gaussian. A silent
+        monitor prints and writes nothing.
         """
         self.sizes = sizes
-        self.journal, self.rows, self.seconds, self.silent = journal, rows, seconds, silent
+        self.log_path, self.rows, self.seconds, self.silent = log_path, rows, seconds, silent
         self.console = Console(stderr=True, quiet=silent)
         columns = (
             TextColumn("[bold]{task.description}"),
@@ -60,7 +64,7 @@ class Monitor:
         self.display.stop()
 
     def begin(self, stage: Stage) -> None:
-        """Show another stage; its clock goes on from `seconds`."""
+        """Start the display of a stage; its clock continues from `seconds`."""
         if self.task is not None:
             self.display.remove_task(self.task)
         self.task = self.display.add_task(
@@ -69,16 +73,16 @@ class Monitor:
         self.every = max(1, stage.steps // ROWS_PER_STAGE)
         self.started = time.monotonic() - self.seconds.get(stage.name, 0.0)
         self.resumed_at = (stage.done, self.elapsed())
-        self.said = -math.inf
+        self.printed_at = -math.inf
         self.losses: list[torch.Tensor] = []
         self.errors: list[torch.Tensor] = []
 
     def elapsed(self) -> float:
-        """Seconds of the present stage, over all its sessions."""
+        """Return the seconds of the current stage, those before a resume included."""
         return time.monotonic() - self.started
 
     def after_step(self, stage: Stage, result: StepResult) -> None:
-        """Take note of a step.
+        """Record the result of a step.
 
         Raises FloatingPointError if training has diverged.
         """
@@ -90,24 +94,26 @@ class Monitor:
         if len(self.losses) % 10 == 1 or stage.done == stage.steps:
             self._show(stage)
 
-    def note(self, **values: float | str | int) -> None:
-        """Add to the journal what is no step."""
+    def log(self, **values: float | str | int) -> None:
+        """Append a row to the log."""
         self.rows.append(dict(values))
-        self._flush()
+        if not self.silent:
+            atomic_write(self.log_path, "".join(json.dumps(row) + "\n" for row in self.rows))
 
-    def say(self, text: str) -> None:
-        """A line that stays, above the bar."""
+    def print(self, text: str) -> None:
+        """Print a line above the progress bar."""
         self.console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     def _write_row(self, stage: Stage) -> None:
         loss = float(torch.stack(self.losses).mean())
         if not math.isfinite(loss):
             raise FloatingPointError(
-                f"the {stage.name}'s loss is not a number at step {stage.done}: lower its rates"
+                f"the {stage.name}'s loss is not a number at step {stage.done}: lower its "
+                "learning rates"
             )
         self.latest = (loss, _psnr(self.errors))
         self.losses, self.errors = [], []
-        self.note(
+        self.log(
             stage=stage.name,
             step=stage.done,
             phase=stage.phase if stage.done < stage.steps else "done",
@@ -119,17 +125,21 @@ class Monitor:
 
     def _show(self, stage: Stage) -> None:
         now = time.monotonic()
-        if self.display.disable and now - self.said < LINE_SECONDS and stage.done < stage.steps:
+        if (
+            self.display.disable
+            and now - self.printed_at < LINE_SECONDS
+            and stage.done < stage.steps
+        ):
             return
-        self.said = now
+        self.printed_at = now
         status = self._status(stage)
         if self.display.disable:
-            self.say(f"{stage.name} {stage.done}/{stage.steps}  {status}")
+            self.print(f"{stage.name} {stage.done}/{stage.steps}  {status}")
         elif self.task is not None:
             self.display.update(self.task, completed=stage.done, status=status)
 
-    def figures(self, stage: Stage) -> dict[str, str]:
-        """How a stage that has taken a step stands, for people."""
+    def summary(self, stage: Stage) -> dict[str, str]:
+        """Return the state of a stage for people, after its first step."""
         if self.losses:
             loss, psnr = float(torch.stack(self.losses[-10:]).mean()), _psnr(self.errors[-100:])
         else:
@@ -149,21 +159,17 @@ class Monitor:
             "left": _clock(left),
         }
 
-    def leave_out(self, seconds: float) -> None:
-        """Time that just passed does not count: the training stood still."""
+    def exclude_time(self, seconds: float) -> None:
+        """Subtract a pause that just ended from the stage's time."""
         self.started += seconds
 
     def _status(self, stage: Stage) -> str:
-        phase, loss, psnr, count, size, speed, left = self.figures(stage).values()
+        phase, loss, psnr, count, size, speed, left = self.summary(stage).values()
         return f"{phase}  loss {loss}  {psnr}  {count} Gaussians  {size}  {speed}  {left} left"
-
-    def _flush(self) -> None:
-        if not self.silent:
-            atomic_write(self.journal, "".join(json.dumps(row) + "\n" for row in self.rows))
 
 
 def _psnr(errors: list[torch.Tensor]) -> float:
-    """PSNR of the mean squared error, in dB; 99 for none."""
+    """Return the PSNR of mean squared errors in dB, at most 99."""
     return -10 * math.log10(max(float(torch.stack(errors).mean()), 10**-9.9))
 
 

@@ -1,15 +1,20 @@
-"""Recipes: how long, how many, how fast, for a two-core laptop, a GPU, or a demonstration."""
+"""Recipes: all settings of a training, with presets for a CPU, a GPU, and the demo."""
 
 import json
 import typing
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
 from typing import Any, Literal
 
+from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.errors import InputError
-from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.mask_pruning import PresenceConfig
+from mobilegs.train.student.config import (
+    PruningConfig,
+    QuantizationConfig,
+    StudentConfig,
+    StudentLearningRates,
+)
 from mobilegs.train.student.vote_pruning import VoteConfig
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.mini_splatting import MiniSplattingConfig
@@ -17,15 +22,17 @@ from mobilegs.train.teacher.trainer import TeacherConfig
 
 PresetName = Literal["cpu", "gpu", "demo"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
-# densifying a little after 3DGS's own start: 28.60 dB instead of 28.54 for the demo's teacher
-LATER = 0.02
-# for budgets of some ten thousand Gaussians: less time before the draw, and a budget that is used
-FEW = MiniSplattingConfig(peak_splats=1.8, reinit_splats=1.5, sampled=1.0, trim_keeps=0.999)
+# Start of densification, later than in 3DGS: the demo's teacher reaches 28.60 dB, not 28.54.
+LATE_START = 0.02
+# For budgets of some ten thousand Gaussians: fewer before sampling, a full budget after it.
+SMALL_BUDGET = MiniSplattingConfig(
+    peak_splats=1.8, reinit_splats=1.5, sampled=1.0, trim_keeps=0.999
+)
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Everything that decides what a training does, the capture and the seed aside."""
+    """All settings that a training depends on, except for the capture and the seed."""
 
     teacher: TeacherConfig = field(default_factory=TeacherConfig)
     """The teacher's training."""
@@ -34,72 +41,165 @@ class Recipe:
 
 
 def gpu_recipe() -> Recipe:
-    """The paper's lengths, 30,000 + 30,000 steps, and its teacher, for a graphics card."""
+    """Return the recipe for a GPU: 30,000 + 30,000 steps and Mini-Splatting, as in the paper."""
     return Recipe(
         TeacherConfig(densify=DensifyConfig(strategy="mini_splatting")),
         StudentConfig(
-            net_fraction=5 / 30,
-            final_rate=0.3,
-            decay_from=0.65,
-            # steps and masks then move as far as in the shorter runs that were measured
-            step_rate=4e-4,
-            presence=PresenceConfig(rate=0.01),
+            lr=StudentLearningRates(
+                final_factor=0.3,
+                decay_from=0.65,
+                # so that step sizes and masks move as far as in the shorter runs that were measured
+                step_sizes=4e-4,
+                masks=0.01,
+            ),
         ),
     )
 
 
 def cpu_recipe() -> Recipe:
-    """Two cores, some 15 minutes for photos of 400x266: 5,000 + 5,000 steps, 60,000 Gaussians."""
+    """Return the recipe for a CPU: 5,000 + 5,000 steps and at most 60,000 Gaussians.
+
+    On two cores it takes some 15 minutes for photos of 400x266.
+    """
     return Recipe(
         TeacherConfig(
             steps=5000,
             max_splats=60_000,
             init_splats=40_000,
-            # few Gaussians must cover what is far away: removing the large ones leaves holes
-            densify=DensifyConfig(start=LATER, prune_scale=0.0),
-            mini_splatting=FEW,
+            # without large Gaussians, a small budget leaves holes in the background
+            densify=DensifyConfig(start=LATE_START, prune_scale=0.0),
+            mini_splatting=SMALL_BUDGET,
         ),
         StudentConfig(
             steps=5000,
-            position_rate=1e-4,
-            quat_rate=2e-3,
-            sh_rest_rate=5e-4,
-            latent_rate=5e-3,
-            lobe_rate=0.04,
-            lobe_codebook_rate=0.02,
-            network_rate=4e-3,
-            free_share=0.5,
-            votes=VoteConfig(votes_per_interval=8),
+            lr=StudentLearningRates(
+                means=1e-4,
+                quats=2e-3,
+                sh_rest=5e-4,
+                color_latents=5e-3,
+                lobes=0.04,
+                lobe_codebooks=0.02,
+                network=4e-3,
+                quantized_factor=0.5,
+            ),
+            pruning=PruningConfig(votes=VoteConfig(votes_per_interval=8)),
         ),
     )
 
 
 def demo_recipe() -> Recipe:
-    """Minutes on two cores, for the small capture that the package renders itself."""
+    """Return the recipe of `mobilegs demo`: minutes on two cores, for the synthetic capture."""
     return Recipe(
         TeacherConfig(
             steps=2000,
             max_splats=20_000,
             init_splats=15_000,
-            densify=DensifyConfig(start=LATER, min_interval=40, prune_scale=0.0),
-            mini_splatting=FEW,
+            densify=DensifyConfig(start=LATE_START, min_interval=40, prune_scale=0.0),
+            mini_splatting=SMALL_BUDGET,
         ),
         StudentConfig(
             steps=3400,
-            # a short run needs a quick student
-            position_rate=3e-4,
-            scale_rate=0.01,
-            quat_rate=3e-3,
-            sh_rest_rate=1e-3,
-            latent_rate=5e-3,
-            lobe_rate=0.05,
-            lobe_codebook_rate=0.02,
-            network_rate=7e-3,
-            free_share=0.5,
-            codebooks=replace(StudentConfig().codebooks, rotation=256, appearance=512),
-            votes=VoteConfig(votes_per_interval=4),
+            lr=StudentLearningRates(  # high, since the run is short
+                means=3e-4,
+                scales=0.01,
+                quats=3e-3,
+                sh_rest=1e-3,
+                color_latents=5e-3,
+                lobes=0.05,
+                lobe_codebooks=0.02,
+                network=7e-3,
+                quantized_factor=0.5,
+            ),
+            quantization=QuantizationConfig(codebooks=CodebookSizes(rotation=256, appearance=512)),
+            pruning=PruningConfig(votes=VoteConfig(votes_per_interval=4)),
         ),
     )
+
+
+# Former paths of settings. They stay for one version, so that the error can name the new path.
+FORMER = {
+    "teacher.position_rate": "teacher.lr.means",
+    "teacher.position_rate_end": "teacher.lr.means_end",
+    "teacher.quat_rate": "teacher.lr.quats",
+    "teacher.scale_rate": "teacher.lr.scales",
+    "teacher.opacity_rate": "teacher.lr.opacities",
+    "teacher.sh0_rate": "teacher.lr.sh0",
+    "teacher.sh_rest_rate": "teacher.lr.sh_rest",
+    "student.sh_degree": "student.color.degree",
+    "student.colors": "student.color.decoder",
+    "student.color_latents": "student.color.latents",
+    "student.view.kind": "student.view_dependence.kind",
+    "student.view.degree": "student.view_dependence.degree",
+    "student.view.latents": "student.view_dependence.latents",
+    "student.view.hidden": "student.view_dependence.hidden",
+    "student.view.fraction": "student.view_dependence.decoder_from",
+    "student.view.length": "student.view_dependence.subvector_length",
+    "student.view.size": "student.view_dependence.codebook_size",
+    "student.view.decay": "student.ablation.lobe_decay",
+    "student.net_fraction": "student.schedule.latents_from",
+    "student.price_fraction": "student.schedule.rate_from",
+    "student.codes_fraction": "student.schedule.quantize_from",
+    "student.regression_steps": "student.schedule.regression_steps",
+    "student.reassign_every": "student.schedule.reassign_every",
+    "student.position_rate": "student.lr.means",
+    "student.position_share": "student.lr.means_max",
+    "student.quat_rate": "student.lr.quats",
+    "student.scale_rate": "student.lr.scales",
+    "student.opacity_rate": "student.lr.opacities",
+    "student.lobe_rate": "student.lr.lobes",
+    "student.lobe_basis_rate": "student.lr.lobe_basis",
+    "student.sh0_rate": "student.lr.sh0",
+    "student.sh_rest_rate": "student.lr.sh_rest",
+    "student.weighting_rate": "student.lr.weighting",
+    "student.network_rate": "student.lr.network",
+    "student.latent_rate": "student.lr.color_latents",
+    "student.decoder_rate": "student.lr.color_decoder",
+    "student.codebook_rate": "student.lr.codebooks",
+    "student.rotation_codebook_rate": "student.lr.rotation_codebooks",
+    "student.appearance_codebook_rate": "student.lr.color_codebooks",
+    "student.lobe_codebook_rate": "student.lr.lobe_codebooks",
+    "student.step_rate": "student.lr.step_sizes",
+    "student.presence.rate": "student.lr.masks",
+    "student.free_share": "student.lr.quantized_factor",
+    "student.final_rate": "student.lr.final_factor",
+    "student.decay_from": "student.lr.decay_from",
+    "student.ssim_weight": "student.loss.ssim_weight",
+    "student.distill_weight": "student.loss.distill_weight",
+    "student.depth_weight": "student.loss.depth_weight",
+    "student.distill_between": "student.loss.virtual_view_every",
+    "student.fill_price": "student.loss.overdraw_weight",
+    "student.coding": "student.quantization.method",
+    "student.fineness": "student.quantization.quality",
+    "student.bit_price": "student.quantization.rate_weight",
+    "student.target_mb": "student.quantization.target_mb",
+    "student.layers": "student.quantization.lod_levels",
+    "student.position_error": "student.quantization.position_error",
+    "student.votes.by": "student.pruning.votes.criterion",
+    "student.presence.weight": "student.pruning.masks.weight",
+    "student.presence.start": "student.pruning.masks.initial_probability",
+    "student.presence.temperature": "student.pruning.masks.temperature",
+    "student.presence.until": "student.pruning.masks.until",
+    "student.presence.least": "student.pruning.masks.min_probability",
+    "student.start_opacity": "student.ablation.start_opacity",
+    "student.depth_masked": "student.ablation.mask_depth",
+    "student.moments_kept": "student.ablation.keep_moments",
+    "student.positions_rounded": "student.ablation.round_means",
+    "student.canonical": "student.ablation.canonical_rotations",
+    "student.scalars.scale": "student.quantization.step_sizes.scale",
+    "student.scalars.rotation": "student.quantization.step_sizes.rotation",
+    "student.scalars.appearance": "student.quantization.step_sizes.appearance",
+    "student.scalars.opacity": "student.quantization.step_sizes.opacity",
+    "student.scalars.lobes": "student.quantization.step_sizes.lobes",
+    "student.codebooks.scale": "student.quantization.codebooks.scale",
+    "student.codebooks.rotation": "student.quantization.codebooks.rotation",
+    "student.codebooks.appearance": "student.quantization.codebooks.appearance",
+    "student.codebooks.opacity": "student.quantization.codebooks.opacity",
+    "student.votes.quantile": "student.pruning.votes.quantile",
+    "student.votes.share": "student.pruning.votes.share",
+    "student.votes.interval": "student.pruning.votes.interval",
+    "student.votes.until": "student.pruning.votes.until",
+    "student.votes.votes_per_interval": "student.pruning.votes.votes_per_interval",
+}
 
 
 RECIPES: dict[PresetName, Callable[[], Recipe]] = {
@@ -110,7 +210,10 @@ RECIPES: dict[PresetName, Callable[[], Recipe]] = {
 
 
 def with_method(recipe: Recipe, method: MethodName) -> Recipe:
-    """The recipe with the teacher trained as a paper has it; lengths and numbers stay."""
+    """Return the recipe with the teacher trained by `method`, with its paper's settings.
+
+    Steps and numbers of Gaussians stay.
+    """
     teacher = recipe.teacher
     densify = replace(teacher.densify, start=DensifyConfig().start)
     if method == "3dgs":
@@ -124,7 +227,7 @@ def with_method(recipe: Recipe, method: MethodName) -> Recipe:
 
 
 def with_steps(recipe: Recipe, steps: int) -> Recipe:
-    """The recipe made longer or shorter: `steps` in all, shared out as they were.
+    """Return the recipe with `steps` in total, in the same proportion of teacher and student.
 
     Raises InputError if that leaves a stage without a step.
     """
@@ -138,56 +241,70 @@ def with_steps(recipe: Recipe, steps: int) -> Recipe:
 
 
 def with_settings(recipe: Recipe, settings: Iterable[str]) -> Recipe:
-    """The recipe with fields changed by their paths, as in `student.opacity_rate=0.02`.
+    """Return the recipe with fields changed by their paths, as in `student.lr.opacities=0.02`.
 
-    Settings count together: what one alone would contradict, another may allow; of two for the
-    same field the last one counts. Raises InputError if there is no such field, the value is not
-    of its kind, or what comes of it cannot be.
+    All settings are applied at once, so their order does not matter; of two for the same field the
+    last one counts. Raises InputError if there is no such field, if the value has another type than
+    its default, or if the settings contradict each other.
     """
     changes: dict[str, Any] = {}
     for setting in settings:
         path, equals, text = setting.partition("=")
         if not equals:
-            raise InputError(f"'{setting}' sets nothing: write it like student.opacity_rate=0.02")
+            raise InputError(f"'{setting}' sets nothing: write it like student.lr.opacities=0.02")
         try:
             value = json.loads(text)
         except json.JSONDecodeError:
             value = text
-        *parents, name = path.strip().replace("-", "_").split(".")
+        path = path.strip().replace("-", "_")
+        if path in FORMER:
+            raise InputError(f"'{setting}' names no setting: {path} is now called {FORMER[path]}")
+        *parents, name = path.split(".")
         inner, config = changes, recipe
         for parent in parents:
-            config = _field(config, parent, setting)
+            config = _field(config, parent, setting, recipe)
             inner = inner.setdefault(parent, {})
-        old = _field(config, name, setting)
+        old = _field(config, name, setting, recipe)
         inner[name] = _like(old, value, setting, typing.get_type_hints(type(config))[name])
     return _replaced(recipe, changes)
 
 
-def _field(config: Any, name: str, setting: str) -> Any:
-    """The value of a field that a setting names."""
+def _field(config: Any, name: str, setting: str, recipe: Recipe) -> Any:
+    """Return the field `name` of `config`, a part of `recipe`, for the path in `setting`."""
     if not is_dataclass(config):
-        raise InputError(f"'{setting}' names no setting: nothing is called '{name}' there")
+        raise InputError(f"'{setting}' names no setting: there is no '{name}' below a value")
     known = [f.name for f in fields(config)]
     if name not in known:
-        near = get_close_matches(name, known)
+        near = [path for path in _paths(recipe) if path.split(".")[-1] == name]
+        near = near or get_close_matches(name, known)
         hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}"
-        raise InputError(f"'{setting}' names no setting, as nothing is called '{name}': {hint}")
+        raise InputError(f"'{setting}' names no setting, as there is no '{name}': {hint}")
     return getattr(config, name)
 
 
+def _paths(config: Any, prefix: str = "") -> Iterator[str]:
+    """Yield the paths of all settings."""
+    for each in fields(config):
+        value = getattr(config, each.name)
+        if is_dataclass(value):
+            yield from _paths(value, f"{prefix}{each.name}.")
+        else:
+            yield f"{prefix}{each.name}"
+
+
 def _like(old: Any, value: Any, setting: str, hint: Any) -> Any:
-    """The value, of the kind of the one before."""
+    """Return `value` with the type of `old`; raise InputError if it has another one."""
     names = typing.get_args(hint) if typing.get_origin(hint) is Literal else (value,)
     if value not in names:
         raise InputError(f"'{setting}' is none of {', '.join(names)}")
     right = type(old) is type(value) or (type(old), type(value)) == (float, int)
     if is_dataclass(old) or not right:
-        raise InputError(f"'{setting}' is not of the kind of its default, {old!r}")
+        raise InputError(f"'{setting}' does not have the type of its default, {old!r}")
     return type(old)(value)
 
 
 def _replaced(config: Any, changes: dict[str, Any], path: str = "") -> Any:
-    """The dataclass with all its changes at once, those of dataclasses within it first."""
+    """Return the dataclass with all changes applied at once, those of inner dataclasses first."""
     inner = {
         name: _replaced(getattr(config, name), value, f"{path}{name}.")
         if isinstance(value, dict)
@@ -201,7 +318,7 @@ def _replaced(config: Any, changes: dict[str, Any], path: str = "") -> Any:
 
 
 def from_json(kind: type, content: Any) -> Any:
-    """A dataclass from what `dataclasses.asdict` made of it and JSON brought back.
+    """Return a dataclass of type `kind` from the dictionary that `dataclasses.asdict` made of it.
 
     Raises InputError if fields are missing or unknown: another version wrote it.
     """

@@ -1,4 +1,4 @@
-"""The folder of a run: what it will hold, where it stands, and what stopping leaves behind."""
+"""The folder of a run: its files, its checkpoint, and a stop between two steps."""
 
 import json
 import signal
@@ -6,7 +6,7 @@ import threading
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -20,12 +20,26 @@ from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.recipes import Recipe, from_json
 
 
-class RunFolder:
-    """Names in the folder of a run. Every file appears whole or not at all.
+@dataclass(frozen=True)
+class Checkpoint:
+    """The state from which a run resumes; the default is that of a new run."""
 
-    How far a run is follows from what is there: `teacher.ply` once the teacher is trained,
-    `scene.mgs` once the student is, `metrics.json` once all is done; between these the
-    checkpoint.
+    stage: str | None = None
+    """Name of the stage that was interrupted."""
+    state: dict[str, Any] = field(default_factory=dict)
+    """Result of `Stage.state()`."""
+    seconds: dict[str, float] = field(default_factory=dict)
+    """Training time by stage."""
+    log: list[dict[str, Any]] = field(default_factory=list)
+    """Rows of metrics.jsonl."""
+
+
+class RunDir:
+    """Paths in the folder of a run. Every file appears complete or not at all.
+
+    The files tell how far a run is: `teacher.ply` exists once the teacher is trained, `scene.mgs`
+    once the student is, and `metrics.json` once everything is done. In between, `checkpoint`
+    holds the state.
     """
 
     def __init__(self, path: Path) -> None:
@@ -35,15 +49,14 @@ class RunFolder:
         self.teacher = path / "teacher.ply"
         self.scene = path / "scene.mgs"
         self.metrics = path / "metrics.json"
-        self.journal = path / "metrics.jsonl"
+        self.log = path / "metrics.jsonl"
         self.contact_sheet = path / "contact_sheet.png"
         self.previews = path / "previews"
 
-    def refuse(self) -> None:
-        """Raise InputError if no run can begin here.
+    def validate_new(self) -> None:
+        """Raise InputError if the folder holds a run or a file that a new run would overwrite.
 
-        That is so if the folder holds one already, or something of the name of its files; anything
-        else there stays as it is.
+        Other files in the folder do not matter.
         """
         for path in (self.path, *self.path.parents):
             if path.exists() and not path.is_dir():
@@ -53,21 +66,25 @@ class RunFolder:
                 f"{self.path} already holds a run: add --resume to continue it, or give another "
                 "folder"
             )
-        pictures = (self.contact_sheet, self.previews)
-        for file in (
-            self.checkpoint, self.teacher, self.scene, self.metrics, self.journal, *pictures
-        ):  # fmt: skip
+        images = (self.contact_sheet, self.previews)
+        for file in (self.checkpoint, self.teacher, self.scene, self.metrics, self.log, *images):
             if file.exists():
                 raise InputError(f"{file} would be overwritten: give another folder for the run")
 
-    def begin(self, *, options: dict[str, Any], recipe: Recipe, photos: dict[str, Any]) -> None:
-        """Write down what the new run does, and with which photos; refuses as `refuse` does."""
-        self.refuse()
+    def create(self, *, options: dict[str, Any], recipe: Recipe, photos: dict[str, Any]) -> None:
+        """Write `config.json` of a new run; raises InputError as `validate_new` does.
+
+        `photos` is a result of `capture_fingerprint`.
+        """
+        self.validate_new()
         content = {"options": options, "recipe": asdict(recipe), "photos": photos}
         atomic_write(self.config, json.dumps(content, indent=2) + "\n")
 
-    def continued(self) -> tuple[dict[str, Any], Recipe, dict[str, Any]]:
-        """Options, recipe and photos of the run that this folder holds."""
+    def load_config(self) -> tuple[dict[str, Any], Recipe, dict[str, Any]]:
+        """Return options, recipe and photos as `create` wrote them.
+
+        Raises InputError if the file is damaged or another version of the program wrote it.
+        """
         try:
             content = json.loads(self.config.read_text())
             recipe, photos = from_json(Recipe, content["recipe"]), content["photos"]
@@ -79,11 +96,11 @@ class RunFolder:
             raise InputError(f"{self.config} cannot be used: {error}") from error
         except (OSError, KeyError, TypeError, ValueError) as error:
             raise InputError(
-                f"{self.config} is damaged ({error}): delete the folder and start anew"
+                f"{self.config} is damaged ({error}): delete the folder and start a new run"
             ) from error
 
-    def results(self) -> dict[str, Any]:
-        """The contents of `metrics.json`."""
+    def load_metrics(self) -> dict[str, Any]:
+        """Return the contents of `metrics.json`; raises InputError if it is damaged."""
         try:
             return json.loads(self.metrics.read_text())
         except (OSError, ValueError) as error:
@@ -91,87 +108,83 @@ class RunFolder:
                 f"{self.metrics} is damaged ({error}): delete it, and --resume measures again"
             ) from error
 
-    def save(self, stage: str, state: dict, *, seconds: dict[str, float], rows: list) -> None:
-        """Write the checkpoint: a stage's state, seconds by stage, and the journal's rows."""
-        save_checkpoint(
-            self.checkpoint,
-            {
-                "stage": stage,
-                "state": state,
-                "teacher_crc": self._teacher_crc() if stage == "student" else None,
-                "seconds": seconds,
-                "journal": rows,
-            },
-        )
+    def save_checkpoint(self, checkpoint: Checkpoint) -> None:
+        """Write the state of the current stage."""
+        crc = self._teacher_crc() if checkpoint.stage == "student" else None
+        save_checkpoint(self.checkpoint, {**vars(checkpoint), "teacher_crc": crc})
 
-    def saved(self) -> dict[str, Any] | None:
-        """What `save` wrote last, or None.
+    def load_checkpoint(self) -> Checkpoint:
+        """Return the last checkpoint, or the state of a new run if there is none.
 
-        Raises InputError if it is damaged, or the teacher is no longer the one it began with.
+        Raises InputError if it is damaged, or if the student learned from another teacher than
+        the one in the folder.
         """
         if not self.checkpoint.exists():
-            return None
+            return Checkpoint()
         content = load_checkpoint(self.checkpoint)
-        if content["stage"] == "student" and content["teacher_crc"] != self._teacher_crc():
+        teacher_crc = content.pop("teacher_crc")
+        if content["stage"] == "student" and teacher_crc != self._teacher_crc():
             raise InputError(
-                f"{self.teacher} is not the one that this run's student learns from: put it "
-                "back, or start anew"
+                f"{self.teacher} is not the teacher from which this run's student learned: restore "
+                "it, or start a new run"
             )
-        return content
+        return Checkpoint(**content)
 
-    def finish(self) -> None:
-        """Drop what only resuming needs."""
+    def remove_checkpoint(self) -> None:
+        """Delete the checkpoint of a finished run."""
         self.checkpoint.unlink(missing_ok=True)
 
     def _teacher_crc(self) -> int | None:
         return zlib.crc32(self.teacher.read_bytes()) if self.teacher.exists() else None
 
 
-def photos_of(dataset: Dataset) -> dict[str, Any]:
-    """By what a capture is known again: its photos, their sizes, where they were taken."""
+def capture_fingerprint(dataset: Dataset) -> dict[str, Any]:
+    """Return JSON data that identifies a capture: its photos' names and sizes, its mean pose."""
     frames = [*dataset.train, *dataset.test]
     sizes = [[frame.name, frame.camera.width, frame.camera.height] for frame in frames]
     poses = torch.stack([frame.camera.viewmat[:3] for frame in frames]).double().mean(0)
     return {"names": zlib.crc32(json.dumps(sizes).encode()), "poses": poses.flatten().tolist()}
 
 
-def same_photos(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Whether two captures are the same but for what other machines round in another way."""
+def same_capture(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Return True if two fingerprints agree up to rounding on another machine."""
     poses = [torch.tensor(photos["poses"], dtype=torch.float64) for photos in (one, other)]
     return one["names"] == other["names"] and torch.allclose(*poses, rtol=1e-3, atol=1e-3)
 
 
 class StopRequest:
-    """Set once somebody asked the process to stop; true in a condition."""
+    """A flag, true in a condition once a signal asked the process to stop."""
 
     def __init__(self) -> None:
-        self.asked = False
+        self.requested = False
 
     def __bool__(self) -> bool:
-        return self.asked
+        return self.requested
 
 
 @contextmanager
-def stopping_between_steps() -> Iterator[StopRequest]:
+def stop_between_steps() -> Iterator[StopRequest]:
     """Turn Ctrl-C and SIGTERM into a request that the loop honours after the current step.
 
-    A second signal stops at once. Outside of the main thread signals stay as they are.
+    A second signal stops at once. Outside the main thread, signal handlers do not change.
     """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():
         yield request
         return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    previous = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
-    def ask(number: int, frame: FrameType | None) -> None:
-        request.asked = True
-        for each, handler in before.items():
-            signal.signal(each, handler)
+    def restore() -> None:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
-    for number in before:
-        signal.signal(number, ask)
+    def stop(number: int, frame: FrameType | None) -> None:
+        request.requested = True
+        restore()
+
+    for number in previous:
+        signal.signal(number, stop)
     try:
         yield request
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        restore()

@@ -1,4 +1,4 @@
-"""SSIM on the CPU: ssim.cpp, six times faster than the banded products of losses.py."""
+"""SSIM on the CPU (csrc/ssim.cpp), six times faster than the banded products of losses.py."""
 
 import torch
 from torch import Tensor
@@ -7,7 +7,7 @@ from mobilegs.csrc.binding import address, library
 
 
 class CpuSsim(torch.autograd.Function):
-    """SSIM per pixel and channel of two pictures `[h, w, 3]`; only the first has a gradient."""
+    """SSIM per pixel and channel of two images `[h, w, 3]`; only the first gets a gradient."""
 
     @staticmethod
     def forward(ctx, image: Tensor, target: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""What the loop asks of a stage of training: the teacher's and the student's look alike to it."""
+"""The interface of a training stage, teacher or student, to the step loop."""
 
 from typing import NamedTuple, Protocol, runtime_checkable
 
@@ -11,7 +11,7 @@ from mobilegs.render.scene import Scene
 
 
 class StepResult(NamedTuple):
-    """What one step tells: `loss`, and the squared error `mse` of the picture before it."""
+    """Results of one step: `loss`, and the mean squared error `mse` of the image before it."""
 
     loss: Float[Tensor, ""]
     mse: Float[Tensor, ""]
@@ -19,18 +19,20 @@ class StepResult(NamedTuple):
 
 @runtime_checkable
 class Stage(Protocol):
-    """A training that goes on for a known number of steps and can be stopped after any."""
+    """A training of a fixed number of steps that can stop and resume after any of them."""
 
     name: str
+    """`teacher` or `student`."""
     steps: int
+    """Number of steps in total."""
     done: int
-    """Steps taken so far."""
+    """Number of steps taken so far."""
     views_per_step: int
-    """Of all processes together."""
+    """Views in a step, over all processes."""
 
     @property
     def phase(self) -> str:
-        """What the step to come belongs to, in a word."""
+        """One word for the part of the stage that the next step belongs to."""
         ...
 
     @property
@@ -39,32 +41,31 @@ class Stage(Protocol):
         ...
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
-        """Take one step; each view comes with its index among the training views.
+        """Take one step on `views`, each with its index among the training views.
 
-        `views` are this process's share: of the step's views every so many-th as there are
-        processes, from its rank on.
+        `views` are this process's share: views `rank`, `rank + world_size`, ... of the step.
         """
         ...
 
     def scene(self) -> Scene:
-        """What there is now, to be looked at."""
+        """Return the current scene, for previews."""
         ...
 
     def state(self) -> dict:
-        """Everything the rest of the stage depends on."""
+        """Return everything that the remaining steps depend on."""
         ...
 
     def restore(self, state: dict) -> None:
-        """Continue from what `state()` gave."""
+        """Continue from a result of `state()`."""
         ...
 
 
 def view_order(count: int, first: int, number: int, seed: int) -> list[int]:
-    """Which of `count` views draws `first`, `first + 1`, ... of a training show, `number` in all.
+    """Return the indices of the views that draws `first` to `first + number - 1` show.
 
-    Each pass over the views is a random permutation, drawn from `seed` and the number of the
-    pass alone: where a training is in its order follows from its step, so nothing needs to be
-    stored, and views to come are known ahead.
+    Each pass over the `count` views is a random permutation that depends only on `seed` and the
+    number of the pass. The order therefore needs no state in a checkpoint, and coming views are
+    known in advance.
     """
     shown = []
     for epoch in range(first // count, (first + number - 1) // count + 1):

@@ -1,4 +1,4 @@
-"""A scene with its viewer, for any host or none: one HTML file, or a folder that installs."""
+"""Export a scene with its viewer: one HTML file, or a folder for a web host."""
 
 import base64
 import hashlib
@@ -19,29 +19,34 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
-from mobilegs.view.bundle import (
+from mobilegs.view.assets import (
     SCRIPT,
     TITLE,
-    WEB,
     element_script,
-    linked,
-    shown,
+    escaped,
+    index_page,
+    script_tags,
+    service_worker,
     viewer_script,
 )
-from mobilegs.view.serve import KINDS, refuse_unreadable
+from mobilegs.view.serve import KINDS, validate_scene_file
 
-POSTER = (1200, 630)  # pixels; what services that preview links ask for
-ICON = 512
-# files of a folder that was written here, and what is in them: the first one comes first
-MADE = "A scene in 3D, exported by mobilegs"
-MARKS = {"manifest.webmanifest": MADE, "sw.js": "Keeps an exported site on the device"}
+POSTER = (1200, 630)  # pixels, the size that services which preview links expect
+ICON = 512  # pixels
+DESCRIPTION = "A scene in 3D, exported by mobilegs"
+# files and a text in each: a folder with one of them is from `export_site`, which writes the first
+# one first
+SIGNATURES = {
+    "manifest.webmanifest": DESCRIPTION,
+    "sw.js": "`mobilegs ${",  # the name of its cache
+}
 COSMETIC = ("manifest.webmanifest", "poster.jpg", "icon.png")
-HTML_MAX = 400_000_000  # bytes of a scene: strings of browsers end at 2^29
-# of index.html, replaced by what an exported page has in their place
+HTML_MAX = 400_000_000  # bytes of a scene: strings in browsers end at 2^29 characters
+# parts of index.html that exported pages replace
 LINK = '<link rel="icon" href="data:," />'
 ELEMENT = "<mobile-gs></mobile-gs>"
 LINK_ICON = '<link rel="icon" href="icon.png" />'
-# not before there is something to see: what is kept comes once more
+# registered after loading: the service worker downloads the files it keeps once more
 REGISTER = """<script>
       const keep = () => navigator.serviceWorker?.register("sw.js").catch(() => {});
       const scene = document.querySelector("mobile-gs");
@@ -54,13 +59,14 @@ PREVIEW = """    <meta property="og:url" content="{}" />
 
 
 def export_html(scene: Path, output: Path, *, title: str) -> int:
-    """Write one HTML file that holds viewer and scene and needs no server; returns its bytes.
+    """Write one HTML file with viewer and scene, which needs no server. Returns its bytes.
 
-    Raises InputError if there is a file that something else made.
+    Raises InputError for a scene that the web viewer does not show or of more than 400 MB, and if
+    `output` is a file that is not an exported page.
     """
-    refuse_unreadable(scene)
+    validate_scene_file(scene)
     if output.is_file() and not _is_page(output):
-        raise InputError(f"{output} is no exported page, and would be lost: give another name")
+        raise InputError(f"{output} is not an exported page: give another name, so as to keep it")
     if scene.stat().st_size > HTML_MAX:
         raise InputError(
             f"{scene} is larger than the {HTML_MAX // 10**6} MB that browsers take in a page: "
@@ -70,7 +76,7 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
     data = base64.b64encode(scene.read_bytes()).decode()
     page = _page(
         {
-            TITLE: f"<title>{shown(title)}</title>",
+            TITLE: f"<title>{escaped(title)}</title>",
             ELEMENT: f'<mobile-gs poster="data:image/jpeg;base64,{image}"></mobile-gs>',
             SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
             f'    <script type="module">\n{viewer_script()}</script>',
@@ -81,103 +87,117 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
 
 
 def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
-    """Write a folder for any web host; phones can install it and open it offline.
+    """Write a folder for any web host, which phones can install and open offline.
 
-    `url` is where it will lie: what previews links wants the whole address of the picture. Returns
-    the bytes in it. InputError if there is a folder that something else made, or for a `url`
-    that is no web address.
+    `url` is the address where the site will be: link previews need the full address of the image.
+    Returns the bytes in the folder. Raises InputError for a scene that the web viewer does not
+    show, if `output` has files that are not from an earlier export, and for a `url` that is not an
+    http or https address.
     """
-    refuse_unreadable(scene)
-    if url:
-        url = _folder_address(url)
-    kept = output / "sw.js"
-    if output.exists() and not any(
-        (output / file).is_file() and mark.encode() in (output / file).read_bytes()
-        for file, mark in MARKS.items()
-    ):
-        if not output.is_dir() or any(output.iterdir()):
-            raise InputError(f"{output} holds something else: give a new folder")
-    picture = poster_of(scene)
-    icon = io.BytesIO()
-    edge = (POSTER[0] - POSTER[1]) // 2
-    square = picture.crop((edge, 0, edge + POSTER[1], POSTER[1])).resize((ICON, ICON))
-    square.save(icon, format="PNG")
-    safe, name = shown(title), f"scene{scene.suffix.lower()}"
-    content, poster = scene.read_bytes(), _jpeg(picture)
-    page = _page(
-        {
-            TITLE: f"<title>{safe}</title>\n"
-            f'    <meta property="og:title" content="{safe}" />\n'
-            f'    <meta property="og:image" content="{html.escape(url)}poster.jpg" />\n'
-            f"{PREVIEW.format(html.escape(url)) if url else ''}"
-            '    <link rel="manifest" href="manifest.webmanifest" />',
-            LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
-            # their addresses change with them: browsers may have others from a visit before
-            ELEMENT: f'<mobile-gs src="{name}?{_mark(content)}" '
-            f'poster="poster.jpg?{_mark(poster)}"></mobile-gs>',
-            SCRIPT: f"{linked('viewer.js')}\n    {REGISTER}",
-        }
-    )
-    manifest = {
-        "name": html.unescape(safe),
-        "description": MADE,
-        "start_url": ".",
-        "display": "fullscreen",
-        "background_color": "#0d0f12",
-        "icons": [
-            {
-                "src": "icon.png",
-                "sizes": f"{ICON}x{ICON}",
-                "type": "image/png",
-                "purpose": "any maskable",  # it is a picture up to its edges
-            }
-        ],
-    }
+    validate_scene_file(scene)
+    url = url and _folder_address(url)
+    _validate_site_folder(output)
+    image = poster_of(scene)
+    name, title = f"scene{scene.suffix.lower()}", escaped(title)
     files = {
-        "manifest.webmanifest": json.dumps(manifest, indent=1).encode(),
-        "poster.jpg": poster,
-        "icon.png": icon.getvalue(),
+        "manifest.webmanifest": _manifest(title),
+        "poster.jpg": _jpeg(image),
+        "icon.png": _icon(image),
         "viewer.js": viewer_script().encode(),
         "mobile-gs.js": element_script().encode(),
-        name: content,
+        name: scene.read_bytes(),
     }
+    page = _site_page(files, name, title, url)
     version = hashlib.sha256(page.encode() + b"".join(files.values())).hexdigest()[:16]
     page = _replaced(
         page, {LINK_ICON: f'<meta name="version" content="{version}" />\n    {LINK_ICON}'}
     )
-    # hosts add to pages and repack pictures
-    wanted = {".": version, "index.html": version, **dict.fromkeys(COSMETIC, "")}
-    wanted |= {file: hashlib.sha256(files[file]).hexdigest() for file in ("viewer.js", name)}
-    changes = {
-        'VERSION = ""': f'VERSION = "{version}"',
-        "FILES = {}": f"FILES = {json.dumps(wanted)}",
-    }
-    text = _replaced((WEB / "offline.js").read_text(), changes)
-    before = kept.read_text() if kept.is_file() else ""
-    # what tells visitors that there is something new comes last
-    files |= {"index.html": page.encode(), "sw.js": text.encode()}
+    worker = output / "sw.js"
+    before = worker.read_text() if worker.is_file() else ""
+    # browsers look at sw.js for a new version: write it last
+    files |= {"index.html": page.encode(), "sw.js": _service_worker(files, name, version)}
     for file, data in files.items():
         atomic_write(output / file, data)
-    for old in (f"scene{kind}" for kind in KINDS):
+    for old in (f"scene{kind}" for kind in KINDS):  # of an earlier export
         if old != name and json.dumps(old) in before:
             (output / old).unlink(missing_ok=True)
     return sum(map(len, files.values()))
 
 
+def _validate_site_folder(output: Path) -> None:
+    """Raise InputError if `output` exists, is not empty and was not written by `export_site`."""
+    if not output.exists() or (output.is_dir() and not any(output.iterdir())):
+        return
+    for file, text in SIGNATURES.items():
+        path = output / file
+        if path.is_file() and text.encode() in path.read_bytes():
+            return
+    raise InputError(f"{output} has files that are not from an export: give a new folder")
+
+
+def _site_page(files: dict[str, bytes], name: str, title: str, url: str) -> str:
+    """Return the page of a site; `title` is escaped, `name` is the scene's file."""
+    poster, scene = _digest(files["poster.jpg"]), _digest(files[name])
+    return _page(
+        {
+            TITLE: f"<title>{title}</title>\n"
+            f'    <meta property="og:title" content="{title}" />\n'
+            f'    <meta property="og:image" content="{html.escape(url)}poster.jpg" />\n'
+            f"{PREVIEW.format(html.escape(url)) if url else ''}"
+            '    <link rel="manifest" href="manifest.webmanifest" />',
+            LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
+            # addresses that change with the files: browsers may have cached earlier ones
+            ELEMENT: f'<mobile-gs src="{name}?{scene}" poster="poster.jpg?{poster}"></mobile-gs>',
+            SCRIPT: f"{script_tags('viewer.js')}\n    {REGISTER}",
+        }
+    )
+
+
+def _manifest(title: str) -> bytes:
+    """Return the web app manifest, with which browsers install the site."""
+    icon = {
+        "src": "icon.png",
+        "sizes": f"{ICON}x{ICON}",
+        "type": "image/png",
+        "purpose": "any maskable",  # the image fills the icon up to its edges
+    }
+    manifest = {
+        "name": html.unescape(title),
+        "description": DESCRIPTION,
+        "start_url": ".",
+        "display": "fullscreen",
+        "background_color": "#0d0f12",
+        "icons": [icon],
+    }
+    return json.dumps(manifest, indent=1).encode()
+
+
+def _service_worker(files: dict[str, bytes], name: str, version: str) -> bytes:
+    """Return sw.js, which knows the version and the SHA-256 of the files that it keeps."""
+    # no digests of pages and images, which hosts may change
+    expected = {".": version, "index.html": version, **dict.fromkeys(COSMETIC, "")}
+    expected |= {file: hashlib.sha256(files[file]).hexdigest() for file in ("viewer.js", name)}
+    changes = {
+        'VERSION = ""': f'VERSION = "{version}"',
+        "FILES = {}": f"FILES = {json.dumps(expected)}",
+    }
+    return _replaced(service_worker(), changes).encode()
+
+
 def _folder_address(url: str) -> str:
-    """A web address as that of a folder."""
+    """Return a web address as that of a folder. Raises InputError if it is none."""
     try:
         parts = urlsplit(url)
-        sound = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
+        valid = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
     except ValueError:
-        sound = False
-    if not sound or re.search(r"[\s?#@]", url):
-        raise InputError(f"{url!r} is no address of a site, like https://me.example/garden/")
+        valid = False
+    if not valid or re.search(r"[\s?#@]", url):
+        raise InputError(f"{url!r} is not the address of a site, like https://me.example/garden/")
     return url.removesuffix("/index.html").rstrip("/") + "/"
 
 
 def title_of(scene: Path) -> str:
-    """The capture that a .mgs says it is of, or else the file's name."""
+    """Return the name of the capture that a .mgs stores, else the file's name."""
     if scene.suffix.lower() != ".mgs":
         return scene.stem
     return str(inspect_mgs(scene)["meta"].get("capture") or scene.stem)
@@ -185,9 +205,10 @@ def title_of(scene: Path) -> str:
 
 @torch.inference_mode()
 def poster_of(path: Path) -> Image.Image:
-    """What a visitor sees first, 1200 x 630: from a training camera, or from aside.
+    """Render the image that is shown while the scene loads, 1200 x 630.
 
-    Reads the whole file. InputError for a scene that the web viewer does not show.
+    From the first training camera if the file has any, else from the side. Reads the whole file.
+    Raises InputError for a scene that the web viewer does not show.
     """
     if path.suffix.lower() == ".mgs":
         coded = read_mgs(path)
@@ -196,24 +217,25 @@ def poster_of(path: Path) -> Image.Image:
         scene, views = open_scene(path, torch.device("cpu")), []
     if scene.network is not None:
         raise InputError(
-            f"{path} asks a network for every Gaussian in every frame, which no viewer does: "
-            "train with --set student.view.kind=fitted student.view.fraction=0.35"
+            f"{path} needs a network for every Gaussian in every frame, which no viewer evaluates: "
+            "train with --set student.view_dependence.kind=fitted "
+            "student.view_dependence.decoder_from=0.35"
         )
     if scene.weighting.name == "two_pass":
-        raise InputError(f"{path} has the weighting 'two_pass', which no viewer draws")
-    camera = views[0] if views else _aside(scene)
+        raise InputError(f"{path} has the weighting 'two_pass', which no viewer renders")
+    camera = views[0] if views else _side_view(scene)
     width, height = POSTER
-    # as pose.js does: between all of the camera's field and only what fills the picture
+    # as cameraOf in pose.js: the geometric mean of showing the whole view and filling the image
     focal = float(
         (camera.K[0, 0] * width / camera.width * camera.K[1, 1] * height / camera.height) ** 0.5
     )
     k = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
-    drawn = scene.render(Camera(camera.viewmat, k, width, height, scene.near))
-    return Image.fromarray(to_bytes(drawn.image).numpy())
+    rendered = scene.render(Camera(camera.viewmat, k, width, height, scene.near))
+    return Image.fromarray(to_bytes(rendered.image).numpy())
 
 
-def _aside(scene: Scene) -> Camera:
-    """From where pose.js looks at a scene without cameras."""
+def _side_view(scene: Scene) -> Camera:
+    """Return a camera that looks at the scene from the side, for scenes without cameras."""
     if not len(scene.gaussians):
         raise InputError("the scene has no Gaussians: there is nothing to show")
     shares = torch.tensor([0.25, 0.5, 0.75])
@@ -225,14 +247,14 @@ def _aside(scene: Scene) -> Camera:
 
 
 def _is_page(file: Path) -> bool:
-    """Whether an exported page is there: it begins as all of them do."""
-    begin = (WEB / "index.html").read_bytes().partition(TITLE.encode())[0]
+    """Return True if the file begins like an exported page."""
+    begin = index_page().partition(TITLE)[0].encode()
     with file.open("rb") as opened:
         return opened.read(len(begin)) == begin
 
 
 def _page(changes: dict[str, str]) -> str:
-    return _replaced((WEB / "index.html").read_text(), changes)
+    return _replaced(index_page(), changes)
 
 
 def _replaced(text: str, changes: dict[str, str]) -> str:
@@ -242,12 +264,21 @@ def _replaced(text: str, changes: dict[str, str]) -> str:
     return text
 
 
-def _mark(content: bytes) -> str:
-    """What changes with a file."""
+def _digest(content: bytes) -> str:
+    """Return 8 hexadecimal digits that change with the content."""
     return hashlib.sha256(content).hexdigest()[:8]
 
 
-def _jpeg(picture: Image.Image) -> bytes:
+def _icon(image: Image.Image) -> bytes:
+    """Return the square middle of the poster as a PNG."""
     out = io.BytesIO()
-    picture.save(out, format="JPEG", quality=80, optimize=True)
+    edge = (POSTER[0] - POSTER[1]) // 2
+    square = image.crop((edge, 0, edge + POSTER[1], POSTER[1])).resize((ICON, ICON))
+    square.save(out, format="PNG")
+    return out.getvalue()
+
+
+def _jpeg(image: Image.Image) -> bytes:
+    out = io.BytesIO()
+    image.save(out, format="JPEG", quality=80, optimize=True)
     return out.getvalue()

@@ -1,9 +1,8 @@
-"""Where a viewer stands and looks, and the ways to move: orbit, look around, pan, dolly, fly.
+"""The viewer's pose and its input: orbit, look around, pan, dolly, fly.
 
-What `web/viewer/pose.js`, `input.js` and `pick.js` do once more, so that a scene moves alike in a
-window and in a browser; a test compares poses number by number. Axes are the world's as the scene
-was captured, lengths its units, angles radians; the pointer moves over logical pixels, as on a
-page. Events are rendercanvas'.
+The same as pose.js, input.js and pick.js of the web viewer, so that a window and a browser move
+alike; a test compares the numbers. World axes and units, angles in radians, pointer positions in
+logical pixels, events of rendercanvas.
 """
 
 import math
@@ -15,17 +14,17 @@ from jaxtyping import Float
 
 from mobilegs.camera import Camera
 
-POLE = 0.02  # radians that a view keeps from straight up or down
-TRUST = 0.02  # in the mean upward direction of cameras
-NEAREST = 1e-3  # of the starting distance, that a dolly may come close to its target
+POLE = 0.02  # smallest angle between the view and straight up or down, radians
+TRUST = 0.02  # weight of the cameras' mean upward direction
+NEAREST = 1e-3  # smallest distance to the target, in starting distances
 NEARBY = 12.0  # pixels around the pointer
-FIELD = 50.0  # degrees of the picture's sides, where no training camera gives a field of view
-TURN = 0.006  # radians a pixel
-WHEEL = 0.0012  # of the distance, a unit of the wheel
-SPEED = 0.9  # distances to the target in a second, when flying with keys
-TURN_SPEED = 1.5  # radians in a second, when turning with keys
-TAP = 0.03  # seconds that the shortest press counts
-DOUBLE = (0.35, 20.0)  # seconds and pixels within which two clicks are one
+FIELD = 50.0  # field of view in degrees, without a training camera
+TURN = 0.006  # radians per pixel
+WHEEL = 0.0012  # change of the log distance per unit of the wheel
+SPEED = 0.9  # starting distances per second, when flying with keys
+TURN_SPEED = 1.5  # radians per second, when turning with keys
+TAP = 0.03  # seconds for which the shortest key press counts
+DOUBLE = (0.35, 20.0)  # seconds and pixels within which two clicks are a double click
 FLYING = {
     "w": (0.0, 0.0, 1.0),
     "s": (0.0, 0.0, -1.0),
@@ -40,19 +39,19 @@ TURNING = {
     "arrowup": (0.0, -1.0),
     "arrowdown": (0.0, 1.0),
 }
-COMMAND = {"Control", "Meta", "Alt"}  # with these, keys mean something else
+COMMAND = {"Control", "Meta", "Alt"}  # with these, keys do not move
 
 Vector = Float[np.ndarray, "3"]
 
 
 class Pose:
-    """An eye at a place, turned to a target, with a sky that stays where it is.
+    """Position and direction of the viewer, with a fixed upward direction.
 
     Attributes:
-        eye: where the viewer stands.
-        target: what an orbit goes around.
-        up: direction of the sky, length 1.
-        reach: distance of the target at the start, which sets the speed of flying.
+        eye: position, `[3]`.
+        target: the centre of an orbit, `[3]`.
+        up: upward direction of length 1, `[3]`.
+        reach: starting distance of the target, which sets the speed of flying.
     """
 
     def __init__(self, eye: Vector, target: Vector, up: Vector) -> None:
@@ -63,71 +62,71 @@ class Pose:
 
     @classmethod
     def from_views(cls, views: Sequence[Camera], index: int = 0) -> "Pose":
-        """The pose of training camera `index`, whose target is where all of them look."""
+        """Return the pose of training camera `index`; its target is the point that all look at."""
         mats = np.stack([view.viewmat.double().cpu().numpy() for view in views])
         axes, eyes = mats[:, :3, :3], _eyes(mats)  # rows of axes: right, down, forward
         eye, forward = eyes[index], axes[index, 2]
         distance = float((_meeting(eyes, axes[:, 2]) - eye) @ forward)
-        # cameras that look outwards or in parallel meet nowhere: then a step ahead
+        # cameras that look outwards or in parallel have no common target: take one ahead
         spread = float(np.linalg.norm(eyes - eye, axis=1).max()) or 1.0
         if not distance > NEAREST * spread:
             distance = spread
         return cls(eye, eye + forward * distance, _sky(axes))
 
     @classmethod
-    def around(cls, centers: Float[np.ndarray, "n 3"]) -> "Pose":
-        """For a scene that does not say how it was taken: from aside, at most of it."""
-        places = [int(share * (len(centers) - 1)) for share in (0.15, 0.5, 0.85)]
+    def around(cls, means: Float[np.ndarray, "n 3"]) -> "Pose":
+        """Return a pose from the side for a scene without cameras, with most means in view."""
+        places = [int(share * (len(means) - 1)) for share in (0.15, 0.5, 0.85)]
         low, target, high = np.zeros((3, 3))
-        if len(centers):
-            low, target, high = np.partition(centers, places, axis=0)[places].astype(np.float64)
+        if len(means):
+            low, target, high = np.partition(means, places, axis=0)[places].astype(np.float64)
         size = float((high - low).max()) or 1.0
         return cls(target + 1.5 * size * np.array([0, -0.3, -1]), target, np.array([0.0, -1, 0]))
 
     @property
     def forward(self) -> Vector:
-        """The direction of looking."""
+        """The viewing direction, length 1."""
         return unit(self.target - self.eye)
 
     @property
     def right(self) -> Vector:
-        """The direction to the picture's right."""
+        """The direction to the right of the image, length 1."""
         return unit(np.cross(self.forward, self.up))
 
     def copy(self) -> "Pose":
-        """The same pose, moved independently."""
+        """Return an independent copy."""
         made = Pose(self.eye, self.target, self.up)
         made.reach = self.reach
         return made
 
     def orbit(self, across: float, down: float) -> None:
-        """Turn around the target."""
+        """Turn around the target, by angles in radians."""
         self.eye = self.target + self._swung(across, down)
 
     def look(self, across: float, down: float) -> None:
-        """Turn the head."""
+        """Turn the viewing direction, by angles in radians."""
         self.target = self.eye - self._swung(across, down)
 
     def move(self, right: float, down: float, forward: float) -> None:
-        """Move eye and target along the picture's axes."""
+        """Move eye and target along the image's axes, in world units."""
         ahead, aside = self.forward, self.right
         step = right * aside + down * np.cross(ahead, aside) + forward * ahead
         self.eye = self.eye + step
         self.target = self.target + step
 
     def dolly(self, factor: float) -> None:
-        """Go nearer or away: `factor` of the distance to the target."""
+        """Multiply the distance to the target by `factor`."""
         back = self.eye - self.target
         distance = max(float(np.linalg.norm(back)) * factor, NEAREST * self.reach)
         self.eye = self.target + unit(back) * distance
 
     def focus(self, place: Vector) -> None:
-        """Look at another place from where the eye is."""
+        """Turn to another target, from the same position."""
         if np.linalg.norm(place - self.eye) > 0:
             self.target = np.asarray(place, np.float64)
 
     def viewmat(self) -> Float[np.ndarray, "4 4"]:
-        """World to camera, OpenCV axes."""
+        """Return the world-to-camera matrix, OpenCV axes, `[4, 4]`."""
         forward, right = self.forward, self.right
         made = np.eye(4)
         made[:3, :3] = right, np.cross(forward, right), forward
@@ -135,7 +134,7 @@ class Pose:
         return made
 
     def _swung(self, across: float, down: float) -> Vector:
-        """From the target to the eye, after a turn that never goes over the top."""
+        """Return the vector from target to eye after a turn, which stops before the poles."""
         back = self.eye - self.target
         polar = float(np.arccos(np.clip(unit(back) @ self.up, -1, 1)))
         swing = float(np.clip(polar - down, POLE, np.pi - POLE)) - polar
@@ -143,11 +142,11 @@ class Pose:
 
 
 class Input:
-    """Pointer, wheel and keys: what moves the pose.
+    """Pointer, wheel and keys, which move a pose.
 
     Attributes:
-        pose: what is moved.
-        mode: what dragging does, `orbit` or `fly` (turns the head).
+        pose: the pose.
+        mode: `orbit` to turn around the target by dragging, `fly` to turn the viewing direction.
     """
 
     def __init__(self, pose: Pose) -> None:
@@ -155,25 +154,25 @@ class Input:
         self.mode = "orbit"
         self._keys: set[str] = set()
         self._fast = False
-        self._at: tuple[float, float] | None = None  # of the pointer, while a button is down
-        self._clicked = (0.0, 0.0, -math.inf)  # place and time of the click before
+        self._at: tuple[float, float] | None = None  # the pointer, while a button is down
+        self._clicked = (0.0, 0.0, -math.inf)  # position and time of the last click
 
     @property
     def busy(self) -> bool:
-        """Whether keys are held down that go on moving."""
+        """True while keys that move the pose are held down."""
         return bool(self._keys)
 
     def advance(self, seconds: float) -> None:
-        """Move by the keys that are down, for a time."""
+        """Move by the keys that are held down."""
         step = SPEED * self.pose.reach * seconds * (4 if self._fast else 1)
         for key in self._keys:
-            if way := FLYING.get(key):
-                self.pose.move(*(step * part for part in way))
+            if direction := FLYING.get(key):
+                self.pose.move(*(step * part for part in direction))
             if turn := TURNING.get(key):
                 self._turn(*(TURN_SPEED * seconds * part for part in turn))
 
     def press(self, event: dict) -> bool:
-        """A button goes down; True for the second of a double click."""
+        """Handle a button press. Returns True for the second click of a double click."""
         x, y, when = event["x"], event["y"], event["time_stamp"]
         last_x, last_y, last = self._clicked
         near = math.hypot(x - last_x, y - last_y) < DOUBLE[1]
@@ -181,12 +180,12 @@ class Input:
         return near and when - last < DOUBLE[0]
 
     def release(self, event: dict) -> None:
-        """A button goes up."""
+        """Handle the release of a button."""
         if not event["buttons"]:
             self._at = None
 
     def drag(self, event: dict, height: float) -> bool:
-        """The pointer moves over a window of the given height; True if that moved the pose."""
+        """Handle pointer motion in a window of the given height. Returns True if the pose moved."""
         if self._at is None:
             return False
         dx, dy = event["x"] - self._at[0], event["y"] - self._at[1]
@@ -199,7 +198,7 @@ class Input:
         return True
 
     def wheel(self, event: dict) -> None:
-        """Nearer or away."""
+        """Handle the wheel: move towards the target or away."""
         amount = WHEEL * event["dy"]
         if self.mode == "orbit":
             self.pose.dolly(math.exp(amount))
@@ -207,7 +206,7 @@ class Input:
             self.pose.move(0.0, 0.0, -amount * self.pose.reach)
 
     def key(self, event: dict, down: bool) -> bool:
-        """A key goes down or up; True if it is one that moves."""
+        """Handle a key press or release. Returns True if the key moves the pose."""
         key, modifiers = event["key"].lower(), set(event["modifiers"])
         self._fast = "Shift" in modifiers
         if key not in FLYING and key not in TURNING:
@@ -229,9 +228,10 @@ class Input:
 
 
 def camera_of(pose: Pose, view: Camera | None, width: int, height: int, near: float) -> Camera:
-    """A camera of `width` x `height` pixels that shows about what training camera `view` shows.
+    """Return a camera of `width` x `height` pixels with about the field of view of `view`.
 
-    On a screen of another shape: between all of its field and only what fills the screen.
+    If the aspect ratio differs, the focal length is the geometric mean of the two that match the
+    width and the height. Without a view, the field of view is 50 degrees.
     """
     slope = np.tan(np.radians(FIELD / 2))
     by_width, by_height = width / (2 * slope), height / (2 * slope)
@@ -243,29 +243,29 @@ def camera_of(pose: Pose, view: Camera | None, width: int, height: int, near: fl
     return Camera(torch.from_numpy(pose.viewmat()).float(), k, width, height, near)
 
 
-def place_under(
-    centers: Float[np.ndarray, "n 3"], camera: Camera, x: float, y: float
+def point_under(
+    means: Float[np.ndarray, "n 3"], camera: Camera, x: float, y: float
 ) -> Vector | None:
-    """The nearest of `centers` that lies about under a pixel; None where there is none."""
+    """Return the nearest of `means` within 12 pixels of (x, y), or None."""
     viewmat, k = camera.viewmat.double().numpy(), camera.K.double().numpy()
-    seen = centers @ viewmat[:3, :3].T + viewmat[:3, 3]
-    ahead = np.flatnonzero(seen[:, 2] > camera.near)
-    seen = seen[ahead]
-    offsets = seen @ k.T / seen[:, 2:] - (x, y, 1)
+    points = means @ viewmat[:3, :3].T + viewmat[:3, 3]
+    ahead = np.flatnonzero(points[:, 2] > camera.near)
+    points = points[ahead]
+    offsets = points @ k.T / points[:, 2:] - (x, y, 1)
     close = np.flatnonzero(np.square(offsets).sum(1) <= NEARBY**2)
     if not len(close):
         return None
-    return centers[ahead[close[seen[close, 2].argmin()]]]
+    return means[ahead[close[points[close, 2].argmin()]]]
 
 
 def unit(a: Vector) -> Vector:
-    """Of length 1; the x axis for a vector of length 0."""
+    """Return `a` at length 1; the x axis for a vector of length 0."""
     size = np.linalg.norm(a)
     return a / size if size > 0 else np.array([1.0, 0, 0])
 
 
 def turned(a: Vector, axis: Vector, angle: float) -> Vector:
-    """`a` around `axis` (length 1), counterclockwise where that points at the eye: Rodrigues."""
+    """Rotate `a` about `axis` (length 1) by the right-hand rule, with Rodrigues' formula."""
     c, s = np.cos(angle), np.sin(angle)
     return c * a + s * np.cross(axis, a) + (axis @ a) * (1 - c) * axis
 
@@ -275,15 +275,15 @@ def _eyes(mats: np.ndarray) -> np.ndarray:
 
 
 def _sky(axes: np.ndarray) -> Vector:
-    """The direction of the sky, from cameras' axes `[n, 3, 3]`: people hold cameras level.
+    """Return the upward direction from cameras' axes `[n, 3, 3]`.
 
-    So it is square to what is right of them. Where all look the same way, that leaves a choice,
-    and their mean upward direction decides.
+    People hold cameras level, so it is perpendicular to the cameras' right axes. If these are all
+    parallel, the mean upward direction of the cameras decides.
     """
     rights = axes[:, 0]
     mean = unit(-axes[:, 1].sum(0))
     up = mean
-    # power iteration: what has most of `(1 + TRUST) - mean of r r^T + TRUST mean mean^T`
+    # power iteration: largest eigenvector of `(1 + TRUST) I - mean(r r^T) + TRUST mean mean^T`
     for _ in range(200):
         level = rights.T @ (rights @ up) / len(rights)
         up = unit((1 + TRUST) * up - level + TRUST * (mean @ up) * mean)
@@ -291,8 +291,8 @@ def _sky(axes: np.ndarray) -> Vector:
 
 
 def _meeting(eyes: np.ndarray, forwards: np.ndarray) -> Vector:
-    """The place nearest to all lines of sight, by least squares."""
-    # sum of (I - f f^T) (x - eye) = 0; a little of I itself where all look in parallel
+    """Return the point nearest to all lines of sight, by least squares."""
+    # sum of (I - f f^T) (x - eye) = 0; a small multiple of I for parallel lines
     matrix = (1e-3 + len(eyes)) * np.eye(3) - forwards.T @ forwards
     along = forwards * (forwards * eyes).sum(1, keepdims=True)
     return np.linalg.solve(matrix, ((1 + 1e-3 / len(eyes)) * eyes - along).sum(0))

@@ -1,4 +1,4 @@
-"""The web viewer, served to this machine's browser or to phones in the same network."""
+"""A web server for the viewer and a scene, for this machine or the local network."""
 
 import gzip
 import socket
@@ -13,29 +13,32 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, parse_header
-from mobilegs.view.bundle import (
+from mobilegs.view.assets import (
     SCRIPT,
     TITLE,
-    WEB,
-    linked,
-    shown,
+    escaped,
+    index_page,
+    script_tags,
     viewer_script,
     viewer_version,
 )
 
-SCENE, OTHER = "/scene", "/other"  # what they are, their first bytes say
+SCENE, OTHER = (
+    "/scene",
+    "/other",
+)  # without suffix: the viewer recognises a format by its first bytes
 VIEWER = "/viewer.js"
 BLOCK = 1 << 20
-UNDECODED = "surrogateescape"  # names of files may be any bytes
+UNDECODED = "surrogateescape"  # file names may be any bytes
 KINDS = (".mgs", ".ply", ".spz")
-OTHERS = " (`mobilegs export --to ply` makes one of other tools' scenes)"
+CONVERT = " (`mobilegs export --to ply` converts scenes of other tools)"
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the viewer's page and a scene, or two to compare; every other path is unknown.
+    """An HTTP server for the viewer's page and one scene, or two to compare; nothing else.
 
     Attributes:
-        scenes: their files by path, read anew for every visit.
+        scenes: files by URL path, read again for every request.
     """
 
     daemon_threads = True
@@ -43,9 +46,12 @@ class Server(ThreadingHTTPServer):
     def __init__(
         self, scene: Path, other: Path | None = None, *, host: str = "127.0.0.1", port: int = 0
     ) -> None:
-        """Listen on `host`; port 0 takes any that is free. InputError if that cannot be."""
+        """Listen on `host` and `port`, 0 for any free port.
+
+        Raises InputError if a file does not exist or the address cannot be used.
+        """
         self.scenes = {SCENE: scene}
-        if other:  # both with their names, which the page shows
+        if other:  # with file names, which the page shows
             self.scenes = {
                 f"{SCENE}/{scene.name}": scene,
                 f"{OTHER}/{other.name}": other,
@@ -54,25 +60,25 @@ class Server(ThreadingHTTPServer):
             if not file.is_file():
                 raise InputError(f"cannot read {file}: there is no such file")
         if not 0 <= port <= 65535:
-            raise InputError(f"a port lies between 0 and 65535, not at {port}")
+            raise InputError(f"the port must lie between 0 and 65535, not {port}")
         try:
             super().__init__((host, port), Handler)
         except OSError as error:
             raise InputError(f"cannot listen on {host}:{port}: {error.strerror}") from None
-        _gzipped(viewer_script())  # before somebody waits for it
+        _gzipped(viewer_script())  # before the first request
 
     def address(self, host: str) -> str:
-        """What to open in a browser that reaches this machine as `host`."""
+        """Return the page's URL for a browser that reaches this machine as `host`."""
         return f"http://{host}:{self.server_port}{self.path}"
 
     @property
     def title(self) -> str:
-        """Of the page: its scenes, with their folders, since most are called the same."""
+        """The page's title: file and folder of each scene, as file names are often the same."""
         return " | ".join("/".join(file.parts[-2:]) for file in self.scenes.values())
 
     @property
     def path(self) -> str:
-        """Of the page, with the addresses of the scenes that it shows."""
+        """The page's URL path, with the addresses of its scenes."""
         addresses = [quote(path, errors=UNDECODED) for path in self.scenes]
         return "/?" + "&".join(
             f"{name}={quote(address)}"
@@ -81,31 +87,31 @@ class Server(ThreadingHTTPServer):
 
 
 class Handler(BaseHTTPRequestHandler):
-    """Answers one connection."""
+    """Answers the requests of one connection."""
 
-    server: Server
+    server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
     protocol_version = "HTTP/1.1"
 
     def do_GET(self) -> None:
         try:
-            asked = urlsplit(self.path)
+            request = urlsplit(self.path)
         except ValueError:
-            self.send_error(HTTPStatus.BAD_REQUEST, "that is no address")
+            self.send_error(HTTPStatus.BAD_REQUEST, "malformed address")
             return
-        path = unquote(asked.path, errors=UNDECODED)
-        if asked.path == "/" and "url" not in parse_qs(asked.query):
-            wishes = "&" + asked.query if asked.query else ""
+        path = unquote(request.path, errors=UNDECODED)
+        if request.path == "/" and "url" not in parse_qs(request.query):
+            options = "&" + request.query if request.query else ""
             self.send_response(HTTPStatus.FOUND)
-            self.send_header("Location", self.server.path + wishes)
+            self.send_header("Location", self.server.path + options)
             self.send_header("Content-Length", "0")
             self.end_headers()
-        elif asked.path == "/":
-            page = (WEB / "index.html").read_text().replace(SCRIPT, linked(VIEWER))
-            title = f"<title>{shown(self.server.title)}</title>"
+        elif request.path == "/":
+            page = index_page().replace(SCRIPT, script_tags(VIEWER))
+            title = f"<title>{escaped(self.server.title)}</title>"
             self._answer("text/html", page.replace(TITLE, title))
-        elif asked.path == VIEWER:
-            lasting = asked.query == viewer_version()
-            self._answer("text/javascript", viewer_script(), lasting=lasting)
+        elif request.path == VIEWER:
+            immutable = request.query == viewer_version()
+            self._answer("text/javascript", viewer_script(), immutable=immutable)
         elif path in self.server.scenes:
             self._answer_scene(self.server.scenes[path])
         else:
@@ -114,17 +120,17 @@ class Handler(BaseHTTPRequestHandler):
     def do_HEAD(self) -> None:
         self.do_GET()
 
-    def _answer(self, kind: str, text: str, *, lasting: bool = False) -> None:
+    def _answer(self, kind: str, text: str, *, immutable: bool = False) -> None:
         packed = "gzip" in self.headers.get("Accept-Encoding", "")
         body = _gzipped(text) if packed else text.encode()
-        self._head(f"{kind}; charset=utf-8", len(body), packed=packed, lasting=lasting)
+        self._head(f"{kind}; charset=utf-8", len(body), packed=packed, immutable=immutable)
         if self.command != "HEAD":
             self.wfile.write(body)
 
     def _answer_scene(self, file: Path) -> None:
         try:
             opened = file.open("rb")
-        except OSError:  # it was there a moment ago
+        except OSError:  # deleted since the server started
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
             return
         with opened:
@@ -136,17 +142,19 @@ class Handler(BaseHTTPRequestHandler):
             while size and (block := opened.read(min(size, BLOCK))):
                 self.wfile.write(block)
                 size -= len(block)
-            if size:  # it was cut meanwhile: nothing else tells the visitor
+            if size:  # the file was truncated meanwhile: the browser sees a short answer
                 self.close_connection = True
 
-    def _head(self, kind: str, size: int, *, packed: bool = False, lasting: bool = False) -> None:
+    def _head(self, kind: str, size: int, *, packed: bool = False, immutable: bool = False) -> None:
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(size))
         if packed:
             self.send_header("Content-Encoding", "gzip")
-        # a script's address changes with it
-        self.send_header("Cache-Control", "max-age=31536000, immutable" if lasting else "no-cache")
+        # the address of a script contains its version
+        self.send_header(
+            "Cache-Control", "max-age=31536000, immutable" if immutable else "no-cache"
+        )
         self.send_header("Vary", "Accept-Encoding")
         self.send_header("X-Content-Type-Options", "nosniff")
         self.end_headers()
@@ -154,7 +162,7 @@ class Handler(BaseHTTPRequestHandler):
     def handle(self) -> None:
         try:
             super().handle()
-        except ConnectionError:  # the visitor went away
+        except ConnectionError:  # the browser closed the connection
             self.close_connection = True
 
     def log_message(self, format: str, *args: object) -> None:
@@ -163,20 +171,20 @@ class Handler(BaseHTTPRequestHandler):
 
 @cache
 def _gzipped(text: str) -> bytes:
-    """A page or script, packed once and not for every visit."""
+    """Compress a page or script, once."""
     return gzip.compress(text.encode(), mtime=0)
 
 
 def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: bool) -> None:
     """Serve the viewer with a scene, or with two to compare, until interrupted.
 
-    With `lan`, phones in the same network can open it too: the address is shown as a QR code.
-    Browsers give no WebGPU to pages that come over plain http from elsewhere; the viewer then
-    draws with WebGL2. InputError for files that are no scenes by their names, or empty.
+    With `lan`, other devices in the network can open it; the address is shown as a QR code. They
+    get WebGL2: browsers allow WebGPU over plain http only from the same machine. Raises InputError
+    for files that the viewer does not show.
     """
     for file in (scene, other):
         if file is not None:
-            refuse_unreadable(file)
+            validate_scene_file(file)
     server = Server(scene, other, host="0.0.0.0" if lan else "127.0.0.1", port=port)
     with server:
         local = server.address("127.0.0.1")
@@ -187,9 +195,9 @@ def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: boo
             if sys.stdout.isatty():
                 _show_code(server.address(host))
         elif lan:
-            print("this machine is in no network: nobody else can open it")
+            print("this machine has no network: only it can open the page")
         print("Ctrl-C ends it", flush=True)
-        if browser:  # some commands wait until their browser ends
+        if browser:  # in a thread: some commands return only when the browser ends
             threading.Thread(target=webbrowser.open, args=(local,), daemon=True).start()
         try:
             server.serve_forever()
@@ -198,7 +206,7 @@ def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: boo
 
 
 def _show_code(address: str) -> None:
-    """A QR code in the terminal, if that has what it is drawn with."""
+    """Print a QR code, if the terminal has the characters."""
     import segno
 
     try:
@@ -207,15 +215,15 @@ def _show_code(address: str) -> None:
         print("(this terminal cannot show a QR code)")
 
 
-def refuse_unreadable(path: Path) -> None:
-    """Raise InputError unless there is a file of a kind that the web viewer shows, and not empty.
+def validate_scene_file(path: Path) -> None:
+    """Raise InputError for a file that does not exist, is empty or of a format without a viewer.
 
-    What else is in it is left to who opens it.
+    Does not check the rest of its content.
     """
     if path.is_dir():
         raise InputError(f"cannot read {path}: it is a folder")
     if path.suffix.lower() not in KINDS:
-        raise InputError(f"{path} is no scene: a .mgs, .ply or .spz file is needed{OTHERS}")
+        raise InputError(f"{path} is not a scene: give a .mgs, .ply or .spz file{CONVERT}")
     try:
         with path.open("rb") as file:
             head = file.read(1 << 16)
@@ -228,23 +236,23 @@ def refuse_unreadable(path: Path) -> None:
     if head.startswith(b"ply"):
         if b" packed_position" in head:
             raise InputError(
-                f"{path} is a compressed .ply, which the web viewer does not show{OTHERS}"
+                f"{path} is a compressed .ply, which the web viewer does not show{CONVERT}"
             )
         header = parse_header(head, path)
         names = [element.name for element in header.elements]
         plain = names[:1] == ["vertex"] and header.order == "<"
         if not plain or any(header.elements[0].columns.get(name) != "f4" for name in COLUMNS):
             raise InputError(
-                f"{path} is no .ply that the web viewer shows, whose vertices come first, in "
-                f"binary, little-endian floats{OTHERS}"
+                f"{path} is not a .ply that the web viewer shows: it needs the vertices first, as "
+                f"binary little-endian floats{CONVERT}"
             )
 
 
 def own_address() -> str | None:
-    """This machine's address in its network; None where it is in none."""
+    """Return this machine's address in its network, or None without a network."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect(("192.0.2.1", 9))  # nothing is sent: the system only picks a way
+            probe.connect(("192.0.2.1", 9))  # sends nothing: the system only picks a route
             return probe.getsockname()[0]
         except OSError:
             return None

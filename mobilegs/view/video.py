@@ -1,4 +1,4 @@
-"""A video of a scene: once around what its cameras look at."""
+"""A video of a scene: one turn around the point that its cameras look at."""
 
 import math
 from collections.abc import Callable
@@ -16,8 +16,8 @@ from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 from mobilegs.view.orbit import Pose, camera_of
 
-RATE = 30  # pictures a second
-CODECS = ("libx264", "mpeg4")  # the first that is there
+RATE = 30  # frames per second
+CODECS = ("libx264", "mpeg4")  # the first one available
 QUALITY = {"libx264": {"crf": "18", "preset": "medium"}, "mpeg4": {"qscale": "2"}}
 INSTALL = "pip install 'mobilegs[capture]'"
 SECONDS_MAX = 600.0
@@ -27,7 +27,10 @@ Progress = Callable[[int, int], None]
 
 
 def open_with_views(path: Path, device: torch.device) -> tuple[Scene, list[Camera]]:
-    """A scene's file, and the cameras that it brings for a first look: none but in a .mgs."""
+    """Read a scene and the training cameras that a .mgs stores; other formats have none.
+
+    Raises InputError for a file that cannot be read.
+    """
     if path.suffix.lower() != ".mgs":
         return open_scene(path, device), []
     coded = read_mgs(path)
@@ -37,10 +40,13 @@ def open_with_views(path: Path, device: torch.device) -> tuple[Scene, list[Camer
 def orbit_cameras(
     scene: Scene, views: list[Camera], count: int, *, width: int, height: int
 ) -> list[Camera]:
-    """`count` cameras once around what `views` look at, or else the scene's middle, each as far
-    from it and as high as the first of them."""
-    centers = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
-    pose = Pose.from_views(views) if views else Pose.around(centers.cpu().numpy())
+    """Return `count` cameras on a circle around the point that `views` look at.
+
+    Distance and height are those of the first of `views`. Without views, the circle is around the
+    scene's middle.
+    """
+    means = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
+    pose = Pose.from_views(views) if views else Pose.around(means.cpu().numpy())
     cameras = []
     for _ in range(count):
         cameras.append(camera_of(pose, views[0] if views else None, width, height, scene.near))
@@ -59,22 +65,24 @@ def write_orbit(
     draw: Callable[[Camera], Any],
     progress: Progress = lambda done, total: None,
 ) -> int:
-    """Write an MP4 of one turn around a scene; returns its bytes.
+    """Write an MP4 of one turn around a scene. Returns its bytes.
 
-    `draw` gives what has an `image` `[h, w, 3]` for a camera. Raises InputError for sizes and times
-    that no video has, or where PyAV is missing.
+    `draw` renders a camera to an object with an `image` `[h, w, 3]`; `progress` gets the number of
+    finished frames and of all. Raises InputError for a file name that does not end in .mp4, an odd
+    size or one outside 16 to 4,096 pixels, a length outside 1/30 to 600 seconds, and without PyAV.
     """
     try:
         import av
     except ImportError:
         raise InputError(f"a video needs PyAV, which is not installed: {INSTALL}") from None
     if output.suffix.lower() != ".mp4":
-        raise InputError(f"{output} would be an .mp4 file: give it a name that ends so")
+        raise InputError(f"{output} is not an .mp4: give a name that ends in .mp4")
     if not 1 / RATE <= seconds <= SECONDS_MAX:
-        raise InputError(f"a video takes up to {SECONDS_MAX:g} seconds, not {seconds:g}")
+        raise InputError(f"a video takes 1/{RATE} to {SECONDS_MAX:g} seconds, not {seconds:g}")
     if not all(16 <= side <= SIDE_MAX and side % 2 == 0 for side in (width, height)):
         raise InputError(
-            f"{width}x{height} pixels are no video's: sides are even, and 16 to {SIDE_MAX} long"
+            f"a video cannot have {width}x{height} pixels: both sides must be even, and 16 to "
+            f"{SIDE_MAX}"
         )
     codec = next(name for name in CODECS if name in av.codecs_available)
     cameras = orbit_cameras(scene, views, round(RATE * seconds), width=width, height=height)

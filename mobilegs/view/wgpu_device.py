@@ -1,33 +1,32 @@
-"""The GPU to draw with, and the shaders as its pipelines: WebGPU on Vulkan, Metal or DirectX 12.
+"""The GPU and its pipelines for WgpuRenderer: WebGPU on Vulkan, Metal or DirectX 12.
 
-The shaders in `shaders/` are the ones that the web viewer runs.
+The shaders are those of the web viewer, from viewer/shaders.
 """
 
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mobilegs.errors import InputError
+from mobilegs.view import assets
 
-SHADERS = Path(__file__).parent / "shaders"
 PASSES = ("project", "splat", "resolve")
-HALF_SCALE = 2.0**-6  # of weights in half-float targets: 1,400 layers of the heaviest still fit
+FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
 INSTALL = "pip install 'mobilegs[native]'"
 
 
 @cache
 def adapter() -> Any:
-    """The GPU to draw with; InputError with one sentence where there is none.
+    """Return the GPU, a discrete one if there is a choice, or a software device (lavapipe).
 
-    A discrete one is preferred. Software devices (Mesa's lavapipe) count.
+    Raises InputError without wgpu or a GPU.
     """
     try:
         import wgpu
     except ImportError:
         raise InputError(
-            f"drawing on a GPU needs wgpu, which is not installed: {INSTALL}"
+            f"rendering with WebGPU needs wgpu, which is not installed: {INSTALL}"
         ) from None
     try:
         found = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
@@ -35,26 +34,26 @@ def adapter() -> Any:
         found = None
     if found is None:
         raise InputError(
-            "no GPU can be used here: install its Vulkan driver (on Debian and Ubuntu "
-            "mesa-vulkan-drivers, which also draws without a GPU), or use what needs none: "
-            "--backend kernels, the web viewer"
+            "no GPU was found: install its Vulkan driver (on Debian and Ubuntu "
+            "mesa-vulkan-drivers, which also works without a GPU), or use the web viewer or "
+            "--renderer kernels, which need none"
         )
     return found
 
 
 def shader(*names: str) -> str:
-    """The WGSL of a pass: the named parts one after the other, what they share first."""
-    return "\n".join((SHADERS / f"{name}.wgsl").read_text() for name in ("view", *names))
+    """Return the WGSL of a pass: view.wgsl, which all share, and the named parts."""
+    return "\n".join(assets.shader(name) for name in ("view", *names))
 
 
 class Program:
-    """The device, and its pipelines for one way of blending.
+    """A device and its pipelines for one way of blending.
 
     Attributes:
-        device: wgpu's device.
-        sorted: whether splats lie over one another, far ones first, or add up in any order.
-        formats: of the textures that sums go to.
-        weight_scale: what weights are multiplied by; it cancels in the end.
+        device: the wgpu device.
+        sorted: True for alpha blending far to near, False for sums in any order.
+        formats: texture formats of the sums.
+        weight_scale: factor of the weights, which cancels in the image.
         project, splat: the pipelines of the first two passes.
     """
 
@@ -62,17 +61,19 @@ class Program:
         self.sorted = blend_sorted
         bits = 32 if full_precision else 16
         self.formats = [f"rgba{bits}float"] + ([] if blend_sorted else [f"r{bits}float"])
-        self.weight_scale = 1.0 if full_precision else HALF_SCALE
+        self.weight_scale = 1.0 if full_precision else FLOAT16_SCALE
         found = adapter()
         features = {"timestamp-query"} & set(found.features)
         if full_precision:
             if "float32-blendable" not in found.features:
-                raise InputError("this GPU cannot blend 32-bit floats: draw with halves")
+                raise InputError(
+                    "this GPU cannot blend 32-bit floats: render with full_precision=False"
+                )
             features.add("float32-blendable")
-        wanted = ("max-buffer-size", "max-storage-buffer-binding-size")
+        limits = ("max-buffer-size", "max-storage-buffer-binding-size")
         self.device = found.request_device_sync(
             required_features=sorted(features),
-            required_limits={name: found.limits[name] for name in wanted},
+            required_limits={name: found.limits[name] for name in limits},
         )
         self._queries = None
         if "timestamp-query" in features:
@@ -80,7 +81,7 @@ class Program:
         self._make_pipelines()
 
     def resolve(self, target_format: str) -> Any:
-        """The pipeline of the last pass, into a texture of the given format."""
+        """Return the pipeline of the last pass, into a texture of the given format."""
         if target_format not in self._resolve:
             kind = "sorted" if self.sorted else "sortfree"
             self._resolve[target_format] = self.device.create_render_pipeline(
@@ -96,7 +97,7 @@ class Program:
         return self._resolve[target_format]
 
     def stamps(self, name: str) -> dict[str, Any] | None:
-        """Where a pass notes when it began and ended; None where the device has no clock."""
+        """Return where a pass writes its timestamps; None if the device has none."""
         if self._queries is None:
             return None
         first = 2 * PASSES.index(name)
@@ -107,7 +108,7 @@ class Program:
         }
 
     def milliseconds(self) -> dict[str, float] | None:
-        """What each pass of the last frame took; None where the device has no clock."""
+        """Return the time of each pass of the last frame; None if the device has no timestamps."""
         import wgpu
 
         if self._queries is None:
@@ -148,8 +149,8 @@ class Program:
 
 @cache
 def program(blend_sorted: bool, full_precision: bool) -> Program:
-    """The device with its pipelines, which all scenes of a kind share.
+    """Return the device with its pipelines, one for all scenes with the same arguments.
 
-    Raises InputError where there is no GPU, or it cannot blend 32-bit floats.
+    Raises InputError without a GPU, or if it cannot blend 32-bit floats.
     """
     return Program(blend_sorted, full_precision)

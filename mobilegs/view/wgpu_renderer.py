@@ -1,7 +1,8 @@
-"""A scene drawn by a GPU: Vulkan, Metal or DirectX 12.
+"""Render a scene by WebGPU, with the web viewer's shaders.
 
-A frame has three passes: project (compute, every Gaussian), splat (blended quads, in any order for
-a sort-free scene), resolve.
+A frame has three passes: project (compute, per Gaussian), splat (blended quads, in any order for a
+sort-free scene) and resolve (per pixel). The weight w is computed in project.wgsl, alpha in
+splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render.
 """
 
 import struct
@@ -24,61 +25,64 @@ BATCH = 128  # as in view.wgsl
 LOOK_BYTES = 32  # of wide.wgsl's StoredLook
 
 
-class Picture(NamedTuple):
-    """What a GPU drew.
+class WgpuImage(NamedTuple):
+    """A rendered image, on the CPU.
 
     Attributes:
         image: sRGB, at least 0, `[h, w, 3]`.
-        alpha: how much of the background is covered, in [0, 1], `[h, w]`.
+        alpha: coverage of the background, in [0, 1], `[h, w]`.
     """
 
     image: Float[Tensor, "h w 3"]
     alpha: Float[Tensor, "h w"]
 
 
-class GpuRenderer:
-    """One scene on a GPU, ready to be drawn from any camera.
+class WgpuRenderer:
+    """A scene in the memory of a GPU.
 
     Attributes:
-        program: the device and what runs on it.
-        count: Gaussians that can be drawn; rows that are not finite are left out.
+        scene: the scene.
+        program: the device and its pipelines.
+        count: number of Gaussians; those with values that are not finite are left out.
     """
 
     def __init__(self, scene: Scene, *, full_precision: bool = False) -> None:
         """Upload a scene.
 
-        Halves are what every GPU can blend, phones' too; `full_precision` asks for 32-bit floats.
+        Sums are float16, which every GPU blends, or float32 with `full_precision`.
 
-        Raises InputError where there is no GPU, it cannot blend 32-bit floats, its memory does
-        not hold the scene, the scene has a view network (that is no job for every frame), or its
-        weighting takes two passes over the Gaussians, which the shaders do not.
+        Raises InputError without a GPU, if it cannot blend 32-bit floats or its memory does not
+        hold the scene, and for scenes that the shaders do not support: with a view network or the
+        weighting `two_pass`.
         """
         if scene.network is not None:
             raise InputError(
-                "a scene with a view network is not drawn on a GPU, since every Gaussian would "
-                "ask it in every frame: train with --set student.view.kind=fitted "
-                "student.view.fraction=0.35, or draw with --backend kernels"
+                "shaders do not evaluate the scene's view network: train with --set "
+                "student.view_dependence.kind=fitted student.view_dependence.decoder_from=0.35, "
+                "or render with --renderer kernels"
             )
         if scene.weighting.name == "two_pass":
             raise InputError(
-                "a scene with the weighting 'two_pass' is not drawn by shaders, which pass over "
-                "the Gaussians once: draw with --backend kernels"
+                "shaders do not render the weighting 'two_pass': use --renderer kernels"
             )
         self.scene = scene
         self.program = program(scene.blend == "sorted", full_precision)
         self._sums: tuple[tuple[int, int], list[Any]] | None = None
         self._upload(*_rows(scene))
 
-    def draw(self, camera: Camera) -> Picture:
-        """The picture from `camera`, read back to the CPU."""
+    def render(self, camera: Camera) -> WgpuImage:
+        """Render from `camera` and read the image back.
+
+        Raises InputError for an image that is larger than the GPU's textures.
+        """
         import wgpu
 
-        self._refuse_size(camera)
+        self._validate_size(camera)
         size = (camera.width, camera.height, 1)
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
         device = self.program.device
         texture = device.create_texture(size=size, format="rgba32float", usage=usage)
-        self.draw_into(texture.create_view(), "rgba32float", camera)
+        self.render_into(texture.create_view(), "rgba32float", camera)
         data = device.queue.read_texture(
             {"texture": texture},
             {"bytes_per_row": 16 * camera.width, "rows_per_image": camera.height},
@@ -86,14 +90,14 @@ class GpuRenderer:
         )
         pixels = torch.frombuffer(bytearray(data), dtype=torch.float32)
         pixels = pixels.reshape(camera.height, camera.width, 4)
-        return Picture(pixels[..., :3].contiguous(), pixels[..., 3].contiguous())
+        return WgpuImage(pixels[..., :3].contiguous(), pixels[..., 3].contiguous())
 
     def far_first(self, camera: Camera) -> UInt32[np.ndarray, "n"]:
-        """The order in which a sorted scene is drawn from `camera`: rows, the farthest first."""
+        """Return the indices of the Gaussians from `camera`, the farthest first."""
         depths = self._means @ camera.viewmat[2, :3].double().cpu().numpy()
         return np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
 
-    def draw_into(
+    def render_into(
         self,
         target: Any,
         target_format: str,
@@ -101,11 +105,12 @@ class GpuRenderer:
         *,
         order: UInt32[np.ndarray, "n"] | None = None,
     ) -> None:
-        """Draw into a texture view of the camera's size, in the given format.
+        """Render into a texture view of the camera's size and of the given format.
 
-        A sorted scene is drawn in the given order, or in its own for this camera.
+        A sorted scene is rendered in `order`, by default that of `far_first`. Raises InputError for
+        an image that is larger than the GPU's textures.
         """
-        self._refuse_size(camera)
+        self._validate_size(camera)
         device = self.program.device
         queue = device.queue
         queue.write_buffer(self._view, 0, self._packed(camera))
@@ -119,11 +124,11 @@ class GpuRenderer:
         self._resolve(encoder, sums, target, target_format)
         queue.submit([encoder.finish()])
 
-    def _refuse_size(self, camera: Camera) -> None:
+    def _validate_size(self, camera: Camera) -> None:
         most = self.program.device.limits["max-texture-dimension-2d"]
         if not (0 < camera.width <= most and 0 < camera.height <= most):
             raise InputError(
-                f"a picture of {camera.width}x{camera.height} pixels cannot be drawn: each side "
+                f"an image of {camera.width}x{camera.height} pixels cannot be rendered: each side "
                 f"must lie between 1 and {most}"
             )
 
@@ -141,7 +146,7 @@ class GpuRenderer:
         if largest > most:
             raise InputError(
                 f"{self.count:,} Gaussians need buffers of {largest >> 20} MiB, and this GPU "
-                f"takes {most >> 20} MiB: draw with --backend kernels"
+                f"takes {most >> 20} MiB: use --renderer kernels"
             )
         scene = [
             device.create_buffer_with_data(data=part, usage=use.STORAGE)
@@ -179,7 +184,7 @@ class GpuRenderer:
         )
 
     def _sums_of(self, width: int, height: int) -> list[Any]:
-        """Views of the textures that sums go to, kept while the size stays."""
+        """Return views of the textures of the sums, created again when the size changes."""
         import wgpu
 
         if self._sums is None or self._sums[0] != (width, height):
@@ -220,7 +225,7 @@ class GpuRenderer:
         work.end()
 
     def _splat(self, encoder: Any, sums: list[Any]) -> None:
-        # nothing is covered yet: T = 1 where alpha multiplies, 0 where it adds up
+        # sort-free: T = 1 in the alpha channel; sorted: alpha = 0
         clear = [(0, 0, 0, 0 if self.program.sorted else 1), (0, 0, 0, 0)]
         work = encoder.begin_render_pass(
             color_attachments=[
@@ -251,33 +256,33 @@ class GpuRenderer:
 
 
 # view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
-# size, sigma and background_weight, weight_scale, then the integers; what packed scenes need is 0;
-# alpha_min
+# size, sigma and background_weight, weight_scale, the integers, zeros for packed scenes, alpha_min
 _VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f 4x")
 _DRAWN = struct.Struct("<5I")  # project.wgsl's Drawn
 
 
 @torch.no_grad()
 def _rows(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What the GPU reads of each Gaussian: half axes with centres, harmonics, lobes; and centres.
+    """Return each Gaussian's half axes with mean, harmonics and lobes for the GPU, and its mean.
 
-    Rows that can never be drawn are left out: a shader's compiler may assume that no number is
-    not finite.
+    Leaves out Gaussians with values that are not finite: shader compilers may assume that all
+    numbers are.
     """
-    some = scene.gaussians.to("cpu")
+    gaussians = scene.gaussians.to("cpu")
     lobes = scene.lobes
     if lobes is None:
-        lobes = constant_lobes(some.logit_opacities)
+        lobes = constant_lobes(gaussians.logit_opacities)
     lobes = lobes.detach().cpu()
-    axes = rotation_matrices(some.quats) * some.scales[:, None, :]  # columns are half axes
-    shapes = torch.cat([axes.mT, some.means[:, :, None]], dim=2)  # [n, 3, 4]
-    fine = torch.cat([shapes.flatten(1), some.sh.flatten(1), lobes.flatten(1)], dim=1)
-    fine = fine.isfinite().all(1) & (some.quats.square().sum(1) > 0)
+    # columns are half axes
+    axes = rotation_matrices(gaussians.quats) * gaussians.scales[:, None, :]
+    shapes = torch.cat([axes.mT, gaussians.means[:, :, None]], dim=2)  # [n, 3, 4]
+    values = torch.cat([shapes.flatten(1), gaussians.sh.flatten(1), lobes.flatten(1)], dim=1)
+    valid = values.isfinite().all(1) & (gaussians.quats.square().sum(1) > 0)
 
     def rows(tensor: Tensor) -> np.ndarray:
-        kept = tensor[fine].float()
-        if not len(kept):  # buffers cannot be empty: a Gaussian too faint to be seen
+        kept = tensor[valid].float()
+        if not len(kept):  # buffers cannot be empty: one invisible Gaussian
             kept = torch.full((1, *tensor.shape[1:]), -100.0)
         return kept.contiguous().numpy()
 
-    return rows(shapes), rows(some.sh), rows(lobes), rows(some.means).astype(np.float64)
+    return rows(shapes), rows(gaussians.sh), rows(lobes), rows(gaussians.means).astype(np.float64)

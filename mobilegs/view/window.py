@@ -1,7 +1,6 @@
-"""A scene in a window of its own, moved with the keys and gestures of the web viewer.
+"""A window that shows a scene, with the keys and gestures of the web viewer.
 
-`show` opens the window; `Window` works on any of rendercanvas' canvases, also on one without a
-display.
+`show` opens the window. `Window` works on any canvas of rendercanvas, also without a display.
 """
 
 import math
@@ -21,50 +20,50 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, place_under
+from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, point_under
 from mobilegs.view.video import open_with_views
 from mobilegs.view.wgpu_device import INSTALL
-from mobilegs.view.wgpu_renderer import GpuRenderer
+from mobilegs.view.wgpu_renderer import WgpuRenderer
 
 SIZE = (1280, 720)  # logical pixels
 FPS_MAX = 120
-SAME_SIDE = math.cos(math.radians(0.5))  # an order serves all directions as near as that
-SECONDS_MAX = 0.1  # of flying in one frame, however long it took
-TITLE_EVERY = 0.25  # seconds
-LINGER = 0.15  # seconds after an input in which things still count as moving
+SORT_ANGLE = math.cos(math.radians(0.5))  # sort again after a larger turn than this
+SECONDS_MAX = 0.1  # longest time step of flying
+TITLE_EVERY = 0.25  # seconds between updates of the title
+LINGER = 0.15  # seconds after an input for which frame times still count
 HELP = """\
   drag                  turn around the scene
   right drag, Shift     move sideways
   wheel                 come nearer, go away
-  double click          look at what is there
+  double click          look at this point
   arrows                turn
   W A S D Q E           fly; with Shift faster
-  M                     orbit, or look around from where you are
-  V                     next of the cameras the scene was taken with
-  R                     back to the beginning
+  M                     switch between orbiting and looking around
+  V                     next training camera
+  R                     first view
   F                     full screen
-  P                     save a picture
-  I                     frame rate, and what each pass takes, in the title
+  P                     save an image
+  I                     frame rate and time of each pass, in the title
   H                     these keys
   Esc, Ctrl-Q           leave full screen, close"""
 
 
 def show(path: Path) -> None:
-    """Show a scene's file in a window until that is closed.
+    """Show a scene in a window, until the window is closed.
 
-    Raises InputError where there is no display, no GPU or not the packages for them, or the file
-    is not a scene that a GPU draws.
+    Raises InputError without a display, a GPU or the packages for them, and for a file that
+    WgpuRenderer does not support.
     """
     toolkit = _toolkit()
     scene, views = open_with_views(path, torch.device("cpu"))
-    renderer = GpuRenderer(scene)
+    renderer = WgpuRenderer(scene)
     canvas = toolkit.RenderCanvas(size=SIZE, title=path.stem, max_fps=FPS_MAX)
     try:
         window = Window(canvas, renderer, views, path.stem)
     except Exception:
         canvas.close()
         raise
-    print(f"{path} is shown in a window; keys:\n{HELP}", flush=True)
+    print(f"{path} is open in a window. Keys:\n{HELP}", flush=True)
     try:
         toolkit.loop.run()
     finally:
@@ -72,7 +71,7 @@ def show(path: Path) -> None:
 
 
 def _toolkit() -> Any:
-    """The module that opens windows; InputError where none can be opened."""
+    """Return the module that opens windows. Raises InputError if it cannot."""
     try:
         import glfw
         from rendercanvas import glfw as toolkit
@@ -80,53 +79,53 @@ def _toolkit() -> Any:
         raise InputError(
             f"a window needs rendercanvas and glfw, which are not installed: {INSTALL}"
         ) from None
-    with warnings.catch_warnings():  # it tells by a warning what is missing
+    with warnings.catch_warnings():  # the error below replaces its warning
         warnings.simplefilter("ignore")
         ready = glfw.init()
     if not ready:
         raise InputError(
-            "no window can be opened, since there is no display here: without --native the scene "
-            "is shown in a browser, with --lan in one of another machine"
+            "no window can be opened without a display: without --native, the scene opens in a "
+            "browser, with --lan also in one on another machine"
         )
     return toolkit
 
 
 class Window:
-    """A scene on a canvas: draws what changes, follows the input.
+    """A scene on a canvas. Renders a frame after each input, and while keys are held.
 
     Attributes:
-        canvas: rendercanvas' canvas.
-        input: what moves the pose, `input.pose` from which the scene is seen.
-        timed: whether the title says what a frame takes.
+        canvas: the canvas, of rendercanvas.
+        input: pointer and keys; `input.pose` is the viewer's pose.
+        timed: True to show frame times in the title.
     """
 
     def __init__(
-        self, canvas: Any, renderer: GpuRenderer, views: Sequence[Camera], name: str
+        self, canvas: Any, renderer: WgpuRenderer, views: Sequence[Camera], name: str
     ) -> None:
-        """Show what `renderer` draws; `views` are the training cameras, if they are known."""
+        """Show the scene of `renderer`; `views` are its training cameras, or empty."""
         self.canvas = canvas
         self.timed = False
         self._renderer, self._views, self._name = renderer, views, name
         scene = renderer.scene
         logits = scene.gaussians.logit_opacities if scene.lobes is None else scene.lobes[:, 0, 0]
-        centers = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
-        self._start = Pose.from_views(views) if views else Pose.around(centers.cpu().numpy())
-        self._solid = scene.gaussians.means[logits >= 0].cpu().numpy()  # for a double click
+        means = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
+        self._start = Pose.from_views(views) if views else Pose.around(means.cpu().numpy())
+        self._solid = scene.gaussians.means[logits >= 0].cpu().numpy()  # targets of a double click
         self.input = Input(self._start.copy())
         self._view = 0
-        # of a sorted scene: an order, and the direction of looking that it is for
+        # sorted scenes: the order, and the viewing direction for which it was computed
         self._order: tuple[np.ndarray, np.ndarray] | None = None
-        self._coming: Future | None = None  # the next one
+        self._next_order: Future | None = None
         self._sorter = ThreadPoolExecutor(1)
         self._touched = -math.inf  # time of the last input
-        self._frame_before: float | None = None  # its time, if things moved then
-        self._times: list[float] = []  # milliseconds of frames that followed one another
+        self._last_frame: float | None = None  # time of the last frame, if it followed an input
+        self._times: list[float] = []  # milliseconds of consecutive frames
         self._titled = 0.0
-        # place and size of the window, while the screen is full
+        # position and size of the window, while it is full screen
         self._windowed: tuple[int, int, int, int] | None = None
         device = renderer.program.device
         self._context = canvas.get_context("wgpu")
-        # pictures are sRGB as they are: a format that converts would do so twice
+        # images are sRGB already: no format that converts to it
         preferred = self._context.get_preferred_format(device.adapter)
         self._format = preferred.removesuffix("-srgb")
         self._context.configure(device=device, format=self._format)
@@ -144,46 +143,46 @@ class Window:
         canvas.request_draw(self._frame)
 
     def camera(self, width: int, height: int) -> Camera:
-        """The camera of a frame of the given size, in pixels of the screen."""
+        """Return the camera of a frame of the given size in physical pixels."""
         view = self._views[0] if self._views else None
         return camera_of(self.input.pose, view, width, height, self._renderer.scene.near)
 
     def reset(self, index: int | None = None) -> None:
-        """Back to where the scene was first seen from, or to a training camera."""
+        """Go back to the first view, or to training camera `index`."""
         pose = self._start.copy()
         if index is not None and self._views:
             pose = Pose.from_views(self._views, index % len(self._views))
         self.input.pose = pose
 
     def close(self) -> None:
-        """Close the window, if it is still there."""
+        """Close the window, if it is open."""
         self._sorter.shutdown()
         if not self.canvas.get_closed():
             self.canvas.close()
 
     def save(self) -> Path:
-        """Write what is seen to a new PNG file in the working folder."""
+        """Write the current view to a new PNG file in the working folder. Returns its path."""
         path, number = Path(f"{self._name}.png"), 1
         while path.exists():
             number += 1
             path = Path(f"{self._name}-{number}.png")
-        picture = self._renderer.draw(self.camera(*self.canvas.get_physical_size()))
+        image = self._renderer.render(self.camera(*self.canvas.get_physical_size()))
         with atomic_path(path) as temporary:
-            Image.fromarray(to_bytes(picture.image).numpy()).save(temporary, format="PNG")
+            Image.fromarray(to_bytes(image.image).numpy()).save(temporary, format="PNG")
         return path
 
     def _frame(self) -> None:
         now = time.perf_counter()
-        if self._frame_before is not None:
-            seconds = now - self._frame_before
+        if self._last_frame is not None:
+            seconds = now - self._last_frame
             self._times = [*self._times[-29:], 1000 * seconds]
             self.input.advance(min(seconds, SECONDS_MAX))
         texture = self._context.get_current_texture()
         camera = self.camera(*texture.size[:2])
         order = self._order_for(camera) if self._renderer.program.sorted else None
-        self._renderer.draw_into(texture.create_view(), self._format, camera, order=order)
+        self._renderer.render_into(texture.create_view(), self._format, camera, order=order)
         moving = self.input.busy or now - self._touched < LINGER
-        self._frame_before = now if moving else None
+        self._last_frame = now if moving else None
         if self.timed and now - self._titled > TITLE_EVERY:
             self._titled = now
             self._say_title(self._figures(camera))
@@ -191,15 +190,17 @@ class Window:
             self.canvas.request_draw()
 
     def _order_for(self, camera: Camera) -> np.ndarray:
-        """An order for about this direction; the exact one comes with a later frame."""
+        """Return an order for about this direction; a thread computes the exact one."""
         forward = self.input.pose.forward
-        if self._coming is not None and self._coming.done():
-            self._order, self._coming = self._coming.result(), None
+        if self._next_order is not None and self._next_order.done():
+            self._order, self._next_order = self._next_order.result(), None
         order, direction = self._order or (self._renderer.far_first(camera), forward)
         self._order = order, direction
-        if self._coming is None and forward @ direction < SAME_SIDE:
-            self._coming = self._sorter.submit(lambda: (self._renderer.far_first(camera), forward))
-            self._coming.add_done_callback(lambda _: self.canvas.request_draw())
+        if self._next_order is None and forward @ direction < SORT_ANGLE:
+            self._next_order = self._sorter.submit(
+                lambda: (self._renderer.far_first(camera), forward)
+            )
+            self._next_order.add_done_callback(lambda _: self.canvas.request_draw())
         return order
 
     def _figures(self, camera: Camera) -> str:
@@ -218,7 +219,7 @@ class Window:
         if self.input.press(event):
             width, height = self.canvas.get_logical_size()
             camera = self.camera(round(width), round(height))
-            place = place_under(self._solid, camera, event["x"], event["y"])
+            place = point_under(self._solid, camera, event["x"], event["y"])
             if place is not None:
                 self.input.pose.focus(place)
             self._touch()
@@ -246,7 +247,7 @@ class Window:
         self.canvas.request_draw()
 
     def _act(self, key: str) -> None:
-        """What a key that does not move stands for."""
+        """Perform the action of a key that does not move the pose."""
         if key == "escape":
             if self._windowed is None:
                 self.canvas.close()
@@ -265,7 +266,7 @@ class Window:
             try:
                 print(f"saved {self.save()}", flush=True)
             except (InputError, OSError) as error:
-                print(f"the picture could not be saved: {error}", file=sys.stderr)
+                print(f"the image could not be saved: {error}", file=sys.stderr)
         elif key == "i":
             self.timed, self._titled = not self.timed, 0.0
             self._say_title("")
@@ -274,13 +275,13 @@ class Window:
         self.canvas.request_draw()
 
     def _full_screen(self) -> None:
-        """To the whole screen, or back: rendercanvas leaves that to the toolkit below it."""
+        """Switch full screen on or off, by glfw: rendercanvas has no function for it."""
         window = getattr(self.canvas, "_window", None)
         if window is None:
             return
         import glfw
 
-        with warnings.catch_warnings():  # Wayland tells no window where it is
+        with warnings.catch_warnings():  # on Wayland, windows do not know their position
             warnings.simplefilter("ignore", glfw.GLFWError)
             if self._windowed is None:
                 self._windowed = (*glfw.get_window_pos(window), *glfw.get_window_size(window))

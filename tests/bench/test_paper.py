@@ -2,17 +2,25 @@
 
 import argparse
 import json
-import tarfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, cast
 
-import paper
-import paper_report
 import pytest
-from paper_cells import asked, begin, collect, folder_of, key_of, pack, recipe_of, teacher_folder
-from paper_places import PLACES, Place, shown_as
-from paper_rows import ROWS
 
+from bench.paper import report as paper_report
+from bench.paper import run as paper
+from bench.paper.captures import CAPTURES, BenchCapture, with_protocol
+from bench.paper.cells import (
+    begin_folder,
+    changed_settings,
+    collect,
+    folder_of,
+    key_of,
+    recipe_of,
+    teacher_folder,
+)
+from bench.paper.rows import ROWS
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES
 
@@ -24,8 +32,8 @@ Bench = Callable[..., dict[str, dict]]
 def bench(capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
     """Runs the command on nine small photos; returns the cells by row and seed."""
     settings = ("teacher.steps=5000", "teacher.max_splats=300")
-    place = Place("small", (capture.name,), 1, preset="cpu", settings=settings)
-    monkeypatch.setitem(PLACES, "blobs", place)
+    place = BenchCapture("small", (capture.name,), 1, preset="cpu", settings=settings)
+    monkeypatch.setitem(CAPTURES, "blobs", place)
 
     def run(*options: str) -> dict[str, dict]:
         out = tmp_path / "cells.json"
@@ -54,19 +62,19 @@ def test_rows_become_cells_and_cells_a_table(bench: Bench, tmp_path: Path) -> No
     assert all(path.stat().st_mtime_ns == before for path, before in written.items())
 
     text = "\n".join(paper_report.sections(list(again.values())))
-    assert "### blobs, 24x20, 10 + 10 steps" in text
+    assert "## blobs, 24x20, 10 + 10 steps" in text
     base, two_pass = (cells[f"{name} 0"]["psnr"] for name in ("codebooks", "two-pass"))
     assert f"| {two_pass:.2f} | {two_pass - base:+.2f} |" in text  # codebooks of the same seed
 
 
 def test_3dgs_has_a_row_as_a_teacher_and_one_as_a_student(bench: Bench, tmp_path: Path) -> None:
-    cells = bench("--rows", "3dgs", "quantised-3dgs")
+    cells = bench("--rows", "3dgs", "quantized-3dgs")
     [ply] = tmp_path.glob("runs/blobs/teacher-3dgs-*/teacher.ply")  # of both
-    plain, coded = cells["3dgs 0"], cells["quantised-3dgs 0"]
+    plain, coded = cells["3dgs 0"], cells["quantized-3dgs 0"]
     assert plain["bytes"] == ply.stat().st_size > coded["bytes"]
     assert plain["gaussians"] == coded["gaussians"] and plain["student_steps"] == 0
     text = "\n".join(paper_report.sections(list(cells.values())))
-    assert "| `3dgs` | 3DGS, not coded |" in text
+    assert "| `3dgs` | 3DGS, not quantised |" in text
 
 
 def test_a_cell_that_fails_costs_no_other(
@@ -83,21 +91,16 @@ def test_a_cell_that_fails_costs_no_other(
 
     monkeypatch.setattr(paper, "cell", diverging)
     with pytest.raises(SystemExit, match=r"not done.*blobs network 0") as end:
-        bench("--rows", "network", "ours", "--pack", str(tmp_path / "packed"))
+        bench("--rows", "network", "ours")
     assert "ours" not in str(end.value)
     [trouble] = folder.glob("network-*/error.txt")
     assert "not a number at step 3" in trouble.read_text()
     [ours] = folder.glob("ours-*/cell.json")
     assert json.loads(ours.read_text())["cell_peak_memory_mib"] > 50
-    with tarfile.open(tmp_path / "packed" / "cells-0.tar") as archive:
-        names = set(archive.getnames())
-    assert {f"blobs/{ours.parent.name}/{name}" for name in ("cell.json", "scene.mgs")} <= names
-    assert f"blobs/{trouble.parent.name}/error.txt" in names
-    assert not any("teacher.ply" in name or "checkpoint" in name for name in names)
 
     notes = ours.with_name("settings.json")
     content = json.loads(notes.read_text())
-    content["student"]["opacity_rate"] = 0.5  # as if the preset had been another one
+    content["student"]["lr"]["opacities"] = 0.5  # as if the preset had been another one
     notes.write_text(json.dumps(content))
     with pytest.raises(SystemExit, match="blobs ours 0"):
         bench("--rows", "ours")
@@ -115,7 +118,7 @@ def options(**more) -> argparse.Namespace:
 
 
 def place_of(scene: str, row: str = "ours", protocol: str = "paper", **more) -> str:
-    place = shown_as(PLACES[scene], protocol)
+    place = with_protocol(CAPTURES[scene], protocol)
     return str(folder_of(row, scene, place, 0, options(**more)))
 
 
@@ -123,7 +126,7 @@ def test_folders_of_before_are_found_again() -> None:
     short = ("student.steps=1200",)
     assert place_of("horns-250", set=short) == "runs/horns-250/ours-11200-0"
     assert place_of("horns-250", "teacher", set=short) == "runs/horns-250/teacher-10000-0"
-    place, row = PLACES["horns-250"], ROWS["ours"]
+    place, row = CAPTURES["horns-250"], ROWS["ours"]
     teacher = teacher_folder(row, "horns-250", place, 0, 10_000, options(set=short))
     assert str(teacher) == "runs/horns-250/teacher-mini-splatting-10000-0"
     assert place_of("garden") == "runs/garden/ours-60000-0"
@@ -136,8 +139,8 @@ def test_whatever_is_not_the_default_has_a_folder_of_its_own() -> None:
         place_of("garden"),
         place_of("garden", protocol="standard"),
         place_of("garden", teacher_seed=1),
-        place_of("garden", set=("student.votes.quantile=0",)),
-        place_of("garden", set=("student.votes.quantile=0.1",)),
+        place_of("garden", set=("student.pruning.votes.quantile=0",)),
+        place_of("garden", set=("student.pruning.votes.quantile=0.1",)),
         place_of("garden", set=("teacher.max_splats=1000",)),
         place_of("garden", set=halves),
         place_of("garden", set=unequal),
@@ -146,19 +149,19 @@ def test_whatever_is_not_the_default_has_a_folder_of_its_own() -> None:
     assert folders[6].endswith("ours-10000-0-t5000")
     # only Mip-NeRF 360 is shown at another size, and a teacher knows nothing of its students
     assert place_of("truck", protocol="standard") == place_of("truck")
-    by_student = options(set=("student.votes.quantile=0",), teacher_seed=1)
-    garden = PLACES["garden"]
+    by_student = options(set=("student.pruning.votes.quantile=0",), teacher_seed=1)
+    garden = CAPTURES["garden"]
     teachers = [
         teacher_folder(ROWS["ours"], "garden", place, 0, 30_000, given)
-        for place in (garden, shown_as(garden, "standard"))
+        for place in (garden, with_protocol(garden, "standard"))
         for given in (options(), by_student, options(set=("teacher.max_splats=1000",)))
     ]
     assert teachers[0] == teachers[1] and len(set(teachers)) == 4
-    assert asked(by_student, student=False) == {}
+    assert changed_settings(by_student, student=False) == {}
 
 
 def test_steps_are_shared_out_as_the_places_are() -> None:
-    place = PLACES["horns-250"]
+    place = CAPTURES["horns-250"]
     recipe = recipe_of(place, ROWS["ours"], options(steps=300))
     assert (recipe.teacher.steps, recipe.student.steps) == (200, 100)
     recipe = recipe_of(place, ROWS["ours"], options(steps=300, set=("teacher.steps=7",)))
@@ -169,13 +172,13 @@ def test_steps_are_shared_out_as_the_places_are() -> None:
 def test_teachers_begin_with_all_points_and_3dgs_has_no_limit() -> None:
     for scene in ("garden", "truck", "playroom"):
         ours, theirs = (
-            recipe_of(PLACES[scene], ROWS[name], options()).teacher for name in ("ours", "3dgs")
+            recipe_of(CAPTURES[scene], ROWS[name], options()).teacher for name in ("ours", "3dgs")
         )
         # kitchen comes with 241,367 points, and 3DGS leaves 6.1 million Gaussians of bicycle
         assert ours.init_splats == theirs.init_splats > 250_000
         assert ours.max_splats == 1_000_000 and theirs.max_splats > 7_000_000
-        assert theirs == recipe_of(PLACES[scene], ROWS["quantised-3dgs"], options()).teacher
-    small = recipe_of(PLACES["horns-250"], ROWS["quantised-3dgs"], options()).teacher
+        assert theirs == recipe_of(CAPTURES[scene], ROWS["quantized-3dgs"], options()).teacher
+    small = recipe_of(CAPTURES["horns-250"], ROWS["quantized-3dgs"], options()).teacher
     assert (small.init_splats, small.max_splats) == (40_000, 60_000)
     assert place_of("garden", "3dgs") == "runs/garden/3dgs-30000-0"
 
@@ -187,7 +190,7 @@ def test_cells_keep_apart_by_all_that_differs(tmp_path: Path) -> None:
         old | {"teacher_steps": 8000, "student_steps": 2000},
         old | {"protocol": "standard"},
         old | {"teacher_seed": 2},
-        old | {"settings": {"student.votes.quantile": "0"}},
+        old | {"settings": {"student.pruning.votes.quantile": "0"}},
     ]
     assert len({key_of(cell) for cell in cells}) == 5
     same = old | {"protocol": "paper", "teacher_seed": 0, "settings": {}}
@@ -202,17 +205,17 @@ def test_cells_keep_apart_by_all_that_differs(tmp_path: Path) -> None:
 
 
 def test_what_another_command_began_is_refused(tmp_path: Path) -> None:
-    begin(tmp_path / "new", {"protocol": "paper", "teacher": {"steps": 10, "added": 1}})
-    begin(tmp_path / "new", {"protocol": "paper", "teacher": {"steps": 10}})
+    begin_folder(tmp_path / "new", {"protocol": "paper", "teacher": {"steps": 10, "added": 1}})
+    begin_folder(tmp_path / "new", {"protocol": "paper", "teacher": {"steps": 10}})
     with pytest.raises(InputError, match=r"begun with teacher\.steps 10 and not 20: move"):
-        begin(tmp_path / "new", {"protocol": "paper", "teacher": {"steps": 20}})
+        begin_folder(tmp_path / "new", {"protocol": "paper", "teacher": {"steps": 20}})
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "checkpoint.safetensors").touch()
-    begin(tmp_path / "old", {"protocol": "standard"})  # nobody knows what it was
+    begin_folder(tmp_path / "old", {"protocol": "standard"})  # nobody knows what it was
     assert not (tmp_path / "old" / "settings.json").exists()
 
-    place, given = PLACES["horns-250"], options(runs=tmp_path)
-    wanted = paper.Wanted("ours", 0, "horns-250", place, given)
+    place, given = CAPTURES["horns-250"], options(runs=tmp_path)
+    wanted = paper.CellSpec("ours", 0, "horns-250", place, given)
     assert not wanted.is_done()
     cell = {"scene": "horns-250", "row": "ours", "seed": 0}
     cell |= {"teacher_steps": 10_000, "student_steps": 5000}
@@ -236,34 +239,14 @@ def test_a_cell_says_of_how_many_photos_its_lpips_is(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(paper, "evaluate", evaluated)
     monkeypatch.setattr(paper, "frame_ms", lambda scene, cameras: 1.0)
     monkeypatch.setattr(paper, "replace", lambda dataset, test: argparse.Namespace(test=test))
-    scene = argparse.Namespace(gaussians=Anything())
+    scene: Any = argparse.Namespace(gaussians=Anything())
     dataset = argparse.Namespace(test=[argparse.Namespace(camera=None)] * 6)
-    counted = {}
+    counted, lpips, work = {}, cast(Any, object()), cast(Any, None)
     for few in (False, True):
-        work = argparse.Namespace(dataset=dataset, options=argparse.Namespace(few_lpips=few))
-        found = paper.figures(scene, work, object())
+        work = cast(
+            Any, argparse.Namespace(dataset=dataset, options=argparse.Namespace(few_lpips=few))
+        )
+        found = paper.figures(scene, work, lpips)
         counted[few] = (found["photos"], found["lpips_photos"], found["lpips_vgg"])
     assert counted == {False: (6, 6, 0.6), True: (6, 2, 0.2)}
     assert "lpips_photos" not in paper.figures(scene, work, None)
-
-
-def test_archives_hold_no_more_than_a_part(tmp_path: Path) -> None:
-    runs = tmp_path / "runs"
-    for number in range(4):
-        folder = runs / "a" / f"ours-{number}"
-        folder.mkdir(parents=True)
-        (folder / "cell.json").write_text("{}")
-        (folder / "scene.mgs").write_bytes(bytes(40_000 * (number + 1)))
-    (runs / "logs").mkdir()
-    (runs / "logs" / "paper.log").write_text("as it went")
-    (runs / "paper.json").write_text("{}")
-    parts = pack(runs, tmp_path / "out", part_bytes=130_000)
-    held = []
-    for part in parts:
-        with tarfile.open(part) as archive:
-            held.append(archive.getnames())
-    assert held[0][:4] == [f"a/ours-{number}/cell.json" for number in range(4)]
-    assert held[0][4:6] == ["paper.json", "logs/paper.log"]
-    scenes = {name for names in held for name in names if name.endswith(".mgs")}
-    assert scenes == {f"a/ours-{number}/scene.mgs" for number in range(3)}  # one is too large
-    assert [part.name for part in parts] == [f"cells-{n}.tar" for n in range(len(parts))]

@@ -1,9 +1,10 @@
 """What benches say of their cells."""
 
-import compression_report
-import paper_report
 import pytest
-from paper_report import Run
+
+from bench.paper import report as paper_report
+from bench.paper.report import Run
+from bench.studies import compression_report
 
 
 def cell(row: str, scene: str = "a", seed: int = 0, psnr: float = 30.0, **more) -> dict:
@@ -25,14 +26,16 @@ def test_cells_of_other_lengths_are_no_seeds_of_each_other() -> None:
 def test_cells_of_other_protocols_teachers_and_settings_have_tables_of_their_own() -> None:
     plain, standard = cell("ours"), cell("ours", protocol="standard")
     seeded = cell("ours", teacher_seed=1)
-    changed = cell("ours", settings={"student.votes.quantile": "0", "teacher.min_views": "1"})
+    changed = cell(
+        "ours", settings={"student.pruning.votes.quantile": "0", "teacher.min_views": "1"}
+    )
     teacher, second = cell("teacher"), cell("teacher", seed=1)
     other = cell("teacher", settings={"teacher.min_views": "1"})
     runs = paper_report.runs_of([plain, standard, seeded, changed, teacher, second, other])
     assert runs == {
         Run("a", 10, 5, ""): [teacher, plain],
         Run("a", 10, 5, "standard"): [standard],
-        Run("a", 10, 5, "student.votes.quantile=0, teacher.min_views=1"): [other, changed],
+        Run("a", 10, 5, "student.pruning.votes.quantile=0, teacher.min_views=1"): [other, changed],
         Run("a", 10, 5, "teacher of seed 1"): [second, seeded],
     }
 
@@ -74,8 +77,8 @@ def test_a_group_has_means_over_the_scenes_that_have_a_row() -> None:
         cell("codebooks", "truck", psnr=23.0),
     ]
     text = "\n".join(paper_report.sections(cells))
-    assert "### Mip-NeRF 360, mean of 2 of 9 scenes, 10 + 5 steps" in text
-    assert "### Tanks and Temples, mean of 1 of 2 scenes" in text and "Deep Blending" not in text
+    assert "## Mip-NeRF 360, mean of 2 of 9 scenes, 10 + 5 steps" in text
+    assert "## Tanks and Temples, mean of 1 of 2 scenes" in text and "Deep Blending" not in text
     assert "| 2 | 29.25 | - | - | 0.9000 | 0.200 |" in text  # seeds first, then scenes
     assert "| 1 | 27.20 | +0.20 | +0.10 | 0.9000 | - |" in text
     assert "paper, mean of Mip-NeRF 360" in text and "| `codebooks` |" in text

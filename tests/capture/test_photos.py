@@ -9,7 +9,7 @@ from PIL import Image
 
 from mobilegs.capture.features import import_cameras
 from mobilegs.capture.photos import (
-    Prepared,
+    PreparedPhoto,
     fitted,
     list_photos,
     prepare_photo,
@@ -17,7 +17,7 @@ from mobilegs.capture.photos import (
 )
 from mobilegs.data.images import image_size
 from mobilegs.errors import InputError
-from tests.support.layered import FOCAL, layered_photo, write_photos
+from tests.support.layered_photos import FOCAL, layered_photo, write_photos
 
 TURNED = Path(__file__).with_name("photos") / "turned.heic"
 ORIENTATION, EXIF, FOCAL_MM, FOCAL_35MM = 0x112, 0x8769, 0x920A, 0xA405
@@ -110,7 +110,7 @@ def test_photos_of_a_lens_and_size_share_a_camera(tmp_path: Path) -> None:
         size = (60, 40) if index < 5 else (40, 60)
         Image.new("RGB", size).save(tmp_path / f"{index}.png")
         lens, focal = (("wide", 40.0), ("tele", 90.0), ("", None))[index % 3]
-        photos.append(Prepared(f"{index}.png", "", *size, focal=focal, lens=lens))
+        photos.append(PreparedPhoto(f"{index}.png", "", *size, focal=focal, lens=lens))
     import_cameras(tmp_path / "database.db", tmp_path, photos, "opencv")
     with pycolmap.Database.open(tmp_path / "database.db") as database:
         cameras = {camera.camera_id: camera for camera in database.read_all_cameras()}

@@ -12,9 +12,9 @@ from PIL import Image
 from scipy.linalg import orthogonal_procrustes
 
 from mobilegs.capture import CaptureRun, capture_photos, mapping, matches, run
-from mobilegs.capture.agreement import drop_misplaced, epipolar_errors
-from mobilegs.capture.engine import engine, in_background
-from mobilegs.capture.matches import aggregated, pairs_alike
+from mobilegs.capture.matches import similar_pairs, vlad_vectors
+from mobilegs.capture.misplaced_photos import drop_misplaced, epipolar_errors
+from mobilegs.capture.pycolmap_runtime import in_background, load_pycolmap
 from mobilegs.capture.workspace import Workspace
 from mobilegs.cli import doctor
 from mobilegs.cli import train as cli_train
@@ -22,7 +22,7 @@ from mobilegs.cli.main import main
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train, unposed
-from tests.support.layered import CENTERS, layered_photo, write_photos
+from tests.support.layered_photos import CENTERS, layered_photo, write_photos
 
 pytest.importorskip("pycolmap", reason="the extra `capture` is not installed")
 
@@ -144,12 +144,12 @@ def test_the_same_photos_give_the_same_points(finished: tuple[Path, Path], tmp_p
 
 def test_a_misplaced_photo_is_dropped(finished: tuple[Path, Path]) -> None:
     space = Workspace(finished[1])
-    model = engine().Reconstruction(space.models / "best")
+    model = load_pycolmap().Reconstruction(space.models / "best")
     assert drop_misplaced(model, space.database) == []
     moved = next(image for image in model.images.values() if image.name == "photo_3.jpg")
     pose = moved.cam_from_world()
-    turn = engine().Rotation3d(np.array([0.0, 0.3, 0.0]))
-    shifted = engine().Rigid3d(turn, np.array([3.0, 1.0, 2.0])) * pose
+    turn = load_pycolmap().Rotation3d(np.array([0.0, 0.3, 0.0]))
+    shifted = load_pycolmap().Rigid3d(turn, np.array([3.0, 1.0, 2.0])) * pose
     moved.frame.set_cam_from_world(moved.camera_id, shifted)
     assert drop_misplaced(model, space.database) == ["photo_3.jpg"]
     assert model.num_reg_images() == 8
@@ -218,12 +218,12 @@ def test_matching_goes_on_where_it_was_interrupted(made: tuple[Path, Path]) -> N
     record = json.loads((capture / "work/matches.json").read_text())
     (capture / "work/matches.json").write_text(json.dumps({**record, "done": False}))
     (capture / "capture.json").unlink()
-    with engine().Database.open(capture / "work/database.db") as database:
+    with load_pycolmap().Database.open(capture / "work/database.db") as database:
         kept = database.read_two_view_geometry(1, 2)
         database.delete_matches(3, 4)
         database.delete_two_view_geometry(3, 4)
     capture_photos(CaptureRun(photos, capture))
-    with engine().Database.open(capture / "work/database.db") as database:
+    with load_pycolmap().Database.open(capture / "work/database.db") as database:
         assert database.num_verified_image_pairs() == 36
         again = database.read_two_view_geometry(1, 2)
         np.testing.assert_array_equal(again.inlier_matches, kept.inlier_matches)
@@ -254,7 +254,7 @@ def test_photos_are_compared_with_their_neighbours_and_with_look_alikes() -> Non
     names = [f"{index:03d}.jpg" for index in range(100)]
     angle = np.arange(100) * (2 * np.pi / 50)  # everything is passed twice
     looks = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    chosen = set(pairs_alike(names, looks))
+    chosen = set(similar_pairs(names, looks))
     assert all((names[i], names[i + step]) in chosen for i in range(80) for step in (1, 10, 20))
     assert all((names[i], names[i + 50]) in chosen for i in range(50))
     assert all(one < other for one, other in chosen)
@@ -266,11 +266,11 @@ def test_photos_of_the_same_features_look_alike() -> None:
     places = [random.integers(0, 256, (300, 128), dtype=np.uint8) for _ in range(4)]
     none = np.zeros((0, 128), np.uint8)
     photos = [place[random.permutation(300)[:200]] for place in (*places, *places)]
-    looks = aggregated([*photos, none])
+    looks = vlad_vectors([*photos, none])
     likeness = looks @ looks.T
     np.fill_diagonal(likeness, -1)
     assert likeness[:8].argmax(1).tolist() == [4, 5, 6, 7, 0, 1, 2, 3]
-    assert aggregated([none, none]).shape == (2, 1)
+    assert vlad_vectors([none, none]).shape == (2, 1)
 
 
 # --- refusals -------------------------------------------------------------------------------------
@@ -354,7 +354,7 @@ def test_without_pycolmap_one_sentence_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     photos = write_photos(tmp_path / "photos")
-    engine.cache_clear()
+    load_pycolmap.cache_clear()
     monkeypatch.setitem(sys.modules, "pycolmap", None)
     for words in (["capture", str(photos)], ["train", str(photos)]):
         assert main([*words, "-o", str(tmp_path / "out")]) == 2
@@ -362,7 +362,7 @@ def test_without_pycolmap_one_sentence_says_what_to_install(
         assert "pip install 'mobilegs[capture]'" in printed.err
         assert printed.err.count("\n") == 1 and printed.out == ""
     assert not (tmp_path / "out").exists()
-    engine.cache_clear()
+    load_pycolmap.cache_clear()
 
 
 def test_doctor_says_what_a_capture_lacks(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mobilegs.capture import CaptureRun, capture_photos, is_source
+from mobilegs.capture import CaptureRun, capture_photos, is_capture_source
 from mobilegs.capture.video import prepare_video, sharpness, time_span, upright
 from mobilegs.errors import InputError
-from tests.support.layered import blurred, layered_photo
+from tests.support.layered_photos import blurred, layered_photo
 
 av = pytest.importorskip("av", reason="the extra `capture` is not installed")
 
@@ -88,7 +88,7 @@ def test_a_video_becomes_a_capture(tmp_path: Path) -> None:
         for index in range(16)
     ]
     video = write_video(tmp_path / "walk.mp4", frames)
-    assert is_source(video)
+    assert is_capture_source(video)
     report = capture_photos(CaptureRun(video, tmp_path / "capture", frames=8))
     assert (report["source"], report["photos"]) == ("walk.mp4", 8)
     assert report["registered"] == 8

@@ -1,4 +1,4 @@
-"""The command line before files that mean no good: what they say of themselves, and ask for."""
+"""The command line with hostile files."""
 
 import json
 import os
@@ -15,23 +15,23 @@ import torch
 from mobilegs import scene_file
 from mobilegs.cli.main import VERBS, main
 from mobilegs.mgs.codec import inspect_mgs
-from tests.fuzz.envelope import take_apart
+from tests.support.mgs_parts import parse_parts
 
 CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
 
 
 @pytest.mark.parametrize("field", ["lobes", "weighting"])
 @pytest.mark.parametrize("depth", [600, 900])
-def test_info_shows_only_fields_that_it_knows(
+def test_info_prints_only_known_fields(
     field: str, depth: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sound, path = CONFORMANCE / "nvq_linear_lobes.mgs", tmp_path / "deep.mgs"
-    parts = take_apart(sound.read_bytes())
+    parts = parse_parts(sound.read_bytes())
     deep: list = []
     for _ in range(depth):
         deep = [deep]
     parts.header[field]["later"] = deep
-    path.write_bytes(parts.sealed())
+    path.write_bytes(parts.to_bytes())
     assert main(["info", str(path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found[field] == inspect_mgs(sound)[field]
@@ -42,7 +42,7 @@ KINDS = ("mgs", "ply", "spz", "sog", "splat", "glb")
 
 @contextmanager
 def at_once() -> Iterator[None]:
-    """Ends what waits for a pipe."""
+    """Fail instead of waiting for a pipe."""
 
     def late(*_) -> None:
         raise AssertionError("this waits for the other end of a pipe")
@@ -62,7 +62,7 @@ def at_once() -> Iterator[None]:
     # the folder of a .sog is one that was unpacked
     sorted({*product(KINDS, ("pipe", "device", "folder"))} - {("sog", "folder")}),
 )
-def test_what_is_no_file_is_refused_before_it_is_read(
+def test_pipes_devices_and_folders_are_refused_unread(
     kind: str, what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / f"scene.{kind}"
@@ -75,7 +75,7 @@ def test_what_is_no_file_is_refused_before_it_is_read(
     with at_once():
         assert main(["info", str(path)]) == 2
     printed = capsys.readouterr()
-    expected = f"mobilegs: cannot read {path}: it is no file, but a folder, a device or a pipe\n"
+    expected = f"mobilegs: cannot read {path}: it is a folder, a device or a pipe\n"
     assert (printed.out, printed.err) == ("", expected)
 
 
@@ -86,7 +86,7 @@ def test_a_pipe_in_the_folder_of_a_sog_is_refused(
     (tmp_path / "meta.json").symlink_to("/dev/null")
     with at_once():
         assert main(["info", str(tmp_path / "meta.json")]) == 2
-    assert "it is no file, but a folder, a device or a pipe" in capsys.readouterr().err
+    assert "a folder, a device or a pipe" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -106,33 +106,33 @@ def test_a_file_of_zeros_is_refused_by_its_first_bytes(
 
 
 def lines_of_info(notes: dict, path: Path, capsys: pytest.CaptureFixture[str]) -> list[list[str]]:
-    """What `info` prints of a file with such notes, each line's words."""
-    parts = take_apart((CONFORMANCE / "nvq_constant.mgs").read_bytes())
+    """The lines that `info` prints for a file with these notes, split into words."""
+    parts = parse_parts((CONFORMANCE / "nvq_constant.mgs").read_bytes())
     parts.header["meta"] = notes
-    path.write_bytes(parts.sealed())
+    path.write_bytes(parts.to_bytes())
     assert main(["info", str(path)]) == 0
     return [line.split() for line in capsys.readouterr().out.splitlines()]
 
 
-def test_a_note_never_takes_the_place_of_what_info_found(
+def test_notes_cannot_look_like_findings_of_info(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    false = {"blended": "in the order of depth, as 3DGS does", "version": 9, "a_b": 1, "a b": 2}
+    false = {"blending": "in order of depth, as in 3DGS", "version": 9, "a_b": 1, "a b": 2}
     lines = lines_of_info(false, tmp_path / "notes.mgs", capsys)
-    heading = lines.index(["notes", "of", "who", "made", "it"])
+    heading = lines.index(["notes", "of", "the", "author"])
     found = [line[:2] for line in lines[:heading]]
-    assert ["blended", "without"] in found and ["version", "2.1"] in found
+    assert ["blending", "without"] in found and ["version", "2.1"] in found
     assert not any("depth," in line for line in lines[:heading])
     noted = lines[heading + 1 : heading + 5]
-    assert noted[0] == "blended in the order of depth, as 3DGS does".split()
+    assert noted[0] == "blending in order of depth, as in 3DGS".split()
     assert noted[1:] == [["version", "9"], ["a", "b", "1"], ["a", "b", "2"]]
     assert ["notes", "of"] not in [
         line[:2] for line in lines_of_info({}, tmp_path / "n.mgs", capsys)
     ]
 
 
-def test_notes_cannot_turn_the_order_of_what_is_shown(
+def test_notes_cannot_change_the_text_direction(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     marks = [*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C]
@@ -151,14 +151,14 @@ def much_too_large() -> None:
 
 
 @pytest.mark.parametrize("ask", [short_of_memory, much_too_large])
-def test_too_little_memory_is_one_sentence(
+def test_too_little_memory_gives_one_line(
     ask, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scene_file, "read_mgs", lambda path: ask())
     words = ["eval", str(CONFORMANCE / "nvq_one.mgs"), "--capture", str(CONFORMANCE)]
     assert main(words) == 2
     printed = capsys.readouterr()
-    assert printed.out == "" and printed.err == "mobilegs: there is too little memory for this\n"
+    assert printed.out == "" and printed.err == "mobilegs: there is not enough memory for this\n"
 
 
 def test_other_errors_of_torch_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""The command line: what it prints, what it writes, how it refuses."""
+"""The command line: output, files, error messages."""
 
 import errno
 import json
@@ -13,14 +13,14 @@ import torch
 from PIL import Image
 
 from mobilegs.cli import doctor
-from mobilegs.cli.main import VERBS, main, open_both
-from mobilegs.cli.render import png_names
+from mobilegs.cli.main import VERBS, main
+from mobilegs.cli.render import open_scene_and_capture, png_names
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import rgb_to_sh0
-from tests.fuzz.envelope import Piece, take_apart
+from tests.support.mgs_parts import Piece, parse_parts
 from tests.support.scenes import no_gpu
 
 CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
@@ -28,7 +28,7 @@ CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Twelve photos in COLMAP's layout, of noise, from a line of cameras; 0 and 8 are held back."""
+    """Twelve photos of noise in COLMAP's layout, from cameras in a row; 0 and 8 are held back."""
     folder = tmp_path_factory.mktemp("capture")
     (folder / "images").mkdir()
     (folder / "sparse" / "0").mkdir(parents=True)
@@ -51,7 +51,7 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def scene(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A plain 3DGS scene in the capture's place: one blob a corner of a cube."""
+    """A plain 3DGS scene for the capture: a blob at each corner of a cube."""
     corners = torch.cartesian_prod(*[torch.tensor([-0.5, 0.5])] * 3)
     n = len(corners)
     gaussians = Gaussians(
@@ -67,7 +67,7 @@ def scene(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
-    """The sentence with which a command line is refused, with exit code 2 and nothing printed."""
+    """The error message of a command, which exits with 2 and prints nothing else."""
     assert main([str(word) for word in words]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
@@ -99,7 +99,7 @@ def test_help_names_every_verb_and_imports_nothing_heavy() -> None:
         ("doctor", ["--json"]),
     ],
 )
-def test_the_help_of_a_verb_explains_its_options(
+def test_the_help_of_a_verb_lists_its_options(
     verb: str, options: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as caught:
@@ -109,7 +109,7 @@ def test_the_help_of_a_verb_explains_its_options(
     assert [option for option in options if option not in text] == []
 
 
-def test_no_verb_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_verb_prints_the_help_and_exits_with_2(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 2
     assert "mobilegs VERB --help" in capsys.readouterr().out
 
@@ -124,7 +124,7 @@ def test_an_unknown_option_exits_with_2() -> None:
     assert caught.value.code == 2
 
 
-def test_ctrl_c_is_one_line_and_130(
+def test_ctrl_c_prints_one_line_and_exits_with_130(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupted() -> None:
@@ -135,7 +135,7 @@ def test_ctrl_c_is_one_line_and_130(
     assert capsys.readouterr().err == "mobilegs: interrupted\n"
 
 
-def test_demo_trains_on_the_built_in_capture_and_says_what_came_of_it(
+def test_demo_trains_on_the_built_in_capture_and_prints_a_summary(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from mobilegs.data.demo import capture
@@ -151,8 +151,8 @@ def test_demo_trains_on_the_built_in_capture_and_says_what_came_of_it(
         }
 
     written: list[Path] = []
-    monkeypatch.setattr(capture, "sample_capture", lambda progress: None)
-    monkeypatch.setattr(capture, "write_sample", lambda path, dataset: written.append(path))
+    monkeypatch.setattr(capture, "demo_capture", lambda progress: None)
+    monkeypatch.setattr(capture, "write_capture", lambda path, dataset: written.append(path))
     monkeypatch.setattr(train, "train_run", train_run)
     assert main(["demo", "-o", str(tmp_path / "demo"), "--seed", "3"]) == 0
     [run] = runs
@@ -160,10 +160,10 @@ def test_demo_trains_on_the_built_in_capture_and_says_what_came_of_it(
     assert (run.output, run.preset, run.seed) == (tmp_path / "demo", "demo", 3)
     said = capsys.readouterr().out
     assert "12,345 Gaussians, 67,890 bytes" in said
-    assert "27.12 dB (teacher 27.50 dB)" in said
+    assert "27.12 dB on held-back photos (teacher: 27.50 dB)" in said
 
 
-def test_an_interrupted_training_says_how_to_go_on(
+def test_an_interrupted_training_says_how_to_continue(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from mobilegs.pipeline import train
@@ -176,13 +176,13 @@ def test_an_interrupted_training_says_how_to_go_on(
     assert capsys.readouterr().err == "mobilegs: interrupted: add --resume to continue there\n"
 
 
-def test_render_writes_a_png_under_each_photos_name(
+def test_render_writes_a_png_with_the_name_of_each_photo(
     scene: Path, capture: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "new" / "folder"
     assert main(["render", str(scene), "--capture", str(capture), "-o", str(out)]) == 0
     assert sorted(path.name for path in out.iterdir()) == ["view_000.png", "view_008.png"]
-    dataset = open_both(scene, capture, None, "cpu")[1]
+    dataset = open_scene_and_capture(scene, capture, None, "cpu")[1]
     drawn = Scene(read_ply(scene)).render(dataset.test[1].camera).image
     written = np.array(Image.open(out / "view_008.png"))
     np.testing.assert_array_equal(written, to_bytes(drawn).numpy())
@@ -190,10 +190,10 @@ def test_render_writes_a_png_under_each_photos_name(
 
 
 @pytest.mark.skipif(bool(no_gpu()), reason=no_gpu())
-def test_render_on_a_gpu_shows_the_same(scene: Path, capture: Path, tmp_path: Path) -> None:
+def test_render_with_wgpu_gives_the_same_image(scene: Path, capture: Path, tmp_path: Path) -> None:
     words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
-    assert main([*words, "--backend", "gpu"]) == 0
-    dataset = open_both(scene, capture, None, "cpu")[1]
+    assert main([*words, "--renderer", "wgpu"]) == 0
+    dataset = open_scene_and_capture(scene, capture, None, "cpu")[1]
     drawn = to_bytes(Scene(read_ply(scene)).render(dataset.test[1].camera).image).int()
     written = torch.from_numpy(np.array(Image.open(tmp_path / "view_008.png"))).int()
     assert (written - drawn).abs().max() <= 2 and written.float().std() > 5
@@ -250,60 +250,60 @@ def test_info_counts_a_ply(scene: Path, capsys: pytest.CaptureFixture[str]) -> N
 @pytest.mark.parametrize(
     ("name", "sentences"),
     [
-        ("sq_layers", ["500 Gaussians, 13,080 bytes", "a viewer that sorts", "31 + 94 + 375"]),
-        ("sq_layers", ["multiples of steps (sq)", "lobes of degree 1", "2 for a first look"]),
-        ("nvq_network", ["a network, asked for every view", "indices into codebooks", "codebooks"]),
-        ("nvq_constant", ["the same from everywhere", "2.1 of the format"]),
-        ("sq_sorted", ["in the order of depth", "generator"]),
+        ("sq_layers", ["500 Gaussians, 13,080 bytes", "viewers that sort", "31 + 94 + 375"]),
+        ("sq_layers", ["step sizes (sq)", "lobes of degree 1", "2 for a first look"]),
+        ("nvq_network", ["a network, evaluated for every view", "codebooks (nvq)", "codebooks"]),
+        ("nvq_constant", ["the same from all directions", "2.1 of the format"]),
+        ("sq_sorted", ["in order of depth", "generator"]),
     ],
 )
-def test_info_explains_a_file(
+def test_info_describes_a_file(
     name: str, sentences: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = CONFORMANCE / f"{name}.mgs"
     assert main(["info", str(path)]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert all(sentence in text for sentence in sentences), text
-    assert "nobody uses" not in text and "header" in text
+    assert "unused streams" not in text and "header" in text
 
 
-def test_info_says_nothing_of_streams_that_nobody_uses(
+def test_info_counts_unused_streams_separately(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    parts, path = take_apart((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "idle.mgs"
+    parts, path = parse_parts((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "idle.mgs"
     spare = {"view-network": 1000, "lobe-decoder": 200, "scale.3": 30, "positions@1": 4, "new": 0}
     parts.pieces += [Piece(name, "raw", bytes(size)) for name, size in spare.items()]
-    path.write_bytes(parts.sealed())
+    path.write_bytes(parts.to_bytes())
     shown = []
     for file in (path, CONFORMANCE / "sq_sorted.mgs"):
         assert main(["info", str(file)]) == 0
         shown.append([line.split() for line in capsys.readouterr().out.splitlines()])
-    assert ["opacity", "the", "same", "from", "everywhere"] in shown[0]
-    (idle,) = (line for line in shown[0] if line[0] == "what")
-    assert idle[:4] == ["what", "nobody", "uses", "1,234"]
-    heading = ["part", "bytes", "share", "bytes", "a", "Gaussian"]
+    assert ["opacity", "the", "same", "from", "all", "directions"] in shown[0]
+    (unused,) = (line for line in shown[0] if line[:1] == ["unused"])
+    assert unused[:3] == ["unused", "streams", "1,234"]
+    heading = ["part", "bytes", "share", "bytes", "per", "Gaussian"]
     taken = [
         {" ".join(line[:-3]): line[-3] for line in lines[lines.index(heading) + 1 :]}
         for lines in shown
     ]
-    assert {**taken[1], "what nobody uses": "1,234", "header": taken[0]["header"]} == taken[0]
+    assert {**taken[1], "unused streams": "1,234", "header": taken[0]["header"]} == taken[0]
 
 
-def test_info_shows_notes_as_they_are(
+def test_info_prints_notes_without_markup(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    parts, path = take_apart((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "notes.mgs"
+    parts, path = parse_parts((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "notes.mgs"
     notes = {"[/x]": 1, "[bold]by": "[link=https://example.org]me", "steps [k]": 30.0, "z": "[red]"}
     parts.header["meta"] = notes
-    path.write_bytes(parts.sealed())
+    path.write_bytes(parts.to_bytes())
     assert main(["info", str(path)]) == 0
     lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
     for line in ("[/x] 1", "[bold]by [link=https://example.org]me", "steps [k] 30.000", "z [red]"):
         assert line in lines, lines
 
 
-def test_the_parts_that_info_names_add_up(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_parts_in_info_add_up_to_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     for path in sorted(CONFORMANCE.glob("*.mgs")):
         assert main(["info", str(path)]) == 0
         lines = capsys.readouterr().out.splitlines()
@@ -312,7 +312,7 @@ def test_the_parts_that_info_names_add_up(capsys: pytest.CaptureFixture[str]) ->
         assert found == path.stat().st_size
 
 
-def test_doctor_looks_at_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> None:
+def test_doctor_checks_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--json"]) == 0
     findings = {finding["what"]: finding for finding in json.loads(capsys.readouterr().out)}
     assert findings["PyTorch"]["found"].startswith(torch.__version__)
@@ -322,10 +322,10 @@ def test_doctor_looks_at_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> 
     assert "CPU kernels" in capsys.readouterr().out
 
 
-def test_doctor_asks_for_nothing_that_would_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_suggests_only_installations_that_help(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "find_module", lambda name: False)
     monkeypatch.setattr(doctor, "has_nvidia", lambda: False)
-    assert doctor.gpu_kernels().state == "none"  # without such a card nobody needs its libraries
+    assert doctor.gpu_kernels().state == "none"  # not needed without such a card
     monkeypatch.setattr(doctor, "has_nvidia", lambda: True)
     assert "mobilegs[cuda]" in doctor.gpu_kernels().remedy
     assert "mobilegs[native]" in doctor.window().remedy
@@ -339,7 +339,7 @@ def test_doctor_asks_for_nothing_that_would_not_help(monkeypatch: pytest.MonkeyP
     assert doctor.window().state == "yes"
 
 
-def test_doctor_knows_where_phones_would_look(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_prints_the_address_for_phones(monkeypatch: pytest.MonkeyPatch) -> None:
     from mobilegs.view import serve
 
     monkeypatch.setattr(serve, "own_address", lambda: "192.168.7.4")
@@ -349,7 +349,7 @@ def test_doctor_knows_where_phones_would_look(monkeypatch: pytest.MonkeyPatch) -
         assert doctor.phones().state == "none"
 
 
-def test_a_full_disk_is_one_sentence(
+def test_a_full_disk_gives_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def full() -> None:
@@ -363,7 +363,7 @@ def test_a_full_disk_is_one_sentence(
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("scene.obj", b"", "no scene: a .mgs, .ply, .spz, .sog, .splat or .glb"),
+        ("scene.obj", b"", "not a scene: a .mgs, .ply, .spz, .sog, .splat or .glb"),
         ("scene.ply", b"ply", "is not a PLY file"),
         ("scene.mgs", b"ply", "is not a .mgs scene but looks like a PLY"),
         ("gone.ply", None, "cannot read"),
@@ -371,7 +371,7 @@ def test_a_full_disk_is_one_sentence(
     ],
 )
 @pytest.mark.parametrize("verb", ["info", "eval", "render"])
-def test_a_file_that_is_no_scene_is_refused_in_one_sentence(
+def test_files_that_are_not_scenes_are_refused_in_one_line(
     verb: str,
     name: str,
     content: bytes | None,
@@ -390,7 +390,7 @@ def test_a_file_that_is_no_scene_is_refused_in_one_sentence(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_that_is_no_capture_is_refused(
+def test_a_folder_without_a_capture_is_refused(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert "is not a capture" in refusal(capsys, "eval", scene, "--capture", tmp_path)
@@ -404,7 +404,7 @@ def test_missing_lpips_weights_are_refused_before_any_work(
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU here")
-def test_a_gpu_that_is_not_there_is_refused(
+def test_a_missing_gpu_is_refused(
     scene: Path, capture: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["eval", scene, "--capture", capture, "--device", "cuda"]

@@ -40,7 +40,7 @@ def test_contraction_keeps_the_unit_ball_and_bounds_the_rest() -> None:
     assert torch.allclose(contract(far), expected)
 
 
-def test_contraction_is_float32_arithmetic_that_can_be_repeated_elsewhere() -> None:
+def test_contraction_equals_float32_arithmetic_of_numpy() -> None:
     positions = 3 * torch.randn(500, 3, generator=seeded())
     f = np.float32
     for row, found in zip(positions.numpy(), contract(positions).numpy(), strict=True):
@@ -58,7 +58,7 @@ def test_the_highest_octave_is_as_accurate_as_the_lowest() -> None:
     assert (encoded - expected).abs().max() < 1e-6
 
 
-def test_the_decoder_is_three_networks_as_described() -> None:
+def test_the_decoder_has_three_networks() -> None:
     decoder = AppearanceDecoder(seeded())
     assert sum(p.numel() for p in decoder.parameters()) == 9792
     positions = torch.randn(20, 3, generator=seeded(1))
@@ -98,14 +98,14 @@ def test_gradients_reach_weights_and_latents_but_not_positions() -> None:
 def test_a_linear_start_passes_the_latents_through(colors: str) -> None:
     decoder = color_decoder(ColorShape(colors), seeded())
     directions = torch.randn(9, 3, generator=seeded(1))
-    decoder.start_linear(directions)
+    decoder.init_linear(directions)
     positions, static, view = torch.randn(3, 50, 3, generator=seeded(2))
     out = decoder(positions, static, view)
     assert torch.allclose(out[:, 0], static, atol=2e-3)  # 11 binary digits
     assert torch.allclose(out[:, 1:].flatten(1), view @ directions.T, atol=1e-2)
 
 
-def test_two_matrices_make_harmonics_wherever_a_gaussian_is() -> None:
+def test_linear_decoding_does_not_depend_on_the_position() -> None:
     decoder = LinearDecoder(2).double()
     for matrix in decoder.parameters():
         matrix.data.copy_(torch.randn(matrix.shape, generator=seeded(matrix.numel())))
@@ -122,9 +122,7 @@ def test_two_matrices_make_harmonics_wherever_a_gaussian_is() -> None:
 
 
 @pytest.mark.parametrize(("degree", "latents_of_view"), [(0, 3), (1, 3), (1, 7), (2, 9)])
-def test_matrices_are_fitted_at_once_by_principal_directions(
-    degree: int, latents_of_view: int
-) -> None:
+def test_matrices_are_fitted_by_principal_directions(degree: int, latents_of_view: int) -> None:
     positions = torch.randn(500, 3, generator=seeded())
     sh = torch.randn(500, (degree + 1) ** 2, 3, generator=seeded(6))
     shape = ColorShape(degree=degree, latents=3 + latents_of_view)
@@ -141,7 +139,7 @@ def test_matrices_are_fitted_at_once_by_principal_directions(
         assert error == pytest.approx(least.item(), rel=1e-2)
 
 
-def test_fitting_reproduces_the_colours_and_uses_what_position_tells() -> None:
+def test_fitting_reproduces_the_colours_and_uses_the_position() -> None:
     positions = torch.randn(3000, 3, generator=seeded())
     sh = smooth_harmonics(positions)
     errors = []
@@ -153,7 +151,7 @@ def test_fitting_reproduces_the_colours_and_uses_what_position_tells() -> None:
     assert errors[1] < 0.7 * errors[0]
 
 
-def test_fitting_copes_with_one_gaussian_without_view_dependence() -> None:
+def test_one_gaussian_without_view_dependence_is_fitted() -> None:
     decoder = AppearanceDecoder(seeded())
     sh = torch.zeros(1, 4, 3)
     sh[:, 0] = 0.7

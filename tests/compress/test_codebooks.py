@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from mobilegs.compress.codebooks import CodebookSizes, SubVectorCodebooks, canonical_quats
-from mobilegs.compress.float16 import HALF_MAX, round_half, rounded_parameters
+from mobilegs.compress.float16 import FLOAT16_MAX, round_float16, rounded_parameters
 from mobilegs.errors import InputError
 
 
@@ -28,7 +28,7 @@ def test_decoding_looks_each_sub_vector_up(books: SubVectorCodebooks) -> None:
     assert torch.equal(row, torch.cat(parts))
 
 
-def test_decoded_rows_are_those_of_the_whole(books: SubVectorCodebooks) -> None:
+def test_selected_rows_equal_rows_of_the_whole(books: SubVectorCodebooks) -> None:
     rows = torch.tensor([5, 5, 399, 0])
     assert torch.equal(books(rows), books()[rows])
     mask = torch.arange(400) % 3 == 0
@@ -47,7 +47,7 @@ def test_more_entries_mean_less_error(values: torch.Tensor) -> None:
     assert errors[-1] < 1e-6  # an entry for every row: only the rounding to halves is left
 
 
-def test_what_is_decoded_is_representable_in_half_precision(books: SubVectorCodebooks) -> None:
+def test_decoded_values_are_float16_numbers(books: SubVectorCodebooks) -> None:
     assert torch.equal(books(), books().half().float())
     assert not torch.equal(books.centers, books.centers.half().float())
 
@@ -74,7 +74,7 @@ def test_entries_learn(books: SubVectorCodebooks, values: torch.Tensor) -> None:
     assert (books() - target).square().mean() < before - 0.08
 
 
-def test_reassigning_follows_values_that_moved(
+def test_reassigning_follows_changed_values(
     books: SubVectorCodebooks, values: torch.Tensor
 ) -> None:
     before = (books() - (values + 0.5)).square().mean()
@@ -106,15 +106,15 @@ def test_canonical_quaternions_are_the_same_rotation_with_positive_w() -> None:
     assert torch.allclose(overlap, torch.ones(100))
 
 
-def test_rounding_to_halves_saturates_and_passes_gradients() -> None:
+def test_rounding_to_float16_saturates_and_passes_gradients() -> None:
     values = torch.tensor([1e9, -1e9, 0.1, 1e-9], requires_grad=True)
-    rounded = round_half(values)
-    assert rounded.tolist() == [HALF_MAX, -HALF_MAX, float(torch.tensor(0.1).half()), 0.0]
+    rounded = round_float16(values)
+    assert rounded.tolist() == [FLOAT16_MAX, -FLOAT16_MAX, float(torch.tensor(0.1).half()), 0.0]
     (rounded * torch.arange(4.0)).sum().backward()
     assert values.grad is not None and values.grad.tolist() == [0, 1, 2, 3]
 
 
-def test_a_module_runs_with_the_weights_that_its_file_will_hold() -> None:
+def test_a_module_runs_with_rounded_weights() -> None:
     torch.manual_seed(0)
     layer = torch.nn.Linear(3, 2)
     inputs = torch.eye(3)

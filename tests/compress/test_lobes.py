@@ -12,11 +12,11 @@ from mobilegs.compress.codebooks import Cut
 from mobilegs.compress.lobes import LobeDecoder, LobeShape, fit_lobes
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.render.lobes import constant_lobes, lobe_degree, seen_along
-from mobilegs.render.view_network import ViewNetwork, statics
+from mobilegs.render.lobes import constant_lobes, evaluate_lobes, lobe_degree
+from mobilegs.render.view_network import ViewNetwork, static_inputs
 from mobilegs.spherical_harmonics import C0, sh_basis
 from mobilegs.train.student.view_dependence import ViewDependence
-from mobilegs.train.student.view_dirs import fit_to_network, seen_metric
+from mobilegs.train.student.view_dirs import basis_gram, fit_lobes_to_network
 
 
 def seeded(seed: int = 0) -> torch.Generator:
@@ -64,7 +64,7 @@ def even_metric(degree: int) -> Tensor:
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
 def test_opacity_and_phi_are_those_of_the_harmonics(degree: int) -> None:
     lobes, directions = some_lobes(50, degree), random_directions(50)
-    opacities, phi = seen_along(lobes, directions)
+    opacities, phi = evaluate_lobes(lobes, directions)
     basis = sh_basis(directions, degree)
     for i in range(50):
         logit = sum(float(basis[i, k] * lobes[i, k, 0]) for k in range(len(basis[0])))
@@ -78,7 +78,7 @@ def test_constant_lobes_look_the_same_from_everywhere() -> None:
     logits = torch.linspace(-3, 3, 20)
     lobes = constant_lobes(logits, torch.linspace(-1, 2, 20))
     for seed in (1, 2):
-        opacities, phi = seen_along(lobes, random_directions(20, seed))
+        opacities, phi = evaluate_lobes(lobes, random_directions(20, seed))
         torch.testing.assert_close(opacities, logits.sigmoid())
         torch.testing.assert_close(phi, torch.linspace(-1, 2, 20).clamp_min(0))
 
@@ -92,12 +92,12 @@ def test_a_new_decoder_gives_the_base_from_everywhere(latents: int, hidden: tupl
     decoder = LobeDecoder(LobeShape(2, latents, hidden), seeded())
     some = some_gaussians()
     lobes = decoder(torch.zeros(300, latents), some, base=True)
-    opacities, phi = seen_along(lobes, random_directions(300))
+    opacities, phi = evaluate_lobes(lobes, random_directions(300))
     torch.testing.assert_close(opacities, some.opacities)
     torch.testing.assert_close(phi, torch.ones(300), atol=1e-3, rtol=0)
 
 
-def test_decoding_is_what_the_format_says() -> None:
+def test_decoding_follows_the_format() -> None:
     shape = LobeShape(1, 3, (6, 5))
     decoder = LobeDecoder(shape, seeded())
     with torch.no_grad():
@@ -107,7 +107,7 @@ def test_decoding_is_what_the_format_says() -> None:
     named = dict(decoder.named_parameters())
     names = ["bias", "basis", "weights.0", "weights.1", "weights.2", "offsets.0", "offsets.1"]
     assert list(named) == names
-    hidden = torch.cat([statics(some), latents], dim=1)
+    hidden = torch.cat([static_inputs(some), latents], dim=1)
     hidden = torch.relu(hidden @ named["weights.0"].T + named["offsets.0"])
     hidden = torch.relu(hidden @ named["weights.1"].T + named["offsets.1"])
     expected = named["bias"] + latents @ named["basis"] + hidden @ named["weights.2"].T
@@ -117,7 +117,7 @@ def test_decoding_is_what_the_format_says() -> None:
 
 
 @pytest.mark.parametrize("latents", [0, 4])
-def test_gradients_of_decoding_are_those_of_the_numbers(latents: int) -> None:
+def test_gradients_of_decoding_equal_finite_differences(latents: int) -> None:
     decoder = LobeDecoder(LobeShape(2, latents, (8,)), seeded()).double()
     with torch.no_grad():  # halves, so that rounding them changes nothing
         for parameter in decoder.parameters():
@@ -152,8 +152,8 @@ def test_chunks_do_not_change_what_is_decoded(monkeypatch) -> None:
 @pytest.mark.parametrize(
     "shape", [(4, 1, ()), (-1, 1, ()), (2, 33, ()), (2, 1, (0,)), (2, 1, (300,)), (2, 1, (1,) * 4)]
 )
-def test_shapes_that_no_file_holds_are_refused(shape: tuple) -> None:
-    with pytest.raises(InputError, match="cannot be decoded"):
+def test_invalid_shapes_are_refused(shape: tuple) -> None:
+    with pytest.raises(InputError, match="cannot have the shape"):
         LobeShape(*shape)
 
 
@@ -161,7 +161,7 @@ def test_shapes_that_no_file_holds_are_refused(shape: tuple) -> None:
 
 
 def fitted(lobes: Tensor, shape: LobeShape, *, metric: Tensor | None = None, **options) -> Tensor:
-    """What comes back of lobes after they were fitted."""
+    """Return the lobes that a fitted decoder gives."""
     some = some_gaussians(len(lobes))
     some.logit_opacities = C0 * lobes[:, 0, 0]
     decoder = LobeDecoder(shape, seeded())
@@ -175,21 +175,23 @@ def fitted(lobes: Tensor, shape: LobeShape, *, metric: Tensor | None = None, **o
 @pytest.mark.parametrize("rotated", [True, False])
 @pytest.mark.parametrize("base", [True, False])
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
-def test_with_all_numbers_nothing_is_lost(degree: int, base: bool, rotated: bool) -> None:
+def test_as_many_latents_as_coefficients_lose_nothing(
+    degree: int, base: bool, rotated: bool
+) -> None:
     lobes = some_lobes(degree=degree)
     shape = LobeShape(degree, 2 * (degree + 1) ** 2 - base)
     back = fitted(lobes, shape, base=base, rotated=rotated)
     torch.testing.assert_close(back, lobes, atol=2e-2, rtol=0)  # the basis is made of halves
 
 
-def test_as_many_latents_as_the_lobes_have_directions_are_enough() -> None:
+def test_as_many_latents_as_principal_directions_are_enough() -> None:
     lobes = some_lobes(rank=5)
     torch.testing.assert_close(fitted(lobes, LobeShape(2, 6)), lobes, atol=2e-2, rtol=0)
     assert (fitted(lobes, LobeShape(2, 2)) - lobes).abs().max() > 0.3
 
 
 @pytest.mark.parametrize("hidden", [(), (8,)])
-def test_lobes_that_are_all_alike_leave_the_directions_as_they_were_drawn(hidden: tuple) -> None:
+def test_equal_lobes_leave_the_basis_unchanged(hidden: tuple) -> None:
     some, lobes = some_gaussians(), torch.zeros(300, 9, 2)
     lobes[:, :1] = constant_lobes(some.logit_opacities)
     decoder = LobeDecoder(LobeShape(2, 6, hidden), seeded())
@@ -202,12 +204,12 @@ def test_lobes_that_are_all_alike_leave_the_directions_as_they_were_drawn(hidden
     torch.testing.assert_close(decoder(latents, some, base=True), lobes, atol=2e-3, rtol=0)
 
 
-def test_latents_beyond_the_last_direction_are_idle() -> None:
+def test_latents_beyond_the_last_direction_are_zero() -> None:
     lobes = some_lobes(degree=0)
     torch.testing.assert_close(fitted(lobes, LobeShape(0, 4)), lobes, atol=2e-2, rtol=0)
 
 
-def test_what_no_camera_sees_is_given_up_first() -> None:
+def test_directions_that_no_camera_sees_lose_accuracy_first() -> None:
     lobes, forward = some_lobes(degree=2), random_directions(4000)
     forward = normalize(forward * 0.15 + torch.tensor([0.0, 0, 1]), dim=1)
     basis = sh_basis(forward, 2)
@@ -221,10 +223,12 @@ def test_what_no_camera_sees_is_given_up_first() -> None:
     assert errors[0] < 0.1 * errors[1]
 
 
-def test_a_network_tells_what_the_other_attributes_know() -> None:
+def test_a_network_uses_the_other_attributes() -> None:
     some = some_gaussians(1000)
     lobes = some_lobes(1000)
-    lobes[:, 1:] = (statics(some) @ torch.randn(19, 16, generator=seeded(9))).unflatten(1, (8, 2))
+    lobes[:, 1:] = (static_inputs(some) @ torch.randn(19, 16, generator=seeded(9))).unflatten(
+        1, (8, 2)
+    )
     some.logit_opacities = C0 * lobes[:, 0, 0]
     errors = []
     for hidden in ((), (32,)):
@@ -238,22 +242,22 @@ def test_a_network_tells_what_the_other_attributes_know() -> None:
 # --- in the place of a network
 
 
-def test_a_network_that_says_nothing_new_is_fitted_exactly() -> None:
+def test_constant_network_outputs_are_fitted_exactly() -> None:
     some = some_gaussians()
-    lobes = fit_to_network(ViewNetwork(seeded()), some, cameras(), 2)
+    lobes = fit_lobes_to_network(ViewNetwork(seeded()), some, cameras(), 2)
     torch.testing.assert_close(
         lobes[:, :1], constant_lobes(some.logit_opacities), rtol=0, atol=2e-2
     )
     assert lobes[:, 1:].abs().max() < 2e-2
 
 
-def test_a_network_is_met_along_the_directions_that_cameras_look() -> None:
+def test_a_network_is_approximated_along_the_directions_of_the_cameras() -> None:
     some, network = some_gaussians(), ViewNetwork(seeded())
     with torch.no_grad():
         network.opacity.weight.normal_(0, 0.5, generator=seeded(1))
         network.phi.weight.normal_(0, 0.5, generator=seeded(2))
     residues, spreads = [], []
-    lobes = {degree: fit_to_network(network, some, cameras(), degree) for degree in (0, 2)}
+    lobes = {degree: fit_lobes_to_network(network, some, cameras(), degree) for degree in (0, 2)}
     for camera in cameras()[:8]:
         directions = normalize(some.means - camera.position, dim=1)
         with torch.no_grad():
@@ -271,17 +275,17 @@ def test_a_gaussian_that_no_camera_sees_keeps_its_base() -> None:
     with torch.no_grad():
         network.opacity.bias.fill_(1.0)
     from_above = [camera for camera in cameras() if camera.position[2] > 1]
-    lobes = fit_to_network(network, some, from_above, 2)
+    lobes = fit_lobes_to_network(network, some, from_above, 2)
     torch.testing.assert_close(lobes[7, :1], constant_lobes(some.logit_opacities)[7])
     assert lobes[8, 0, 0] * C0 - some.logit_opacities[8] == pytest.approx(1.0, abs=0.05)
     assert (lobes[7, 1:] == 0).all()
 
 
-def test_the_metric_is_that_of_even_directions_where_cameras_stand_all_around() -> None:
-    metric = seen_metric(some_gaussians(), cameras(400), 2)
+def test_the_metric_of_cameras_all_around_is_that_of_uniform_directions() -> None:
+    metric = basis_gram(some_gaussians(), cameras(400), 2)
     torch.testing.assert_close(metric.float(), torch.eye(9), atol=0.5, rtol=0)
     assert metric.trace() == pytest.approx(9)
-    nobody = seen_metric(some_gaussians(), [], 1)
+    nobody = basis_gram(some_gaussians(), [], 1)
     assert torch.equal(nobody, torch.eye(4, dtype=torch.float64))
 
 
@@ -297,26 +301,26 @@ def test_the_metric_is_that_of_even_directions_where_cameras_stand_all_around() 
         (ViewDependence("projected", latents=1), LobeShape(2, 0), None, True),
         (ViewDependence("projected", latents=30), LobeShape(2, 18), Cut(9, 2), True),
         (
-            ViewDependence("fitted", latents=4, length=3, fraction=0.5),
+            ViewDependence("fitted", latents=4, subvector_length=3, decoder_from=0.5),
             LobeShape(2, 3),
             Cut(1, 3),
             True,
         ),
         (ViewDependence("latent", latents=0, hidden=9), LobeShape(2, 0, (9,)), None, False),
-        (ViewDependence("free", 0, length=1), LobeShape(0, 1), Cut(1, 1), True),
+        (ViewDependence("free", 0, subvector_length=1), LobeShape(0, 1), Cut(1, 1), True),
     ],
 )
-def test_what_is_stored_follows_from_the_choice(view, shape, cut, base) -> None:
+def test_the_stored_attributes_follow_from_the_view_dependence(view, shape, cut, base) -> None:
     assert (view.shape, view.cut, view.base) == (shape, cut, base)
 
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"kind": "magic"}, {"degree": 4}, {"latents": 40}, {"length": 0}, {"size": 5000},
-     {"fraction": 1.5}, {"decay": 1.0}, {"hidden": 0}, {"kind": "fitted", "fraction": 0.0},
-     {"kind": "latent", "fraction": 0.0, "decay": 0.1}, {"kind": "network", "decay": 0.1},
-     {"kind": "free", "degree": 3, "length": 3}, {"latents": 32, "degree": 3, "length": 3}],
+    [{"kind": "magic"}, {"degree": 4}, {"latents": 40}, {"subvector_length": 0},
+     {"codebook_size": 5000}, {"decoder_from": 1.5}, {"hidden": 0},
+     {"kind": "fitted", "decoder_from": 0.0}, {"kind": "free", "degree": 3, "subvector_length": 3},
+     {"latents": 32, "degree": 3, "subvector_length": 3}],
 )  # fmt: skip
-def test_choices_that_cannot_be_are_refused(wrong: dict) -> None:
+def test_invalid_view_dependences_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError):
         ViewDependence(**wrong)

@@ -1,4 +1,4 @@
-"""Angles as far as a file can hold them: both decoders agree on them, and on what lies beyond."""
+"""The largest angles of a file: both decoders agree on them, and on the limit."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,35 +9,36 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs.compress.rotations import encode_rotations
-from mobilegs.compress.uniform_quantizer import ANGLE_STEPS, ScalarSteps
+from mobilegs.compress.uniform_quantizer import ANGLE_STEP_RANGE, StepSizes
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.quantized_scene import CodedScene
-from tests.support.coded import join, split
-from tests.web.test_decoder import Case, assert_close, assert_same_refusals, decoded, make_scene
+from mobilegs.mgs.quantized_scene import QuantizedScene
+from tests.support.node import assert_close, assert_same_refusals, decoded
+from tests.support.quantized_scenes import join, split
+from tests.support.scene_cases import Case, make_scene
 
 
-def flat() -> CodedScene:
-    """A scene of Gaussians whose angles have many finer bits."""
-    coded = make_scene(Case(600, steps=ScalarSteps()))
+def flat() -> QuantizedScene:
+    """Return a scene whose angles have many refinement bits."""
+    coded = make_scene(Case(600, steps=StepSizes()))
     g = torch.Generator().manual_seed(0)
     scales = torch.randint(-60, 10, coded.indices["scale"].shape, generator=g).int()
     return replace(coded, indices=coded.indices | {"scale": scales})
 
 
-def turned(step: float, cells: list[int]) -> CodedScene:
-    """A scene of angles anywhere in these cells."""
+def turned(step: float, cells: list[int]) -> QuantizedScene:
+    """Return a scene of random angles in these cells."""
     coded = flat()
     g = torch.Generator().manual_seed(1)
-    parts = 1 << coded.finer.int()
+    parts = 1 << coded.refinement_bits.int()
     picked = torch.tensor(cells)[torch.randint(len(cells), parts.shape, generator=g)]
     rest = (torch.rand(parts.shape, generator=g) * parts).int()
-    rest[0] = parts[0] - 1  # as far as its cell goes
+    rest[0] = parts[0] - 1  # the end of its cell
     rotations = (picked * parts + rest).int()
     return replace(
         coded,
         indices=coded.indices | {"rotation": rotations},
-        steps=coded.steps | {"rotation": step},
+        step_sizes=coded.step_sizes | {"rotation": step},
     )
 
 
@@ -63,7 +64,7 @@ def test_both_decoders_agree_on_the_largest_angles(
 
 
 def test_both_decoders_refuse_larger_ones_from_the_header(tmp_path: Path) -> None:
-    """The limit holds for what a step is as a float32 value."""
+    """The limit holds for the step size as a float32 value."""
     cases = {
         (0, 16.0): False,
         (0, 16.0000001): False,
@@ -90,27 +91,27 @@ def test_both_decoders_refuse_larger_ones_from_the_header(tmp_path: Path) -> Non
 @pytest.mark.parametrize("cell", [-2, 2])
 def test_a_scene_of_larger_angles_is_not_written(cell: int) -> None:
     pack(turned(3.19, [cell]))
-    with pytest.raises(InputError, match=r"a step of 3\.3 between angles is too large"):
+    with pytest.raises(InputError, match=r"3\.3 is too large"):
         pack(turned(3.3, [cell]))
 
 
-@pytest.mark.parametrize("step", [*ANGLE_STEPS, 2 * torch.pi / 3])
-def test_whatever_the_encoder_makes_of_a_turn_can_be_written(step: float) -> None:
+@pytest.mark.parametrize("step", [*ANGLE_STEP_RANGE, 2 * torch.pi / 3])
+def test_every_encoded_rotation_can_be_written(step: float) -> None:
     g = torch.Generator().manual_seed(0)
     coded = flat()
     quats = torch.randn(len(coded), 4, generator=g)
-    quats[::2, 0] = 0  # half turns, of which a third about an axis
+    quats[::2, 0] = 0  # half turns, a third of them about an axis
     quats[::3, 1:3] = 0
     codes = encode_rotations(quats, coded.values()["scale"], step)
     coded = replace(
         coded,
         indices=coded.indices | {"rotation": codes},
-        steps=coded.steps | {"rotation": step},
+        step_sizes=coded.step_sizes | {"rotation": step},
     )
     unpack(pack(coded))
 
 
-def test_a_step_that_makes_no_angle_is_refused_where_it_is_chosen() -> None:
-    ScalarSteps(rotation=4.0)
-    with pytest.raises(InputError, match=r"step of rotation must lie within 0\.002 to 4, not 4\.1"):
-        ScalarSteps(rotation=4.1)
+def test_a_step_size_without_valid_angles_is_refused() -> None:
+    StepSizes(rotation=4.0)
+    with pytest.raises(InputError, match=r"rotation must lie within .* 4\.1"):
+        StepSizes(rotation=4.1)

@@ -1,4 +1,4 @@
-"""The mode `sq`: rotations turned back and in fine angles, multiples of steps, plain latents."""
+"""Mode `sq`: canonical rotations, uniform quantisers and their step sizes, decorrelated latents."""
 
 import copy
 import math
@@ -8,31 +8,33 @@ import pytest
 import torch
 
 from mobilegs.compress.appearance import COLORS, ColorShape, color_decoder
+from mobilegs.compress.codebooks import Attribute
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.rotations import (
     LIMITS,
-    RotationCodes,
+    RotationQuantizer,
     canonical_pairs,
     decode_rotations,
     encode_rotations,
-    finer_bits,
     quats_of,
+    refinement_bits,
     rotation_vectors,
 )
-from mobilegs.compress.uniform_quantizer import ScalarCodes, ScalarSteps, entropy
-from mobilegs.csrc import native
+from mobilegs.compress.uniform_quantizer import StepSizes, UniformQuantizer, entropy
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.quantized_scene import same
+from mobilegs.mgs.encode import Quantizer
+from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import STATICS
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes
-from mobilegs.train.student.quantization import pay, steer
+from mobilegs.train.student.quantization import add_rate_gradients, control_rate
 from mobilegs.train.student.trainer import Student
-from tests.support.tiny import STUDENT, blobs, train
-from tests.web.test_decoder import Case, make_scene
+from tests.support.scene_cases import Case, make_scene
+from tests.support.tiny import STUDENT, blobs, changed, train
 
 
 def seeded(seed: int = 0) -> torch.Generator:
@@ -55,7 +57,7 @@ def ellipsoids(count: int, seed: int = 0) -> tuple[torch.Tensor, torch.Tensor]:
     return quats, 1.5 * torch.randn(count, 3, generator=g)
 
 
-def test_canonical_pairs_are_the_same_ellipsoids_turned_by_63_degrees_at_most() -> None:
+def test_canonical_pairs_are_the_same_ellipsoids_rotated_by_at_most_63_degrees() -> None:
     quats, log_scales = ellipsoids(5000)
     turned, renamed = canonical_pairs(quats, log_scales)
     assert relative(covariances(turned, renamed), covariances(quats, log_scales)).max() < 1e-5
@@ -68,14 +70,14 @@ def test_canonical_pairs_are_the_same_ellipsoids_turned_by_63_degrees_at_most() 
 
 
 @pytest.mark.parametrize("turn", [[1, 1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [1, 1, 1, 1]])
-def test_a_turn_that_maps_axes_to_axes_is_no_turn_at_all(turn: list[float]) -> None:
+def test_a_rotation_that_permutes_the_axes_becomes_the_identity(turn: list[float]) -> None:
     log_scales = torch.tensor([[-1.0, -2.0, -3.0]])
     turned, renamed = canonical_pairs(torch.tensor([turn]).float(), log_scales)
     torch.testing.assert_close(turned, torch.tensor([[1.0, 0, 0, 0]]), atol=1e-6, rtol=0)
     assert sorted(renamed[0].tolist()) == [-3, -2, -1]
 
 
-def test_rotation_vectors_come_back() -> None:
+def test_rotation_vectors_round_trip() -> None:
     quats, _ = ellipsoids(500)
     quats[0] = torch.tensor([1.0, 0, 0, 0])
     quats[1] = torch.tensor([1.0, 1e-12, 0, 0])
@@ -85,23 +87,23 @@ def test_rotation_vectors_come_back() -> None:
     assert (1 - (back * unit).sum(1).abs()).max() < 1e-6
 
 
-def test_an_angle_is_finer_where_a_gaussian_is_longer() -> None:
+def test_refinement_bits_grow_with_the_elongation() -> None:
     limits = torch.tensor(LIMITS) / 256
     expected = [math.asinh((2 ** (c - 0.5) - 1) / 2) for c in range(1, 9)]
     assert (limits - torch.tensor(expected)).abs().max() < 1 / 256
     zeros = torch.zeros(8)
     at = torch.stack([zeros, limits, zeros], dim=1)
     below = torch.stack([zeros, torch.nextafter(limits, zeros), zeros], dim=1)
-    assert finer_bits(at)[:, 2].tolist() == list(range(1, 9))
-    assert finer_bits(below)[:, 0].tolist() == list(range(8))
-    assert (finer_bits(at)[:, 1] == 0).all()
+    assert refinement_bits(at)[:, 2].tolist() == list(range(1, 9))
+    assert refinement_bits(below)[:, 0].tolist() == list(range(8))
+    assert (refinement_bits(at)[:, 1] == 0).all()
 
 
 @pytest.mark.parametrize("step", [0.3, 0.05])
-def test_coded_rotations_change_every_ellipsoid_alike_and_little(step: float) -> None:
+def test_quantised_rotations_change_all_covariances_by_similar_small_errors(step: float) -> None:
     quats, log_scales = canonical_pairs(*ellipsoids(4000, seed=1))
     codes = encode_rotations(quats, log_scales, step)
-    decoded = decode_rotations(codes, finer_bits(log_scales), step)
+    decoded = decode_rotations(codes, refinement_bits(log_scales), step)
     assert torch.equal(encode_rotations(decoded, log_scales, step), codes)
     error = relative(covariances(decoded, log_scales), covariances(quats, log_scales))
     long = (log_scales.amax(1) - log_scales.amin(1)) > 3
@@ -109,49 +111,49 @@ def test_coded_rotations_change_every_ellipsoid_alike_and_little(step: float) ->
     assert error[long].mean() < 2 * error[~long].mean() and error.mean() < step / 4
 
 
-def test_scalar_codes_are_the_nearest_multiples() -> None:
+def test_codes_are_the_nearest_multiples() -> None:
     values = torch.tensor([[0.24, -1.0], [0.26, 0.0], [-0.26, 7.0]])
-    codes = ScalarCodes.fit(values, step=0.5)
+    codes = UniformQuantizer.fit(values, step_size=0.5)
     assert codes.indices.tolist() == [[0, -2], [1, 0], [-1, 14]]
     assert codes(torch.tensor([2, 0])).tolist() == [[-0.5, 7.0], [0.0, -1.0]]
-    far = ScalarCodes.fit(torch.tensor([[1e9], [-1e9]]), step=0.5).indices
-    assert far.tolist() == [[2047], [-2047]]  # as many codes as a column may have
+    far = UniformQuantizer.fit(torch.tensor([[1e9], [-1e9]]), step_size=0.5).indices
+    assert far.tolist() == [[2047], [-2047]]  # the most codes of a column
     codes.select(torch.tensor([True, False, True]))
     assert codes.indices.tolist() == [[0, -2], [-1, 14]]
 
 
-def test_steps_that_shrink_as_far_as_they_can_still_reach_every_size_and_opacity() -> None:
-    values = torch.linspace(-20, 20, 999)[:, None]  # e^20 is half a thousand million
-    codes = ScalarCodes.fit(values, step=0.01)
-    codes.growth.data -= 5
+def test_the_smallest_step_size_still_represents_every_scale_and_opacity() -> None:
+    values = torch.linspace(-20, 20, 999)[:, None]  # e^20 is 5e8
+    codes = UniformQuantizer.fit(values, step_size=0.01)
+    codes.log_step_offset.data -= 5
     codes.reassign(values)
-    assert (codes() - values).abs().max() <= codes.step / 2 + 1e-6
+    assert (codes() - values).abs().max() <= codes.step_size / 2 + 1e-6
 
 
-def test_slopes_lead_from_rare_codes_to_frequent_ones() -> None:
+def test_the_bits_gradient_points_from_rare_codes_to_frequent_ones() -> None:
     values = torch.cat([torch.zeros(90), torch.ones(9), torch.full((1,), 4.0)])[:, None]
-    codes = ScalarCodes.fit(values, step=1.0)
+    codes = UniformQuantizer.fit(values, step_size=1.0)
     asked = torch.tensor([[0.5], [-0.5], [3.5], [4.5], [1.5], [50.0]])
-    slopes = codes.slopes(asked.expand(-1, 1))
+    slopes = codes.bits_gradient(asked.expand(-1, 1))
     total = 90 + 9 + 1 + 0.1 * 9  # codes -2 to 6
     bits = [math.log2(total / (count + 0.1)) for count in (0, 0, 90, 9, 0, 0, 1, 0, 0)]
     expected = [bits[i + 1] - bits[i] for i in (2, 1, 5, 6, 3, 7)]
     torch.testing.assert_close(slopes[:, 0], torch.tensor(expected))
     assert slopes[0] > 0 > slopes[1]
-    finer = ScalarCodes.fit(values / 2, step=0.5).slopes(asked / 2)
+    finer = UniformQuantizer.fit(values / 2, step_size=0.5).bits_gradient(asked / 2)
     torch.testing.assert_close(finer, 2 * slopes)
 
 
 @pytest.mark.parametrize("colors", COLORS)
 @pytest.mark.parametrize(("degree", "view_latents"), [(0, 3), (1, 3), (1, 8), (3, 3)])
-def test_plain_appearance_latents_decode_to_the_same_colours(
+def test_decorrelated_appearance_latents_decode_to_the_same_colours(
     degree: int, view_latents: int, colors: str
 ) -> None:
     g = seeded(3)
     most = 3 if colors == "networks" else view_latents
     decoder = color_decoder(ColorShape(colors, degree, 3 + most), g)
     if colors == "linear":
-        decoder.start_linear(torch.randn(3 * (degree + 1) ** 2 - 3, most, generator=g))
+        decoder.init_linear(torch.randn(3 * (degree + 1) ** 2 - 3, most, generator=g))
     places = torch.randn(3000, 3, generator=g)
     static, view = (
         torch.randn(3000, n, generator=g) @ torch.randn(n, n, generator=g) for n in (3, most)
@@ -159,7 +161,7 @@ def test_plain_appearance_latents_decode_to_the_same_colours(
     before = decoder.decode(places, static, view)
     changed = decorrelate_appearance(decoder, places, static, view)
     after = decoder.decode(places, *changed)
-    assert (after - before).abs().max() < 4e-3 * before.abs().max()  # weights are halves
+    assert (after - before).abs().max() < 4e-3 * before.abs().max()  # weights are float16
     covariance = torch.cov(changed[0].T)
     assert (covariance - covariance.diagonal().diag()).abs().max() < 1e-3 * covariance.max()
     assert covariance[0, 0] >= covariance[1, 1] >= covariance[2, 2]
@@ -169,7 +171,7 @@ def test_plain_appearance_latents_decode_to_the_same_colours(
 
 
 @pytest.mark.parametrize("hidden", [(), (8,), (8, 5)])
-def test_plain_lobe_latents_decode_to_the_same_lobes(hidden: tuple[int, ...]) -> None:
+def test_decorrelated_lobe_latents_decode_to_the_same_lobes(hidden: tuple[int, ...]) -> None:
     g = seeded(4)
     decoder = LobeDecoder(LobeShape(2, 6, hidden), g)
     for parameter in decoder.parameters():
@@ -186,22 +188,22 @@ def test_plain_lobe_latents_decode_to_the_same_lobes(hidden: tuple[int, ...]) ->
     assert (covariance - covariance.diagonal().diag()).abs().max() < 1e-3 * covariance.max()
 
 
-def test_a_single_gaussian_is_trained_and_coded(dataset) -> None:
+def test_a_single_gaussian_is_trained_and_quantised(dataset) -> None:
     seen_by = [frame.camera for frame in dataset.train]
     alone = Scene(blobs().select(torch.tensor([3])), near=0.2)
-    config = replace(STUDENT, coding="sq")
+    config = changed(STUDENT, quantization={"method": "sq"})
     student = Student(config, alone, seen_by, extent=dataset.extent, seed=0)
     train(student, dataset, 40)
-    assert all(torch.isfinite(value).all() for value in student.coded().values().values())
-    assert len(unpack(pack(student.coded())).decode().gaussians) == 1
+    assert all(torch.isfinite(value).all() for value in student.quantized_scene().values().values())
+    assert len(unpack(pack(student.quantized_scene())).decode().gaussians) == 1
 
 
-def test_a_scene_of_scalars_comes_back_and_says_what_it_is() -> None:
-    coded = make_scene(Case(2000, LobeShape(2, 12, (64,)), steps=ScalarSteps()))
+def test_a_scene_of_mode_sq_round_trips_and_is_inspected() -> None:
+    coded = make_scene(Case(2000, LobeShape(2, 12, (64,)), steps=StepSizes()))
     data = pack(coded)
     found = unpack(data)
-    assert same(found, coded.sorted()) and pack(found) == data
-    assert not same(found, replace(found, steps={**found.steps, "scale": 0.2}))
+    assert scenes_equal(found, coded.sorted()) and pack(found) == data
+    assert not scenes_equal(found, replace(found, step_sizes={**found.step_sizes, "scale": 0.2}))
     report = inspect(data)
     assert report["mode"] == "sq"
     names = [row["name"] for row in report["streams"]]
@@ -215,24 +217,24 @@ def test_a_scene_of_scalars_comes_back_and_says_what_it_is() -> None:
     ]
     assert sum(row["bytes"] for row in report["streams"]) < report["file_bytes"]
     assert all(row["used"] for row in report["streams"])
-    finer = report["streams"][9]
-    assert finer["raw_bytes"] == finer["bytes"] > 0  # nothing codes them
+    refinement = report["streams"][9]
+    assert refinement["raw_bytes"] == refinement["bytes"] > 0  # has no entropy coder
     assert None not in [row["raw_bytes"] for row in report["streams"]]
 
 
 @pytest.mark.parametrize("library", [True, False])
-def test_lobes_with_squares_at_the_end_of_float32_are_drawn(
+def test_lobes_whose_squares_approach_the_float32_maximum_are_rendered(
     library: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    coded = make_scene(Case(300, LobeShape(0, 2, (2, 2)), steps=ScalarSteps()))
+    coded = make_scene(Case(300, LobeShape(0, 2, (2, 2)), steps=StepSizes()))
     for name, weights in coded.lobe_decoder.items():
         weights.fill_(65504.0 if name.startswith("weights") else 0.0)
     coded.lobe_decoder["weights.0"][:, :STATICS] = 0
     coded.indices["lobes"].fill_(22)  # phi^2 is 2e38
     coded.indices["lobes"][::3] = -22  # ReLUs make zeros of these
-    coded = unpack(pack(replace(coded, steps={**coded.steps, "lobes": 1000.0})))
+    coded = unpack(pack(replace(coded, step_sizes={**coded.step_sizes, "lobes": 1000.0})))
     if not library:
-        monkeypatch.setattr(native, "takes", lambda *_: False)
+        monkeypatch.setattr(binding, "supports", lambda *_: False)
     scene = coded.decode()
     assert scene.lobes is not None
     drawn = scene.render(coded.views[0])
@@ -241,45 +243,47 @@ def test_lobes_with_squares_at_the_end_of_float32_are_drawn(
     assert scene.lobes[coded.indices["lobes"][:, 0] < 0].abs().max() < 10
 
 
-def test_codes_that_reach_too_far_are_refused() -> None:
-    coded = make_scene(Case(50, steps=ScalarSteps()))
+def test_codes_that_are_too_large_are_refused() -> None:
+    coded = make_scene(Case(50, steps=StepSizes()))
     coded.indices["appearance"][3, 2] = 5000
-    with pytest.raises(InputError, match="appearance codes reach too far"):
+    with pytest.raises(InputError, match="appearance codes are too large"):
         pack(coded)
-    coded = make_scene(Case(50, steps=ScalarSteps()))
+    coded = make_scene(Case(50, steps=StepSizes()))
     coded.indices["scale"][3, 2] = 1000
-    with pytest.raises(InputError, match="scale codes hold numbers that are out of range"):
+    with pytest.raises(InputError, match="scale codes hold"):
         pack(coded)
 
 
 @pytest.mark.parametrize("steps", [{"scale": 0.0}, {"rotation": math.nan}, {"lobes": 1000.0}])
-def test_steps_that_are_none_are_refused(steps: dict[str, float]) -> None:
+def test_step_sizes_out_of_range_are_refused(steps: dict[str, float]) -> None:
     with pytest.raises(InputError, match="must lie within"):
-        ScalarSteps(**steps)
+        StepSizes(**steps)
 
 
-def test_entropy_is_what_the_shares_of_codes_say() -> None:
+def test_entropy_follows_the_shares_of_the_codes() -> None:
     codes = torch.tensor([[-3, 5], [-3, 5], [4, 5], [9, 5]])
     assert entropy(codes) == pytest.approx(1.5)
     assert entropy(torch.arange(16)[:, None]) == pytest.approx(4.0)
 
 
-def test_a_step_learns_from_the_errors_of_its_rounding() -> None:
-    """The gradient is that of the values held, if codes and the errors in steps stay."""
+def test_the_step_size_gradient_follows_the_rounding_errors() -> None:
+    """The gradient is that of the dequantised values, with fixed codes and errors in step sizes."""
     values = torch.tensor([[0.31, -0.07], [1.24, 0.52]], dtype=torch.float64)
-    codes = ScalarCodes.fit(values, step=0.2).double()
+    codes = UniformQuantizer.fit(values, step_size=0.2).double()
     held = codes(None, values)
     assert torch.equal(held, codes()) and not codes().requires_grad
     weights = torch.tensor([[1.0, -2.0], [0.5, 3.0]], dtype=torch.float64)
     (held * weights).sum().backward()
-    expected = (weights * (codes() - values)).sum()  # d held / d growth = step (k - value / step)
-    assert codes.growth.grad == pytest.approx(float(expected))
+    expected = (
+        weights * (codes() - values)
+    ).sum()  # d held / d log_step_offset = step (k - value / step)
+    assert codes.log_step_offset.grad == pytest.approx(float(expected))
     quats = torch.nn.functional.normalize(torch.randn(30, 4, generator=seeded()), dim=1)
-    scales = ScalarCodes.fit(torch.randn(30, 3, generator=seeded(1)), step=0.1)
+    scales = UniformQuantizer.fit(torch.randn(30, 3, generator=seeded(1)), step_size=0.1)
     turned = canonical_pairs(quats, scales())[0]
-    rotations = RotationCodes.fit(turned, scales=scales, step=0.3)
+    rotations = RotationQuantizer.fit(turned, scales=scales, step_size=0.3)
     assert torch.equal(rotations(None, turned), rotations())
-    assert [name for name, _ in rotations.named_parameters()] == ["growth"]
+    assert [name for name, _ in rotations.named_parameters()] == ["log_step_offset"]
     rotations(None, turned).pow(2)[:, 1].sum().backward()
     moved = []
     with torch.no_grad():
@@ -287,44 +291,52 @@ def test_a_step_learns_from_the_errors_of_its_rounding() -> None:
         errors = rotation_vectors(rotations()) - vectors
         for nudge in (1e-3, -1e-3):  # the same errors in steps, of a step that has grown
             moved.append(quats_of(vectors + errors * math.exp(nudge)).pow(2)[:, 1].sum())
-    assert rotations.growth.grad is not None
-    found = float(rotations.growth.grad)
+    assert rotations.log_step_offset.grad is not None
+    found = float(rotations.log_step_offset.grad)
     assert found == pytest.approx(float(moved[0] - moved[1]) / 2e-3, rel=0.05)
 
 
-def test_larger_steps_save_a_bit_a_doubling() -> None:
+def test_doubling_the_step_size_saves_one_bit_per_column() -> None:
     values = 40 * torch.randn(20_000, 3, generator=seeded())
-    codes = ScalarCodes.fit(values, step=1.0)
-    assert codes.bits_by_growth(values) == pytest.approx(-3 / math.log(2), rel=0.05)
+    codes = UniformQuantizer.fit(values, step_size=1.0)
+    assert codes.log_step_gradient(values) == pytest.approx(-3 / math.log(2), rel=0.05)
     shifted = torch.nn.Parameter(values - 300)
     codes.reassign(shifted)
-    pay(codes, shifted, 2.0)
-    assert codes.growth.grad == pytest.approx(2 * -3 / math.log(2), rel=0.15)
+    add_rate_gradients(codes, shifted, 2.0)
+    assert codes.log_step_offset.grad == pytest.approx(2 * -3 / math.log(2), rel=0.15)
     quats, log_scales = canonical_pairs(*ellipsoids(20_000))
-    rotations = RotationCodes.fit(quats, scales=ScalarCodes.fit(log_scales, step=0.1), step=0.02)
-    assert rotations.bits_by_growth(quats) == pytest.approx(-3 / math.log(2), rel=0.05)
+    rotations = RotationQuantizer.fit(
+        quats, scales=UniformQuantizer.fit(log_scales, step_size=0.1), step_size=0.02
+    )
+    assert rotations.log_step_gradient(quats) == pytest.approx(-3 / math.log(2), rel=0.05)
 
 
-def test_steps_grow_where_bits_are_dear_and_shrink_where_errors_are(dataset, make_student) -> None:
+def test_step_sizes_grow_with_the_rate_term_and_shrink_with_the_distortion(
+    dataset, make_student
+) -> None:
     steps = []
     for price in (0.0, 1.0):
-        config = replace(STUDENT, coding="sq", bit_price=price, step_rate=0.01)
-        student = make_student(replace(config, codes_fraction=0.3))
+        config = changed(
+            STUDENT, quantization={"method": "sq", "rate_weight": price}, lr={"step_sizes": 0.01}
+        )
+        student = make_student(changed(config, schedule={"quantize_from": 0.3}))
         train(student, dataset, 40)
-        steps.append(math.prod(student.coded().steps.values()))
+        steps.append(math.prod(student.quantized_scene().step_sizes.values()))
     assert steps[1] > 1.1 * steps[0]
-    still = make_student(replace(STUDENT, coding="sq", step_rate=0.0))
+    still = make_student(changed(STUDENT, quantization={"method": "sq"}, lr={"step_sizes": 0.0}))
     train(still, dataset, 40)
-    assert still.coded().steps["scale"] == pytest.approx(0.15)
+    assert still.quantized_scene().step_sizes["scale"] == pytest.approx(0.15)
 
 
-def test_steering_meets_a_size_and_stops_where_steps_would_be_absurd() -> None:
-    values = {
+def test_rate_control_reaches_a_size_within_the_bounds_of_step_sizes() -> None:
+    values: dict[Attribute, torch.Tensor] = {
         "scale": 3 * torch.randn(9000, 3, generator=seeded()),
         "opacity": torch.zeros(9000, 1),
     }
     values["opacity"][::2] = 5 * torch.randn(4500, 1, generator=seeded(1))
-    books = {name: ScalarCodes.fit(value, step=0.3) for name, value in values.items()}
+    books: dict[Attribute, Quantizer] = {
+        name: UniformQuantizer.fit(value, step_size=0.3) for name, value in values.items()
+    }
 
     def size() -> int:
         for name, codes in books.items():
@@ -334,9 +346,11 @@ def test_steering_meets_a_size_and_stops_where_steps_would_be_absurd() -> None:
     begun = size()
     for target, met in ((0.7 * begun, True), (1.3 * begun, True), (900.0, False)):
         for _ in range(20):
-            steer(books, values, size(), target)
+            control_rate(books, values, size(), target)
         assert (abs(size() / target - 1) < 0.01) == met
-    assert [codes.growth.item() for codes in books.values()] == pytest.approx([math.log(8)] * 2)
+    assert [codes.log_step_offset.item() for codes in books.values()] == pytest.approx(
+        [math.log(8)] * 2
+    )
 
 
 @pytest.mark.parametrize(("target", "factor"), [(0.001, 8), (1.0, 1 / 8)])
@@ -344,69 +358,92 @@ def test_a_student_goes_after_the_size_asked_for(
     dataset, make_student, target: float, factor: float
 ) -> None:
     """Fifty Gaussians can be neither a kilobyte nor a megabyte: steps go as far as they may."""
-    config = replace(STUDENT, coding="sq", codes_fraction=0.3, step_rate=0.0)
-    student = make_student(replace(config, target_mb=target))
+    config = changed(
+        STUDENT,
+        quantization={"method": "sq"},
+        schedule={"quantize_from": 0.3},
+        lr={"step_sizes": 0.0},
+    )
+    student = make_student(changed(config, quantization={"target_mb": target}))
     train(student, dataset, 40)
-    assert student.coded().steps["scale"] == pytest.approx(factor * config.scalars.scale)
+    assert student.quantized_scene().step_sizes["scale"] == pytest.approx(
+        factor * config.quantization.step_sizes.scale
+    )
 
 
 def test_learned_steps_go_on_where_they_were(dataset, make_student) -> None:
-    config = replace(STUDENT, coding="sq", codes_fraction=0.3, step_rate=0.01)
+    config = changed(
+        STUDENT,
+        quantization={"method": "sq"},
+        schedule={"quantize_from": 0.3},
+        lr={"step_sizes": 0.01},
+    )
     student, again = make_student(config), make_student(config)
     train(student, dataset, 30)
     again.restore(copy.deepcopy(student.state()))
     for each in (student, again):
         train(each, dataset, 40)
-    assert same(student.coded(), again.coded())
+    assert scenes_equal(student.quantized_scene(), again.quantized_scene())
 
 
-def test_a_price_on_bits_makes_plainer_codes(dataset, make_student) -> None:
+def test_a_rate_term_lowers_the_entropy(dataset, make_student) -> None:
     bits = []
     for price in (0.0, 4.0):
-        config = replace(STUDENT, coding="sq", fineness=2.0, bit_price=price)
-        student = make_student(replace(config, codes_fraction=0.3))
+        config = changed(
+            STUDENT, quantization={"method": "sq", "quality": 2.0, "rate_weight": price}
+        )
+        student = make_student(changed(config, schedule={"quantize_from": 0.3}))
         train(student, dataset, 40)
-        codes = student.model.codebooks
+        codes = student.model.quantizers
         bits.append([entropy(codes[name].indices) for name in codes])
     assert sum(bits[1]) < 0.98 * sum(bits[0])
 
 
-def test_fineness_makes_steps_finer_and_bits_cheaper(dataset, make_student) -> None:
+def test_a_higher_quality_divides_step_sizes_and_weakens_the_rate_term(
+    dataset, make_student
+) -> None:
     found = []
     for fineness in (1.0, 4.0):
-        config = replace(STUDENT, coding="sq", codes_fraction=0.3, step_rate=0.0)
-        config = replace(config, fineness=fineness, bit_price=1.0)
-        assert config.price == 1 / fineness**2
+        config = changed(
+            STUDENT,
+            quantization={"method": "sq"},
+            schedule={"quantize_from": 0.3},
+            lr={"step_sizes": 0.0},
+        )
+        config = changed(config, quantization={"quality": fineness, "rate_weight": 1.0})
+        assert config.quantization.bit_weight == 1 / fineness**2
         student = make_student(config)
         train(student, dataset, 40)
-        found.append((student.coded().steps, len(pack(student.coded()))))
+        found.append((student.quantized_scene().step_sizes, len(pack(student.quantized_scene()))))
     (coarse, small), (fine, large) = found
     assert set(fine) == {"scale", "rotation", "appearance", "opacity", "lobes"} and large > small
     for name, step in coarse.items():
         assert step == pytest.approx(4 * fine[name])
 
 
-def test_steps_that_a_fineness_makes_too_small_are_named_with_it() -> None:
-    fine = replace(STUDENT.scalars, scale=0.015)
-    with pytest.raises(InputError, match=r"fineness of 2 the step of scale .* not 0\.0075"):
-        replace(STUDENT, coding="sq", fineness=2.0, scalars=fine)
-    replace(STUDENT, coding="nvq", fineness=2.0, scalars=fine)  # which has none
+def test_step_sizes_that_a_quality_makes_too_small_are_refused() -> None:
+    fine = replace(STUDENT.quantization.step_sizes, scale=0.015)
+    with pytest.raises(InputError, match=r"quality of 2 .* scale .* 0\.0075"):
+        changed(STUDENT, quantization={"method": "sq", "quality": 2.0, "step_sizes": fine})
+    changed(
+        STUDENT, quantization={"method": "nvq", "quality": 2.0, "step_sizes": fine}
+    )  # which has none
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"coding": "vq"},
-        {"fineness": 0.0},
-        {"fineness": math.nan},
-        {"coding": "sq", "fineness": 1e3},
-        {"coding": "sq", "fineness": 1e-6},
-        {"bit_price": -1.0},
-        {"bit_price": math.nan},
+        {"method": "vq"},
+        {"quality": 0.0},
+        {"quality": math.nan},
+        {"method": "sq", "quality": 1e3},
+        {"method": "sq", "quality": 1e-6},
+        {"rate_weight": -1.0},
+        {"rate_weight": math.nan},
         {"target_mb": 1.0},
-        {"coding": "sq", "target_mb": math.inf},
+        {"method": "sq", "target_mb": math.inf},
     ],
 )
-def test_codings_that_are_none_are_refused(wrong: dict) -> None:
+def test_invalid_quantization_settings_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError):
-        replace(STUDENT, **wrong)
+        changed(STUDENT, quantization=wrong)

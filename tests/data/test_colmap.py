@@ -1,4 +1,4 @@
-"""COLMAP captures: what is read, what is refused, and that damage never surprises."""
+"""Reading COLMAP captures, and the errors for invalid and damaged ones."""
 
 import os
 import struct
@@ -12,102 +12,45 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from mobilegs.data import load_capture, load_view
-from mobilegs.data.colmap_files import MODELS, read_cameras, read_images, read_points
+from mobilegs.data.colmap_files import read_cameras, read_images, read_points
 from mobilegs.data.images import reduced_size
 from mobilegs.errors import InputError
+from tests.support.colmap_capture import (
+    PINHOLE,
+    POINTS,
+    cameras_bin,
+    cameras_txt,
+    images_bin,
+    images_txt,
+    points_bin,
+    points_txt,
+    random_poses,
+    write_capture_of_noise,
+)
 
 REAL = Path(os.environ["MOBILEGS_DATA"]) if "MOBILEGS_DATA" in os.environ else None
 needs_data = pytest.mark.skipif(REAL is None, reason="MOBILEGS_DATA is not set")
 
-PINHOLE = (1, 1, 12, 8, (10.0, 11.0, 6.0, 4.0))  # id, model, width, height, parameters
 
-
-def cameras_bin(*cameras):
-    out = struct.pack("<Q", len(cameras))
-    for number, model, width, height, parameters in cameras:
-        out += struct.pack(f"<IiQQ{len(parameters)}d", number, model, width, height, *parameters)
-    return out
-
-
-def cameras_txt(*cameras):
-    lines = ["# cameras"]
-    for number, model, width, height, parameters in cameras:
-        values = " ".join(map(repr, parameters))
-        lines.append(f"{number} {MODELS[model][0]} {width} {height} {values}")
-    return "\n".join(lines).encode()
-
-
-def images_bin(images, observations=0):
-    out = struct.pack("<Q", len(images))
-    for number, (name, pose, camera) in enumerate(images):
-        out += struct.pack("<I7dI", number, *pose, camera) + name.encode() + b"\0"
-        out += struct.pack("<Q", observations) + bytes(24 * observations)
-    return out
-
-
-def images_txt(images, observations=""):
-    lines = ["# images"]
-    for number, (name, pose, camera) in enumerate(images):
-        lines += [f"{number} {' '.join(map(repr, pose))} {camera} {name}", observations]
-    return "\n".join(lines).encode()
-
-
-def points_bin(points):
-    out = struct.pack("<Q", len(points))
-    for number, (xyz, rgb, track) in enumerate(points):
-        out += struct.pack("<Q3d3BdQ", number, *xyz, *rgb, 0.5, track) + bytes(8 * track)
-    return out
-
-
-def points_txt(points):
-    lines = ["# points"]
-    for number, (xyz, rgb, track) in enumerate(points):
-        numbers = [*map(repr, xyz), *map(str, rgb), "0.5", *["1 2"] * track]
-        lines.append(f"{number} {' '.join(numbers)}")
-    return "\n".join(lines).encode()
-
-
-def poses(count):
-    turn = np.random.default_rng(3).normal(size=(count, 7))
-    return [(f"p{i:02d}.png", tuple(turn[i].tolist()), 1) for i in range(count)]
-
-
-POINTS = [((0.25 * i, -1.5, 3.0), (i, 2 * i, 255), i % 4) for i in range(9)]
-
-
-def capture(root, *, views=9, camera=PINHOLE, size=(12, 8), model="sparse/0", points=POINTS):
-    """A COLMAP capture of noise pictures in `root`; returns it."""
-    (root / model).mkdir(parents=True)
-    (root / "images").mkdir()
-    (root / model / "cameras.bin").write_bytes(cameras_bin(camera))
-    (root / model / "images.bin").write_bytes(images_bin(poses(views)))
-    (root / model / "points3D.bin").write_bytes(points_bin(points))
-    random = np.random.default_rng(0)
-    for name, *_ in poses(views):
-        pixels = random.integers(0, 256, (size[1], size[0], 3), dtype=np.uint8)
-        Image.fromarray(pixels).save(root / "images" / name)
-    return root
-
-
-def refusal(path, **options):
-    """The sentence with which the capture is refused."""
+def error_of(path, **options):
+    """Return the message with which a capture is rejected."""
     with pytest.raises(InputError) as caught:
         load_capture(path, **options)
     return str(caught.value)
 
 
 @pytest.mark.parametrize("model", ["sparse/0", "sparse", "colmap/sparse/0"])
-def test_the_model_is_found_in_each_customary_folder(tmp_path, model):
-    dataset = load_capture(capture(tmp_path, model=model))
+def test_the_model_is_found_in_each_usual_folder(tmp_path, model):
+    dataset = load_capture(write_capture_of_noise(tmp_path, model=model))
     assert [frame.name for frame in dataset.test] == ["p00.png", "p08.png"]
     assert [frame.name for frame in dataset.train] == [f"p{i:02d}.png" for i in range(1, 8)]
 
 
-def test_text_and_binary_models_say_the_same(tmp_path):
+def test_text_and_binary_models_are_read_alike(tmp_path):
     cameras = (PINHOLE, (7, 6, 640, 480, tuple(float(i + 1) for i in range(12))))
     contents = {
         "cameras": (cameras_bin(*cameras), cameras_txt(*cameras)),
-        "images": (images_bin(poses(5), 3), images_txt(poses(5), "1.0 2.0 -1 4 5 6")),
+        "images": (images_bin(random_poses(5), 3), images_txt(random_poses(5), "1.0 2.0 -1 4 5 6")),
         "points3D": (points_bin(POINTS), points_txt(POINTS)),
     }
     for noun, pair in contents.items():
@@ -121,29 +64,29 @@ def test_text_and_binary_models_say_the_same(tmp_path):
     np.testing.assert_array_equal(binary.rgb, text.rgb)
 
 
-def test_a_text_image_without_observations_is_followed_by_an_empty_line(tmp_path):
+def test_text_images_without_observations_are_read(tmp_path):
     path = tmp_path / "images.txt"
-    path.write_bytes(images_txt(poses(4)))
-    assert [image.name for image in read_images(path)] == [name for name, *_ in poses(4)]
+    path.write_bytes(images_txt(random_poses(4)))
+    assert [image.name for image in read_images(path)] == [name for name, *_ in random_poses(4)]
 
 
-def test_pose_and_intrinsics_are_those_of_the_file(tmp_path):
+def test_pose_and_intrinsics_are_read(tmp_path):
     from scipy.spatial.transform import Rotation
 
-    frame = load_capture(capture(tmp_path)).train[0]
-    _, (w, x, y, z, *translation), _ = poses(2)[1]
+    frame = load_capture(write_capture_of_noise(tmp_path)).train[0]
+    _, (w, x, y, z, *translation), _ = random_poses(2)[1]
     rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
     np.testing.assert_allclose(frame.camera.viewmat[:3, :3], rotation, atol=1e-6)
     np.testing.assert_allclose(frame.camera.viewmat[:3, 3], translation, rtol=1e-6)
     assert frame.camera.K.tolist() == [[10, 0, 6], [0, 11, 4], [0, 0, 1]]
 
 
-def test_extent_and_near_follow_the_training_cameras(tmp_path):
-    root = capture(tmp_path)
+def test_extent_and_near_depend_on_training_cameras_only(tmp_path):
+    root = write_capture_of_noise(tmp_path)
     eyes = {0: 100.0, 8: 100.0}  # the two test views are far away and must not count
     images = [
         (name, (1.0, 0.0, 0.0, 0.0, -eyes.get(i, 0.1 * i), 0.0, 0.0), 1)
-        for i, (name, *_) in enumerate(poses(9))
+        for i, (name, *_) in enumerate(random_poses(9))
     ]
     (root / "sparse/0/images.bin").write_bytes(images_bin(images))
     dataset = load_capture(root)
@@ -153,36 +96,36 @@ def test_extent_and_near_follow_the_training_cameras(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "near", "0", "-1", "nan", "inf", "1e30", "\x00"])
-def test_a_capture_may_say_where_its_near_plane_is(tmp_path, text):
-    path = capture(tmp_path)
+def test_near_plane_txt_sets_the_near_plane(tmp_path, text):
+    path = write_capture_of_noise(tmp_path)
     (path / "near_plane.txt").write_text("0.0125\n")
     dataset = load_capture(path)
     assert dataset.near == 0.0125
     assert all(f.camera.near == 0.0125 for f in [*dataset.train, *dataset.test])
     (path / "near_plane.txt").write_text(text)
-    with pytest.raises(InputError, match="holds no near plane"):
+    with pytest.raises(InputError, match="no valid near plane"):
         load_capture(path)
 
 
 def test_cameras_in_one_place_still_have_a_positive_extent(tmp_path):
-    root = capture(tmp_path)
-    images = [(name, (*pose[:4], 0.0, 0.0, 0.0), 1) for name, pose, _ in poses(9)]
+    root = write_capture_of_noise(tmp_path)
+    images = [(name, (*pose[:4], 0.0, 0.0, 0.0), 1) for name, pose, _ in random_poses(9)]
     (root / "sparse/0/images.bin").write_bytes(images_bin(images))
     assert load_capture(root).extent > 0.5
 
 
-def test_points_carry_their_colours(tmp_path):
-    dataset = load_capture(capture(tmp_path))
+def test_points_and_colours_are_read(tmp_path):
+    dataset = load_capture(write_capture_of_noise(tmp_path))
     assert dataset.points[4].tolist() == [1.0, -1.5, 3.0]
     np.testing.assert_allclose(dataset.colors[4] * 255, [4, 8, 255], atol=1e-4)
 
 
-def test_an_empty_points_file_is_a_capture_without_points(tmp_path):
-    assert load_capture(capture(tmp_path, points=[])).points.shape == (0, 3)
+def test_an_empty_points_file_gives_no_points(tmp_path):
+    assert load_capture(write_capture_of_noise(tmp_path, points=[])).points.shape == (0, 3)
 
 
 def test_downscale_averages_boxes_of_pixels(tmp_path):
-    root = capture(tmp_path)
+    root = write_capture_of_noise(tmp_path)
     full = load_view(load_capture(root).train[0])
     half = load_view(load_capture(root, downscale=2).train[0])
     boxes = full.image.reshape(4, 2, 6, 2, 3).mean((1, 3))
@@ -191,8 +134,8 @@ def test_downscale_averages_boxes_of_pixels(tmp_path):
     assert half.camera.K.tolist() == [[5, 0, 3], [0, 5.5, 2], [0, 0, 1]]
 
 
-def test_a_factor_that_does_not_divide_the_size_averages_fractions_of_pixels(tmp_path):
-    root = capture(tmp_path)
+def test_a_downscale_that_does_not_divide_the_size_averages_fractions_of_pixels(tmp_path):
+    root = write_capture_of_noise(tmp_path)
     full = load_view(load_capture(root).train[0])
     third = load_view(load_capture(root, downscale=3).train[0])
     assert third.image.shape == (3, 4, 3)  # 8 / 3 rounds to 3: each pixel covers 8 / 3 rows
@@ -202,17 +145,17 @@ def test_a_factor_that_does_not_divide_the_size_averages_fractions_of_pixels(tmp
 
 
 def test_grey_photos_of_16_bits_keep_their_brightness(tmp_path):
-    root = capture(tmp_path)
+    root = write_capture_of_noise(tmp_path)
     grey = np.full((8, 12), 100 * 256 + 7, np.uint16)
     Image.fromarray(grey).save(root / "images/p01.png")
     image = load_view(load_capture(root).train[0]).image
     assert (image * 255).round().unique().tolist() == [100]
 
 
-def test_a_folder_of_reduced_photos_is_used_as_it_is(tmp_path):
-    root = capture(tmp_path)
+def test_a_folder_of_downscaled_photos_is_used(tmp_path):
+    root = write_capture_of_noise(tmp_path)
     (root / "images_3").mkdir()
-    for name, *_ in poses(9):
+    for name, *_ in random_poses(9):
         Image.new("RGB", (4, 3), (10, 20, 30)).save(root / "images_3" / name)
     view = load_view(load_capture(root, downscale=3).train[0])
     assert (view.image[0, 0] * 255).round().tolist() == [10, 20, 30]
@@ -220,8 +163,8 @@ def test_a_folder_of_reduced_photos_is_used_as_it_is(tmp_path):
     assert view.camera.K[1, 1] == pytest.approx(11 * 3 / 8)
 
 
-def test_reduced_photos_of_other_names_are_matched_by_order(tmp_path):
-    root = capture(tmp_path)
+def test_downscaled_photos_with_other_names_are_matched_by_order(tmp_path):
+    root = write_capture_of_noise(tmp_path)
     (root / "images_2").mkdir()
     for index in range(9):
         Image.new("RGB", (6, 4), (index, 0, 0)).save(root / "images_2" / f"image{index:03d}.png")
@@ -243,46 +186,46 @@ def test_reduced_photos_of_other_names_are_matched_by_order(tmp_path):
         ((7, 5), 2, (4, 3)),
     ],
 )
-def test_heights_drop_fractions_only_where_no_factor_is_given(size, downscale, reduced):
+def test_heights_are_rounded_down_only_without_a_downscale(size, downscale, reduced):
     assert reduced_size(*size, downscale) == reduced
 
 
-def test_wide_photos_are_reduced_to_1600_pixels_by_default(tmp_path):
+def test_wide_photos_are_downscaled_to_1600_pixels_by_default(tmp_path):
     camera = (1, 1, 2000, 10, (900.0, 900.0, 1000.0, 5.0))
-    frame = load_capture(capture(tmp_path, camera=camera, size=(2000, 10))).train[0]
+    frame = load_capture(write_capture_of_noise(tmp_path, camera=camera, size=(2000, 10))).train[0]
     assert (frame.camera.width, frame.camera.height) == (1600, 8)
     assert frame.camera.K[0, 0] == pytest.approx(720)
 
 
-def test_poses_made_at_another_resolution_are_rescaled(tmp_path):
+def test_intrinsics_of_another_resolution_are_rescaled(tmp_path):
     camera = (1, 1, 36, 24, (30.0, 33.0, 18.0, 12.0))
-    frame = load_capture(capture(tmp_path, camera=camera)).train[0]
+    frame = load_capture(write_capture_of_noise(tmp_path, camera=camera)).train[0]
     assert frame.camera.K.tolist() == [[10, 0, 6], [0, 11, 4], [0, 0, 1]]
 
 
-def test_a_photo_of_another_shape_is_refused(tmp_path):
+def test_a_photo_of_another_aspect_ratio_raises_an_error(tmp_path):
     camera = (1, 1, 8, 12, (30.0, 33.0, 18.0, 12.0))
-    assert "12x8" in refusal(capture(tmp_path, camera=camera))
+    assert "12x8" in error_of(write_capture_of_noise(tmp_path, camera=camera))
 
 
 @pytest.mark.parametrize("suffix", ["p01.png.png", "p01.png"])
-def test_masks_beside_the_photos_leave_pixels_out(tmp_path, suffix):
-    root = capture(tmp_path)
+def test_masks_in_the_capture_are_used(tmp_path, suffix):
+    root = write_capture_of_noise(tmp_path)
     (root / "masks").mkdir()
     white = np.full((8, 12), 255, np.uint8)
     white[:, :5] = 0
     Image.fromarray(white).save(root / "masks" / suffix)
     view = load_view(load_capture(root).train[0])
     assert view.mask is not None and view.mask.sum(1).tolist() == [7.0] * 8
-    # column 2 of the half-size picture covers a masked and a used column: it does not count
+    # column 2 at half size covers a masked and a used column: it is masked
     half = load_view(load_capture(root, downscale=2).train[0])
     assert half.mask is not None and half.mask[0].tolist() == [0, 0, 0, 1, 1, 1]
     assert load_view(load_capture(root).train[1]).mask is None
     assert load_view(load_capture(root, masks=False).train[0]).mask is None
 
 
-def test_alpha_of_a_photo_is_a_mask(tmp_path):
-    root = capture(tmp_path)
+def test_the_alpha_of_a_photo_is_a_mask(tmp_path):
+    root = write_capture_of_noise(tmp_path)
     rgba = np.full((8, 12, 4), 200, np.uint8)
     rgba[:3, :, 3] = 0
     Image.fromarray(rgba).save(root / "images" / "p01.png")
@@ -291,57 +234,57 @@ def test_alpha_of_a_photo_is_a_mask(tmp_path):
     assert (view.image * 255).round().unique().tolist() == [200]
 
 
-def test_a_photo_rotated_by_its_exif_tag_is_left_as_stored(tmp_path):
-    root = capture(tmp_path)
+def test_exif_rotation_is_ignored(tmp_path):
+    root = write_capture_of_noise(tmp_path)
     exif = Image.Exif()
     exif[274] = 6
     Image.open(root / "images" / "p01.png").save(root / "images" / "p01.png", exif=exif)
     assert load_view(load_capture(root).train[0]).image.shape == (8, 12, 3)
 
 
-def test_every_refusal_is_one_sentence_that_names_the_culprit(tmp_path):
-    root = capture(tmp_path / "a")
+def test_errors_name_the_cause(tmp_path):
+    root = write_capture_of_noise(tmp_path / "a")
     (root / "images" / "p03.png").unlink()
-    assert "p03.png" in refusal(root)
-    root = capture(tmp_path / "b")
+    assert "p03.png" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "b")
     (root / "sparse/0/points3D.bin").unlink()
-    assert "points3D" in refusal(root)
-    root = capture(tmp_path / "c")
+    assert "points3D" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "c")
     (root / "sparse/0/images.bin").write_bytes(images_bin([]))
-    assert "no registered photo" in refusal(root)
-    assert "single view" in refusal(capture(tmp_path / "d", views=1))
-    root = capture(tmp_path / "e", camera=(1, 42, 12, 8, (1.0,)))
-    assert "unknown lens model 42" in refusal(root)
-    root = capture(tmp_path / "f", camera=(1, 5, 12, 8, (1.0,) * 8))
-    assert "OPENCV_FISHEYE" in refusal(root) and "image_undistorter" in refusal(root)
-    root = capture(tmp_path / "g", camera=(2, *PINHOLE[1:]))
-    assert "camera 1" in refusal(root)
-    root = capture(tmp_path / "h")
+    assert "no registered photo" in error_of(root)
+    assert "fewer than two views" in error_of(write_capture_of_noise(tmp_path / "d", views=1))
+    root = write_capture_of_noise(tmp_path / "e", camera=(1, 42, 12, 8, (1.0,)))
+    assert "unknown lens model 42" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "f", camera=(1, 5, 12, 8, (1.0,) * 8))
+    assert "OPENCV_FISHEYE" in error_of(root) and "image_undistorter" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "g", camera=(2, *PINHOLE[1:]))
+    assert "camera 1" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "h")
     (root / "images" / "p02.png").write_bytes(b"not a picture")
-    assert "p02.png" in refusal(root)
-    root = capture(tmp_path / "i")
-    (root / "sparse/0/images.bin").write_bytes(images_bin([*poses(3), *poses(1)]))
-    assert "p00.png" in refusal(root) and "more than once" in refusal(root)
-    root = capture(tmp_path / "j")
-    escape = ("../p00.png", poses(1)[0][1], 1)
-    (root / "sparse/0/images.bin").write_bytes(images_bin([*poses(3), escape]))
-    assert "outside" in refusal(root)
+    assert "p02.png" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "i")
+    (root / "sparse/0/images.bin").write_bytes(images_bin([*random_poses(3), *random_poses(1)]))
+    assert "p00.png" in error_of(root) and "more than once" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "j")
+    escape = ("../p00.png", random_poses(1)[0][1], 1)
+    (root / "sparse/0/images.bin").write_bytes(images_bin([*random_poses(3), escape]))
+    assert "outside" in error_of(root)
     (root / "sparse/0/images.bin").unlink()
-    assert "neither images.bin nor images.txt" in refusal(root)
+    assert "neither images.bin nor images.txt" in error_of(root)
 
 
 READERS = {
     "cameras.bin": (read_cameras, cameras_bin(PINHOLE, (2, 4, 9, 9, (5.0,) * 8))),
     "cameras.txt": (read_cameras, cameras_txt(PINHOLE, (2, 4, 9, 9, (5.0,) * 8))),
-    "images.bin": (read_images, images_bin(poses(3), 2)),
-    "images.txt": (read_images, images_txt(poses(3), "1.0 2.0 -1")),
+    "images.bin": (read_images, images_bin(random_poses(3), 2)),
+    "images.txt": (read_images, images_txt(random_poses(3), "1.0 2.0 -1")),
     "points3D.bin": (read_points, points_bin(POINTS)),
     "points3D.txt": (read_points, points_txt(POINTS)),
 }
 
 
 @pytest.mark.parametrize("name", [name for name in READERS if name.endswith(".bin")])
-def test_a_binary_file_cut_at_any_length_is_refused_by_name(tmp_path, name):
+def test_a_binary_file_cut_at_any_length_raises_an_error(tmp_path, name):
     read, content = READERS[name]
     path = tmp_path / name
     for length in range(len(content)):
@@ -353,7 +296,7 @@ def test_a_binary_file_cut_at_any_length_is_refused_by_name(tmp_path, name):
 @pytest.mark.parametrize("name", READERS)
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_flipped_bits_are_refused_or_read_but_nothing_else(tmp_path, name, data):
+def test_a_file_with_flipped_bits_is_read_or_raises_input_error(tmp_path, name, data):
     read, content = READERS[name]
     damaged = bytearray(content)
     for _ in range(data.draw(st.integers(1, 4))):
@@ -368,8 +311,8 @@ def test_flipped_bits_are_refused_or_read_but_nothing_else(tmp_path, name, data)
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_a_capture_with_flipped_bits_loads_or_is_refused(tmp_path, data):
-    root = tmp_path if (tmp_path / "sparse").exists() else capture(tmp_path, views=3)
+def test_a_capture_with_flipped_bits_loads_or_raises_input_error(tmp_path, data):
+    root = tmp_path if (tmp_path / "sparse").exists() else write_capture_of_noise(tmp_path, views=3)
     path = root / "sparse/0" / data.draw(st.sampled_from(["cameras.bin", "images.bin"]))
     original = path.read_bytes()
     damaged = bytearray(original)
@@ -386,7 +329,7 @@ def test_a_capture_with_flipped_bits_loads_or_is_refused(tmp_path, data):
 
 
 @pytest.mark.parametrize("name", [name for name in READERS if name.endswith(".bin")])
-def test_a_count_beyond_the_file_is_refused_before_memory_is_asked_for(tmp_path, name):
+def test_a_count_beyond_the_file_raises_an_error_before_allocation(tmp_path, name):
     read, content = READERS[name]
     path = tmp_path / name
     path.write_bytes(struct.pack("<Q", 1 << 60) + content[8:])
@@ -399,9 +342,7 @@ def test_a_count_beyond_the_file_is_refused_before_memory_is_asked_for(tmp_path,
     "name, train, test, points",
     [("bonsai", 255, 37, 96585), ("llff_horns", 54, 8, 4674), ("tiny_fern", 17, 3, 10091)],
 )
-def test_points_of_a_real_capture_lie_before_the_cameras_and_in_their_pictures(
-    name, train, test, points
-):
+def test_points_of_a_real_capture_project_into_the_photos_that_see_them(name, train, test, points):
     assert REAL is not None
     dataset = load_capture(REAL / name)
     assert (len(dataset.train), len(dataset.test), len(dataset.points)) == (train, test, points)

@@ -1,4 +1,4 @@
-"""The loader: the same views whether they come from the cache, a thread, or the disk."""
+"""The view loader: the same views from the cache, a thread or the disk."""
 
 import threading
 
@@ -8,12 +8,12 @@ from torch.overrides import TorchFunctionMode
 
 from mobilegs.data import ViewLoader, load_capture, load_view
 from mobilegs.errors import InputError
-from tests.data.test_colmap import capture
+from tests.support.colmap_capture import write_capture_of_noise
 
 
 @pytest.mark.parametrize("cache_bytes", [0, 12 * 8 * 3 * 2, 1 << 20])
 def test_views_do_not_depend_on_cache_or_prefetching(tmp_path, cache_bytes):
-    frames = load_capture(capture(tmp_path)).train
+    frames = load_capture(write_capture_of_noise(tmp_path)).train
     expected = [load_view(frame) for frame in frames]
     with ViewLoader(frames, cache_bytes=cache_bytes) as loader:
         for _ in range(2):
@@ -27,45 +27,45 @@ def test_views_do_not_depend_on_cache_or_prefetching(tmp_path, cache_bytes):
 
 
 def test_a_cached_view_is_not_read_again(tmp_path):
-    root = capture(tmp_path)
+    root = write_capture_of_noise(tmp_path)
     frames = load_capture(root).train
-    room_for_one = ViewLoader(frames, cache_bytes=12 * 8 * 3)
-    first = room_for_one.get(0).image
-    room_for_one.get(1)
+    loader = ViewLoader(frames, cache_bytes=12 * 8 * 3)
+    first = loader.get(0).image
+    loader.get(1)  # does not fit into the cache
     for frame in frames:
         assert frame.image_path is not None
         frame.image_path.unlink()
-    assert torch.equal(room_for_one.get(0).image, first)
+    assert torch.equal(loader.get(0).image, first)
     with pytest.raises(InputError):
-        room_for_one.get(1)
+        loader.get(1)
 
 
 def test_changing_a_view_does_not_change_the_cache(tmp_path):
-    loader = ViewLoader(load_capture(capture(tmp_path)).train)
+    loader = ViewLoader(load_capture(write_capture_of_noise(tmp_path)).train)
     before = loader.get(0).image.clone()
     loader.get(0).image.zero_()
     assert torch.equal(loader.get(0).image, before)
 
 
-def test_a_view_moves_with_8_bits_a_channel(tmp_path):
+def test_a_view_moves_to_the_device_with_8_bits_per_channel(tmp_path):
     moved = []
 
-    class Moves(TorchFunctionMode):
+    class RecordMoves(TorchFunctionMode):
         def __torch_function__(self, func, types, args=(), kwargs=None):
             if func is torch.Tensor.to and args[0].shape[:2] == (8, 12):
                 moved.append(args[0].dtype)
             return func(*args, **(kwargs or {}))
 
-    loader = ViewLoader(load_capture(capture(tmp_path)).train)
-    with Moves():
-        there = loader.get(0, "meta")
+    loader = ViewLoader(load_capture(write_capture_of_noise(tmp_path)).train)
+    with RecordMoves():
+        view = loader.get(0, "meta")
     assert moved == [torch.uint8]
-    assert there.image.is_meta and there.image.dtype == torch.float32
-    assert there.camera.viewmat.is_meta and there.image.shape == loader.get(0).image.shape
+    assert view.image.is_meta and view.image.dtype == torch.float32
+    assert view.camera.viewmat.is_meta and view.image.shape == loader.get(0).image.shape
 
 
-def test_a_damaged_photo_surfaces_in_get_however_it_was_read(tmp_path):
-    root = capture(tmp_path)
+def test_get_raises_the_error_of_a_damaged_photo_with_and_without_prefetching(tmp_path):
+    root = write_capture_of_noise(tmp_path)
     frames = load_capture(root).train
     path = root / "images" / frames[2].name
     path.write_bytes(path.read_bytes()[:200])
@@ -77,8 +77,8 @@ def test_a_damaged_photo_surfaces_in_get_however_it_was_read(tmp_path):
                 loader.get(2)
 
 
-def test_closing_ends_the_threads_and_leaves_the_loader_usable(tmp_path):
-    frames = load_capture(capture(tmp_path)).train
+def test_close_ends_the_threads_and_get_still_works(tmp_path):
+    frames = load_capture(write_capture_of_noise(tmp_path)).train
     loader = ViewLoader(frames)
     loader.prefetch(range(7))
     assert any(thread.name.startswith("views") for thread in threading.enumerate())

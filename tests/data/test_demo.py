@@ -1,4 +1,4 @@
-"""The built-in capture: true to its own geometry, deterministic, and readable from disk."""
+"""The demo capture: consistent geometry, determinism, and writing to disk."""
 
 import pytest
 import torch
@@ -8,18 +8,18 @@ from mobilegs.data.demo.capture import (
     DISTANT,
     OUTLIERS,
     POINT_NOISE,
-    sample_cameras,
-    sample_capture,
-    write_sample,
+    demo_cameras,
+    demo_capture,
+    write_capture,
 )
-from mobilegs.data.demo.scene import SampleScene
+from mobilegs.data.demo.scene import DemoScene
 
 SMALL = {"views": 16, "width": 48, "height": 32, "points": 600}
 
 
 @pytest.fixture(scope="module", autouse=True)
 def one_thread():
-    """The tracer's operations are too short to share (and tests run beside each other)."""
+    """The ray tracer's operations are too short to run in parallel."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     yield
@@ -28,16 +28,16 @@ def one_thread():
 
 @pytest.fixture(scope="module")
 def dataset():
-    return sample_capture(**SMALL)
+    return demo_capture(**SMALL)
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return SampleScene(0)
+    return DemoScene(0)
 
 
-def test_the_same_seed_gives_the_same_capture_and_another_seed_another(dataset):
-    again, other = sample_capture(**SMALL), sample_capture(**SMALL, seed=1)
+def test_the_seed_decides_the_capture(dataset):
+    again, other = demo_capture(**SMALL), demo_capture(**SMALL, seed=1)
     assert torch.equal(dataset.points, again.points)
     assert torch.equal(dataset.colors, again.colors)
     for one, two, three in zip(dataset.train, again.train, other.train, strict=True):
@@ -45,10 +45,10 @@ def test_the_same_seed_gives_the_same_capture_and_another_seed_another(dataset):
         assert not torch.equal(one.pixels, three.pixels)
 
 
-def test_the_caller_s_number_of_threads_is_left_as_it_was():
+def test_the_number_of_threads_is_restored():
     torch.set_num_threads(2)
     try:
-        sample_capture(views=2, width=12, height=8, points=20)
+        demo_capture(views=2, width=12, height=8, points=20)
         assert torch.get_num_threads() == 2
     finally:
         torch.set_num_threads(1)
@@ -59,8 +59,8 @@ def test_every_eighth_view_is_held_back(dataset):
     assert len(dataset.train) == 14
 
 
-def test_a_written_capture_is_read_back_as_it_was(dataset, tmp_path):
-    write_sample(tmp_path / "sample", dataset)
+def test_a_written_capture_is_read_back_unchanged(dataset, tmp_path):
+    write_capture(tmp_path / "sample", dataset)
     loaded = load_capture(tmp_path / "sample")
     assert loaded.name == "sample"
     assert torch.equal(loaded.points, dataset.points)
@@ -74,9 +74,9 @@ def test_a_written_capture_is_read_back_as_it_was(dataset, tmp_path):
             assert torch.equal(load_view(read).image, load_view(made).image)
 
 
-def test_depth_is_that_of_the_geometry(scene):
-    """Points raised from one view's depth are seen at their own depth by the next view."""
-    here, there = sample_cameras(56, 96, 64)[20:22]
+def test_depths_of_two_views_agree(scene):
+    """Points from the depth of one view have the right depth in the next view."""
+    here, there = demo_cameras(56, 96, 64)[20:22]
     _, depth = scene.picture(here, samples=1)
     rows, columns = torch.meshgrid(torch.arange(64), torch.arange(96), indexing="ij")
     rays = torch.stack([columns + 0.5, rows + 0.5, torch.ones(64, 96)]).reshape(3, -1)
@@ -85,32 +85,31 @@ def test_depth_is_that_of_the_geometry(scene):
     world = here.viewmat[:3, :3].T @ (local - here.viewmat[:3, 3:])
     toward = world - there.position[:, None]
     _, distance = scene.rays(there.position[:, None].expand_as(toward), toward)
-    # 1 = the very point; less where something else stands before it; more where a ray that grazes
-    # an edge misses it by a rounding
+    # 1: the same point; less: it is occluded; more: a ray misses an edge by rounding
     assert (distance > 1.002).float().mean() < 1e-3
     assert (distance > 0.998).float().mean() > 0.8
 
 
-def test_windows_around_solids_cut_nothing_off(scene):
-    """The picture, made window by window, is what tracing every ray against all gives."""
-    for camera in sample_cameras(7, 60, 40)[::3]:
+def test_bounding_windows_cut_nothing_off(scene):
+    """Rendering per window gives the same image as testing every ray against all solids."""
+    for camera in demo_cameras(7, 60, 40)[::3]:
         image, depth = scene.picture(camera, samples=1)
         rows, columns = torch.meshgrid(torch.arange(40), torch.arange(60), indexing="ij")
         pixels = torch.stack([columns + 0.5, rows + 0.5, torch.ones(40, 60)]).reshape(3, -1)
         rays = camera.viewmat[:3, :3].T @ (torch.linalg.inv(camera.K) @ pixels)
         color, distance = scene.rays(camera.position[:, None].expand_as(rays), rays)
         same = torch.isclose(distance, depth.flatten(), rtol=1e-3)
-        assert same.float().mean() > 0.998  # edges may fall to either side
+        assert same.float().mean() > 0.998  # edges may differ
         assert (color - image.reshape(-1, 3).T).abs().mean() < 2e-3
 
 
-def test_points_are_as_noisy_as_they_say(dataset, scene):
+def test_points_have_the_stated_noise(dataset, scene):
     count = len(dataset.points)
     assert count == 600
     eyes = torch.stack([frame.camera.position for frame in dataset.train])
     distant = ((dataset.points - dataset.center).norm(dim=1) > 6).float().mean()
     assert distant == pytest.approx(DISTANT, abs=0.02)
-    # distance along the ray from the camera that saw it is unknown; take the best of all
+    # the camera that saw a point is unknown: take the one that fits best
     toward = (dataset.points[:, None] - eyes).reshape(-1, 3).T
     length = toward.norm(dim=0)
     origins = eyes.repeat(count, 1).T.contiguous()
@@ -121,8 +120,8 @@ def test_points_are_as_noisy_as_they_say(dataset, scene):
     assert 0.1 * POINT_NOISE < best[best < 5 * POINT_NOISE].mean() < 2 * POINT_NOISE
 
 
-def test_the_lacquered_ball_looks_different_from_different_sides(scene):
-    """One point of the ball, seen from two places: a matte one would have one colour."""
+def test_the_lacquered_ball_is_view_dependent(scene):
+    """A point of the ball has different colours from different positions."""
     point = torch.tensor([0.0, -0.1, 1.0])
     eyes = torch.tensor([[2.0, -2.0, 3.0], [-2.5, -1.0, 2.0], [1.0, 3.0, 2.0]]).T
     color, distance = scene.rays(eyes, point[:, None] - eyes)
@@ -137,7 +136,7 @@ def test_the_background_is_at_infinity(scene):
     assert distance.isinf().all() and torch.equal(near, far)
 
 
-def test_pictures_hold_neither_holes_nor_one_flat_colour(dataset):
+def test_images_are_finite_and_varied(dataset):
     for frame in [*dataset.train, *dataset.test]:
         image = load_view(frame).image
         assert image.isfinite().all() and image.std() > 0.1

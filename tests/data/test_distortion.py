@@ -1,4 +1,4 @@
-"""Undistortion: a known pattern, seen through a lens, comes back straight."""
+"""Undistortion recovers a known pattern from its distorted image."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from PIL import Image
 
 from mobilegs.data import load_capture, load_view
 from mobilegs.data.distortion import Distortion, undistort
-from tests.data.test_colmap import capture, poses
+from tests.support.colmap_capture import random_poses, write_capture_of_noise
 
 K = torch.tensor([[150.0, 0, 81.0], [0, 145.0, 59.0], [0, 0, 1]])
 SIZE = (120, 160)
@@ -20,7 +20,7 @@ LENSES = {
 
 
 def pattern(x, y):
-    """A smooth colour for each ideal point of the plane z = 1."""
+    """Return a smooth colour for each ideal point of the plane z = 1."""
     return torch.stack([0.5 + 0.5 * (9 * x).sin(), 0.5 + 0.5 * (9 * y).cos(), 0.5 + x * y], -1)
 
 
@@ -29,8 +29,8 @@ def plane():
     return (columns + 0.5 - K[0, 2]) / K[0, 0], (rows + 0.5 - K[1, 2]) / K[1, 1]
 
 
-def photographed(lens):
-    """The pattern as the lens shows it: each pixel's ideal point is found by iteration."""
+def distorted(lens):
+    """Render the pattern through a lens; iteration finds the ideal point of each pixel."""
     xd, yd = (coordinate.double() for coordinate in plane())
     x, y = xd.clone(), yd.clone()
     for _ in range(100):
@@ -41,15 +41,15 @@ def photographed(lens):
 
 
 @pytest.mark.parametrize("lens", LENSES.values(), ids=LENSES.keys())
-def test_a_pattern_seen_through_the_lens_comes_back_straight(lens):
-    straight, known = undistort(photographed(lens), K=K, distortion=lens)
+def test_undistortion_recovers_the_pattern(lens):
+    straight, known = undistort(distorted(lens), K=K, distortion=lens)
     error = (straight - pattern(*plane())).abs().amax(-1)
     inner = known.clone()
     inner[:3] = inner[-3:] = False
     inner[:, :3] = inner[:, -3:] = False
     assert inner.float().mean() > 0.8
     assert error[inner].max() < 8e-3
-    assert (photographed(lens) - pattern(*plane())).abs().max() > 0.05  # there was work to do
+    assert (distorted(lens) - pattern(*plane())).abs().max() > 0.05  # the lens had an effect
 
 
 def test_no_distortion_changes_nothing():
@@ -58,12 +58,12 @@ def test_no_distortion_changes_nothing():
     assert known.all() and (straight - image).abs().max() < 1e-4
 
 
-def test_pixels_outside_of_the_photo_are_not_known():
+def test_pixels_outside_of_the_photo_are_unknown():
     _, known = undistort(torch.zeros(*SIZE, 3), K=K, distortion=LENSES["pincushion"])
     assert not known[0, 0] and known[60, 80]
 
 
-def test_the_fold_of_a_polynomial_is_not_shown_a_second_time():
+def test_pixels_beyond_the_fold_of_a_polynomial_are_unknown():
     lens = Distortion((-1.5, 0.0, 0.0, 0.0))  # r (1 - 1.5 r^2) falls from r = 0.471 on
     assert lens.valid_radius(2.0) == pytest.approx((1 / 4.5) ** 0.5, abs=2e-3)
     _, known = undistort(torch.zeros(*SIZE, 3), K=K, distortion=lens)
@@ -73,7 +73,7 @@ def test_the_fold_of_a_polynomial_is_not_shown_a_second_time():
 
 
 @pytest.mark.parametrize("model, parameters", [(2, 4), (3, 5), (4, 8), (6, 12)])
-def test_distorted_colmap_models_are_straightened_on_load(tmp_path, model, parameters):
+def test_photos_of_distorted_colmap_models_are_undistorted_on_load(tmp_path, model, parameters):
     lens = LENSES["opencv" if model in (4, 6) else "barrel"]
     k1, k2, p1, p2 = *lens.numerator[:2], *lens.tangential
     square = torch.tensor([[150.0, 0, 81.0], [0, 150.0, 59.0], [0, 0, 1]])
@@ -83,8 +83,8 @@ def test_distorted_colmap_models_are_straightened_on_load(tmp_path, model, param
         values = (150.0, 81.0, 59.0, k1, k2)
     else:
         values = (150.0, 145.0, 81.0, 59.0, k1, k2, p1, p2, *[0.0] * (parameters - 8))
-    root = capture(tmp_path, camera=(1, model, 160, 120, values), size=(160, 120))
-    photo = np.array(Image.open(root / "images" / poses(2)[1][0]))
+    root = write_capture_of_noise(tmp_path, camera=(1, model, 160, 120, values), size=(160, 120))
+    photo = np.array(Image.open(root / "images" / random_poses(2)[1][0]))
     view = load_view(load_capture(root).train[0])
     expected, known = undistort(
         torch.from_numpy(photo).float() / 255, K=square if model < 4 else K, distortion=lens

@@ -1,4 +1,4 @@
-"""Captures described by transforms.json: nerfstudio's and Blender's."""
+"""Reading captures with a transforms.json, and the errors for invalid ones."""
 
 import json
 import math
@@ -29,14 +29,14 @@ def viewmat_of(index):
 
 
 def pose_of(index):
-    """Camera-to-world with OpenGL axes: right, up and back as columns."""
+    """Return camera-to-world with OpenGL axes: right, up and back as columns."""
     to_world = torch.linalg.inv(viewmat_of(index))
     right, down, forward, eye = to_world.T
     return torch.stack([right, -down, -forward, eye], dim=1).tolist()
 
 
 def capture(root, *, views=9, meta=SHARED, file="transforms.json", folder="images", **entry):
-    """A capture of one-coloured pictures; `entry` goes into every frame."""
+    """Write a capture of one-coloured photos into `root`; `entry` is added to every frame."""
     (root / folder).mkdir(parents=True, exist_ok=True)
     frames = []
     for index in range(views):
@@ -54,7 +54,7 @@ def edit(root, change, file="transforms.json"):
     return root
 
 
-def refusal(path):
+def error_of(path):
     with pytest.raises(InputError) as caught:
         load_capture(path)
     return str(caught.value)
@@ -76,7 +76,7 @@ def test_intrinsics_are_shared_unless_a_frame_has_its_own(tmp_path):
     assert second.camera.K.tolist() == [[33, 0, 5], [0, 21, 4.5], [0, 0, 1]]
 
 
-def test_a_field_of_view_gives_the_focal_length_and_a_central_axis(tmp_path):
+def test_a_field_of_view_gives_focal_length_and_central_principal_point(tmp_path):
     frame = load_capture(capture(tmp_path, meta={"camera_angle_x": math.pi / 2})).train[0]
     np.testing.assert_allclose(frame.camera.K, [[6, 0, 6], [0, 6, 4], [0, 0, 1]], rtol=1e-6)
 
@@ -129,7 +129,7 @@ def test_distortion_is_undone_on_load(tmp_path):
     assert view.mask is not None and view.mask[0, 0] == 0
 
 
-def test_transparent_renders_lie_over_the_background(tmp_path):
+def test_transparent_renders_are_composited_over_the_background(tmp_path):
     root = capture(tmp_path / "c", file="transforms_train.json", folder="train")
     rgba = np.zeros((8, 12, 4), np.uint8)
     rgba[:, :, 0], rgba[:, :6, 3], rgba[:, 6:, 3] = 200, 255, 51
@@ -143,7 +143,7 @@ def test_transparent_renders_lie_over_the_background(tmp_path):
     np.testing.assert_allclose(load_view(dark.train[0]).image[0, 9] * 255, [40, 0, 204], atol=0.51)
 
 
-def test_blender_files_need_no_suffix_and_carry_their_own_split(tmp_path):
+def test_blender_captures_are_read_without_suffixes_and_with_their_split(tmp_path):
     meta = {"camera_angle_x": 0.7}
     capture(tmp_path, meta=meta, views=5, file="transforms_train.json", folder="train")
     capture(tmp_path, meta=meta, views=3, file="transforms_test.json", folder="test")
@@ -190,7 +190,7 @@ def ply(kind):
 
 
 @pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
-def test_points_come_from_the_ply_file(tmp_path, kind):
+def test_points_are_read_from_the_ply_file(tmp_path, kind):
     root = capture(tmp_path, meta={**SHARED, "ply_file_path": "points.ply"})
     (root / "points.ply").write_bytes(ply(kind))
     dataset = load_capture(root)
@@ -201,7 +201,7 @@ def test_points_come_from_the_ply_file(tmp_path, kind):
 @pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_a_damaged_ply_is_refused_or_read_but_nothing_else(tmp_path, kind, data):
+def test_a_damaged_ply_is_read_or_raises_input_error(tmp_path, kind, data):
     content = bytearray(ply(kind))
     content[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
     path = tmp_path / "points.ply"
@@ -212,9 +212,9 @@ def test_a_damaged_ply_is_refused_or_read_but_nothing_else(tmp_path, kind, data)
         assert "points.ply" in str(error)
 
 
-def test_every_refusal_is_one_sentence_that_names_the_culprit(tmp_path):
+def test_errors_name_the_cause(tmp_path):
     def broken(name, change):
-        return refusal(edit(capture(tmp_path / name), change))
+        return error_of(edit(capture(tmp_path / name), change))
 
     first = lambda meta: meta["frames"][1]  # noqa: E731
     assert "gone.png" in broken("a", lambda m: first(m).update(file_path="gone.png"))
@@ -226,10 +226,10 @@ def test_every_refusal_is_one_sentence_that_names_the_culprit(tmp_path):
     assert "no.ply" in broken("g", lambda m: m.update(ply_file_path="no.ply"))
     assert "no.png" in broken("h", lambda m: first(m).update(mask_path="no.png"))
     assert "frames" in broken("i", lambda m: m.update(frames="none"))
-    assert "single view" in refusal(capture(tmp_path / "j", views=1))
+    assert "fewer than two views" in error_of(capture(tmp_path / "j", views=1))
     root = capture(tmp_path / "k")
     (root / "transforms.json").write_text("{")
-    assert "not JSON" in refusal(root)
+    assert "not JSON" in error_of(root)
 
 
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -242,7 +242,7 @@ def test_every_refusal_is_one_sentence_that_names_the_culprit(tmp_path):
         max_leaves=4,
     ),
 )
-def test_strange_values_are_refused_or_read_but_nothing_else(tmp_path, key, place, value):
+def test_unexpected_values_are_read_or_raise_input_error(tmp_path, key, place, value):
     root = tmp_path if (tmp_path / "images").exists() else capture(tmp_path, views=2)
     original = (root / "transforms.json").read_text()
 
@@ -252,29 +252,29 @@ def test_strange_values_are_refused_or_read_but_nothing_else(tmp_path, key, plac
     try:
         load_capture(edit(root, change))
     except InputError as error:
-        assert str(tmp_path) in str(error)  # the file itself, or a photo that belies it
+        assert str(tmp_path) in str(error)  # names the file or a photo
     finally:
         (root / "transforms.json").write_text(original)
 
 
 @pytest.mark.parametrize("folder", [".", "images"])
-def test_bare_photos_are_refused_with_the_way_to_poses(tmp_path, folder):
+def test_the_error_for_photos_without_poses_names_the_capture_command(tmp_path, folder):
     (tmp_path / folder).mkdir(exist_ok=True)
     Image.new("RGB", (4, 4)).save(tmp_path / folder / "a.jpg")
-    assert "mobilegs capture" in refusal(tmp_path)
+    assert "mobilegs capture" in error_of(tmp_path)
 
 
-def test_what_is_no_capture_is_refused(tmp_path):
-    assert "no such folder" in refusal(tmp_path / "nowhere")
-    assert "not a capture" in refusal(tmp_path)
+def test_a_path_that_is_not_a_capture_raises_an_error(tmp_path):
+    assert "no such folder" in error_of(tmp_path / "nowhere")
+    assert "not a capture" in error_of(tmp_path)
     (tmp_path / "file").write_text("")
-    assert "is a file" in refusal(tmp_path / "file")
+    assert "is a file" in error_of(tmp_path / "file")
 
 
 @needs_data
 @pytest.mark.parametrize("name, train, test", [("tiny_lego", 40, 8), ("lego", 100, 25)])
-def test_silhouettes_of_lego_agree_on_one_solid(name, train, test):
-    """The visual hull carved by some views must explain the silhouettes of others."""
+def test_silhouettes_of_lego_share_one_visual_hull(name, train, test):
+    """The visual hull of some views explains the silhouettes of others."""
     assert REAL is not None
     dataset = load_capture(REAL / name, downscale=8 if name == "lego" else 1)
     assert (len(dataset.train), len(dataset.test)) == (train, test)
@@ -304,7 +304,7 @@ def pixels_of(points, camera):
 
 
 def frame_cover(points, frame):
-    """(share of points inside the silhouette, share of the silhouette that points fill)."""
+    """Return (share of points inside the silhouette, share of the silhouette with points)."""
     inside = silhouette(frame)
     rows, columns = pixels_of(points, frame.camera)
     drawn = torch.zeros(1, 1, *inside.shape)

@@ -1,4 +1,4 @@
-"""Figures: against other people's code, and what becomes of them in a run's report."""
+"""Metrics against other implementations, and the report of a run."""
 
 import http.server
 import json
@@ -48,20 +48,20 @@ def batched(image: Tensor) -> Tensor:
     return image.permute(2, 0, 1)[None]
 
 
-def test_psnr_is_that_of_torchmetrics(generator: torch.Generator) -> None:
+def test_psnr_agrees_with_torchmetrics(generator: torch.Generator) -> None:
     image, target = pictures(generator)
     assert psnr(image, target) == pytest.approx(
         float(peak_signal_noise_ratio(image, target, data_range=1.0)), abs=1e-4
     )
 
 
-def test_equal_pictures_have_infinite_psnr_and_ssim_1(generator: torch.Generator) -> None:
+def test_equal_images_have_infinite_psnr_and_ssim_1(generator: torch.Generator) -> None:
     image, _ = pictures(generator)
     assert psnr(image, image) == math.inf
     assert ssim(image, image) == pytest.approx(1)
 
 
-def test_ssim_inside_the_border_is_that_of_torchmetrics(generator: torch.Generator) -> None:
+def test_ssim_inside_the_border_agrees_with_torchmetrics(generator: torch.Generator) -> None:
     image, target = pictures(generator)
     _, reference = structural_similarity_index_measure(
         batched(image), batched(target), data_range=1.0, return_full_image=True
@@ -70,13 +70,13 @@ def test_ssim_inside_the_border_is_that_of_torchmetrics(generator: torch.Generat
     assert torch.allclose(ours[..., 5:-5, 5:-5], reference[..., 5:-5, 5:-5], atol=1e-4)
 
 
-def test_ssim_sees_zeros_beyond_the_border(generator: torch.Generator) -> None:
+def test_ssim_pads_with_zeros(generator: torch.Generator) -> None:
     image, target = pictures(generator)
     framed = [nn.functional.pad(picture, (0, 0, 5, 5, 5, 5)) for picture in (image, target)]
     assert torch.allclose(ssim_map(*framed)[5:-5, 5:-5], ssim_map(image, target), atol=1e-5)
 
 
-def test_ssim_can_be_differentiated(generator: torch.Generator) -> None:
+def test_ssim_is_differentiable(generator: torch.Generator) -> None:
     image, target = (picture[:6, :7].double() for picture in pictures(generator))
     assert torch.autograd.gradcheck(ssim_map, (image.requires_grad_(), target))
 
@@ -90,7 +90,7 @@ def test_a_mask_leaves_pixels_out_of_psnr_and_ssim(generator: torch.Generator) -
     assert ssim(image, target, mask) == pytest.approx(float(ssim_map(image, target)[:20].mean()))
 
 
-def test_what_a_screen_shows_is_in_range_and_in_steps_of_a_255th() -> None:
+def test_displayed_values_are_clamped_and_rounded_to_8_bits() -> None:
     image = torch.tensor([[[-1.0, 0.5, 7.0], [torch.nan, 0.1, 1.0]]])
     shown = as_displayed(image) * 255
     assert torch.allclose(shown, torch.tensor([[[0.0, 128.0, 255.0], [0.0, 26.0, 255.0]]]))
@@ -134,6 +134,7 @@ def torchvision_features(net: Net, folder: Path) -> nn.Sequential:
             i = sum(isinstance(module, nn.Conv2d) for module in layers)
             conv = nn.Conv2d(into, out, side, layer.stride, layer.padding)
             conv.weight.data = torch.from_numpy(arrays[f"conv{i}.weight"].astype(np.float32))
+            assert conv.bias is not None
             conv.bias.data = torch.from_numpy(arrays[f"conv{i}.bias"].astype(np.float32))
             layers += [conv, nn.ReLU()]
     return nn.Sequential(*layers)
@@ -141,7 +142,7 @@ def torchvision_features(net: Net, folder: Path) -> nn.Sequential:
 
 @pytest.mark.parametrize("net", ["vgg", "alex"])
 @pytest.mark.parametrize("rescale", [False, True])
-def test_lpips_is_that_of_torchmetrics(
+def test_lpips_agrees_with_torchmetrics(
     net: Net,
     rescale: bool,
     weights_dir: Path,
@@ -153,7 +154,7 @@ def test_lpips_is_that_of_torchmetrics(
     reference = other_lpips._LPIPS(pretrained=False, net=net, use_dropout=False)
     metric = Lpips(net, weights_dir)
     for layer, head in zip(reference.lins, metric.heads, strict=True):
-        layer.model[-1].weight.data = head.view(1, -1, 1, 1)
+        layer.model[-1].weight.data = head.view(1, -1, 1, 1)  # pyright: ignore
     target, image = pictures(generator)
     expected = float(reference(batched(target), batched(image), normalize=rescale))
     same, found = metric.distances(target, [target, image], rescale=rescale)
@@ -162,14 +163,14 @@ def test_lpips_is_that_of_torchmetrics(
     assert found == pytest.approx(expected, rel=1e-4)
 
 
-def test_the_four_lpips_figures_differ(weights_dir: Path, generator: torch.Generator) -> None:
+def test_the_four_lpips_values_differ(weights_dir: Path, generator: torch.Generator) -> None:
     target, image = pictures(generator)
     [figures] = LpipsSuite(weights_dir).distances(target, [image])
     assert tuple(figures) == LPIPS_NAMES
     assert len(set(figures.values())) == 4
 
 
-def test_a_picture_too_small_for_the_networks_has_no_lpips(weights_dir: Path) -> None:
+def test_an_image_too_small_for_the_networks_has_no_lpips(weights_dir: Path) -> None:
     tiny = torch.zeros(31, 40, 3)
     assert LpipsSuite(weights_dir).distances(tiny, [tiny]) == [dict.fromkeys(LPIPS_NAMES)]
 
@@ -202,7 +203,7 @@ class QuietHandler(http.server.SimpleHTTPRequestHandler):
         pass
 
 
-def test_weights_come_from_an_address_once(
+def test_weights_are_downloaded_once(
     weights_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
@@ -217,9 +218,7 @@ def test_weights_come_from_an_address_once(
         assert (folder / backbone.file).read_bytes() == (weights_dir / backbone.file).read_bytes()
 
 
-def test_an_address_that_does_not_answer_is_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_download_gives_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with pytest.raises(InputError, match="cannot download LPIPS weights"):
         fetch_weights("http://127.0.0.1:9/weights")
@@ -262,7 +261,7 @@ def blob(color: float) -> Scene:
     )
 
 
-def photos_of(scene: Scene, *, masked: bool = False) -> Dataset:
+def capture_of(scene: Scene, *, masked: bool = False) -> Dataset:
     pixels = (scene.render(CAMERA).image * 255).round().to(torch.uint8)
     frames = [Frame(f"photo_{i}.jpg", CAMERA, pixels=pixels) for i in range(3)]
     return Dataset(
@@ -271,8 +270,8 @@ def photos_of(scene: Scene, *, masked: bool = False) -> Dataset:
     )  # fmt: skip
 
 
-def test_a_scene_that_is_the_photo_has_the_best_figures_and_another_has_not() -> None:
-    dataset = photos_of(blob(0.8))
+def test_a_scene_equal_to_the_photo_has_the_best_metrics() -> None:
+    dataset = capture_of(blob(0.8))
     results = evaluate_side_by_side({"teacher": blob(0.8), "student": blob(0.4)}, dataset)
     assert results["teacher"]["psnr"] == math.inf
     assert results["teacher"]["ssim"] == pytest.approx(1)
@@ -282,14 +281,12 @@ def test_a_scene_that_is_the_photo_has_the_best_figures_and_another_has_not() ->
 
 
 def test_lpips_of_the_report_is_the_mean_over_views(weights_dir: Path) -> None:
-    result = evaluate(blob(0.4), photos_of(blob(0.8)), lpips=LpipsSuite(weights_dir))
+    result = evaluate(blob(0.4), capture_of(blob(0.8)), lpips=LpipsSuite(weights_dir))
     for name in LPIPS_NAMES:
         assert result[name] == pytest.approx(np.mean([view[name] for view in result["views"]]))
 
 
-def test_pixels_that_a_mask_leaves_out_do_not_count(
-    tmp_path: Path, generator: torch.Generator
-) -> None:
+def test_masked_pixels_do_not_count(tmp_path: Path, generator: torch.Generator) -> None:
     photo = (blob(0.8).render(CAMERA).image * 255).round().to(torch.uint8)
     mask = torch.zeros(32, 40, dtype=torch.uint8)
     mask[:, :30] = 255
@@ -297,7 +294,7 @@ def test_pixels_that_a_mask_leaves_out_do_not_count(
     Image.fromarray(photo.numpy()).save(tmp_path / "photo.png")
     Image.fromarray(mask.numpy()).save(tmp_path / "mask.png")
     frame = Frame("photo.png", CAMERA, tmp_path / "photo.png", tmp_path / "mask.png")
-    dataset = photos_of(blob(0.8))
+    dataset = capture_of(blob(0.8))
     dataset.test[:] = [frame]
     result = evaluate(blob(0.8), dataset)
     assert result["psnr"] == math.inf
@@ -305,14 +302,14 @@ def test_pixels_that_a_mask_leaves_out_do_not_count(
 
 
 def test_a_capture_without_held_back_views_is_refused() -> None:
-    dataset = photos_of(blob(0.8))
+    dataset = capture_of(blob(0.8))
     dataset.test.clear()
     with pytest.raises(InputError, match="holds no view back"):
         evaluate(blob(0.8), dataset)
 
 
-def test_metrics_json_has_what_scripts_rely_on(tmp_path: Path) -> None:
-    dataset = photos_of(blob(0.8))
+def test_metrics_json_has_its_keys(tmp_path: Path) -> None:
+    dataset = capture_of(blob(0.8))
     results = evaluate_side_by_side({"teacher": blob(0.8), "student": blob(0.4)}, dataset)
     write_metrics(
         tmp_path / "metrics.json", **results, file_bytes=1234, gaussians=1, seconds={"teacher": 1.5}
@@ -327,7 +324,7 @@ def test_metrics_json_has_what_scripts_rely_on(tmp_path: Path) -> None:
 
 
 def test_the_contact_sheet_shows_photo_teacher_student_and_error(tmp_path: Path) -> None:
-    contact_sheet(tmp_path / "sheet.png", photos_of(blob(0.8)), blob(0.8), blob(0.4), views=2)
+    contact_sheet(tmp_path / "sheet.png", capture_of(blob(0.8)), blob(0.8), blob(0.4), views=2)
     sheet = np.array(Image.open(tmp_path / "sheet.png"))
     cell, row = sheet.shape[1] // 4, sheet.shape[0] // 2
     center = [tuple(sheet[row // 2 - 10, i * cell + cell // 2].tolist()) for i in range(4)]

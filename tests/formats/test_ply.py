@@ -1,6 +1,7 @@
-"""Scenes as PLY: what is read, what is written, and what is refused."""
+"""Reading and writing PLY scenes, and the errors for invalid files."""
 
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ def assert_equal(one: Gaussians, other: Gaussians) -> None:
 
 
 def header(
-    kind: str, names: list[str], count: int, type_: str = "float", before: str = ""
+    kind: str, names: Sequence[str], count: int, type_: str = "float", before: str = ""
 ) -> bytes:
     properties = "".join(f"property {type_} {name}\n" for name in names)
     text = f"ply\nformat {kind} 1.0\n{before}element vertex {count}\n{properties}end_header\n"
@@ -35,7 +36,7 @@ def header(
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
-def test_a_scene_survives_writing_and_reading_exactly(
+def test_a_written_scene_is_read_back_exactly(
     degree: int, tmp_path: Path, generator: torch.Generator
 ) -> None:
     gaussians = random_gaussians(17, degree, generator)
@@ -43,12 +44,12 @@ def test_a_scene_survives_writing_and_reading_exactly(
     assert_equal(read_ply(tmp_path / "scene.ply"), gaussians)
 
 
-def test_an_empty_scene_survives_too(tmp_path: Path, generator: torch.Generator) -> None:
+def test_an_empty_scene_is_read_back(tmp_path: Path, generator: torch.Generator) -> None:
     write_ply(tmp_path / "empty.ply", random_gaussians(0, 1, generator))
     assert len(read_ply(tmp_path / "empty.ply")) == 0
 
 
-def test_the_written_header_has_the_order_and_the_comment_that_other_tools_expect(
+def test_the_header_has_the_order_and_comment_that_other_tools_expect(
     tmp_path: Path, generator: torch.Generator
 ) -> None:
     write_ply(tmp_path / "scene.ply", random_gaussians(3, 1, generator))
@@ -61,7 +62,7 @@ def test_the_written_header_has_the_order_and_the_comment_that_other_tools_expec
     assert names == expected
 
 
-def test_higher_harmonics_are_stored_channel_by_channel(
+def test_higher_sh_are_stored_channel_by_channel(
     tmp_path: Path, generator: torch.Generator
 ) -> None:
     gaussians = random_gaussians(2, 1, generator)
@@ -77,7 +78,7 @@ def test_higher_harmonics_are_stored_channel_by_channel(
 def test_any_encoding_and_any_order_of_properties_is_read(
     kind: str, type_: str, tmp_path: Path, generator: torch.Generator
 ) -> None:
-    names = [*reversed(NAMES), "segment"]  # the last one is not 3DGS's and is skipped
+    names = [*reversed(NAMES), "segment"]  # the last one is not part of 3DGS
     table = torch.randn(5, len(names), generator=generator).numpy()
     order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(kind)
     if order:
@@ -104,7 +105,7 @@ def test_properties_of_mixed_types_and_tables_before_the_vertices_are_read(tmp_p
     assert read_ply(tmp_path / "scene.ply").means[:, 1].tolist() == [1, 2, 3, 4]
 
 
-def test_rows_that_are_not_finite_are_left_out_and_counted(
+def test_rows_that_are_not_finite_are_dropped_and_counted(
     tmp_path: Path, generator: torch.Generator, caplog: pytest.LogCaptureFixture
 ) -> None:
     gaussians = random_gaussians(6, 0, generator)
@@ -113,26 +114,26 @@ def test_rows_that_are_not_finite_are_left_out_and_counted(
     write_ply(tmp_path / "scene.ply", gaussians)
     with caplog.at_level(logging.WARNING):
         assert_equal(read_ply(tmp_path / "scene.ply"), gaussians.select(torch.tensor([0, 2, 3, 5])))
-    assert "2 of 6 Gaussians are not finite" in caplog.text
+    assert "2 of 6 Gaussians" in caplog.text
 
 
 BINARY = "binary_little_endian"
-REFUSED = {
+INVALID = {
     "no PLY file": (b"PK\x03\x04 a zip", "is not a PLY file"),
     "empty": (b"", "is not a PLY file"),
     "no end of header": (b"ply\nformat ascii 1.0\n", "no complete PLY header"),
     "a huge count": (header(BINARY, NAMES, 10**17), "cut off"),
     "a huge count in text": (header("ascii", NAMES, 10**17), "cut off"),
-    "a count beyond all": (header(BINARY, NAMES, 10**30), "no 3DGS scene|not PLY"),
+    "a count beyond 64 bits": (header(BINARY, NAMES, 10**30), "not a 3DGS scene|not PLY"),
     "one byte short": (header(BINARY, NAMES, 1) + bytes(55), "cut off"),
     "too few numbers": (header("ascii", NAMES, 2) + b"0 " * 14 + b"\n" + b"0 " * 13, "cut off"),
-    "words": (header("ascii", NAMES, 1) + b"0 " * 13 + b"nought", "no number"),
+    "words": (header("ascii", NAMES, 1) + b"0 " * 13 + b"nought", "not a number"),
     "no opacity": (header(BINARY, NAMES[:6] + NAMES[7:], 0), "lack opacity"),
-    "a point cloud": (header(BINARY, ["x", "y", "z"], 0), "no 3DGS scene"),
-    "half a harmonic": (header(BINARY, [*NAMES, "f_rest_0"], 0), "has 1 f_rest"),
-    "twice the same": (header(BINARY, [*NAMES, "x"], 0), "'x' twice"),
+    "a point cloud": (header(BINARY, ["x", "y", "z"], 0), "not a 3DGS scene"),
+    "one f_rest property": (header(BINARY, [*NAMES, "f_rest_0"], 0), "has 1 f_rest"),
+    "a duplicate property": (header(BINARY, [*NAMES, "x"], 0), "'x' twice"),
     "an unknown type": (header(BINARY, NAMES, 0, "half"), "not PLY"),
-    "an unknown format": (header("binary_middle_endian", NAMES, 0), "not one of the three"),
+    "an unknown format": (header("binary_middle_endian", NAMES, 0), "does not exist"),
     "no vertices": (b"ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no 'vertex'"),
     "lists before": (
         header(BINARY, NAMES, 0, before="element face 1\nproperty list uchar int i\n"),
@@ -142,23 +143,23 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("case", REFUSED)
-def test_a_file_that_is_no_3dgs_scene_is_refused_in_one_sentence(case: str, tmp_path: Path) -> None:
-    content, sentence = REFUSED[case]
+@pytest.mark.parametrize("case", INVALID)
+def test_an_invalid_file_raises_a_one_line_error(case: str, tmp_path: Path) -> None:
+    content, words = INVALID[case]
     (tmp_path / "scene.ply").write_bytes(content)
-    with pytest.raises(InputError, match=sentence) as caught:
+    with pytest.raises(InputError, match=words) as caught:
         read_ply(tmp_path / "scene.ply")
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+def test_a_missing_file_raises_an_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot read"):
         read_ply(tmp_path / "nowhere.ply")
 
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.floats(0, 1, exclude_max=True), byte=st.integers(0, 255), cut=st.integers(0, 60))
-def test_a_damaged_file_is_read_or_refused_but_never_crashes(
+def test_a_damaged_file_is_read_or_raises_input_error(
     place: float, byte: int, cut: int, tmp_path: Path
 ) -> None:
     content = bytearray(header(BINARY, NAMES, 2) + bytes(112))

@@ -1,4 +1,4 @@
-"""`.spz` scenes: files of another program, files of every version, damaged ones."""
+"""Reading `.spz`: files of splat-transform, files of every version, damaged files."""
 
 import math
 import struct
@@ -15,7 +15,8 @@ from mobilegs.formats.spz import read_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.scene_file import inspect_scene, open_scene
 from mobilegs.view.export import poster_of
-from tests.web.test_decoder import WEB, node_program
+from tests.support.node import WEB, node_program
+from tests.support.random_scenes import error_message
 
 COUNT = 60
 WRITE = """
@@ -47,23 +48,23 @@ def expected(degree: int) -> Gaussians:
     )
 
 
-def compare(found: Gaussians, degree: int, *, places: float, turn: float, colors: float) -> None:
+def compare(found: Gaussians, degree: int, *, position: float, rotation: float, sh: float) -> None:
     made = expected(degree)
-    torch.testing.assert_close(found.means.double(), made.means, atol=places, rtol=0)
+    torch.testing.assert_close(found.means.double(), made.means, atol=position, rtol=0)
     torch.testing.assert_close(found.log_scales.double(), made.log_scales, atol=0.5 / 16, rtol=0)
     opacities = found.logit_opacities.double().sigmoid()
     torch.testing.assert_close(opacities, made.logit_opacities.sigmoid(), atol=0.5 / 254, rtol=0)
     same = (found.quats.double() * made.quats).sum(1).abs()  # up to the sign
-    assert (same > 1 - turn).all()
+    assert (same > 1 - rotation).all()
     torch.testing.assert_close(
         found.sh[:, 0].double(), made.sh[:, 0].clamp(-1 / 0.3, 1 / 0.3), atol=0.5 / 38, rtol=0
     )
-    torch.testing.assert_close(found.sh[:, 1:].double(), made.sh[:, 1:], atol=colors, rtol=0)
+    torch.testing.assert_close(found.sh[:, 1:].double(), made.sh[:, 1:], atol=sh, rtol=0)
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory):
-    """Writes a file of a version and degree that no tool of today writes."""
+    """Return a function that writes a file of a given version and degree."""
     folder = tmp_path_factory.mktemp("spz")
 
     def make(version: int, degree: int) -> Path:
@@ -76,9 +77,9 @@ def made(tmp_path_factory: pytest.TempPathFactory):
 
 
 @pytest.mark.parametrize("name", ["spz_v3.spz", "spz_v4.spz"])
-def test_files_of_another_program_are_read(name: str) -> None:
-    # that program rounds the higher harmonics to steps of 1/8
-    compare(read_spz(WEB / name), 3, places=2**-12, turn=1e-5, colors=0.067)
+def test_files_of_splat_transform_are_read(name: str) -> None:
+    # it rounds SH above degree 0 to steps of 1/8
+    compare(read_spz(WEB / name), 3, position=2**-12, rotation=1e-5, sh=0.067)
 
 
 @pytest.mark.parametrize("version", [1, 2, 3])
@@ -89,13 +90,13 @@ def test_every_version_and_degree_is_read(made, version: int, degree: int) -> No
     compare(
         found,
         degree,
-        places=2e-3 if version == 1 else 2**-12,
-        turn=1e-5 if version == 3 else 2e-2,  # of a small w little is left
-        colors=0.5 / 127,
+        position=2e-3 if version == 1 else 2**-12,
+        rotation=1e-5 if version == 3 else 2e-2,  # a small w is imprecise
+        sh=0.5 / 127,
     )
 
 
-def test_a_spz_is_a_scene_like_any_other(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_spz_can_be_opened_inspected_and_rendered(capsys: pytest.CaptureFixture[str]) -> None:
     path = WEB / "spz_v4.spz"
     scene = open_scene(path, torch.device("cpu"))
     assert scene.blend == "sorted" and len(scene.gaussians) == COUNT
@@ -110,22 +111,17 @@ def gzipped(data: bytes) -> bytes:
     return zipper.compress(data) + zipper.flush()
 
 
-def refused(path: Path, data: bytes) -> str:
-    path.write_bytes(data)
-    with pytest.raises(InputError) as found:
-        read_spz(path)
-    return str(found.value)
-
-
 @pytest.mark.parametrize("name", ["spz_v3.spz", "spz_v4.spz"])
-def test_a_file_cut_anywhere_gets_a_sentence(name: str, tmp_path: Path) -> None:
+def test_a_file_cut_at_any_length_raises_an_error(name: str, tmp_path: Path) -> None:
     data = (WEB / name).read_bytes()
     for length in [*range(64), *range(64, len(data), 97), len(data) - 1]:
-        assert refused(tmp_path / "cut.spz", data[:length])
+        assert error_message(read_spz, tmp_path / "cut.spz", data[:length])
 
 
 @pytest.mark.parametrize("name", ["spz_v3.spz", "spz_v4.spz"])
-def test_a_changed_byte_is_an_error_or_a_scene(name: str, tmp_path: Path) -> None:
+def test_a_file_with_a_changed_byte_is_read_or_raises_input_error(
+    name: str, tmp_path: Path
+) -> None:
     data, path = (WEB / name).read_bytes(), tmp_path / "changed.spz"
     for place in [*range(64), *range(64, len(data), 53)]:
         changed = bytearray(data)
@@ -138,22 +134,24 @@ def test_a_changed_byte_is_an_error_or_a_scene(name: str, tmp_path: Path) -> Non
         assert all(tensor.isfinite().all() for tensor in found.tensors().values())
 
 
-def test_what_a_header_cannot_mean_gets_a_sentence(tmp_path: Path) -> None:
+def test_an_invalid_header_raises_a_one_line_error(tmp_path: Path) -> None:
     path = tmp_path / "bad.spz"
 
     def head(version: int = 2, count: int = 1, degree: int = 0, fraction: int = 12) -> bytes:
         return b"NGSP" + struct.pack("<IIBBBB", version, count, degree, fraction, 0, 0)
 
-    assert "not an .spz" in refused(path, b"something else entirely")
-    assert "not an .spz" in refused(path, gzipped(b"something else entirely"))
-    assert "version 9" in refused(path, gzipped(head(version=9)))
-    assert "damaged" in refused(path, gzipped(head(version=4) + bytes(16)))
-    assert "announces 4000000000" in refused(path, gzipped(head(count=4_000_000_000)))
-    assert "cut off" in refused(path, gzipped(head(count=9_000_000)))
-    assert "more than the 1" in refused(path, gzipped(head() + bytes(10**7)))  # and stays small
-    assert "damaged" in refused(path, gzipped(head(degree=5)))
+    assert "not an .spz" in error_message(read_spz, path, b"something else entirely")
+    assert "not an .spz" in error_message(read_spz, path, gzipped(b"something else entirely"))
+    assert "version 9" in error_message(read_spz, path, gzipped(head(version=9)))
+    assert "damaged" in error_message(read_spz, path, gzipped(head(version=4) + bytes(16)))
+    assert "announces 4000000000" in error_message(
+        read_spz, path, gzipped(head(count=4_000_000_000))
+    )
+    assert "cut off" in error_message(read_spz, path, gzipped(head(count=9_000_000)))
+    assert "more than the 1" in error_message(read_spz, path, gzipped(head() + bytes(10**7)))
+    assert "damaged" in error_message(read_spz, path, gzipped(head(degree=5)))
     nan = struct.pack("<3e", 0, math.nan, 0)
-    assert "damaged" in refused(path, gzipped(head(version=1) + nan + bytes(10)))
+    assert "damaged" in error_message(read_spz, path, gzipped(head(version=1) + nan + bytes(10)))
     missing = tmp_path / "missing.spz"
     with pytest.raises(InputError, match="cannot read"):
         read_spz(missing)

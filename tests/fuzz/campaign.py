@@ -1,4 +1,4 @@
-"""The long campaign: see README.md beside it."""
+"""Run a long fuzzing campaign: `python -m tests.fuzz.campaign`, see README.md."""
 
 import argparse
 import faulthandler
@@ -15,12 +15,12 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from tests.fuzz.envelope import take_apart
 from tests.fuzz.mutate import Mutator
 from tests.fuzz.readers import EVERY, Verdict, quiet, verdicts
 from tests.fuzz.seeds import Seed, mgs_seeds, ply_seeds, spz_seeds
 from tests.fuzz.seeds_formats import compressed_seeds, glb_seeds, sog_seeds, splat_seeds
-from tests.web.test_decoder import node_program
+from tests.support.mgs_parts import parse_parts
+from tests.support.node import node_program
 
 SEEDS = {
     "mgs": mgs_seeds,
@@ -33,22 +33,22 @@ SEEDS = {
 }
 THERE = ("mgs", "ply", "spz")  # what the viewer reads
 BATCH = 500
-SECONDS = 1.0  # of processor time that an input may take
+SECONDS = 1.0  # processor time allowed per input
 PATIENCE = 300  # seconds for a batch
-CUT_MAX = 30_000  # bytes of files that are cut at every byte
-# what the viewer does not draw, and says so
+CUT_MAX = 30_000  # largest file that is cut at every byte
+# messages of the viewer about scenes that only Python opens
 ONLY_THERE = re.compile(r"has sh_degree '[023]'|has the weighting 'two_pass'")
 
 
 class Node:
-    """readers.js in a process of its own, with which it shares a file of inputs in `folder`."""
+    """A process that runs readers.js; inputs are passed in a file in `folder`."""
 
     def __init__(self, folder: Path, *, seconds: float) -> None:
         self.batch, self.seconds = folder / "batch", seconds
         self.process: subprocess.Popen[str] | None = None
 
     def verdicts(self, kind: str, inputs: list[bytes]) -> list[Verdict]:
-        """As `readers.verdicts`."""
+        """Return verdicts like `readers.verdicts`."""
         if self.process is None:
             script = Path(__file__).with_name("readers.js")
             pipe = subprocess.PIPE
@@ -68,7 +68,7 @@ class Node:
         return [{"error": "node ended, or did not answer"}] * len(inputs)
 
     def close(self) -> None:
-        """Ends the process; the next batch starts another."""
+        """End the process; the next batch starts another one."""
         if self.process is not None:
             self.process.kill()
             self.process.communicate()
@@ -76,7 +76,7 @@ class Node:
 
 
 def cuts(kind: str, seeds: dict[str, Seed]) -> Iterator[bytes]:
-    """Every file cut at every byte; and of a `.mgs` every stream, with checksums that are right."""
+    """Yield files cut at every byte; of a `.mgs` also cut streams with valid checksums."""
     for seed in seeds.values():
         if len(seed.data) > CUT_MAX:
             continue
@@ -84,16 +84,16 @@ def cuts(kind: str, seeds: dict[str, Seed]) -> Iterator[bytes]:
             yield seed.data[:end]
         if kind != "mgs":
             continue
-        for i, piece in enumerate(take_apart(seed.data).pieces):
+        for i, piece in enumerate(parse_parts(seed.data).pieces):
             ends = range(len(piece.data))
             for end in ends if len(ends) < 300 else [*ends[:100], *ends[-100:]]:
-                parts = take_apart(seed.data)
+                parts = parse_parts(seed.data)
                 parts.pieces[i].data = piece.data[:end]
-                yield parts.sealed()
+                yield parts.to_bytes()
 
 
 def run(kind: str, inputs: Iterator[bytes], node: Node, folder: Path, title: str) -> None:
-    """All of the inputs; findings are written to `folder`, sums to the standard output."""
+    """Run all inputs; findings go to `folder`, counts to the standard output."""
     counts: Counter[str] = Counter()
     begun, first = time.time(), 0
     while batch := list(islice(inputs, BATCH)):

@@ -1,4 +1,4 @@
-"""The C++ decoders under libFuzzer, with sanitizers: see README.md beside this file."""
+"""Fuzz the C++ decoders with libFuzzer: `python -m tests.fuzz.decoders`, see README.md."""
 
 import argparse
 import os
@@ -13,35 +13,35 @@ from mobilegs.mgs import rans
 from mobilegs.mgs.bits import pack_bits
 from mobilegs.mgs.positions import CLASSES
 from mobilegs.mgs.streams import index_width
-from tests.fuzz.envelope import take_apart
 from tests.fuzz.seeds import Seed, indices, mgs_seeds
+from tests.support.mgs_parts import parse_parts
 
 HERE = Path(__file__).parent
 SOURCES = [HERE / "decode_fuzzer.cpp", HERE / "../../mobilegs/csrc/decode.cpp"]
 SANITIZE = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=undefined"]
 RANS, BITS, POSITIONS, FITTED = 0, 1, 2, 128
-WIDE = {RANS: 33, POSITIONS: 35}  # the same ways, of which 32 allows for many numbers
+WIDE = {RANS: 33, POSITIONS: 35}  # the bit 32 allows many numbers
 LANES = (8, 16, 32, 64, 128, 256)
 
 
 def inputs(seeds: dict[str, Seed]) -> list[bytes]:
-    """The streams of sound files, as the target takes them."""
+    """Return the streams of valid files as inputs of the target."""
     found = []
     for seed in seeds.values():
-        parts = take_apart(seed.data)
+        parts = parse_parts(seed.data)
         coded = indices(parts)
-        layers = parts.header.get("layers", [parts.header["count"]])
+        sizes = parts.header.get("layers", [parts.header["count"]])
         for piece in parts.pieces:
             if piece.name in coded:
                 count, size = coded[piece.name]
                 way, width = (RANS, size) if piece.codec == "rans" else (BITS, index_width(size))
                 found.append(struct.pack("<BIH", way, count, width) + piece.data)
             elif piece.codec == "morton-class":
-                count = layers[int(piece.name.partition("@")[2] or 0)]
+                count = sizes[int(piece.name.partition("@")[2] or 0)]
                 found.append(struct.pack("<BIH", POSITIONS, count, 0) + piece.data)
             elif piece.codec in ("halves", "planes"):
                 length = struct.unpack_from("<I", piece.data)[0]
-                # how many there are, the lower bytes say, if they are not coded
+                # the lower bytes tell the count unless they are coded
                 count = len(piece.data) - 4 - length if piece.codec == "halves" else 9792
                 found.append(struct.pack("<BIH", RANS, count, 256) + piece.data[4 : 4 + length])
     found += [data for lanes in LANES for data in wide(lanes)]
@@ -50,7 +50,7 @@ def inputs(seeds: dict[str, Seed]) -> list[bytes]:
 
 
 def wide(lanes: int) -> list[bytes]:
-    """Streams of so many lanes, in which next to all numbers are the same."""
+    """Return streams with this number of lanes and almost only equal numbers."""
     count = 2048 * lanes + 5
     symbols = np.zeros(count, dtype=np.uint16)
     symbols[:: count // 7] = 3
@@ -80,9 +80,9 @@ def main() -> None:
     subprocess.run(build, check=True)
     # 557,056 positions are 3.2 MiB, tables take 3 MiB
     limits = ["-malloc_limit_mb=4", "-rss_limit_mb=1024", "-timeout=20", "-max_len=20000"]
-    # the output is one line a second at most; findings are written beside it
+    # the output is at most one line per second; findings are written to the folder
     command = [target, f"-runs={options.runs}", f"-seed={options.seed}", *limits, corpus]
-    # what waits to be freed would be fresh memory for every input, which takes most of the time
+    # a large quarantine gives every input new memory, which would take most of the time
     calm = {**os.environ, "ASAN_OPTIONS": "quarantine_size_mb=8"}
     subprocess.run(command, check=True, cwd=options.output, env=calm)
 

@@ -1,4 +1,4 @@
-"""Our readers under atheris, which goes on from inputs that reach new code: see README.md."""
+"""Fuzz the Python readers with atheris: `python -m tests.fuzz.guided`, see README.md."""
 
 import random
 import sys
@@ -7,11 +7,13 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["mobilegs.compress", "mobilegs.formats"]):
+with atheris.instrument_imports(  # pyright: ignore[reportAttributeAccessIssue]
+    include=["mobilegs.mgs", "mobilegs.compress", "mobilegs.formats"]
+):
     from tests.fuzz.campaign import SEEDS
-    from tests.fuzz.envelope import take_apart
     from tests.fuzz.mutate import Mutator
     from tests.fuzz.readers import Reader, quiet
+    from tests.support.mgs_parts import parse_parts
 
 SECONDS = 1.0
 
@@ -30,13 +32,13 @@ def main() -> None:
     def change(data: bytes, most: int, seed: int) -> bytes:
         r = random.Random(seed)
         try:
-            if kind == "mgs" and r.random() < 0.5:  # a stream, in libFuzzer's own ways
-                parts = take_apart(data)
+            if kind == "mgs" and r.random() < 0.5:  # mutate a stream with libFuzzer
+                parts = parse_parts(data)
                 piece = r.choice(parts.pieces)
                 piece.data = bytes(atheris.Mutate(piece.data, len(piece.data) + 64))
-                return parts.sealed()[:most]
+                return parts.to_bytes()[:most]
             return mutator.make(r, data, mutator.files)[:most]
-        except Exception:  # no file that could be taken apart
+        except Exception:  # not a file that can be parsed
             return bytes(atheris.Mutate(data, most))
 
     def one(data: bytes) -> None:

@@ -1,6 +1,6 @@
-"""Sound files made unsound, by someone who knows the format and can make checksums.
+"""Mutate valid files with knowledge of the format, and with valid checksums.
 
-Input number `i` of a seed is always the same: `Mutator(seeds, seed).input(i)`.
+`Mutator(kind, seeds, seed).input(i)` always gives the same input.
 """
 
 import json
@@ -11,12 +11,10 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from tests.fuzz.envelope import Parts, Piece, take_apart
 from tests.fuzz.mutate_formats import mutated_glb, mutated_sog, mutated_splat
 from tests.fuzz.mutate_plain import NUMBERS, WORDS, damaged, mutated_ply, mutated_spz
 from tests.fuzz.seeds import Seed
-
-Change = Callable[[random.Random, Any], None]
+from tests.support.mgs_parts import Parts, Piece, parse_parts
 
 STRANGE = [
     *NUMBERS, None, True, False, "", "x", "1", "raw", "bits", "rans", "halves", "planes", "nvq",
@@ -27,7 +25,7 @@ STRANGE = [
     {"degree": 0, "latents": 0, "hidden": []}, {str(i): i for i in range(65)},
     {"toString": 1}, [{"toString": 1}],
 ]  # fmt: skip
-HALVES = [0x7C00, 0xFC00, 0x7E00, 0xFFFF, 0x7BFF, 0xFBFF, 0x0001, 0x8000, 0x5500, 0x5501]
+FLOAT16_PATTERNS = [0x7C00, 0xFC00, 0x7E00, 0xFFFF, 0x7BFF, 0xFBFF, 0x0001, 0x8000, 0x5500, 0x5501]
 TEXTS = [
     b"", b"[]", b"1", b"{", b'{"streams":0}', b'{"streams":[]}', b"[" * 5000, b"null", b'"\\ud800"',
     b'{"near":' + b"9" * 5000 + b"}", b'{"a":NaN}', b"\xef\xbb\xbf{}", b"\xff\xfe{}",
@@ -35,7 +33,7 @@ TEXTS = [
 
 
 class Mutator:
-    """Inputs of one kind, see `MAKERS`."""
+    """Makes inputs of one kind (a key of `MAKERS`)."""
 
     def __init__(self, kind: str, seeds: dict[str, Seed], seed: int) -> None:
         self.seed = seed
@@ -45,7 +43,7 @@ class Mutator:
         self.shares = [sum(weights[: i + 1]) for i in range(len(weights))]
 
     def input(self, number: int) -> bytes:
-        """Input number `number`, of any length."""
+        """Return input `number`."""
         r = random.Random(self.seed << 40 | number)
         (data,) = r.choices(self.files, cum_weights=self.shares)
         if r.random() < 0.15:
@@ -57,18 +55,18 @@ class Mutator:
 
 
 def _mgs(r: random.Random, data: bytes, files: list[bytes]) -> bytes:
-    parts = take_apart(data)
+    parts = parse_parts(data)
     for _ in range(1 if r.random() < 0.6 else r.randrange(2, 4)):
         (change,) = r.choices(CHANGES, cum_weights=CHANGE_SHARES)
         if change is _borrow:
             _borrow(r, parts, files)
         else:
             change(r, parts)
-    return parts.sealed()
+    return parts.to_bytes()
 
 
 def _places(value: Any, path: tuple = ()) -> list[tuple]:
-    """The ways to all values inside of one."""
+    """Return the path of every value inside a JSON value."""
     items: Any = ()
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
@@ -79,12 +77,12 @@ def _places(value: Any, path: tuple = ()) -> list[tuple]:
 
 
 def _header(r: random.Random, parts: Parts) -> None:
-    """A value of the header becomes another, of any type, or goes."""
+    """Change a value of the header to another of any type, or remove it."""
     if not parts.header:
         return
     name = r.choice(list(parts.header))  # not the numbers of matrices most of the time
     path = r.choice([(name,), *((name, *path) for path in _places(parts.header[name]))])
-    inner = parts.header
+    inner: Any = parts.header
     for key in path[:-1]:
         inner = inner[key]
     key, way = path[-1], r.randrange(8)
@@ -101,7 +99,7 @@ def _header(r: random.Random, parts: Parts) -> None:
 
 
 def _count(r: random.Random, parts: Parts) -> None:
-    """Another number of Gaussians, up to what the bytes allow and beyond."""
+    """Change the number of Gaussians, up to the limit by bytes and beyond."""
     count = parts.header.get("count")
     most = sum(len(piece.data) for piece in parts.pieces)
     near = [count + 1, count - 1, 2 * count] if type(count) is int else []
@@ -111,18 +109,18 @@ def _count(r: random.Random, parts: Parts) -> None:
 
 
 def _stream(r: random.Random, parts: Parts) -> None:
-    """Bytes of a stream."""
+    """Change bytes of a stream."""
     full = [piece for piece in parts.pieces if piece.data]
     if not full:
         return
-    # weights are long and dull: the others first
+    # streams of weights are long: prefer the others
     small = [piece for piece in full if len(piece.data) < 4000] or full
     piece = r.choice(small if r.random() < 0.9 else full)
     piece.data = damaged(r, piece.data, as_long=r.random() < 0.7)
 
 
 def _words(r: random.Random, parts: Parts) -> None:
-    """Lengths and counts that a stream begins with."""
+    """Change lengths and counts at the start of a stream."""
     coded = [p for p in parts.pieces if p.codec in ("rans", "halves", "planes", "morton-class")]
     coded = [piece for piece in coded if len(piece.data) >= 20]
     if not coded:
@@ -136,20 +134,20 @@ def _words(r: random.Random, parts: Parts) -> None:
     piece.data = bytes(data)
 
 
-def _halves(r: random.Random, parts: Parts) -> None:
-    """Numbers that are none, the largest, the least, among weights and codebook entries."""
+def _weights(r: random.Random, parts: Parts) -> None:
+    """Change weights and codebook entries to NaN, infinity, the largest or the smallest number."""
     raw = [piece for piece in parts.pieces if piece.codec == "raw" and len(piece.data) >= 2]
     if not raw:
         return
     piece = r.choice(raw)
     data = bytearray(piece.data)
     for _ in range(r.choice([1, 1, 5, 500])):
-        struct.pack_into("<H", data, 2 * r.randrange(len(data) // 2), r.choice(HALVES))
+        struct.pack_into("<H", data, 2 * r.randrange(len(data) // 2), r.choice(FLOAT16_PATTERNS))
     piece.data = bytes(data)
 
 
 def _table(r: random.Random, parts: Parts) -> None:
-    """Streams twice, in another order, missing, under another's name or codec."""
+    """Repeat, reorder, remove, rename or recode streams."""
     pieces, way = parts.pieces, r.randrange(9)
     if not pieces:
         return
@@ -176,7 +174,7 @@ def _table(r: random.Random, parts: Parts) -> None:
 
 
 def _lie(r: random.Random, parts: Parts) -> None:
-    """A row of the table that is wrong about its stream: rows then overlap, or leave holes."""
+    """Make a row of the table disagree with its stream: streams then overlap or leave gaps."""
     if not parts.pieces:
         return
     piece = r.choice(parts.pieces)
@@ -185,7 +183,7 @@ def _lie(r: random.Random, parts: Parts) -> None:
     lies = [size + 1, size - 1, size + 8, size - 8, 0, size // 2]
     piece.row[key] = r.choice(lies) if key == "bytes" and r.random() < 0.7 else r.choice(STRANGE)
     if key == "bytes" and r.random() < 0.7 and type(piece.row[key]) is int:
-        # the checksum is right for what the row claims, as far as the next streams are known
+        # the checksum fits the claimed length, as far as it covers the following streams
         at = parts.pieces.index(piece)
         rest = b"".join(p.data + bytes(-len(p.data) % 8) for p in parts.pieces[at:])
         piece.row["crc32"] = zlib.crc32(rest[: max(0, min(piece.row[key], len(rest)))])
@@ -207,13 +205,13 @@ def _version(r: random.Random, parts: Parts) -> None:
 
 
 def _json(r: random.Random, parts: Parts) -> None:
-    """The header as a text: other spellings of it, and what is no JSON."""
+    """Change the header's text: other spellings, and invalid JSON."""
     text, way = parts.text or parts.header_text(), r.randrange(8)
     if way == 0:
         text = r.choice(TEXTS)
     elif way == 1:
         text = damaged(r, text)
-    elif way == 2:  # the last one of a name counts
+    elif way == 2:  # the last of equal names counts
         value = json.dumps(r.choice(STRANGE)).encode()
         name = r.choice(["count", "mode", "streams", "lobes", "positions", "near", "__proto__"])
         text = text[:-1] + b',"' + name.encode() + b'":' + value + b"}"
@@ -221,7 +219,7 @@ def _json(r: random.Random, parts: Parts) -> None:
         text = text.replace(b",", b" ,\t\n\r ")
     elif way == 4:
         depth = r.choice([10, 100, 400, 5000])
-        # what is not known here may lie too deep for Python alone
+        # an unknown field may be nested too deep for Python only
         names = ["mode", "colors", "weighting", "meta", "views"]
         name = "deep" if depth < 5000 and r.random() < 0.5 else r.choice(names)
         text = text[:-1] + b',"' + name.encode() + b'":' + b"[" * depth + b"]" * depth + b"}"
@@ -235,8 +233,8 @@ def _json(r: random.Random, parts: Parts) -> None:
 
 
 def _borrow(r: random.Random, parts: Parts, files: list[bytes]) -> None:
-    """A stream or a field of another file."""
-    other = take_apart(r.choice(files))
+    """Take a stream or a field of another file."""
+    other = parse_parts(r.choice(files))
     if r.random() < 0.5 and other.pieces:
         piece = r.choice(other.pieces)
         own = [i for i, ours in enumerate(parts.pieces) if ours.name == piece.name]
@@ -249,9 +247,9 @@ def _borrow(r: random.Random, parts: Parts, files: list[bytes]) -> None:
         parts.header[name] = other.header[name]
 
 
-# what is refused at the header alone is quick, and tells little of what lies behind it
-CHANGES: list[Change] = [
-    _header, _stream, _words, _halves, _count, _table, _lie, _padding, _version, _json, _borrow,
+# errors in the header hide errors in the streams: streams get more weight
+CHANGES: list[Callable[..., None]] = [
+    _header, _stream, _words, _weights, _count, _table, _lie, _padding, _version, _json, _borrow,
 ]  # fmt: skip
 CHANGE_WEIGHTS = [20, 30, 12, 6, 5, 7, 6, 1, 3, 5, 5]
 CHANGE_SHARES = [sum(CHANGE_WEIGHTS[: i + 1]) for i in range(len(CHANGES))]

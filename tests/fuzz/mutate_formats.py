@@ -1,5 +1,4 @@
-"""`.splat`, `.glb` and `.sog` made unsound: their JSON, pictures and archives; compressed `.ply`
-goes the way of the plain one."""
+"""Mutate `.splat`, `.glb` and `.sog`: their JSON, images and archives."""
 
 import json
 import random
@@ -35,7 +34,7 @@ def mutated_splat(r: random.Random, data: bytes, files: list[bytes]) -> bytes:
 
 def _places(value: Any, path: tuple = ()) -> list[tuple]:
     items: Any = ()
-    if len(path) > 20:  # deeper than any sound file
+    if len(path) > 20:  # deeper than any valid file
         return []
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value[:8])

@@ -1,4 +1,4 @@
-"""Bytes, `.ply` and `.spz` made unsound; `mutate.py` has the `.mgs`."""
+"""Mutate bytes, `.ply` and `.spz`; `mutate.py` has the `.mgs`."""
 
 import random
 import struct
@@ -19,12 +19,12 @@ WORDS = [0, 1, 2, 3, 49, 64, 65, 256, 4096, 2**14, 2**15, 2**16 - 1, 2**16, 2**3
 
 
 def damaged(r: random.Random, data: bytes, *, as_long: bool = False) -> bytes:
-    """Bytes changed, cut off, moved, doubled: nothing is known of what they mean."""
+    """Change, cut off, move and repeat bytes, without knowledge of the format."""
     found = bytearray(data)
     for _ in range(1 if r.random() < 0.5 else r.randrange(2, 6)):
         if not found:
             break
-        # half of the time near the beginning, where the meaning is
+        # half of the time near the start, which has headers
         at = r.randrange(len(found) if r.random() < 0.5 else min(len(found), 64))
         end = min(len(found), at + (1 << r.randrange(8)))
         way = r.randrange(2 if as_long else 8)

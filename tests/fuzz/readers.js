@@ -10,10 +10,10 @@
 import { readFileSync, writeFileSync } from "node:fs";
 import { createInterface } from "node:readline";
 
-import { readPly } from "../../mobilegs/view/web/load/ply.js";
-import { readSpz } from "../../mobilegs/view/web/load/spz.js";
-import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
+import { readPly } from "../../viewer/src/load/ply.js";
+import { readSpz } from "../../viewer/src/load/spz.js";
+import { SceneError } from "../../viewer/src/mgs/error.js";
+import { SceneReader } from "../../viewer/src/mgs/reader.js";
 import { pieces, randomNumbers } from "../web/pieces.js";
 import { sceneOf } from "../web/whole.js";
 

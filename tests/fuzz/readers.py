@@ -1,4 +1,7 @@
-"""Our readers under watch: an input gives a scene or a sentence, at a fair price, or an error."""
+"""Run the Python readers with bounds on time and memory.
+
+An input must give a scene, or a refusal with one sentence; anything else is an error.
+"""
 
 import logging
 import re
@@ -17,7 +20,8 @@ from mobilegs.formats.sog import read_sog
 from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz
 from mobilegs.mgs.codec import inspect, unpack
-from tests.fuzz.seeds import tensors
+from tests.support.memory_meter import MemoryMeter
+from tests.support.quantized_scenes import tensors
 
 Verdict = str | None | dict[str, str]
 
@@ -29,42 +33,26 @@ READERS = {
     "sog": read_sog,
     "glb": read_glb,
 }
-EVERY = 20  # one in so many scenes is decoded to the last number
+EVERY = 20  # one of this many scenes is decoded completely
 SENTENCE = 300  # characters
-# what a terminal obeys, and halves of a pair, which nothing prints
-UNSHOWN = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
-# bytes beside twice what file and scene take
+# control characters, which terminals obey, and unpaired surrogates, which cannot be printed
+UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+# bytes allowed in addition to twice file and scene
 FREE = 32 << 20
-STATUS = Path("/proc/self/status")
-RESET = Path("/proc/self/clear_refs")
-
-
-class Meter:
-    """The most memory that the process has had since `start`, beyond what it had then."""
-
-    def start(self) -> None:
-        RESET.write_text("5")
-        self.before = self._read("VmRSS")
-
-    def peak(self) -> int:
-        return self._read("VmHWM") - self.before
-
-    def _read(self, name: str) -> int:
-        return int(STATUS.read_text().split(name + ":", 1)[1].split(None, 1)[0]) << 10
 
 
 def verdicts(kind: str, inputs: list[bytes], folder: Path, *, seconds: float) -> list[Verdict]:
-    """What becomes of each input: None is a scene, a text is why it is refused.
+    """Return the verdict on each input: None for a scene, the message of a refusal, or an error.
 
-    An error is what no input may lead to: anything else, too much memory, or more than `seconds` of
-    processor time. One in `EVERY` scenes is decoded to the last number. `folder` takes a file, for
-    the formats that are read from one.
+    Errors (`{"error": ...}`) are other exceptions, too much memory, and more than `seconds` of
+    processor time. One of `EVERY` scenes is decoded completely. Inputs of formats that are read
+    from a file are written to `folder`.
     """
     reader = Reader(kind, folder / f"input.{kind}", seconds)
-    meter = Meter()
+    meter = MemoryMeter()
     meter.start()
     found = [reader.verdict(data, decode=i % EVERY == 0) for i, data in enumerate(inputs)]
-    if meter.peak() > FREE + 2 * reader.largest:  # of which?
+    if meter.peak() > FREE + 2 * reader.largest:  # find the input
         for i, data in enumerate(inputs):
             meter.start()
             size, _ = reader.opened(data, decode=i % EVERY == 0)
@@ -74,17 +62,17 @@ def verdicts(kind: str, inputs: list[bytes], folder: Path, *, seconds: float) ->
 
 
 class Reader:
-    """Of one kind of file.
+    """The reader of one kind of file.
 
     Attributes:
-        largest: bytes of the largest input together with its scene.
+        largest: most bytes of an input plus its scene.
     """
 
     def __init__(self, kind: str, path: Path, seconds: float) -> None:
         self.kind, self.path, self.seconds, self.largest = kind, path, seconds, 0
 
     def verdict(self, data: bytes, *, decode: bool) -> Verdict:
-        """See `verdicts`."""
+        """Return the verdict on one input, as in `verdicts`."""
         begun = time.perf_counter()
         size, found = self.opened(data, decode=decode)
         self.largest = max(self.largest, len(data) + size)
@@ -96,7 +84,7 @@ class Reader:
         return found
 
     def opened(self, data: bytes, *, decode: bool) -> tuple[int, Verdict]:
-        """Bytes of the scene, and the verdict."""
+        """Return the bytes of the scene, and the verdict."""
         try:
             if self.kind == "mgs":
                 return _open_mgs(data, decode), None
@@ -105,26 +93,26 @@ class Reader:
             return _finite(scene.tensors().values()), None
         except InputError as error:
             sentence = str(error).removeprefix(str(self.path))
-            if 0 < len(sentence) <= SENTENCE and not UNSHOWN.search(sentence):
+            if 0 < len(sentence) <= SENTENCE and not UNPRINTABLE.search(sentence):
                 return 0, sentence
-            return 0, {"error": f"is refused in no plain sentence: {sentence[:200]!r}"}
+            return 0, {"error": f"is not refused with one plain sentence: {sentence[:200]!r}"}
         except Exception as error:
             return 0, {"error": f"{type(error).__name__}: {error}"}
 
 
 def _open_mgs(data: bytes, decode: bool) -> int:
-    coded = unpack(data)
-    size = sum(part.nbytes for part in tensors(coded))
+    quantized = unpack(data)
+    size = sum(part.nbytes for part in tensors(quantized))
     if decode:
         inspect(data)
-        scene = coded.decode()
+        scene = quantized.decode()
         lobes = [] if scene.lobes is None else [scene.lobes]
         size += _finite([*scene.gaussians.tensors().values(), *lobes])
     return size
 
 
 def _finite(values: Iterable[Tensor]) -> int:
-    """Bytes of tensors without NaN and infinity."""
+    """Return the bytes of tensors; ArithmeticError if one is not finite."""
     found = list(values)
     if not all(bool(value.isfinite().all()) for value in found):
         raise ArithmeticError("gives numbers that are not finite")
@@ -132,7 +120,7 @@ def _finite(values: Iterable[Tensor]) -> int:
 
 
 def quiet() -> None:
-    """For processes that read nothing but such files: warnings are errors, one thread."""
+    """Set up a fuzzing process: no logs, warnings are errors, one thread."""
     logging.disable()
     warnings.simplefilter("error")
     torch.set_num_threads(1)

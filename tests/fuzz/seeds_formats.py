@@ -1,4 +1,4 @@
-"""Small sound files of other tools' formats."""
+"""Small valid files of other tools' formats."""
 
 import io
 import json
@@ -14,23 +14,23 @@ from PIL import Image
 from mobilegs.formats.glb import write_glb
 from mobilegs.formats.sog import write_sog
 from mobilegs.gaussians import Gaussians
-from tests.formats.test_ply_compressed import compressed
 from tests.fuzz.seeds import Seed
-from tests.support.plain import plain_scene
+from tests.support.format_files import encode_compressed_ply
+from tests.support.random_scenes import random_scene
 
 
 def compressed_seeds() -> dict[str, Seed]:
-    """Every degree, both orders of bytes, one chunk and two, with and without colours' bounds."""
-    files = {f"degree {d}": compressed(plain_scene(3, d)) for d in range(4)}
-    files["two chunks"] = compressed(plain_scene(260, 0))
-    files["big"] = compressed(plain_scene(2, 1), order=">")
-    files["old"] = compressed(plain_scene(4, 0), colors=False)
-    files["none"] = compressed(plain_scene(0, 1))
+    """Return files of all degrees, both byte orders, 0 to 2 chunks, with and without bounds."""
+    files = {f"degree {d}": encode_compressed_ply(random_scene(3, d)) for d in range(4)}
+    files["two chunks"] = encode_compressed_ply(random_scene(260, 0))
+    files["big"] = encode_compressed_ply(random_scene(2, 1), order=">")
+    files["old"] = encode_compressed_ply(random_scene(4, 0), colors=False)
+    files["none"] = encode_compressed_ply(random_scene(0, 1))
     return {name: Seed(data) for name, data in files.items()}
 
 
 def splat_seeds() -> dict[str, Seed]:
-    """One row, and several."""
+    """Return files of one row, and of several."""
     rows = (np.arange(32 * 7) ** 2 * 7 % 251).astype(np.uint8).reshape(7, 32)
     rows[:, 3:24:4] &= 0x3F  # floats that are finite and positive
     return {"one": Seed(rows[:1].tobytes()), "seven": Seed(rows.tobytes())}
@@ -44,14 +44,14 @@ def _written(write: Callable[[Path, Gaussians], None], scene: Gaussians) -> byte
 
 
 def glb_seeds() -> dict[str, Seed]:
-    """Every degree."""
-    return {f"degree {d}": Seed(_written(write_glb, plain_scene(3, d))) for d in range(4)}
+    """Return files of every degree."""
+    return {f"degree {d}": Seed(_written(write_glb, random_scene(3, d))) for d in range(4)}
 
 
 def sog_seeds() -> dict[str, Seed]:
-    """Every degree, packed and not, nothing, and version 1."""
-    files = {f"degree {d}": _written(write_sog, plain_scene(20, d)) for d in range(4)}
-    files["none"] = _written(write_sog, plain_scene(0, 0))
+    """Return files of every degree, compressed and not, without Gaussians, and of version 1."""
+    files = {f"degree {d}": _written(write_sog, random_scene(20, d)) for d in range(4)}
+    files["none"] = _written(write_sog, random_scene(0, 0))
     files["packed"] = rezipped(unzipped(files["degree 1"]), zipfile.ZIP_DEFLATED)
     files["version 1"] = rezipped(_version_1(unzipped(files["degree 2"])))
     return {name: Seed(data) for name, data in files.items()}

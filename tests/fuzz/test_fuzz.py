@@ -1,4 +1,4 @@
-"""Hostile files, a few of each kind; the long campaign is described in fuzz/README.md."""
+"""Some hostile files of each kind; README.md describes the long campaign."""
 
 import json
 import random
@@ -10,20 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mobilegs.csrc import native
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply
 from mobilegs.formats.spz import read_spz
 from mobilegs.mgs import bits, positions, rans
 from mobilegs.scene_file import WRITERS
-from tests.formats.test_ply_compressed import compressed
-from tests.formats.test_splat import rows_of
 from tests.fuzz.campaign import ONLY_THERE, SEEDS, THERE, Node
 from tests.fuzz.decoders import BITS, POSITIONS, RANS, inputs
-from tests.fuzz.envelope import take_apart
 from tests.fuzz.mutate import Mutator
 from tests.fuzz.mutate_plain import damaged
-from tests.fuzz.readers import READERS, RESET, Meter, Verdict, verdicts
+from tests.fuzz.readers import READERS, Verdict, verdicts
 from tests.fuzz.seeds import (
     ROW,
     Seed,
@@ -32,13 +29,16 @@ from tests.fuzz.seeds import (
     spz_head,
     zipped,
 )
-from tests.support.plain import plain_scene
+from tests.support.format_files import encode_compressed_ply, encode_splat
+from tests.support.memory_meter import RESET, MemoryMeter
+from tests.support.mgs_parts import parse_parts
+from tests.support.random_scenes import random_scene
 
 CORPUS = Path(__file__).parent / "corpus"
 EXPECTED: dict[str, str | None] = json.loads((CORPUS / "expected.json").read_text())
-PATIENT = 600.0  # seconds: a busy machine is no failure
+PATIENT = 600.0  # seconds: tests do not fail on busy machines
 
-pytestmark = pytest.mark.skipif(not RESET.exists(), reason="memory is measured as Linux tells it")
+pytestmark = pytest.mark.skipif(not RESET.exists(), reason="needs /proc of Linux")
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Node]:
 
 
 def compare(kind: str, inputs: list[bytes], node: Node, folder: Path) -> list[str | None]:
-    """What we say of each input; the viewer must say the same of each `.mgs`."""
+    """Return our verdicts; the viewer must agree on each `.mgs`."""
     found: list[str | None] = []
     first = ours(kind, inputs, folder)
     both = zip(first, node.verdicts(kind, inputs) if kind in THERE else first, strict=True)
@@ -83,7 +83,7 @@ def ours(kind: str, inputs: list[bytes], folder: Path) -> list[Verdict]:
         ("glb", 1000),
     ],
 )
-def test_mutated_files_are_scenes_or_get_a_sentence(
+def test_mutated_files_are_scenes_or_are_refused(
     kind: str, count: int, seeds: dict[str, dict[str, Seed]], node: Node, tmp_path: Path
 ) -> None:
     mutator = Mutator(kind, seeds[kind], seed=0)
@@ -118,7 +118,9 @@ def test_a_file_cut_at_any_byte_is_refused(
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_a_file_of_the_corpus_gives_what_it_must(name: str, node: Node, tmp_path: Path) -> None:
+def test_files_of_the_corpus_are_opened_or_refused_as_expected(
+    name: str, node: Node, tmp_path: Path
+) -> None:
     data, kind, expected = (CORPUS / name).read_bytes(), name.rpartition(".")[2], EXPECTED[name]
     (found,) = compare(kind, [data], node, tmp_path)
     (theirs,) = node.verdicts(kind, [data])
@@ -126,22 +128,22 @@ def test_a_file_of_the_corpus_gives_what_it_must(name: str, node: Node, tmp_path
     assert expected is None or (found is not None and expected in found)
 
 
-def test_the_corpus_is_whole_and_small() -> None:
+def test_the_corpus_is_complete_and_small() -> None:
     files = [path for path in CORPUS.iterdir() if path.name != "expected.json"]
     assert {path.name for path in files} == EXPECTED.keys()
     assert len(files) <= 60 and all(path.stat().st_size < 2000 for path in files)
 
 
-# --- C++ against its definition
+# --- C++ against the reference
 
 
-def by_definition(way: int, stream: bytes, count: int, bound: int) -> np.ndarray | str:
+def by_reference(way: int, stream: bytes, count: int, bound: int) -> np.ndarray | str:
     try:
         if way == BITS:
             return bits.unpack_bits(stream, np.full(count, bound))
         if way == POSITIONS:
-            return positions.decode_by_definition(stream, count).numpy()
-        return rans.decode_by_definition(stream, count, bound)
+            return positions.decode_reference(stream, count).numpy()
+        return rans.decode_reference(stream, count, bound)
     except InputError as error:
         return str(error)
 
@@ -157,8 +159,8 @@ def natively(way: int, stream: bytes, count: int, bound: int) -> np.ndarray | st
         return str(error)
 
 
-@pytest.mark.skipif(native.library() is None, reason="installed without the C++ library")
-def test_mutated_streams_are_refused_or_decoded_as_the_definition_has_it(
+@pytest.mark.skipif(binding.decoders() is None, reason="installed without the C++ library")
+def test_mutated_streams_have_the_results_of_the_reference(
     seeds: dict[str, dict[str, Seed]],
 ) -> None:
     r = random.Random(0)
@@ -166,16 +168,16 @@ def test_mutated_streams_are_refused_or_decoded_as_the_definition_has_it(
     for data in inputs(seeds["mgs"]):
         if data[0] in streams and len(data) < 1000:
             streams[data[0]].append(data)
-    for way, sound in streams.items():
+    for way, valid in streams.items():
         taken = 0
         for _ in range(400):
-            data = r.choice(sound)
+            data = r.choice(valid)
             _, count, bound = struct.unpack_from("<BIH", data)
             stream = data[7:]
             if r.random() < 0.8:
                 stream = damaged(r, stream, as_long=r.random() < 0.7)
                 count = max(1, count + r.choice([0, 0, 0, 0, 1, -1]))
-            expected = by_definition(way, stream, count, bound)
+            expected = by_reference(way, stream, count, bound)
             found = natively(way, stream, count, bound)
             if isinstance(found, str) or isinstance(expected, str):
                 assert found == expected
@@ -189,8 +191,8 @@ def test_mutated_streams_are_refused_or_decoded_as_the_definition_has_it(
 
 
 def peak(read, path: Path) -> int:
-    """Bytes that reading a file takes, which may end in a refusal."""
-    meter = Meter()
+    """Return the peak memory of reading a file, which may be refused."""
+    meter = MemoryMeter()
     meter.start()
     try:
         read(path)
@@ -199,26 +201,26 @@ def peak(read, path: Path) -> int:
     return meter.peak()
 
 
-def test_frequency_tables_of_megabytes_take_no_more_than_they_are(
+def test_long_frequency_tables_take_memory_in_proportion_to_the_file(
     seeds: dict[str, dict[str, Seed]], tmp_path: Path
 ) -> None:
-    parts = take_apart(seeds["mgs"]["scalars"].data)
+    parts = parse_parts(seeds["mgs"]["scalars"].data)
     piece = parts.piece("scale.1")
     head = struct.unpack_from("<HHII", piece.data)
     tables = bytes(2 << 20)
     piece.data = struct.pack("<HHII", *head[:2], len(tables), head[3]) + tables + piece.data[12:]
     piece.data = piece.data[: 12 + len(tables) + 4 + 2 * head[3]]
-    (found,) = ours("mgs", [parts.sealed()], tmp_path)
+    (found,) = ours("mgs", [parts.to_bytes()], tmp_path)
     assert isinstance(found, str), found
 
 
-def test_a_crowd_of_gaussians_in_few_bytes_takes_what_it_must(
+def test_many_gaussians_in_few_bytes_stay_within_the_bound(
     seeds: dict[str, dict[str, Seed]], tmp_path: Path
 ) -> None:
     assert ours("mgs", [seeds["mgs"]["crowd"].data], tmp_path) == [None]
 
 
-def test_a_spz_that_unpacks_to_much_is_refused_before_it_does(tmp_path: Path) -> None:
+def test_a_spz_that_decompresses_to_too_much_is_refused_in_time(tmp_path: Path) -> None:
     path = tmp_path / "bomb.spz"
     path.write_bytes(zipped(spz_head(3, 5_000_000, 3) + bytes(5_000_000 * 64)))
     assert peak(read_spz, path) < 16 << 20
@@ -239,11 +241,11 @@ def test_a_spz_takes_at_most_twice_the_scene(degree: int, tmp_path: Path) -> Non
 def test_other_formats_take_at_most_twice_file_and_scene(
     kind: str, degree: int, tmp_path: Path
 ) -> None:
-    path, made = tmp_path / f"much.{kind}", plain_scene(60_000, degree)
+    path, made = tmp_path / f"much.{kind}", random_scene(60_000, degree)
     if kind == "compressed":
-        path.write_bytes(compressed(made))
+        path.write_bytes(encode_compressed_ply(made))
     elif kind == "splat":
-        path.write_bytes(rows_of(made).tobytes())
+        path.write_bytes(encode_splat(made).tobytes())
     else:
         WRITERS[kind](path, made)
     scene = sum(value.nbytes for value in READERS[kind](path).tensors().values())
@@ -262,14 +264,14 @@ def test_a_ply_takes_at_most_twice_the_scene(
     assert peak(read_ply, path) < 2 * scene + (24 << 20)
 
 
-def test_numbers_beyond_float32_are_rows_that_are_not_finite(tmp_path: Path) -> None:
+def test_rows_with_numbers_beyond_float32_are_dropped(tmp_path: Path) -> None:
     data = ply("ascii", ROW, count=1)[:-1].rsplit(b" ", 1)[0] + b" 1e99\n"
     (tmp_path / "far.ply").write_bytes(data)
     assert len(read_ply(tmp_path / "far.ply")) == 0
 
 
 @pytest.mark.parametrize("rest", [b"\n" * 3_000_000, b"7 " * 1_500_000, b"7" * 3_000_000])
-def test_a_ply_of_endless_lines_or_words_takes_no_more_than_it_is(
+def test_a_ply_of_many_lines_or_words_takes_memory_in_proportion(
     rest: bytes, tmp_path: Path
 ) -> None:
     path = tmp_path / "odd.ply"

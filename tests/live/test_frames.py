@@ -1,4 +1,4 @@
-"""What is drawn of a training, how much of it, and in which colours."""
+"""Frames of the live view: their budget, cameras, and colours."""
 
 import math
 from dataclasses import replace
@@ -8,34 +8,26 @@ import torch
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, View, load_view
-from mobilegs.live.frame_budget import GOAL, LEAST, SAVED, SHARE, Pace
+from mobilegs.live.frame_budget import BUDGET_MAX, GOAL, PIXELS_MIN, SHARE, FrameBudget
 from mobilegs.live.frames import (
-    AROUND,
-    Eye,
-    Viewpoints,
-    decibels,
-    drawn_depth,
+    GREY,
+    TrainingCameras,
+    apply_colormap,
     error_map,
-    fitted,
-    in_colors,
+    letterbox,
+    render_depth,
     side_by_side,
+    view_psnr,
 )
 from mobilegs.render.scene import Scene
+from tests.support.live import browser_at
 from tests.support.tiny import blobs, cameras
 
-
-def eye_of(camera: Camera, *, width: int = 24, height: int = 24) -> Eye:
-    """An eye where a camera is."""
-    x, y, z = camera.position.tolist()
-    turn = tuple(camera.viewmat[:3, :3].T.flatten().tolist())
-    return Eye((x, y, z), turn, 2 * math.atan(12 / 28), width, height)
-
-
-# --- how much is drawn
+# --- budget
 
 
 class Clock:
-    """Seconds that pass when told to."""
+    """A clock that tests advance."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -45,64 +37,64 @@ class Clock:
 
 
 @pytest.mark.parametrize("urgent", [True, False], ids=["moving", "resting"])
-def test_drawing_takes_no_more_than_its_share(urgent: bool) -> None:
+def test_frames_take_at_most_their_share_of_the_time(urgent: bool) -> None:
     clock = Clock()
-    pace, spent = Pace(clock), 0.0
+    budget, spent = FrameBudget(clock), 0.0
     while clock.now < 1100:
         clock.now += 0.01  # a step
-        if pace.allows(urgent=urgent):
+        if budget.allows(urgent=urgent):
             clock.now += 0.2
             spent += 0.2
-            pace.spend(0.2)
-    assert 0.9 * SHARE < spent / 1000 < SHARE + (SAVED + 0.2) / 1000
+            budget.spend(0.2)
+    assert 0.9 * SHARE < spent / 1000 < SHARE + (BUDGET_MAX + 0.2) / 1000
 
 
-def test_a_picture_that_is_waited_for_goes_before_one_that_follows_the_training() -> None:
+def test_an_urgent_frame_may_use_the_reserve() -> None:
     clock = Clock()
-    pace = Pace(clock)
-    pace.spend(0.7)
-    assert pace.allows(urgent=True)
-    assert not pace.allows(urgent=False)
+    budget = FrameBudget(clock)
+    budget.spend(0.7)
+    assert budget.allows(urgent=True)
+    assert not budget.allows(urgent=False)
     clock.now += 3
-    assert pace.allows(urgent=False)
+    assert budget.allows(urgent=False)
 
 
-def test_pictures_have_the_pixels_that_their_time_allows() -> None:
-    pace = Pace(Clock())
-    pace.learn("resting", 100_000, 0.1)
-    width, height = pace.size("resting", 3000, 2000)
+def test_the_resolution_follows_from_the_speed() -> None:
+    budget = FrameBudget(Clock())
+    budget.record_speed("resting", 100_000, 0.1)
+    width, height = budget.size("resting", 3000, 2000)
     assert width * height == pytest.approx(1e6 * GOAL["resting"], rel=0.01)
     assert width / height == pytest.approx(1.5, rel=0.01)
-    pace.learn("moving", 100_000, 100.0)
-    width, height = pace.size("moving", 3000, 2000)
-    assert width * height == pytest.approx(LEAST["moving"], rel=0.02)
-    assert pace.size("paused", 900, 600) == (900, 600)
-    assert pace.size("moving", 20, 10) == (20, 10)
+    budget.record_speed("moving", 100_000, 100.0)
+    width, height = budget.size("moving", 3000, 2000)
+    assert width * height == pytest.approx(PIXELS_MIN["moving"], rel=0.02)
+    assert budget.size("paused", 900, 600) == (900, 600)
+    assert budget.size("moving", 20, 10) == (20, 10)
 
 
-# --- what is drawn
+# --- images
 
 
-def test_an_eye_where_a_photo_was_taken_sees_what_training_draws() -> None:
+def test_a_browser_in_the_place_of_a_photo_sees_its_render() -> None:
     scene, camera = Scene(blobs()), cameras()[0]
-    seen = scene.render(eye_of(camera).camera(24, 24, camera.near)).image
+    seen = scene.render(browser_at(camera).camera(24, 24, camera.near)).image
     assert torch.allclose(seen, scene.render(camera).image, atol=1e-4)
 
 
-def test_the_nearest_photo_is_near_and_looks_the_same_way(dataset: Dataset) -> None:
-    views = Viewpoints(dataset)
+def test_the_nearest_photo_has_a_similar_position_and_direction(dataset: Dataset) -> None:
+    views = TrainingCameras(dataset)
     for index, frame in enumerate(dataset.train):
-        assert views.nearest(eye_of(frame.camera)) == index
-    # at the place of one, but turned as another that is not far away
+        assert views.nearest(browser_at(frame.camera)) == index
+    # the position of one camera with the direction of its neighbour
     place, other = dataset.train[0].camera, dataset.train[1].camera
-    turned = replace(eye_of(place), rotation=eye_of(other).rotation)
+    turned = replace(browser_at(place), rotation=browser_at(other).rotation)
     near = replace(dataset, extent=100.0)
-    assert Viewpoints(near).nearest(turned) == 1
+    assert TrainingCameras(near).nearest(turned) == 1
 
 
-def test_who_stands_where_a_photo_was_taken_sees_all_of_it(dataset: Dataset) -> None:
-    views, camera = Viewpoints(dataset), dataset.train[2].camera
-    position, target = views.stand(2)
+def test_a_browser_in_the_place_of_a_photo_sees_all_of_it(dataset: Dataset) -> None:
+    views, camera = TrainingCameras(dataset), dataset.train[2].camera
+    position, target = views.position_and_target(2)
     assert torch.allclose(position.float(), camera.position, atol=1e-5)
     assert torch.allclose(target.float(), dataset.center, atol=1e-4)
     assert views.fov(2, 1.0) == pytest.approx(2 * math.atan(12 / 28))
@@ -110,38 +102,38 @@ def test_who_stands_where_a_photo_was_taken_sees_all_of_it(dataset: Dataset) -> 
     assert math.tan(views.fov(2, 0.5) / 2) == pytest.approx(2 * 12 / 28)
 
 
-def test_cameras_that_look_away_from_each_other_have_something_to_turn_around(dataset) -> None:
+def test_cameras_that_look_outwards_have_a_point_to_orbit(dataset) -> None:
     up = torch.tensor([0.0, 0, 1])
     outward = [
         replace(frame, camera=replace(frame.camera, viewmat=look_at(eye, 2 * eye, up)))
         for frame in dataset.train
         for eye in [frame.camera.position]
     ]
-    views = Viewpoints(replace(dataset, train=outward))
-    position, target = views.stand(0)
+    views = TrainingCameras(replace(dataset, train=outward))
+    position, target = views.position_and_target(0)
     assert float((target - position).norm()) == pytest.approx(dataset.extent, rel=1e-5)
 
 
-def test_up_is_where_most_photos_have_it(dataset: Dataset) -> None:
-    assert float(Viewpoints(dataset).up[2]) > 0.9  # the cameras were made so
+def test_up_is_the_mean_up_of_the_photos(dataset: Dataset) -> None:
+    assert float(TrainingCameras(dataset).up[2]) > 0.9
 
 
-def test_depth_has_the_colour_of_near_where_things_are_near() -> None:
+def test_near_pixels_of_a_depth_image_are_bright() -> None:
     up = torch.tensor([0.0, -1, 0])
     K = torch.tensor([[28.0, 0, 12], [0, 28, 12], [0, 0, 1]])
     camera = Camera(look_at(torch.tensor([0.0, 0, -3]), torch.zeros(3), up), K, 24, 24)
     two = blobs().select(torch.tensor([0, 1]))
     two.means[:] = torch.tensor([[-0.6, 0, -1.0], [0.6, 0, 1.0]])
     two.log_scales[:], two.logit_opacities[:] = -1.3, 6.0
-    picture = drawn_depth(Scene(two), camera)
-    left, right = picture[12, 3:8].sum(1).max(), picture[12, 14:18].sum(1).max()
+    image = render_depth(Scene(two), camera)
+    left, right = image[12, 3:8].sum(1).max(), image[12, 14:18].sum(1).max()
     assert left > right + 0.5
-    assert picture[0, 0].tolist() == [0, 0, 0]  # where nothing is
-    assert torch.equal(drawn_depth(Scene(two.select(torch.tensor([], dtype=torch.long))), camera),
+    assert image[0, 0].tolist() == [0, 0, 0]  # no depth
+    assert torch.equal(render_depth(Scene(two.select(torch.tensor([], dtype=torch.long))), camera),
                        torch.zeros(24, 24, 3))  # fmt: skip
 
 
-def test_an_error_is_bright_where_it_counts(dataset: Dataset) -> None:
+def test_an_error_map_is_bright_only_at_unmasked_errors(dataset: Dataset) -> None:
     view = load_view(dataset.train[0])
     assert error_map(view.image, view).max() < 0.05
     wrong = view.image.clone()
@@ -152,23 +144,23 @@ def test_an_error_is_bright_where_it_counts(dataset: Dataset) -> None:
     mask[:6] = 0
     masked = View(view.name, view.camera, view.image, mask)
     assert error_map(wrong, masked).max() < 0.05
-    assert decibels(wrong, masked) == math.inf
-    assert decibels(wrong, view) < 15
+    assert view_psnr(wrong, masked) == math.inf
+    assert view_psnr(wrong, view) < 15
 
 
-def test_pictures_fit_on_any_canvas() -> None:
-    picture = torch.ones(20, 30, 3)
-    wide = fitted(picture, 900, 300)
+def test_images_fit_any_canvas() -> None:
+    image = torch.ones(20, 30, 3)
+    wide = letterbox(image, 900, 300)
     assert wide.shape == (20, 60, 3)
-    assert (wide[:, 15:45] == 1).all() and (wide[:, :15] == AROUND).all()
-    high = fitted(picture, 300, 300)
+    assert (wide[:, 15:45] == 1).all() and (wide[:, :15] == GREY).all()
+    high = letterbox(image, 300, 300)
     assert high.shape == (30, 30, 3) and (high[5:25] == 1).all()
-    assert fitted(picture, 15, 10).shape == (10, 15, 3)
-    assert side_by_side([picture] * 3, 3.0).shape == (20, 102, 3)
-    assert side_by_side([picture] * 3, 0.5).shape == (72, 30, 3)
+    assert letterbox(image, 15, 10).shape == (10, 15, 3)
+    assert side_by_side([image] * 3, 3.0).shape == (20, 102, 3)
+    assert side_by_side([image] * 3, 0.5).shape == (72, 30, 3)
 
 
-def test_colours_grow_lighter_with_the_value() -> None:
-    colors = in_colors(torch.linspace(0, 1, 50)[None])[0]
+def test_the_colormap_gets_lighter_with_the_value() -> None:
+    colors = apply_colormap(torch.linspace(0, 1, 50)[None])[0]
     assert (colors.sum(1).diff() > 0).all()
-    assert torch.equal(in_colors(torch.tensor([[math.nan, -1.0, 2.0]]))[0, 0], colors[0])
+    assert torch.equal(apply_colormap(torch.tensor([[math.nan, -1.0, 2.0]]))[0, 0], colors[0])

@@ -1,4 +1,4 @@
-"""`.mgs` files: exact round trips."""
+"""Round trips of `.mgs` files, decoding and inspection."""
 
 import copy
 import json
@@ -17,33 +17,33 @@ from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.mgs.codec import inspect, inspect_mgs, pack, read_mgs, unpack, write_mgs
 from mobilegs.mgs.encode import encode_scene
-from mobilegs.mgs.positions import Frame, morton_codes
-from mobilegs.mgs.quantized_scene import same
+from mobilegs.mgs.positions import PositionGrid, morton_codes
+from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render import Weighting
 from mobilegs.render.view_network import ViewNetwork
-from tests.support.coded import SHAPE, VIEWS, make_scene, seeded, split
+from tests.support.quantized_scenes import SHAPE, VIEWS, make_scene, seeded, split
 
 
 @settings(deadline=None, max_examples=12)
 @given(st.integers(1, 300), st.sampled_from(VIEWS), st.integers(0, 1000))
 def test_unpacking_gives_the_packed_scene_in_morton_order(count: int, view: str, seed: int) -> None:
     scene = make_scene(count, view=view, seed=seed)
-    assert same(unpack(pack(scene)), scene.sorted())
+    assert scenes_equal(unpack(pack(scene)), scene.sorted())
 
 
-def test_a_scene_of_many_thousand_gaussians_comes_back() -> None:
+def test_a_large_scene_round_trips() -> None:
     scene = make_scene(20_000)
-    assert same(unpack(pack(scene)), scene.sorted())
+    assert scenes_equal(unpack(pack(scene)), scene.sorted())
 
 
-def test_gaussians_in_the_same_place_keep_their_order() -> None:
+def test_gaussians_at_equal_positions_keep_their_order() -> None:
     scene = make_scene(50)
     scene.positions[:] = scene.positions[:1]
     back = unpack(pack(scene))
     assert all(torch.equal(back.indices[name], scene.indices[name]) for name in CUTS)
 
 
-def test_order_in_memory_does_not_change_a_byte_and_a_second_trip_neither() -> None:
+def test_neither_row_order_nor_a_second_trip_changes_a_byte() -> None:
     scene = make_scene(200)
     order = torch.randperm(200, generator=seeded())
     shuffled = replace(
@@ -60,20 +60,20 @@ def test_sorting_is_by_morton_code() -> None:
 
 
 @pytest.mark.parametrize("size", [1, 2, 256, 1024, 4096])
-def test_codebooks_of_every_size_come_back(size: int) -> None:
+def test_codebooks_of_every_size_round_trip(size: int) -> None:
     scene = make_scene(100)
     scene.codebooks["rotation"] = torch.randn(2, size, 2, generator=seeded()).half()
     scene.indices["rotation"] = torch.randint(size, (100, 2), generator=seeded()).short()
-    assert same(unpack(pack(scene)), scene.sorted())
+    assert scenes_equal(unpack(pack(scene)), scene.sorted())
 
 
-def test_every_detail_counts_when_scenes_are_compared() -> None:
+def test_scenes_equal_compares_every_field() -> None:
     scene = make_scene(10)
     flipped = {**scene.codebooks, "opacity": -scene.codebooks["opacity"]}
     others = [
         replace(scene, positions=-scene.positions),
-        replace(scene, frame=replace(scene.frame, radius=1.8)),
-        replace(scene, frame=replace(scene.frame, exponent=0)),
+        replace(scene, grid=replace(scene.grid, radius=1.8)),
+        replace(scene, grid=replace(scene.grid, exponent=0)),
         replace(scene, codebooks=flipped),
         replace(scene, indices={**scene.indices, "scale": scene.indices["scale"].flip(0)}),
         replace(scene, lobe_decoder={**scene.lobe_decoder, "bias": -scene.lobe_decoder["bias"]}),
@@ -87,24 +87,24 @@ def test_every_detail_counts_when_scenes_are_compared() -> None:
         replace(scene, meta={**scene.meta, "steps": 8}),
         make_scene(11),
     ]
-    assert same(scene, copy.deepcopy(scene))
-    assert not any(same(scene, other) for other in others)
+    assert scenes_equal(scene, copy.deepcopy(scene))
+    assert not any(scenes_equal(scene, other) for other in others)
 
 
-def test_files_are_written_whole_and_read_back(tmp_path: Path) -> None:
+def test_files_are_written_and_read_back(tmp_path: Path) -> None:
     scene = make_scene()
     size = write_mgs(tmp_path / "deep" / "scene.mgs", scene)
     assert size == (tmp_path / "deep" / "scene.mgs").stat().st_size
-    assert same(read_mgs(tmp_path / "deep" / "scene.mgs"), scene.sorted())
+    assert scenes_equal(read_mgs(tmp_path / "deep" / "scene.mgs"), scene.sorted())
 
 
 # --- decoding
 
 
-def test_a_decoded_scene_has_the_values_that_training_saw() -> None:
+def test_a_decoded_scene_has_the_values_of_its_quantisers() -> None:
     g = seeded()
     values = torch.randn(60, 6, generator=g)
-    frame, means = Frame(torch.zeros(3), 1.0), torch.randn(60, 3, generator=g)
+    grid, means = PositionGrid(torch.zeros(3), 1.0), torch.randn(60, 3, generator=g)
     decoder = AppearanceDecoder(g)
     books: dict[Attribute, SubVectorCodebooks] = {
         name: SubVectorCodebooks.fit(
@@ -112,23 +112,20 @@ def test_a_decoded_scene_has_the_values_that_training_saw() -> None:
         )
         for name, cut in CUTS.items()
     }
-    coded = encode_scene(
-        means, books, frame=frame, decoder=decoder, network=ViewNetwork(g),
-        weighting=Weighting(), background=torch.ones(3),
-    )  # fmt: skip
-    scene = coded.decode()
+    coded = encode_scene(means, books, grid, decoder, network=ViewNetwork(g))
+    scene = replace(coded, background=torch.ones(3)).decode()
     assert scene.blend == "sortfree" and torch.equal(scene.background, torch.ones(3))
     found = scene.gaussians
-    assert torch.equal(found.means, frame.round(means))
+    assert torch.equal(found.means, grid.round(means))
     assert torch.equal(found.log_scales, books["scale"]())
     assert torch.equal(found.quats, books["rotation"]())
     assert torch.equal(found.logit_opacities, books["opacity"]()[:, 0])
     static, view = books["appearance"]().split(3, dim=1)
-    positions = frame.normalised(frame.store(means))
+    positions = grid.normalised(grid.store(means))
     assert torch.allclose(found.sh, decoder(positions, static, view), atol=1e-6)
 
 
-def test_a_scene_from_a_file_can_be_drawn(tmp_path: Path) -> None:
+def test_a_scene_from_a_file_renders(tmp_path: Path) -> None:
     write_mgs(tmp_path / "scene.mgs", make_scene())
     coded = read_mgs(tmp_path / "scene.mgs")
     drawn = coded.decode().render(coded.views[0])
@@ -144,10 +141,10 @@ def test_decoding_leaves_the_global_random_state_alone() -> None:
     assert torch.equal(torch.rand(1), expected)
 
 
-# --- what is in a file
+# --- inspection
 
 
-def test_the_bytes_of_the_table_add_up(tmp_path: Path) -> None:
+def test_the_bytes_of_all_streams_add_up(tmp_path: Path) -> None:
     write_mgs(tmp_path / "scene.mgs", make_scene(100))
     report = inspect_mgs(tmp_path / "scene.mgs")
     parts = sum(row["bytes"] for row in report["streams"])

@@ -1,4 +1,4 @@
-"""The conformance files of docs/format.md: what both decoders find in them, written down once."""
+"""The conformance files of docs/format.md: both decoders find the listed numbers."""
 
 import json
 from dataclasses import replace
@@ -12,21 +12,21 @@ from torch.nn.functional import normalize
 
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.container import unseal
+from mobilegs.mgs.container import read_container
 from mobilegs.mgs.rans import lane_count
-from mobilegs.render.lobes import constant_lobes, seen_along
+from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
-from tests.web.test_decoder import decoded, refusals
+from tests.support.node import decoded, refusals
 
 FOLDER = Path(__file__).parent / "conformance"
 FILES = {path.stem: path.read_bytes() for path in sorted(FOLDER.glob("*.mgs"))}
 OF_DEGREE_1 = {name: data for name, data in FILES.items() if "degree" not in name}
 EXACT = ("means", "log_scales")
-# of the largest number; how networks add up is nobody's business
+# relative to the largest number: the order of sums in networks is not specified
 CLOSE = {"quats": 2e-7, "sh": 3e-6, "lobes": 3e-6}
-SEEN = 3e-6  # of opacities, and of the largest phi or 1
-DRAWN = 1e-5  # of pixels
+SEEN = 3e-6  # opacities, and phi relative to the largest one or 1
+DRAWN = 1e-5  # pixels
 
 
 def expected(name: str) -> dict[str, Any]:
@@ -52,14 +52,14 @@ def lobes_of(scene: Scene) -> Tensor:
 
 @torch.no_grad()
 def assert_shown_as_written(name: str, scene: Scene) -> None:
-    """What newer files say of opacity and phi by direction, and of pixels."""
+    """Check opacity and phi by direction, and pixels, if the file lists them."""
     written, camera = expected(name), unpack(FILES[name]).views[0]
     rows = torch.tensor(written["rows"])
     some = scene.gaussians.select(rows)
     for i, direction in enumerate(written.get("directions", ())):
         directions = torch.tensor(direction).expand(len(rows), 3)
         lobes = lobes_of(scene)[rows] if scene.network is None else scene.network(some, directions)
-        for part, found in zip(("opacity", "phi"), seen_along(lobes, directions), strict=True):
+        for part, found in zip(("opacity", "phi"), evaluate_lobes(lobes, directions), strict=True):
             values = torch.tensor(written[part])[:, i]
             assert (found - values).abs().max() < SEEN * values.abs().max().clamp_min(1), part
     if "picture" in written:
@@ -69,11 +69,12 @@ def assert_shown_as_written(name: str, scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_python_finds_what_is_written(name: str) -> None:
+def test_python_finds_the_listed_numbers(name: str) -> None:
     coded = unpack(FILES[name])
     scene, written = coded.decode(), expected(name)
     assert (
-        len(coded) == written["count"] and list(coded.layers or [len(coded)]) == written["layers"]
+        len(coded) == written["count"]
+        and list(coded.lod_sizes or [len(coded)]) == written["layers"]
     )
     parts = {
         "means": scene.gaussians.means,
@@ -87,7 +88,7 @@ def test_python_finds_what_is_written(name: str) -> None:
 
 
 def shown_by_javascript(name: str, arrays: dict[str, Tensor]) -> Scene:
-    """The scene of which the numbers are those that JavaScript found."""
+    """Return the scene with the numbers that JavaScript found."""
     scene = unpack(FILES[name]).decode()
     count = len(scene.gaussians)
     lobes = arrays["lobes"].reshape(count, -1, 2)
@@ -105,11 +106,11 @@ def shown_by_javascript(name: str, arrays: dict[str, Tensor]) -> Scene:
     return replace(scene, gaussians=gaussians)
 
 
-def test_javascript_finds_what_is_written(tmp_path: Path) -> None:
+def test_javascript_finds_the_listed_numbers(tmp_path: Path) -> None:
     for name, found in decoded(tmp_path, OF_DEGREE_1, seed=0).items():
         count, arrays = found["count"], found["arrays"]
         assert count == expected(name)["count"]
-        assert found["header"]["layers"] == expected(name)["layers"]
+        assert found["header"]["lodSizes"] == expected(name)["layers"]
         parts = {
             part: arrays[part].reshape(count, -1) for part in ("means", "quats", "sh", "lobes")
         }
@@ -117,7 +118,7 @@ def test_javascript_finds_what_is_written(tmp_path: Path) -> None:
         assert_shown_as_written(name, shown_by_javascript(name, arrays))
 
 
-def test_viewers_refuse_degrees_that_they_do_not_draw(tmp_path: Path) -> None:
+def test_viewers_refuse_degrees_other_than_1(tmp_path: Path) -> None:
     others = [name for name in FILES if name not in OF_DEGREE_1]
     degrees = [inspect(FILES[name])["sh_degree"] for name in others]
     assert sorted(degrees) == [0, 2, 3]
@@ -127,17 +128,17 @@ def test_viewers_refuse_degrees_that_they_do_not_draw(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_what_was_read_is_written_again_byte_by_byte(name: str) -> None:
+def test_files_are_rewritten_byte_for_byte(name: str) -> None:
     assert pack(unpack(FILES[name])) == FILES[name]
 
 
 def contexts_of(data: bytes) -> int:
-    """Contexts of the classes of a file's first positions: docs/format.md, sections 4 and 5."""
-    _, streams = unseal(data)
+    """Return the contexts of the first positions' classes (docs/format.md, sections 4 and 5)."""
+    _, streams = read_container(data)
     return int.from_bytes(streams["positions"].data[6:8], "little")
 
 
-def test_the_files_use_all_that_there_is() -> None:
+def test_the_files_cover_every_codec_version_and_mode() -> None:
     reports = [inspect(data) for data in FILES.values()]
     codecs = {row["codec"] for report in reports for row in report["streams"]}
     assert codecs == {"raw", "halves", "planes", "morton-class", "bits", "rans"}
@@ -152,7 +153,7 @@ def test_the_files_use_all_that_there_is() -> None:
     assert {report["sh_degree"] for report in reports} == {0, 1, 2, 3}
 
 
-def test_one_file_is_like_those_of_training() -> None:
+def test_one_file_is_like_trained_ones() -> None:
     report = inspect(FILES["sq_trained"])
     assert report["lobes"] == {"degree": 2, "latents": 12, "hidden": [16]}
     assert (report["mode"], report["colors"], report["color_latents"]) == ("sq", "linear", 6)
@@ -162,7 +163,7 @@ def test_one_file_is_like_those_of_training() -> None:
     assert (rows // (report["gaussians"] // 8)).bincount().tolist() == [2] * 8
 
 
-def test_what_is_seen_and_drawn_tells_scenes_apart() -> None:
+def test_listed_opacities_and_pixels_differ() -> None:
     written = {name: expected(name) for name in FILES}
     pictures = {name for name, found in written.items() if "picture" in found}
     assert pictures == {"nvq_network_picture", "sq_picture", "sq_sorted_picture"}

@@ -1,4 +1,4 @@
-"""`.mgs` files that are damaged, or hostile: refused in a sentence, with little memory."""
+"""Damaged and hostile `.mgs` files: refused with a message, in little memory."""
 
 import struct
 import tracemalloc
@@ -15,10 +15,10 @@ from mobilegs.mgs import rans
 from mobilegs.mgs.bits import pack_bits
 from mobilegs.mgs.codec import inspect, inspect_mgs, read_mgs, unpack
 from mobilegs.mgs.container import PREFIX
-from mobilegs.mgs.quantized_scene import same
-from tests.fuzz.envelope import Parts, Piece, take_apart
-from tests.support.coded import join, places, split
-from tests.web.test_decoder import refusals
+from mobilegs.mgs.quantized_scene import scenes_equal
+from tests.support.mgs_parts import Parts, Piece, parse_parts
+from tests.support.node import refusals
+from tests.support.quantized_scenes import join, places, split
 
 # --- damage
 
@@ -90,7 +90,7 @@ def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
     row = {"name": "new", "codec": "new", "bytes": 13, "crc32": zlib.crc32(extra)}
     later = {**header, "new": [1], "streams": [*header["streams"], row]}
     file = join(later, body + extra + bytes(3), version=(2, 7))
-    assert same(unpack(file), unpack(data))
+    assert scenes_equal(unpack(file), unpack(data))
     row = inspect(file)["streams"][-1]
     assert row["raw_bytes"] is None and not row["used"]
 
@@ -104,7 +104,7 @@ def test_files_that_cannot_be_read_are_refused_by_name(tmp_path: Path, data: byt
             inspect_mgs(path)
 
 
-# --- headers made by someone who knows how to make checksums
+# --- hostile headers with valid checksums
 
 
 STRANGE = st.sampled_from(
@@ -162,12 +162,12 @@ def test_crafted_streams_are_refused_or_harmless(data: bytes, choice: st.DataObj
     ["", "[]", "1", "{", '{"streams":0}', '{"streams":[]}', "[" * 100_000, '{"count":NaN}',
      '{"near":' + "9" * 5000 + "}", '"\\ud800"'],
 )  # fmt: skip
-def test_a_header_that_is_not_ours_is_refused(text: str) -> None:
+def test_a_header_that_is_not_an_mgs_header_is_refused(text: str) -> None:
     with pytest.raises(InputError):
         unpack(join(text, b""))
 
 
-def test_a_header_of_bytes_that_are_no_text_is_refused() -> None:
+def test_a_header_that_is_not_utf8_is_refused() -> None:
     text = b"\xff\xfe{}" + bytes(8)
     fixed = struct.pack("<HHI", 2, 0, len(text))
     head = b"MGS\x1a\r\n\x00\x01" + fixed + struct.pack("<I", zlib.crc32(fixed + text))
@@ -183,7 +183,7 @@ def test_a_count_beyond_the_bytes_is_refused_at_once(data: bytes, count: int) ->
             read(join({**header, "count": count}, body))
 
 
-DECODERS = {  # what they say to the first stream of rows, by its codec
+DECODERS = {  # messages about the first stream of rows, by its codec
     "rans": "a rANS stream (is longer or shorter than|ends early|does not end where)",
     "bits": "packed bits take more or fewer bytes than they should",
 }
@@ -191,10 +191,10 @@ DECODERS = {  # what they say to the first stream of rows, by its codec
 
 @pytest.mark.parametrize("codec", DECODERS)
 @pytest.mark.parametrize("count", [300_000, 3000, 48, 32])
-def test_a_false_count_is_refused_by_the_decoders_without_much_memory(
+def test_a_false_count_is_refused_by_the_decoders_in_little_memory(
     data: bytes, codec: str, count: int
 ) -> None:
-    parts = take_apart(data)
+    parts = parse_parts(data)
     assert parts.header["count"] == 40
     symbols, widths = np.arange(40, dtype=np.uint16) % 5, np.full(40, 3)
     first = parts.piece("scale.0")
@@ -202,15 +202,15 @@ def test_a_false_count_is_refused_by_the_decoders_without_much_memory(
     first.data = (
         rans.encode(symbols, 5) if codec == "rans" else pack_bits(symbols.astype(np.uint64), widths)
     )
-    unpack(parts.sealed())
+    unpack(parts.to_bytes())
     parts.header["count"] = count
-    parts.piece("lobes.2").data += bytes(count)  # bytes enough for so many
-    crafted = parts.sealed()
+    parts.piece("lobes.2").data += bytes(count)  # enough bytes for this count
+    crafted = parts.to_bytes()
     tracemalloc.start()
     try:
         with pytest.raises(InputError, match=DECODERS[codec]):
             unpack(crafted)
-        # the header speaks of 12 indices and a position for each Gaussian
+        # the header claims 12 indices and a position per Gaussian
         bound = 2 * (len(crafted) + count * (12 * 2 + 6)) + 100_000
         assert tracemalloc.get_traced_memory()[1] < bound
     finally:
@@ -218,7 +218,7 @@ def test_a_false_count_is_refused_by_the_decoders_without_much_memory(
 
 
 def of_zeros(parts: Parts, count: int) -> Parts:
-    """A scene of codebooks as one of `count` Gaussians in one place, a few bytes a column."""
+    """Return a file of `count` Gaussians at one position with a few bytes per column."""
     parts.header["count"] = count
     for book in parts.header["codebooks"].values():
         book["size"] = 1
@@ -229,28 +229,30 @@ def of_zeros(parts: Parts, count: int) -> Parts:
     numbers = sum(book["count"] * book["length"] for book in books)
     codebooks, positions = parts.piece("codebooks"), parts.piece("positions")
     codebooks.codec, codebooks.data = "raw", bytes(2 * numbers)
-    # the first difference is the code of a place, all others are none
+    # the first difference is the code of the position, all others are 0
     classes = rans.encode(np.array([48] + (count - 1) * [0], np.uint16), 49)
     positions.data = struct.pack("<I", len(classes)) + classes + struct.pack("<Q", 3 << 45)[:6]
     return parts
 
 
-def test_bytes_of_streams_that_nobody_uses_entitle_to_nothing(tmp_path: Path, data: bytes) -> None:
-    few = of_zeros(take_apart(data), 15_000)
+def test_bytes_of_unneeded_streams_do_not_count_for_the_number_of_gaussians(
+    tmp_path: Path, data: bytes
+) -> None:
+    few = of_zeros(parse_parts(data), 15_000)
     used = sum(len(piece.data) for piece in few.pieces)
-    assert len(unpack(few.sealed())) == 15_000 and used > 15_000
+    assert len(unpack(few.to_bytes())) == 15_000 and used > 15_000
     crafted = []
     for name in ("spare", "", "view-network", "color-matrices", "lobes.3", "rotation-finer",
                  "positions@1", "scale.00", "scale.0@0"):  # fmt: skip
-        many = of_zeros(take_apart(data), 60_000)
+        many = of_zeros(parse_parts(data), 60_000)
         many.pieces.insert(0, Piece(name, "raw", bytes(60_000)))
-        crafted.append(many.sealed())
+        crafted.append(many.to_bytes())
         for read in (inspect, unpack):
             with pytest.raises(
                 InputError, match=r"claims 60000 Gaussians in \d{5} of its \d+ bytes"
             ):
                 read(crafted[-1])
-    found = refusals(tmp_path, [few.sealed(), *crafted])
+    found = refusals(tmp_path, [few.to_bytes(), *crafted])
     assert found[0] is None
     assert all(said and "claims 60000 Gaussians in " in said for said in found[1:])
 
@@ -258,6 +260,3 @@ def test_bytes_of_streams_that_nobody_uses_entitle_to_nothing(tmp_path: Path, da
 def test_a_header_that_claims_gigabytes_is_refused_at_once(data: bytes) -> None:
     with pytest.raises(InputError, match="claims"):
         unpack(data[:12] + struct.pack("<I", 2**32 - 1) + data[16:])
-
-
-# --- scenes that no file can hold

@@ -1,4 +1,4 @@
-"""Scenes that no `.mgs` can hold, and headers that claim what cannot be."""
+"""Scenes that a `.mgs` cannot hold, and headers with invalid fields."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,18 +13,18 @@ from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.errors import InputError
 from mobilegs.mgs import header as headers
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.positions import Frame
-from mobilegs.mgs.quantized_scene import CodedScene, same
+from mobilegs.mgs.positions import PositionGrid
+from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render import Weighting
-from tests.support.coded import SHAPE, camera, join, make_scene, seeded, split
+from tests.support.quantized_scenes import SHAPE, camera, join, make_scene, seeded, split
 
 
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
         ({"positions": torch.full((40, 3), torch.inf).half()}, "positions"),
-        ({"frame": Frame(torch.zeros(3), torch.nan)}, "radius"),
-        ({"frame": Frame(torch.zeros(3), 1.0, 15)}, "exponent"),
+        ({"grid": PositionGrid(torch.zeros(3), torch.nan)}, "radius"),
+        ({"grid": PositionGrid(torch.zeros(3), 1.0, 15)}, "exponent"),
         ({"background": torch.tensor([0.0, 2.0, 0.0])}, "background"),
         ({"near": 0.0}, "near"),
         ({"weighting": Weighting(sigma=0.0)}, "sigma"),
@@ -38,13 +38,13 @@ from tests.support.coded import SHAPE, camera, join, make_scene, seeded, split
         ({"decoder": {}}, "decoder"),
         ({"indices": {}}, "scale"),
         ({"lobe_decoder": {}}, "lobe decoder"),
-        ({"lobe_shape": None, "lobe_decoder": {}}, "nothing decodes"),
-        ({"lobe_shape": LobeShape(2, 4)}, "do not make 4 latents"),
-        ({"lobe_shape": LobeShape(2, 0)}, "nothing decodes"),
-        ({"network": make_scene(view="network").network}, "one of them must go"),
+        ({"lobe_shape": None, "lobe_decoder": {}}, "no decoder for them"),
+        ({"lobe_shape": LobeShape(2, 4)}, "do not hold 4 latents"),
+        ({"lobe_shape": LobeShape(2, 0)}, "no decoder for them"),
+        ({"network": make_scene(view="network").network}, "remove one of them"),
     ],
 )
-def test_a_scene_that_no_file_can_hold_is_refused(change: dict[str, Any], sentence: str) -> None:
+def test_a_scene_that_a_file_cannot_hold_is_refused(change: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         pack(replace(make_scene(), **change))
 
@@ -69,14 +69,14 @@ def test_a_scene_that_no_file_can_hold_is_refused(change: dict[str, Any], senten
         (None, "field 'codebooks.lobes'"),
     ],
 )
-def test_lobes_that_cannot_be_are_refused(data: bytes, lobes: Any, sentence: str) -> None:
+def test_invalid_lobe_shapes_are_refused(data: bytes, lobes: Any, sentence: str) -> None:
     header, body = split(data)
     assert header["lobes"] == SHAPE
     with pytest.raises(InputError, match=sentence):
         unpack(join({**header, "lobes": lobes}, body))
 
 
-def test_a_header_that_does_not_speak_of_lobes_is_refused(data: bytes) -> None:
+def test_a_header_without_the_field_lobes_is_refused(data: bytes) -> None:
     header, body = split(data)
     del header["lobes"]
     with pytest.raises(InputError, match="field 'lobes'"):
@@ -91,10 +91,10 @@ def test_a_header_that_does_not_speak_of_lobes_is_refused(data: bytes) -> None:
         ("HIDDEN_MAX", (1, 2, (256,)), (1, 2, (257,)), "hidden"),
     ],
 )
-def test_lobes_are_as_large_as_the_limits_and_no_larger(
+def test_lobe_decoders_at_the_limits_are_read_and_larger_ones_refused(
     limit: str, shape: tuple, beyond: tuple, field: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def with_lobes(shape: LobeShape) -> CodedScene:
+    def with_lobes(shape: LobeShape) -> QuantizedScene:
         g, scene = seeded(), make_scene(view="decoded")
         books = {"lobes": torch.randn(shape.latents, 4, 1, generator=g).half()}
         rows = torch.randint(4, (len(scene), shape.latents), generator=g, dtype=torch.int16)
@@ -108,13 +108,13 @@ def test_lobes_are_as_large_as_the_limits_and_no_larger(
         ).sorted()
 
     largest = with_lobes(LobeShape(*shape))
-    assert same(unpack(pack(largest)), largest)
+    assert scenes_equal(unpack(pack(largest)), largest)
     with monkeypatch.context() as patch:
         for module in (lobe_shapes, headers):
             patch.setattr(module, limit, getattr(module, limit) + 1)
         larger = with_lobes(LobeShape(*beyond))
         data = pack(larger)
-        assert same(unpack(data), larger)  # nothing else is wrong with it
+        assert scenes_equal(unpack(data), larger)  # it has no other error
     for read in (inspect, unpack):
         with pytest.raises(InputError, match=f"the field '{field}' in the header"):
             read(data)
@@ -125,9 +125,7 @@ def test_lobes_are_as_large_as_the_limits_and_no_larger(
     [None, [], {}, {"count": 33, "length": 1, "size": 8}, {"count": 3, "length": 1, "size": 8},
      {"count": 3, "length": 2, "size": 0}, {"count": 3, "length": 2, "size": 5000}],
 )  # fmt: skip
-def test_lobe_codebooks_that_cannot_be_are_refused_from_the_header_alone(
-    data: bytes, book: Any
-) -> None:
+def test_invalid_lobe_codebooks_are_refused_from_the_header(data: bytes, book: Any) -> None:
     header, body = split(data)
     assert header["codebooks"]["lobes"] == {"count": 3, "length": 2, "size": 8}
     with pytest.raises(InputError, match=r"lobes|count|length|size"):
@@ -138,7 +136,7 @@ def test_lobe_codebooks_that_cannot_be_are_refused_from_the_header_alone(
 
 
 def _set(*path: str | int, to: Any) -> Callable[[dict[str, Any]], None]:
-    """What gives a value inside of a header another value."""
+    """Return a function that sets a value inside of a header."""
 
     def change(header: dict[str, Any]) -> None:
         inner: Any = header
@@ -166,7 +164,7 @@ def _set(*path: str | int, to: Any) -> Callable[[dict[str, Any]], None]:
         (_set("blend", to="sorted"), "blended sorted, but has lobes"),
     ],
 )
-def test_numbers_out_of_range_are_refused_from_the_header_alone(
+def test_numbers_out_of_range_are_refused_from_the_header(
     data: bytes, change: Callable[[dict[str, Any]], None], sentence: str
 ) -> None:
     header, body = split(data)
@@ -176,9 +174,9 @@ def test_numbers_out_of_range_are_refused_from_the_header_alone(
             read(join(header, body))
 
 
-def test_lobes_beside_a_network_and_no_opacity_at_all_are_refused(data: bytes) -> None:
+def test_lobes_with_a_network_and_a_missing_opacity_are_refused(data: bytes) -> None:
     header, body = split(data)
-    with pytest.raises(InputError, match="one of them"):
+    with pytest.raises(InputError, match="only one of them"):
         inspect(join({**header, "network": True}, body))
     books = {name: b for name, b in header["codebooks"].items() if name not in ("opacity", "lobes")}
     with pytest.raises(InputError, match="opacity"):

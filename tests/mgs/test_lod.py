@@ -1,4 +1,4 @@
-"""Layers of `.mgs` files: round trips, order, and beginnings that are scenes of their own."""
+"""LOD levels of `.mgs` files: round trips, order, and prefixes that are scenes."""
 
 from dataclasses import replace
 
@@ -7,36 +7,36 @@ import torch
 
 from mobilegs.compress.appearance import LATENTS
 from mobilegs.compress.lobes import LobeShape
-from mobilegs.compress.uniform_quantizer import ScalarSteps
+from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.lod import layered, layers_for, seen_of_each
-from mobilegs.mgs.quantized_scene import CodedScene, same
+from mobilegs.mgs.lod import lod_levels_for, pixel_contributions, with_lod_levels
+from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.scene import Scene
-from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.config import ColorConfig, QuantizationConfig, StudentConfig
 from mobilegs.train.student.view_dependence import ViewDependence
-from tests.support.coded import join, split
+from tests.support.quantized_scenes import join, split
+from tests.support.scene_cases import CASES, Case, make_scene
 from tests.support.scenes import camera, random_scene
-from tests.web.test_decoder import CASES, Case, make_scene
 
 VIEWS = [view.to("cpu", torch.float32) for view in (camera(), camera(33, 21))]
 MANY = [name for name, case in CASES.items() if case.count >= 60]
 
 
-def looked_at(coded: CodedScene, count: int) -> CodedScene:
-    return layered(coded, count, VIEWS)
+def in_levels(coded: QuantizedScene, count: int) -> QuantizedScene:
+    return with_lod_levels(coded, count, VIEWS)
 
 
-def rows_of(coded: CodedScene) -> list[tuple]:
-    """Everything that belongs to each Gaussian, in an order that does not matter."""
+def rows_of(coded: QuantizedScene) -> list[tuple]:
+    """Return all codes of each Gaussian, sorted."""
     parts = [coded.positions.double(), *(codes.double() for codes in coded.indices.values())]
     return sorted(map(tuple, torch.cat(parts, dim=1).tolist()))
 
 
-def minor(coded: CodedScene) -> int:
-    """The least version 3.x that can say what a scene holds."""
+def minor(coded: QuantizedScene) -> int:
+    """Return the least minor version 3.x that can hold a scene."""
     if coded.color.latents > 2 * LATENTS:
         return 3
     if coded.color.colors == "linear":
@@ -45,34 +45,34 @@ def minor(coded: CodedScene) -> int:
 
 
 @pytest.mark.parametrize("name", MANY)
-def test_a_scene_in_layers_comes_back_and_is_the_same_scene(name: str) -> None:
+def test_a_scene_in_lod_levels_round_trips_with_the_same_gaussians(name: str) -> None:
     whole = make_scene(CASES[name])
     for count in (2, 3):
-        coded = looked_at(whole, count)
+        coded = in_levels(whole, count)
         data = pack(coded)
         found = unpack(data)
-        assert same(found, coded) and pack(found) == data
-        assert not same(found, replace(found, layers=()))
+        assert scenes_equal(found, coded) and pack(found) == data
+        assert not scenes_equal(found, replace(found, lod_sizes=()))
         assert rows_of(found) == rows_of(whole)
-        assert len(found.layers) == count and sum(found.layers) == len(whole)
-        assert inspect(data)["layers"] == list(found.layers)
+        assert len(found.lod_sizes) == count and sum(found.lod_sizes) == len(whole)
+        assert inspect(data)["layers"] == list(found.lod_sizes)
         assert inspect(data)["version"] == f"3.{minor(whole)}"
 
 
-def test_each_layer_makes_four_times_as_many_gaussians_which_are_seen_less() -> None:
+def test_each_level_has_four_times_as_many_gaussians_of_less_contribution() -> None:
     whole = make_scene(CASES["one hidden layer"])
-    coded = layered(whole, 4, VIEWS)
-    assert coded.layers == (7, 24, 94, 375)
-    seen = seen_of_each(coded.decode(), VIEWS)
-    least = [float(seen[rows].min()) for rows in coded.parts()]
-    most = [float(seen[rows].max()) for rows in coded.parts()]
+    coded = with_lod_levels(whole, 4, VIEWS)
+    assert coded.lod_sizes == (7, 24, 94, 375)
+    seen = pixel_contributions(coded.decode(), VIEWS)
+    least = [float(seen[rows].min()) for rows in coded.lod_slices()]
+    most = [float(seen[rows].max()) for rows in coded.lod_slices()]
     assert all(before >= after for before, after in zip(least, most[1:], strict=False))
-    assert same(layered(coded, 1, VIEWS), whole.sorted())
+    assert scenes_equal(with_lod_levels(coded, 1, VIEWS), whole.sorted())
 
 
 @pytest.mark.parametrize("name", ["one hidden layer", "scalars", "network"])
-def test_a_file_that_ends_behind_a_layer_is_a_coarser_scene(name: str) -> None:
-    coded = looked_at(make_scene(CASES[name]), 3)
+def test_a_file_up_to_the_end_of_a_level_is_a_coarser_scene(name: str) -> None:
+    coded = in_levels(make_scene(CASES[name]), 3)
     header, body = split(pack(coded))
     for kept in (1, 2):
         table, size = [], 0
@@ -80,42 +80,44 @@ def test_a_file_that_ends_behind_a_layer_is_a_coarser_scene(name: str) -> None:
             if int((row["name"] + "@0").split("@")[1]) < kept:
                 table.append(row)
                 size += row["bytes"] + -row["bytes"] % 8
-        count = sum(coded.layers[:kept])
-        shorter = {"layers": list(coded.layers[:kept]), "count": count, "streams": table}
+        count = sum(coded.lod_sizes[:kept])
+        shorter = {"layers": list(coded.lod_sizes[:kept]), "count": count, "streams": table}
         found = unpack(join({**header, **shorter}, body[:size], version=(3, 0)))
-        assert same(found, replace(coded.pick(slice(count)), layers=coded.layers[:kept]))
+        assert scenes_equal(
+            found, replace(coded.select(slice(count)), lod_sizes=coded.lod_sizes[:kept])
+        )
 
 
 @pytest.mark.parametrize("blend", ["sortfree", "sorted"])
-def test_what_is_seen_of_gaussians_are_their_shares_in_the_colours(blend: str) -> None:
+def test_contributions_are_the_weights_of_the_colours(blend: str) -> None:
     made = {name: value.float() for name, value in random_scene(300, degree=0).items()}
     colors = torch.rand(300, 3)
     sh = (colors[:, None] - 0.5) / 0.28209479
     opacities = made["opacities"].clamp(1e-4, 1 - 1e-4).logit()
     gaussians = Gaussians(made["means"], made["quats"], made["scales"].log(), opacities, sh)
     scene = Scene(gaussians, blend, lobes=made["lobes"] if blend == "sortfree" else None)
-    seen = seen_of_each(scene, VIEWS[:1])
+    seen = pixel_contributions(scene, VIEWS[:1])
     expected = scene.render(VIEWS[0]).image.sum((0, 1))
     assert torch.allclose(seen @ colors, expected, rtol=1e-4)
     assert (seen >= 0).all() and (seen > 0).any()
 
 
-def test_a_network_is_asked_about_the_colours_that_it_knows() -> None:
+def test_contributions_of_a_scene_with_a_view_network_use_its_colours() -> None:
     scene = make_scene(CASES["network"]).decode()
-    seen = seen_of_each(scene, VIEWS[:1])
+    seen = pixel_contributions(scene, VIEWS[:1])
     assert seen.shape == (120,) and seen.isfinite().all() and (seen > 0).any()
 
 
-def test_the_number_of_layers_grows_with_the_scene() -> None:
-    assert [layers_for(n) for n in (1, 39_999, 40_000, 159_999, 160_000, 500_000, 1 << 26)] == [
+def test_the_number_of_levels_grows_with_the_scene() -> None:
+    assert [lod_levels_for(n) for n in (1, 39_999, 40_000, 159_999, 160_000, 500_000, 1 << 26)] == [
         *(1, 1, 2, 2, 3, 3, 7)
     ]
 
 
 @pytest.mark.parametrize("count", [0, 9, 61])
-def test_numbers_of_layers_that_cannot_be_are_refused(count: int) -> None:
+def test_invalid_numbers_of_levels_are_refused(count: int) -> None:
     with pytest.raises(InputError, match="cannot be"):
-        looked_at(make_scene(CASES["one place"]), count)
+        in_levels(make_scene(CASES["one place"]), count)
 
 
 @pytest.mark.parametrize(
@@ -125,8 +127,8 @@ def test_numbers_of_layers_that_cannot_be_are_refused(count: int) -> None:
         *([[30], 30], {"0": 60}, [52, 1, 1, 1, 1, 1, 1, 1, 1], [1 << 70, 1]),
     ],
 )
-def test_layers_that_do_not_make_the_scene_are_refused(layers: object) -> None:
-    header, body = split(pack(looked_at(make_scene(CASES["one place"]), 2)))
+def test_invalid_sizes_of_levels_are_refused(layers: object) -> None:
+    header, body = split(pack(in_levels(make_scene(CASES["one place"]), 2)))
     assert header["layers"] == [15, 45]
     with pytest.raises(InputError, match="layers"):
         unpack(join({**header, "layers": layers}, body, version=(3, 0)))
@@ -135,15 +137,15 @@ def test_layers_that_do_not_make_the_scene_are_refused(layers: object) -> None:
         unpack(join(header, body, version=(3, 0)))
 
 
-def test_files_of_version_2_have_no_layers_whatever_they_say() -> None:
+def test_files_of_version_2_have_no_levels_even_with_a_field_layers() -> None:
     data = pack(make_scene(CASES["one place"]))
     header, body = split(data)
     found = unpack(join({**header, "layers": [7]}, body, version=(2, 1)))
-    assert same(found, unpack(data)) and found.layers == ()
+    assert scenes_equal(found, unpack(data)) and found.lod_sizes == ()
 
 
-def test_a_layer_without_its_streams_is_refused() -> None:
-    data = pack(looked_at(make_scene(CASES["one place"]), 2))
+def test_a_level_without_its_streams_is_refused() -> None:
+    data = pack(in_levels(make_scene(CASES["one place"]), 2))
     header, body = split(data)
     for row in header["streams"]:
         if row["name"] == "scale.1@1":
@@ -152,31 +154,32 @@ def test_a_layer_without_its_streams_is_refused() -> None:
         unpack(join(header, body, version=(3, 0)))
 
 
-def test_scenes_with_more_streams_than_a_file_can_have_are_refused() -> None:
-    case = Case(100, LobeShape(0, 32), steps=ScalarSteps())
-    pack(looked_at(make_scene(case), 5))
+def test_scenes_with_too_many_streams_are_refused() -> None:
+    case = Case(100, LobeShape(0, 32), steps=StepSizes())
+    pack(in_levels(make_scene(case), 5))
     with pytest.raises(InputError, match="256 are allowed"):
-        pack(looked_at(make_scene(case), 6))
+        pack(in_levels(make_scene(case), 6))
 
 
-def test_layers_of_a_coded_scene_must_add_up() -> None:
+def test_sizes_of_levels_must_add_up() -> None:
     coded = make_scene(CASES["one place"])
-    with pytest.raises(InputError, match="do not make 60 Gaussians"):
-        pack(replace(coded, layers=(30, 31)))
-    with pytest.raises(InputError, match="9 layers: 8 are allowed"):
-        pack(replace(coded, layers=(52, 1, 1, 1, 1, 1, 1, 1, 1)))
+    with pytest.raises(InputError, match="do not add up to 60"):
+        pack(replace(coded, lod_sizes=(30, 31)))
+    with pytest.raises(InputError, match="9 LOD levels: 8"):
+        pack(replace(coded, lod_sizes=(52, 1, 1, 1, 1, 1, 1, 1, 1)))
 
 
 def test_a_student_has_no_more_layers_than_its_file_has_streams_for() -> None:
-    asked = StudentConfig(coding="sq", color_latents=12, view=ViewDependence(latents=12))
-    assert asked.layers_max == 7 and StudentConfig(coding="sq").layers_max == 8
-    with pytest.raises(InputError, match="at most 7 layers"):
-        replace(asked, layers=8)
-    free = StudentConfig(view=ViewDependence("free", degree=3, fraction=0.5))
-    assert free.view.shape and free.view.shape.latents == 32 and free.layers_max == 5
+    asked = StudentConfig(color=ColorConfig(latents=12), view_dependence=ViewDependence(latents=12))
+    assert asked.max_lod_levels == 7 and StudentConfig().max_lod_levels == 8
+    with pytest.raises(InputError, match="at most 7 levels"):
+        replace(asked, quantization=QuantizationConfig(lod_levels=8))
+    free = StudentConfig(view_dependence=ViewDependence("free", degree=3, decoder_from=0.5))
+    shape = free.view_dependence.shape
+    assert shape and shape.latents == 32 and free.max_lod_levels == 5
     shape = LobeShape(2, 12, (16,))
-    case = Case(400, shape, steps=ScalarSteps(), colors="linear", color_latents=12)
+    case = Case(400, shape, steps=StepSizes(), colors="linear", color_latents=12)
     scene = make_scene(case)
-    assert same(unpack(pack(looked_at(scene, 7))), looked_at(scene, 7))
+    assert scenes_equal(unpack(pack(in_levels(scene, 7))), in_levels(scene, 7))
     with pytest.raises(InputError, match="256 are allowed"):
-        pack(looked_at(scene, 8))
+        pack(in_levels(scene, 8))

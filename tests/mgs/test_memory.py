@@ -1,4 +1,4 @@
-"""What opening a `.mgs` takes: at most twice the file and the scene that its header promises."""
+"""The memory that opening a `.mgs` takes: at most twice its size and that of its scene."""
 
 import ctypes
 import struct
@@ -9,49 +9,49 @@ import numpy as np
 import pytest
 
 from mobilegs.compress.lobes import LobeShape
-from mobilegs.compress.uniform_quantizer import ScalarSteps
-from mobilegs.csrc import native
+from mobilegs.compress.uniform_quantizer import StepSizes
+from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs import rans
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.positions import CLASSES
-from tests.fuzz.envelope import Parts, take_apart
-from tests.fuzz.readers import RESET, Meter
-from tests.fuzz.seeds import tensors
-from tests.web.test_decoder import Case, make_scene
+from tests.support.memory_meter import RESET, MemoryMeter
+from tests.support.mgs_parts import Parts, parse_parts
+from tests.support.quantized_scenes import tensors
+from tests.support.scene_cases import Case, make_scene
 
 pytestmark = [
-    pytest.mark.skipif(not RESET.exists(), reason="memory is measured as Linux tells it"),
-    pytest.mark.skipif(native.library() is None, reason="installed without the C++ library"),
+    pytest.mark.skipif(not RESET.exists(), reason="needs /proc of Linux"),
+    pytest.mark.skipif(binding.decoders() is None, reason="installed without the C++ library"),
 ]
 COUNT = 300_000
-FREE = 8 << 20  # bytes beside those: a quarter of what any file may take
+FREE = 8 << 20  # bytes in addition: a quarter of the allowance of other formats
 SIZES = {"nvq": 2, "sq": 4}  # bytes of an index
 
 
 @pytest.fixture(scope="module")
-def layered() -> bytes:
-    """Scalars in two layers; Gaussians as flat and as long as they are in trained scenes."""
+def levels_file() -> bytes:
+    """A file of mode `sq` with two LOD levels, and elongations as in trained scenes."""
     layers = (COUNT // 5, COUNT - COUNT // 5)
-    steps = ScalarSteps(0.3, 0.5, 0.4, 1.0, 2.0)
+    steps = StepSizes(0.3, 0.5, 0.4, 1.0, 2.0)
     shape = LobeShape(1, 2)
     return pack(make_scene(Case(COUNT, shape, steps=steps, colors="linear", layers=layers)))
 
 
 def promised(parts: Parts) -> int:
-    """Bytes of the rows of a scene, by its header alone."""
+    """Return the bytes of a scene's rows, by its header."""
     columns = [len(scalar["least"]) for scalar in parts.header.get("scalars", {}).values()]
     columns += [book["count"] for book in parts.header.get("codebooks", {}).values()]
     return parts.header["count"] * (6 + SIZES[parts.header["mode"]] * sum(columns))
 
 
 def opened(data: bytes) -> str:
-    """Open a file within the bound of memory; the refusal or ''."""
-    bound = 2 * (len(data) + promised(take_apart(data))) + FREE
+    """Open a file within the bound of memory; returns the message of a refusal, or ''."""
+    bound = 2 * (len(data) + promised(parse_parts(data))) + FREE
     libc = ctypes.CDLL(None)
-    if hasattr(libc, "malloc_trim"):  # what others have freed would hide what is taken
+    if hasattr(libc, "malloc_trim"):  # memory freed before would hide new memory
         libc.malloc_trim(0)
-    meter, refusal = Meter(), ""
+    meter, refusal = MemoryMeter(), ""
     meter.start()
     try:
         unpack(data)
@@ -63,18 +63,18 @@ def opened(data: bytes) -> str:
     return refusal
 
 
-def test_layers_of_scalars_take_at_most_twice_file_and_scene(layered: bytes) -> None:
-    parts = take_apart(layered)
-    rows = [part for part in tensors(unpack(layered)) if len(part) == COUNT]
+def test_lod_levels_take_at_most_twice_file_and_scene(levels_file: bytes) -> None:
+    parts = parse_parts(levels_file)
+    rows = [part for part in tensors(unpack(levels_file)) if len(part) == COUNT]
     assert sum(part.nbytes for part in rows) == promised(parts)
-    assert opened(layered) == ""
+    assert opened(levels_file) == ""
 
 
 DAMAGES: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
     "classes of positions": ("positions@1", lambda d: _flipped(d, 2000), "a rANS stream"),
     "the end of positions": ("positions@1", lambda d: d[:-1] + b"\xff", "not zero"),
     "positions too long": ("positions@1", lambda d: d + b"\0", "more or fewer bytes"),
-    "finer bits too short": ("rotation-finer@1", lambda d: d[:-1], "more or fewer bytes"),
+    "refinement bits too short": ("rotation-finer@1", lambda d: d[:-1], "more or fewer bytes"),
     "the last word": ("lobes.1@1", lambda d: _flipped(d, -1), "a rANS stream"),
 }
 
@@ -86,22 +86,24 @@ def _flipped(data: bytes, at: int) -> bytes:
 
 
 @pytest.mark.parametrize("name", DAMAGES)
-def test_damaged_layers_are_refused_within_the_same_bound(name: str, layered: bytes) -> None:
+def test_damaged_lod_levels_are_refused_within_the_same_bound(
+    name: str, levels_file: bytes
+) -> None:
     stream, damage, sentence = DAMAGES[name]
-    parts = take_apart(layered)
+    parts = parse_parts(levels_file)
     piece = parts.piece(stream)
     piece.data = damage(piece.data)
-    assert sentence in opened(parts.sealed())
+    assert sentence in opened(parts.to_bytes())
 
 
 # --- small files that claim much
 
 
 def crowd(parts: Parts, count: int) -> bytes:
-    """A file of `count` Gaussians that are all the same, at places that are no numbers.
+    """Return a file of `count` equal Gaussians at positions that are not finite.
 
-    Everything in it but words that nobody asks for has next to no length: decoders run over all
-    Gaussians before the last of them finds what is wrong.
+    Only unneeded words make it long. The error is in the last stream, so that decoders run over
+    all Gaussians before they find it.
     """
     one_symbol = np.packbits([1, 1] + 52 * [0], bitorder="little").tobytes()
     head = rans.HEADER.pack(CLASSES, 1, len(one_symbol), 0)
@@ -124,14 +126,14 @@ def crowd(parts: Parts, count: int) -> bytes:
     one_index = rans.HEADER.pack(1, 1, 1, count // 2) + b"\3"
     states = struct.pack("<I", 1 << 16) * rans.lane_count(count)
     last.codec, last.data = "rans", one_index + states + bytes(count)
-    return parts.sealed()
+    return parts.to_bytes()
 
 
 @pytest.mark.parametrize("mode", ["sq", "nvq"])
-def test_a_crowd_at_no_place_is_refused_within_the_bound_and_at_once(mode: str) -> None:
-    steps = ScalarSteps() if mode == "sq" else None
+def test_many_gaussians_in_a_small_file_are_refused_within_the_bound_and_quickly(mode: str) -> None:
+    steps = StepSizes() if mode == "sq" else None
     small = pack(make_scene(Case(50, steps=steps, colors="linear" if steps else "networks")))
-    data = crowd(take_apart(small), 2_000_000)
+    data = crowd(parse_parts(small), 2_000_000)
     begun = time.process_time()
     assert opened(data) == "a rANS stream does not end where it should: the file is damaged"
     assert time.process_time() - begun < 5  # a tenth of that, on an idle machine

@@ -1,4 +1,4 @@
-"""What a sound file may have beside what our writer makes: both decoders open it, or refuse it."""
+"""Valid files that our writer does not make: both decoders open them, or refuse them."""
 
 import json
 import zlib
@@ -11,16 +11,16 @@ import pytest
 
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.container import VERSION
-from mobilegs.mgs.quantized_scene import same
-from tests.support.coded import join, make_scene, split
-from tests.web.test_decoder import assert_same_refusals
+from mobilegs.mgs.quantized_scene import scenes_equal
+from tests.support.node import assert_same_refusals
+from tests.support.quantized_scenes import join, make_scene, split
 
 CONFORMANCE = Path(__file__).parent / "conformance"
 Row = tuple[str, str, bytes]  # name, codec, content
 
 
 def rearranged(data: bytes, change: Callable[[list[Row]], list[Row]]) -> bytes:
-    """The same header with other streams behind it."""
+    """Return a file with the same header fields and changed streams."""
     header, body = split(data)
     rows: list[Row] = []
     for row in header["streams"]:
@@ -36,7 +36,7 @@ def rearranged(data: bytes, change: Callable[[list[Row]], list[Row]]) -> bytes:
 
 
 @pytest.mark.parametrize("name", ["nvq_linear_lobes", "sq_layers", "nvq_layers"])
-def test_streams_may_come_in_any_order_and_some_may_be_idle(name: str, tmp_path: Path) -> None:
+def test_streams_may_come_in_any_order_and_some_may_be_unneeded(name: str, tmp_path: Path) -> None:
     data = (CONFORMANCE / f"{name}.mgs").read_bytes()
     idle = [("", "", b""), ("scale.3", "bits", b"abc"), ("view-network", "raw", b"abc")]
     files = [
@@ -45,10 +45,10 @@ def test_streams_may_come_in_any_order_and_some_may_be_idle(name: str, tmp_path:
         rearranged(data, lambda rows: rows + idle),
     ]
     assert assert_same_refusals(tmp_path, files) == [None] * 3
-    assert all(same(unpack(file), unpack(data)) for file in files)
+    assert all(scenes_equal(unpack(file), unpack(data)) for file in files)
 
 
-def test_the_last_of_several_fields_counts_and_endless_numbers_only_where_they_are_known(
+def test_the_last_of_equal_fields_counts_and_infinite_numbers_matter_in_known_fields(
     data: bytes, tmp_path: Path
 ) -> None:
     header, body = split(data)
@@ -87,7 +87,7 @@ def test_numbers_that_are_not_finite_are_refused_in_every_stream(
     assert found[0] is None and found[1] is not None
 
 
-def test_quaternions_of_zeros_are_read_and_not_drawn(tmp_path: Path) -> None:
+def test_quaternions_of_zeros_are_read_and_not_rendered(tmp_path: Path) -> None:
     scene = make_scene()
     scene.codebooks["rotation"][:] = 0
     data = pack(scene)
@@ -96,7 +96,7 @@ def test_quaternions_of_zeros_are_read_and_not_drawn(tmp_path: Path) -> None:
     assert drawn.decode().render(drawn.views[0]).alpha.max() == 0
 
 
-def test_a_log_scale_that_nothing_uses_is_refused_above_80(tmp_path: Path) -> None:
+def test_an_unused_log_scale_above_80_is_refused(tmp_path: Path) -> None:
     scene = make_scene()
     scene.indices["scale"][:] = 0
     scene.codebooks["scale"][2, 4] = 80.0
@@ -109,6 +109,6 @@ def test_a_log_scale_that_nothing_uses_is_refused_above_80(tmp_path: Path) -> No
 
     sound = rearranged(pack(scene), raw)
     assert books[14] == 80
-    books[14] = 80.0625  # the next half
+    books[14] = 80.0625  # the next float16 number
     found = assert_same_refusals(tmp_path, [sound, rearranged(pack(scene), raw)])
     assert found[0] is None and "scales that are out of range" in str(found[1])

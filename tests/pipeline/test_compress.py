@@ -1,4 +1,4 @@
-"""Scenes of other tools become .mgs files without their photos."""
+"""`mobilegs compress`: scenes of other tools, with and without photos."""
 
 import json
 from pathlib import Path
@@ -12,12 +12,14 @@ from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
-from mobilegs.synthetic_capture.render import Shoot, photograph
-from mobilegs.synthetic_capture.visibility import refuse_blind
-from tests.synthetic_capture.test_render import cameras_json, garden
+from mobilegs.synthetic_capture.render import CaptureOptions, render_synthetic_capture
+from mobilegs.synthetic_capture.visibility import validate_visibility
+from tests.support.garden import cameras_json, garden
 
 
-def test_compress_goes_the_whole_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_compress_leaves_a_small_scene_and_can_resume(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     source, run = tmp_path / "garden.ply", tmp_path / "run"
     write_ply(source, garden())
     words = ["compress", str(source), "-o", str(run), "--preset", "demo", "--steps", "120"]
@@ -27,7 +29,7 @@ def test_compress_goes_the_whole_way(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "scene.mgs" in said
     metrics = json.loads((run / "metrics.json").read_text())
     assert metrics["student"]["psnr"] > 22
-    own = metrics["teacher"]["psnr"]  # of its own pictures, but for their 8 bits
+    own = metrics["teacher"]["psnr"]  # against its own renders in 8 bits
     assert own is None or own > 45  # None: without any error
     assert (run / "scene.mgs").stat().st_size < source.stat().st_size / 4
     assert main([*words, "--resume"]) == 0
@@ -48,7 +50,7 @@ def test_compress_takes_the_cameras_of_the_scene(tmp_path: Path) -> None:
     assert (run / "scene.mgs").stat().st_size < 15_000
 
 
-def test_compress_knows_what_lies_behind_the_scene(
+def test_compress_uses_the_given_background(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source, run = tmp_path / "garden.ply", tmp_path / "run"
@@ -56,21 +58,21 @@ def test_compress_knows_what_lies_behind_the_scene(
     words = ["compress", str(source), "-o", str(run), "--preset", "demo"]
     words += ["--steps", "30", "--views", "16", "--size", "64"]
     assert main([*words, "--background", "1", "1", "2"]) == 2
-    assert "outside of 0..1" in capsys.readouterr().err and not run.exists()
+    assert "background" in capsys.readouterr().err and not run.exists()
     assert main([*words, "--background", "1", "1", "0"]) == 0
     assert read_mgs(run / "scene.mgs").decode().background.tolist() == [1, 1, 0]
     own = json.loads((run / "metrics.json").read_text())["teacher"]["psnr"]
-    assert own is None or own > 45  # pictures and the training have the same colour behind
+    assert own is None or own > 45  # renders and training have the same background
     corners = [load_view(frame).image[0, 0] for frame in load_capture(run / "capture").train]
     assert any(torch.equal(corner, torch.tensor([1.0, 1, 0])) for corner in corners)
 
 
-def test_compress_learns_from_the_photos_of_the_scene(
+def test_compress_can_train_on_the_photos_of_the_scene(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source, capture = tmp_path / "garden.ply", tmp_path / "capture"
     write_ply(source, garden())
-    photograph(Scene(garden()), source, capture, Shoot(views=16, size=64))
+    render_synthetic_capture(Scene(garden()), source, capture, CaptureOptions(views=16, size=64))
     words = ["compress", str(source), "--capture", str(capture), "--preset", "demo"]
     assert main([*words, "--steps", "30", "-o", str(tmp_path / "run")]) == 0
     assert json.loads((tmp_path / "run" / "metrics.json").read_text())["student"]["psnr"] > 18
@@ -83,8 +85,8 @@ def test_compress_learns_from_the_photos_of_the_scene(
     assert not (tmp_path / "other").exists()
 
 
-def test_where_there_is_no_camera_none_is_blind() -> None:
-    refuse_blind(Scene(garden(100)), [], "photos", "")
+def test_no_camera_is_blind_if_there_is_none() -> None:
+    validate_visibility(Scene(garden(100)), [], "photos", "")
 
 
 def test_compress_refuses_cameras_of_another_scene(
@@ -108,7 +110,7 @@ def test_compress_refuses_cameras_of_another_scene(
         (["missing.ply"], "missing.ply"),
         (["garden.ply", "--lpips-weights", "nowhere"], "no LPIPS weights"),
         (["run/teacher.ply"], "would be overwritten"),
-        (["scene.mgs"], "finished .mgs"),
+        (["scene.mgs"], "is a .mgs"),
         (["garden.ply", "--capture", "here", "--views", "20"], "leave out --views"),
         (["garden.ply", "--downscale", "2"], "use --size"),
         (["garden.ply", "--target-mb", "-1"], "target_mb"),
@@ -118,7 +120,7 @@ def test_compress_refuses_cameras_of_another_scene(
         (["garden.ply", "--cameras", "missing.json"], "there is no file missing.json"),
     ],
 )
-def test_compress_refuses_in_a_sentence(
+def test_invalid_options_are_refused(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,

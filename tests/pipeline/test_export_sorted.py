@@ -1,4 +1,4 @@
-"""Scenes as files of other kinds: `mobilegs export --to`, and what opens and refuses them."""
+"""Exports to other formats, and the formats that can be opened."""
 
 import json
 import zipfile
@@ -12,8 +12,8 @@ from mobilegs.cli.main import main
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
-from tests.support.plain import matched, plain_scene, worst
-from tests.web.test_decoder import Case, make_scene
+from tests.support.random_scenes import matched, max_error, random_scene
+from tests.support.scene_cases import Case, make_scene
 
 OTHERS = Path(__file__).parents[1] / "formats" / "other_tools"
 CPU = torch.device("cpu")
@@ -21,7 +21,7 @@ CPU = torch.device("cpu")
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
-    write_ply(tmp_path / "scene.ply", plain_scene(60, 2))
+    write_ply(tmp_path / "scene.ply", random_scene(60, 2))
     return tmp_path / "scene.ply"
 
 
@@ -33,16 +33,18 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
 
 
 @pytest.mark.parametrize("kind", ["spz", "sog", "glb", "ply"])
-def test_a_scene_goes_to_another_kind_and_back(kind: str, scene: Path, tmp_path: Path) -> None:
+def test_a_scene_converts_to_another_format_and_back(
+    kind: str, scene: Path, tmp_path: Path
+) -> None:
     there, back = tmp_path / f"there.{kind}", tmp_path / "back.ply"
     assert main(["export", str(scene), "--to", kind, "-o", str(there)]) == 0
     assert main(["export", str(there), "--to", "ply", "-o", str(back)]) == 0
     made = read_ply(scene)
     found = matched(read_ply(back), made)
-    assert worst(found.means, made.means) < 1e-3
-    assert worst(found.opacities, made.opacities) < 3e-3
-    assert worst(found.log_scales, made.log_scales) < 0.04
-    assert worst(found.sh, made.sh) < 0.07
+    assert max_error(found.means, made.means) < 1e-3
+    assert max_error(found.opacities, made.opacities) < 3e-3
+    assert max_error(found.log_scales, made.log_scales) < 0.04
+    assert max_error(found.sh, made.sh) < 0.07
 
 
 def test_a_mgs_that_is_blended_sorted_is_exported(tmp_path: Path) -> None:
@@ -54,7 +56,7 @@ def test_a_mgs_that_is_blended_sorted_is_exported(tmp_path: Path) -> None:
         assert torch.equal(value, made.tensors()[name]), name
 
 
-def test_of_a_student_in_its_run_the_teacher_is_exported(
+def test_the_teacher_is_exported_for_a_student_in_its_run(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, there = tmp_path / "scene.mgs", tmp_path / "there.ply"
@@ -65,13 +67,13 @@ def test_of_a_student_in_its_run_the_teacher_is_exported(
     assert teacher_of(path) is None  # any .ply could be called so
     (tmp_path / "metrics.json").write_text("{}")
     assert main([*words, str(there)]) == 0
-    assert f"{teacher} goes in its place" in capsys.readouterr().out
+    assert f"wrote {teacher} instead" in capsys.readouterr().out
     assert torch.equal(read_ply(there).means, read_ply(teacher).means)
     assert main([*words, str(teacher)]) == 2
     assert teacher.read_bytes() == scene.read_bytes()
 
 
-def test_the_scene_itself_is_never_written_over(
+def test_the_scene_itself_is_never_overwritten(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = scene.read_bytes()
@@ -82,11 +84,11 @@ def test_the_scene_itself_is_never_written_over(
     assert scene.read_bytes() == before
 
 
-def test_what_cannot_be_meant_is_refused(
+def test_contradicting_options_are_refused(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     said = refusal(capsys, "export", scene, "--to", "spz", "-o", tmp_path / "scene.sog")
-    assert "a name that ends so" in said
+    assert "does not end in .spz" in said
     words = ["export", scene, "--to", "spz", "-o", tmp_path / "scene.spz", "--title", "A garden"]
     assert "leave out --title" in refusal(capsys, *words)
     said = refusal(capsys, "export", tmp_path / "gone.ply", "--to", "spz", "-o", tmp_path / "a.spz")
@@ -94,7 +96,7 @@ def test_what_cannot_be_meant_is_refused(
     assert {path.name for path in tmp_path.iterdir()} == {"scene.ply"}
 
 
-def test_what_the_web_viewer_does_not_show_gets_no_page(
+def test_formats_without_a_web_viewer_get_no_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page = tmp_path / "page.html"
@@ -109,7 +111,7 @@ def test_what_the_web_viewer_does_not_show_gets_no_page(
     "name",
     ["theirs.compressed.ply", "theirs.spz", "theirs.sog", "theirs.glb", "rows.splat", "scene.ply"],
 )
-def test_every_kind_is_opened_and_inspected(name: str) -> None:
+def test_every_format_is_opened_and_inspected(name: str) -> None:
     opened = open_scene(OTHERS / name, CPU)
     assert opened.blend == "sorted" and len(opened.gaussians) == 12
     found = inspect_scene(OTHERS / name)
@@ -133,6 +135,8 @@ def test_an_unpacked_sog_is_opened_and_inspected(
         assert said["file_bytes"] == inspect_scene(path)["file_bytes"]
 
 
-def test_a_refusal_names_every_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_error_message_names_every_format(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     said = refusal(capsys, "info", tmp_path / "scene.obj")
     assert all(kind in said for kind in (".mgs", *PLAIN))

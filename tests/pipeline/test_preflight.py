@@ -1,4 +1,4 @@
-"""Runs that cannot be: what is said of them, and that nothing is lost."""
+"""Invalid runs: their error messages, and that no file is lost."""
 
 import json
 import shutil
@@ -10,15 +10,12 @@ from PIL import Image
 
 from mobilegs.cli.main import main
 from mobilegs.data import load_capture
-from mobilegs.data.demo.capture import write_sample
+from mobilegs.data.demo.capture import write_capture
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.pipeline.train import TrainRun, resolved, train_run
-from mobilegs.train.recipes import with_settings
-from tests.pipeline.test_train import RECIPE, finished
-
-__all__ = ["finished"]  # a fixture
-
+from mobilegs.pipeline.train import TrainRun, resolve_recipe, train_run
+from mobilegs.train.recipes import FORMER, with_settings
+from tests.support.runs import RECIPE
 
 # --- settings
 
@@ -26,7 +23,7 @@ __all__ = ["finished"]  # a fixture
 @pytest.mark.parametrize(
     "setting",
     [
-        "student.opacity_rate",
+        "student.lr.opacities",
         "student.opacity=1",
         "student=1",
         "teacher.steps=many",
@@ -36,17 +33,19 @@ __all__ = ["finished"]  # a fixture
         "teacher.mini_splatting.metric=both",
     ],
 )
-def test_a_setting_that_is_none_is_refused(setting: str) -> None:
+def test_unknown_settings_are_refused(setting: str) -> None:
     with pytest.raises(InputError, match=setting.split("=")[0]):
         with_settings(RECIPE, [setting])
 
 
-def test_a_misspelt_setting_is_told_its_nearest_names_and_a_strange_one_all() -> None:
-    with pytest.raises(InputError, match="did you mean opacity_rate") as near:
-        with_settings(RECIPE, ["student.opacity_rat=1"])
-    assert "ssim_weight" not in str(near.value)
-    with pytest.raises(InputError, match="ssim_weight"):
-        with_settings(RECIPE, ["student.zzz=1"])
+def test_a_misspelt_setting_gets_suggestions() -> None:
+    with pytest.raises(InputError, match="did you mean opacities") as near:
+        with_settings(RECIPE, ["student.lr.opacitie=1"])
+    assert "quats" not in str(near.value)
+    with pytest.raises(InputError, match=r"did you mean student\.quantization\.quality"):
+        with_settings(RECIPE, ["student.quality=1"])
+    with pytest.raises(InputError, match="quats"):
+        with_settings(RECIPE, ["student.lr.zzz=1"])
 
 
 @pytest.mark.parametrize(
@@ -58,18 +57,18 @@ def test_a_misspelt_setting_is_told_its_nearest_names_and_a_strange_one_all() ->
         "teacher.sh_degree=-1",
         "teacher.mini_splatting.sampled=0",
         "teacher.mcmc.growth=-1",
-        "student.final_rate=0",
-        "student.ssim_weight=7",
-        "student.opacity_rate=NaN",
-        "student.opacity_rate=Infinity",
-        "student.reassign_every=0",
-        "student.votes.quantile=1.5",
-        "student.votes.votes_per_interval=0",
-        "student.presence.least=2",
-        "student.color_latents=5",
+        "student.lr.final_factor=0",
+        "student.loss.ssim_weight=7",
+        "student.lr.opacities=NaN",
+        "student.lr.opacities=Infinity",
+        "student.schedule.reassign_every=0",
+        "student.pruning.votes.quantile=1.5",
+        "student.pruning.votes.votes_per_interval=0",
+        "student.pruning.masks.min_probability=2",
+        "student.color.latents=5",
     ],
 )
-def test_what_a_setting_cannot_be_is_said_at_once(setting: str) -> None:
+def test_values_out_of_range_are_refused(setting: str) -> None:
     path, _, value = setting.partition("=")
     *parents, name = path.split(".")
     sentence = f"in {'.'.join(parents)}, .*{name}.*must be .*not .*{value}".replace("NaN", "nan")
@@ -77,36 +76,59 @@ def test_what_a_setting_cannot_be_is_said_at_once(setting: str) -> None:
         with_settings(RECIPE, [setting])
 
 
-def test_settings_count_together() -> None:
-    books = with_settings(RECIPE, ["student.coding=nvq"])
-    recipe = with_settings(books, ["student.target_mb=1", "student.coding=sq"])
-    assert (recipe.student.target_mb, recipe.student.coding) == (1.0, "sq")
-    with pytest.raises(InputError, match=r"in student, target_mb 1.0 .* needs coding=sq"):
-        with_settings(books, ["student.target_mb=1"])
-    twice = with_settings(RECIPE, ["student.votes.share=0.1", "student.votes.share=0.2"])
-    assert twice.student.votes.share == 0.2
+def test_a_former_name_is_refused_with_its_new_name() -> None:
+    for setting in ("student.opacity_rate=0.02", "student.opacity-rate=0.02"):
+        with pytest.raises(InputError, match=r"is now called student\.lr\.opacities"):
+            with_settings(RECIPE, [setting])
+    for former, path in FORMER.items():
+        config = RECIPE
+        for name in path.split("."):
+            config = getattr(config, name)
+        with pytest.raises(InputError, match="is now called"):
+            with_settings(RECIPE, [f"{former}=1"])
+
+
+def test_settings_are_validated_together() -> None:
+    books = with_settings(RECIPE, ["student.quantization.method=nvq"])
+    recipe = with_settings(
+        books, ["student.quantization.target_mb=1", "student.quantization.method=sq"]
+    )
+    assert (recipe.student.quantization.target_mb, recipe.student.quantization.method) == (
+        1.0,
+        "sq",
+    )
+    with pytest.raises(
+        InputError, match=r"in student.quantization, target_mb 1.0 .* needs method=sq"
+    ):
+        with_settings(books, ["student.quantization.target_mb=1"])
+    twice = with_settings(
+        RECIPE, ["student.pruning.votes.share=0.1", "student.pruning.votes.share=0.2"]
+    )
+    assert twice.student.pruning.votes.share == 0.2
     for coding, latents in (("sq", 12), ("nvq", 6)):  # 9 harmonics depend on the direction
-        many = with_settings(RECIPE, [f"student.coding={coding}", "student.color_latents=40"])
-        assert many.student.color.latents == latents
+        many = with_settings(
+            RECIPE, [f"student.quantization.method={coding}", "student.color.latents=40"]
+        )
+        assert many.student.color_shape.latents == latents
     with pytest.raises(InputError, match="in student, sigma must be above 0"):
         with_settings(RECIPE, ["student.weighting.sigma=0"])
 
 
-def test_what_a_student_cannot_be_is_said_before_the_teacher_learns(
+def test_an_invalid_student_is_refused_before_the_teacher_trains(
     capture: Path, tmp_path: Path
 ) -> None:
     run = TrainRun(capture, tmp_path / "run", settings=(("student.blend=sorted",),))
-    with pytest.raises(InputError, match=r"set view\.kind=constant"):
+    with pytest.raises(InputError, match=r"set view_dependence\.kind=constant"):
         train_run(run)
     assert not (tmp_path / "run").exists()
 
 
-# --- runs that are there already
+# --- existing runs
 
 
 @pytest.fixture(scope="module")
 def other(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The capture's photos, from elsewhere."""
+    """The capture's photos with other poses."""
     dataset = load_capture(capture)
 
     def moved(frame):
@@ -116,13 +138,13 @@ def other(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     frames = {"train": [*map(moved, dataset.train)], "test": [*map(moved, dataset.test)]}
     folder = tmp_path_factory.mktemp("other") / "blobs"
-    write_sample(folder, replace(dataset, **frames))
+    write_capture(folder, replace(dataset, **frames))
     return folder
 
 
 @pytest.fixture
 def run(finished: Path, tmp_path: Path) -> Path:
-    """A finished run, to be spoilt."""
+    """A copy of a finished run, which a test may damage."""
     shutil.copytree(finished, tmp_path / "run")
     return tmp_path / "run"
 
@@ -134,7 +156,9 @@ def test_another_capture_is_not_mixed_with_a_run(
     if not measured:
         (run / "metrics.json").unlink()
     before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
-    with pytest.raises(InputError, match=r"blobs is not the capture that the run in .*run is of"):
+    with pytest.raises(
+        InputError, match=r"blobs is not the capture that the run in .*run trains on"
+    ):
         train_run(TrainRun(other, run, resume=True))
     assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
     moved = tmp_path / "elsewhere"
@@ -142,9 +166,9 @@ def test_another_capture_is_not_mixed_with_a_run(
     assert train_run(TrainRun(moved, run, resume=True))["student"]["gaussians"] > 0
 
 
-def test_a_finished_run_hears_what_contradicts_it(capture: Path, run: Path) -> None:
+def test_options_that_contradict_a_finished_run_are_refused(capture: Path, run: Path) -> None:
     for asked in (TrainRun(capture, run, seed=4), TrainRun(capture, run, steps=9)):
-        with pytest.raises(InputError, match="was begun with"):
+        with pytest.raises(InputError, match="was started with"):
             train_run(replace(asked, resume=True))
     (run / "metrics.json").write_text("{")
     with pytest.raises(InputError, match=r"metrics\.json is damaged .* delete it"):
@@ -152,9 +176,7 @@ def test_a_finished_run_hears_what_contradicts_it(capture: Path, run: Path) -> N
 
 
 @pytest.mark.parametrize("poses", [None, [0.0] * 11, ["x"] * 12])
-def test_a_configuration_whose_photos_are_damaged_is_refused(
-    capture: Path, run: Path, poses: object
-) -> None:
+def test_a_config_with_damaged_photos_is_refused(capture: Path, run: Path, poses: object) -> None:
     config = run / "config.json"
     content = json.loads(config.read_text())
     content["photos"]["poses"] = poses
@@ -163,21 +185,21 @@ def test_a_configuration_whose_photos_are_damaged_is_refused(
         train_run(TrainRun(capture, run, resume=True))
 
 
-def test_a_demo_leaves_another_run_alone(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_demo_does_not_touch_another_run(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo", "-o", str(run)]) == 2
     assert "holds a run of something else" in capsys.readouterr().err
     assert not (run / "capture").exists()
 
 
 @pytest.mark.parametrize("name", ["contact_sheet.png", "metrics.jsonl", "previews", "teacher.ply"])
-def test_files_of_somebody_else_are_kept(capture: Path, tmp_path: Path, name: str) -> None:
+def test_other_files_are_not_overwritten(capture: Path, tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("mine")
     with pytest.raises(InputError, match=f"{name} would be overwritten"):
         train_run(TrainRun(capture, tmp_path), recipe=RECIPE)
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
-# --- inputs that cannot be used
+# --- invalid inputs
 
 
 def test_an_empty_teacher_is_refused(capture: Path, finished: Path, tmp_path: Path) -> None:
@@ -188,29 +210,29 @@ def test_an_empty_teacher_is_refused(capture: Path, finished: Path, tmp_path: Pa
     assert not (tmp_path / "run").exists()
 
 
-def test_a_number_for_a_teacher_that_is_given_is_refused(tmp_path: Path) -> None:
+def test_max_splats_for_a_given_teacher_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="keeps its Gaussians: leave out --max-splats"):
-        resolved(TrainRun(tmp_path, tmp_path, teacher=tmp_path / "a.ply", max_splats=9), None)
+        resolve_recipe(TrainRun(tmp_path, tmp_path, teacher=tmp_path / "a.ply", max_splats=9))
 
 
 @pytest.mark.parametrize("seed", [-1, 1 << 32])
 def test_a_seed_out_of_range_is_refused(tmp_path: Path, seed: int) -> None:
-    with pytest.raises(InputError, match=f"not at {seed}"):
-        resolved(TrainRun(tmp_path, tmp_path, seed=seed), None)
+    with pytest.raises(InputError, match=f"not {seed}"):
+        resolve_recipe(TrainRun(tmp_path, tmp_path, seed=seed))
 
 
-def test_a_size_that_cannot_be_is_said(
+def test_an_unreachable_size_is_reported(
     capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    recipe = with_settings(RECIPE, ["student.target_mb=0.001"])
+    recipe = with_settings(RECIPE, ["student.quantization.target_mb=0.001"])
     train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
     said = capsys.readouterr().err
-    assert "MB, not the 0.001 asked for" in said
+    assert "MB, but target_mb is 0.001" in said
     photos = json.loads((tmp_path / "run" / "config.json").read_text())["photos"]
     assert len(photos["poses"]) == 12 and "9 photos of 24x20, 12 steps for the teacher" in said
 
 
-def test_pictures_never_take_the_place_of_photos(
+def test_rendered_images_never_overwrite_photos(
     capture: Path, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(capture, tmp_path / "capture")
@@ -225,14 +247,14 @@ def test_pictures_never_take_the_place_of_photos(
         assert picture.size == (24, 20)
 
 
-def test_a_place_where_nothing_can_be_written_is_told(
+def test_unusable_output_paths_are_refused(
     capture: Path, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").write_text("mine")
     scene = str(run / "scene.mgs")
     words = ["render", scene, "--capture", str(capture), "-o"]
     assert main([*words, str(tmp_path / "file")]) == 2
-    assert "there is a file in the way" in capsys.readouterr().err
+    assert "a file of that name" in capsys.readouterr().err
     assert main(["export", scene, "--to", "html", "-o", str(run)]) == 2
     assert "it is a folder" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"file is a file: give a folder"):

@@ -15,19 +15,19 @@ from mobilegs.camera import Camera, look_at
 from mobilegs.cli.main import main
 from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset
-from mobilegs.data.demo.capture import write_sample
+from mobilegs.data.demo.capture import write_capture
 from mobilegs.errors import InputError
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, read_mgs, write_mgs
 from mobilegs.pipeline import refit as refitting
 from mobilegs.pipeline.export_sorted import SortedExport, export_sorted
-from mobilegs.pipeline.refit import fit_of, refit, views_around, views_from
+from mobilegs.pipeline.refit import measure_fit, refit, views_around, views_from
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import PLAIN, Kind
 from mobilegs.train.student.trainer import Student
+from tests.support.scene_cases import Case, make_scene
 from tests.support.tiny import CPU, train
-from tests.web.test_decoder import Case, make_scene
 
 
 @pytest.fixture(autouse=True)
@@ -40,7 +40,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 def capture(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The photos that the student below has learned from, as COLMAP would leave them."""
     folder = tmp_path_factory.mktemp("capture") / "blobs"
-    write_sample(folder, dataset)
+    write_capture(folder, dataset)
     return folder
 
 
@@ -63,7 +63,7 @@ def student(
     if not trained:
         stage = make_student()
         train(stage, dataset, stage.steps)
-        write_mgs(path, stage.coded())
+        write_mgs(path, stage.quantized_scene())
         trained["bytes"] = path.read_bytes()
     path.write_bytes(trained["bytes"])
     return path
@@ -71,9 +71,9 @@ def student(
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few and small pictures from places that the program finds."""
-    monkeypatch.setattr(refitting, "SIDE", 32)
-    monkeypatch.setattr(refitting, "PLACES", 17)
+    """Few and small renders from placed cameras."""
+    monkeypatch.setattr(refitting, "SIDE_MAX", 32)
+    monkeypatch.setattr(refitting, "VIEWS", 17)
 
 
 def exported(student: Path, output: Path, kind: Kind = "ply", **how: Any) -> str:
@@ -87,43 +87,46 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
     return said
 
 
-def test_refitting_brings_a_sorted_scene_nearer_to_the_student(
+def test_a_refit_brings_the_sorted_scene_nearer_to_the_student(
     student: Path, capture: Path
 ) -> None:
     scene = read_mgs(student).decode(CPU)
     views = views_from(scene, load_capture(capture))
     found = refit(scene, views, seed=0)
-    fit = fit_of(scene, found, views)
+    fit = measure_fit(scene, found, views)
     assert fit.after > fit.before + 1
     assert len(found) == len(scene.gaussians)
     assert found.sh_degree == scene.gaussians.sh_degree
     assert not torch.equal(found.sh[:, 1:], scene.gaussians.sh[:, 1:])
     assert fit.photos is not None and fit.photos[1] > 20
-    assert f"{fit.after:.1f} dB against the scene's own pictures from {fit.places} held" in str(fit)
+    assert f"refitted to sorted blending: {fit.after:.1f} dB" in str(fit)
+    assert f"{fit.views} held-back" in str(fit)
 
 
-def test_the_pictures_that_measure_are_not_learned_from(student: Path, capture: Path) -> None:
+def test_test_images_are_not_trained_on(student: Path, capture: Path) -> None:
     data = load_capture(capture)
     views = views_from(read_mgs(student).decode(CPU), data)
-    names = [[frame.name for frame in frames] for frames in (views.own.train, views.own.test)]
+    names = [
+        [frame.name for frame in frames] for frames in (views.renders.train, views.renders.test)
+    ]
     assert names == [[frame.name for frame in frames] for frames in (data.train, data.test)]
 
 
-def test_the_file_that_is_read_back_gives_the_figure(
+def test_the_reported_psnr_is_that_of_the_file(
     student: Path, capture: Path, tmp_path: Path
 ) -> None:
-    """Also that of a .spz, which keeps less than was fitted."""
+    """A .spz stores less than was fitted, so it is measured after reading it back."""
     scene = read_mgs(student).decode(CPU)
     views = views_from(scene, load_capture(capture))
     for kind in ("ply", "spz"):
         there = tmp_path / f"there.{kind}"
         said = exported(student, there, kind, capture=capture)
-        told = re.search(r"([\d.]+) dB against the scene's own .* ([\d.]+) dB before", said)
+        told = re.search(r"blending: ([\d.]+) dB \(before: ([\d.]+) dB\)", said)
         assert told is not None
         found = Scene(PLAIN[there.suffix](there), background=scene.background)
-        assert evaluate(found, views.own)["psnr"] == pytest.approx(float(told[1]), abs=0.06)
+        assert evaluate(found, views.renders)["psnr"] == pytest.approx(float(told[1]), abs=0.06)
         before = Scene(scene.gaussians, background=scene.background)
-        assert evaluate(before, views.own)["psnr"] == pytest.approx(float(told[2]), abs=0.06)
+        assert evaluate(before, views.renders)["psnr"] == pytest.approx(float(told[2]), abs=0.06)
 
 
 def test_the_same_seed_gives_the_same_file(student: Path, capture: Path, tmp_path: Path) -> None:
@@ -133,22 +136,22 @@ def test_the_same_seed_gives_the_same_file(student: Path, capture: Path, tmp_pat
     assert one.read_bytes() == again.read_bytes() != other.read_bytes()
 
 
-def test_without_a_capture_places_are_found(
+def test_without_a_capture_cameras_are_placed(
     small: None, student: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = read_mgs(student).decode(CPU)
     views = views_around(scene, [], seed=0)
-    assert (len(views.own.train), len(views.own.test)) == (14, 3)
+    assert (len(views.renders.train), len(views.renders.test)) == (14, 3)
     assert views.photos is None
-    monkeypatch.setattr(refitting, "PLACES", 80)
+    monkeypatch.setattr(refitting, "VIEWS", 80)
     said = exported(student, tmp_path / "there.ply")
-    assert "from 10 held-back places" in said and "photos" not in said
+    assert "10 held-back" in said and "photos" not in said
     told = [float(figure) for figure in re.findall(r"([\d.]+) dB", said)]
     assert told[0] > told[1]
 
 
-def test_places_lie_among_the_file_s_own_cameras(small: None, student: Path) -> None:
-    """All of them where the scene was seen from one side, half of them else."""
+def test_cameras_are_placed_between_those_of_the_file(small: None, student: Path) -> None:
+    """All of them if the scene was seen from one side, otherwise half of them."""
     scene = read_mgs(student).decode(CPU)
     K = torch.tensor([[28.0, 0, 12], [0, 28, 12], [0, 0, 1]])
     up = torch.tensor([0.0, 0, 1])
@@ -158,7 +161,7 @@ def test_places_lie_among_the_file_s_own_cameras(small: None, student: Path) -> 
         return [Camera(look_at(eye, torch.zeros(3), up), K, 24, 24) for eye in eyes]
 
     def away(given: list[Camera]) -> torch.Tensor:
-        own = views_around(scene, given, seed=0).own
+        own = views_around(scene, given, seed=0).renders
         eyes = torch.stack([frame.camera.position for frame in [*own.train, *own.test]])
         return torch.cdist(eyes, torch.stack([camera.position for camera in given])).amin(1)
 
@@ -169,7 +172,7 @@ def test_places_lie_among_the_file_s_own_cameras(small: None, student: Path) -> 
     assert away(one_side[:1]).max() > 1
 
 
-def test_in_a_run_the_run_s_capture_is_looked_at(
+def test_a_scene_in_its_run_uses_the_capture_of_the_run(
     small: None, student: Path, capture: Path, tmp_path: Path
 ) -> None:
     config = student.with_name("config.json")
@@ -184,12 +187,12 @@ def test_in_a_run_the_run_s_capture_is_looked_at(
         assert "against photos" not in exported(student, tmp_path / "there.ply")
 
 
-def test_the_figures_are_in_the_header(student: Path, capture: Path, tmp_path: Path) -> None:
+def test_the_psnr_is_noted_in_the_header(student: Path, capture: Path, tmp_path: Path) -> None:
     kinds: tuple[Kind, ...] = ("ply", "sog", "glb", "spz")
     said = {
         kind: exported(student, tmp_path / f"there.{kind}", kind, capture=capture) for kind in kinds
     }
-    notes = {kind: text.partition(" is ")[2] for kind, text in said.items()}
+    notes = {kind: text.partition(": ")[2] for kind, text in said.items()}
     head = (tmp_path / "there.ply").read_bytes()[:4000].decode("latin1")
     assert f"\ncomment mobilegs {notes['ply']}\n" in head
     assert "\ncomment SplatRenderMode: default\n" in head
@@ -206,21 +209,21 @@ def test_the_figures_are_in_the_header(student: Path, capture: Path, tmp_path: P
     assert b"refitted" not in plain.read_bytes()[:4000]
 
 
-def test_where_the_teacher_is_at_hand_it_goes_first(
+def test_the_teacher_of_a_run_is_exported_instead(
     student: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     teacher, there = student.with_name("teacher.ply"), tmp_path / "there.ply"
     write_ply(teacher, read_mgs(student).decode(CPU).gaussians.select(slice(7)))
     student.with_name("metrics.json").write_text("{}")
     before = teacher.read_bytes()
-    assert "goes in its place" in exported(student, there)
+    assert f"wrote {teacher} instead" in exported(student, there)
     assert len(read_ply(there)) == 7
-    assert "refitted for viewers" in exported(student, there, refit=True, capture=capture)
+    assert "refitted to sorted" in exported(student, there, refit=True, capture=capture)
     assert len(read_ply(there)) == len(read_mgs(student))
     words = ["export", student, "--to", "ply", "-o"]
-    assert "add --refit" in refusal(capsys, *words, there, "--capture", capture)
+    assert "you add --refit" in refusal(capsys, *words, there, "--capture", capture)
     said = refusal(capsys, *words, teacher, "--refit", "--capture", capture)
-    assert "would be lost" in said
+    assert "would be overwritten" in said
     assert teacher.read_bytes() == before
 
 
@@ -234,7 +237,7 @@ def test_the_command_line_refits(
     assert main(["export", str(student), "--to", "spz", "-o", str(there)]) == 0
     said = capsys.readouterr().out.splitlines()
     assert len(said) == 2
-    assert said[0].startswith(f"{student} is refitted for viewers that sort: ")
+    assert said[0].startswith(f"{student}: refitted to sorted blending: ")
     assert said[1] == f"{there}: {there.stat().st_size:,} bytes"
 
 
@@ -248,14 +251,14 @@ def test_a_sorted_scene_is_not_refitted(
         words = ["export", scene, "--to", "glb", "-o", tmp_path / "there.glb"]
         for more in (["--refit"], ["--capture", capture], ["--seed", 1], ["--device", "cpu"]):
             said = refusal(capsys, *words, *more)
-            assert "a sorted splat already" in said and more[0] in said
+            assert "already made for sorted blending" in said and more[0] in said
         assert not (tmp_path / "there.glb").exists()
         assert main([str(word) for word in words]) == 0
         (tmp_path / "there.glb").unlink()
         assert "refitted" not in capsys.readouterr().out
 
 
-def test_what_cannot_be_refitted_gets_a_sentence_and_leaves_nothing(
+def test_invalid_refits_give_one_sentence_and_write_nothing(
     student: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     there, folder = tmp_path / "there.ply", tmp_path / "folder.ply"
@@ -264,7 +267,7 @@ def test_what_cannot_be_refitted_gets_a_sentence_and_leaves_nothing(
     assert "it is a folder" in refusal(capsys, *words, folder)
     assert "no capture at" in refusal(capsys, *words, there, "--capture", tmp_path / "gone")
     assert "seed" in refusal(capsys, *words, there, "--seed", -1)
-    assert "a name that ends so" in refusal(capsys, *words, tmp_path / "there.spz")
+    assert "does not end in .ply" in refusal(capsys, *words, tmp_path / "there.spz")
     page = ["export", student, "--to", "html", "-o", tmp_path / "page.html"]
     assert "leave out --refit" in refusal(capsys, *page, "--refit")
     assert "leave out --refit" in refusal(capsys, *page, "--device", "cpu")
@@ -275,7 +278,7 @@ def test_what_cannot_be_refitted_gets_a_sentence_and_leaves_nothing(
     assert {path.name for path in tmp_path.iterdir()} == {"alone", "folder.ply"}
 
 
-def test_a_capture_of_something_else_is_refused(student: Path, capture: Path) -> None:
+def test_a_capture_of_another_scene_is_refused(student: Path, capture: Path) -> None:
     scene, data = read_mgs(student).decode(CPU), load_capture(capture)
     scene.gaussians.means += 1000.0
     with pytest.raises(InputError, match="show nothing of this scene"):
@@ -284,18 +287,20 @@ def test_a_capture_of_something_else_is_refused(student: Path, capture: Path) ->
         views_from(scene, replace(data, test=[]))
 
 
-def test_large_photos_and_many_become_small_and_few(
+def test_photos_are_reduced_in_size_and_number(
     student: Path, capture: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(refitting, "SIDE", 12)
-    monkeypatch.setattr(refitting, "LEARNED", 2)
+    monkeypatch.setattr(refitting, "SIDE_MAX", 12)
+    monkeypatch.setattr(refitting, "TRAIN_MAX", 2)
     data = load_capture(capture)
     views = views_from(read_mgs(student).decode(CPU), data)
-    assert [frame.name for frame in views.own.train] == [data.train[i].name for i in (0, -1)]
-    assert {(frame.camera.width, frame.camera.height) for frame in views.own.train} == {(12, 12)}
+    assert [frame.name for frame in views.renders.train] == [data.train[i].name for i in (0, -1)]
+    assert {(frame.camera.width, frame.camera.height) for frame in views.renders.train} == {
+        (12, 12)
+    }
 
 
-def test_interrupting_leaves_what_was_there(
+def test_an_interrupted_refit_keeps_the_old_file(
     student: Path,
     capture: Path,
     tmp_path: Path,

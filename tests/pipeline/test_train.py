@@ -1,4 +1,4 @@
-"""Whole runs: what they leave, what they refuse, and that stopping them costs nothing."""
+"""Whole runs: their files, their errors, and bit-exact resume."""
 
 import json
 import os
@@ -10,29 +10,17 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-import tyro
 from PIL import Image
 
-from mobilegs.cli.main import CONFIG
+from mobilegs.cli.options import call
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import inspect_mgs
 from mobilegs.pipeline import train
-from mobilegs.pipeline.train import TrainRun, as_options, resolved, train_run
-from mobilegs.train.recipes import RECIPES, Recipe, from_json, with_settings, with_steps
-from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.teacher.densify import DensifyConfig
-from mobilegs.train.teacher.trainer import TeacherConfig
+from mobilegs.pipeline.train import TrainRun, options_as_json, resolve_recipe, train_run
+from mobilegs.train.recipes import RECIPES, PresetName, Recipe, from_json, with_settings, with_steps
+from tests.support.runs import RECIPE
 
-RECIPE = Recipe(
-    TeacherConfig(
-        steps=12,
-        max_splats=50,
-        init_splats=40,
-        densify=DensifyConfig(min_interval=3, prune_scale=0.0),
-    ),
-    StudentConfig(steps=18, regression_steps=3),
-)
 OUTPUTS = {
     "config.json",
     "contact_sheet.png",
@@ -44,16 +32,8 @@ OUTPUTS = {
 }
 
 
-@pytest.fixture(scope="session")
-def finished(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run that nobody stopped."""
-    output = tmp_path_factory.mktemp("finished") / "run"
-    train_run(TrainRun(capture, output), recipe=RECIPE)
-    return output
-
-
 def stopped_after(steps: int, run: TrainRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Start `run` and have it told to stop during its step number `steps` of all."""
+    """Start `run` and interrupt it during step `steps`, counted over both stages."""
     taken = 0
     for kind in (train.Teacher, train.Student):
 
@@ -70,7 +50,7 @@ def stopped_after(steps: int, run: TrainRun, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.undo()
 
 
-def test_a_run_leaves_what_it_promises(finished: Path) -> None:
+def test_a_run_leaves_its_files(finished: Path) -> None:
     assert {path.name for path in finished.iterdir()} == OUTPUTS
     with Image.open(finished / "contact_sheet.png") as sheet:
         assert sheet.width > 0
@@ -78,7 +58,7 @@ def test_a_run_leaves_what_it_promises(finished: Path) -> None:
     assert {"teacher_000012.png", "student_000018.png"} <= previews
 
 
-def test_the_figures_are_those_of_the_file(finished: Path) -> None:
+def test_the_metrics_describe_the_file(finished: Path) -> None:
     metrics = json.loads((finished / "metrics.json").read_text())
     assert metrics["student"]["file_bytes"] == (finished / "scene.mgs").stat().st_size
     for name in ("teacher", "student"):
@@ -88,19 +68,19 @@ def test_the_figures_are_those_of_the_file(finished: Path) -> None:
     assert metrics["peak_memory_mib"] > 0 and metrics["image_size"] == [24, 20]
 
 
-def test_the_file_says_where_it_comes_from_and_has_the_layers_asked_for(
+def test_the_file_has_notes_and_the_given_lod_levels(
     capture: Path, finished: Path, tmp_path: Path
 ) -> None:
     found = inspect_mgs(finished / "scene.mgs")
     assert "layers" not in found
     assert found["meta"]["photos"].endswith("of 24x20") and found["meta"]["student_steps"] == 18
-    recipe = with_settings(RECIPE, ["student.layers=2"])
+    recipe = with_settings(RECIPE, ["student.quantization.lod_levels=2"])
     train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
     again = inspect_mgs(tmp_path / "run" / "scene.mgs")
     assert len(again["layers"]) == 2 and sum(again["layers"]) == found["gaussians"]
 
 
-def test_the_journal_has_both_stages_in_order(finished: Path) -> None:
+def test_the_log_has_both_stages_in_order(finished: Path) -> None:
     rows = [json.loads(line) for line in (finished / "metrics.jsonl").read_text().splitlines()]
     steps = [(row["stage"], row["step"]) for row in rows if "loss" in row]
     expected = [("teacher", i) for i in range(1, 13)] + [("student", i) for i in range(1, 19)]
@@ -120,7 +100,7 @@ def test_two_runs_with_one_seed_give_the_same_bytes(
 
 
 @pytest.mark.parametrize("steps", [7, 12, 29])
-def test_a_run_stopped_by_ctrl_c_ends_in_the_same_bytes(
+def test_a_run_resumed_after_ctrl_c_ends_in_the_same_bytes(
     capture: Path, finished: Path, tmp_path: Path, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = TrainRun(capture, tmp_path / "run", resume=True)
@@ -136,12 +116,20 @@ def test_a_run_stopped_by_ctrl_c_ends_in_the_same_bytes(
 def test_a_run_that_is_killed_can_be_resumed(capture: Path, finished: Path, tmp_path: Path) -> None:
     program = (
         "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[3])\n"
-        "from tests.pipeline.test_train import RECIPE, TrainRun, train_run\n"
+        "from mobilegs.pipeline.train import TrainRun, train_run\n"
+        "from tests.support.runs import RECIPE\n"
         "run = TrainRun(Path(sys.argv[1]), Path(sys.argv[2]), checkpoint_seconds=0.0)\n"
         "train_run(run, recipe=RECIPE)\n"
     )
     run = tmp_path / "run"
-    arguments = [sys.executable, "-c", program, str(capture), str(run), str(Path(__file__).parents[2])]
+    arguments = [
+        sys.executable,
+        "-c",
+        program,
+        str(capture),
+        str(run),
+        str(Path(__file__).parents[2]),
+    ]
     process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     deadline = time.monotonic() + 60
     while not (run / "checkpoint.safetensors").exists():
@@ -155,7 +143,7 @@ def test_a_run_that_is_killed_can_be_resumed(capture: Path, finished: Path, tmp_
     assert (run / "scene.mgs").read_bytes() == (finished / "scene.mgs").read_bytes()
 
 
-def test_a_finished_run_is_not_begun_again(capture: Path, finished: Path) -> None:
+def test_resuming_a_finished_run_changes_nothing(capture: Path, finished: Path) -> None:
     before = (finished / "scene.mgs").stat().st_mtime_ns
     metrics = train_run(TrainRun(capture, finished, resume=True))
     assert metrics == json.loads((finished / "metrics.json").read_text())
@@ -172,18 +160,18 @@ def test_a_resumed_run_keeps_its_options(
 ) -> None:
     run = TrainRun(capture, tmp_path / "run", seed=3)
     stopped_after(2, run, monkeypatch)
-    with pytest.raises(InputError, match="begun with seed 3, not 4"):
+    with pytest.raises(InputError, match="started with seed 3, not 4"):
         train_run(replace(run, seed=4, resume=True))
 
 
-def test_an_unfitting_teacher_is_noticed_on_resuming(
+def test_another_teacher_is_refused_on_resuming(
     capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = TrainRun(capture, tmp_path / "run", resume=True)
     stopped_after(14, run, monkeypatch)
     path = tmp_path / "run" / "teacher.ply"
     write_ply(path, read_ply(path).select(slice(0, 5)))
-    with pytest.raises(InputError, match="not the one that this run's student learns from"):
+    with pytest.raises(InputError, match="is not the teacher"):
         train_run(run)
 
 
@@ -210,7 +198,7 @@ def test_a_damaged_configuration_is_refused(capture: Path, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("name", list(RECIPES))
-def test_a_recipe_survives_json(name: str) -> None:
+def test_a_recipe_survives_json(name: PresetName) -> None:
     recipe = RECIPES[name]()
     assert from_json(Recipe, json.loads(json.dumps(asdict(recipe)))) == recipe
 
@@ -220,7 +208,7 @@ def test_the_paper_has_thirty_thousand_steps_each() -> None:
     assert recipe.teacher.steps == recipe.student.steps == 30_000
 
 
-def test_steps_are_shared_out_as_the_recipe_has_them() -> None:
+def test_steps_are_divided_in_the_proportion_of_the_recipe() -> None:
     longer = with_steps(RECIPE, 300)
     assert (longer.teacher.steps, longer.student.steps) == (120, 180)
     assert with_steps(RECIPE, 2).student.steps == 1
@@ -235,7 +223,7 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
         views_per_step=3,
         settings=(("teacher.densify.gradient=1e-3",), ("student.weighting.name=no_depth",)),
     )
-    recipe = resolved(run, None)
+    recipe = resolve_recipe(run)
     assert recipe.teacher.max_splats == 77
     assert recipe.teacher.views_per_step == recipe.student.views_per_step == 3
     assert recipe.teacher.densify.gradient == 1e-3
@@ -243,21 +231,22 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
 
 
 def test_settings_may_be_given_together_or_one_by_one(tmp_path: Path) -> None:
-    words = "--set student.quat_rate=1 student.scale_rate=2 --set student.view.kind=free".split()
-    run = tyro.cli(TrainRun, args=["capture", "-o", str(tmp_path), *words], config=CONFIG)
-    student = resolved(run, None).student
-    assert (student.quat_rate, student.scale_rate, student.view.kind) == (1, 2, "free")
-    written = as_options(run)
+    text = "--set student.lr.quats=1 student.lr.scales=2 --set student.view_dependence.kind=free"
+    words = text.split()
+    run = call(TrainRun, ["capture", "-o", str(tmp_path), *words], verb="train")
+    student = resolve_recipe(run).student
+    assert (student.lr.quats, student.lr.scales, student.view_dependence.kind) == (1, 2, "free")
+    written = options_as_json(run)
     assert json.loads(json.dumps(written)) == written
     assert written["settings"] == [words[1], words[2], words[4]]
 
 
 @pytest.mark.parametrize("name", list(RECIPES))
-def test_a_method_changes_how_the_teacher_is_trained_and_no_lengths(name, tmp_path: Path) -> None:
-    plain = resolved(TrainRun(tmp_path, tmp_path, preset=name), None)
+def test_a_method_changes_the_teachers_strategy_but_no_lengths(name, tmp_path: Path) -> None:
+    plain = resolve_recipe(TrainRun(tmp_path, tmp_path, preset=name))
     strategies = {}
     for method in ("3dgs", "mini-splatting", "mcmc"):
-        recipe = resolved(TrainRun(tmp_path, tmp_path, preset=name, method=method), None)
+        recipe = resolve_recipe(TrainRun(tmp_path, tmp_path, preset=name, method=method))
         strategies[method] = recipe.teacher.densify.strategy
         assert recipe.student == plain.student and recipe.teacher.steps == plain.teacher.steps
         assert recipe.teacher.max_splats == plain.teacher.max_splats
@@ -268,7 +257,7 @@ def test_the_papers_teacher_is_mini_splatting() -> None:
     assert RECIPES["gpu"]().teacher.densify.strategy == "mini_splatting"
 
 
-def test_a_method_for_a_teacher_that_is_given_is_refused(tmp_path: Path) -> None:
+def test_a_method_for_a_given_teacher_is_refused(tmp_path: Path) -> None:
     run = TrainRun(tmp_path, tmp_path, method="mcmc", teacher=tmp_path / "scene.ply")
     with pytest.raises(InputError, match="trained already"):
-        resolved(run, None)
+        resolve_recipe(run)

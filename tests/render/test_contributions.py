@@ -1,4 +1,4 @@
-"""Who a picture owes its light to: the definition by its meaning, the kernel by the definition."""
+"""Contributions: the reference on cases with known results, the kernel against the reference."""
 
 import pytest
 import torch
@@ -6,24 +6,23 @@ import torch
 from mobilegs.camera import Camera
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
-from mobilegs.render import measure_contributions, render_sorted
+from mobilegs.render import Backend, measure_contributions, render_sorted
 from mobilegs.render.kernels import cpu
-from tests.render.test_kernels import BAD
 from tests.support.contributions import assert_agrees, compare_case, kernel_inputs
-from tests.support.golden import BASE, CASES, with_rows
+from tests.support.golden import BASE, CASES, INVALID, with_rows
 from tests.support.scenes import SORTED, as_float32, camera, random_scene
 
-BOTH = ["definition", "kernel"]
+BOTH = ["reference", "kernel"]
 
 
-def measured(scene, view, backend="definition"):
-    dtype = torch.float64 if backend == "definition" else torch.float32
+def measured(scene, view, backend: Backend = "reference"):
+    dtype = torch.float64 if backend == "reference" else torch.float32
     flat = [scene[name].to(dtype) for name in SORTED[:4]]
     return measure_contributions(*flat, camera=view.to(dtype=dtype), backend=backend)
 
 
 def row_of_two(first: float, second: float) -> tuple[dict, Camera]:
-    """A pixel that looks at two flat Gaussians, the first (index 1) in front of the second (0)."""
+    """Return two flat Gaussians in a camera of one pixel, the first (index 1) in front."""
     view = Camera(torch.eye(4).double(), torch.eye(3).double() * 0.5, 1, 1)
     scene = {
         "means": torch.tensor([[0.0, 0, 3], [0, 0, 2]]).double(),
@@ -37,12 +36,12 @@ def row_of_two(first: float, second: float) -> tuple[dict, Camera]:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_kernel_agrees_with_its_definition(case):
+def test_the_kernel_agrees_with_the_reference(case):
     compare_case(case, cpu.measure_contributions)
 
 
 @pytest.mark.parametrize("backend", BOTH)
-def test_shares_are_those_of_two_gaussians_in_a_pixel(backend):
+def test_two_gaussians_in_a_pixel_have_the_expected_shares(backend):
     found = measured(*row_of_two(0.25, 0.5), backend)
     torch.testing.assert_close(found.weights.double(), torch.tensor([0.375, 0.25]).double())
     assert found.touched.tolist() == [1, 1] and found.largest.tolist() == [1, 0]
@@ -50,7 +49,7 @@ def test_shares_are_those_of_two_gaussians_in_a_pixel(backend):
     torch.testing.assert_close(found.alpha.double(), torch.tensor([[0.625]]).double())
 
 
-def test_of_equal_shares_the_nearer_ones_wins():
+def test_the_nearer_of_two_equal_shares_wins():
     pairs = [(a / 97, a / (97 - a)) for a in range(10, 40)]
     scene, view = row_of_two(*next((a, b) for a, b in pairs if b * (1 - a) == a))
     found = measured(scene, view)
@@ -58,14 +57,14 @@ def test_of_equal_shares_the_nearer_ones_wins():
 
 
 @pytest.mark.parametrize("backend", BOTH)
-def test_behind_an_opaque_wall_nothing_has_a_share(backend):
+def test_gaussians_behind_an_opaque_wall_have_no_share(backend):
     scene, view = as_float32(random_scene(40, seed=1)), camera()
     axis = view.viewmat[2, :3]
     rows = torch.arange(30)
     scene["means"][rows] = view.position + axis * (0.5 + 0.01 * rows[:, None])
     scene["scales"][rows], scene["opacities"][rows] = 3.0, 1.0
     found = measured(scene, view, backend)
-    # 0.99 in front leaves 1e-2, then 1e-4, then less than what a third needs or just as much
+    # T = 1e-2 behind the first, about 1e-4 behind the second: the third may or may not count
     assert (found.touched[:2] == view.width * view.height).all()
     assert (found.touched[3:] == 0).all() and (found.weights[3:] == 0).all()
     assert (found.winner == 0).all() and found.largest[0] == view.width * view.height
@@ -73,7 +72,7 @@ def test_behind_an_opaque_wall_nothing_has_a_share(backend):
 
 @pytest.mark.parametrize("backend", BOTH)
 @pytest.mark.parametrize("case", ["empty scene", "nothing in view"])
-def test_a_picture_that_nothing_touches_has_no_winners(case, backend):
+def test_an_empty_image_has_no_winners(case, backend):
     scene, view = CASES[case]
     found = measured(scene, view, backend)
     assert (found.winner == -1).all() and (found.alpha == 0).all()
@@ -83,20 +82,20 @@ def test_a_picture_that_nothing_touches_has_no_winners(case, backend):
 
 
 @pytest.mark.parametrize("backend", BOTH)
-@pytest.mark.parametrize("bad", [name for name in BAD if name != "NaN colour"])
-def test_a_gaussian_that_is_not_finite_has_no_share(bad, backend):
+@pytest.mark.parametrize("bad", [name for name in INVALID if name != "NaN colour"])
+def test_a_gaussian_with_a_value_that_is_not_finite_has_no_share(bad, backend):
     scene, view = as_float32(BASE), camera()
     rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(BAD[bad].values()))[0]] = False
+    rows[next(iter(INVALID[bad].values()))[0]] = False
     expected = measured({name: value[rows] for name, value in scene.items()}, view, backend)
-    found = measured(with_rows(scene, **BAD[bad]), view, backend)
+    found = measured(with_rows(scene, **INVALID[bad]), view, backend)
     torch.testing.assert_close(found.weights[rows], expected.weights)
     assert torch.equal(found.touched[rows], expected.touched)
     assert (found.weights[~rows] == 0).all() and (found.largest[~rows] == 0).all()
 
 
 @pytest.mark.parametrize("backend", BOTH)
-def test_the_shares_are_those_of_the_picture(backend):
+def test_shares_add_up_to_the_alpha_of_the_image(backend):
     scene, view = as_float32(random_scene(80, seed=2)), camera()
     found = measured(scene, view, backend)
     dtype = found.alpha.dtype
@@ -123,8 +122,8 @@ def test_results_do_not_depend_on_the_number_of_threads():
 def test_every_built_instruction_set_agrees(level, monkeypatch):
     if not binding.LEVELS[level] <= binding.cpu_flags() or binding.built_library(level) is None:
         pytest.skip(f"{level} does not run here")
-    native = cpu.library(level)
-    monkeypatch.setattr(cpu, "library", lambda: native)
+    library = cpu.library(level)
+    monkeypatch.setattr(cpu, "library", lambda: library)
     for case in ("several tiles", "around the camera", "opaque"):
         compare_case(case, cpu.measure_contributions)
 
@@ -137,7 +136,7 @@ def test_long_lists_agree():
     assert_agrees(cpu.measure_contributions(struct, *inputs), scene, view)
 
 
-def test_inputs_that_do_not_belong_together_are_refused():
+def test_inputs_of_the_wrong_shape_are_refused():
     struct, inputs = kernel_inputs(BASE, camera())
     inputs[3] = inputs[3][:-1]
     with pytest.raises(InputError, match="expected"):

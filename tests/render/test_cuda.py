@@ -1,13 +1,13 @@
-"""The CUDA kernels on a GPU, against the float64 definitions on the CPU."""
+"""The CUDA kernels on a GPU, against the float64 reference on the CPU."""
 
 import pytest
 import torch
 
 from mobilegs.render import measure_contributions, render_sorted, visible_rows
 from mobilegs.render.kernels import cuda
-from tests.render.test_kernels import BAD, compare
 from tests.support.contributions import compare_case
-from tests.support.golden import BASE, CASES, DETACHED, RENDERERS, names_of, with_rows
+from tests.support.golden import BASE, CASES, DETACHED, INVALID, RENDERERS, input_names, with_rows
+from tests.support.kernels import compare_with_reference
 from tests.support.scenes import (
     SORTED,
     as_float32,
@@ -24,7 +24,7 @@ pytestmark = [
 BOTH = ["sorted", "mobile_gs"]
 
 
-def draw(scene, view, renderer, *, device="cuda"):
+def render_all(scene, view, renderer, *, device="cuda"):
     render, options = RENDERERS[renderer]
     given = {"cotangents": cotangents(view), "backend": "kernel", "device": device, **options}
     outputs, grads = render_with_grads(render, scene, view, dtype=torch.float32, **given)
@@ -33,20 +33,20 @@ def draw(scene, view, renderer, *, device="cuda"):
 
 @pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
 @pytest.mark.parametrize("case", CASES)
-def test_cuda_kernel_agrees_with_its_definition(case, renderer):
-    compare(case, renderer, device="cuda")
+def test_the_cuda_kernel_agrees_with_the_reference(case, renderer):
+    compare_with_reference(case, renderer, device="cuda")
 
 
 @pytest.mark.parametrize("renderer", BOTH)
-@pytest.mark.parametrize("bad", BAD)
-def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
+@pytest.mark.parametrize("bad", INVALID)
+def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
     view, scene = camera(), as_float32(BASE)
     rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(BAD[bad].values()))[0]] = False
-    expected = draw({name: value[rows] for name, value in scene.items()}, view, renderer)
-    found = draw(with_rows(scene, **BAD[bad]), view, renderer)
+    rows[next(iter(INVALID[bad].values()))[0]] = False
+    expected = render_all({name: value[rows] for name, value in scene.items()}, view, renderer)
+    found = render_all(with_rows(scene, **INVALID[bad]), view, renderer)
     for name, value in expected.items():
-        is_input = name in names_of(renderer)
+        is_input = name in input_names(renderer)
         part = found[name][rows] if is_input else found[name]
         torch.testing.assert_close(part, value, rtol=1e-5, atol=1e-6)
         assert not is_input or (found[name][~rows] == 0).all(), name
@@ -55,9 +55,12 @@ def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
 @pytest.mark.parametrize("renderer", BOTH)
 def test_a_large_scene_agrees_with_the_cpu_kernels(renderer):
     scene, view = as_float32(random_scene(30_000, seed=21)), camera(640, 427)
-    scene["scales"][:5] = 3.0  # boxes that take a whole block
+    scene["scales"][:5] = 3.0  # boxes large enough for a whole block
     scene["scales"][5:] *= 0.3
-    found, expected = draw(scene, view, renderer), draw(scene, view, renderer, device="cpu")
+    found, expected = (
+        render_all(scene, view, renderer),
+        render_all(scene, view, renderer, device="cpu"),
+    )
     for name, value in expected.items():
         error = (found[name] - value).norm() / value.norm()
         print(f"{name:10s} relative L2 {error:.2e}")
@@ -68,33 +71,33 @@ def test_a_large_scene_agrees_with_the_cpu_kernels(renderer):
 def test_two_runs_give_the_same_bits(renderer):
     scene, view = as_float32(random_scene(30_000, seed=22)), camera(640, 427)
     scene["scales"][:5] = 3.0
-    first = draw(scene, view, renderer)
+    first = render_all(scene, view, renderer)
     for _ in range(3):
-        for name, value in draw(scene, view, renderer).items():
+        for name, value in render_all(scene, view, renderer).items():
             assert torch.equal(value, first[name]), name
 
 
 @pytest.mark.parametrize("renderer", BOTH)
-def test_a_stream_of_its_own_gives_the_same_picture(renderer):
+def test_another_stream_gives_the_same_image(renderer):
     scene, view = as_float32(random_scene(3000, seed=23)), camera(160, 120)
-    first = draw(scene, view, renderer)
+    first = render_all(scene, view, renderer)
     stream = torch.cuda.Stream()
     stream.wait_stream(torch.cuda.current_stream())
     with torch.cuda.stream(stream):
-        second = draw(scene, view, renderer)
+        second = render_all(scene, view, renderer)
     stream.synchronize()
     for name, value in first.items():
         assert torch.equal(value, second[name]), name
 
 
-def test_visible_rows_are_those_of_the_cpu():
+def test_visible_rows_are_the_same_as_on_the_cpu():
     scene = {n: v.float() for n, v in random_scene(3000, seed=24, spread=4.0).items()}
     flat, view = [scene[n] for n in SORTED[:3]], camera().to(dtype=torch.float32)
     found = visible_rows(*[t.to("cuda") for t in flat], camera=view)
     assert torch.equal(found.cpu(), visible_rows(*flat, camera=view))
 
 
-def test_a_camera_on_the_gpu_draws_the_same_picture():
+def test_a_camera_on_the_gpu_gives_the_same_image():
     scene = {n: v.float().to("cuda") for n, v in random_scene(300, seed=25).items()}
     flat, view = [scene[n] for n in SORTED], camera().to(dtype=torch.float32)
     background = torch.zeros(3, device="cuda")
@@ -104,11 +107,11 @@ def test_a_camera_on_the_gpu_draws_the_same_picture():
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_contributions_agree_with_their_definition(case):
+def test_contributions_agree_with_the_reference(case):
     compare_case(case, cuda.measure_contributions, device="cuda")
 
 
-def test_contributions_have_the_same_bits_twice_and_those_of_the_cpu_but_for_rounding():
+def test_contributions_are_reproducible_and_close_to_those_of_the_cpu():
     scene = {n: v.float() for n, v in random_scene(30_000, seed=26).items()}
     scene["scales"] *= 0.3
     flat, view = [scene[n] for n in SORTED[:4]], camera(640, 427).to(dtype=torch.float32)

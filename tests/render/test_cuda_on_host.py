@@ -1,6 +1,6 @@
-"""The CUDA kernels and what launches them, executed on the CPU, against the definitions.
+"""The CUDA kernels and their launcher, emulated on the CPU, against the reference.
 
-What this cannot show: races between blocks or within a warp, the GPU's own rounding, speed.
+The emulation shows neither races between blocks or within a warp nor the rounding of a GPU.
 """
 
 import pytest
@@ -11,19 +11,20 @@ from mobilegs.errors import InputError
 from mobilegs.render import Weighting, render_sorted
 from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.kernel_view import kernel_view
-from tests.render.test_kernels import BAD, compare
 from tests.support.contributions import compare_case, kernel_inputs
 from tests.support.cuda_on_host import COMPILER, HostKernels
 from tests.support.golden import (
     BASE,
     CASES,
     DETACHED,
+    INVALID,
     RENDERERS,
-    constant,
-    least_alpha,
-    names_of,
+    alpha_min_of,
+    input_names,
+    isotropic_lobes,
     with_rows,
 )
+from tests.support.kernels import compare_with_reference
 from tests.support.scenes import (
     SORTED,
     as_float32,
@@ -46,7 +47,7 @@ def built(tmp_path_factory) -> HostKernels:
 
 @pytest.fixture(autouse=True)
 def kernels(built, monkeypatch):
-    """Draws with the emulated kernels; every unwritten number is NaN or huge."""
+    """Render with the emulated kernels; memory that is not written holds NaN or huge numbers."""
     monkeypatch.setattr(mobilegs.render, "_raster", lambda means: cuda.CudaRaster)
     monkeypatch.setattr(cuda, "kernels_for", lambda tensor: built)
     torch.use_deterministic_algorithms(True)
@@ -58,16 +59,16 @@ def kernels(built, monkeypatch):
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
 @pytest.mark.parametrize("case", CASES)
-def test_cuda_kernel_agrees_with_its_definition(case, renderer):
-    compare(case, renderer)
+def test_the_cuda_kernel_agrees_with_the_reference(case, renderer):
+    compare_with_reference(case, renderer)
 
 
 @pytest.mark.parametrize("renderer", sorted((RENDERERS | DETACHED).keys() - set(EVERYTHING)))
-def test_cuda_kernel_agrees_for_every_weighting(renderer):
-    compare("several tiles", renderer)
+def test_the_cuda_kernel_agrees_for_every_weighting(renderer):
+    compare_with_reference("several tiles", renderer)
 
 
-def draw(scene, view, renderer, **options):
+def render_all(scene, view, renderer, **options):
     render, more = RENDERERS[renderer]
     given = {"cotangents": cotangents(view), "backend": "kernel", **more, **options}
     outputs, grads = render_with_grads(render, scene, view, dtype=torch.float32, **given)
@@ -76,20 +77,20 @@ def draw(scene, view, renderer, **options):
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
 def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
-    # several batches a tile, boxes that take a whole block, light that ends before the lists do
+    # several batches per tile, boxes for a whole block, tiles that finish before their lists end
     scene, view = as_float32(random_scene(1500, seed=11)), camera(120, 90)
     scene["scales"][:3] = 3.0
     scene["opacities"][3:60] = 1.0
-    scene["lobes"][3:60] = constant(1 - 1e-15)
-    unsure = near_threshold(scene, view, names=names_of(renderer), least=least_alpha(renderer))
+    scene["lobes"][3:60] = isotropic_lobes(1 - 1e-15)
+    unsure = near_threshold(scene, view, names=input_names(renderer), least=alpha_min_of(renderer))
     tangents = cotangents(view, avoid=unsure)
-    found = draw(scene, view, renderer, cotangents=tangents)
+    found = render_all(scene, view, renderer, cotangents=tangents)
     monkeypatch.undo()
-    expected = draw(scene, view, renderer, cotangents=tangents)
+    expected = render_all(scene, view, renderer, cotangents=tangents)
     assert not torch.equal(found["sh"], expected["sh"]), "compared with itself"
     for name, value in expected.items():
         error = found[name] - value
-        if name not in names_of(renderer):
+        if name not in input_names(renderer):
             error[unsure] = 0
         error = error.norm() / value.norm()
         print(f"{name:10s} relative L2 {error:.2e}")
@@ -100,43 +101,43 @@ def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
 def test_results_do_not_depend_on_the_order_of_threads(renderer, kernels):
     scene, view = as_float32(random_scene(900, seed=12)), camera(104, 80)
     scene["scales"][:3] = 3.0
-    first = draw(scene, view, renderer)
+    first = render_all(scene, view, renderer)
     kernels.reverse(True)
-    second = draw(scene, view, renderer)
+    second = render_all(scene, view, renderer)
     for name, value in first.items():
         assert torch.equal(value, second[name]), name
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
-@pytest.mark.parametrize("bad", BAD)
-def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
+@pytest.mark.parametrize("bad", INVALID)
+def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
     view, scene = camera(), as_float32(BASE)
-    broken = with_rows(scene, **BAD[bad])
+    broken = with_rows(scene, **INVALID[bad])
     rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(BAD[bad].values()))[0]] = False
-    expected = draw({name: value[rows] for name, value in scene.items()}, view, renderer)
-    found = draw(broken, view, renderer)
+    rows[next(iter(INVALID[bad].values()))[0]] = False
+    expected = render_all({name: value[rows] for name, value in scene.items()}, view, renderer)
+    found = render_all(broken, view, renderer)
     for name, value in expected.items():
-        is_input = name in names_of(renderer)
+        is_input = name in input_names(renderer)
         part = found[name][rows] if is_input else found[name]
         torch.testing.assert_close(part, value, rtol=1e-5, atol=1e-6)
         assert not is_input or (found[name][~rows] == 0).all(), name
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
-def test_without_depth_nothing_else_changes(renderer):
+def test_leaving_out_depth_does_not_change_other_results(renderer):
     scene, view = as_float32(random_scene(80, seed=13)), camera()
     render, options = RENDERERS[renderer]
-    names = names_of(renderer)
+    names = input_names(renderer)
     found = []
     for depth in (False, True):
         leaves = [scene[name].float().requires_grad_() for name in names]
         screen = torch.full((80, 2), float("nan"))
         given = {"camera": view.to(dtype=torch.float32), "background": torch.ones(3), **options}
-        drawn = render(*leaves, depth=depth, screen_grads=screen, **given)
-        assert (drawn.depth is not None) == depth
-        drawn.image.square().sum().backward()
-        found.append([drawn.image, drawn.alpha, screen, *[leaf.grad for leaf in leaves]])
+        rendered = render(*leaves, depth=depth, screen_grads=screen, **given)
+        assert (rendered.depth is not None) == depth
+        rendered.image.square().sum().backward()
+        found.append([rendered.image, rendered.alpha, screen, *[leaf.grad for leaf in leaves]])
     for without, with_depth in zip(*found, strict=True):
         torch.testing.assert_close(without, with_depth, rtol=1e-5, atol=1e-6)
 
@@ -147,11 +148,11 @@ def contributions_by_cuda(scene, view):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_contributions_agree_with_their_definition(case):
+def test_contributions_agree_with_the_reference(case):
     compare_case(case, cuda.measure_contributions)
 
 
-def test_contributions_of_long_lists_agree_whatever_the_order_of_threads(kernels):
+def test_contributions_of_long_lists_do_not_depend_on_the_order_of_threads(kernels):
     scene, view = as_float32(random_scene(1500, seed=16)), camera(120, 90)
     scene["scales"][:3] = 3.0
     scene["opacities"][3:60] = 1.0
@@ -171,7 +172,7 @@ def test_every_kernel_is_executed(kernels):
     for depth in (False, True):
         for renderer in EVERYTHING:
             render, options = RENDERERS[renderer]
-            leaves = [scene[name].float().requires_grad_() for name in names_of(renderer)]
+            leaves = [scene[name].float().requires_grad_() for name in input_names(renderer)]
             given = {"camera": view.to(dtype=torch.float32), "background": torch.zeros(3)}
             render(*leaves, depth=depth, **given, **options).image.sum().backward()
     contributions_by_cuda(scene, view)
@@ -180,7 +181,7 @@ def test_every_kernel_is_executed(kernels):
     assert set(kernels.launched) == compiled
 
 
-def test_radii_are_those_of_the_cpu_kernels():
+def test_radii_are_the_same_as_on_the_cpu():
     scene, view = as_float32(random_scene(300, seed=14, spread=4.0)), camera()
     flat = [scene[name].float() for name in SORTED]
     given = kernel_view(view, torch.zeros(3), Weighting(), sh_size=4, lobe_size=0)
@@ -190,34 +191,34 @@ def test_radii_are_those_of_the_cpu_kernels():
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
-def test_a_tile_counted_too_many_changes_nothing(renderer, monkeypatch):
+def test_counting_a_tile_too_many_does_not_change_the_results(renderer, monkeypatch):
     scene, view = as_float32(random_scene(80, seed=15)), camera()
-    expected = draw(scene, view, renderer)
+    expected = render_all(scene, view, renderer)
     project = cuda._project
 
-    def generous(*arguments):
-        splats, radii, touched, homes = project(*arguments)
-        return splats, radii, touched + (touched > 0).int(), homes
+    def one_more(*arguments):
+        splats, radii, touched, center_tiles = project(*arguments)
+        return splats, radii, touched + (touched > 0).int(), center_tiles
 
-    monkeypatch.setattr(cuda, "_project", generous)
-    for name, value in draw(scene, view, renderer).items():
+    monkeypatch.setattr(cuda, "_project", one_more)
+    for name, value in render_all(scene, view, renderer).items():
         assert torch.equal(value, expected[name]), name
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
-def test_a_tile_counted_too_few_stays_within_its_slots(renderer, monkeypatch):
+def test_counting_a_tile_too_few_writes_no_other_slots(renderer, monkeypatch):
     scene, view = as_float32(random_scene(80, seed=15)), camera()
-    expected = draw(scene, view, renderer)
+    expected = render_all(scene, view, renderer)
     project = cuda._project
 
-    def mean(*arguments):
-        splats, radii, touched, homes = project(*arguments)
-        return splats, radii, touched - (touched == touched.max()).int(), homes
+    def one_less(*arguments):
+        splats, radii, touched, center_tiles = project(*arguments)
+        return splats, radii, touched - (touched == touched.max()).int(), center_tiles
 
-    monkeypatch.setattr(cuda, "_project", mean)
-    found = draw(scene, view, renderer)
+    monkeypatch.setattr(cuda, "_project", one_less)
+    found = render_all(scene, view, renderer)
     assert all(value.isfinite().all() for value in found.values())
-    # what is lost lies in the last tiles of the widest Gaussians, all else is as it was
+    # only the last tiles of the widest Gaussians lose entries
     assert not torch.equal(found["image"], expected["image"])
     assert torch.equal(found["image"][:16], expected["image"][:16])
 

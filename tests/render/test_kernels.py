@@ -1,4 +1,4 @@
-"""Every kernel against its float64 definition: each output and each gradient, by name."""
+"""The CPU kernels against the float64 reference: every output and every gradient."""
 
 import pytest
 import torch
@@ -13,17 +13,17 @@ from tests.support.golden import (
     BASE,
     CASES,
     DETACHED,
+    INVALID,
     RENDERERS,
-    inputs_of,
-    least_alpha,
-    names_of,
+    alpha_min_of,
+    input_names,
     with_rows,
 )
+from tests.support.kernels import compare_with_reference
 from tests.support.scenes import (
     SORTED,
     SORTFREE,
     as_float32,
-    assert_close,
     camera,
     cotangents,
     near_threshold,
@@ -31,46 +31,11 @@ from tests.support.scenes import (
     render_with_grads,
 )
 
-BAD = {
-    "NaN mean": {"means": ([0, 3], float("nan"))},
-    "infinite mean": {"means": ([0, 3], float("inf"))},
-    "NaN quaternion": {"quats": ([1], float("nan"))},
-    "NaN scale": {"scales": ([1, 2], float("nan"))},
-    "infinite scale": {"scales": ([1, 2], float("inf"))},
-    "NaN opacity or lobe": {"opacities": ([5], float("nan")), "lobes": ([5], float("nan"))},
-    "infinite opacity or lobe": {"opacities": ([5], float("inf")), "lobes": ([5], float("inf"))},
-    "NaN colour": {"sh": ([6], float("nan"))},
-}
-
-
-def compare(case: str, renderer: str, *, device: str = "cpu") -> None:
-    scene, view = inputs_of(case)
-    render, options = (RENDERERS | DETACHED)[renderer]
-    avoid = near_threshold(scene, view, names=names_of(renderer), least=least_alpha(renderer))
-    assert avoid.sum() <= 0.02 * avoid.numel() + 1
-    tangents = cotangents(view, avoid=avoid)
-    given = {"cotangents": tangents, **options}
-    expected = render_with_grads(
-        render, scene, view, dtype=torch.float64, backend="definition", **given
-    )
-    found = render_with_grads(
-        render, scene, view, dtype=torch.float32, backend="kernel", device=device, **given
-    )
-    for name in ("image", "alpha", "depth"):
-        error = (found[0][name] - expected[0][name])[~avoid].abs()
-        print(f"{name:10s} max {error.max() if error.numel() else 0:.2e}")
-        scale = max(1.0, expected[0][name].abs().max().item())
-        assert not error.numel() or error.max() < 1e-4 * scale, name
-    # a gradient that cancels to nothing (rotation of a ball) is held to the size of the others
-    floor = 1e-6 * max([1.0, *[value.norm().item() for value in expected[1].values()]])
-    for name in found[1]:
-        assert_close(name, expected[1][name], found[1][name], ratio=1e-3, floor=floor)
-
 
 @pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
 @pytest.mark.parametrize("case", CASES)
-def test_kernel_agrees_with_its_definition(case, renderer):
-    compare(case, renderer)
+def test_the_kernel_agrees_with_the_reference(case, renderer):
+    compare_with_reference(case, renderer)
 
 
 @pytest.mark.parametrize("level", ["v4", "v3", "v2", "portable"])
@@ -79,24 +44,24 @@ def test_every_built_instruction_set_agrees(level, monkeypatch):
         pytest.skip(f"this CPU does not run {level}")
     if binding.built_library(level) is None:
         pytest.skip(f"{level} is not built on this kind of machine")
-    native = cpu.library(level)
-    monkeypatch.setattr(cpu, "library", lambda: native)
+    library = cpu.library(level)
+    monkeypatch.setattr(cpu, "library", lambda: library)
     for case in ("random, degree 3", "several tiles", "around the camera"):
         for renderer in ("sorted", "mobile_gs", "two_pass"):
-            compare(case, renderer)
+            compare_with_reference(case, renderer)
 
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
-@pytest.mark.parametrize("bad", BAD)
-def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
+@pytest.mark.parametrize("bad", INVALID)
+def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
     render, options = RENDERERS[renderer]
     view, scene = camera(), as_float32(BASE)
-    broken = with_rows(scene, **BAD[bad])
+    broken = with_rows(scene, **INVALID[bad])
     rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(BAD[bad].values()))[0]] = False
+    rows[next(iter(INVALID[bad].values()))[0]] = False
     rest = {name: value[rows] for name, value in scene.items()}
     given = {"cotangents": cotangents(view), **options}
-    for dtype, backend in ((torch.float64, "definition"), (torch.float32, "kernel")):
+    for dtype, backend in ((torch.float64, "reference"), (torch.float32, "kernel")):
         expected = render_with_grads(render, rest, view, dtype=dtype, backend=backend, **given)
         found = render_with_grads(render, broken, view, dtype=dtype, backend=backend, **given)
         for name, value in expected[0].items():
@@ -106,20 +71,24 @@ def test_a_gaussian_that_is_not_finite_is_left_out(bad, renderer):
             assert (found[1][name][~rows] == 0).all(), name
 
 
-@pytest.mark.parametrize("backend", ["definition", "kernel"])
-def test_a_pixel_that_nothing_touches_shows_the_background(backend):
+@pytest.mark.parametrize("backend", ["reference", "kernel"])
+def test_a_pixel_without_gaussians_shows_the_background(backend):
     scene, view = (
         {k: v.float() for k, v in CASES["nothing in view"][0].items()},
         camera().to(dtype=torch.float32),
     )
     background = torch.tensor([0.3, 0.5, 0.7])
     options = {"camera": view, "background": background, "backend": backend, "depth": True}
-    for drawn in (
+    for rendered in (
         render_sorted(*[scene[name] for name in SORTED], **options),
         render_sortfree(*[scene[name] for name in SORTFREE], **options),
     ):
-        assert torch.equal(drawn.image, background.expand(view.height, view.width, 3))
-        assert (drawn.alpha == 0).all() and (drawn.depth == 0).all() and (drawn.radii == 0).all()
+        assert torch.equal(rendered.image, background.expand(view.height, view.width, 3))
+        assert (
+            (rendered.alpha == 0).all()
+            and (rendered.depth == 0).all()
+            and (rendered.radii == 0).all()
+        )
 
 
 def test_permuting_the_gaussians_leaves_the_sortfree_image_unchanged():
@@ -151,25 +120,25 @@ def test_results_do_not_depend_on_the_number_of_threads(renderer):
             assert torch.equal(value, {**results[0][0], **results[0][1]}[name]), name
 
 
-def test_screen_gradients_are_those_of_the_projected_centres():
+def test_screen_gradients_are_those_of_the_projected_means():
     scene, view = as_float32(random_scene(50, seed=4)), camera()
     for renderer in ("sorted", "mobile_gs"):
         render, options = RENDERERS[renderer]
-        names = names_of(renderer)
+        names = input_names(renderer)
         tangents = cotangents(
-            view, avoid=near_threshold(scene, view, names=names, least=least_alpha(renderer))
+            view, avoid=near_threshold(scene, view, names=names, least=alpha_min_of(renderer))
         )
         leaves = {name: scene[name].float().requires_grad_() for name in names}
         screen = torch.full((50, 2), float("nan"))
-        drawn = render(
+        rendered = render(
             *leaves.values(),
             camera=view.to(dtype=torch.float32),
             background=torch.zeros(3),
             screen_grads=screen,
             **options,
         )
-        (drawn.image * tangents["image"].float()).sum().backward()
-        # moving the principal point moves every centre: the sum of all must agree
+        (rendered.image * tangents["image"].float()).sum().backward()
+        # moving the principal point moves every mean: the sum of all must agree
         step, totals = 1e-4, []
         for axis in range(2):
             values = []
@@ -188,7 +157,7 @@ def test_screen_gradients_are_those_of_the_projected_centres():
         torch.testing.assert_close(screen.sum(0), torch.tensor(totals), rtol=5e-3, atol=5e-3)
 
 
-def test_a_picture_too_large_for_the_kernels_is_refused():
+def test_an_image_too_large_for_the_kernels_is_refused():
     scene, view = {k: v.float() for k, v in BASE.items()}, camera(40000, 2)
     with pytest.raises(InputError, match="40000x2"):
         render_sorted(
@@ -207,8 +176,8 @@ def test_a_picture_too_large_for_the_kernels_is_refused():
         ("lobes", lambda t: None, "lobes"),
     ],
 )
-def test_inputs_that_do_not_belong_together_are_refused(name, change, message):
-    scene = {k: v.float() for k, v in BASE.items()}
+def test_inputs_of_the_wrong_shape_or_type_are_refused(name, change, message):
+    scene: dict = {k: v.float() for k, v in BASE.items()}
     view = kernel_view(camera(), torch.zeros(3), Weighting(), sh_size=4, lobe_size=9)
     scene[name] = change(scene[name])
     scene["opacities"] = None

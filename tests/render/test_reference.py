@@ -1,4 +1,4 @@
-"""The definitions themselves: finite differences, values worked out by hand, laws."""
+"""The reference: gradients by finite differences, values computed by hand, invariants."""
 
 import math
 
@@ -9,7 +9,7 @@ from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting, render_sorted, render_sortfree, visible_rows
-from mobilegs.render.lobes import constant_lobes, seen_along
+from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import project, rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
@@ -23,14 +23,14 @@ BACKGROUND = torch.tensor([0.1, 0.2, 0.35], dtype=torch.float64)
 def _gradcheck_scene(
     names: tuple[str, ...], *, degree: int = 1, lobe_degree: int = 2
 ) -> tuple[list[torch.Tensor], Camera]:
-    """Four Gaussians on 9x7 pixels, no alpha so near 1/255 that a step crosses it."""
+    """Return four Gaussians on 9x7 pixels, with no alpha within a finite difference of 1/255."""
     view = camera(9, 7)
     for seed in range(100):
         scene = random_scene(4, degree=degree, lobe_degree=lobe_degree, seed=seed, spread=0.6)
         scene["scales"] = scene["scales"] * 2 + 0.1
         if not near_threshold(scene, view, names=names, margin=1e-3).any():
             return [scene[name].requires_grad_() for name in names], view
-    raise AssertionError("no scene is clear of the threshold")
+    raise AssertionError("every scene has an alpha near the threshold")
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
@@ -43,7 +43,9 @@ def test_sorted_blending_passes_gradcheck():
     inputs, view = _gradcheck_scene(SORTED)
 
     def render(*x):
-        return render_sorted(*x, camera=view, background=BACKGROUND, depth=True)[:3]
+        rendered = render_sorted(*x, camera=view, background=BACKGROUND, depth=True)
+        assert rendered.depth is not None
+        return rendered.image, rendered.alpha, rendered.depth
 
     assert torch.autograd.gradcheck(render, inputs)
 
@@ -55,13 +57,15 @@ def test_sortfree_blending_passes_gradcheck(name):
 
     def render(*x):
         options = {"camera": view, "background": BACKGROUND, "weighting": weighting}
-        return render_sortfree(*x, depth=True, **options)[:3]
+        rendered = render_sortfree(*x, depth=True, **options)
+        assert rendered.depth is not None
+        return rendered.image, rendered.alpha, rendered.depth
 
     assert torch.autograd.gradcheck(render, inputs)
 
 
 def test_a_detached_weight_is_a_constant_for_depth_and_scale(monkeypatch):
-    inputs, view = _gradcheck_scene(SORTFREE, lobe_degree=0)  # phi does not depend on places
+    inputs, view = _gradcheck_scene(SORTFREE, lobe_degree=0)  # phi does not depend on positions
 
     def grads(weighting):
         options = {"camera": view, "background": BACKGROUND, "weighting": weighting}
@@ -87,7 +91,7 @@ def test_lobes_of_every_degree_pass_gradcheck(lobe_degree):
 
 
 def _on_axis(depths: list[float], opacities: list[float], phi: list[float], colors):
-    """Round Gaussians in the middle of a one-pixel picture whose camera looks along +z."""
+    """Return round Gaussians at the centre of a one-pixel image; the camera looks along +z."""
     n = len(depths)
     view = Camera(
         torch.eye(4, dtype=torch.float64),
@@ -104,7 +108,7 @@ def _on_axis(depths: list[float], opacities: list[float], phi: list[float], colo
     return [means, quats, scales, rest[0], rgb_to_sh0(rest[1])[:, None, :]], lobes, view
 
 
-def test_two_gaussians_blend_as_equations_2_and_3_say():
+def test_two_gaussians_blend_by_equations_2_and_3():
     colors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
     inputs, lobes, view = _on_axis([2.0, 4.0], [0.5, 0.8], [1.5, 0.5], colors)
     inputs[3] = lobes
@@ -126,50 +130,53 @@ def test_the_exponent_of_the_weight_is_clamped():
     assert image[0].item() == pytest.approx(0.75 * w[0] / sum(w) + 0.25 * 0.1, rel=1e-9)
 
 
-def test_only_what_is_not_behind_the_surface_counts_in_two_passes():
+def test_two_pass_leaves_out_gaussians_behind_the_surface():
     colors = [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [1.0, 1.0, 0]]
     given = [[2.0, 2.09, 1.0, 2.11], [0.6, 0.3, 0.2, 0.9], [0.0, 3.0, 1.0, 2.0], colors]
     inputs, lobes, view = _on_axis(*given)
     inputs[3] = lobes.requires_grad_()
     options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
-    drawn = render_sortfree(*inputs, depth=True, **options)
+    rendered = render_sortfree(*inputs, depth=True, **options)
     expected = torch.tensor([0.6, 0.3, 0.2], dtype=torch.float64) / 1.1
-    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
-    assert drawn.alpha[0, 0].item() == 1
-    assert drawn.depth[0, 0].item() == pytest.approx((0.6 * 2 + 0.3 * 2.09 + 0.2) / 1.1)
-    drawn.image[0, 0, 0].backward()
+    torch.testing.assert_close(rendered.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert rendered.alpha[0, 0].item() == 1
+    assert rendered.depth is not None
+    assert rendered.depth[0, 0].item() == pytest.approx((0.6 * 2 + 0.3 * 2.09 + 0.2) / 1.1)
+    rendered.image[0, 0, 0].backward()
+    assert lobes.grad is not None
     found = lobes.grad[:, 0]
-    assert (found[:, 1] == 0).all()  # phi has no say
+    assert (found[:, 1] == 0).all()  # phi has no influence
     assert (found[:3, 0] != 0).all() and found[3, 0] == 0
 
 
-def test_without_a_surface_two_passes_are_a_mean_before_the_background():
+def test_two_pass_without_a_surface_is_a_mean_over_the_background():
     colors = [[1.0, 0, 0], [0, 1.0, 0]]
     inputs, lobes, view = _on_axis([2.0, 9.0], [0.4, 0.2], [1.0, 1.0], colors)
     inputs[3] = lobes
     options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
-    drawn = render_sortfree(*inputs, **options)
-    light = 0.6 * 0.8
+    rendered = render_sortfree(*inputs, **options)
+    transmittance = 0.6 * 0.8
     mean = torch.tensor([0.4, 0.2, 0], dtype=torch.float64) / 0.6
-    expected = (1 - light) * mean + light * BACKGROUND
-    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
-    assert drawn.alpha[0, 0].item() == pytest.approx(1 - light)
+    expected = (1 - transmittance) * mean + transmittance * BACKGROUND
+    torch.testing.assert_close(rendered.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert rendered.alpha[0, 0].item() == pytest.approx(1 - transmittance)
 
 
-def test_two_gaussians_blend_front_to_back_in_whatever_order_they_come():
+def test_sorted_blending_does_not_depend_on_the_order_of_rows():
     inputs, _, view = _on_axis(
         [4.0, 2.0], [0.8, 0.5], [1.0, 1.0], [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
     )
-    drawn = render_sorted(*inputs, camera=view, background=BACKGROUND, depth=True)
+    rendered = render_sorted(*inputs, camera=view, background=BACKGROUND, depth=True)
     expected = torch.tensor([0.5, 0.5 * 0.8, 0.0], dtype=torch.float64) + 0.1 * BACKGROUND
-    torch.testing.assert_close(drawn.image[0, 0], expected, rtol=1e-12, atol=1e-12)
-    assert drawn.depth[0, 0].item() == pytest.approx(0.5 * 2 + 0.5 * 0.8 * 4)
-    assert drawn.alpha[0, 0].item() == pytest.approx(0.9)
+    torch.testing.assert_close(rendered.image[0, 0], expected, rtol=1e-12, atol=1e-12)
+    assert rendered.depth is not None
+    assert rendered.depth[0, 0].item() == pytest.approx(0.5 * 2 + 0.5 * 0.8 * 4)
+    assert rendered.alpha[0, 0].item() == pytest.approx(0.9)
 
 
 def test_transmittance_is_the_same_sorted_and_sortfree():
     scene, view = random_scene(40, seed=3), camera()
-    scene["opacities"] = scene["opacities"] * 0.3  # nothing stops early
+    scene["opacities"] = scene["opacities"] * 0.3  # no early stop
     scene["lobes"] = constant_lobes(scene["opacities"].logit())
     options = {"camera": view, "background": BACKGROUND}
     first = render_sorted(*[scene[name] for name in SORTED], **options).alpha
@@ -185,7 +192,7 @@ def test_harmonics_are_orthonormal():
     torch.testing.assert_close(gram, torch.eye(16, dtype=torch.float64), rtol=0, atol=0.03)
 
 
-def test_a_colour_survives_the_way_into_harmonics_and_back():
+def test_rgb_to_sh0_inverts_sh_colors():
     rgb = torch.rand(5, 3, generator=torch.Generator().manual_seed(0))
     directions = torch.nn.functional.normalize(torch.ones(5, 3), dim=1)
     torch.testing.assert_close(sh_colors(rgb_to_sh0(rgb)[:, None, :], directions), rgb)
@@ -200,7 +207,7 @@ def test_rotations_do_not_depend_on_the_quaternions_length_or_sign():
     )
 
 
-def test_look_at_puts_the_target_on_the_axis_with_up_upwards():
+def test_look_at_puts_the_target_on_the_axis_and_up_upwards():
     eye, target = torch.tensor([1.0, 2.0, 3.0]), torch.tensor([-1.0, 0.5, 0.0])
     viewmat = look_at(eye, target, torch.tensor([0.0, 0.0, 1.0]))
     seen = viewmat[:3, :3] @ target + viewmat[:3, 3]
@@ -219,12 +226,12 @@ def test_resizing_a_camera_scales_the_projection():
     torch.testing.assert_close(small[:2] / small[2], full[:2] / full[2] / 2)
 
 
-def test_an_unknown_weighting_is_refused_with_the_names_that_exist():
+def test_an_unknown_weighting_is_refused_with_the_known_names():
     with pytest.raises(InputError, match="mobile_gs"):
         Weighting("alphabetical")
 
 
-def test_the_view_network_is_the_papers():
+def test_the_view_network_has_the_size_of_the_papers():
     torch.manual_seed(0)
     network = ViewNetwork(torch.Generator().manual_seed(0))
     assert sum(p.numel() for p in network.parameters()) == 47_170
@@ -232,7 +239,7 @@ def test_the_view_network_is_the_papers():
     directions = torch.nn.functional.normalize(torch.randn(9, 3), dim=1)
     quats, logits = torch.randn(9, 4), torch.randn(9)
     some = Gaussians(torch.randn(9, 3), quats, scales.log(), logits, sh)
-    torch.testing.assert_close(network(some, directions), constant_lobes(logits))  # the teacher's
+    torch.testing.assert_close(network(some, directions), constant_lobes(logits))
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.normal_(0, 0.2)
@@ -241,14 +248,14 @@ def test_the_view_network_is_the_papers():
         unit = [torch.nn.functional.normalize(x, dim=1) for x in (sh.flatten(1), scales, quats)]
         x = torch.cat([unit[0], directions, unit[1], unit[2]], 1)
         x = network.hidden3(torch.relu(network.hidden2(torch.relu(network.hidden1(x)))))
-    opacities, phi = seen_along(lobes, directions)
+    opacities, phi = evaluate_lobes(lobes, directions)
     torch.testing.assert_close(phi, torch.relu(network.phi(x))[:, 0])
     torch.testing.assert_close(opacities, (logits + network.opacity(x)[:, 0]).sigmoid())
     with torch.no_grad():
-        torch.testing.assert_close(network(more, directions), lobes)  # only proportions count
+        torch.testing.assert_close(network(more, directions), lobes)  # inputs are normalised
 
 
-def test_culling_first_does_not_change_a_sortfree_scene():
+def test_culling_does_not_change_a_sortfree_scene():
     torch.manual_seed(0)
     scene, view = random_scene(200, spread=3.0, seed=2), camera().to(dtype=torch.float32)
     scene = {name: value.float() for name, value in scene.items()}
@@ -258,7 +265,7 @@ def test_culling_first_does_not_change_a_sortfree_scene():
     with torch.no_grad():
         network.opacity.weight.normal_(0, 0.5)
         network.phi.weight.normal_(0, 0.5)
-        drawn = Scene(Gaussians(*shapes), "sortfree", network=network).render(view, depth=True)
+        rendered = Scene(Gaussians(*shapes), "sortfree", network=network).render(view, depth=True)
         directions = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
         lobes = network(Gaussians(*shapes), directions)
         flat = (*shapes[:2], scene["scales"], lobes, scene["sh"])
@@ -267,5 +274,5 @@ def test_culling_first_does_not_change_a_sortfree_scene():
     assert 0 < len(rows) < 200
     for name in ("image", "alpha", "depth", "radii"):
         torch.testing.assert_close(
-            getattr(drawn, name), getattr(whole, name), rtol=1e-4, atol=1e-5, msg=name
+            getattr(rendered, name), getattr(whole, name), rtol=1e-4, atol=1e-5, msg=name
         )

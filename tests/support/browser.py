@@ -15,9 +15,10 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from chromium import installed, launched
 
-VIEW = Path(__file__).parents[2] / "mobilegs" / "view"
+from bench.viewers.chromium import installed, launched
+
+VIEWER = Path(__file__).parents[2] / "viewer"
 TYPES = {
     ".html": "text/html",
     ".js": "text/javascript",
@@ -81,14 +82,14 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         path = urlsplit(self.path).path
-        file = (VIEW / path.lstrip("/")).resolve()
+        file = (VIEWER / path.lstrip("/")).resolve()
         if path == "/blank.html":
             self._answer(BLANK, ".html")
         elif path == "/call.js":
             self._answer(CALL.encode(), ".js")
         elif path.startswith("/arrays/"):
             self._answer(self.server.arrays[path.removeprefix("/arrays/")])
-        elif file.is_relative_to(VIEW) and file.suffix in TYPES and file.is_file():
+        elif file.is_relative_to(VIEWER) and file.suffix in TYPES and file.is_file():
             self._answer(file.read_bytes(), file.suffix)
         else:
             self.send_error(HTTPStatus.NOT_FOUND)

@@ -1,4 +1,4 @@
-"""Comparing a kernel's statistics of a picture with their definition."""
+"""Comparison of a kernel's contributions with the reference."""
 
 import torch
 
@@ -13,14 +13,14 @@ from tests.support.scenes import SORTED
 
 
 def kernel_inputs(scene: dict, view: Camera) -> tuple[KernelView, list[torch.Tensor]]:
-    """What kernels are given: the struct, and means, quats, scales, opacities, colours."""
+    """Return the inputs of the kernels: camera struct; means, quats, scales, opacities, sh."""
     flat = [scene[name].float() for name in SORTED[:4]]
     black = torch.zeros_like(flat[0])[:, None]
     return kernel_view(view, torch.zeros(3), Weighting(), sh_size=1, lobe_size=0), [*flat, black]
 
 
 def doubtful_pairs(scene: dict, view: Camera) -> torch.Tensor:
-    """Where rounding may decide: pairs `[pixels, n]` near 1/255, or met by about 1e-4 of light."""
+    """Return the pairs `[pixels, n]` that rounding may change: alpha near 1/255 or T near 1e-4."""
     o = scene["opacities"]
     projected = project(*[scene[name] for name in SORTED], camera=view)
     faint = [pair_alphas(projected, o * (1 + sign * 2e-5), view) > 0 for sign in (1, -1)]
@@ -34,7 +34,7 @@ def doubtful_pairs(scene: dict, view: Camera) -> torch.Tensor:
 
 
 def assert_agrees(found: Contributions, scene: dict, view: Camera) -> None:
-    """Every statistic against the definition in float64, by name."""
+    """Compare every statistic with the reference in float64."""
     expected = measure_contributions(*[scene[name] for name in SORTED[:4]], camera=view)
     doubtful = doubtful_pairs(scene, view)
     assert doubtful.sum() <= 2e-3 * doubtful.numel() + 2
@@ -47,10 +47,10 @@ def assert_agrees(found: Contributions, scene: dict, view: Camera) -> None:
     error = (found.weights.cpu() - expected.weights).abs() - 4e-3 * slack
     print(f"weights  max {error.max() if error.numel() else 0:.2e}")
     assert (error <= 1e-4 * (1 + expected.weights)).all()
-    # where two shares are as good as equal, either may have won
+    # either of two almost equal shares may have won
     projected = project(*[scene[name] for name in SORTED], camera=view)
     blending = blend(projected, scene["opacities"], view)
-    two = torch.cat([blending.shares, torch.zeros(len(pixels.flatten()), 2)], 1).topk(2, 1).values
+    two = torch.cat([blending.weights, torch.zeros(len(pixels.flatten()), 2)], 1).topk(2, 1).values
     close = (two[:, 0] - two[:, 1] < 1e-5) & (two[:, 0] > 0)
     clear = ~(close.reshape(pixels.shape) | pixels)
     assert clear.sum() >= 0.9 * clear.numel() - 2
@@ -60,7 +60,7 @@ def assert_agrees(found: Contributions, scene: dict, view: Camera) -> None:
 
 
 def compare_case(case: str, measure, *, device: str = "cpu") -> None:
-    """A case of the golden table, measured by a kernel."""
+    """Compare the kernel `measure` with the reference on a golden case."""
     scene, view = inputs_of(case)
     struct, inputs = kernel_inputs(scene, view)
     assert_agrees(measure(struct, *[t.to(device) for t in inputs]), scene, view)

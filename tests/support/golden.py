@@ -1,10 +1,9 @@
-"""The golden table: what every renderer is compared on, and pictures of it as they once were.
+"""The golden cases, on which kernels, shaders and browsers are compared with the reference.
 
     python tests/support/golden.py
 
-renders the table by its definitions, in float64, to `golden.png` beside this file. Kernels, shaders
-and browsers are compared with what the definitions say now; what they said when the file was
-written is there so that a definition does not change unnoticed.
+renders all cases by the reference, in float64, to `golden.png` in this folder. A test compares the
+reference with that image, so that it does not change unnoticed.
 """
 
 from dataclasses import replace
@@ -15,6 +14,7 @@ import torch
 from PIL import Image
 
 from mobilegs.camera import Camera
+from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.render import Weighting, render_sorted, render_sortfree
 from mobilegs.render.lobes import constant_lobes
@@ -26,6 +26,7 @@ from tests.support.scenes import SORTED, SORTFREE, as_float32, camera, random_sc
 
 STORED = Path(__file__).with_name("golden.png")
 TRAINED = Path(__file__).with_name("trained.mgs")  # the student that `mobilegs demo` makes
+Inputs = dict[str, torch.Tensor]
 SIDES = ("height", "width")
 BACKGROUND = torch.tensor([0.1, 0.2, 0.35])
 RENDERERS: dict = {"sorted": (render_sorted, {})}
@@ -34,33 +35,35 @@ for _name in WEIGHTINGS:
     RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
 _weighting = Weighting(exponent_max=1.5, alpha_min=1 / 20)
 RENDERERS["small ellipses"] = (render_sortfree, {"weighting": _weighting})
-# those that differ in their gradients alone
+# the same images with other gradients
 DETACHED = {
     f"{name} detached": (render, {"weighting": replace(options["weighting"], detached=True)})
     for name, (render, options) in RENDERERS.items()
     if name in ("mobile_gs", "sort_free_gs")
 }
-SHADED = [name for name in RENDERERS if name != "two_pass"]  # what the viewers draw, too
+SHADER_RENDERERS = [name for name in RENDERERS if name != "two_pass"]
 
 
-def names_of(renderer: str) -> tuple[str, ...]:
+def input_names(renderer: str) -> tuple[str, ...]:
+    """Return the names of a renderer's tensors, in the order of its parameters."""
     return SORTED if renderer == "sorted" else SORTFREE
 
 
-def least_alpha(renderer: str) -> float:
+def alpha_min_of(renderer: str) -> float:
+    """Return the alpha at which a renderer's ellipses end."""
     options = RENDERERS[renderer.removesuffix(" detached")][1]
     return options["weighting"].alpha_min if options else ALPHA_MIN
 
 
-def constant(opacity: float, phi: float = 1.0) -> torch.Tensor:
-    """Lobes of degree 2 that look the same from everywhere."""
+def isotropic_lobes(opacity: float, phi: float = 1.0) -> torch.Tensor:
+    """Return lobes of degree 2 that are the same in every direction."""
     lobes = torch.zeros(9, 2, dtype=torch.float64)
     lobes[:1] = constant_lobes(torch.tensor([opacity], dtype=torch.float64).logit(), phi)[0]
     return lobes
 
 
-def with_rows(scene, **changes):
-    """The scene with rows of some inputs replaced."""
+def with_rows(scene: Inputs, **changes: tuple) -> Inputs:
+    """Return the scene with rows of some inputs replaced: `name=(rows, value)`."""
     scene = {name: value.clone() for name, value in scene.items()}
     for name, (rows, value) in changes.items():
         scene[name][rows] = torch.as_tensor(value, dtype=torch.float64)
@@ -68,6 +71,17 @@ def with_rows(scene, **changes):
 
 
 BASE = random_scene(60)
+# values that are not finite, as changes of `with_rows` for BASE
+INVALID = {
+    "NaN mean": {"means": ([0, 3], float("nan"))},
+    "infinite mean": {"means": ([0, 3], float("inf"))},
+    "NaN quaternion": {"quats": ([1], float("nan"))},
+    "NaN scale": {"scales": ([1, 2], float("nan"))},
+    "infinite scale": {"scales": ([1, 2], float("inf"))},
+    "NaN opacity or lobe": {"opacities": ([5], float("nan")), "lobes": ([5], float("nan"))},
+    "infinite opacity or lobe": {"opacities": ([5], float("inf")), "lobes": ([5], float("inf"))},
+    "NaN colour": {"sh": ([6], float("nan"))},
+}
 CASES = {
     "random, degree 0": (random_scene(70, degree=0, lobe_degree=3, seed=1), camera()),
     "random, degree 1": (random_scene(70, degree=1, lobe_degree=2, seed=2), camera()),
@@ -82,11 +96,15 @@ CASES = {
     "around the camera": (random_scene(120, seed=8, spread=4.0), camera()),
     "nothing in view": (with_rows(BASE, means=(slice(None), [0.0, 0.0, -50.0])), camera()),
     "opaque": (
-        with_rows(BASE, opacities=(slice(0, 40), 1.0), lobes=(slice(0, 40), constant(1 - 1e-15))),
+        with_rows(
+            BASE, opacities=(slice(0, 40), 1.0), lobes=(slice(0, 40), isotropic_lobes(1 - 1e-15))
+        ),
         camera(),
     ),
     "too faint": (
-        with_rows(BASE, opacities=(slice(0, 30), 1 / 300), lobes=(slice(0, 30), constant(1 / 300))),
+        with_rows(
+            BASE, opacities=(slice(0, 30), 1 / 300), lobes=(slice(0, 30), isotropic_lobes(1 / 300))
+        ),
         camera(),
     ),
     "zero size": (with_rows(BASE, scales=(slice(0, 20), 0.0)), camera()),
@@ -96,44 +114,62 @@ CASES = {
     "equal depths": (with_rows(BASE, means=(slice(0, 20), [0.1, 0.1, 0.2])), camera()),
     "no direction": (with_rows(BASE, quats=(slice(0, 5), 0.0)), camera()),
     "long quaternions": (with_rows(BASE, quats=(slice(0, 5), [30.0, -10.0, 20.0, 5.0])), camera()),
-    "phi zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, 0.0))), camera()),
-    "phi below zero": (with_rows(BASE, lobes=(slice(0, 30), constant(0.4, -0.5))), camera()),
+    "phi zero": (with_rows(BASE, lobes=(slice(0, 30), isotropic_lobes(0.4, 0.0))), camera()),
+    "phi below zero": (with_rows(BASE, lobes=(slice(0, 30), isotropic_lobes(0.4, -0.5))), camera()),
 }
 
 
 def inputs_of(case: str) -> tuple[dict[str, torch.Tensor], Camera]:
-    """A case as all precisions can hold it: float64 numbers that float32 has, too."""
+    """Return a case in float64 with numbers that float32 can represent."""
     inputs, view = CASES[case]
     return as_float32(inputs), view.to(dtype=torch.float32).to(dtype=torch.float64)
 
 
-def defined(case: str, renderer: str) -> Rendered:
-    """What the definition draws."""
+def render_reference(case: str, renderer: str) -> Rendered:
+    """Render a case by the reference."""
     inputs, view = inputs_of(case)
     render, options = RENDERERS[renderer]
     return render(
-        *[inputs[name] for name in names_of(renderer)],
+        *[inputs[name] for name in input_names(renderer)],
         camera=view,
         background=BACKGROUND.double(),
-        backend="definition",
+        backend="reference",
         **options,
     )
 
 
+def as_scene(inputs: dict[str, torch.Tensor], renderer: str) -> Scene:
+    """Return the float32 scene with the given inputs of a renderer."""
+    inputs = {name: value.float() for name, value in inputs.items()}
+    gaussians = Gaussians(
+        means=inputs["means"],
+        quats=inputs["quats"],
+        log_scales=inputs["scales"].log(),
+        logit_opacities=inputs["opacities"].double().logit().clamp(-40, 40).float(),
+        sh=inputs["sh"],
+    )
+    if renderer == "sorted":
+        return Scene(gaussians, background=BACKGROUND)
+    weighting = RENDERERS[renderer][1]["weighting"]
+    return Scene(
+        gaussians, "sortfree", lobes=inputs["lobes"], weighting=weighting, background=BACKGROUND
+    )
+
+
 def trained() -> tuple[Scene, Camera]:
-    """A student from its file, and a camera that looks at it."""
+    """Return the trained student from its file, and one of its cameras."""
     coded = read_mgs(TRAINED)
     return coded.decode(), coded.views[0].resized(480, 320)
 
 
 def sheet() -> np.ndarray:
-    """All pictures: a row a case, a column a renderer; r, g, b and alpha in bytes."""
+    """Render all cases to one image: a row per case, a column per renderer, RGBA bytes."""
     height, width = (max(getattr(view, s) for _, view in CASES.values()) for s in SIDES)
     found = np.zeros((len(CASES), height + 1, len(RENDERERS), width + 1, 4), np.uint8)
     for row, case in enumerate(CASES):
         for column, renderer in enumerate(RENDERERS):
-            drawn = defined(case, renderer)
-            rgba = torch.cat([drawn.image, drawn.alpha[..., None]], dim=2).clamp(0, 1)
+            rendered = render_reference(case, renderer)
+            rgba = torch.cat([rendered.image, rendered.alpha[..., None]], dim=2).clamp(0, 1)
             h, w, _ = rgba.shape
             found[row, :h, column, :w] = (255 * rgba).round().byte().numpy()
     return found.reshape(len(CASES) * (height + 1), -1, 4)
@@ -141,4 +177,4 @@ def sheet() -> np.ndarray:
 
 if __name__ == "__main__":
     Image.fromarray(sheet()).save(STORED, optimize=True)
-    print(f"{STORED}: {STORED.stat().st_size} bytes, to be looked at")
+    print(f"{STORED}: {STORED.stat().st_size} bytes; check it by eye")

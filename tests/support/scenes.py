@@ -1,11 +1,11 @@
-"""Small random scenes for comparing renderers, and the comparison itself."""
+"""Small random scenes and cameras, and comparisons of tensors and gradients."""
 
 import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
-from mobilegs.render.lobes import seen_along
+from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
 from mobilegs.render.sortfree import SURFACE_ALPHA, surface_limits
 from mobilegs.spherical_harmonics import C0
@@ -16,7 +16,7 @@ SORTFREE = ("means", "quats", "scales", "lobes", "sh")
 
 
 def no_gpu() -> str:
-    """Why nothing can be drawn through Vulkan, Metal or DirectX here; empty if something can."""
+    """Return why WebGPU cannot be used on this machine, or an empty text if it can."""
     try:
         adapter()
     except InputError as error:
@@ -27,7 +27,7 @@ def no_gpu() -> str:
 def camera(
     width: int = 45, height: int = 37, *, center: tuple[float, float] = (0.47, 0.55)
 ) -> Camera:
-    """A camera 4 units from the origin, with unequal focal lengths and an odd centre."""
+    """Return a camera 4 units from the origin, with fx != fy and an off-centre principal point."""
     eye = torch.tensor([1.1, -0.7, -3.8], dtype=torch.float64)
     up = torch.tensor([0.1, -1.0, 0.05], dtype=torch.float64)
     k = torch.tensor(
@@ -38,10 +38,21 @@ def camera(
     return Camera(viewmat, k, width, height)
 
 
+def camera_from_json(row: dict) -> Camera:
+    """Return a camera from an entry of a 3DGS cameras.json: its `rotation` is camera to world."""
+    viewmat = torch.eye(4)
+    viewmat[:3, :3] = torch.tensor(row["rotation"]).T
+    viewmat[:3, 3] = -viewmat[:3, :3] @ torch.tensor(row["position"])
+    k = torch.tensor(
+        [[row["fx"], 0, row["width"] / 2], [0, row["fy"], row["height"] / 2], [0, 0, 1.0]]
+    )
+    return Camera(viewmat, k, row["width"], row["height"])
+
+
 def random_scene(
     count: int, *, degree: int = 1, lobe_degree: int = 2, seed: int = 0, spread: float = 1.0
 ) -> dict[str, Tensor]:
-    """Inputs of `count` Gaussians around the origin for both renderers, float64."""
+    """Return the inputs of both renderers for `count` Gaussians around the origin, float64."""
     generator = torch.Generator().manual_seed(seed)
 
     def normal(*shape: int) -> Tensor:
@@ -61,7 +72,7 @@ def random_scene(
 
 
 def as_float32(scene: dict[str, Tensor]) -> dict[str, Tensor]:
-    """The scene rounded to float32 and back, so that both precisions see the same numbers."""
+    """Round a scene to float32 and back, so that both precisions have the same numbers."""
     return {name: value.float().double() for name, value in scene.items()}
 
 
@@ -73,28 +84,28 @@ def near_threshold(
     margin: float = 2e-5,
     least: float = ALPHA_MIN,
 ) -> Tensor:
-    """Pixels `[h, w]` where rounding decides.
+    """Return the pixels `[h, w]` that rounding may change.
 
-    Some alpha lies close to `least` or to where surfaces begin, or some depth to a surface's limit.
+    An alpha is close to `least` or to that of a surface, or a depth close to a surface's limit.
     """
     o = scene["opacities"]
     if names == SORTFREE:
         offsets = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
-        o = seen_along(scene["lobes"], offsets)[0]
+        o = evaluate_lobes(scene["lobes"], offsets)[0]
     shapes = [scene[name] for name in SORTED[:3]]
-    projected = project(*shapes, o, scene["sh"], camera=view, alpha_min=least)
+    projected = project(*[*shapes, o, scene["sh"]], camera=view, alpha_min=least)
     low, high = (pair_alphas(projected, o * (1 + m), view, least) for m in (-margin, margin))
-    unsure = ((low > 0) != (high > 0)) | ((low >= SURFACE_ALPHA) != (high >= SURFACE_ALPHA))
+    doubtful = ((low > 0) != (high > 0)) | ((low >= SURFACE_ALPHA) != (high >= SURFACE_ALPHA))
     limits = surface_limits(high, projected.depths)
-    unsure |= (high > 0) & ((projected.depths / limits - 1).abs() < 1e-6)
-    return unsure.any(1).reshape(view.height, view.width)
+    doubtful |= (high > 0) & ((projected.depths / limits - 1).abs() < 1e-6)
+    return doubtful.any(1).reshape(view.height, view.width)
 
 
 def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device="cpu", **options):
-    """Image, alpha, depth and the gradient of every input, by name, drawn on `device`."""
+    """Render on `device`. Returns image, alpha and depth, and the gradient of every input."""
     leaves = {k: v.detach().to(device, dtype, copy=True).requires_grad_() for k, v in scene.items()}
     names = SORTFREE if "weighting" in options else SORTED
-    drawn = render(
+    rendered = render(
         *[leaves[name] for name in names],
         camera=view.to(dtype=dtype),
         background=torch.tensor([0.1, 0.2, 0.35], dtype=dtype, device=device),
@@ -102,8 +113,9 @@ def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device
         backend=backend,
         **options,
     )
-    parts = {"image": drawn.image, "alpha": drawn.alpha, "depth": drawn.depth}
-    loss = sum((parts[name] * cotangents[name].to(device, dtype)).sum() for name in cotangents)
+    parts = {"image": rendered.image, "alpha": rendered.alpha, "depth": rendered.depth}
+    terms = [(parts[name] * cotangents[name].to(device, dtype)).sum() for name in cotangents]
+    loss = sum(terms[1:], terms[0])
     if loss.requires_grad:
         loss.backward()
     outputs = {name: value.detach().double().cpu() for name, value in parts.items()}
@@ -115,7 +127,7 @@ def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device
 
 
 def cotangents(view: Camera, *, seed: int = 7, avoid: Tensor | None = None) -> dict[str, Tensor]:
-    """Random dL/d of the outputs, zero on the pixels to avoid."""
+    """Return random dL/d of the outputs, zero at the pixels to avoid."""
     generator = torch.Generator().manual_seed(seed)
     keep = torch.ones(view.height, view.width, dtype=torch.float64)
     if avoid is not None:
@@ -131,7 +143,7 @@ def cotangents(view: Camera, *, seed: int = 7, avoid: Tensor | None = None) -> d
 def assert_close(
     name: str, reference: Tensor, value: Tensor, *, ratio: float, floor: float
 ) -> None:
-    """L2 error below `ratio` of the reference, plus `floor`; prints the figure even on success."""
+    """Check that the L2 error is at most `ratio` times the reference plus `floor`; print it."""
     assert value.isfinite().all(), f"{name} is not finite"
     size = reference.norm().item()
     error = (value - reference).norm().item()

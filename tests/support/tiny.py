@@ -1,11 +1,8 @@
-"""A tiny capture, and what learns from it.
-
-A test file takes the fixtures with `pytest_plugins = ["tiny"]`, and imports what else it needs:
-PYTEST_DONT_REWRITE, since that import comes first.
-"""
+"""A tiny capture, and configurations of teacher and student for it."""
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 import torch
@@ -18,7 +15,7 @@ from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.shared_decode import Seen
+from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.teacher.densify import DensifyConfig
@@ -32,24 +29,37 @@ TEACHER = TeacherConfig(
     init_splats=40,
     densify=DensifyConfig(min_interval=4, prune_scale=0.0),  # the points are sparse
 )
-STUDENT = StudentConfig(
+
+
+def changed(config: Any, **changes: Any) -> Any:
+    """Return a copy of a config with other fields; a dictionary changes fields of a group."""
+    for name, value in changes.items():
+        if isinstance(value, dict):
+            changes[name] = changed(getattr(config, name), **value)
+    return replace(config, **changes)
+
+
+STUDENT: StudentConfig = changed(
+    StudentConfig(),
     steps=40,
-    net_fraction=1 / 6,
-    codes_fraction=0.65,
-    regression_steps=5,
-    coding="nvq",  # tests of `sq` say so
-    distill_between=0,  # as do tests of that
-    fineness=1.0,
-    codebooks=CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
+    schedule={"latents_from": 1 / 6, "quantize_from": 0.65, "regression_steps": 5},
+    loss={"virtual_view_every": 0},  # tests of virtual views set it
+    quantization={
+        "method": "nvq",  # tests of `sq` set it
+        "quality": 1.0,
+        "codebooks": CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
+    },
 )
 
 
 def with_kind(kind: str) -> StudentConfig:
-    return replace(STUDENT, view=ViewDependence(kind=kind, size=16, fraction=0.3))
+    return replace(
+        STUDENT, view_dependence=ViewDependence(kind=kind, codebook_size=16, decoder_from=0.3)
+    )
 
 
 def blobs() -> Gaussians:
-    """Fifty opaque coloured blobs around the origin."""
+    """Return fifty opaque coloured Gaussians around the origin."""
     generator = torch.Generator().manual_seed(5)
     points = torch.randn(50, 3, generator=generator) * 0.5
     made = gaussians_at(points, torch.rand(50, 3, generator=generator), opacity=0.8, sh_degree=1)
@@ -67,7 +77,7 @@ def cameras() -> list[Camera]:
 
 @pytest.fixture(scope="session")
 def dataset() -> Dataset:
-    """Seven photos, 24 x 24, of the blobs; their centres, moved a little, are the points."""
+    """Seven photos, 24 x 24, of the blobs; their means with noise are the points."""
     truth = Scene(blobs())
     frames = [
         Frame(
@@ -94,15 +104,15 @@ def dataset() -> Dataset:
 @pytest.fixture
 def make_student(dataset: Dataset) -> Callable[..., Student]:
     def make(config: StudentConfig = STUDENT, seed: int = 0) -> Student:
-        seen_by = [frame.camera for frame in dataset.train]
+        cameras_of_photos = [frame.camera for frame in dataset.train]
         teacher = Scene(blobs(), near=0.2)
-        return Student(config, teacher, seen_by, extent=dataset.extent, seed=seed)
+        return Student(config, teacher, cameras_of_photos, extent=dataset.extent, seed=seed)
 
     return make
 
 
 def train(stage: Stage, dataset: Dataset, until: int) -> list[float]:
-    """Steps up to number `until`; their losses."""
+    """Train up to step `until`; return the losses."""
     losses = []
     while stage.done < until:
         number = stage.views_per_step
@@ -112,7 +122,13 @@ def train(stage: Stage, dataset: Dataset, until: int) -> list[float]:
     return losses
 
 
-def draw(student: Student, *, depth: bool = False) -> Rendered:
-    """What training draws for the first camera."""
-    seen = Seen(student.model, cameras()[:1])
-    return seen.draw(0, background=student.background, depth=depth)
+def grad_of(tensor: torch.Tensor) -> torch.Tensor:
+    """Return the gradient of a leaf, which must have one."""
+    assert tensor.grad is not None
+    return tensor.grad
+
+
+def render_student(student: Student, *, depth: bool = False) -> Rendered:
+    """Render the first camera as training does."""
+    shared = SharedDecode(student.model, cameras()[:1])
+    return shared.render(0, background=student.background, depth=depth)

@@ -1,4 +1,4 @@
-"""Checkpoints: everything comes back, and what is not whole is refused."""
+"""Checkpoints: exact round trip, and errors for damaged files."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ STATE = {
 }
 
 
-def test_everything_comes_back_to_the_last_bit(tmp_path: Path) -> None:
+def test_a_state_survives_bit_for_bit(tmp_path: Path) -> None:
     save_checkpoint(tmp_path / "c.safetensors", STATE)
     back = load_checkpoint(tmp_path / "c.safetensors")
     assert back["step"] == 7 and back["rate"] == 0.1 + 0.2 and back["nothing"] is None
@@ -26,7 +26,7 @@ def test_everything_comes_back_to_the_last_bit(tmp_path: Path) -> None:
     assert back["list"][0].dtype == torch.int32 and back["list"][1:] == [1e-300, "text", True]
 
 
-def test_a_generator_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_a_generator_continues_its_sequence(tmp_path: Path) -> None:
     generator = torch.Generator().manual_seed(3)
     torch.rand(5, generator=generator)
     save_checkpoint(tmp_path / "c", {"generator": generator.get_state()})
@@ -36,23 +36,23 @@ def test_a_generator_goes_on_where_it_was(tmp_path: Path) -> None:
     assert torch.equal(torch.rand(4, generator=other), expected)
 
 
-def test_views_of_one_tensor_are_saved_each(tmp_path: Path) -> None:
+def test_views_of_one_tensor_are_saved_separately(tmp_path: Path) -> None:
     whole = torch.arange(4.0)
     save_checkpoint(tmp_path / "c", {"a": whole, "b": whole[1:3]})
     assert load_checkpoint(tmp_path / "c")["b"].tolist() == [1, 2]
 
 
 @pytest.mark.parametrize("keep", [0, 5, 100, -1])
-def test_a_cut_off_checkpoint_is_refused(tmp_path: Path, keep: int) -> None:
+def test_a_truncated_checkpoint_is_refused(tmp_path: Path, keep: int) -> None:
     save_checkpoint(tmp_path / "c", STATE)
     (tmp_path / "c").write_bytes((tmp_path / "c").read_bytes()[:keep])
-    with pytest.raises(InputError, match="not a whole checkpoint"):
+    with pytest.raises(InputError, match="not a complete checkpoint"):
         load_checkpoint(tmp_path / "c")
 
 
 def test_a_foreign_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "c").write_bytes(b"ply\nformat ascii 1.0\n" * 20)
-    with pytest.raises(InputError, match="not a whole checkpoint"):
+    with pytest.raises(InputError, match="not a complete checkpoint"):
         load_checkpoint(tmp_path / "c")
 
 
@@ -61,7 +61,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
         load_checkpoint(tmp_path / "c")
 
 
-def test_a_failed_save_leaves_the_previous_checkpoint(tmp_path: Path) -> None:
+def test_a_failed_save_keeps_the_previous_checkpoint(tmp_path: Path) -> None:
     save_checkpoint(tmp_path / "c", {"step": 1})
     with pytest.raises(TypeError):
         save_checkpoint(tmp_path / "c", {"step": object()})

@@ -1,4 +1,4 @@
-"""Several processes train as one alone would, to the last bit, and end together."""
+"""Several processes train bit for bit like one, and end together."""
 
 import re
 import shutil
@@ -14,24 +14,27 @@ import torch.distributed as dist
 from mobilegs.cli.main import main
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
-from mobilegs.pipeline.train import TrainRun, train_together
+from mobilegs.pipeline.train import TrainRun, train_in_team
 from mobilegs.train import distributed
 from mobilegs.train.checkpoint import digest, load_checkpoint
-from mobilegs.train.distributed import ALONE, PartedError, Team, joined
+from mobilegs.train.distributed import SINGLE_PROCESS, LostProcessError, Team, join_team
 from mobilegs.train.stage import view_order
 
 SETTINGS = (
     "teacher.max_splats=50",
     "teacher.init_splats=40",
     "teacher.densify.min_interval=3",
-    "student.regression_steps=3",
+    "student.schedule.regression_steps=3",
 )
 ATTRIBUTES = ("scale", "rotation", "appearance", "opacity")
-BOOKS = ("student.coding=nvq", *(f"student.codebooks.{name}=8" for name in ATTRIBUTES))
+BOOKS = (
+    "student.quantization.method=nvq",
+    *(f"student.quantization.codebooks.{name}=8" for name in ATTRIBUTES),
+)
 OPTIONS = ["--preset", "demo", "--steps", "30", "--views-per-step", "4", "--resume"]
 OPTIONS += ["--set", *SETTINGS]
 TEACHER_STEPS = 11  # of the 30
-# `mobilegs` with a signal that one process sends itself during its step of that number
+# `mobilegs` in which one process sends itself a signal during a given step
 PROGRAM = """
 import os, sys
 from mobilegs.cli.main import main
@@ -50,7 +53,7 @@ sys.exit(main(words))
 """
 
 
-# `mobilegs`, and what threads there are besides once it is done
+# `mobilegs` followed by a list of the threads that remain
 THREADS = """
 import sys
 from pathlib import Path
@@ -66,14 +69,14 @@ def words(capture: Path, run: Path, settings: tuple[str, ...] = ()) -> list[str]
 
 
 def together(*program: str | Path) -> subprocess.CompletedProcess[str]:
-    """Two processes of a program, started by torchrun."""
+    """Run two processes of a program with torchrun."""
     torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
     command = [*torchrun, "--nproc-per-node", "2", *map(str, program)]
     return subprocess.run(command, capture_output=True, text=True)
 
 
 def signalled(rank: int, steps: int, number: int, capture: Path, run: Path) -> str:
-    """What two processes say of which one receives a signal; they must fail."""
+    """Return the errors of two processes of which one receives a signal."""
     program = ["--no-python", sys.executable, "-c", PROGRAM, str(rank), str(steps), str(number)]
     done = together(*program, *words(capture, run))
     assert done.returncode == 1
@@ -86,7 +89,7 @@ def sentences(said: str) -> list[str]:
 
 @pytest.fixture(scope="module", autouse=True)
 def one_thread() -> Iterator[None]:
-    """What torchrun gives its processes: matrix products differ with the number of threads."""
+    """Use one thread, as torchrun does: matrix products depend on the number of threads."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     yield
@@ -94,9 +97,9 @@ def one_thread() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def alone(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What one process makes of the capture."""
-    run = tmp_path_factory.mktemp("alone") / "run"
+def single_run(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of one process."""
+    run = tmp_path_factory.mktemp("single_run") / "run"
     assert main(words(capture, run)) == 0
     return run
 
@@ -114,23 +117,23 @@ def assert_same(run: Path, other: Path) -> None:
 
 @pytest.mark.parametrize("settings", [(), BOOKS], ids=["sq", "nvq"])
 def test_two_processes_leave_the_bytes_of_one(
-    settings: tuple[str, ...], capture: Path, alone: Path, tmp_path: Path
+    settings: tuple[str, ...], capture: Path, single_run: Path, tmp_path: Path
 ) -> None:
     if settings:
-        alone = tmp_path / "alone"
-        assert main(words(capture, alone, settings)) == 0
+        single_run = tmp_path / "single_run"
+        assert main(words(capture, single_run, settings)) == 0
     program = ["--no-python", sys.executable, "-c", THREADS]
     done = together(*program, *words(capture, tmp_path / "run", settings))
     assert done.returncode == 0, done.stderr
-    assert_same(tmp_path / "run", alone)
+    assert_same(tmp_path / "run", single_run)
     if sys.platform == "linux":  # a thread that is left, and holds a tensor, aborts Python's end
         assert "threads" in done.stdout and "gloo" not in done.stdout
     assert done.stdout.count("scene.mgs") == 1  # one of them speaks
     assert done.stderr.count(f"teacher {TEACHER_STEPS}/{TEACHER_STEPS}") == 1
 
 
-def test_processes_that_are_stopped_and_resumed_leave_the_same_bytes(
-    capture: Path, alone: Path, tmp_path: Path
+def test_an_interrupted_and_resumed_training_leaves_the_same_bytes(
+    capture: Path, single_run: Path, tmp_path: Path
 ) -> None:
     run = tmp_path / "run"
     for rank, steps, number, stage, stands in (
@@ -143,12 +146,10 @@ def test_processes_that_are_stopped_and_resumed_leave_the_same_bytes(
         saved = load_checkpoint(run / "checkpoint.safetensors")
         assert (saved["stage"], saved["state"]["done"]) == (stage, stands)
     assert main(words(capture, run)) == 0
-    assert_same(run, alone)
+    assert_same(run, single_run)
 
 
-def test_an_error_in_one_process_is_one_sentence_and_ends_all(
-    capture: Path, tmp_path: Path
-) -> None:
+def test_an_error_in_one_process_gives_one_line_and_ends_all(capture: Path, tmp_path: Path) -> None:
     broken = shutil.copytree(capture, tmp_path / "broken")
     dataset = load_capture(broken)
     second = dataset.train[view_order(len(dataset.train), 0, 2, seed=0)[1]].image_path
@@ -160,29 +161,29 @@ def test_an_error_in_one_process_is_one_sentence_and_ends_all(
     assert "exitcode  : 2" in done.stderr and "distributed.py" not in done.stderr
 
 
-def test_views_that_cannot_be_shared_are_refused(capture: Path, tmp_path: Path) -> None:
+def test_uneven_shares_of_views_are_refused(capture: Path, tmp_path: Path) -> None:
     run = TrainRun(capture, tmp_path / "run", views_per_step=3)
     with pytest.raises(
         InputError, match=r"2 processes cannot share the 3 views of a step .* of 2,"
     ):
-        train_together(run, None, Team(torch.device("cpu"), world=2))
+        train_in_team(run, None, Team(torch.device("cpu"), world_size=2))
     assert not run.output.exists()
 
 
 @pytest.fixture
 def launched(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Fails in a given way, as one of two processes of which so many have failed before."""
+    """A function that fails in one of two processes, `before` of which have failed already."""
 
     def launch(error: BaseException, before: int) -> None:
-        store = dist.HashStore()
+        store = dist.HashStore()  # pyright: ignore[reportPrivateImportUsage]
         store.add("mobilegs/failed", before)
         monkeypatch.setenv("TORCHELASTIC_RUN_ID", "test")
         monkeypatch.setenv("WORLD_SIZE", "2")
         meeting = sys.modules["torch.distributed.rendezvous"]  # a function hides its module
         monkeypatch.setattr(meeting, "rendezvous", lambda _: iter([(store, 1, 2)]))
         monkeypatch.setattr(dist, "init_process_group", lambda *_, **__: None)
-        with joined("cpu") as team:
-            assert (team.rank, team.world, team.first) == (1, 2, False)
+        with join_team("cpu") as team:
+            assert (team.rank, team.world_size, team.is_main) == (1, 2, False)
             raise error
 
     return launch
@@ -191,7 +192,7 @@ def launched(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 @pytest.mark.parametrize(
     ("error", "code"), [(InputError("x"), 2), (KeyboardInterrupt(), 130), (ValueError("x"), 1)]
 )
-def test_only_the_first_process_that_fails_says_why(
+def test_only_the_first_failing_process_reports_its_error(
     error: BaseException, code: int, launched: Callable[..., None]
 ) -> None:
     with pytest.raises(type(error)):
@@ -201,15 +202,15 @@ def test_only_the_first_process_that_fails_says_why(
     assert ended.value.code == code
 
 
-def test_a_process_that_was_killed_is_missed(
+def test_a_killed_process_is_reported(
     launched: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def closed(*_: object) -> None:
         raise RuntimeError("connection closed by peer")
 
     monkeypatch.setattr(dist, "all_gather", closed)
-    with pytest.raises(PartedError) as parted:
-        Team(torch.device("cpu"), world=2).wait()
+    with pytest.raises(LostProcessError) as parted:
+        Team(torch.device("cpu"), world_size=2).barrier()
     with pytest.raises(SystemExit, match=r"another process .* has ended \(connection closed"):
         launched(parted.value, 0)
 
@@ -223,19 +224,19 @@ def test_more_processes_than_gpus_are_refused(monkeypatch: pytest.MonkeyPatch) -
         distributed._own_device(torch.device("cuda"))
 
 
-def test_processes_that_differ_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    team = Team(torch.device("cpu"), rank=1, world=2)
-    monkeypatch.setattr(team, "numbers", lambda *own: [[7], list(own)])
-    team.refuse_difference("after step 3", 7)
+def test_diverging_processes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    team = Team(torch.device("cpu"), rank=1, world_size=2)
+    monkeypatch.setattr(team, "all_gather_ints", lambda *own: [[7], list(own)])
+    team.require_identical("after step 3", 7)
     with pytest.raises(InputError, match="no longer hold the same scene after step 3"):
-        team.refuse_difference("after step 3", 8)
+        team.require_identical("after step 3", 8)
 
 
-def test_views_are_in_the_order_of_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    team = Team(torch.device("cpu"), rank=1, world=2)
-    monkeypatch.setattr(team, "numbers", lambda *own: [[10, 12], list(own)])
-    assert team.in_order([11, 13]) == [10, 11, 12, 13]
-    assert ALONE.in_order([11, 13]) == [11, 13]
+def test_interleave_restores_the_order_of_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    team = Team(torch.device("cpu"), rank=1, world_size=2)
+    monkeypatch.setattr(team, "all_gather_ints", lambda *own: [[10, 12], list(own)])
+    assert team.interleave([11, 13]) == [10, 11, 12, 13]
+    assert SINGLE_PROCESS.interleave([11, 13]) == [11, 13]
 
 
 def test_a_digest_changes_with_any_bit() -> None:

@@ -30,13 +30,13 @@ def mask() -> Tensor:
     return mask
 
 
-def test_ssim_of_training_is_that_of_evaluation(pictures: tuple[Tensor, Tensor]) -> None:
+def test_training_and_evaluation_have_the_same_ssim(pictures: tuple[Tensor, Tensor]) -> None:
     ours = ssim_map(*pictures)
     torch.testing.assert_close(ours, metrics.ssim_map(*pictures), atol=1e-12, rtol=0)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 40), (13, 17), (40, 7)])
-def test_the_kernel_of_ssim_agrees_with_its_definition(
+def test_the_ssim_kernel_agrees_with_the_reference(
     size: tuple[int, int], generator: torch.Generator
 ) -> None:
     image, photo, pull = torch.rand(3, *size, 3, generator=generator, dtype=torch.float64)
@@ -51,7 +51,7 @@ def test_the_kernel_of_ssim_agrees_with_its_definition(
         assert (kernel - definition).norm() <= 1e-4 * definition.norm()
 
 
-def test_ssim_of_a_picture_with_itself_is_one(pictures: tuple[Tensor, Tensor]) -> None:
+def test_ssim_of_equal_images_is_one(pictures: tuple[Tensor, Tensor]) -> None:
     torch.testing.assert_close(
         ssim_map(pictures[0], pictures[0]), torch.ones(13, 17, 3, dtype=torch.float64)
     )
@@ -64,7 +64,7 @@ def test_the_adjoint_of_ssim_passes_gradcheck(pictures: tuple[Tensor, Tensor]) -
     )
 
 
-def test_photo_loss_weighs_l1_and_dissimilarity(pictures: tuple[Tensor, Tensor]) -> None:
+def test_photo_loss_is_the_weighted_sum_of_l1_and_ssim(pictures: tuple[Tensor, Tensor]) -> None:
     image, photo = pictures
     expected = 0.8 * (image - photo).abs().mean() + 0.2 * (1 - metrics.ssim(image, photo))
     torch.testing.assert_close(photo_loss(image, photo), expected)
@@ -94,7 +94,7 @@ def test_a_mask_without_a_pixel_gives_zero(loss, pictures) -> None:
     assert loss(*pictures, mask=torch.zeros(13, 17, dtype=torch.float64)) == 0
 
 
-def test_depth_loss_does_not_see_a_common_factor(generator: torch.Generator) -> None:
+def test_depth_loss_ignores_a_common_factor(generator: torch.Generator) -> None:
     teacher = 1 + torch.rand(6, 7, generator=generator, dtype=torch.float64)
     alpha = torch.full_like(teacher, 0.8)
     assert depth_distillation_loss(2.5 * teacher * alpha, alpha, teacher) < 1e-12
@@ -122,7 +122,7 @@ def test_depth_loss_counts_only_pixels_that_both_cover() -> None:
     assert alpha.grad.isfinite().all()
 
 
-def test_raw_depths_are_compared_in_all_pixels() -> None:
+def test_raw_depth_loss_covers_all_pixels() -> None:
     depth = torch.tensor([[1.0, 0.9, 0.0, 0.2]], requires_grad=True)
     teacher = torch.tensor([[1.0, 0.0, 2.0, 0.4]])
     loss = raw_depth_loss(depth, teacher)

@@ -1,10 +1,10 @@
-"""Rows and their Adam moments change together."""
+"""NamedAdam: rows change together with their moments."""
 
 import pytest
 import torch
 from torch import Tensor
 
-from mobilegs.train.optim import NamedAdam, log_linear
+from mobilegs.train.optim import NamedAdam, exponential_lr
 
 
 @pytest.fixture
@@ -25,13 +25,13 @@ def pull(adam: NamedAdam, generator: torch.Generator, rows: Tensor | None = None
     adam.step()
 
 
-def test_rates_fall_geometrically() -> None:
-    assert log_linear(1e-2, 1e-4, 0.0) == pytest.approx(1e-2)
-    assert log_linear(1e-2, 1e-4, 0.5) == pytest.approx(1e-3)
-    assert log_linear(1e-2, 1e-4, 2.0) == pytest.approx(1e-4)
+def test_learning_rates_fall_geometrically() -> None:
+    assert exponential_lr(1e-2, 1e-4, 0.0) == pytest.approx(1e-2)
+    assert exponential_lr(1e-2, 1e-4, 0.5) == pytest.approx(1e-3)
+    assert exponential_lr(1e-2, 1e-4, 2.0) == pytest.approx(1e-4)
 
 
-def test_rows_that_are_kept_move_as_if_the_others_were_still_there(adam: NamedAdam) -> None:
+def test_kept_rows_move_as_before(adam: NamedAdam) -> None:
     rows = torch.tensor([True, False, True, True, False])
     other = NamedAdam({"a": torch.zeros(5, 2), "b": torch.zeros(5)}, {"a": 0.1, "b": 0.2})
     other.restore(adam.state())
@@ -42,7 +42,7 @@ def test_rows_that_are_kept_move_as_if_the_others_were_still_there(adam: NamedAd
         torch.testing.assert_close(tensor, other.tensors[name][rows], atol=0, rtol=0)
 
 
-def test_appended_rows_have_their_values_and_no_momentum(adam: NamedAdam) -> None:
+def test_appended_rows_have_their_values_and_zero_moments(adam: NamedAdam) -> None:
     before = {name: tensor.detach().clone() for name, tensor in adam.tensors.items()}
     adam.append_rows({"a": torch.ones(2, 2), "b": torch.full((2,), 3.0)})
     for name, tensor in adam.tensors.items():
@@ -53,14 +53,14 @@ def test_appended_rows_have_their_values_and_no_momentum(adam: NamedAdam) -> Non
     assert adam.tensors["b"][5:].tolist() == [3, 3]
 
 
-def test_a_reset_forgets_the_momentum_of_one_tensor_only(adam: NamedAdam) -> None:
+def test_a_reset_clears_the_moments_of_one_tensor_only(adam: NamedAdam) -> None:
     adam.reset("b", torch.full((5,), 7.0))
     assert adam.tensors["b"].tolist() == [7] * 5
     assert (adam.adam.state[adam.tensors["b"]]["exp_avg"] == 0).all()
     assert (adam.adam.state[adam.tensors["a"]]["exp_avg"] != 0).all()
 
 
-def test_dropping_and_adding_leaves_the_other_moments(adam: NamedAdam) -> None:
+def test_dropping_and_adding_keeps_the_other_moments(adam: NamedAdam) -> None:
     before = adam.adam.state[adam.tensors["a"]]["exp_avg"].clone()
     adam.drop("b")
     adam.add("c", torch.ones(5, 4), 0.3)
@@ -70,7 +70,7 @@ def test_dropping_and_adding_leaves_the_other_moments(adam: NamedAdam) -> None:
     assert (adam.tensors["c"] != 1).all()
 
 
-def test_a_restored_optimiser_moves_on_alike_whatever_it_held_before(adam: NamedAdam) -> None:
+def test_a_restored_optimiser_continues_the_same(adam: NamedAdam) -> None:
     adam.drop("b")
     adam.add("c", torch.ones(5), 0.3)
     other = NamedAdam({"a": torch.zeros(2, 2), "b": torch.zeros(2)}, {"a": 0.9, "b": 0.9})
@@ -82,7 +82,7 @@ def test_a_restored_optimiser_moves_on_alike_whatever_it_held_before(adam: Named
         assert torch.equal(tensor, other.tensors[name])
 
 
-def test_what_is_restored_lies_where_the_other_tensors_do(adam: NamedAdam) -> None:
+def test_restored_tensors_are_on_the_device_of_the_others(adam: NamedAdam) -> None:
     other = NamedAdam({"a": torch.zeros(5, 2, device="meta")}, {"a": 0.1})
     adam.add("c", torch.ones(5), 0.3)
     other.restore(adam.state())
@@ -91,7 +91,7 @@ def test_what_is_restored_lies_where_the_other_tensors_do(adam: NamedAdam) -> No
     assert all(tensor.is_meta for tensor in held if isinstance(tensor, Tensor))
 
 
-def test_a_networks_parameters_stay_its_own() -> None:
+def test_a_network_keeps_its_parameters() -> None:
     layer = torch.nn.Linear(2, 1)
     adam = NamedAdam(dict(layer.named_parameters()), {"weight": 0.1, "bias": 0.1})
     state = adam.state()

@@ -1,4 +1,4 @@
-"""Scenes that leave with their viewer: one HTML file, and a folder that opens offline."""
+"""Exported scenes: one HTML file, and a site that opens offline."""
 
 import gzip
 import hashlib
@@ -21,19 +21,26 @@ from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render import Weighting
-from mobilegs.view.bundle import (
+from mobilegs.view.assets import (
     SCRIPT,
-    SHADERS,
-    WEB,
     element_script,
-    linked,
-    slim_shader,
+    index_page,
+    script_tags,
     viewer_script,
 )
 from tests.support.browser import Chromium
-from tests.web.test_decoder import Case, make_scene
-from tests.web.test_early import COUNTED
-from tests.web.test_viewer import SETTLED
+from tests.support.scene_cases import Case, make_scene
+from tests.support.viewer_page import COUNT_WORKERS, SETTLED
+
+# registers the service worker and returns its state once it is installed or refused
+INSTALL = """async () => {
+  const { installing, waiting, active } = await navigator.serviceWorker.register("sw.js");
+  const worker = installing ?? waiting ?? active;
+  while (worker && !["activated", "redundant"].includes(worker.state)) {
+    await new Promise((changed) => (worker.onstatechange = changed));
+  }
+  return worker?.state ?? "redundant";
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -45,13 +52,13 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
-    """An exported folder, and where it is served."""
+    """An exported folder, and the address at which it is served."""
     folder = tmp_path / "site"
     words = ["export", str(scene), "--to", "site", "-o", str(folder), "--title", "A <garden>"]
     assert main(words) == 0
 
     class Host(SimpleHTTPRequestHandler):
-        """As some hosts are: pages have one address only, and answers may vary."""
+        """Like some hosts: index.html redirects to its folder, and answers have a Vary header."""
 
         def do_GET(self) -> None:
             if self.path.endswith("/index.html"):
@@ -76,7 +83,7 @@ def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
     server.server_close()
 
 
-def test_the_html_file_opens_from_a_disk_without_a_network(
+def test_the_html_file_opens_without_a_network(
     chromium: Chromium, scene: Path, tmp_path: Path
 ) -> None:
     page = tmp_path / "garden.html"
@@ -91,9 +98,7 @@ def test_the_html_file_opens_from_a_disk_without_a_network(
     tab.close()
 
 
-def test_a_plain_scene_goes_into_one_file_too(
-    chromium: Chromium, scene: Path, tmp_path: Path
-) -> None:
+def test_a_ply_can_be_exported_to_html(chromium: Chromium, scene: Path, tmp_path: Path) -> None:
     write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
     page = tmp_path / "plain.html"
     words = ["export", str(tmp_path / "plain.ply"), "--to", "html", "-o", str(page)]
@@ -104,12 +109,10 @@ def test_a_plain_scene_goes_into_one_file_too(
     tab.close()
 
 
-def test_the_folder_opens_again_without_a_network(
-    chromium: Chromium, site: tuple[Path, str]
-) -> None:
+def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]) -> None:
     _, address = site
     tab = chromium.tab()
-    tab.page.add_init_script(COUNTED)
+    tab.page.add_init_script(COUNT_WORKERS)
     begun = (
         f"begun.length === 1 && begun[0].startsWith('{address}scene.mgs?')"  # by the page: early.js
     )
@@ -129,10 +132,10 @@ def test_the_folder_opens_again_without_a_network(
 
 
 @pytest.mark.parametrize("file", ["viewer.js", "index.html"])
-def test_what_is_not_of_its_version_yet_is_not_kept(
+def test_files_of_another_version_are_not_kept(
     chromium: Chromium, site: tuple[Path, str], file: str
 ) -> None:
-    """A site may be visited while it is uploaded."""
+    """A browser may visit the site while it is being uploaded."""
     folder, address = site
     content = (folder / file).read_text()
     version = re.findall(r'VERSION = "(\w+)"', (folder / "sw.js").read_text())[0]
@@ -142,25 +145,18 @@ def test_what_is_not_of_its_version_yet_is_not_kept(
     tab = chromium.tab()
     tab.page.goto(f"{address}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    script = """async () => {
-      const { installing } = await navigator.serviceWorker.register("sw.js");
-      if (installing) await new Promise((settled) => (installing.onstatechange = settled));
-      return installing?.state ?? "redundant";
-    }"""
-    assert tab.page.evaluate(script) == "redundant"
-    # servers tell times in whole seconds: a file of the same second would count as the one refused
+    assert tab.page.evaluate(INSTALL) == "redundant"
+    # servers give times in whole seconds: a file of the same second would not count as changed
     written = (folder / file).stat().st_mtime
     (folder / file).write_text(content)
     os.utime(folder / file, (written + 2, written + 2))
-    controlled = "navigator.serviceWorker.controller !== null"
-    # a visit that begins while another's refusal is under way may keep nothing: a later one does
+    # a visit that begins while an earlier one is being refused may keep nothing
     for _ in range(4):
         tab.page.goto(f"{address}?scale=1&variant=floats")
         assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-        tab.page.wait_for_timeout(2000)
-        if tab.page.evaluate(controlled):
+        if tab.page.evaluate(INSTALL) == "activated":
             break
-    assert tab.page.evaluate(controlled)
+    tab.page.wait_for_function("navigator.serviceWorker.controller !== null", timeout=30_000)
     tab.complaints.clear()  # of the file that was refused
     tab.close()
 
@@ -176,7 +172,7 @@ def test_a_browser_would_install_it(chromium: Chromium, site: tuple[Path, str]) 
     tab.close()
 
 
-def test_the_folder_holds_what_it_names(site: tuple[Path, str], scene: Path) -> None:
+def test_the_site_has_all_the_files_that_it_names(site: tuple[Path, str], scene: Path) -> None:
     folder, _ = site
     assert (folder / "scene.mgs").read_bytes() == scene.read_bytes()
     manifest = json.loads((folder / "manifest.webmanifest").read_text())
@@ -189,12 +185,12 @@ def test_the_folder_holds_what_it_names(site: tuple[Path, str], scene: Path) -> 
     listed = (folder / "sw.js").read_text().split("FILES = ", 1)[1].split("};", 1)[0] + "}"
     files = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     assert set(json.loads(listed)) == files - {"sw.js", "mobile-gs.js"} | {"."}
-    # what visitors look at to find out whether there is something new comes last
+    # browsers look at sw.js for a new version, so it is written last
     assert max(folder.iterdir(), key=lambda path: path.stat().st_mtime_ns).name == "sw.js"
     assert "A &lt;garden&gt;" in (folder / "index.html").read_text()
 
 
-def test_a_site_that_knows_its_address_names_its_picture_in_full(
+def test_link_previews_have_the_full_address_of_the_image(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["export", str(scene), "--to", "site", "-o", str(tmp_path / "out"), "--url"]
@@ -210,7 +206,7 @@ def test_a_site_that_knows_its_address_names_its_picture_in_full(
     wrong += ["https://a.b/?", "https://a.b/#", "https://a.b:99999/", "https://u:p@a.b/"]
     for url in wrong:
         assert main([*words, url]) == 2
-        assert "is no address of a site" in capsys.readouterr().err
+        assert "is not the address of a site" in capsys.readouterr().err
     page = tmp_path / "page.html"
     assert (
         main(["export", str(scene), "--to", "html", "-o", str(page), "--url", "https://a.b"]) == 2
@@ -219,18 +215,18 @@ def test_a_site_that_knows_its_address_names_its_picture_in_full(
     assert not page.exists()
 
 
-def test_a_folder_is_written_anew_but_no_other_one(
+def test_export_replaces_earlier_exports_but_no_other_folder(
     site: tuple[Path, str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, _ = site
     before = (folder / "sw.js").read_text()
     words = ["export", str(scene), "--to", "site", "-o"]
     assert main([*words, str(folder), "--title", "other"]) == 0
-    assert (folder / "sw.js").read_text() != before  # visitors get what has changed
+    assert (folder / "sw.js").read_text() != before  # browsers see a new version
     page = (folder / "index.html").read_text()
     for word, file in (("src", "scene.mgs"), ("poster", "poster.jpg")):
         mark = hashlib.sha256((folder / file).read_bytes()).hexdigest()[:8]
-        assert f'{word}="{file}?{mark}"' in page  # nobody shows one of a visit before
+        assert f'{word}="{file}?{mark}"' in page  # no cached file of an earlier version
     (folder / "sw.js").unlink()  # as if it had been interrupted
     (folder / "scene.ply").write_text("somebody's own")
     assert main([*words, str(folder)]) == 0
@@ -239,12 +235,12 @@ def test_a_folder_is_written_anew_but_no_other_one(
     mine.mkdir()
     (mine / "thesis.txt").write_text("precious")
     assert main([*words, str(mine)]) == 2
-    assert "holds something else" in capsys.readouterr().err
+    assert "not from an export" in capsys.readouterr().err
     assert [path.name for path in mine.iterdir()] == ["thesis.txt"]
 
 
 @pytest.mark.parametrize("to", ["html", "site"])
-def test_what_no_viewer_shows_is_refused(
+def test_scenes_that_the_viewer_does_not_support_are_refused(
     to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     network = tmp_path / "network.mgs"
@@ -254,10 +250,10 @@ def test_what_no_viewer_shows_is_refused(
     (tmp_path / "two_pass.mgs").write_bytes(pack(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
     for name, sentence in (
-        ("network.mgs", "asks a network"),
+        ("network.mgs", "needs a network"),
         ("two_pass.mgs", "two_pass"),
         ("broken.mgs", "broken.mgs"),
-        ("photo.jpg", "no scene: a .mgs, .ply or .spz"),
+        ("photo.jpg", "not a scene"),
         ("gone.mgs", "gone.mgs"),
     ):
         words = ["export", str(tmp_path / name), "--to", to, "-o", str(tmp_path / "out")]
@@ -266,43 +262,33 @@ def test_what_no_viewer_shows_is_refused(
         assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("file", sorted(SHADERS.glob("*.*sl")), ids=lambda file: file.name)
-def test_shaders_keep_the_lines_that_count(file: Path) -> None:
-    text = slim_shader(file.read_text())
-    assert text.endswith("\n") and len(text) < len(file.read_text())
-    orders = [line for line in text.splitlines() if "#" in line]
-    assert orders == [line for line in file.read_text().splitlines() if line.startswith("#")]
-
-
-def test_the_viewer_is_small() -> None:
-    page = (WEB / "index.html").read_text().replace(SCRIPT, linked("/viewer.js"))
+def test_page_and_script_take_less_than_60_kb() -> None:
+    page = index_page().replace(SCRIPT, script_tags("/viewer.js"))
     sent = [gzip.compress(text.encode(), mtime=0) for text in (page, viewer_script())]
     assert sum(map(len, sent)) < 60_000
 
 
 @pytest.mark.parametrize("script", [viewer_script, element_script])
-def test_a_bundle_has_no_modules_left(script: Callable[[], str]) -> None:
-    text = script()
-    assert "\nimport " not in text and "\nexport " not in text and "</" not in text
-    assert "import.meta" not in text
+def test_a_script_can_stand_in_an_html_page(script: Callable[[], str]) -> None:
+    assert "</script" not in script() and "<!--" not in script()
 
 
-def test_the_script_holds_each_module_once_and_leaves_nothing_behind(
+def test_the_script_has_each_module_once_and_leaves_no_globals(
     chromium: Chromium, scene: Path
 ) -> None:
     text = viewer_script()
-    assert text.count("class Decoder{") == text.count("leaves its 48-bit grid") == 1
+    assert text.count("leaves its 48-bit grid") == 1
     tab = chromium.tab()
     tab.page.evaluate("() => (window.before = Object.getOwnPropertyNames(window))")
     tab.page.evaluate("() => document.body.append(document.createElement('mobile-gs'))")
-    tab.page.add_script_tag(content=text)  # no module, so that its names would be left
+    tab.page.add_script_tag(content=text)  # not as a module, which has no globals anyway
     tab.page.wait_for_function("document.querySelector('mobile-gs').viewer", timeout=20_000)
     names = "() => Object.getOwnPropertyNames(window).filter((name) => !before.includes(name))"
     assert tab.page.evaluate(names) == ["before"]
     tab.close()
 
 
-def test_the_thread_works_in_a_thread_of_its_own(chromium: Chromium, scene: Path) -> None:
+def test_the_worker_starts_from_another_worker(chromium: Chromium, scene: Path) -> None:
     text = viewer_script()
     outer = """onmessage = ({ data: { file, text } }) => {
       const url = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
@@ -328,9 +314,7 @@ def test_the_thread_works_in_a_thread_of_its_own(chromium: Chromium, scene: Path
     tab.close()
 
 
-def test_the_element_works_in_a_page_of_ones_own(
-    chromium: Chromium, site: tuple[Path, str]
-) -> None:
+def test_the_element_works_in_another_page(chromium: Chromium, site: tuple[Path, str]) -> None:
     folder, address = site
     (folder / "mine.html").write_text(
         '<!doctype html><meta charset="utf-8" /><link rel="icon" href="data:," />'
@@ -343,19 +327,19 @@ def test_the_element_works_in_a_page_of_ones_own(
     tab.close()
 
 
-def test_a_page_takes_the_place_of_no_other_file(
+def test_export_html_overwrites_only_exported_pages(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "own.mgs"
     copy.write_bytes(scene.read_bytes())
     assert main(["export", str(copy), "--to", "html", "-o", str(copy)]) == 2
-    assert "would be lost" in capsys.readouterr().err
+    assert "not an exported page" in capsys.readouterr().err
     assert copy.read_bytes() == scene.read_bytes()
-    for _ in range(2):  # its own page again
+    for _ in range(2):  # the second time over its own page
         assert main(["export", str(copy), "--to", "html", "-o", str(tmp_path / "a.html")]) == 0
 
 
-def test_a_page_is_called_after_the_capture(tmp_path: Path) -> None:
+def test_the_title_is_the_name_of_the_capture(tmp_path: Path) -> None:
     scene = make_scene(Case(60, LobeShape(2, 12, (64,)), size=20))
     (tmp_path / "scene.mgs").write_bytes(pack(replace(scene, meta={"capture": "My <yard>"})))
     words = ["export", str(tmp_path / "scene.mgs"), "--to", "html", "-o", str(tmp_path / "a.html")]
@@ -363,7 +347,7 @@ def test_a_page_is_called_after_the_capture(tmp_path: Path) -> None:
     assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text()
 
 
-def test_an_exported_folder_holds_one_scene(scene: Path, site: tuple[Path, str]) -> None:
+def test_a_second_export_replaces_the_scene(scene: Path, site: tuple[Path, str]) -> None:
     folder, _ = site
     (folder / "scene.txt").write_bytes(b"mine")
     plain = folder.parent / "plain.ply"
@@ -376,7 +360,7 @@ def test_an_exported_folder_holds_one_scene(scene: Path, site: tuple[Path, str])
         }
 
 
-def test_names_that_are_no_text_become_titles(scene: Path, tmp_path: Path) -> None:
+def test_file_names_that_are_not_utf8_become_titles(scene: Path, tmp_path: Path) -> None:
     try:
         named = tmp_path / os.fsdecode(b"caf\xe9.mgs")
         named.write_bytes(scene.read_bytes())
@@ -388,7 +372,7 @@ def test_names_that_are_no_text_become_titles(scene: Path, tmp_path: Path) -> No
         assert "<title>caf\ufffd</title>" in page.read_text()
 
 
-def test_a_scene_that_no_page_can_hold_is_refused(
+def test_a_scene_too_large_for_a_page_is_refused(
     scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("mobilegs.view.export.HTML_MAX", 1000)

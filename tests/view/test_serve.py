@@ -1,4 +1,4 @@
-"""The server of the viewer: what it gives away, and what it keeps."""
+"""The web server of the viewer: what it serves and what not."""
 
 import _thread
 import gzip
@@ -20,13 +20,13 @@ import segno
 from mobilegs.cli.main import main
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS
-from mobilegs.view.bundle import viewer_script
+from mobilegs.view.assets import viewer_script
 from mobilegs.view.serve import SCENE, Server, own_address, serve
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """Serves a file of 3 MB with a name that an address cannot hold as it is."""
+    """A server with a file of 3 MB, whose name must be quoted in an address."""
     scene = tmp_path_factory.mktemp("scenes") / "my garden & co.mgs"
     scene.write_bytes(bytes(range(256)) * 12_000)
     (scene.parent / "secret.mgs").write_bytes(b"not yours")
@@ -39,7 +39,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 def get(
     server: Server, path: str, wishes: dict[str, str] | None = None
 ) -> tuple[int, dict[str, str], bytes]:
-    """Status, headers and body of an answer; the path goes out as it is, dots and all."""
+    """Return status, headers and body of an answer; the path is sent unchanged, dots included."""
     connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
     connection.request("GET", path, headers=wishes or {})
     answer = connection.getresponse()
@@ -49,19 +49,19 @@ def get(
 
 
 def ply(kind: str, number: str) -> bytes:
-    """The header of a scene without Gaussians."""
+    """Return the .ply header of a scene without Gaussians."""
     lines = ["ply", f"format {kind} 1.0", "element vertex 0"]
     lines += [f"property {number} {name}" for name in COLUMNS]
     return "\n".join([*lines, "end_header", ""]).encode()
 
 
-def test_the_scene_arrives_as_it_is(server: Server) -> None:
+def test_the_scene_is_served_unchanged(server: Server) -> None:
     status, headers, body = get(server, "/scene")
     assert status == 200 and body == server.scenes[SCENE].read_bytes()
     assert headers["Content-Length"] == str(len(body))
 
 
-def test_heads_can_be_asked_for(server: Server) -> None:
+def test_head_requests_get_headers_only(server: Server) -> None:
     for path in ("/scene", "/?url=/scene", "/nothing"):
         connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
         connection.request("HEAD", path)
@@ -73,7 +73,7 @@ def test_heads_can_be_asked_for(server: Server) -> None:
         connection.close()
 
 
-def test_what_is_no_address_is_refused(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_malformed_address_is_refused(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as connection:
         connection.sendall(b"GET http://[ HTTP/1.1\r\nHost: a\r\n\r\n")
         assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
@@ -81,7 +81,7 @@ def test_what_is_no_address_is_refused(server: Server, capsys: pytest.CaptureFix
     assert capsys.readouterr().err == ""
 
 
-def test_a_scene_that_is_cut_while_it_is_sent_ends_the_connection(tmp_path: Path) -> None:
+def test_truncating_a_scene_during_transfer_closes_the_connection(tmp_path: Path) -> None:
     scene = tmp_path / "a.mgs"
     scene.write_bytes(bytes(30 << 20))
     with Server(scene) as server:
@@ -97,7 +97,7 @@ def test_a_scene_that_is_cut_while_it_is_sent_ends_the_connection(tmp_path: Path
         server.shutdown()
 
 
-def test_a_browser_that_waits_for_the_page_gets_it(
+def test_a_browser_command_that_blocks_gets_the_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Some commands end only when their browser does."""
@@ -121,7 +121,7 @@ def test_a_browser_that_waits_for_the_page_gets_it(
     assert found == [302]
 
 
-def test_phones_get_an_address_and_a_code_of_it(
+def test_lan_prints_an_address_and_its_qr_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = tmp_path / "a.mgs"
@@ -149,7 +149,7 @@ def test_phones_get_an_address_and_a_code_of_it(
     assert drawn.getvalue() in said
 
 
-def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
+def test_the_root_redirects_to_the_scene(server: Server) -> None:
     status, headers, _ = get(server, "/")
     assert status == 302
     assert headers["Location"] == "/?url=/scene"
@@ -162,7 +162,7 @@ def test_the_root_leads_to_the_viewer_with_the_scene(server: Server) -> None:
     assert headers["Location"] == "/?url=/scene&bench=60,640x360&noui"
 
 
-def test_the_page_has_the_names_of_its_scenes(tmp_path: Path) -> None:
+def test_the_title_names_the_scenes(tmp_path: Path) -> None:
     files = [tmp_path / "a & b" / "scene.mgs", tmp_path / "plain.ply"]
     for file in files:
         file.parent.mkdir(exist_ok=True)
@@ -175,10 +175,10 @@ def test_the_page_has_the_names_of_its_scenes(tmp_path: Path) -> None:
     assert f"<title>{title}</title>" in body.decode()
 
 
-def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:
+def test_the_script_of_the_page_is_served(server: Server) -> None:
     _, _, page = get(server, "/?url=/scene")
     found = re.search(rb'src="(/viewer\.js\?\w{16})"', page)
-    assert found and page.count(found[1]) == 2  # for the page itself, and for its thread
+    assert found and page.count(found[1]) == 2  # for the page and for its worker
     status, headers, body = get(server, found[1].decode())
     assert status == 200 and body.decode() == viewer_script()
     assert "immutable" in headers["Cache-Control"]
@@ -198,22 +198,22 @@ def test_the_page_names_its_script_and_that_is_there(server: Server) -> None:
         "/scene/",
         "/other",
         "/serve.py",
-        "/web/../serve.py",
-        "/web/%2e%2e/serve.py",
+        "/dist/../serve.py",
+        "/dist/%2e%2e/serve.py",
         "/../../pyproject.toml",
         "//etc/passwd",
-        "/web/",
-        "/web",
-        "/web/page.js",
+        "/dist/",
+        "/dist",
+        "/dist/viewer.js",
         "/viewer.js/",
-        "/web/nul\\..\\..\\serve.py",
+        "/dist/nul\\..\\..\\serve.py",
     ],
 )
 def test_nothing_else_is_served(server: Server, path: str) -> None:
     assert get(server, path)[0] == 404
 
 
-def test_a_scene_that_has_gone_is_not_found(tmp_path: Path) -> None:
+def test_a_deleted_scene_is_not_found(tmp_path: Path) -> None:
     scene = tmp_path / "a.mgs"
     scene.write_bytes(b"x")
     with Server(scene) as server:
@@ -232,7 +232,7 @@ def test_two_scenes_are_compared(tmp_path: Path, name: str) -> None:
     with Server(tmp_path / name, tmp_path / "b.ply") as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         page = get(server, "/")[1]["Location"]
-        # as the page reads its own address; what it asks for is then an address
+        # as the page reads its own address
         wishes = parse_qs(urlsplit(page).query)
         [first], [second] = wishes["url"], wishes["compare"]
         assert first == f"/scene/{quote(name)}" and second == "/other/b.ply"
@@ -241,45 +241,47 @@ def test_two_scenes_are_compared(tmp_path: Path, name: str) -> None:
         server.shutdown()
 
 
-def test_it_listens_on_this_machine_alone_unless_asked(server: Server) -> None:
+def test_it_listens_only_on_this_machine_by_default(server: Server) -> None:
     assert server.server_address[0] == "127.0.0.1"
     assert own_address() is None or "." in str(own_address())
 
 
-def test_a_port_that_is_taken_is_told(server: Server, tmp_path: Path) -> None:
+def test_a_port_in_use_is_reported(server: Server, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=f"cannot listen on 127.0.0.1:{server.server_port}"):
         Server(server.scenes[SCENE], port=server.server_port)
     with pytest.raises(InputError, match="there is no such file"):
         Server(tmp_path / "gone.mgs")
 
 
-def test_view_refuses_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_view_refuses_bad_options_with_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["view", str(tmp_path / "gone.mgs")]) == 2
     assert "there is no such file" in capsys.readouterr().err
     assert main(["view", str(tmp_path / "gone.mgs"), "--port", "70000"]) == 2
     assert "there is no such file" in capsys.readouterr().err
     (tmp_path / "a.mgs").write_bytes(b"x")
     assert main(["view", str(tmp_path / "a.mgs"), "--port", "70000"]) == 2
-    assert "a port lies between" in capsys.readouterr().err
+    assert "between 0 and 65535" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
         ("empty.mgs", b"", "is empty"),
-        ("notes.txt", b"text", "is no scene"),
+        ("notes.txt", b"text", "not a scene"),
         ("folder.mgs", None, "it is a folder"),
-        ("text.ply", ply("ascii", "float"), "no .ply that the web viewer shows"),
-        ("big.ply", ply("binary_big_endian", "float"), "no .ply that the web viewer shows"),
-        ("double.ply", ply("binary_little_endian", "double"), "no .ply that the web viewer shows"),
+        ("text.ply", ply("ascii", "float"), "not a .ply that the web viewer"),
+        ("big.ply", ply("binary_big_endian", "float"), "not a .ply that the web viewer"),
+        ("double.ply", ply("binary_little_endian", "double"), "not a .ply that the web viewer"),
         (
             "mesh.ply",
             b"ply\nformat ascii 1.0\nelement face 1\nend_header\n",
-            "no .ply that the web",
+            "not a .ply that the web",
         ),
     ],
 )
-def test_what_is_no_scene_is_not_served(
+def test_files_that_are_not_scenes_are_refused(
     tmp_path: Path, name: str, content: bytes | None, sentence: str
 ) -> None:
     path = tmp_path / name

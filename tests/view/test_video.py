@@ -1,4 +1,4 @@
-"""A video of a scene, once around."""
+"""A video of one turn around a scene."""
 
 import math
 from dataclasses import replace
@@ -15,13 +15,13 @@ from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import pack
 from mobilegs.render.scene import Scene
 from mobilegs.view.video import open_with_views, orbit_cameras
-from tests.synthetic_capture.test_render import garden
-from tests.web.test_decoder import Case, make_scene
+from tests.support.garden import garden
+from tests.support.scene_cases import Case, make_scene
 
 av = pytest.importorskip("av")
 
 
-def pictures(path: Path) -> tuple[list[np.ndarray], float]:
+def read_video(path: Path) -> tuple[list[np.ndarray], float]:
     with av.open(str(path)) as file:
         stream = file.streams.video[0]
         return [frame.to_ndarray(format="rgb24") for frame in file.decode(video=0)], float(
@@ -29,25 +29,25 @@ def pictures(path: Path) -> tuple[list[np.ndarray], float]:
         )
 
 
-def test_a_video_goes_once_around(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_video_makes_one_turn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     source, video = tmp_path / "garden.ply", tmp_path / "out.mp4"
     write_ply(source, garden())
     words = ["render", str(source), "--orbit", str(video), "--seconds", "0.8", "--size", "96", "64"]
     assert main(words) == 0
     assert f"{video.stat().st_size:,} bytes" in capsys.readouterr().out
-    frames, rate = pictures(video)
+    frames, rate = read_video(video)
     assert (len(frames), rate) == (24, 30.0)
     scene, views = open_with_views(source, torch.device("cpu"))
     cameras = orbit_cameras(scene, views, 24, width=96, height=64)
     for number in (0, 7, 23):
         expected = to_bytes(scene.render(cameras[number]).image).numpy().astype(float)
         error = np.abs(frames[number] - expected).mean()
-        assert error < 12  # colours at half resolution, of dots
+        assert error < 12  # chroma at half resolution
         assert error < np.abs(frames[(number + 12) % 24] - expected).mean()
     assert not list(tmp_path.glob("*.tmp*"))
 
 
-def test_cameras_go_around_what_the_training_cameras_look_at() -> None:
+def test_cameras_circle_the_target_of_the_training_cameras() -> None:
     up, middle = torch.tensor([0.0, -1.0, 0.0]), torch.tensor([1.0, 2.0, 3.0])
     first, *_ = make_scene(Case(20)).views
     eyes = [middle + torch.tensor([4.0, -1.0, 0.0]), middle + torch.tensor([0.0, -1.0, 4.0])]
@@ -63,7 +63,7 @@ def test_cameras_go_around_what_the_training_cameras_look_at() -> None:
         assert torch.allclose(ahead / ahead.norm(), torch.tensor([0.0, 0, 1]), atol=1e-3)
 
 
-def test_a_scene_file_brings_its_views(tmp_path: Path) -> None:
+def test_an_mgs_file_has_its_training_cameras(tmp_path: Path) -> None:
     path = tmp_path / "scene.mgs"
     path.write_bytes(pack(make_scene(Case(20))))
     scene, views = open_with_views(path, torch.device("cpu"))
@@ -73,17 +73,17 @@ def test_a_scene_file_brings_its_views(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--orbit", "out.avi"], "ends so"),
-        (["--orbit", "out.mp4", "--seconds", "0"], "up to 600 seconds"),
-        (["--orbit", "out.mp4", "--seconds", "nan"], "up to 600 seconds"),
-        (["--orbit", "out.mp4", "--size", "95", "64"], "sides are even"),
-        (["--orbit", "out.mp4", "--size", "96", "100000"], "sides are even"),
+        (["--orbit", "out.avi"], "out.avi"),
+        (["--orbit", "out.mp4", "--seconds", "0"], "600 seconds"),
+        (["--orbit", "out.mp4", "--seconds", "nan"], "600 seconds"),
+        (["--orbit", "out.mp4", "--size", "95", "64"], "must be even"),
+        (["--orbit", "out.mp4", "--size", "96", "100000"], "must be even"),
         (["--orbit", "out.mp4", "--capture", "here"], "leave out --capture"),
         ([], "--orbit MP4"),
         (["--capture", "here"], "--orbit MP4"),
     ],
 )
-def test_what_no_video_is_is_refused(
+def test_impossible_videos_are_refused(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],

@@ -1,4 +1,4 @@
-"""The window, on a canvas that needs no display."""
+"""The window, on a canvas without a display."""
 
 import sys
 from collections.abc import Callable
@@ -14,20 +14,20 @@ from mobilegs.cli.main import main
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.view import window as windows
-from mobilegs.view.wgpu_renderer import GpuRenderer
+from mobilegs.view.wgpu_renderer import WgpuRenderer
+from tests.support.golden import as_scene
 from tests.support.scenes import as_float32, no_gpu, random_scene
-from tests.view.test_orbit import event, ring
-from tests.view.test_wgpu_renderer import as_scene
+from tests.support.window import event, ring
 
 needs_gpu = pytest.mark.skipif(bool(no_gpu()), reason=no_gpu())
-LEVELS = 1.0  # of 255: the same picture, rounded by the GPU and by us
+LEVELS = 1.0  # of 255: the GPU and the test round differently
 
 
 @pytest.fixture
 def opened(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> Any:
-    """Opens windows without a display, in an empty working folder."""
+    """Open windows without a display, in an empty working folder."""
     from rendercanvas.offscreen import RenderCanvas
 
     monkeypatch.chdir(tmp_path)
@@ -36,18 +36,18 @@ def opened(
     def open_window(kind: str = "mobile_gs", *, density: float = 1.0, views: bool = True) -> Any:
         scene = as_scene(as_float32(random_scene(300, seed=2)), kind)
         canvas = RenderCanvas(size=(90, 60), pixel_ratio=density)
-        made.append(windows.Window(canvas, GpuRenderer(scene), ring() if views else [], "garden"))
+        made.append(windows.Window(canvas, WgpuRenderer(scene), ring() if views else [], "garden"))
         return made[-1]
 
     yield open_window
     for window in made:
         window.close()
-    # what goes wrong in a handler or a frame, rendercanvas catches and logs
+    # rendercanvas catches and logs errors in handlers and frames
     assert not [record for record in caplog.records if record.name == "rendercanvas"]
 
 
 def act(window: windows.Window, *events: dict) -> None:
-    """Sends events, as a toolkit would."""
+    """Send events, as a toolkit does."""
     for one in events:
         window.canvas.submit_event(one)
     window.canvas._process_events()
@@ -58,20 +58,20 @@ def press(window: windows.Window, key: str, *modifiers: str) -> None:
 
 
 def shown(window: windows.Window) -> np.ndarray:
-    """The picture on the canvas, RGB in 0 to 255."""
+    """Return the image on the canvas, RGB in 0 to 255."""
     return window.canvas.draw()[..., :3].astype(np.float64)
 
 
 def expected(window: windows.Window) -> np.ndarray:
-    """The picture that the renderer alone draws from where the window looks."""
+    """Return the image of the renderer for the window's pose."""
     seen = window.camera(*window.canvas.get_physical_size())
-    return to_bytes(window._renderer.draw(seen).image).numpy().astype(np.float64)
+    return to_bytes(window._renderer.render(seen).image).numpy().astype(np.float64)
 
 
 @needs_gpu
 @pytest.mark.parametrize("kind", ["mobile_gs", "sorted"])
 @pytest.mark.parametrize("density", [1.0, 2.0])
-def test_a_window_shows_what_the_renderer_draws(opened: Any, kind: str, density: float) -> None:
+def test_a_window_shows_the_renderers_image(opened: Any, kind: str, density: float) -> None:
     window = opened(kind, density=density)
     first = shown(window)
     assert first.shape == (60 * density, 90 * density, 3) and first.std() > 5
@@ -82,7 +82,7 @@ def test_a_window_shows_what_the_renderer_draws(opened: Any, kind: str, density:
 
 
 @needs_gpu
-def test_the_first_view_is_a_training_camera_and_v_takes_the_next(opened: Any) -> None:
+def test_the_first_view_is_a_training_camera_and_v_shows_the_next(opened: Any) -> None:
     window, views = opened(), ring()
     for index in (0, 1, 2, 3, 4, 0):
         if index or window._view:
@@ -101,7 +101,7 @@ def drag(window: windows.Window, dx: float, dy: float, *, button: int = 1, **mor
         event("pointer_down", x=10.0, y=10.0, button=button, buttons=buttons, **more),
         event("pointer_move", x=10.0 + dx, y=10.0 + dy, buttons=buttons, **more),
         event("pointer_up", x=10.0 + dx, y=10.0 + dy, button=button, **more),
-        event("pointer_move", x=70.0, y=50.0),  # nothing is held down any more
+        event("pointer_move", x=70.0, y=50.0),  # no button is down any more
     )
 
 
@@ -114,11 +114,12 @@ def test_dragging_turns_and_pans_and_the_wheel_zooms(opened: Any) -> None:
     assert np.linalg.norm(pose.eye - pose.target) == pytest.approx(reach)
     assert np.linalg.norm(pose.eye - start.eye) > 0.2 * reach
     np.testing.assert_array_equal(pose.target, start.target)
-    assert (pose.eye - start.eye) @ start.right < 0  # the scene follows the hand
+    assert (pose.eye - start.eye) @ start.right < 0  # the scene follows the pointer
     press(window, "r")
     pose = window.input.pose
     np.testing.assert_allclose(pose.eye, start.eye)
-    for more in ({"button": 2}, {"modifiers": ("Shift",)}):
+    options: list[dict[str, Any]] = [{"button": 2}, {"modifiers": ("Shift",)}]
+    for more in options:
         before = pose.copy()
         drag(window, 30, 0, **more)
         step = pose.eye - before.eye
@@ -135,7 +136,7 @@ def test_dragging_turns_and_pans_and_the_wheel_zooms(opened: Any) -> None:
 
 
 @needs_gpu
-def test_a_double_click_looks_at_what_is_there(opened: Any) -> None:
+def test_a_double_click_sets_the_target(opened: Any) -> None:
     window = opened()
     seen = window.camera(90, 60)
     place = seen.viewmat.double().numpy() @ [*window._solid[7], 1]
@@ -151,23 +152,23 @@ def test_a_double_click_looks_at_what_is_there(opened: Any) -> None:
 
 
 @needs_gpu
-def test_a_sorted_scene_is_sorted_anew_when_it_is_seen_from_elsewhere(opened: Any) -> None:
+def test_a_sorted_scene_is_sorted_again_after_a_turn(opened: Any) -> None:
     window = opened("sorted")
     shown(window)
     window.input.pose.orbit(3.0, 0.0)
-    stale = shown(window)  # in the order of before, while the other is made
-    assert window._coming is not None
-    window._coming.result()
+    stale = shown(window)  # still in the earlier order
+    assert window._next_order is not None
+    window._next_order.result()
     exact = shown(window)
     assert np.abs(exact - expected(window)).max() <= LEVELS
     assert np.abs(stale - exact).max() > 10
     window.input.pose.orbit(0.005, 0.0)
     shown(window)
-    assert window._coming is None  # the same order serves
+    assert window._next_order is None  # no new order for a small turn
 
 
 @needs_gpu
-def test_a_key_that_is_held_goes_on_from_frame_to_frame(opened: Any) -> None:
+def test_a_held_key_moves_in_every_frame(opened: Any) -> None:
     window = opened()
     act(window, event("key_down", key="s"))
     shown(window)
@@ -181,20 +182,20 @@ def test_a_key_that_is_held_goes_on_from_frame_to_frame(opened: Any) -> None:
 
 
 @needs_gpu
-def test_the_keys_save_a_picture_tell_figures_and_close(
+def test_keys_save_an_image_show_times_and_close(
     opened: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = opened(density=2.0, views=False)
     titles: list[str] = []
     monkeypatch.setattr(window.canvas, "set_title", titles.append)
-    picture = shown(window)
+    image = shown(window)
     press(window, "p")
     press(window, "p")
     said = capsys.readouterr().out
     assert "saved garden.png" in said and "saved garden-2.png" in said
     for name in ("garden.png", "garden-2.png"):
         with Image.open(name) as saved:
-            assert np.abs(np.array(saved, np.float64) - picture).max() <= LEVELS
+            assert np.abs(np.array(saved, np.float64) - image).max() <= LEVELS
     press(window, "i")
     shown(window)
     assert "180 x 120" in titles[-1]
@@ -202,7 +203,7 @@ def test_the_keys_save_a_picture_tell_figures_and_close(
     assert titles[-1] == "garden: 300 Gaussians"
     press(window, "h")
     assert "full screen" in capsys.readouterr().out
-    press(window, "f")  # there is no screen
+    press(window, "f")  # without a screen, no effect
     press(window, "q", "Shift")
     press(window, "r", "Control")
     assert not window.canvas.get_closed()
@@ -220,7 +221,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
     return said
 
 
-def test_without_the_packages_it_says_what_to_install(
+def test_without_the_packages_the_error_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "glfw", None)
@@ -229,23 +230,23 @@ def test_without_the_packages_it_says_what_to_install(
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
-def test_without_a_display_it_says_so(
+def test_without_a_display_the_error_says_so(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("glfw")
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE"):
         monkeypatch.delenv(name, raising=False)
-    assert "there is no display here" in refusal(capsys, "view", "scene.mgs", "--native")
+    assert "without a display" in refusal(capsys, "view", "scene.mgs", "--native")
 
 
-def test_a_window_serves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_window_has_no_server_options(capsys: pytest.CaptureFixture[str]) -> None:
     said = refusal(capsys, "view", "scene.mgs", "--native", "--lan")
     assert "leave out --lan" in said
 
 
 @pytest.fixture
 def toolkit(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """A toolkit without a display, whose windows are looked at and closed by their users."""
+    """A toolkit without a display, whose windows render once and close."""
     from rendercanvas import offscreen
 
     class Loop:
@@ -274,11 +275,11 @@ def test_view_opens_a_ply_in_a_window(
 ) -> None:
     scene = as_scene(as_float32(random_scene(80, seed=5)), "sorted")
     write_ply(tmp_path / "made.ply", scene.gaussians)
-    pictures: list[np.ndarray] = []
-    toolkit.loop.user = lambda: pictures.append(toolkit.canvases[0].draw())
+    images: list[np.ndarray] = []
+    toolkit.loop.user = lambda: images.append(toolkit.canvases[0].draw())
     assert main(["view", str(tmp_path / "made.ply"), "--native"]) == 0
-    assert "made.ply is shown in a window" in capsys.readouterr().out
-    assert pictures[0].shape == (720, 1280, 4) and pictures[0][..., :3].std() > 5
+    assert "made.ply is open in a window" in capsys.readouterr().out
+    assert images[0].shape == (720, 1280, 4) and images[0][..., :3].std() > 5
     assert toolkit.canvases[0].get_closed()
 
 
@@ -286,11 +287,11 @@ def test_view_opens_a_ply_in_a_window(
     ("name", "sentence"),
     [
         ("gone.mgs", "cannot"),
-        ("scene.obj", "no scene: a .mgs, .ply, .spz"),
+        ("scene.obj", "a .mgs, .ply, .spz"),
         ("gone.ply", "cannot"),
     ],
 )
-def test_a_file_that_is_no_scene_opens_no_window(
+def test_a_file_that_is_not_a_scene_opens_no_window(
     toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, sentence: str
 ) -> None:
     assert sentence in refusal(capsys, "view", tmp_path / name, "--native")

@@ -7,7 +7,7 @@
 
 import { readFileSync, writeFileSync } from "node:fs";
 
-import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
+import { SceneReader } from "../../viewer/src/mgs/reader.js";
 import { pieces, randomNumbers } from "./pieces.js";
 import { openScene, sceneOf } from "./whole.js";
 

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { parseHeader } from "../../mobilegs/view/web/mgs/header.js";
+import { SceneError } from "../../viewer/src/mgs/error.js";
+import { parseHeader } from "../../viewer/src/mgs/header.js";
 import { smallScene } from "./write.js";
 
 const DEEP = JSON.parse("[".repeat(5000) + "]".repeat(5000));

@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { SceneReader, readScene } from "../../mobilegs/view/web/mgs/reader.js";
-import { RowDecoder } from "../../mobilegs/view/web/mgs/rows.js";
+import { SceneError } from "../../viewer/src/mgs/error.js";
+import { SceneReader, readScene } from "../../viewer/src/mgs/reader.js";
+import { GaussianDecoder } from "../../viewer/src/mgs/gaussian_decoder.js";
 import { numbersOf, openScene, sceneOf } from "./whole.js";
 import { joined, seal, smallScene } from "./write.js";
 
@@ -40,12 +40,12 @@ test("whatever prefix of a file is there can be drawn once there are sizes and r
     assert.equal(reader.total, bytes.length);
     while (reader.step());
     arrived.push(i === 0 ? "" : streams[i - 1][0]);
-    assert.equal(reader.decoder.layers[0].positions !== null, arrived.includes("positions"));
-    assert.equal(reader.decoder.layers[0].stage, Math.max(...arrived.map((name) => stages[name] ?? 0)));
-    if (reader.decoder.layers[0].positions === null) return;
-    const { color, side } = new RowDecoder(reader.decoder.recipe).neutral;
+    assert.equal(reader.decoder.levels[0].positions !== null, arrived.includes("positions"));
+    assert.equal(reader.decoder.levels[0].stage, Math.max(...arrived.map((name) => stages[name] ?? 0)));
+    if (reader.decoder.levels[0].positions === null) return;
+    const { color, side } = new GaussianDecoder(reader.decoder.decoderInputs).neutral;
     assert.ok([...color, side].every(Number.isFinite));
-    if (reader.decoder.layers[0].stage < 1) return;
+    if (reader.decoder.levels[0].stage < 1) return;
     const { scene } = sceneOf(reader);
     assertDrawable(scene);
     for (const part of PARTS) {
@@ -62,9 +62,9 @@ test("rows are the same, whichever are decoded together", () => {
   reader.append(seal(fields, streams));
   while (reader.step());
   const { scene: whole } = sceneOf(reader);
-  const decoder = new RowDecoder(structuredClone(reader.decoder.recipe));
+  const decoder = new GaussianDecoder(structuredClone(reader.decoder.decoderInputs));
   for (const [from, to] of [[0, 1], [256, 300], [64, 224], [0, 32]]) {
-    const rows = numbersOf(decoder, structuredClone(reader.decoder.layers[0].rows(from, to)));
+    const rows = numbersOf(decoder, structuredClone(reader.decoder.levels[0].rows(from, to)));
     assert.equal(rows.count, to - from);
     for (const part of PARTS.slice(1)) {
       const width = whole[part].length / 300;
@@ -87,7 +87,7 @@ test("what has not arrived gets no memory for its Gaussians, whatever the header
   const reader = new SceneReader();
   reader.append(bytes.subarray(0, bytes.length - 2 ** 26));
   while (reader.step());
-  assert.equal(reader.decoder.layers[0].positions, null);
+  assert.equal(reader.decoder.levels[0].positions, null);
   assert.ok(reader.received < 100_000 && reader.total > 2 ** 26);
 });
 

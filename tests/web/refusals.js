@@ -7,8 +7,8 @@
 
 import { readFileSync, writeFileSync } from "node:fs";
 
-import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
+import { SceneError } from "../../viewer/src/mgs/error.js";
+import { SceneReader } from "../../viewer/src/mgs/reader.js";
 import { pieces, randomNumbers } from "./pieces.js";
 import { openScene, sceneOf } from "./whole.js";
 

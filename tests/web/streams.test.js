@@ -1,12 +1,12 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { BitReader, exactBits } from "../../mobilegs/view/web/mgs/bits.js";
-import { crc32 } from "../../mobilegs/view/web/mgs/crc32.js";
-import { SceneError } from "../../mobilegs/view/web/mgs/error.js";
-import { fromHalf, notFinite } from "../../mobilegs/view/web/mgs/half.js";
-import { thinned } from "../../mobilegs/view/web/mgs/positions.js";
-import { decodeRans, laneCount } from "../../mobilegs/view/web/mgs/rans.js";
+import { BitReader, exactBits } from "../../viewer/src/mgs/bits.js";
+import { crc32 } from "../../viewer/src/mgs/crc32.js";
+import { SceneError } from "../../viewer/src/mgs/error.js";
+import { fromFloat16, isNotFinite } from "../../viewer/src/mgs/float16.js";
+import { subsampled } from "../../viewer/src/mgs/positions.js";
+import { decodeRans, laneCount } from "../../viewer/src/mgs/rans.js";
 import { bits, constantRans, rans } from "./write.js";
 
 /** @param {() => void} call @param {RegExp} sentence */
@@ -22,10 +22,10 @@ test("the checksum is that of zip, and goes on where it left off", () => {
 
 test("of many positions every so many are left, of few all", () => {
   const positions = Uint16Array.from({ length: 3 * 11 }, (_, i) => i);
-  assert.equal(thinned(positions, 11), positions);
-  assert.deepEqual([...thinned(positions, 4)], [0, 1, 2, 9, 10, 11, 18, 19, 20, 27, 28, 29]);
-  assert.deepEqual([...thinned(positions, 10)].length, 18);
-  assert.deepEqual([...thinned(positions, 1)], [0, 1, 2]);
+  assert.equal(subsampled(positions, 11), positions);
+  assert.deepEqual([...subsampled(positions, 4)], [0, 1, 2, 9, 10, 11, 18, 19, 20, 27, 28, 29]);
+  assert.deepEqual([...subsampled(positions, 10)].length, 18);
+  assert.deepEqual([...subsampled(positions, 1)], [0, 1, 2]);
 });
 
 test("halves have their values, the smallest ones too", () => {
@@ -39,9 +39,9 @@ test("halves have their values, the smallest ones too", () => {
     [0x3555, 1365 / 4096],
     [0x8000, -0],
   ];
-  for (const [stored, value] of known) assert.equal(fromHalf(stored), value);
-  assert.ok([0x7c00, 0xfc00, 0x7e00].every(notFinite));
-  assert.ok(![0x7bff, 0xfbff, 0].some(notFinite));
+  for (const [stored, value] of known) assert.equal(fromFloat16(stored), value);
+  assert.ok([0x7c00, 0xfc00, 0x7e00].every(isNotFinite));
+  assert.ok(![0x7bff, 0xfbff, 0].some(isNotFinite));
 });
 
 test("bits come back, lowest first", () => {

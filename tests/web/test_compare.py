@@ -16,12 +16,11 @@ from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import unpack
 from mobilegs.render import render_sorted
-from mobilegs.render.lobes import seen_along
+from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
 from tests.support.browser import Tab
-from tests.web.test_viewer import MGS, RENDERERS, SETTLED, nearness, screen, seen, served, visit
+from tests.support.viewer_page import MGS, RENDERERS, SETTLED, nearness, screen, seen, still, visit
 
-__all__ = ["served"]
 OPEN = """(wishes) => Object.entries(wishes).forEach(([name, value]) =>
   document.querySelector("mobile-gs").setAttribute(name, value))"""
 
@@ -53,17 +52,6 @@ def both(tab: Tab, served: Any, plain: Path, *wishes: str) -> str:
 def look(tab: Tab) -> np.ndarray:
     """What is on the screen without what lies over it."""
     return screen(tab)[60:340]
-
-
-def settled(tab: Tab) -> None:
-    """Waits until nothing on the screen changes any more."""
-    before = screen(tab)
-    for _ in range(40):
-        tab.page.wait_for_timeout(400)
-        now = screen(tab)
-        if (now == before).all():
-            return
-        before = now
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
@@ -130,7 +118,7 @@ def test_both_sides_follow_one_camera(tab: Tab, served: Any, renderer: str) -> N
     )
     handle = tab.page.get_by_role("slider")
     handle.wait_for(timeout=20_000)
-    settled(tab)
+    still(tab)
     before = look(tab)
     tab.page.mouse.move(200, 200)
     tab.page.mouse.down()
@@ -139,7 +127,7 @@ def test_both_sides_follow_one_camera(tab: Tab, served: Any, renderer: str) -> N
     pictures = []
     for key in ("Home", "End"):
         handle.press(key)
-        settled(tab)
+        still(tab)
         pictures.append(look(tab)[:, 60:-60].astype(int))
     assert np.abs(pictures[0] - before[:, 60:-60]).mean() > 5
     assert np.abs(pictures[0] - pictures[1]).mean() < 0.5
@@ -171,7 +159,7 @@ def test_one_scene_is_drawn_in_two_ways(tab: Tab, served: Any, renderer: str) ->
 
     def draw(camera: Camera) -> torch.Tensor:
         some = scene.gaussians
-        opacities, _ = seen_along(trained, normalize(some.means - camera.position, dim=1))
+        opacities, _ = evaluate_lobes(trained, normalize(some.means - camera.position, dim=1))
         shapes = (some.means, some.quats, some.scales)
         options = {"camera": camera, "background": scene.background}
         return render_sorted(*shapes, opacities, some.sh, **options).image
@@ -264,8 +252,7 @@ def test_a_saved_picture_has_both_sides(tab: Tab, served: Any, plain: Path) -> N
     from PIL import Image
 
     picture = np.array(Image.open(saved.value.path()).convert("RGB")).astype(int)
-    settled(tab)
-    shown = screen(tab).astype(int)
+    shown = still(tab).astype(int)
     assert picture.shape == shown.shape
     for part in (slice(60, 200), slice(320, 600)):  # left and right of the handle
         assert np.abs(picture[60:300, part] - shown[60:300, part]).mean() < 1

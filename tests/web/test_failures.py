@@ -10,9 +10,19 @@ import pytest
 from mobilegs.formats.ply import COLUMNS
 from mobilegs.mgs.codec import unpack
 from tests.support.browser import Chromium, Tab
-from tests.web.test_viewer import MGS, RENDERERS, SETTLED, nearness, screen, seen, served, visit
+from tests.support.viewer_page import (
+    MGS,
+    RENDERERS,
+    SETTLED,
+    frames,
+    nearness,
+    screen,
+    seen,
+    still,
+    until,
+    visit,
+)
 
-__all__ = ["served"]
 REFUSED_GLSL = """const { getProgramParameter } = WebGL2RenderingContext.prototype;
 WebGL2RenderingContext.prototype.getProgramParameter = function (program, what) {
   return what === this.LINK_STATUS ? false : getProgramParameter.call(this, program, what);
@@ -60,9 +70,13 @@ def test_a_gpu_that_refuses_the_shaders_gets_a_sentence(
     alert.filter(has_text=sentence).wait_for(timeout=20_000)
     state = "document.querySelector('mobile-gs').dataset.state === 'failed'"
     tab.page.wait_for_function(state)
-    tab.complaints.clear()  # the browser itself notes what the shader's fault is
-    tab.page.mouse.wheel(0, 100)  # which asks for another frame
-    tab.page.wait_for_timeout(300)
+    if "webgpu" in renderer or "auto" in renderer:
+        # the browser's own complaint about the shader may come after the viewer's message
+        until(tab, lambda: any("shader" in text.lower() for text in tab.complaints))
+    frames(tab, 10)
+    tab.complaints.clear()
+    tab.page.mouse.wheel(0, 100)  # requests another frame
+    frames(tab, 10)
     tab.close()
 
 
@@ -107,7 +121,7 @@ def test_a_lost_device_gets_a_sentence_where_no_other_is_wanted(
     alert.wait_for(timeout=10_000)
     assert "the graphics device was lost" in alert.inner_text()
     tab.page.mouse.wheel(0, 100)
-    tab.page.wait_for_timeout(300)
+    frames(tab, 10)
     tab.page.evaluate("document.querySelector('mobile-gs').open('/scene?again')")
     alert.wait_for(state="hidden")
     alert.wait_for(timeout=10_000)  # another scene would not be seen either
@@ -118,21 +132,22 @@ def test_a_lost_device_gets_a_sentence_where_no_other_is_wanted(
 def test_a_lost_context_brings_its_scene_back_as_it_was_seen(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS), "renderer=webgl")
     tab.page.evaluate(TURN)
-    tab.page.wait_for_timeout(500)
-    before = screen(tab)
+    before = still(tab)
     tab.page.evaluate(
         """async () => {
           const canvas = document.querySelector("mobile-gs").shadowRoot.querySelector("canvas");
           const lose = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+          const happens = (name) => new Promise((done) => canvas.addEventListener(name, done));
+          const [lost, restored] = [happens("webglcontextlost"), happens("webglcontextrestored")];
           lose.loseContext();
-          await new Promise((resolve) => setTimeout(resolve, 300));
+          await lost;
+          await new Promise((resolve) => requestAnimationFrame(resolve));
           lose.restoreContext();
+          await restored;
         }"""
     )
-    tab.page.wait_for_timeout(500)
-    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.page.wait_for_timeout(500)
-    assert np.abs(screen(tab).astype(int) - before).mean() < 2
+    tab.page.wait_for_function(f"({SETTLED})() === 'loaded'", timeout=60_000)
+    until(tab, lambda: bool(np.abs(screen(tab).astype(int) - before).mean() < 2))
     tab.complaints.clear()  # the browser notes that the context was lost
 
 
@@ -219,7 +234,9 @@ def test_a_lazy_element_waits_until_it_is_nearly_in_sight(tab: Tab, served: Any)
             style: `position: absolute; inset: auto; top: ${3 * innerHeight}px; height: 99px` };
           for (const [name, value] of Object.entries(wishes)) element.setAttribute(name, value);
           before.replaceWith(element);
-          await new Promise((done) => setTimeout(done, 500));
+          // the element's own observer has had its first call when this one has
+          await new Promise((done) => new IntersectionObserver(done).observe(element));
+          await new Promise((done) => requestAnimationFrame(done));
           const early = element.viewer !== null || "state" in element.dataset;
           const poster = element.style.background.includes(pixel);
           const loaded = new Promise((done) => element.addEventListener("load", done));
@@ -249,14 +266,19 @@ def test_a_device_lost_while_it_is_measured_gives_no_figures(
     tab = chromium.tab()
     tab.page.add_init_script(LOSABLE)
     visit(tab, served("scene.mgs", MGS), f"renderer={renderer}", "bench=3,96x64")
-    tab.page.evaluate("window.reported = 0; addEventListener('report', () => reported++, true)")
+    tab.page.evaluate(
+        """() => {
+          window.reported = window.refused = 0;
+          addEventListener("report", () => reported++, true);
+          const refuses = ({ detail }) => detail?.sentence.includes("cannot be measured");
+          addEventListener("error", (event) => (refused += Number(refuses(event))), true);
+        }"""
+    )
     tab.page.evaluate("window.lose()")
     if renderer == "auto":
         tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
-    else:
-        alert = tab.page.get_by_role("alert")
-        alert.filter(has_text="cannot be measured").wait_for(timeout=20_000)
-    tab.page.wait_for_timeout(3500)
+    tab.page.wait_for_function("refused === 1", timeout=20_000)
+    frames(tab, 10)
     assert tab.page.evaluate("window.reported") == 0
     assert tab.page.get_by_role("dialog", name="Measured").is_hidden()
     tab.complaints.clear()

@@ -1,157 +1,53 @@
 """The viewer's renderers in a browser against the definition: WebGL2 and WebGPU, one table."""
 
 import json
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 import torch
 
-from mobilegs.camera import Camera
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render.scene import Scene
-from mobilegs.render.sortfree import WEIGHTINGS
-from mobilegs.view.wgpu_renderer import Picture, _rows
-from tests.support.browser import VIEW, Chromium, Tab
+from tests.support.browser import Chromium, Tab
 from tests.support.golden import (
     BACKGROUND,
     BASE,
     CASES,
-    SHADED,
+    SHADER_RENDERERS,
     TRAINED,
-    defined,
+    alpha_min_of,
+    as_scene,
+    input_names,
     inputs_of,
-    least_alpha,
-    names_of,
+    render_reference,
     trained,
 )
-from tests.support.scenes import as_float32, camera, near_threshold, random_scene
-from tests.view.test_wgpu_renderer import as_scene, inria_camera
-from tests.web.test_decoder import Case, make_scene
-
-
-class Kind(NamedTuple):
-    """One of the viewer's renderers."""
-
-    module: str
-    name: str
-    language: str
-
-
-KINDS = {
-    "webgl": Kind("webgl.js", "WebGlRenderer", "glsl"),
-    "webgpu": Kind("webgpu.js", "WebGpuRenderer", "wgsl"),
-}
-OPEN = """
-const texts = await Promise.all(
-  names.map(async (name) => (await fetch(`/shaders/${name}.${kind.language}`)).text()),
-);
-const shaders = Object.fromEntries(names.map((name, i) => [name, texts[i]]));
-const Renderer = (await import(`/web/render/${kind.module}`))[kind.name];
-window.canvas = document.createElement("canvas");
-window.renderer = await Renderer.create(canvas, shaders, { floats: fullPrecision });
-"""
-SHOW = """
-renderer.setScene({ ...facts, shapes, colors, lobes });
-window.scene = { ...facts, shapes, colors, lobes };
-"""
-PAINT = "if (order.length) renderer.setOrder(order); return renderer.pixels(camera);"
-
-
-class Painter:
-    """A renderer in a page."""
-
-    def __init__(self, tab: Tab, kind: Kind, *, full_precision: bool) -> None:
-        self.tab = tab
-        names = [file.stem for file in (VIEW / "shaders").glob(f"*.{kind.language}")]
-        tab.run(OPEN, kind=kind._asdict(), names=names, fullPrecision=full_precision)
-
-    def paint(self, view: Camera, scene: Scene | None = None) -> Picture:
-        """The picture of a scene, or of the one before."""
-        given = {} if scene is None else self._in_javascript(scene)
-        order = np.zeros(0, np.uint32)
-        if self._sorted:
-            depths = self._means @ view.viewmat[2, :3].double().numpy()
-            order = np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
-        code = PAINT if scene is None else SHOW + PAINT
-        found = self.tab.run(code, order=order, camera=in_javascript(view), **given)
-        assert not self.tab.complaints
-        pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())
-        return Picture(pixels[..., :3], pixels[..., 3])
-
-    def _in_javascript(self, scene: Scene) -> dict[str, Any]:
-        """The scene as types.js has it."""
-        count = len(scene.gaussians.means)
-        shapes, colors, lobes, self._means = (rows[:count] for rows in _rows(scene))
-        self._sorted = scene.blend == "sorted"
-        weighting = scene.weighting
-        facts = {
-            "count": len(shapes),
-            "packing": None,
-            "shSize": colors.shape[1],
-            "lobeSize": lobes.shape[1],
-            "sorted": self._sorted,
-            "weighting": {
-                "index": WEIGHTINGS.index(weighting.name),
-                "exponentMax": weighting.exponent_max,
-                "sigma": weighting.sigma,
-                "backgroundWeight": weighting.background_weight,
-                "alphaMin": weighting.alpha_min,
-            },
-            "background": scene.background.tolist(),
-        }
-        return {"facts": facts, "shapes": shapes, "colors": colors, "lobes": lobes}
-
-
-def in_javascript(view: Camera) -> dict[str, Any]:
-    """A camera as types.js has it."""
-    k = view.K.double()
-    return {
-        "viewmat": view.viewmat.double().flatten().tolist(),
-        "fx": k[0, 0].item(),
-        "fy": k[1, 1].item(),
-        "cx": k[0, 2].item(),
-        "cy": k[1, 2].item(),
-        "width": view.width,
-        "height": view.height,
-        "near": view.near,
-    }
-
-
-Painters = Callable[..., Painter]  # painters("webgl", full_precision=True)
-
-
-@pytest.fixture(scope="module")
-def painters(chromium: Chromium) -> Iterator[Painters]:
-    """Renderers by name and precision, each made once."""
-    tabs: list[Tab] = []
-
-    @cache
-    def painter(name: str, *, full_precision: bool) -> Painter:
-        tabs.append(chromium.tab())
-        return Painter(tabs[-1], KINDS[name], full_precision=full_precision)
-
-    yield painter
-    for tab in tabs:
-        tab.close()
+from tests.support.page_renderers import KINDS, Painter, Painters, in_javascript
+from tests.support.scene_cases import Case, make_scene
+from tests.support.scenes import (
+    as_float32,
+    camera,
+    camera_from_json,
+    near_threshold,
+    random_scene,
+)
 
 
 @cache
 def sure(case: str, renderer: str) -> torch.Tensor:
     """The pixels of a case where no rounding decides what is drawn."""
     inputs, view = inputs_of(case)
-    names, least = names_of(renderer), least_alpha(renderer)
+    names, least = input_names(renderer), alpha_min_of(renderer)
     return ~near_threshold(inputs, view, names=names, margin=1e-4, least=least)
 
 
-definition = cache(defined)
+definition = cache(render_reference)
 
 
 def decibels(found: torch.Tensor, reference: torch.Tensor) -> float:
@@ -159,7 +55,7 @@ def decibels(found: torch.Tensor, reference: torch.Tensor) -> float:
     return -10 * torch.log10(error.square().mean().clamp_min(1e-30)).item()
 
 
-@pytest.mark.parametrize("renderer", SHADED)
+@pytest.mark.parametrize("renderer", SHADER_RENDERERS)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_browser_agrees_with_the_definition(
@@ -191,14 +87,14 @@ def test_halves_are_enough_for_a_picture(kind: str, renderer: str, painters: Pai
 
 
 OPEN_MGS = """
-const { SceneReader } = await import("/web/mgs/reader.js");
-const { RowDecoder } = await import("/web/mgs/rows.js");
-const { emptyScene, packRows } = await import("/web/render/pack.js");
+const { SceneReader } = await import("/src/mgs/reader.js");
+const { GaussianDecoder } = await import("/src/mgs/gaussian_decoder.js");
+const { emptyScene, packRows } = await import("/src/render/pack.js");
 const reader = new SceneReader();
 reader.append(bytes);
 while (reader.step());
 const { header } = reader;
-const decoder = new RowDecoder(reader.decoder.recipe);
+const decoder = new GaussianDecoder(reader.decoder.decoderInputs);
 const [codes] = reader.decoder.layers;
 // room for more, of which nothing is to be seen
 renderer.setScene(emptyScene(header, header.count + 5000, decoder.scaleRange));
@@ -266,7 +162,7 @@ def test_a_trained_scene_packed_as_pages_do_looks_like_its_file(
 def test_the_fastest_way_to_draw_is_found_and_remembered(kind: str, painters: Painters) -> None:
     painter = painters(kind, full_precision=False)
     code = """
-    const { fastestVariant, knownVariant } = await import("/web/render/calibrate.js");
+    const { fastestVariant, knownVariant } = await import("/src/render/calibrate.js");
     const kept = new Map();
     const storage = { getItem: (key) => kept.get(key) ?? null, setItem: (k, v) => kept.set(k, v) };
     if (knownVariant(renderer, storage) !== null) throw new Error("known before it is measured");
@@ -299,7 +195,7 @@ def test_a_trained_scene_looks_the_same(kind: str, data_dir: Path, painters: Pai
     splats = data_dir / "splats"
     scene = Scene(read_ply(splats / "playbot_125k_sh3pad.ply"), background=BACKGROUND)
     row = json.loads((splats / "playbot_cameras.json").read_text())[3]
-    view = inria_camera(row).resized(480, 270)
+    view = camera_from_json(row).resized(480, 270)
     reference = scene.render(view)
     assert reference.alpha.mean() > 0.1
     for full_precision, least in ((True, 75), (False, 50)):
@@ -402,7 +298,7 @@ def test_numbers_that_arrive_later_are_drawn(kind: str, renderer: str, painters:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_canvas_in_use_is_refused_with_a_sentence(kind: str, tab: Tab) -> None:
     code = """
-    const Renderer = (await import(`/web/render/${kind.module}`))[kind.name];
+    const Renderer = (await import(`/src/render/${kind.module}`))[kind.name];
     const canvas = document.createElement("canvas");
     canvas.getContext("2d");
     try {
@@ -428,7 +324,7 @@ def test_a_canvas_in_use_is_refused_with_a_sentence(kind: str, tab: Tab) -> None
 )
 def test_a_gpu_that_lacks_something_is_refused(missing: str, message: str, tab: Tab) -> None:
     code = """
-    const { WebGlRenderer } = await import("/web/render/webgl.js");
+    const { WebGlRenderer } = await import("/src/render/webgl.js");
     const ask = WebGL2RenderingContext.prototype.getExtension;
     WebGL2RenderingContext.prototype.getExtension = function (name) {
       return new RegExp(`^${missing}$`).test(name) ? null : ask.call(this, name);

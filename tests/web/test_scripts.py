@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.web.test_decoder import node_program
+from tests.support.node import node_program
 
 SCRIPTS = sorted(Path(__file__).parent.glob("*.test.js"))
 

@@ -2,28 +2,30 @@
 
 import json
 import re
-import threading
-import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import torch
+from playwright.sync_api import Route
 
-from mobilegs.camera import Camera
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import unpack
 from mobilegs.render.scene import Scene
-from mobilegs.view.serve import Server
 from tests.support.browser import Chromium, Tab
-from tests.web.test_decoder import Case, make_scene
+from tests.support.viewer_page import (
+    MGS,
+    RENDERERS,
+    SETTLED,
+    frames,
+    nearness,
+    pose_moved,
+    screen,
+    seen,
+    visit,
+)
 
-RENDERERS = ["webgpu", "webgl"]
-MGS = pack(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)))
 PLY_NAMES = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3"
 PLY_HEADER = "".join(
     [
@@ -32,75 +34,6 @@ PLY_HEADER = "".join(
         "end_header\n",
     ]
 )
-SETTLED = """() => {
-  const element = document.querySelector("mobile-gs");
-  const message = element?.shadowRoot.querySelector(".message");
-  if (message && !message.hidden) return message.querySelector("p").textContent;
-  return element?.getAttribute("data-state") === "loaded" ? "loaded" : null;
-}"""
-
-
-@pytest.fixture
-def served(tmp_path: Path) -> Iterator[Any]:
-    """Starts a server for a file of the given name and bytes."""
-    servers = []
-
-    def start(name: str, content: bytes) -> Server:
-        (tmp_path / name).write_bytes(content)
-        server = Server(tmp_path / name)
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        servers.append(server)
-        return server
-
-    yield start
-    for server in servers:
-        server.shutdown()
-        server.server_close()
-
-
-def visit(tab: Tab, server: Server, *wishes: str) -> str:
-    """Opens the viewer and waits: `loaded`, or the sentence that it shows instead."""
-    tab.page.goto("&".join([server.address("127.0.0.1"), "scale=1", "variant=floats", *wishes]))
-    return tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
-
-
-def seen(tab: Tab, width: int, height: int, side: int = 0) -> tuple[Camera, torch.Tensor]:
-    """The camera that the visitor has, at another size, and what the renderer draws from it."""
-    found = tab.page.evaluate(
-        """async ([width, height, side]) => {
-          const { viewer } = document.querySelector("mobile-gs");
-          const camera = viewer.camera(width, height);
-          return { ...camera, pixels: Array.from(await viewer.pixels(camera, side)) };
-        }""",
-        [width, height, side],
-    )
-    k = [[found["fx"], 0, found["cx"]], [0, found["fy"], found["cy"]], [0, 0, 1]]
-    viewmat = torch.tensor(found["viewmat"]).reshape(4, 4)
-    camera = Camera(viewmat, torch.tensor(k), width, height, found["near"])
-    pixels = torch.tensor(found["pixels"]).reshape(height, width, 4)
-    return camera, pixels[..., :3]
-
-
-def nearness(tab: Tab, draw: Callable[[Camera], torch.Tensor], side: int = 0) -> float:
-    """PSNR between what the visitor sees and what `draw` makes of it: once it is good, or late."""
-    end = time.monotonic() + 20
-    while True:
-        camera, pixels = seen(tab, 160, 120, side)
-        expected = draw(camera)
-        assert expected.std() > 0.05
-        decibels = psnr(pixels, expected)
-        if decibels > 45 or time.monotonic() > end:
-            return decibels
-        tab.page.wait_for_timeout(200)  # an order comes from a worker
-
-
-def screen(tab: Tab) -> np.ndarray:
-    """What is on the screen, as bytes."""
-    from io import BytesIO
-
-    from PIL import Image
-
-    return np.array(Image.open(BytesIO(tab.page.screenshot())).convert("RGB"))
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
@@ -183,7 +116,7 @@ def test_wheel_and_keys_move(tab: Tab, served: Any) -> None:
     tab.page.keyboard.press("Escape")
     assert not tab.page.get_by_role("dialog").is_visible()
     tab.page.keyboard.down("w")
-    tab.page.wait_for_timeout(400)
+    pose_moved(tab, second.position)
     tab.page.keyboard.up("w")
     third, _ = seen(tab, 64, 48)
     assert (third.position - second.position) @ second.viewmat[2, :3] > 0
@@ -233,13 +166,22 @@ def test_a_browser_that_cannot_draw_gets_a_sentence(chromium: Chromium, served: 
 
 @pytest.mark.parametrize(
     ("file", "sentence"),
-    [("worker.js", "own files could not be loaded"), ("view.*sl", "missing on the server")],
+    [("src/viewer.js", "own files could not be loaded"), ("view.*sl", "missing on the server")],
 )
 def test_a_server_without_all_of_the_viewer_gets_a_sentence(
     tab: Tab, file: str, sentence: str
 ) -> None:
-    tab.page.route(re.compile(rf"/{file}$"), lambda route: route.fulfill(status=404))
-    tab.page.goto(f"{tab.address}/web/index.html?url=/scene")
+    requested: list[str] = []
+
+    def answer(route: Route) -> None:
+        requested.append(route.request.url)
+        if file == "src/viewer.js" and len(requested) == 1:  # by the page, then by its worker
+            route.continue_()
+        else:
+            route.fulfill(status=404)
+
+    tab.page.route(re.compile(rf"/{file}$"), answer)
+    tab.page.goto(f"{tab.address}/src/index.html?url=/scene")
     said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
     print(said)
     assert sentence in said
@@ -269,9 +211,9 @@ def test_a_key_that_ends_under_another_one_does_not_stick(tab: Tab, served: Any)
     tab.page.focus("mobile-gs")
     for key, act in (("w", "down"), ("Control", "down"), ("w", "up"), ("Control", "up")):
         getattr(tab.page.keyboard, act)(key)
-    tab.page.wait_for_timeout(300)
+    frames(tab, 5)
     first, _ = seen(tab, 16, 16)
-    tab.page.wait_for_timeout(300)
+    frames(tab, 10)
     torch.testing.assert_close(seen(tab, 16, 16)[0].position, first.position)
 
 

@@ -1,23 +1,23 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Arrivals, namesOf } from "../../mobilegs/view/web/viewer/arrivals.js";
-import { planOf } from "../../mobilegs/view/web/viewer/bench.js";
-import { readPose, writePose } from "../../mobilegs/view/web/viewer/address.js";
-import { colorOf, hexOf } from "../../mobilegs/view/web/viewer/color.js";
-import { placeUnder } from "../../mobilegs/view/web/viewer/pick.js";
-import { Pose, cameraOf } from "../../mobilegs/view/web/viewer/pose.js";
-import { Resolution } from "../../mobilegs/view/web/viewer/resolution.js";
+import { LoadProgress, namesOf } from "../../viewer/src/viewer/load_progress.js";
+import { parsePlan } from "../../viewer/src/viewer/bench.js";
+import { poseFromHash, poseToHash } from "../../viewer/src/viewer/pose_hash.js";
+import { colorOf, hexOf } from "../../viewer/src/viewer/color.js";
+import { pointUnder } from "../../viewer/src/viewer/pick.js";
+import { Pose, cameraOf } from "../../viewer/src/viewer/pose.js";
+import { Resolution } from "../../viewer/src/viewer/resolution.js";
 
 const near = (/** @type {number[]} */ a, /** @type {number[]} */ b) =>
   a.forEach((x, i) => assert.ok(Math.abs(x - b[i]) < 1e-9, `${a} is not ${b}`));
 
 test("a bench takes its seconds and its size from the address", () => {
   const screen = { width: 700, height: 400 };
-  assert.deepEqual(planOf("", screen), { seconds: 60, ...screen });
-  assert.deepEqual(planOf("5", screen), { seconds: 5, ...screen });
-  assert.deepEqual(planOf("1600x1063", screen), { seconds: 60, width: 1600, height: 1063 });
-  assert.deepEqual(planOf("5,1600x1063", screen), { seconds: 5, width: 1600, height: 1063 });
-  assert.deepEqual(planOf("nonsense", screen), { seconds: 60, ...screen });
+  assert.deepEqual(parsePlan("", screen), { seconds: 60, ...screen });
+  assert.deepEqual(parsePlan("5", screen), { seconds: 5, ...screen });
+  assert.deepEqual(parsePlan("1600x1063", screen), { seconds: 60, width: 1600, height: 1063 });
+  assert.deepEqual(parsePlan("5,1600x1063", screen), { seconds: 5, width: 1600, height: 1063 });
+  assert.deepEqual(parsePlan("nonsense", screen), { seconds: 60, ...screen });
 });
 
 test("a view matrix is a rotation that brings the target before the eye", () => {
@@ -43,16 +43,16 @@ test("an orbit keeps its distance, ends where it began, and never goes over the 
 
 test("a pose survives the address", () => {
   const pose = new Pose([0.125, -2, 3], [0, 1, 0], [0, -1, 0]);
-  const read = readPose(`#${writePose(pose)}`);
+  const read = poseFromHash(`#${poseToHash(pose)}`);
   assert.deepEqual([read?.eye, read?.target], [pose.eye, pose.target]);
   for (const [eye, at] of [[[450012.34, 3, -8], [450016.5, 4, -8]], [[1200, 0, 0.02], [1200, 0, 0]], [[0, 9e6, 0], [0, 0, 0]]]) {
     const far = new Pose(/** @type {any} */ (eye), /** @type {any} */ (at), [0, 0, 1]);
-    const { eye: x, target: y } = /** @type {Pose} */ (readPose(writePose(far)));
+    const { eye: x, target: y } = /** @type {Pose} */ (poseFromHash(poseToHash(far)));
     const apart = Math.hypot(...eye.map((one, k) => one - at[k]));
     assert.ok(eye.every((one, k) => Math.abs(one - x[k]) < 1e-4 * apart && Math.abs(at[k] - y[k]) < 1e-4 * apart));
   }
   for (const text of ["", "#eye=1,2", "#eye=1,2,x&at=0,0,0&up=0,1,0", "#eye=1,1,1&at=1,1,1&up=0,1,0"]) {
-    assert.equal(readPose(text), null);
+    assert.equal(poseFromHash(text), null);
   }
 });
 
@@ -149,7 +149,7 @@ test("two scenes have names that tell them apart, as short as can be", () => {
 });
 
 test("of two arrivals, the state is the worse one, and the share the mean", () => {
-  const arrivals = new Arrivals();
+  const arrivals = new LoadProgress();
   assert.deepEqual([arrivals.state, arrivals.busy, arrivals.sentence], ["", false, ""]);
   arrivals.begin(0, "a.mgs");
   arrivals.note(0, { share: 0.5 });
@@ -168,7 +168,7 @@ test("of two arrivals, the state is the worse one, and the share the mean", () =
 });
 
 test("what cannot take a scene's place leaves that its name, and is named itself", () => {
-  const arrivals = new Arrivals();
+  const arrivals = new LoadProgress();
   for (const [side, name] of ["a.mgs", "b.ply"].entries()) {
     arrivals.begin(side, name);
     arrivals.note(side, { share: 1, state: "loaded" });
@@ -190,8 +190,8 @@ test("a field of view that is asked for lies between the width's and the height'
 
 test("under a pixel lies the nearest centre that is drawn and not faint", () => {
   const camera = { viewmat: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1], fx: 100, fy: 100, cx: 50, cy: 40 };
-  const at = (centers, logits) =>
-    placeUnder(Float32Array.from(centers.flat()), Float32Array.from(logits), { ...camera, near: 0.5 }, 50, 40);
+  const at = (means, logits) =>
+    pointUnder(Float32Array.from(means.flat()), Float32Array.from(logits), { ...camera, near: 0.5 }, 50, 40);
   const row = [[0, 0, 6], [0, 0, 4], [0, 0, 2], [3, 0, 1], [0, 0, 0.2]];
   assert.deepEqual(at(row, [1, 1, -1, 1, 1]), [0, 0, 4]);
   assert.deepEqual(at(row.slice(0, 1), [1, 0, 0, 0, 0]), [0, 0, 6]);

@@ -1,10 +1,10 @@
 /** Scenes as a whole, for comparisons. */
 
-import { BLOCK } from "../../mobilegs/view/web/mgs/machine.js";
-import { toWorld } from "../../mobilegs/view/web/mgs/positions.js";
-import { SceneReader } from "../../mobilegs/view/web/mgs/reader.js";
-import { RowDecoder } from "../../mobilegs/view/web/mgs/rows.js";
-import { packRows } from "../../mobilegs/view/web/render/pack.js";
+import { BLOCK } from "../../viewer/src/mgs/block_memory.js";
+import { toWorld } from "../../viewer/src/mgs/positions.js";
+import { SceneReader } from "../../viewer/src/mgs/reader.js";
+import { GaussianDecoder } from "../../viewer/src/mgs/gaussian_decoder.js";
+import { packRows } from "../../viewer/src/render/pack.js";
 
 /** Columns of each part; of lobes it depends. */
 const PARTS = { logScales: 3, scales: 3, quats: 4, sh: 12 };
@@ -18,7 +18,7 @@ export function openScene(bytes) {
   return sceneOf(reader);
 }
 
-/** Some rows as numbers, row by row. @param {RowDecoder} decoder @param {object} rows */
+/** Some rows as numbers, row by row. @param {GaussianDecoder} decoder @param {object} rows */
 export function numbersOf(decoder, rows) {
   const count = rows.positions.length / 3;
   const columns = { ...PARTS, lobes: 2 * (decoder.lobeDegree + 1) ** 2 };
@@ -37,12 +37,12 @@ export function numbersOf(decoder, rows) {
 
 /** All of a scene, as far as it is there: at least positions of its first layer are. @param {SceneReader} reader */
 export function sceneOf({ header, decoder }) {
-  const rows = new RowDecoder(decoder.recipe);
-  const layers = decoder.layers.filter(({ positions }) => positions).map((layer) => layer.rows(0, layer.count));
-  const scene = joined(layers.map((layer) => numbersOf(rows, layer)));
+  const rows = new GaussianDecoder(decoder.decoderInputs);
+  const levels = decoder.levels.filter(({ positions }) => positions).map((level) => level.rows(0, level.count));
+  const scene = joined(levels.map((level) => numbersOf(rows, level)));
   const { lobeDegree, scaleRange } = rows;
-  const means = toWorld(scene.positions, header.frame);
-  const words = joined(layers.map((layer) => packRows(rows, layer)));
+  const means = toWorld(scene.positions, header.grid);
+  const words = joined(levels.map((level) => packRows(rows, level)));
   return { header, words, scene: { ...scene, lobeDegree, scaleRange, means, network: decoder.network } };
 }
 

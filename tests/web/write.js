@@ -1,7 +1,7 @@
 /** Makes small `.mgs` files for tests, as simple as the format allows. */
 
-import { crc32 } from "../../mobilegs/view/web/mgs/crc32.js";
-import { laneCount } from "../../mobilegs/view/web/mgs/rans.js";
+import { crc32 } from "../../viewer/src/mgs/crc32.js";
+import { laneCount } from "../../viewer/src/mgs/rans.js";
 import { randomNumbers } from "./pieces.js";
 
 /**

@@ -1,4 +1,4 @@
-/* Dense layers and unit vectors: `apply` and `units` of block_memory.js are the reference. */
+/* Dense layers and unit vectors: block_memory.js has the reference. */
 
 #include "kernels.h"
 

@@ -1,4 +1,4 @@
-/* The lanes of a rANS stream: `pull` of rans.js is the reference. */
+/* The lanes of a rANS stream: rans.js has the reference. */
 
 #include "kernels.h"
 

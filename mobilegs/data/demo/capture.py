@@ -1,4 +1,4 @@
-"""The built-in capture: photos of a scene that is traced on the spot, with SfM-like points."""
+"""Makes the demo capture: ray-traced photos of a built-in scene, with SfM-like points."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -15,18 +15,18 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.colmap_write import write_model
 from mobilegs.data.dataset import Dataset, Frame, assemble, load_view, split_every_eighth
-from mobilegs.data.demo.scene import SampleScene
+from mobilegs.data.demo.scene import DemoScene
 
-POINT_NOISE = 0.008  # world units: standard deviation of a point about its surface
-OUTLIERS = 0.03  # share of the points that are anywhere
-DISTANT = 0.1  # share of the points that belong to the background, at 10 to 30 world units
+POINT_NOISE = 0.008  # standard deviation of a point's distance to its surface, world units
+OUTLIERS = 0.03  # share of points at random positions
+DISTANT = 0.1  # share of points in the background, at 10 to 30 world units
 _TARGET = (0.0, 0.0, 0.42)
 _DISTANCE = 4.2
-_RINGS = ((0.40, 12.0), (0.36, 28.0), (0.24, 48.0))  # share of the views, elevation in degrees
-_FIELD_OF_VIEW = 54.0  # degrees, horizontally
+_RINGS = ((0.40, 12.0), (0.36, 28.0), (0.24, 48.0))  # (share of the views, elevation in degrees)
+_FIELD_OF_VIEW = 54.0  # degrees, horizontal
 
 
-def sample_capture(
+def demo_capture(
     *,
     views: int = 56,
     width: int = 240,
@@ -35,16 +35,22 @@ def sample_capture(
     seed: int = 0,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Dataset:
-    """The built-in capture in memory: `views` photos from three rings around the scene.
+    """Make the demo capture in memory: photos of a built-in scene from three rings of cameras.
 
-    Of the `points`, 87 % lie on surfaces that training views see, with noise of
-    `POINT_NOISE`; `DISTANT` and `OUTLIERS` are the rest. The same arguments give the same
-    capture on the same machine. World units, z up; the scene fits a ball of radius 1.8.
-    `progress` is told how many photos of how many are done.
+    The same arguments give the same capture on the same machine. World units, z up; the scene
+    fits a ball of radius 1.8.
+
+    Args:
+        views: number of photos; every eighth is held back.
+        width, height: size of a photo in pixels.
+        points: number of sparse points: 87 % on surfaces that training views see, with a noise of
+            0.008 world units, 10 % in the background, 3 % outliers.
+        seed: decides textures and points.
+        progress: takes (photos done, photos in all).
     """
-    with _one_thread_an_operation() as pool:
-        scene = SampleScene(seed)
-        cameras = sample_cameras(views, width, height)
+    with _single_threaded_operations() as pool:
+        scene = DemoScene(seed)
+        cameras = demo_cameras(views, width, height)
         pictures = []
         for picture in pool.map(lambda camera: scene.picture(camera)[0], cameras):
             pictures.append(picture)
@@ -66,11 +72,11 @@ def sample_capture(
 
 
 @contextmanager
-def _one_thread_an_operation() -> Iterator[ThreadPoolExecutor]:
-    """A pool with as many threads as torch uses, each of which runs its operations alone.
+def _single_threaded_operations() -> Iterator[ThreadPoolExecutor]:
+    """Open a pool with as many threads as torch uses, in which each operation uses one thread.
 
-    The tracer's operations are short. Sharing each among threads gains little, and on cores
-    that others use too the barriers between them cost 25 times the work (200 s for 8).
+    The ray tracer's operations are short. Parallel operations gain little, and on busy cores the
+    barriers between them made a capture take 200 s instead of 8 s.
     """
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
@@ -81,8 +87,8 @@ def _one_thread_an_operation() -> Iterator[ThreadPoolExecutor]:
         torch.set_num_threads(threads)
 
 
-def sample_cameras(views: int, width: int, height: int) -> list[Camera]:
-    """Cameras on three rings, from low to high, each looking at the middle of the scene."""
+def demo_cameras(views: int, width: int, height: int) -> list[Camera]:
+    """Return cameras on three rings, from low to high, that look at the centre of the scene."""
     focal = width / 2 / math.tan(math.radians(_FIELD_OF_VIEW / 2))
     K = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
     lower, middle = (round(share * views) for share, _ in _RINGS[:2])
@@ -105,14 +111,14 @@ def sample_cameras(views: int, width: int, height: int) -> list[Camera]:
     return cameras
 
 
-def write_sample(path: Path | str, dataset: Dataset | None = None) -> None:
-    """Write the built-in capture (or `dataset`, any one with pinhole frames) as COLMAP does.
+def write_capture(path: Path | str, dataset: Dataset | None = None) -> None:
+    """Write a dataset of pinhole frames, by default the demo capture, in the layout of COLMAP.
 
-    `images/` holds PNG files, `sparse/0/` the model as text, with all digits: `load_capture`
-    gives back the same split, cameras, pixels and points.
+    `images/` holds PNG files and `sparse/0/` the model as text, with all digits: `load_capture`
+    returns the same split, cameras, pixels and points.
     """
     path = Path(path)
-    dataset = sample_capture() if dataset is None else dataset
+    dataset = demo_capture() if dataset is None else dataset
     frames = sorted([*dataset.train, *dataset.test], key=lambda frame: frame.name)
     for frame in frames:
         pixels = (load_view(frame).image * 255).round().to(torch.uint8)
@@ -122,31 +128,31 @@ def write_sample(path: Path | str, dataset: Dataset | None = None) -> None:
 
 
 def _sparse_points(
-    scene: SampleScene, cameras: list[Camera], count: int, seed: int
+    scene: DemoScene, cameras: list[Camera], count: int, seed: int
 ) -> tuple[Float[Tensor, "m 3"], Float[Tensor, "m 3"]]:
-    """Points as structure from motion would leave them, colours rounded to 8 bits."""
+    """Make points like those of structure from motion, with colours rounded to 8 bits."""
     generator = torch.Generator().manual_seed(seed)
-    wanted = count - round(count * DISTANT) - round(count * OUTLIERS)
+    on_surface = count - round(count * DISTANT) - round(count * OUTLIERS)
     origins, directions = _random_rays(cameras, 4 * count, generator)
     colors, depth = scene.rays(origins, directions)
-    near = depth.isfinite().nonzero()[:wanted, 0]
+    near = depth.isfinite().nonzero()[:on_surface, 0]
     far = depth.isinf().nonzero()[: round(count * DISTANT), 0]
     surface = origins[:, near] + depth[near] * directions[:, near]
     surface = surface + POINT_NOISE * torch.randn(surface.shape, generator=generator)
     length = 10 + 20 * torch.rand(len(far), generator=generator)
     distant = origins[:, far] + length * directions[:, far]
-    strays = count - len(near) - len(far)
-    anywhere = torch.tensor(_TARGET)[:, None] + 4 * torch.rand(3, strays, generator=generator) - 2
-    stray_colors = torch.rand(3, strays, generator=generator)
+    outliers = count - len(near) - len(far)
+    anywhere = torch.tensor(_TARGET)[:, None] + 4 * torch.rand(3, outliers, generator=generator) - 2
+    outlier_colors = torch.rand(3, outliers, generator=generator)
     xyz = torch.cat([surface, distant, anywhere], dim=1).T.contiguous()
-    rgb = torch.cat([colors[:, near], colors[:, far], stray_colors], dim=1).T
+    rgb = torch.cat([colors[:, near], colors[:, far], outlier_colors], dim=1).T
     return xyz, (rgb * 255).round() / 255
 
 
 def _random_rays(
     cameras: list[Camera], count: int, generator: torch.Generator
 ) -> tuple[Float[Tensor, "3 n"], Float[Tensor, "3 n"]]:
-    """(origins, unit directions) of rays through random places of random pictures."""
+    """Return (origins, unit directions) of rays through random places of random photos."""
     picked = torch.randint(len(cameras), (count,), generator=generator)
     place = torch.rand(2, count, generator=generator)
     first = cameras[0]

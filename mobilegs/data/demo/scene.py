@@ -1,7 +1,7 @@
-"""The built-in scene: a round stone terrace between sea and sky, ray-traced.
+"""The scene of the demo capture: a round stone terrace between sea and sky, ray-traced.
 
-Texture (paving, wood, leaves), occlusion, thin parts (a cage, guy wires), a lacquered ball
-that mirrors the rest, and a background at infinity. World units, z up, the terrace's top is z = 0.
+It has texture (paving, wood, leaves), occlusion, thin parts (a cage, guy wires), a lacquered ball
+that mirrors the rest, and a background at infinity. World units, z up; the terrace's top is z = 0.
 """
 
 import math
@@ -32,8 +32,8 @@ _SHADOW_TEXELS = 1536
 _SHADOW_REACH = 2.6  # world units: half side of the square that the shadow map covers
 
 
-class SampleScene:
-    """The scene for one seed (which decides stones, grain and leaves), ready to be traced."""
+class DemoScene:
+    """The demo scene, ready for ray tracing; the seed decides stones, grain and leaves."""
 
     def __init__(self, seed: int = 0) -> None:
         generator = torch.Generator().manual_seed(seed)
@@ -46,10 +46,10 @@ class SampleScene:
     def picture(
         self, camera: Camera, *, samples: int = 2
     ) -> tuple[Float[Tensor, "h w 3"], Float[Tensor, "h w"]]:
-        """(sRGB in [0, 1], depth) with `samples`^2 rays a pixel.
+        """Return (sRGB in [0, 1], depth) from `samples`^2 rays per pixel.
 
-        Depth is camera-space z of the nearest ray of the pixel, infinite for the background;
-        with one sample it is exactly that of the pixel's centre.
+        Depth is the camera-space z of the pixel's nearest ray, infinite for the background; with
+        one sample it is that of the pixel's centre.
         """
         rows, columns = camera.height * samples, camera.width * samples
         fine = camera.resized(columns, rows)
@@ -81,7 +81,10 @@ class SampleScene:
     def rays(
         self, origins: Float[Tensor, "3 n"], directions: Float[Tensor, "3 n"]
     ) -> tuple[Float[Tensor, "3 n"], Float[Tensor, "n"]]:
-        """(sRGB in [0, 1], distance in units of the direction's length, infinite = background)."""
+        """Return (sRGB in [0, 1], distance in units of the direction's length) of rays.
+
+        The distance is infinite for the background.
+        """
         depth, owner = self._trace(origins, directions)
         return self._radiance(origins, directions, depth, owner), depth
 
@@ -97,7 +100,7 @@ class SampleScene:
     def _radiance(
         self, origins: Tensor, directions: Tensor, depth: Tensor, owner: Tensor
     ) -> Float[Tensor, "3 n"]:
-        """sRGB of what each ray found."""
+        """Return the sRGB colours that rays see."""
         linear = self._light(origins, directions, depth, owner, bounces=1)
         return linear.clamp(0, 1) ** (1 / 2.2)
 
@@ -116,7 +119,7 @@ class SampleScene:
         return light
 
     def _shade(self, solid: Solid, position: Tensor, d: Tensor, bounces: int) -> Tensor:
-        """Linear radiance towards the eye: sun with shadow, sky light, highlight and mirror."""
+        """Return linear radiance towards the eye: sun with shadow, sky light, highlight, mirror."""
         normal = solid.shape.normal(position)
         normal = torch.where(dot(normal, d) > 0, -normal, normal)
         albedo = solid.albedo(position, normal)
@@ -138,7 +141,7 @@ class SampleScene:
         return light * (1 - fresnel) + fresnel * image + 0.9 * highlight
 
     def _openness(self, position: Tensor, normal: Tensor) -> Tensor:
-        """Share of the sky seen past the ball, the crate and the tree: soft contact shadows."""
+        """Return the share of the sky that is not occluded, for soft contact shadows."""
         open_share = torch.ones_like(position[0])
         for x, y, z, radius in _OCCLUDERS:
             to = along(torch.tensor([x, y, z]), position) - position
@@ -151,7 +154,7 @@ class SampleScene:
         return (self._sun_axes @ position.reshape(3, -1)).reshape(position.shape)
 
     def _shadow_map(self) -> Float[Tensor, "s s"]:
-        """Height towards the sun of what it sees first, over a square across its rays."""
+        """Render the height, along the sun's direction, of the surfaces that the sun reaches."""
         ticks = (torch.arange(_SHADOW_TEXELS) + 0.5) / _SHADOW_TEXELS * 2 - 1
         across = (ticks * _SHADOW_REACH).expand(_SHADOW_TEXELS, -1)
         start = torch.stack([across, across.T, torch.full_like(across, 10.0)])
@@ -168,7 +171,7 @@ class SampleScene:
         return heights
 
     def _sunlit(self, position: Tensor) -> Tensor:
-        """Share of four shadow-map samples around each point that the sun reaches."""
+        """Return the share of four shadow-map samples around each point that is lit."""
         u, v, height = self._sun_coordinates(position)
         scale = _SHADOW_TEXELS / 2 / _SHADOW_REACH
         share = torch.zeros_like(u)
@@ -179,7 +182,7 @@ class SampleScene:
         return share / 4
 
     def _sky(self, d: Tensor) -> Tensor:
-        """Linear radiance from infinity along unit `d`: sky above the horizon, sea below."""
+        """Return linear radiance of the background along unit `d`: sky above, sea below."""
         light = torch.empty_like(d)
         for half, radiance in ((d[2] >= 0, self._heaven), (d[2] < 0, self._sea)):
             rays = half.nonzero()[:, 0]
@@ -187,7 +190,7 @@ class SampleScene:
         return light
 
     def _heaven(self, d: Tensor) -> Tensor:
-        """A gradient, clouds, the glow around the sun, and two ridges of mountains."""
+        """Return the sky: a gradient, clouds, the glow of the sun, two ridges of mountains."""
         x, y, up = d
         sky = mix((0.90, 0.66, 0.46), (0.16, 0.36, 0.75), up.sqrt() * 1.15)
         drift = self._noise.cloud(x / (up + 0.35) * 0.22, y / (up + 0.35) * 0.22)
@@ -205,7 +208,7 @@ class SampleScene:
         return sky
 
     def _sea(self, d: Tensor) -> Tensor:
-        """Haze at the horizon, darker water below, with a swell."""
+        """Return the sea: haze at the horizon, darker water below, with a swell."""
         x, y, deep = d[0], d[1], -d[2]
         sea = mix((0.46, 0.50, 0.50), (0.015, 0.10, 0.16), deep.sqrt() * 1.3)
         swell = self._noise.cloud(x / (deep + 0.2) * 0.3, y / (deep + 0.2) * 0.3) - 0.5
@@ -267,7 +270,7 @@ class SampleScene:
         ]
 
     def _paving(self, p: Tensor, n: Tensor) -> Tensor:
-        """Rings of wedge-shaped stones with joints between them; layered rock at the side."""
+        """Rings of wedge-shaped stones with joints; layered rock at the side."""
         x, y, z = p
         radius, angle = (x * x + y * y).sqrt(), torch.atan2(y, x) / math.tau + 0.5
         ring = (radius / 0.25).floor()
@@ -344,7 +347,7 @@ def _span(middle: Tensor | float, reach: float, size: int) -> slice:
 
 
 def _window(camera: Camera, center: Tensor, radius: float) -> tuple[slice, slice]:
-    """Rows and columns of the picture in which a ball can be seen."""
+    """Return the rows and columns of the image that contain a ball."""
     x, y, z = (camera.viewmat[:3, :3] @ center + camera.viewmat[:3, 3]).tolist()
     if z + radius <= 0:
         return slice(0, 0), slice(0, 0)
@@ -352,7 +355,7 @@ def _window(camera: Camera, center: Tensor, radius: float) -> tuple[slice, slice
         return slice(0, camera.height), slice(0, camera.width)
     spans = []
     for position, axis, size in ((y, 1, camera.height), (x, 0, camera.width)):
-        # the tangents to the ball lie at angle +- asin(r / distance) around its middle
+        # tangents to the ball lie at +- asin(radius / distance) around its centre
         angle, spread = math.atan2(position, z), math.asin(radius / math.hypot(position, z))
         focal, principal = float(camera.K[axis, axis]), float(camera.K[axis, 2])
         low, high = (

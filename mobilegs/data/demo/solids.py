@@ -1,11 +1,11 @@
-"""The solids that the built-in capture is made of, and where rays meet them.
+"""The shapes of the demo scene, and their intersections with rays.
 
-Vectors are planes: `[3, ...]` with the rays behind, so that every operation runs over
-contiguous memory. World units, z up. Every shape has three methods:
+Vectors have the shape `[3, ...]`, coordinates first, so that every operation runs over contiguous
+memory. World units, z up. Every shape has three methods:
 
-    bounds()                -> centre [3] and radius of a ball around it
-    hit(origin, direction)  -> distance in units of `direction`, infinite where the ray misses
-    normal(position)        -> outward unit normal at points [3, n] of its surface
+    bounds()                -> centre [3] and radius of a bounding ball
+    hit(origin, direction)  -> distance in units of `direction`, infinite if the ray misses
+    normal(position)        -> outward unit normal at points [3, n] of the surface
 """
 
 from collections.abc import Callable
@@ -18,29 +18,29 @@ Albedo = Callable[[Tensor, Tensor], Tensor]  # (position, normal) [3, n] -> line
 
 
 def dot(a: Tensor, b: Tensor) -> Tensor:
-    """Inner product over the leading axis of 3."""
+    """Return the dot product over the first axis."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def unit(vector: Tensor) -> Tensor:
-    """The vectors at length 1."""
+    """Return vectors scaled to length 1."""
     return vector * dot(vector, vector).rsqrt()
 
 
 def along(vector: Tensor, like: Tensor) -> Tensor:
-    """A single vector `[3]`, shaped to broadcast against planes `like`."""
+    """Reshape a vector `[3]` to broadcast against `like [3, ...]`."""
     return vector.reshape(3, *[1] * (like.ndim - 1))
 
 
 def _first(near: Tensor, far: Tensor) -> Tensor:
-    """The nearer of two crossings that lies in front of the origin, where they are not NaN."""
+    """Return the nearer distance in front of the origin; infinite if there is none or for NaN."""
     ahead = torch.where(near > 1e-4, near, far)
     return torch.where(ahead > 1e-4, ahead, torch.inf)
 
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """Half axes `radii` along x, y, z around `center`."""
+    """An ellipsoid around `center` with half axes `radii` along x, y, z."""
 
     center: Tensor
     radii: Tensor
@@ -52,7 +52,7 @@ class Ellipsoid:
         o = (origin - along(self.center, origin)) / along(self.radii, origin)
         d = direction / along(self.radii, direction)
         a, b, c = dot(d, d), dot(o, d), dot(o, o) - 1
-        root = (b * b - a * c).sqrt()  # NaN where the ray misses, which compares as False
+        root = (b * b - a * c).sqrt()  # NaN if the ray misses; NaN compares as False
         return _first((-b - root) / a, (-b + root) / a)
 
     def normal(self, position: Tensor) -> Tensor:
@@ -61,7 +61,7 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Box:
-    """A box of half sizes `half`, turned about z by `angle` radians."""
+    """A box with half sizes `half`, rotated about z by `angle` radians."""
 
     center: Tensor
     half: Tensor
@@ -71,14 +71,14 @@ class Box:
         return self.center, float(self.half.norm())
 
     def turned(self, vector: Tensor, sign: float = 1.0) -> Tensor:
-        """World direction -> the box's own axes (`sign` -1: back)."""
+        """Rotate world directions into the box's axes, or back with `sign` -1."""
         turn = torch.tensor(self.angle)
         c, s = turn.cos(), sign * turn.sin()
         x, y, z = vector.unbind(0)
         return torch.stack([c * x + s * y, c * y - s * x, z])
 
     def local(self, position: Tensor) -> Tensor:
-        """World position -> the box's own axes, from its centre."""
+        """Convert world positions to coordinates along the box's axes."""
         return self.turned(position - along(self.center, position))
 
     def hit(self, origin: Tensor, direction: Tensor) -> Tensor:
@@ -96,7 +96,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Rod:
-    """A cylinder from `start` to `end` without caps: thin, or ending inside something."""
+    """A cylinder from `start` to `end` without caps, for thin or embedded ends."""
 
     start: Tensor
     end: Tensor
@@ -156,7 +156,7 @@ class Drum:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A flat parallelogram: `corner + u * a + v * b` for u, v in [0, 1], seen from both sides."""
+    """A two-sided rectangle: `corner + u * a + v * b` for u, v in [0, 1]; `a` is normal to `b`."""
 
     corner: Tensor
     a: Tensor
@@ -167,7 +167,7 @@ class Sheet:
         return self.corner + (self.a + self.b) / 2, far / 2
 
     def uv(self, position: Tensor) -> tuple[Tensor, Tensor]:
-        """Coordinates of points in the sheet's plane; `a` and `b` are at right angles."""
+        """Return the coordinates (u, v) of points in the sheet's plane."""
         o = position - along(self.corner, position)
         return (
             dot(along(self.a, o), o) / self.a.square().sum(),
@@ -192,7 +192,7 @@ Shape = Ellipsoid | Box | Rod | Drum | Sheet
 
 @dataclass(frozen=True)
 class Solid:
-    """A shape, its colour, and how much of a mirror it is (0 = matte)."""
+    """A shape, its colour, and its mirror reflectance at normal incidence (0 = matte)."""
 
     shape: Shape
     albedo: Albedo

@@ -1,4 +1,4 @@
-"""Noise and patterns that colour the built-in scene. Colours are linear RGB."""
+"""Noise and patterns that colour the demo scene. Colours are linear RGB."""
 
 import math
 
@@ -10,19 +10,19 @@ from mobilegs.data.demo.solids import Albedo, along
 
 
 class Noise:
-    """Random textures, decided by the generator they are made with."""
+    """Random textures; the generator decides them."""
 
     def __init__(self, generator: torch.Generator) -> None:
         self._texture = _cloud_texture(512, generator)
         self._dice = torch.rand(256, generator=generator)
 
     def cloud(self, u: Tensor, v: Tensor) -> Tensor:
-        """Fractal noise in about [0, 1], mean 0.5, of period 1 in both coordinates; bilinear."""
+        """Return fractal noise of mean 0.5 in about [0, 1], with period 1 in both coordinates."""
         size = self._texture.shape[0]
         u, v = u * size, v * size
         u0, v0 = u.floor(), v.floor()
         fu, fv = u - u0, v - v0
-        last = size - 1  # sizes are powers of two: `&` wraps around
+        last = size - 1  # `&` wraps around: the size is a power of two
         i0, j0 = u0.long() & last, v0.long() & last
         i1, j1 = (i0 + 1) & last, (j0 + 1) & last
         texels = self._texture.flatten()
@@ -31,56 +31,56 @@ class Noise:
         return torch.lerp(low, high, fv)
 
     def chance(self, *cells: Tensor) -> Tensor:
-        """A random number in [0, 1) for each integer cell."""
+        """Return a random number in [0, 1) for each integer cell."""
         index = torch.zeros_like(cells[0]).long()
         for prime, cell in zip((31, 57, 113), cells, strict=False):
             index = index + prime * cell.long()
         return self._dice[index & 255]
 
     def solid_cloud(self, p: Tensor) -> Tensor:
-        """Noise of three coordinates, in about [0, 1]: the mean of three planes of noise."""
+        """Return 3D noise in [0, 1]: the scaled mean of 2D noise in three planes."""
         x, y, z = p
         planes = self.cloud(x, y) + self.cloud(y + 0.3, z) + self.cloud(z + 0.6, x)
         return ((planes - 1.5) * 0.6 + 0.5).clamp(0, 1)
 
 
 def at(*xyz: int | float) -> Float[Tensor, "3"]:
-    """A place, a direction or a colour."""
+    """Return a position, direction or colour as a tensor."""
     return torch.tensor(xyz, dtype=torch.float32)
 
 
 def mix(a, b, share: Tensor) -> Tensor:
-    """Colours `a` to `b` (a triple or planes [3, n]) by `share` in [0, 1]."""
+    """Interpolate from colour `a` to `b` (a triple or [3, n]) by `share`, clamped to [0, 1]."""
     share = share.clamp(0, 1)
     a, b = (torch.tensor(c)[:, None] if isinstance(c, tuple) else c for c in (a, b))
     return a + (b - a) * share
 
 
 def edge(cells: Tensor) -> Tensor:
-    """Distance to the nearest whole number."""
+    """Return the distance to the nearest integer."""
     return (cells - cells.round()).abs()
 
 
 def plain(red: float, green: float, blue: float) -> Albedo:
-    """The same colour everywhere."""
+    """Return an albedo of one colour."""
     return lambda p, n: along(at(red, green, blue), p).expand_as(p)
 
 
 def checker(p: Tensor, n: Tensor) -> Tensor:
-    """The small ball: ten by six fields between its meridians and parallels."""
+    """Albedo of the small ball: ten by six fields between its meridians and parallels."""
     longitude = torch.atan2(n[1], n[0]) / math.tau * 10
     odd = (longitude.floor() + (n[2].clamp(-1, 1).asin() / math.pi * 6).floor()) % 2
     return mix((0.75, 0.70, 0.58), (0.06, 0.16, 0.38), odd)
 
 
 def squares(u: Tensor, v: Tensor) -> Tensor:
-    """The flag: six by four squares."""
+    """Albedo of the flag: six by four squares."""
     odd = ((u * 6).floor() + (v * 4).floor()) % 2
     return mix((0.75, 0.68, 0.50), (0.02, 0.22, 0.27), odd)
 
 
 def _cloud_texture(size: int, generator: torch.Generator) -> Float[Tensor, "s s"]:
-    """Tileable fractal noise: white noise with its spectrum scaled by 1 / f^1.3."""
+    """Make tileable fractal noise: white noise with its spectrum scaled by 1 / f^1.3."""
     spectrum = torch.fft.rfft2(torch.randn(size, size, generator=generator))
     f = torch.hypot(torch.fft.fftfreq(size)[:, None] * size, torch.fft.rfftfreq(size) * size)
     noise = torch.fft.irfft2(spectrum * torch.where(f > 0, f.clamp_min(2) ** -1.3, 0.0))

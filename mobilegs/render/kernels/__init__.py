@@ -1,1 +1,1 @@
-"""The fast implementations of the definitions: one arithmetic (core.h), two loops."""
+"""Launch the kernels in mobilegs/csrc: the CPU's by ctypes, CUDA's by the driver."""

@@ -1,11 +1,11 @@
-"""The CUDA kernels: cuda.cu, compiled by NVRTC at first use, between torch's sorts and scans.
+"""The CUDA kernels: csrc/cuda.cu, compiled by NVRTC at first use; torch sorts and scans.
 
-Needs no toolkit and no compiler of the user's: cuda-core and NVRTC come as Python packages. The
-result is kept in a cache folder. What has been checked: every kernel compiles, and computes the
-right thing when executed thread by thread on a CPU. None of it has run on a GPU yet.
+Users need no CUDA toolkit: cuda-core and NVRTC are Python packages. Compiled kernels are kept in a
+cache folder. Tests compile every kernel and emulate it thread by thread on a CPU; no kernel has run
+on a GPU yet.
 """
 
-# pyright takes `cuda` for this very file
+# pyright takes `cuda` for this file
 # pyright: reportAttributeAccessIssue=false
 
 import ctypes
@@ -22,8 +22,8 @@ from torch import Tensor
 
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
-from mobilegs.render.contributions import Contributions, pixels_won
-from mobilegs.render.kernels.kernel_view import SPLAT_BYTES, KernelView, refuse_strays
+from mobilegs.render.contributions import Contributions, count_wins
+from mobilegs.render.kernels.kernel_view import SPLAT_BYTES, KernelView, validate_inputs
 
 SOURCES = (
     "cuda.cu",
@@ -38,23 +38,23 @@ SOURCES = (
 TILE = 16
 THREADS = 256  # of every kernel but the sorted backward walk
 CSRC = Path(__file__).parents[2] / "csrc"
-WALKERS = 128
+WALK_THREADS = 128
 PER_WARP = 8  # Gaussians a block takes where each gets a warp
 SUMS = 12  # floats of a Gaussian's or an entry's sums
 
 
 def _missing(error: Exception) -> InputError:
     return InputError(
-        f"drawing on a GPU needs the compiler of its kernels ({error}): "
+        f"rendering on a GPU needs the compiler of its kernels ({error}): "
         "run `pip install 'mobilegs[cuda]'`"
     )
 
 
 def compile_kernels(arch: str, source: str | None = None) -> tuple[bytes, str]:
-    """Machine code for `arch` (such as `sm_90`), and what the compiler says of registers, stack
-    and spills, of `source` (cuda.cu if not given). Needs no GPU and no driver.
+    """Return machine code for `arch` (such as `sm_90`) and the compiler's report on resources.
 
-    Raises InputError where the compiler is not installed or does not know `arch`.
+    The source is cuda.cu unless given. Needs no GPU and no driver. Raises InputError if the
+    compiler is not installed or does not know `arch`.
     """
     try:
         from cuda.core import Program, ProgramOptions
@@ -82,7 +82,7 @@ def compile_kernels(arch: str, source: str | None = None) -> tuple[bytes, str]:
 
 
 def cache_folder() -> Path:
-    """Where compiled kernels are kept: `MOBILEGS_CACHE`, or the user's cache folder."""
+    """Return the folder of compiled kernels: `MOBILEGS_CACHE`, or the user's cache folder."""
     named = os.environ.get("MOBILEGS_CACHE")
     if named:
         return Path(named)
@@ -90,7 +90,10 @@ def cache_folder() -> Path:
 
 
 def cubin(arch: str) -> bytes:
-    """Machine code of cuda.cu for `arch`, from the cache if sources and compiler are the same."""
+    """Return machine code of cuda.cu for `arch`, cached by sources, options and compiler.
+
+    Raises InputError if the compiler is not installed.
+    """
     try:
         from cuda.bindings import nvrtc
 
@@ -109,7 +112,7 @@ def cubin(arch: str) -> bytes:
     try:
         atomic_write(path, code)
     except (InputError, OSError):
-        pass  # a read-only home costs two seconds a process, no more
+        pass  # without a cache, each process compiles for two seconds
     return code
 
 
@@ -126,7 +129,7 @@ class Kernels:
 
     @contextmanager
     def current(self) -> Iterator[None]:
-        """Makes the GPU current: autograd's threads may not have a context of it yet."""
+        """Make the GPU current: autograd's threads may not have a context of it yet."""
         from cuda.core import Device
 
         with torch.cuda.device(self.device):
@@ -134,7 +137,7 @@ class Kernels:
             yield
 
     def launch(self, name: str, blocks: int, threads: int, *arguments) -> None:
-        """Starts a kernel; the arguments are ctypes values, structs included, passed by value."""
+        """Start a kernel; arguments are ctypes values, structs included, passed by value."""
         from cuda.bindings import driver
 
         if blocks == 0:
@@ -157,7 +160,7 @@ class Kernels:
 
 
 def argument_addresses(arguments: tuple) -> ctypes.Array:
-    """The driver's form of a kernel's arguments: an array of pointers to them."""
+    """Return a kernel's arguments in the driver's form: an array of pointers to them."""
     return (ctypes.c_void_p * len(arguments))(*[ctypes.addressof(a) for a in arguments])
 
 
@@ -167,12 +170,12 @@ def _kernels(index: int) -> Kernels:
 
 
 def kernels_for(tensor: Tensor) -> Kernels:
-    """The kernels of the tensor's GPU."""
+    """Return the kernels of the tensor's GPU."""
     return _kernels(tensor.device.index)
 
 
 def _pointers(*tensors: Tensor | None) -> ctypes.Array:
-    """A struct of pointers."""
+    """Make a struct of pointers."""
     values = [None if t is None else t.data_ptr() for t in tensors]
     return (ctypes.c_void_p * len(values))(*values)
 
@@ -189,30 +192,30 @@ def _tiles(view: KernelView) -> int:
     return _blocks(view.width, TILE) * _blocks(view.height, TILE)
 
 
-def _project(kernels: Kernels, view: KernelView, held: list[Tensor | None]) -> tuple[Tensor, ...]:
-    """(splats, radii, tiles touched, tile of the centre) of every Gaussian."""
-    means = held[0]
+def _project(kernels: Kernels, view: KernelView, inputs: list[Tensor | None]) -> tuple[Tensor, ...]:
+    """Return splats, radii, number of tiles and tile of the box's centre of every Gaussian."""
+    means = inputs[0]
     assert means is not None
     count = len(means)
     splats = means.new_empty(count, SPLAT_BYTES, dtype=torch.uint8)
     radii = means.new_empty(count)
     touched = means.new_empty(count, dtype=torch.int32)
-    homes = means.new_empty(count, dtype=torch.int32)
-    outputs = [_pointer(t) for t in (splats, radii, touched, homes)]
+    center_tiles = means.new_empty(count, dtype=torch.int32)
+    outputs = [_pointer(t) for t in (splats, radii, touched, center_tiles)]
     kernels.launch(
         "mgs_project",
         _blocks(count),
         THREADS,
         view,
         ctypes.c_int(count),
-        _pointers(*held),
+        _pointers(*inputs),
         *outputs,
     )
-    return splats, radii, touched, homes
+    return splats, radii, touched, center_tiles
 
 
 class _Lists:
-    """Tile lists: the Gaussians that each tile must visit, by index or (`by_depth`) front first.
+    """Tile lists: the Gaussians that each tile visits, by index or (`by_depth`) front first.
 
     Sorting the Gaussians by depth and then their entries by tile, both stably, moves half the
     bytes of one sort of entries by a 64-bit key.
@@ -246,78 +249,78 @@ def _suffixed(name: str, depth: bool) -> str:
     return f"{name}_depth" if depth else name
 
 
-def _sortfree(view: KernelView, what: str) -> str:
-    return f"mgs_two_pass_{what}" if view.two_pass else f"mgs_sortfree_{what}"
+def _sortfree(view: KernelView, suffix: str) -> str:
+    return f"mgs_two_pass_{suffix}" if view.two_pass else f"mgs_sortfree_{suffix}"
 
 
 class CudaRaster(torch.autograd.Function):
-    """Both renderers on a GPU: opacities or `lobes`, the other is None."""
+    """Both renderers on a GPU: sorted with `opacities`, sort-free with `lobes`; one is None."""
 
     @staticmethod
     def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, lobes):
-        held = [means, quats, scales, opacities, sh, lobes]
-        refuse_strays(view, held, screen_grads)
+        inputs = [means, quats, scales, opacities, sh, lobes]
+        validate_inputs(view, inputs, screen_grads)
         kernels, shape = kernels_for(means), (view.height, view.width)
-        held = [None if t is None else t.detach().contiguous() for t in held]
+        inputs = [None if t is None else t.detach().contiguous() for t in inputs]
         image, alpha = means.new_empty(*shape, 3), means.new_empty(shape)
         depths = means.new_empty(shape) if depth else None
         sums = means.new_empty((4 if lobes is None else 5) + depth + view.two_pass, *shape)
         with kernels.current():
-            splats, radii, touched, homes = _project(kernels, view, held)
+            splats, radii, touched, center_tiles = _project(kernels, view, inputs)
             lists = _Lists(kernels, view, splats, touched, by_depth=lobes is None)
             name = "mgs_sorted_forward" if lobes is None else _sortfree(view, "forward")
-            given = [view, _pointer(splats), lists.pointers()]
-            arguments = [*given, _pointers(sums, image, alpha, depths)]
+            common = [view, _pointer(splats), lists.pointers()]
+            arguments = [*common, _pointers(sums, image, alpha, depths)]
             if view.two_pass:
                 limits = _pointer(sums[-1])
-                kernels.launch("mgs_surfaces", _tiles(view), THREADS, *given, limits)
+                kernels.launch("mgs_surfaces", _tiles(view), THREADS, *common, limits)
                 arguments.append(limits)
             kernels.launch(_suffixed(name, depth), _tiles(view), THREADS, *arguments)
-        ctx.lists, ctx.homes = (lists, None) if lobes is None else (None, homes)
+        ctx.lists, ctx.center_tiles = (lists, None) if lobes is None else (None, center_tiles)
         ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
-        ctx.save_for_backward(*held, splats, sums)
+        ctx.save_for_backward(*inputs, splats, sums)
         ctx.mark_non_differentiable(radii)
         ctx.set_materialize_grads(False)
         return image, alpha, depths, radii
 
     @staticmethod
     def backward(ctx, *grads):
-        *held, splats, sums = ctx.saved_tensors
-        view, means = ctx.view, held[0]
+        *inputs, splats, sums = ctx.saved_tensors
+        view, means = ctx.view, inputs[0]
         kernels, count, shape = kernels_for(means), len(means), (view.height, view.width)
         g_image = means.new_zeros(*shape, 3) if grads[0] is None else grads[0].contiguous()
         g_alpha = means.new_zeros(shape) if grads[1] is None else grads[1].contiguous()
         g_depth = None
         if ctx.depth:
             g_depth = means.new_zeros(shape) if grads[2] is None else grads[2].contiguous()
-        out = [None if t is None else torch.empty_like(t) for t in held]
+        out = [None if t is None else torch.empty_like(t) for t in inputs]
         if count:
-            given = _pointers(g_image, g_alpha, g_depth)
+            out_grads = _pointers(g_image, g_alpha, g_depth)
             with kernels.current():
                 gather = _gather_sortfree if ctx.lists is None else _gather_sorted
-                totals = gather(kernels, ctx, splats, sums, given)
-                arguments = [view, ctypes.c_int(count), _pointers(*held), _pointer(splats)]
+                totals = gather(kernels, ctx, splats, sums, out_grads)
+                arguments = [view, ctypes.c_int(count), _pointers(*inputs), _pointer(splats)]
                 arguments += [_pointer(totals), _pointers(*out, ctx.screen_grads)]
                 sortfree = ctypes.c_int(ctx.lists is None)
-                kernels.launch("mgs_finish", _blocks(count), THREADS, *arguments, sortfree)
+                kernels.launch("mgs_write_gradients", _blocks(count), THREADS, *arguments, sortfree)
         return None, None, None, *out
 
 
 def _gather_sortfree(
-    kernels: Kernels, ctx, splats: Tensor, sums: Tensor, given: ctypes.Array
+    kernels: Kernels, ctx, splats: Tensor, sums: Tensor, out_grads: ctypes.Array
 ) -> Tensor:
-    """Each Gaussian's sums over its own pixels; those of unseen ones are left undefined."""
+    """Return each Gaussian's sums over its pixels; those of invisible ones are undefined."""
     view, count = ctx.view, len(splats)
     pixels = view.height * view.width
     colors, others = sums.new_empty(pixels, 4), sums.new_empty(pixels, 2)
     totals = sums.new_empty(count, SUMS)
-    arguments = [view, _pointer(sums), given, _pointer(colors), _pointer(others)]
+    arguments = [view, _pointer(sums), out_grads, _pointer(colors), _pointer(others)]
     name = _suffixed("mgs_sortfree_pixels", ctx.depth)
     kernels.launch(name, _blocks(pixels), THREADS, *arguments)
-    # neighbours in the picture then read the same pixels from the cache
-    order = torch.sort(ctx.homes, stable=True).indices
-    asked = _pointers(colors, others, sums[-1] if view.two_pass else None)
-    arguments = [view, ctypes.c_int(count), _pointer(splats), _pointer(order), asked]
+    # neighbours in the image then read the same pixels from the cache
+    order = torch.sort(ctx.center_tiles, stable=True).indices
+    pixel_grads = _pointers(colors, others, sums[-1] if view.two_pass else None)
+    arguments = [view, ctypes.c_int(count), _pointer(splats), _pointer(order), pixel_grads]
     arguments.append(_pointer(totals))
     name = _suffixed(_sortfree(view, "gather"), ctx.depth)
     kernels.launch(name, _blocks(count, PER_WARP), THREADS, *arguments)
@@ -325,17 +328,17 @@ def _gather_sortfree(
 
 
 def _gather_sorted(
-    kernels: Kernels, ctx, splats: Tensor, sums: Tensor, given: ctypes.Array
+    kernels: Kernels, ctx, splats: Tensor, sums: Tensor, out_grads: ctypes.Array
 ) -> Tensor:
-    """Each Gaussian's sums over its entries, which are first walked tile by tile."""
+    """Return each Gaussian's sums over its tile entries, after a walk tile by tile."""
     view, lists, count = ctx.view, ctx.lists, len(splats)
     slot_sums = sums.new_empty(lists.count, SUMS)
     reached = sums.new_zeros(lists.count, dtype=torch.uint8)
     totals = sums.new_empty(count, SUMS)
-    arguments = [view, _pointer(splats), lists.pointers(), _pointer(sums), given]
+    arguments = [view, _pointer(splats), lists.pointers(), _pointer(sums), out_grads]
     arguments += [_pointer(slot_sums), _pointer(reached)]
     name = _suffixed("mgs_sorted_backward", ctx.depth)
-    kernels.launch(name, _tiles(view), WALKERS, *arguments)
+    kernels.launch(name, _tiles(view), WALK_THREADS, *arguments)
     arguments = [_pointer(t) for t in (lists.order, lists.ends, slot_sums, reached, totals)]
     blocks = _blocks(count, PER_WARP)
     kernels.launch("mgs_sorted_gather", blocks, THREADS, ctypes.c_int(count), *arguments)
@@ -345,25 +348,25 @@ def _gather_sorted(
 def project_radii(
     view: KernelView, means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, sh: Tensor
 ) -> Tensor:
-    """Radii in pixels, 0 for what the picture cannot show."""
-    held = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
-    refuse_strays(view, [*held, None], None)
+    """Return radii in pixels, 0 for Gaussians that the image cannot show, `[n]`."""
+    inputs = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
+    validate_inputs(view, [*inputs, None], None)
     kernels = kernels_for(means)
     with kernels.current():
-        return _project(kernels, view, [*held, None])[1]
+        return _project(kernels, view, [*inputs, None])[1]
 
 
 def measure_contributions(
     view: KernelView, means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, sh: Tensor
 ) -> Contributions:
-    """What each Gaussian gives to a sorted picture; the colours do not matter."""
-    held = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
-    refuse_strays(view, [*held, None], None)
+    """Return how much each Gaussian contributes to a sorted image; `sh` does not matter."""
+    inputs = [t.detach().contiguous() for t in (means, quats, scales, opacities, sh)]
+    validate_inputs(view, [*inputs, None], None)
     kernels, count, shape = kernels_for(means), len(means), (view.height, view.width)
     weights, touched = means.new_empty(count), means.new_empty(count, dtype=torch.int32)
     winner, alpha = means.new_empty(shape, dtype=torch.int32), means.new_empty(shape)
     with kernels.current():
-        splats, _, tiles, _ = _project(kernels, view, [*held, None])
+        splats, _, tiles, _ = _project(kernels, view, [*inputs, None])
         lists = _Lists(kernels, view, splats, tiles, by_depth=True)
         slots = means.new_zeros(lists.count, 2)
         arguments = [view, _pointer(splats), lists.pointers()]
@@ -373,4 +376,4 @@ def measure_contributions(
         blocks = _blocks(count, PER_WARP)
         name = "mgs_contributions_gather"
         kernels.launch(name, blocks, THREADS, ctypes.c_int(count), *arguments)
-    return Contributions(weights, touched, pixels_won(winner, count), winner, alpha)
+    return Contributions(weights, touched, count_wins(winner, count), winner, alpha)

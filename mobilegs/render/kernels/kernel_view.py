@@ -1,4 +1,4 @@
-"""The structs that cross the C interface, mirrored field by field from core.h."""
+"""The camera struct that kernels take, and the check of their tensors."""
 
 import ctypes
 
@@ -14,7 +14,7 @@ SIZE_MAX = 32767  # pixel boxes are 16-bit
 
 
 class KernelView(ctypes.Structure):
-    """Camera, background and weighting, as core.h's View."""
+    """Camera, background and weighting; mirrors `View` in csrc/core.h field by field."""
 
     _fields_ = [
         ("rotation", ctypes.c_float * 9),
@@ -39,7 +39,7 @@ class KernelView(ctypes.Structure):
 
     @property
     def two_pass(self) -> bool:
-        """Whether each pixel's surface is looked for first, and kept as one more sum."""
+        """True for the weighting `two_pass`, which keeps each pixel's surface as one more sum."""
         return WEIGHTINGS[self.weighting] == "two_pass"
 
 
@@ -51,13 +51,14 @@ def kernel_view(
     sh_size: int,
     lobe_size: int,
 ) -> KernelView:
-    """The struct for one picture; refuses pictures and harmonics that the kernels cannot draw.
+    """Return the struct for one image.
 
-    `lobe_size` is 0 for sorted blending.
+    `sh_size` and `lobe_size` are coefficients per colour and lobe; `lobe_size` is 0 for sorted
+    blending. Raises InputError for sizes that the kernels do not support.
     """
     if not (0 < camera.width <= SIZE_MAX and 0 < camera.height <= SIZE_MAX):
         raise InputError(
-            f"a picture of {camera.width}x{camera.height} pixels cannot be drawn: "
+            f"an image of {camera.width}x{camera.height} pixels cannot be rendered: "
             f"each side must lie between 1 and {SIZE_MAX}"
         )
     if sh_size not in (1, 4, 9, 16):
@@ -85,34 +86,33 @@ def kernel_view(
     return view
 
 
-def refuse_strays(
-    view: KernelView, held: list[torch.Tensor | None], extra: torch.Tensor | None
+def validate_inputs(
+    view: KernelView, inputs: list[torch.Tensor | None], screen_grads: torch.Tensor | None
 ) -> None:
-    """Raise InputError for tensors that a kernel, which follows any pointer, must not be given.
+    """Raise InputError for tensors whose memory a kernel must not read or write.
 
-    `held` lists means, quats, scales, opacities, sh and lobes, of which either the opacities or
-    the lobes are None; `extra` is where screen gradients go, or None. All must be float32 on the
-    device of the means, with one row per Gaussian.
+    `inputs` lists means, quats, scales, opacities, sh and lobes; either the opacities or the lobes
+    are None. All tensors must be float32 on the device of the means, with one row per Gaussian.
     """
-    means = held[0]
+    means = inputs[0]
     assert means is not None
     count = len(means)
     shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, view.sh_size, 3)]
     shapes += [(count, view.lobe_size, 2), (count, 2)]
-    if (held[3] is None) == (held[5] is None) or (held[5] is None) == (view.lobe_size > 0):
+    if (inputs[3] is None) == (inputs[5] is None) or (inputs[5] is None) == (view.lobe_size > 0):
         raise InputError("sorted blending needs opacities and no lobes, sort-free blending lobes")
-    for tensor, shape in zip([*held, extra], shapes, strict=True):
+    for tensor, shape in zip([*inputs, screen_grads], shapes, strict=True):
         if tensor is None:
             continue
         if (tensor.device, tensor.dtype) != (means.device, torch.float32):
             raise InputError(
-                f"Gaussians on {means.device} cannot be drawn with {tensor.dtype} on "
+                f"Gaussians on {means.device} cannot be rendered with {tensor.dtype} on "
                 f"{tensor.device}: every input must be float32 on one device"
             )
         if tensor.shape != shape:
             raise InputError(
-                f"an input of shape {list(tensor.shape)} does not belong to {count} Gaussians: "
-                f"{list(shape)} was expected"
+                f"an input has shape {list(tensor.shape)}: {list(shape)} was expected for {count} "
+                "Gaussians"
             )
-    if extra is not None and not extra.is_contiguous():
-        raise InputError("screen_grads must be contiguous: it is written where it lies")
+    if screen_grads is not None and not screen_grads.is_contiguous():
+        raise InputError("screen_grads must be contiguous: kernels write to its memory")

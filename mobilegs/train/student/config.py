@@ -1,17 +1,17 @@
-"""How the student is trained: lengths, rates, and what each part of it is."""
+"""Settings of the student's training, in groups. Times are fractions of the run, 0 to 1."""
 
 import math
 from dataclasses import dataclass, field, fields
 
 from mobilegs.compress.appearance import COLORS, ColorShape
 from mobilegs.compress.codebooks import CodebookSizes
-from mobilegs.compress.uniform_quantizer import ScalarSteps
+from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import STREAMS_MAX
-from mobilegs.mgs.quantized_scene import LAYERS_MAX
+from mobilegs.mgs.quantized_scene import LOD_LEVELS_MAX
 from mobilegs.render import Weighting
 from mobilegs.render.scene import BLENDS
-from mobilegs.train.student.mask_pruning import PresenceConfig
+from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig
 from mobilegs.validation import (
@@ -25,244 +25,333 @@ from mobilegs.validation import (
     check,
 )
 
-CODINGS = ("nvq", "sq")
-# of a file with `sq`: one for each of its decoders, and in every layer positions, three scales,
-# three rotations and their finer bits, and the opacity
+METHODS = ("nvq", "sq")
+# Streams of a file with `sq`: one per decoder; and in every LOD level the positions, three scales,
+# three rotations and their finer bits, and the opacity.
 NETWORK_STREAMS, ATTRIBUTE_STREAMS = 2, 9
 
 
 @dataclass(frozen=True)
-class StudentConfig:
-    """How the student is trained. Times are fractions of the run, rates those of Adam."""
+class StudentLearningRates:
+    """Learning rates of Adam, all at least 0, and how they change during the run."""
 
-    steps: int = 30_000
-    """Number of steps."""
-    views_per_step: int = 1
-    """Photos of a step. Their losses are summed, not averaged (as the release does): Adam, whose
-    steps do not depend on the gradients' scale, mostly cancels the factor."""
-    blend: str = "sortfree"
-    """`sorted` blends in the order of depth, as the teacher does: a quantised 3DGS scene. There is
-    no phi then, and the view dependence must be `constant`."""
-    weighting: Weighting = field(default_factory=lambda: Weighting(alpha_min=1 / 64))
-    """The weights that take the place of the order, and where ellipses end: at 1/64 they are a
-    third smaller than at the paper's 1/255. Of `sort_free_gs`, sigma (here in extents of the
-    scene) and the background's weight are where learning begins; a weight of 0 stays 0."""
-    sh_degree: int = 1
-    """Degree of the colour's spherical harmonics, 0 to 3."""
-    colors: str = "linear"
-    """What makes harmonics of latents: `linear`, two matrices, or the paper's `networks`, which
-    know where a Gaussian is."""
-    color_latents: int = 6
-    """Latents of a colour with colors=linear and coding=sq, as far as there are harmonics that they
-    tell apart: three of its constant part, the others of what depends on the direction. All others
-    have the paper's six."""
-    view: ViewDependence = field(default_factory=ViewDependence)
-    """Where opacity and weight come from, seen from a direction."""
-    start_opacity: float = 0.0
-    """Opacity of all Gaussians at the start (the release: 0.5, and with opacity_rate=0 the network
-    alone tells opacities apart, as there); 0 keeps the teacher's."""
-    net_fraction: float = 5 / 30
-    """When latents and what decodes them replace the harmonics (paper: 5,000 of 30,000)."""
-    codes_fraction: float = 0.9
-    """When codes replace what they stand for. (The release: 29,000 of 30,000, with codebooks that
-    do not learn. Small ones that do profit from time: 0.7 suits `nvq`.)"""
-    ssim_weight: float = 0.2
-    """Share of D-SSIM in the distance to the photo, the rest is L1."""
-    distill_weight: float = 1.0
-    """Weight of the L1 distance to the teacher's picture."""
-    depth_weight: float = 0.1
-    """Weight of the scale-invariant log-depth distance to the teacher."""
-    distill_between: int = 2
-    """Every how many steps the teacher shows a view from between two training cameras, where no
-    photo says what is right; about the photos' views it is not asked then. 0: it shows those, in
-    every step (the paper). So it does where no two cameras look at the same things."""
-    depth_masked: bool = True
-    """Whether that distance leaves out pixels which either does not cover, and compares means.
-    (The release compares sums of z, in all pixels.)"""
-    fill_price: float = 5e-5
-    """What the loss asks for each ellipse that lies over a pixel, in the mean of the picture, since
-    that is what a frame costs: scales alone pay. (The paper: nothing.)"""
-    moments_kept: bool = True
-    """Whether Adam goes on where it is when networks take over the colour (the release: no)."""
-    positions_rounded: bool = True
-    """Whether networks and codes learn from positions as the file rounds them (the release: no)."""
-    position_error: float = 0.05
-    """How far rounding may move Gaussians in the training pictures: pixels, root mean square."""
-    position_rate: float = 1.6e-6
-    """Rate of the centres, in extents of the scene."""
-    position_share: float = 0.05
-    """Its limit, in sizes of the teacher's median Gaussian (geometric means of the two larger
-    scales): where cameras stand far off, an extent says little about what is fine."""
-    quat_rate: float = 1e-3
-    """Rate of the quaternions."""
-    scale_rate: float = 5e-3
-    """Rate of the scales' logarithms."""
-    opacity_rate: float = 0.01
-    """Rate of the base opacities' logits, where lobes are not free."""
-    lobe_rate: float = 0.02
-    """Rate of the lobes, and of the latents that they become."""
-    lobe_basis_rate: float = 2e-3
-    """Rate of what turns latents into lobes, if that is linear; a network has network_rate."""
-    sh0_rate: float = 2.5e-3
-    """Rate of the colour's constant part, while explicit."""
-    sh_rest_rate: float = 1.25e-4
-    """Rate of its view-dependent part, while explicit."""
-    weighting_rate: float = 0.01
-    """Rate of the logarithms of what a weighting learns."""
-    network_rate: float = 1e-3
-    """Rate of the networks that opacity and weight come from."""
-    latent_rate: float = 2.5e-3
-    """Rate of the colour's latents."""
-    decoder_rate: float = 1e-3
-    """Rate of what decodes them."""
-    codebook_rate: float = 1e-3
-    """With `nvq`, rate of the codebooks of scales and opacities."""
-    rotation_codebook_rate: float = 5e-4
-    """With `nvq`, rate of the codebooks of rotations."""
-    appearance_codebook_rate: float = 1e-3
-    """With `nvq`, rate of the codebooks of the colour's latents."""
-    lobe_codebook_rate: float = 5e-3
-    """With `nvq`, rate of the codebooks of the lobes' latents."""
-    free_share: float = 0.2
-    """With codes, what is left of the rates of what they stand for."""
-    reassign_every: int = 25
-    """With `nvq`, steps between two choices of the nearest codebook entries. (With `sq` the nearest
-    multiples are chosen in every step.)"""
-    final_rate: float = 0.1
-    """What is left of every rate at the end; it falls geometrically from `decay_from` on."""
+    means: float = 1.6e-6
+    """Learning rate of the means, in extents of the scene; limited by `means_max`."""
+    means_max: float = 0.05
+    """Upper limit of the means' learning rate, in sizes of the teacher's median Gaussian (the
+    geometric mean of its two larger scales). Where cameras stand far away, the extent of the scene
+    says little about the size of details."""
+    quats: float = 1e-3
+    """Learning rate of the quaternions."""
+    scales: float = 5e-3
+    """Learning rate of the log-scales."""
+    opacities: float = 0.01
+    """Learning rate of the logits of the base opacities, where lobes are not free."""
+    lobes: float = 0.02
+    """Learning rate of the free lobes, and of the latents that replace them."""
+    lobe_basis: float = 2e-3
+    """Learning rate of a linear lobe decoder. One with a network has the learning rate
+    `network`."""
+    sh0: float = 2.5e-3
+    """Learning rate of the constant part of the colour, until `schedule.latents_from`."""
+    sh_rest: float = 1.25e-4
+    """Learning rate of the view-dependent part of the colour, until `schedule.latents_from`."""
+    weighting: float = 0.01
+    """Learning rate of the logarithms of the weighting's parameters (`sort_free_gs`)."""
+    network: float = 1e-3
+    """Learning rate of the networks that give opacity and weight."""
+    color_latents: float = 2.5e-3
+    """Learning rate of the colour latents."""
+    color_decoder: float = 1e-3
+    """Learning rate of the colour decoder."""
+    codebooks: float = 1e-3
+    """Learning rate of the codebooks of scales and opacities, with `nvq`."""
+    rotation_codebooks: float = 5e-4
+    """Learning rate of the codebooks of rotations, with `nvq`."""
+    color_codebooks: float = 1e-3
+    """Learning rate of the codebooks of the colour latents, with `nvq`."""
+    lobe_codebooks: float = 5e-3
+    """Learning rate of the codebooks of the lobe latents, with `nvq`."""
+    step_sizes: float = 2e-3
+    """Learning rate of the logarithms of the step sizes, with `sq`. 0 keeps the step sizes
+    fixed."""
+    masks: float = 0.05
+    """Learning rate of the logits of the pruning masks."""
+    quantized_factor: float = 0.2
+    """Factor on the learning rates of the values that are quantised, from
+    `schedule.quantize_from` on (the latent values of quantisation-aware training); at least 0."""
+    final_factor: float = 0.1
+    """Factor on all learning rates at the end, above 0 and at most 1. The factor falls
+    geometrically from 1 at `decay_from`."""
     decay_from: float = 0.5
-    """Fraction of the run from which the rates fall."""
-    regression_steps: int = 400
-    """Steps that fit the decoding networks to the harmonics they replace."""
-    coding: str = "sq"
-    """What codes are: `nvq`, indices into codebooks (the paper), or `sq`, multiples of steps,
-    of rotations turned as little as possible and of latents that are not correlated: truer at
-    fewer bytes (docs/compression.md)."""
-    canonical: bool = False
-    """Whether Gaussians are turned as little as possible with `nvq`, too, at the start: of the 24
-    ways to name the axes of an ellipsoid the one whose rotation is smallest."""
-    codebooks: CodebookSizes = field(default_factory=CodebookSizes)
-    """Sizes of the codebooks; with `nvq` alone."""
-    scalars: ScalarSteps = field(default_factory=ScalarSteps)
-    """Steps, at a fineness of 1; with `sq` alone."""
-    fineness: float = 2.0
-    """How many times as fine as `scalars` the steps begin; a bit's price falls with its square, as
-    what a step costs in the picture does."""
-    step_rate: float = 2e-3
-    """With `sq`, rate of the steps' logarithms. 0: they stay as they are."""
-    bit_price: float = 1e-3
-    """With `sq`, what a bit per Gaussian adds to the loss, at a fineness of 1: more makes smaller,
-    plainer files."""
-    price_fraction: float = 0.4
-    """With `sq`, when a price on bits is asked for the first time, at the latest with the codes:
-    until these are there, for how far numbers are from their mean, most of them then come near."""
-    target_mb: float = 0.0
-    """With `sq`, megabytes (10^6) that the file shall have: all steps follow alike, up to eight
-    times as large or small as they are at first. 0: whatever price and steps lead to."""
-    layers: int = 0
-    """Layers of the file, each of which makes four times as many Gaussians: a viewer shows the
-    first ones while the others still come. 0: as many as leave 10,000 to the first."""
-    votes: VoteConfig = field(default_factory=VoteConfig)
-    """Pruning."""
-    presence: PresenceConfig = field(default_factory=PresenceConfig)
-    """Pruning by learned masks."""
-    cache_mib: int = 2048
-    """Memory for the teacher's pictures; what does not fit is drawn again."""
+    """Time from which all learning rates fall, 0 to 1."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.net_fraction <= self.codes_fraction <= 1:
+        rates = {field.name: NOT_NEGATIVE for field in fields(self)}
+        check(self, **(rates | {"final_factor": SHARE, "decay_from": FRACTION}))
+
+
+@dataclass(frozen=True)
+class LossConfig:
+    """Weights of the loss. The terms of masks and of bits are in `pruning.masks.weight` and
+    `quantization.rate_weight`."""
+
+    ssim_weight: float = 0.2
+    """Weight of D-SSIM in the distance to the photo, 0 to 1; L1 has the rest."""
+    distill_weight: float = 1.0
+    """Weight of the L1 distance to the teacher's image, at least 0."""
+    depth_weight: float = 0.1
+    """Weight of the scale-invariant log-depth distance to the teacher, at least 0."""
+    virtual_view_every: int = 2
+    """Distil on a virtual view, between two training cameras, every so many steps, and not on the
+    photos' views. 0 distils on the photos' views in every step, as in the paper; so does any value
+    if no two cameras look at the same things."""
+    overdraw_weight: float = 5e-5
+    """Weight of the mean number of ellipses per pixel, which decides the time of a frame; at least
+    0. Only scales receive its gradient. The paper has no such term."""
+
+    def __post_init__(self) -> None:
+        names = ("distill_weight", "depth_weight", "virtual_view_every", "overdraw_weight")
+        check(self, ssim_weight=FRACTION, **dict.fromkeys(names, NOT_NEGATIVE))
+
+
+@dataclass(frozen=True)
+class ScheduleConfig:
+    """Times at which parts of the method begin, and intervals in steps."""
+
+    latents_from: float = 5 / 30
+    """Time at which latents and a decoder replace the spherical harmonics, 0 to 1 (paper: 5,000
+    of 30,000)."""
+    rate_from: float = 0.4
+    """Time at which the rate term begins, 0 to 1, with `sq`; at the latest it begins at
+    `quantize_from`. Before quantisation the bits are estimated from the distance of each value to
+    the mean of its column."""
+    quantize_from: float = 0.9
+    """Time at which quantised values replace the continuous ones, from `latents_from` to 1. (The
+    release: 29,000 of 30,000, with codebooks that do not learn. Small codebooks that learn need
+    longer: 0.7 suits `nvq`.)"""
+    regression_steps: int = 400
+    """Steps of the regression that fits decoders to what they replace, at least 0."""
+    reassign_every: int = 25
+    """Steps between two assignments to the nearest codebook entries, with `nvq`; at least 1. (With
+    `sq` every step rounds to the nearest multiples.)"""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.latents_from <= self.quantize_from <= 1:
             raise InputError(
-                "net_fraction and codes_fraction must rise in this order within 0 to 1, not "
-                f"{self.net_fraction} and {self.codes_fraction}"
+                "latents_from and quantize_from must rise in this order within 0 to 1, not "
+                f"{self.latents_from} and {self.quantize_from}"
             )
-        if self.view.fraction > self.codes_fraction and self.view.kind not in (
-            "network",
-            "decoded",
-        ):
+        check(self, rate_from=FRACTION, regression_steps=NOT_NEGATIVE, reassign_every=COUNT)
+
+
+@dataclass(frozen=True)
+class ColorConfig:
+    """Representation of the colours."""
+
+    degree: int = 1
+    """Degree of the spherical harmonics, 0 to 3."""
+    decoder: str = "linear"
+    """Decoder from latents to harmonics: `linear`, two matrices, or `networks`, the paper's MLPs,
+    whose input is also the position of the Gaussian."""
+    latents: int = 6
+    """Latents per Gaussian with `decoder=linear` and `sq`, at least 6: three for the constant part,
+    the others for the view-dependent part. There are never more than harmonics. In all other cases
+    there are the paper's six."""
+
+    def __post_init__(self) -> None:
+        if self.decoder not in COLORS:
+            raise InputError(f"unknown decoder '{self.decoder}': use {' or '.join(COLORS)}")
+        check(self, degree=DEGREE, latents=Range(low=ColorShape().latents))
+
+
+@dataclass(frozen=True)
+class QuantizationConfig:
+    """Quantisation of the values in the file, and its size."""
+
+    method: str = "sq"
+    """`sq` quantises uniformly, with step sizes that learn, canonical rotations and decorrelated
+    latents; it loses less quality in fewer bytes. `nvq` stores indices into codebooks, as the
+    paper does."""
+    quality: float = 2.0
+    """Divisor of `step_sizes`, above 0, with `sq`. It also divides the weight of the rate term by
+    its square, as the error of a step size in the image grows with the square."""
+    rate_weight: float = 1e-3
+    """Lambda of the rate term at a quality of 1, at least 0, with `sq`: a bit per Gaussian adds so
+    much to the loss. Larger values give smaller files."""
+    target_mb: float = 0.0
+    """Size of the file in megabytes (10^6 bytes), with `sq`. Rate control changes all step sizes by
+    one factor, up to 8 times in both directions. 0 switches rate control off."""
+    lod_levels: int = 0
+    """LOD levels of the file, 0 to 8. Each has four times as many Gaussians as the one before, and
+    a viewer shows the first ones while it loads the others. 0 chooses the number that leaves
+    10,000 Gaussians to the first."""
+    position_error: float = 0.05
+    """Root mean square error of the stored positions in the training images, in pixels, at least
+    0. It decides their number of bits."""
+    step_sizes: StepSizes = field(default_factory=StepSizes)
+    """Step sizes at a quality of 1, with `sq`."""
+    codebooks: CodebookSizes = field(default_factory=CodebookSizes)
+    """Sizes of the codebooks, with `nvq`."""
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise InputError(f"unknown method '{self.method}': use {' or '.join(METHODS)}")
+        if not 0 <= self.target_mb < math.inf or (self.target_mb and self.method != "sq"):
             raise InputError(
-                f"lobes must be settled (view.fraction {self.view.fraction}) before they are coded "
-                f"(codes_fraction {self.codes_fraction})"
+                f"target_mb {self.target_mb} must be at least 0, and needs method=sq unless it is 0"
             )
-        if self.coding not in CODINGS:
-            raise InputError(f"unknown coding '{self.coding}': use {' or '.join(CODINGS)}")
-        if self.colors not in COLORS:
-            raise InputError(f"unknown colors '{self.colors}': use {' or '.join(COLORS)}")
-        if not 0 <= self.target_mb < math.inf or (self.target_mb and self.coding != "sq"):
-            raise InputError(
-                f"target_mb {self.target_mb} must be at least 0, and needs coding=sq unless it is 0"
-            )
-        if self.blend not in BLENDS:
-            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
-        if self.blend == "sorted" and self.view.kind != "constant":
-            raise InputError(
-                "sorted blending has no use for a view dependence: set view.kind=constant, too"
-            )
-        rates = [field.name for field in fields(self) if field.name.endswith("_rate")]
-        numbers = (
-            "distill_weight",
-            "distill_between",
-            "depth_weight",
-            "position_error",
-            "position_share",
-            "free_share",
-            "bit_price",
-            "fill_price",
-        )
         check(
             self,
-            **dict.fromkeys((*rates, *numbers, "regression_steps"), NOT_NEGATIVE),
-            cache_mib=NOT_NEGATIVE,
-            **dict.fromkeys(("steps", "views_per_step", "reassign_every"), COUNT),
-            **dict.fromkeys(("ssim_weight", "decay_from", "price_fraction"), FRACTION),
-            layers=Range(high=float(LAYERS_MAX)),
-            sh_degree=DEGREE,
-            color_latents=Range(low=float(ColorShape().latents)),
-            start_opacity=Range(high=1.0, below=True),
+            quality=POSITIVE,
+            rate_weight=NOT_NEGATIVE,
+            position_error=NOT_NEGATIVE,
+            lod_levels=Range(high=LOD_LEVELS_MAX),
         )
-        if self.layers > self.layers_max:
-            raise InputError(
-                f"{self.layers} layers with {self.color.latents} latents of colours and those of "
-                "lobes are more streams than a file may have: at most "
-                f"{self.layers_max} layers are possible"
-            )
-        check(self, fineness=POSITIVE)
-        _ = self.steps_of_codes  # refused here if it cannot be
-        check(self, final_rate=SHARE)  # a rate of the rates, which must leave something
+        _ = self.initial_step_sizes  # raises InputError if a file cannot hold them
+
+    @property
+    def initial_step_sizes(self) -> StepSizes | None:
+        """Step sizes with which `sq` begins; None with `nvq`."""
+        return self.step_sizes.divided_by(self.quality) if self.method == "sq" else None
+
+    @property
+    def bit_weight(self) -> float:
+        """Lambda of the rate term at this quality: a bit per Gaussian adds so much to the loss."""
+        return self.rate_weight / self.quality**2
+
+
+@dataclass(frozen=True)
+class PruningConfig:
+    """Removal of Gaussians during training."""
+
+    votes: VoteConfig = field(default_factory=VoteConfig)
+    """Pruning by votes of opacity and scale, as in the paper."""
+    masks: MaskConfig = field(default_factory=MaskConfig)
+    """Pruning by learned masks; off by default."""
+
+
+@dataclass(frozen=True)
+class AblationConfig:
+    """Settings that only serve ablations: parts of the release that this project does otherwise."""
+
+    start_opacity: float = 0.0
+    """Opacity of all Gaussians at the start, below 1; 0 keeps the teacher's. (The release: 0.5.
+    With `lr.opacities=0` only the network tells opacities apart, as in the release.)"""
+    mask_depth: bool = True
+    """Compare mean depths, in the pixels that student and teacher both cover. False compares sums
+    of z in all pixels, as the release does."""
+    keep_moments: bool = True
+    """Keep the moments of Adam when latents replace the harmonics. The release resets them."""
+    round_means: bool = True
+    """Train with means rounded as in the file, from `schedule.latents_from` on. The release rounds
+    them only in the file."""
+    canonical_rotations: bool = False
+    """Give each Gaussian the smallest of its 24 equivalent rotations at the start, with `nvq` too;
+    `sq` always does."""
+    lobe_decay: float = 0.0
+    """Share of the view-dependent part that free lobes lose in each step, 0 to below 1."""
+
+    def __post_init__(self) -> None:
+        below_one = Range(high=1.0, below=True)
+        check(self, start_opacity=below_one, lobe_decay=below_one)
+
+
+@dataclass(frozen=True)
+class StudentConfig:
+    """All settings of the student's training."""
+
+    steps: int = 30_000
+    """Training steps, at least 1."""
+    views_per_step: int = 1
+    """Photos per step, at least 1. Their losses are summed, not averaged, as in the release: Adam,
+    whose steps do not depend on the scale of the gradients, mostly cancels the factor."""
+    blend: str = "sortfree"
+    """`sortfree`, or `sorted`: blend in the order of depth, as the teacher does. `sorted` gives a
+    quantised 3DGS scene, and needs `view_dependence.kind=constant`."""
+    weighting: Weighting = field(default_factory=lambda: Weighting(alpha_min=1 / 64))
+    """Weights that replace the order of depth, and the alpha at which ellipses end: at 1/64 they
+    are a third smaller than at the paper's 1/255. With `sort_free_gs`, sigma (here in extents of
+    the scene) and the background's weight are initial values, and learn; a weight of 0 stays 0."""
+    color: ColorConfig = field(default_factory=ColorConfig)
+    """Representation of the colours."""
+    view_dependence: ViewDependence = field(default_factory=ViewDependence)
+    """Representation of opacity and weight as functions of the viewing direction."""
+    schedule: ScheduleConfig = field(default_factory=ScheduleConfig)
+    """Times at which parts of the method begin."""
+    lr: StudentLearningRates = field(default_factory=StudentLearningRates)
+    """Learning rates."""
+    loss: LossConfig = field(default_factory=LossConfig)
+    """Weights of the loss."""
+    quantization: QuantizationConfig = field(default_factory=QuantizationConfig)
+    """Quantisation and size of the file."""
+    pruning: PruningConfig = field(default_factory=PruningConfig)
+    """Removal of Gaussians."""
+    ablation: AblationConfig = field(default_factory=AblationConfig)
+    """Settings that only serve ablations."""
+    cache_mib: int = 2048
+    """Memory for the teacher's images in MiB, at least 0. Images that do not fit are rendered again
+    when they are needed."""
+
+    def __post_init__(self) -> None:
+        check(self, steps=COUNT, views_per_step=COUNT, cache_mib=NOT_NEGATIVE)
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
+        self._check_blend()
+        self._check_lobes()
+        levels = self.quantization.lod_levels
+        if levels > self.max_lod_levels:
+            raise InputError(
+                f"{levels} lod_levels with {self.color_shape.latents} latents of colours and those "
+                "of lobes need more streams than a file may have: at most "
+                f"{self.max_lod_levels} levels are possible"
+            )
+
+    def _check_blend(self) -> None:
+        if self.blend not in BLENDS:
+            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
+        if self.blend == "sorted" and self.view_dependence.kind != "constant":
+            raise InputError(
+                "blend=sorted has no view dependence: set view_dependence.kind=constant too"
+            )
+
+    def _check_lobes(self) -> None:
+        view, quantize_from = self.view_dependence, self.schedule.quantize_from
+        if view.decoder_from > quantize_from and view.kind not in ("network", "decoded"):
+            raise InputError(
+                f"lobes need their decoder (view_dependence.decoder_from {view.decoder_from}) "
+                f"before they are quantised (schedule.quantize_from {quantize_from})"
+            )
+        free_first = view.decoder_from > 0 and view.kind in ("free", "projected", "latent")
+        if self.ablation.lobe_decay and not free_first:
+            raise InputError(
+                "ablation.lobe_decay needs lobes that are free at first: set "
+                "view_dependence.kind=free and view_dependence.decoder_from"
+            )
 
     @property
-    def steps_of_codes(self) -> ScalarSteps | None:
-        """Where the steps of `sq` begin; `nvq` has none."""
-        return self.scalars.finer(self.fineness) if self.coding == "sq" else None
-
-    @property
-    def price(self) -> float:
-        """What a bit per Gaussian adds to the loss of a photo."""
-        return self.bit_price / self.fineness**2
-
-    @property
-    def bytes_expected(self) -> tuple[int, float]:
-        """What a file has once, and for each Gaussian, by what such files have had so far."""
-        if self.target_mb:
-            return round(1e6 * self.target_mb), 0.0
-        if self.coding == "nvq":
+    def expected_bytes(self) -> tuple[int, float]:
+        """Estimated size of the file: bytes of the whole, and bytes per Gaussian."""
+        quantization, schedule = self.quantization, self.schedule
+        if quantization.target_mb:
+            return round(1e6 * quantization.target_mb), 0.0
+        if quantization.method == "nvq":
             return 21_000, 15.6
-        each = 11.2 if self.price_fraction >= self.codes_fraction else 10.3
-        return 6_000, max(each + 3.0 * math.log2(self.fineness), 4.0)
+        each = 11.2 if schedule.rate_from >= schedule.quantize_from else 10.3
+        return 6_000, max(each + 3.0 * math.log2(quantization.quality), 4.0)
 
     @property
-    def layers_max(self) -> int:
-        """Layers that a file has streams for: with `sq` each column is one in every layer."""
-        if self.coding != "sq":
-            return LAYERS_MAX
-        lobes = self.view.shape.latents if self.view.shape else 0
-        columns = ATTRIBUTE_STREAMS + self.color.latents + lobes
-        return min(LAYERS_MAX, (STREAMS_MAX - NETWORK_STREAMS) // columns)
+    def max_lod_levels(self) -> int:
+        """LOD levels for which a file has streams: with `sq`, each column is a stream per level."""
+        if self.quantization.method != "sq":
+            return LOD_LEVELS_MAX
+        shape = self.view_dependence.shape
+        columns = ATTRIBUTE_STREAMS + self.color_shape.latents + (shape.latents if shape else 0)
+        return min(LOD_LEVELS_MAX, (STREAMS_MAX - NETWORK_STREAMS) // columns)
 
     @property
-    def color(self) -> ColorShape:
-        """What colours are made of."""
-        shape = ColorShape(self.colors, self.sh_degree)
-        if self.coding != "sq":
+    def color_shape(self) -> ColorShape:
+        """Shape of the colour decoder."""
+        shape = ColorShape(self.color.decoder, self.color.degree)
+        if self.quantization.method != "sq":
             return shape
-        return shape._replace(latents=min(self.color_latents, shape.latents_max))
+        return shape._replace(latents=min(self.color.latents, shape.latents_max))

@@ -1,4 +1,4 @@
-"""Latents in coordinates in which equal steps are equal errors, and numbers tell most apart."""
+"""Linear transforms of latents, so that uniform quantisation loses least per bit."""
 
 from collections.abc import Callable
 
@@ -12,8 +12,8 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS
 
 SAMPLES = 65536
-NUDGE = 1e-2  # in standard deviations
-RIDGE = 1e-6  # of the mean sensitivity: what nobody sees still has a size
+DIFFERENCE = 1e-2  # of the finite differences, in standard deviations
+RIDGE = 1e-6  # of the mean sensitivity: latents without an effect still have a scale
 
 
 @torch.no_grad()
@@ -23,17 +23,17 @@ def decorrelate_appearance(
     static: Float[Tensor, "n 3"],
     view: Float[Tensor, "n v"],
 ) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n v"]]:
-    """Static and view latents after a linear change each, which the decoder's weights undo."""
+    """Transform static and view latents, and the weights of `decoder` inversely."""
     found = []
-    for latents, columns in zip((static, view), decoder.of_latents, strict=True):
+    for latents, columns in zip((static, view), decoder.latent_weights, strict=True):
 
-        def decoded(changed: Tensor, rows: slice, of_static: bool = latents is static) -> Tensor:
+        def decode(changed: Tensor, rows: slice, of_static: bool = latents is static) -> Tensor:
             both = (changed, view[rows]) if of_static else (static[rows], changed)
             return decoder(positions[rows], *both).flatten(1)
 
-        there, back = _axes(latents, decoded)
-        columns.copy_(columns @ back.T)
-        found.append(latents @ there)
+        transform, inverse = _decorrelation(latents, decode)
+        columns.copy_(columns @ inverse.T)
+        found.append(latents @ transform)
     return found[0], found[1]
 
 
@@ -41,41 +41,42 @@ def decorrelate_appearance(
 def decorrelate_lobes(
     decoder: LobeDecoder, latents: Float[Tensor, "n l"], gaussians: Gaussians, *, base: bool
 ) -> Float[Tensor, "n l"]:
-    """Latents of the lobes after a linear change, which the decoder's weights undo."""
+    """Transform latents of the lobes, and the weights of `decoder` inversely."""
 
-    def decoded(changed: Tensor, rows: slice) -> Tensor:
+    def decode(changed: Tensor, rows: slice) -> Tensor:
         return decoder(changed, gaussians.select(rows), base=base).flatten(1)
 
-    there, back = _axes(latents, decoded)
-    decoder.basis.copy_(back @ decoder.basis)
+    transform, inverse = _decorrelation(latents, decode)
+    decoder.basis.copy_(inverse @ decoder.basis)
     for weight in list(decoder.weights)[:1]:
-        weight[:, STATICS:] = weight[:, STATICS:] @ back.T
-    return latents @ there
+        weight[:, STATICS:] = weight[:, STATICS:] @ inverse.T
+    return latents @ transform
 
 
-def _axes(
-    latents: Float[Tensor, "n l"], decoded: Callable[[Tensor, slice], Tensor]
+def _decorrelation(
+    latents: Float[Tensor, "n l"], decode: Callable[[Tensor, slice], Tensor]
 ) -> tuple[Float[Tensor, "l l"], Float[Tensor, "l l"]]:
-    """Matrices from latents (as rows) to the new coordinates, and back.
+    """Return the transform of latents (as rows) and its inverse.
 
-    There, a unit along any axis changes what is decoded by 1 in the mean over the Gaussians
-    (root of the summed squares), and the coordinates are not correlated.
+    After it, a unit along any axis changes the decoded values by 1 (root of the summed squares,
+    mean over the Gaussians), and the latents are not correlated. So one step size fits all axes,
+    and the entropy of each axis alone is that of the whole.
     """
-    rows = slice(None, None, -(-len(latents) // SAMPLES))  # every so many
-    some = latents[rows]
-    start, columns = decoded(some, rows), []
-    spread = some.std(0, correction=min(1, len(some) - 1))
-    for i, size in enumerate((NUDGE * spread).clamp_min(1e-4).tolist()):
-        moved = some.clone()
+    rows = slice(None, None, -(-len(latents) // SAMPLES))
+    sample = latents[rows]
+    start, columns = decode(sample, rows), []
+    spread = sample.std(0, correction=min(1, len(sample) - 1))
+    for i, size in enumerate((DIFFERENCE * spread).clamp_min(1e-4).tolist()):
+        moved = sample.clone()
         moved[:, i] += size
-        columns.append((decoded(moved, rows) - start) / size)
-    slopes = torch.stack(columns, dim=2).double()
-    metric = (slopes.transpose(1, 2) @ slopes).mean(0)
+        columns.append((decode(moved, rows) - start) / size)
+    jacobian = torch.stack(columns, dim=2).double()
+    metric = (jacobian.transpose(1, 2) @ jacobian).mean(0)
     ridge = RIDGE * metric.diagonal().mean().clamp_min(RIDGE)
     root = torch.linalg.cholesky(metric + ridge * torch.eye(len(metric)).to(metric))
     measured = latents.double() @ root
     covariance = torch.cov(measured.T) if len(latents) > 1 else torch.zeros_like(root)
     axes = torch.linalg.eigh(covariance).eigenvectors.flip(1)
     axes = axes * torch.where(axes.sum(0) < 0, -1.0, 1.0)  # fix the signs
-    there = root @ axes
-    return there.to(latents), torch.linalg.inv(there).to(latents)
+    transform = root @ axes
+    return transform.to(latents), torch.linalg.inv(transform).to(latents)

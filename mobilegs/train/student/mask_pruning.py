@@ -1,4 +1,4 @@
-"""Pruning by learned masks: each Gaussian learns how probable it is that it is needed."""
+"""Pruning by learned masks: each Gaussian learns the probability that the scene needs it."""
 
 import math
 from dataclasses import dataclass
@@ -9,53 +9,54 @@ from torch import Tensor
 from torch.nn.functional import normalize, pad
 
 from mobilegs.camera import Camera
-from mobilegs.errors import InputError
 from mobilegs.render.lobes import lobe_degree
 from mobilegs.spherical_harmonics import C0, sh_basis
-from mobilegs.validation import FRACTION, NOT_NEGATIVE, check
+from mobilegs.validation import FRACTION, NOT_NEGATIVE, POSITIVE, Range, check
 
-LOGIT_MAX = 60.0  # beyond, exp(logit) leaves float32
+LOGIT_MAX = 60.0  # exp of larger logits exceeds float32
 
 
 @dataclass(frozen=True)
-class PresenceConfig:
-    """Masks beside the votes (after MaskGaussian, Liu et al. 2025, whose blending is sorted).
+class MaskConfig:
+    """Masks as in MaskGaussian (Liu et al. 2025), but for blending without sorting.
 
-    Opacities are multiplied by random numbers that are near 1 with a Gaussian's probability, near
-    0 else. Unlike a mask that is either, these let the absent receive gradients, which MaskGaussian
-    gets from a rasteriser of its own.
+    Opacities are multiplied by random masks, which are near 1 with the probability of a Gaussian,
+    and near 0 otherwise. Masks between 0 and 1 let removed Gaussians receive gradients, for which
+    MaskGaussian has a rasteriser of its own. `lr.masks` is their learning rate.
     """
 
     weight: float = 0.0
-    """Weight of the mean probability's square in the loss (MaskGaussian: 0.1 for a scene that is
-    trained already): more leaves fewer Gaussians. 0 has no masks; 0.005 leaves some three
-    quarters."""
-    start: float = 0.95
-    """Probability at the start."""
+    """Weight of the squared mean probability in the loss, at least 0 (MaskGaussian: 0.1, for a
+    trained scene). Larger weights leave fewer Gaussians; 0.005 leaves about three quarters. 0
+    switches masks off."""
+    initial_probability: float = 0.95
+    """Probability at the start, between 0 and 1."""
     temperature: float = 0.5
-    """Of the random numbers: small ones are nearly 0 or 1, but tell less about the difference."""
-    rate: float = 0.05
-    """Rate of the probabilities' logits."""
+    """Temperature of the masks, above 0. Low temperatures give masks of nearly 0 or 1, but noisy
+    gradients."""
     until: float = 0.4
-    """Fraction of the run at which those below one half are removed, and the others stay: what
-    follows learns without chance."""
-    least: float = 0.05
-    """Before, Gaussians that have become less probable than this go whenever votes are counted."""
+    """Time at which masks end, 0 to 1: Gaussians with a probability below 0.5 are removed, and the
+    others train on without masks."""
+    min_probability: float = 0.05
+    """Probability, 0 to 1, below which Gaussians are removed before, whenever votes are counted."""
 
     def __post_init__(self) -> None:
-        if self.weight < 0 or not 0 < self.start < 1 or self.temperature <= 0:
-            raise InputError(
-                "masks need a weight of at least 0, a start within 0 to 1 and a temperature above "
-                f"0, not {self.weight}, {self.start} and {self.temperature}"
-            )
-        check(self, rate=NOT_NEGATIVE, until=FRACTION, least=FRACTION)
+        check(
+            self,
+            weight=NOT_NEGATIVE,
+            initial_probability=Range(high=1.0, above=True, below=True),
+            temperature=POSITIVE,
+            until=FRACTION,
+            min_probability=FRACTION,
+        )
 
-    def logits(self, count: int, device: torch.device) -> Float[Tensor, "n"]:
-        """Where the probabilities of `count` Gaussians begin."""
-        return torch.full((count,), math.log(self.start / (1 - self.start)), device=device)
+    def initial_logits(self, count: int, device: torch.device) -> Float[Tensor, "n"]:
+        """Return the logits of the probabilities of `count` Gaussians at the start."""
+        logit = math.log(self.initial_probability / (1 - self.initial_probability))
+        return torch.full((count,), logit, device=device)
 
-    def draw(self, logits: Float[Tensor, "n"], generator: torch.Generator) -> Float[Tensor, "n"]:
-        """Random numbers in (0, 1), differentiable: the binary concrete distribution.
+    def sample(self, logits: Float[Tensor, "n"], generator: torch.Generator) -> Float[Tensor, "n"]:
+        """Draw masks in (0, 1) from the binary concrete distribution, differentiably.
 
         Source: Maddison, Mnih, Teh 2017, `sigmoid((logits + log u - log(1 - u)) / temperature)`.
         """
@@ -64,29 +65,29 @@ class PresenceConfig:
         return torch.sigmoid((logits + noise) / self.temperature)
 
     def loss(self, logits: Float[Tensor, "n"]) -> Float[Tensor, ""]:
-        """`weight mean(p)^2`: it pulls the less at each, the fewer there are."""
+        """Return `weight mean(p)^2`; its gradient falls with the number of Gaussians left."""
         return self.weight * logits.sigmoid().mean().square()
 
-    def stay(self, logits: Float[Tensor, "n"], *, last: bool) -> Bool[Tensor, "n"]:
-        """Which Gaussians are not removed."""
-        return logits.sigmoid() >= (0.5 if last else self.least)
+    def kept(self, logits: Float[Tensor, "n"], *, final: bool) -> Bool[Tensor, "n"]:
+        """Return the Gaussians that stay; `final` is the removal at the end of the masks."""
+        return logits.sigmoid() >= (0.5 if final else self.min_probability)
 
 
-def fainter(
+def mask_lobes(
     lobes: Float[Tensor, "n m 2"],
-    presence: Float[Tensor, "n"],
+    masks: Float[Tensor, "n"],
     means: Float[Tensor, "n 3"],
     camera: Camera,
 ) -> Float[Tensor, "n m 2"]:
-    """Lobes whose opacity, as `camera` sees it, is `presence` times as large; phi is as it was.
+    """Return lobes with the opacities, as `camera` sees them, multiplied by `masks`; phi stays.
 
-    With the logit x along the ray, `sigmoid(x + d) = presence sigmoid(x)` for
-    `d = log(presence) - log(1 + (1 - presence) exp(x))`. `presence` lies in (0, 1]; gradients reach
-    it and the lobes.
+    For the logit x along the ray, `sigmoid(x + d) = mask sigmoid(x)` with
+    `d = log(mask) - log(1 + (1 - mask) exp(x))`. Masks are in (0, 1]. Gradients reach masks and
+    lobes.
     """
     directions = normalize(means.detach() - camera.position, dim=1)
     logits = (sh_basis(directions, lobe_degree(lobes)) * lobes[:, :, 0]).sum(1)
-    presence = presence.clamp_min(torch.finfo(presence.dtype).tiny)
-    more = torch.log1p((1 - presence) * logits.clamp_max(LOGIT_MAX).exp())
-    shift = (torch.log(presence) - more) / C0
+    masks = masks.clamp_min(torch.finfo(masks.dtype).tiny)
+    correction = torch.log1p((1 - masks) * logits.clamp_max(LOGIT_MAX).exp())
+    shift = (torch.log(masks) - correction) / C0
     return lobes + pad(shift[:, None, None], (0, 1, 0, lobes.shape[1] - 1))

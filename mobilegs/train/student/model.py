@@ -1,4 +1,4 @@
-"""What the student is made of, in the three forms it takes on its way into the file."""
+"""The parameters of the student, and the three phases they go through on the way to the file."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -21,66 +21,74 @@ from mobilegs.compress.codebooks import (
 from mobilegs.compress.float16 import rounded_parameters
 from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.compress.rotations import canonical_pairs
-from mobilegs.compress.uniform_quantizer import ScalarSteps
+from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.encode import Codes
-from mobilegs.mgs.positions import Frame
+from mobilegs.mgs.encode import Quantizer
+from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render import Weighting
-from mobilegs.render.lobes import constant_lobes, seen_along
+from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.autograd_ops import take_rows
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.student import quantization
-from mobilegs.train.student.view_dependence import LOGIT_MAX, ViewDependence, settled
+from mobilegs.train.student.view_dependence import LOGIT_MAX, ViewDependence, fit_lobe_decoder
 
-Phase = Literal["explicit", "networks", "codes"]
-OF_LOBES = ("explicit_lobes", "logit_opacities", "lobe_latents")
+Phase = Literal["explicit", "latents", "quantized"]
+LOBE_TENSORS = ("explicit_lobes", "logit_opacities", "lobe_latents")
 
 
 class StudentModel:
-    """Gaussians whose opacity and weight depend on the direction they are seen from.
+    """Gaussians whose opacity and weight depend on the viewing direction.
 
-    It begins `explicit`: the tensors of 3DGS with harmonics of a low degree. With `networks` the
-    harmonics become a few latent numbers that a `ColorDecoder` turns back into harmonics,
-    and positions are seen rounded as the file stores them. With `codes` all but the positions
-    become multiples of steps, or indices into codebooks, which go on learning, and the networks
-    compute with halves: what is drawn is now what the file will hold.
+    | phase | parameters |
+    |---|---|
+    | `explicit` | the tensors of 3DGS, with harmonics of a low degree |
+    | `latents` | latents and a `ColorDecoder` in place of harmonics; rounded means |
+    | `quantized` | quantised values and float16 networks: renders what the file holds |
 
-    Apart from this, lobes that begin free are `settled` at some time before the codes: from
-    then on a `LobeDecoder` makes them from the latents that will be coded.
+    Free lobes are replaced by latents and a `LobeDecoder` at a time of their own, before
+    quantisation; from then on `lobes_are_final`.
 
     Attributes:
-        rows: what is free and has a row per Gaussian, with its Adam.
-        view: how the lobes come about.
-        network: gives lobes for each view; None if nothing depends on it (any more).
-        lobe_decoder: latents to lobes; None while they are free, or where there is a network.
-        decoder: latents to harmonics; None while explicit.
-        codebooks: by attribute; empty until `codes`.
-        shared: the Adam of networks and codebooks.
-        frame: where the stored positions lie; None while explicit.
+        rows: tensors with a row per Gaussian, with their Adam.
+        shared: parameters of networks, decoders and quantisers, with their Adam.
+        view: the view dependence.
+        network: gives lobes per view; None without a network.
+        lobe_decoder: gives lobes from latents; None while they are free or there is a network.
+        decoder: gives harmonics from latents; None while explicit.
+        quantizers: by attribute; empty before `quantized`.
+        grid: rounds the means; None while explicit.
     """
 
     def __init__(
         self,
         teacher: Gaussians,
         view: ViewDependence,
-        rates: Mapping[str, float],
+        lrs: Mapping[str, float],
         generator: torch.Generator,
         *,
         blend: str = "sortfree",
         weighting: Weighting = Weighting(),  # noqa: B008 - frozen
         color: ColorShape = ColorShape(),  # noqa: B008 - a tuple
-        rounded: bool = True,
-        steps: ScalarSteps | None = None,
-        canonical: bool = False,
+        round_means: bool = True,
+        step_sizes: StepSizes | None = None,
+        canonical_rotations: bool = False,
     ) -> None:
-        """Start as the teacher cut to the harmonics of `color`, its opacities as the base.
+        """Start from the teacher, with its harmonics cut to the degree of `color`.
 
-        Of `sort_free_gs` the weighting's sigma, and its background weight if that is not 0, are
-        only where learning begins. Without `rounded`, training draws and decodes positions as they
-        are, not as the file will hold them. With `steps` codes are multiples of them, not indices
-        into codebooks; with `canonical`, too, Gaussians are turned as little as possible.
+        Args:
+            teacher: its opacities become the base opacities.
+            view: the view dependence.
+            lrs: learning rates, see `set_lrs`.
+            generator: initialises networks.
+            blend, color: of the scene.
+            weighting: with `sort_free_gs`, sigma and a background weight above 0 are initial values
+                and learn.
+            round_means: render and decode with means as the file rounds them.
+            step_sizes: initial ones of uniform quantisers; None quantises by codebooks.
+            canonical_rotations: start with the smallest of the 24 equivalent rotations, as uniform
+                quantisers always do.
         """
         device = teacher.means.device
         coefficients = (color.degree + 1) ** 2
@@ -89,7 +97,7 @@ class StudentModel:
         sh[:, :kept] = teacher.sh[:, :kept]
         logits = teacher.logit_opacities.clamp(-LOGIT_MAX, LOGIT_MAX)
         quats, log_scales = teacher.quats, teacher.log_scales
-        if canonical or steps is not None:
+        if canonical_rotations or step_sizes is not None:
             quats, log_scales = canonical_pairs(quats, log_scales)
         tensors = {
             "means": teacher.means,
@@ -101,172 +109,179 @@ class StudentModel:
         self.phase: Phase = "explicit"
         self.view = view
         self.color = color
-        self.rounded = rounded
-        self.steps = steps
+        self.round_means = round_means
+        self.step_sizes = step_sizes
         self.blend = blend
         self._weighting = weighting
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
         self.decoder: ColorDecoder | None = None
-        self.codebooks: dict[Attribute, Codes] = {}
-        self.frame: Frame | None = None
-        self.rates = dict(rates)
+        self.quantizers: dict[Attribute, Quantizer] = {}
+        self.grid: PositionGrid | None = None
+        self.lrs = dict(lrs)
         self.shared = NamedAdam({}, {})
         if weighting.name == "sort_free_gs" and blend == "sortfree":
             for name in ("sigma", "background_weight"):
                 if (start := getattr(weighting, name)) > 0:
                     log = torch.tensor(start, device=device).log()
-                    self.shared.add(f"weighting.{name}", log, rates["weighting"])
+                    self.shared.add(f"weighting.{name}", log, lrs["weighting"])
         if view.kind in ("network", "fitted"):
             self.network = ViewNetwork(generator).to(device)
-            self._share("network", self.network)
+            self._optimize("network", self.network)
         if view.kind == "decoded":
             assert view.shape is not None
             self.lobe_decoder = LobeDecoder(view.shape, generator).to(device)
-            self._share("lobe_decoder", self.lobe_decoder)
-        if self.network is None and not self.settled:
-            more = (view.degree + 1) ** 2 - 1
-            tensors["explicit_lobes"] = pad(constant_lobes(logits), (0, 0, 0, more))
+            self._optimize("lobe_decoder", self.lobe_decoder)
+        if self.network is None and not self.lobes_are_final:
+            view_dependent = (view.degree + 1) ** 2 - 1
+            tensors["explicit_lobes"] = pad(constant_lobes(logits), (0, 0, 0, view_dependent))
         else:
             tensors["logit_opacities"] = logits
-        self.rows = NamedAdam(tensors, rates)
+        self.rows = NamedAdam(tensors, lrs)
 
     def __len__(self) -> int:
         return len(self.rows.tensors["means"])
 
     @property
-    def settled(self) -> bool:
-        """Whether the lobes have the form that the file will have them in."""
+    def lobes_are_final(self) -> bool:
+        """Whether lobes have the representation of the file."""
         return self.view.kind in ("constant", "network") or self.lobe_decoder is not None
 
     @property
     def weighting(self) -> Weighting:
-        """The weights as they stand."""
-        logs = self.learned_weighting()
+        """The weighting with its current parameters."""
+        logs = self.weighting_logs()
         learned = {name: float(log.detach().exp()) for name, log in logs.items()}
         return replace(self._weighting, **learned)
+
+    def weighting_logs(self) -> dict[str, Float[Tensor, ""]]:
+        """Return the logarithms of the weighting's learned parameters, by name."""
+        tensors, prefix = self.shared.tensors, "weighting."
+        return {k.removeprefix(prefix): log for k, log in tensors.items() if k.startswith(prefix)}
 
     def gaussians(
         self, rows: Int[Tensor, "m"] | None = None
     ) -> tuple[Gaussians, Float[Tensor, "m ..."]]:
-        """The Gaussians that `rows` picks, each at most once, differentiable; None means all.
+        """Return the Gaussians of distinct `rows` (None: all), and their inputs for `lobes`.
 
-        Beside them, what `lobes` makes their lobes from: free lobes, or latents.
+        These inputs are free lobes or latents. All is differentiable.
         """
 
-        def free(name: str) -> Tensor:
+        def picked(name: str) -> Tensor:
             tensor = self.rows.tensors[name]
             return tensor if rows is None else take_rows(tensor, rows)
 
-        means = free("means")
-        nothing = means.new_zeros(len(means), 0)
-        if self.phase == "codes":
-            coded = {
-                name: quantization.learning(codes, free(name), rows)
-                for name, codes in self.codebooks.items()
+        means = picked("means")
+        empty = means.new_zeros(len(means), 0)
+        if self.phase == "quantized":
+            values = {
+                name: quantization.quantized(quantizer, picked(name), rows)
+                for name, quantizer in self.quantizers.items()
             }
-            quats, log_scales = coded["rotation"], coded["scale"]
-            logits = coded["opacity"][:, 0] if "opacity" in coded else None
-            for_lobes = coded.get("lobes", nothing)
-            latents = coded["appearance"]
+            quats, log_scales = values["rotation"], values["scale"]
+            logits = values["opacity"][:, 0] if "opacity" in values else None
+            lobe_inputs = values.get("lobes", empty)
+            latents = values["appearance"]
         else:
             tensors = self.rows.tensors
-            quats, log_scales = canonical_quats(free("quats")), free("log_scales")
-            logits = free("logit_opacities") if "logit_opacities" in tensors else None
-            for_lobes = free("lobe_latents") if "lobe_latents" in tensors else nothing
+            quats, log_scales = canonical_quats(picked("quats")), picked("log_scales")
+            logits = picked("logit_opacities") if "logit_opacities" in tensors else None
+            lobe_inputs = picked("lobe_latents") if "lobe_latents" in tensors else empty
             if "explicit_lobes" in tensors:
-                for_lobes = free("explicit_lobes")
-                logits = C0 * for_lobes[:, 0, 0]
+                lobe_inputs = picked("explicit_lobes")
+                logits = C0 * lobe_inputs[:, 0, 0]
             latents = None
-            if self.phase == "networks":
-                latents = torch.cat([free("static"), free("view")], dim=1)
-        if logits is None:  # the lobe decoder knows them
+            if self.phase == "latents":
+                latents = torch.cat([picked("static"), picked("view")], dim=1)
+        if logits is None:  # the lobe decoder gives opacities without a base
             logits = torch.zeros_like(means[:, 0])
         if latents is None:
-            sh = torch.cat([free("sh0"), free("sh_rest")], dim=1)
+            sh = torch.cat([picked("sh0"), picked("sh_rest")], dim=1)
         else:
-            assert self.decoder is not None and self.frame is not None
-            stored = self.frame.normalised(self.frame.store(means))
-            if self.rounded:
-                means = self.frame.round(means)
+            assert self.decoder is not None and self.grid is not None
+            positions = self.grid.normalised(self.grid.store(means))
+            if self.round_means:
+                means = self.grid.round(means)
             else:
-                stored = (means.detach() - self.frame.center.to(means)) / self.frame.radius
+                positions = (means.detach() - self.grid.center.to(means)) / self.grid.radius
             decode = self.decoder.decode if rows is None else self.decoder
-            sh = decode(stored, latents[:, :3], latents[:, 3:])
-        return Gaussians(means, quats, log_scales, logits, sh), for_lobes
+            sh = decode(positions, latents[:, :3], latents[:, 3:])
+        return Gaussians(means, quats, log_scales, logits, sh), lobe_inputs
 
     def lobes(
-        self, gaussians: Gaussians, for_lobes: Float[Tensor, "m ..."], camera: Camera | None
+        self, gaussians: Gaussians, lobe_inputs: Float[Tensor, "m ..."], camera: Camera | None
     ) -> Float[Tensor, "m k 2"]:
-        """Lobes of what `gaussians` returned, `[m, k, 2]`.
+        """Return the lobes of the Gaussians and inputs that `gaussians` returned, `[m, k, 2]`.
 
-        A network needs a camera, and what it says holds for that one alone.
+        A network needs a camera, and its lobes are valid for this camera only.
         """
         if self.network is not None:
             assert camera is not None
             directions = normalize(gaussians.means - camera.position, dim=1)
-            if self.phase != "codes":
+            if self.phase != "quantized":
                 return self.network(gaussians, directions)
             weights = rounded_parameters(self.network)
             return functional_call(self.network, weights, (gaussians, directions))
         if self.view.kind == "constant":
             return constant_lobes(gaussians.logit_opacities)
         if self.lobe_decoder is None:
-            return for_lobes
-        return self.lobe_decoder(for_lobes, gaussians, base=self.view.base)
+            return lobe_inputs
+        return self.lobe_decoder(lobe_inputs, gaussians, base=self.view.base)
 
     @torch.no_grad()
-    def seen_from(self, camera: Camera) -> tuple[Float[Tensor, "n"], Float[Tensor, "n 3"]]:
-        """Opacity, as `camera` sees it, and scales of all Gaussians."""
-        gaussians, for_lobes = self.gaussians()
+    def opacities_and_scales(
+        self, camera: Camera
+    ) -> tuple[Float[Tensor, "n"], Float[Tensor, "n 3"]]:
+        """Return the opacities, as `camera` sees them, and scales of all Gaussians."""
+        gaussians, lobe_inputs = self.gaussians()
         directions = normalize(gaussians.means - camera.position, dim=1)
-        opacities, _ = seen_along(self.lobes(gaussians, for_lobes, camera), directions)
+        opacities, _ = evaluate_lobes(self.lobes(gaussians, lobe_inputs, camera), directions)
         return opacities, gaussians.scales
 
     @torch.no_grad()
     def shapes(self) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 4"], Float[Tensor, "n 3"]]:
-        """Means, quats and log-scales of all Gaussians as they are drawn, without gradients."""
-        of = self.rows.tensors
-        means = of["means"].detach()
-        if self.frame is not None:
-            means = self.frame.round(means)
-        if self.phase == "codes":
-            return means, self.codebooks["rotation"](), self.codebooks["scale"]()
-        return means, of["quats"].detach(), of["log_scales"].detach()
+        """Return the rendered means, quats and log-scales of all Gaussians, without gradients."""
+        tensors = self.rows.tensors
+        means = tensors["means"].detach()
+        if self.grid is not None:
+            means = self.grid.round(means)
+        if self.phase == "quantized":
+            return means, self.quantizers["rotation"](), self.quantizers["scale"]()
+        return means, tensors["quats"].detach(), tensors["log_scales"].detach()
 
-    def use_networks(
-        self, frame: Frame, *, regression_steps: int, generator: torch.Generator
+    def use_latents(
+        self, grid: PositionGrid, *, regression_steps: int, generator: torch.Generator
     ) -> None:
-        """From `explicit` to `networks`: latents and decoder that reproduce the harmonics."""
+        """Go from `explicit` to `latents`: fit latents and a decoder to the harmonics."""
         assert self.phase == "explicit"
-        means, self.frame = self.rows.tensors["means"].detach(), frame
+        means, self.grid = self.rows.tensors["means"].detach(), grid
         sh = torch.cat([self.rows.drop("sh0"), self.rows.drop("sh_rest")], dim=1)
         self.decoder = color_decoder(self.color, generator).to(means.device)
         static, view = fit_appearance(
             self.decoder,
-            self.frame.normalised(self.frame.store(means)),
+            self.grid.normalised(self.grid.store(means)),
             sh,
             generator=generator,
             steps=regression_steps,
         )
-        self.rows.add("static", static, self.rates["static"])
-        self.rows.add("view", view, self.rates["view"])
-        self._share("decoder", self.decoder)
-        self.phase = "networks"
+        self.rows.add("static", static, self.lrs["static"])
+        self.rows.add("view", view, self.lrs["view"])
+        self._optimize("decoder", self.decoder)
+        self.phase = "latents"
 
-    def settle(
+    def fit_lobe_decoder(
         self, cameras: list[Camera], *, regression_steps: int, generator: torch.Generator
     ) -> None:
-        """Lobes, free so far or a network's, become latents and a decoder.
+        """Replace free lobes, or a network, by latents and a lobe decoder fitted to them.
 
-        `cameras` are those of training: directions that none of them looks along count little.
+        Directions count as often as the training `cameras` look along them.
         """
-        assert not self.settled and self.phase != "codes"
+        assert not self.lobes_are_final and self.phase != "quantized"
         with torch.no_grad():
-            everything, lobes = self.gaussians()
-        found = settled(
+            gaussians, lobes = self.gaussians()
+        fitted = fit_lobe_decoder(
             self.view,
-            everything.detached(),
+            gaussians.detached(),
             self.network or lobes.detach(),
             cameras,
             regression_steps=regression_steps,
@@ -276,19 +291,22 @@ class StudentModel:
             for name, _ in self.network.named_parameters():
                 self.shared.drop(f"network.{name}")
             self.network = None
-        for name in OF_LOBES:
+        for name in LOBE_TENSORS:
             if name in self.rows.tensors:
                 self.rows.drop(name)
         if self.view.base:
-            self.rows.add("logit_opacities", found.logits, self.rates["logit_opacities"])
-        if found.decoder.shape.latents:
-            self.rows.add("lobe_latents", found.latents, self.rates["lobe_latents"])
-        self.lobe_decoder = found.decoder
-        self._share("lobe_decoder", self.lobe_decoder)
+            self.rows.add("logit_opacities", fitted.logits, self.lrs["logit_opacities"])
+        if fitted.decoder.shape.latents:
+            self.rows.add("lobe_latents", fitted.latents, self.lrs["lobe_latents"])
+        self.lobe_decoder = fitted.decoder
+        self._optimize("lobe_decoder", self.lobe_decoder)
 
-    def use_codes(self, sizes: CodebookSizes, *, generator: torch.Generator) -> None:
-        """From `networks` to `codes`: whatever codes there are, of all but the positions."""
-        assert self.phase == "networks" and self.settled
+    def quantize(self, sizes: CodebookSizes, *, generator: torch.Generator) -> None:
+        """Go from `latents` to `quantized`: quantise all values but the means.
+
+        `sizes` are those of codebooks, if there are no step sizes.
+        """
+        assert self.phase == "latents" and self.lobes_are_final
         take = self.rows.drop
         values: dict[Attribute, Tensor] = {
             "scale": take("log_scales"),
@@ -299,101 +317,103 @@ class StudentModel:
             values["opacity"] = take("logit_opacities")[:, None]
         if self.view.cut is not None:
             values["lobes"] = take("lobe_latents")
-        if self.steps is None:
-            self.codebooks = quantization.vector_codes(values, self.view, sizes, generator)
+        if self.step_sizes is None:
+            self.quantizers = quantization.fit_codebooks(values, self.view, sizes, generator)
         else:
-            assert self.decoder is not None and self.frame is not None
-            places = self.frame.normalised(self.frame.store(self.rows.tensors["means"]))
+            assert self.decoder is not None and self.grid is not None
+            positions = self.grid.normalised(self.grid.store(self.rows.tensors["means"]))
             decoders = (self.decoder, self.lobe_decoder)
-            values = quantization.decorrelated(values, places, *decoders, self.view)
-            self.shared.forget_all()
-            self.codebooks = quantization.scalar_codes(values, self.steps)
-        for name, codes in self.codebooks.items():
-            self._share(name, codes)
-            self.rows.add(name, values[name], self.rates[f"free_{name}"])
-        self.phase = "codes"
+            values = quantization.decorrelate(values, positions, *decoders, self.view)
+            self.shared.reset_all_moments()
+            self.quantizers = quantization.fit_uniform_quantizers(values, self.step_sizes)
+        for name, quantizer in self.quantizers.items():
+            self._optimize(name, quantizer)
+            self.rows.add(name, values[name], self.lrs[f"{name}_values"])
+        self.phase = "quantized"
 
     @torch.no_grad()
-    def pay(self, price: float) -> None:
-        """Add to the gradients what a bit per Gaussian costs, coded already or not yet."""
-        for name, codes in self.codebooks.items():
-            quantization.pay(codes, self.rows.tensors[name], price)
-        quantization.pay_ahead(self.rows.tensors, price)
+    def add_rate_gradients(self, bit_weight: float) -> None:
+        """Add the gradients of the rate term; `bit_weight` is the weight of a bit per Gaussian."""
+        for name, quantizer in self.quantizers.items():
+            quantization.add_rate_gradients(quantizer, self.rows.tensors[name], bit_weight)
+        quantization.add_early_rate_gradients(self.rows.tensors, bit_weight)
 
-    def reassign(self, *, all_codes: bool) -> None:
-        """Give every Gaussian the codes nearest to what it has learned to want.
+    def reassign(self, *, codebooks: bool) -> None:
+        """Assign the codes nearest to the unquantised values.
 
-        Without `all_codes` only multiples of steps, which are found at once.
+        Without `codebooks` only uniform quantisers do so, for which it takes little time.
         """
-        for name, codes in self.codebooks.items():
-            if all_codes or not isinstance(codes, SubVectorCodebooks):
-                codes.reassign(self.rows.tensors[name].detach())
+        for name, quantizer in self.quantizers.items():
+            if codebooks or not isinstance(quantizer, SubVectorCodebooks):
+                quantizer.reassign(self.rows.tensors[name].detach())
 
-    def set_rates(self, rates: Mapping[str, float]) -> None:
-        """Rates by what they move: a tensor of `rows`, `network`, `decoder`, or an attribute."""
-        self.rates = dict(rates)
+    def set_lrs(self, lrs: Mapping[str, float]) -> None:
+        """Set learning rates.
+
+        Keys are the names of `rows`; `network`, `decoder`, `lobe_decoder` and `weighting`; the
+        attributes, for quantisers; and `ATTRIBUTE_values`, for the values behind them.
+        """
+        self.lrs = dict(lrs)
         for name in self.rows.tensors:
-            self.rows.set_rate(name, rates[f"free_{name}" if name in self.codebooks else name])
+            self.rows.set_lr(name, lrs[f"{name}_values" if name in self.quantizers else name])
         for name in self.shared.tensors:
-            self.shared.set_rate(name, rates[name.split(".")[0]])
+            self.shared.set_lr(name, lrs[name.split(".")[0]])
 
     def step(self) -> None:
-        """Move everything by the gradients at hand."""
+        """Take an Adam step with the current gradients."""
         self.rows.step()
         self.shared.step()
 
     def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
-        """Remove the Gaussians where the mask is false, and what Adam knows of them."""
+        """Remove the Gaussians, with their moments and codes, where the mask is false."""
         self.rows.keep_rows(rows)
-        for books in self.codebooks.values():
-            books.select(rows)
+        for quantizer in self.quantizers.values():
+            quantizer.select(rows)
 
     @torch.no_grad()
-    def forget_directions(self, share: float) -> None:
-        """Shrink by `share` what depends on the direction in free lobes: photos bring it back."""
+    def decay_lobes(self, share: float) -> None:
+        """Shrink the view-dependent part of free lobes by `share`."""
         if "explicit_lobes" in self.rows.tensors:
             self.rows.tensors["explicit_lobes"][:, 1:] *= 1 - share
 
     def state(self) -> dict:
-        """Everything that training goes on from."""
+        """Return the parameters, moments and codes."""
         return {
             "phase": self.phase,
-            "settled": self.settled,
+            "lobes_are_final": self.lobes_are_final,
             "rows": self.rows.state(),
             "shared": self.shared.state(),
-            "frame": None if self.frame is None else asdict(self.frame),
-            "indices": {name: books.indices for name, books in self.codebooks.items()},
+            "grid": None if self.grid is None else asdict(self.grid),
+            "indices": {name: quantizer.indices for name, quantizer in self.quantizers.items()},
         }
 
     def restore(self, state: dict) -> None:
-        """Take back what `state()` gave, into a model that is still explicit."""
+        """Continue from the result of `state()`, in a model that is still explicit."""
         assert self.phase == "explicit"
         device = self.rows.tensors["means"].device
         self.phase = state["phase"]
-        if state["settled"] and not self.settled:
+        if state["lobes_are_final"] and not self.lobes_are_final:
             assert self.view.shape is not None
             self.network = None
             self.lobe_decoder = LobeDecoder(self.view.shape, torch.Generator()).to(device)
-            self._share("lobe_decoder", self.lobe_decoder)
-        if state["frame"] is not None:
-            self.frame = Frame(**state["frame"])
+            self._optimize("lobe_decoder", self.lobe_decoder)
+        if state["grid"] is not None:
+            self.grid = PositionGrid(**state["grid"])
             self.decoder = color_decoder(self.color, torch.Generator())
             self.decoder.to(device)
-            self._share("decoder", self.decoder)
+            self._optimize("decoder", self.decoder)
         for name in state["indices"]:
-            codes = quantization.restored_codes(name, state, self.steps, self.codebooks)
-            self.codebooks[name] = codes.to(device)
-            self._share(name, self.codebooks[name])
-        if self.phase == "codes" and self.steps is not None:
+            quantizer = quantization.restore_quantizer(
+                name, state, self.step_sizes, self.quantizers
+            )
+            self.quantizers[name] = quantizer.to(device)
+            self._optimize(name, self.quantizers[name])
+        if self.phase == "quantized" and self.step_sizes is not None:
             quantization.shorten_weights(self.decoder, self.lobe_decoder)
         self.rows.restore(state["rows"])
         self.shared.restore(state["shared"])
 
-    def learned_weighting(self) -> dict[str, Float[Tensor, ""]]:
-        """Logarithms of what the weighting learns; empty where it is given."""
-        tensors, prefix = self.shared.tensors, "weighting."
-        return {k.removeprefix(prefix): log for k, log in tensors.items() if k.startswith(prefix)}
-
-    def _share(self, prefix: str, module: nn.Module) -> None:
+    def _optimize(self, prefix: str, module: nn.Module) -> None:
+        """Add the parameters of a module to `shared`."""
         for name, parameter in module.named_parameters():
-            self.shared.add(f"{prefix}.{name}", parameter, self.rates[prefix])
+            self.shared.add(f"{prefix}.{name}", parameter, self.lrs[prefix])

@@ -1,4 +1,4 @@
-"""What a frame costs: how often its pixels are painted, as something that training can lower."""
+"""Overdraw: the mean number of ellipses per pixel, as a differentiable loss term."""
 
 import math
 from typing import Any
@@ -20,23 +20,26 @@ def overdraw(
     camera: Camera,
     alpha_min: float,
 ) -> Float[Tensor, ""]:
-    """Ellipses that lie over a pixel, in the mean: what a device has to paint, which sorts nothing.
+    """Return the mean number of ellipses per pixel, which decides the time of an unsorted frame.
 
-    An ellipse ends where alpha falls to `alpha_min`. Its area is taken from the shadow that an
-    ellipsoid with semi-axes s throws along the unit direction u, given in its own axes:
-    `pi sqrt((s2 s3 u1)^2 + (s1 s3 u2)^2 + (s1 s2 u3)^2)` (the projected area of an ellipsoid,
-    Vickers 1996), without the blur and without what perspective adds beside the picture's
-    centre. No Gaussian counts more than the picture, and none behind the near plane counts.
-    Gaussians are those that can touch the picture. Gradients reach `log_scales` alone: opacities
-    that pay for their area fade, which costs the picture far more.
+    An ellipse ends where alpha falls to `alpha_min`. Its area is the projection of an ellipsoid
+    with semi-axes s along the unit direction u, given in its own axes,
+    `pi sqrt((s2 s3 u1)^2 + (s1 s3 u2)^2 + (s1 s2 u3)^2)` (Vickers 1996). The low-pass filter and
+    the perspective distortion outside of the image centre are left out. A Gaussian counts at most
+    the area of the image, and 0 behind the near plane.
+
+    Pass the Gaussians that can touch the image. Gradients reach only `log_scales`: with a gradient
+    on their area, opacities fade, which loses far more quality.
     """
     others = (t.detach() for t in (means, quats, opacities))
     return _Overdraw.apply(log_scales, *others, camera, alpha_min)  # pyright: ignore
 
 
 class _Overdraw(torch.autograd.Function):
-    """A shadow A = sqrt(f1^2 + f2^2 + f3^2), with s_k in two of the f, has A - f_k^2 / A as its
-    derivative by the logarithm of s_k."""
+    """The sum of areas A = sqrt(f1^2 + f2^2 + f3^2), in which s_k occurs in two of the f.
+
+    So the derivative of A by log s_k is A - f_k^2 / A.
+    """
 
     @staticmethod
     def forward(  # pyright: ignore[reportIncompatibleMethodOverride]
@@ -53,17 +56,17 @@ class _Overdraw(torch.autograd.Function):
         u = (offsets[:, None, :] @ rotation_matrices(quats))[:, 0] / distances[:, None]  # [n, 3]
         squares = (u * torch.exp(log_scales.sum(1, keepdim=True) - log_scales)).square()
         total = squares.sum(1)
-        reach = 2 * torch.log((opacities / alpha_min).clamp_min(1))  # squared radius
+        squared_radii = 2 * torch.log((opacities / alpha_min).clamp_min(1))  # in scales
         pixels = camera.width * camera.height
         scale = math.pi * float(camera.K[0, 0] * camera.K[1, 1]) / pixels
-        shares = scale * reach * total.sqrt() / distances.square()  # of the picture
-        shares = torch.where(offsets @ camera.viewmat[2, :3] > camera.near, shares, 0.0)
-        least = torch.finfo(total.dtype).tiny
-        slopes = (shares / total.clamp_min(least))[:, None] * (total[:, None] - squares)
-        ctx.save_for_backward(torch.where((shares < 1)[:, None], slopes, 0.0))
-        return shares.clamp_max(1).sum()
+        areas = scale * squared_radii * total.sqrt() / distances.square()  # the image is 1
+        areas = torch.where(offsets @ camera.viewmat[2, :3] > camera.near, areas, 0.0)
+        tiny = torch.finfo(total.dtype).tiny
+        gradients = (areas / total.clamp_min(tiny))[:, None] * (total[:, None] - squares)
+        ctx.save_for_backward(torch.where((areas < 1)[:, None], gradients, 0.0))
+        return areas.clamp_max(1).sum()
 
     @staticmethod
     def backward(ctx: Any, grad: Tensor) -> tuple[Tensor, None, None, None, None, None]:  # pyright: ignore
-        (slopes,) = ctx.saved_tensors
-        return grad * slopes, None, None, None, None, None
+        (gradients,) = ctx.saved_tensors
+        return grad * gradients, None, None, None, None, None

@@ -1,4 +1,9 @@
-"""What a student learned, as codes: indices into codebooks, or multiples of steps."""
+"""Quantisation of what a student learned, with the rate term and rate control.
+
+Two methods: `nvq` stores indices into learned codebooks (paper, section 3.5), `sq` integer
+multiples of learned step sizes. In both, training goes on with the quantised values, and a
+straight-through estimator passes gradients on to the values behind them.
+"""
 
 import math
 from collections.abc import Mapping
@@ -17,35 +22,37 @@ from mobilegs.compress.codebooks import (
     apparent_size,
 )
 from mobilegs.compress.lobes import LobeDecoder
-from mobilegs.compress.rotations import RotationCodes
-from mobilegs.compress.uniform_quantizer import WEIGHT_DIGITS, ScalarCodes, ScalarSteps
+from mobilegs.compress.rotations import RotationQuantizer
+from mobilegs.compress.uniform_quantizer import WEIGHT_SIGNIFICAND_BITS, StepSizes, UniformQuantizer
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.encode import Codes
-from mobilegs.train.autograd_ops import pass_through
+from mobilegs.mgs.encode import Quantizer
+from mobilegs.train.autograd_ops import straight_through
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.student.view_dependence import ViewDependence
 
-DAMPED = 0.7  # share of the way to the size asked for that is gone at once
-FARTHEST = 0.3  # that steps grow at once, as a logarithm
-GROWTH_MAX = math.log(8)
-TO_CODE = ("log_scales", "quats", "logit_opacities", "lobe_latents", "static", "view")
-SMALL = 0.6  # standard deviations from the mean within which a number hardly takes bits
+# rate control
+DAMPING = 0.7  # share of the difference in size that one update removes
+UPDATE_MAX = 0.3  # largest change of the log step sizes in one update
+LOG_RANGE = math.log(8)  # of the log step sizes, relative to their initial values
+# the rate term before quantisation
+QUANTISED = ("log_scales", "quats", "logit_opacities", "lobe_latents", "static", "view")
+RATE_SCALE = 0.6  # standard deviations from the mean within which values cost almost no bits
 SPREAD_MIN = 1e-6
 
 
-def vector_codes(
+def fit_codebooks(
     values: Mapping[Attribute, Tensor],
     view: ViewDependence,
     sizes: CodebookSizes,
     generator: torch.Generator,
-) -> dict[Attribute, Codes]:
-    """Codebooks by k-means of every attribute."""
-    found: dict[Attribute, Codes] = {}
+) -> dict[Attribute, Quantizer]:
+    """Return codebooks for every attribute, by k-means."""
+    found: dict[Attribute, Quantizer] = {}
     for name, value in values.items():
-        size = view.size if name == "lobes" else getattr(sizes, name)
+        size = view.codebook_size if name == "lobes" else getattr(sizes, name)
         found[name] = SubVectorCodebooks.fit(
             value,
-            length=view.length if name == "lobes" else CUTS[name].length,
+            length=view.subvector_length if name == "lobes" else CUTS[name].length,
             size=min(size, len(value)),
             generator=generator,
             weights=apparent_size(values["scale"]) if name == "scale" else None,
@@ -53,133 +60,148 @@ def vector_codes(
     return found
 
 
-def scalar_codes(values: Mapping[Attribute, Tensor], steps: ScalarSteps) -> dict[Attribute, Codes]:
-    """The nearest multiples of the steps, of what `decorrelated` gave."""
-    scales = ScalarCodes.fit(values["scale"], step=steps.scale)
-    found: dict[Attribute, Codes] = {}
+def fit_uniform_quantizers(
+    values: Mapping[Attribute, Tensor], step_sizes: StepSizes
+) -> dict[Attribute, Quantizer]:
+    """Return uniform quantisers for every attribute of decorrelated `values`."""
+    scales = UniformQuantizer.fit(values["scale"], step_size=step_sizes.scale)
+    found: dict[Attribute, Quantizer] = {}
     for name, value in values.items():
-        step = getattr(steps, name)
+        size = getattr(step_sizes, name)
         if name == "rotation":
-            found[name] = RotationCodes.fit(value, scales=scales, step=step)
+            found[name] = RotationQuantizer.fit(value, scales=scales, step_size=size)
         else:
-            found[name] = scales if name == "scale" else ScalarCodes.fit(value, step=step)
+            found[name] = scales if name == "scale" else UniformQuantizer.fit(value, step_size=size)
     return found
 
 
-def restored_codes(
+def restore_quantizer(
     name: Attribute,
     state: Mapping[str, Any],
-    steps: ScalarSteps | None,
-    others: Mapping[Attribute, Codes],
-) -> Codes:
-    """Codes as they were in the model's `state`; of steps those of the scales come first."""
+    step_sizes: StepSizes | None,
+    others: Mapping[Attribute, Quantizer],
+) -> Quantizer:
+    """Return the quantiser of an attribute from the model's `state`.
+
+    With `step_sizes` it is uniform; that of rotations needs the one of scales in `others`.
+    """
     indices = state["indices"][name]
-    if steps is None:
+    if step_sizes is None:
         return SubVectorCodebooks(state["shared"][f"{name}.centers"]["value"], indices)
     if name == "rotation":
         scales = others["scale"]
-        assert isinstance(scales, ScalarCodes)
-        return RotationCodes(scales, steps.rotation, indices)
-    return ScalarCodes(getattr(steps, name), indices)
+        assert isinstance(scales, UniformQuantizer)
+        return RotationQuantizer(scales, step_sizes.rotation, indices)
+    return UniformQuantizer(getattr(step_sizes, name), indices)
 
 
-def learning(codes: Codes, values: Tensor, rows: Tensor | None) -> Tensor:
-    """What the codes of `rows` stand for; gradients reach `values`, what they ought to stand for.
+def quantized(quantizer: Quantizer, values: Tensor, rows: Tensor | None) -> Tensor:
+    """Return the quantised values of `rows`, differentiable.
 
-    They reach codebooks or the step, too.
+    Gradients reach `values`, the unquantised values of these rows, by the straight-through
+    estimator, and the codebooks or the step size.
     """
-    coded = codes(rows) if isinstance(codes, SubVectorCodebooks) else codes(rows, values)
-    return coded + pass_through(values)
+    if isinstance(quantizer, SubVectorCodebooks):
+        return quantizer(rows) + straight_through(values)
+    return quantizer(rows, values) + straight_through(values)
 
 
 @torch.no_grad()
-def pay(codes: Codes, values: Tensor, price: float) -> None:
-    """Add to the gradients of `values` and of the step what a bit per Gaussian costs.
+def add_rate_gradients(quantizer: Quantizer, values: Tensor, bit_weight: float) -> None:
+    """Add the gradients of the rate term to `values` and to the log step size.
 
-    Of rotations only the step pays, and no scale for the finer bits of angles that it causes.
+    The rate term is `bit_weight` times the bits per Gaussian. Codebooks have none. For rotations
+    only the step size has a gradient, and scales have none for the refinement bits of rotations.
     """
-    if isinstance(codes, SubVectorCodebooks):
+    if isinstance(quantizer, SubVectorCodebooks):
         return
-    due: dict[Tensor, Tensor] = {}
-    if isinstance(codes, ScalarCodes):
-        due[values] = codes.slopes(values) * (price / len(values))
-        # a larger step brings the codes together: as if the values came nearer to their mean
-        due[codes.growth] = -(due[values] * (values - values.mean(0))).sum()
+    gradients: dict[Tensor, Tensor] = {}
+    log_step = quantizer.log_step_offset
+    if isinstance(quantizer, UniformQuantizer):
+        gradients[values] = quantizer.bits_gradient(values) * (bit_weight / len(values))
+        # a larger step size moves codes together, as if values moved towards their mean
+        gradients[log_step] = -(gradients[values] * (values - values.mean(0))).sum()
     else:
-        due[codes.growth] = torch.full_like(codes.growth, price * codes.bits_by_growth(values))
-    for tensor, grad in due.items():
+        bits = quantizer.log_step_gradient(values)
+        gradients[log_step] = torch.full_like(log_step, bit_weight * bits)
+    for tensor, grad in gradients.items():
         tensor.grad = grad if tensor.grad is None else tensor.grad + grad
 
 
 @torch.no_grad()
-def pay_ahead(tensors: Mapping[str, Tensor], price: float) -> None:
-    """Add to the gradients of what has no codes yet what a bit per Gaussian costs.
+def add_early_rate_gradients(tensors: Mapping[str, Tensor], bit_weight: float) -> None:
+    """Add the gradients of an estimated rate term to values that are not quantised yet.
 
-    A number counts `log2(1 + (x / small)^2) / 2` bits more than the mean of its column, `x` away
-    from it, does: what it would take if far ones were about as frequent as they are. `small` is in
-    proportion to the column's standard deviation, and not followed by the gradient.
+    The estimate is `bits(x) = log2(1 + (x / s)^2) / 2` for a distance x to the mean of the column:
+    the code length if values were distributed as `1 / sqrt(1 + (x / s)^2)`. The scale s is a
+    constant times the standard deviation of the column, without a gradient.
     """
-    for values in (tensors[name] for name in TO_CODE if name in tensors):
+    for values in (tensors[name] for name in QUANTISED if name in tensors):
         x = values - values.mean(0)
-        small = (SMALL * x.square().mean(0).sqrt()).clamp_min(SPREAD_MIN)
-        due = x / (x.square() + small.square()) * (price / math.log(2) / len(values))
-        values.grad = due if values.grad is None else values.grad + due
+        scale = (RATE_SCALE * x.square().mean(0).sqrt()).clamp_min(SPREAD_MIN)
+        grad = x / (x.square() + scale.square()) * (bit_weight / math.log(2) / len(values))
+        values.grad = grad if values.grad is None else values.grad + grad
 
 
 @torch.no_grad()
-def steer(
-    codebooks: Mapping[Attribute, Codes], wanted: Mapping[str, Tensor], size: int, target: float
+def control_rate(
+    quantizers: Mapping[Attribute, Quantizer],
+    values: Mapping[str, Tensor],
+    size: int,
+    target: float,
 ) -> None:
-    """Change all steps by the same factor, so that a file of `size` bytes comes near `target`.
+    """Scale all step sizes by one factor that brings a file of `size` bytes near `target` bytes.
 
-    `wanted` is what the codes ought to stand for; they must be chosen anew after that. Steps stay
-    within eighths and eight times what they were at first: beyond, a picture falls apart.
+    `values` are the unquantised ones. Step sizes stay between 1/8 and 8 times their initial
+    values: beyond, images fall apart. Assign codes again afterwards.
     """
-    steps = {
-        name: codes
-        for name, codes in codebooks.items()
-        if not isinstance(codes, SubVectorCodebooks)
+    uniform = {
+        name: quantizer
+        for name, quantizer in quantizers.items()
+        if not isinstance(quantizer, SubVectorCodebooks)
     }
-    slope = sum(
-        codes.bits_by_growth(wanted[name]) * len(wanted[name]) / 8 for name, codes in steps.items()
+    slope = sum(  # bytes per unit of the log step sizes
+        quantizer.log_step_gradient(values[name]) * len(values[name]) / 8
+        for name, quantizer in uniform.items()
     )
-    by = DAMPED * (target - size) / min(slope, -1e-3 * size)
-    for codes in steps.values():
-        codes.growth.add_(max(-FARTHEST, min(by, FARTHEST))).clamp_(-GROWTH_MAX, GROWTH_MAX)
+    change = DAMPING * (target - size) / min(slope, -1e-3 * size)
+    change = max(-UPDATE_MAX, min(change, UPDATE_MAX))
+    for quantizer in uniform.values():
+        quantizer.log_step_offset.add_(change).clamp_(-LOG_RANGE, LOG_RANGE)
 
 
 def shorten_weights(*decoders: ColorDecoder | LobeDecoder | None) -> None:
-    """From now on networks compute with weights of fewer digits, as files with steps hold them."""
+    """Make networks compute with the shorter significands that files with `sq` store."""
     for decoder in decoders:
         if decoder is not None and not isinstance(decoder, LinearDecoder):
-            decoder.digits = WEIGHT_DIGITS
+            decoder.significand_bits = WEIGHT_SIGNIFICAND_BITS
 
 
 @torch.no_grad()
-def decorrelated(
+def decorrelate(
     values: Mapping[Attribute, Tensor],
     positions: Float[Tensor, "n 3"],
     decoder: ColorDecoder,
     lobe_decoder: LobeDecoder | None,
     view: ViewDependence,
 ) -> dict[Attribute, Tensor]:
-    """The values with latents in other coordinates, which the decoders' weights undo.
+    """Return values with decorrelated latents; transform the decoders' weights inversely.
 
-    These have fewer digits from then on. `positions` are the normalised ones.
+    From then on these weights have shorter significands. `positions` are normalised.
     """
     found = dict(values)
     static, of_view = values["appearance"].tensor_split([LATENTS], dim=1)
     if "lobes" in values:
         assert lobe_decoder is not None
-        none = values["scale"].new_zeros(len(static))
-        shown = Gaussians(
+        zeros = values["scale"].new_zeros(len(static))
+        gaussians = Gaussians(
             positions,
             values["rotation"],
             values["scale"],
-            values["opacity"][:, 0] if "opacity" in values else none,
+            values["opacity"][:, 0] if "opacity" in values else zeros,
             decoder.decode(positions, static, of_view),
         )
-        found["lobes"] = decorrelate_lobes(lobe_decoder, values["lobes"], shown, base=view.base)
+        found["lobes"] = decorrelate_lobes(lobe_decoder, values["lobes"], gaussians, base=view.base)
     changed = decorrelate_appearance(decoder, positions, static, of_view)
     found["appearance"] = torch.cat(changed, dim=1)
     shorten_weights(decoder, lobe_decoder)

@@ -1,4 +1,4 @@
-"""What the cameras of a step see of a student, decoded once for all of their views."""
+"""Decode a student's Gaussians once for all views of a step."""
 
 import torch
 from jaxtyping import Float, Int
@@ -9,19 +9,24 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, render_sorted, render_sortfree, visible_rows
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.autograd_ops import take_rows, telling_weighting
-from mobilegs.train.student.mask_pruning import fainter
+from mobilegs.train.autograd_ops import take_rows, with_weighting_gradients
+from mobilegs.train.student.mask_pruning import mask_lobes
 from mobilegs.train.student.model import StudentModel
 from mobilegs.train.student.overdraw import overdraw
 
 
-class Seen:
-    """The Gaussians that could touch any of the pictures, with a cut in the graph behind them.
+class SharedDecode:
+    """The decoded Gaussians that any camera of a step sees, with the graph cut behind them.
 
-    Views are drawn from `leaves`, which sum up their gradients; only one view's graph is there at
-    a time. `backward` then takes the sums through codebooks and decoders. A network that gives
-    lobes for every view is asked for every view, so its parameters are leaves, too; so are those
-    of a weighting that learns.
+    Views are rendered from `leaves`, where their gradients add up, so that only one view's graph
+    exists at a time. `backward` then passes the sums on through quantisers and decoders. A network
+    that gives lobes is evaluated per view, so its parameters are leaves too; so are the learned
+    parameters of a weighting.
+
+    Attributes:
+        rows: for each camera, its rows of the decoded Gaussians; None stands for all of them.
+        decoded: tensors by name, with the graph.
+        detached: the same tensors without the graph, the leaves.
     """
 
     def __init__(
@@ -29,104 +34,107 @@ class Seen:
         model: StudentModel,
         cameras: list[Camera],
         *,
-        presence: Float[Tensor, "n"] | None = None,
+        masks: Float[Tensor, "n"] | None = None,
     ) -> None:
-        """`presence`, if given, multiplies the opacities."""
+        """Decode what `cameras` see; `masks`, if given, multiply the opacities."""
         self.model, self.cameras = model, cameras
-        some, self.rows = together(visible(model, cameras), len(model))
-        gaussians, for_lobes = model.gaussians(some)
+        union, self.rows = merge_rows(rows_in_view(model, cameras), len(model))
+        gaussians, lobe_inputs = model.gaussians(union)
         self.decoded = gaussians.tensors()
         if model.blend == "sorted":
             opacities = gaussians.opacities
             self.decoded["opacities"] = (
-                opacities if presence is None else opacities * take_rows(presence, some)
+                opacities if masks is None else opacities * take_rows(masks, union)
             )
             del self.decoded["logit_opacities"]
         elif model.network is None:
-            self.decoded["lobes"] = model.lobes(gaussians, for_lobes, None)
-            del self.decoded["logit_opacities"]  # the lobes have them
-        if presence is not None and model.blend != "sorted":
-            self.decoded["presence"] = take_rows(presence, some)
-        self.cut = {name: t.detach().requires_grad_() for name, t in self.decoded.items()}
+            self.decoded["lobes"] = model.lobes(gaussians, lobe_inputs, None)
+            del self.decoded["logit_opacities"]  # the lobes contain them
+        if masks is not None and model.blend != "sorted":
+            self.decoded["masks"] = take_rows(masks, union)
+        self.detached = {name: t.detach().requires_grad_() for name, t in self.decoded.items()}
 
     @property
     def leaves(self) -> list[Tensor]:
-        """What the views' gradients are added up at."""
+        """The tensors at which the views' gradients add up."""
         network = self.model.network
         parameters = network.parameters() if network is not None else ()
-        return [*self.cut.values(), *parameters, *self.model.learned_weighting().values()]
+        return [*self.detached.values(), *parameters, *self.model.weighting_logs().values()]
 
-    def draw(
+    def render(
         self,
         number: int,
         *,
         background: Float[Tensor, "3"],
         depth: bool = False,
     ) -> Rendered:
-        """The picture from camera `number`, differentiable down to the leaves.
+        """Render the view of camera `number`, differentiable down to the leaves.
 
-        `radii` are those of the Gaussians drawn, not of all.
+        `radii` of the result are those of the rendered Gaussians, not of all.
         """
         rows, camera = self.rows[number], self.cameras[number]
-        of = {name: t if rows is None else take_rows(t, rows) for name, t in self.cut.items()}
+        picked = {
+            name: t if rows is None else take_rows(t, rows) for name, t in self.detached.items()
+        }
         model, options = self.model, {"camera": camera, "background": background, "depth": depth}
-        shapes = (of["means"], of["quats"], of["log_scales"].exp())
+        shapes = (picked["means"], picked["quats"], picked["log_scales"].exp())
         if model.blend == "sorted":
-            return render_sorted(*shapes, of["opacities"], of["sh"], **options)
-        lobes, presence = of.get("lobes"), of.pop("presence", None)
+            return render_sorted(*shapes, picked["opacities"], picked["sh"], **options)
+        lobes, masks = picked.get("lobes"), picked.pop("masks", None)
         if lobes is None:
-            lobes = model.lobes(Gaussians(**of), of["means"][:, :0], camera)
-        if presence is not None:
-            lobes = fainter(lobes, presence, of["means"], camera)
-        if learned := model.learned_weighting():
-            weights = {name: log.exp() for name, log in learned.items()}
-            lobes = telling_weighting(lobes, of["means"], camera, **weights)
-        return render_sortfree(*shapes, lobes, of["sh"], weighting=model.weighting, **options)
+            lobes = model.lobes(Gaussians(**picked), picked["means"][:, :0], camera)
+        if masks is not None:
+            lobes = mask_lobes(lobes, masks, picked["means"], camera)
+        if logs := model.weighting_logs():
+            weights = {name: log.exp() for name, log in logs.items()}
+            lobes = with_weighting_gradients(lobes, picked["means"], camera, **weights)
+        return render_sortfree(*shapes, lobes, picked["sh"], weighting=model.weighting, **options)
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:
-        """Ellipses over a pixel of camera `number`'s picture, differentiable for the scales.
+        """Return the ellipses per pixel of camera `number`, differentiable for the scales.
 
-        Opacities are those from everywhere: the price of an area need not be exact.
+        It uses opacities without their view dependence, which is accurate enough for an area.
         """
-        cut, least = self.cut, self.model.weighting.alpha_min
+        leaves, alpha_min = self.detached, self.model.weighting.alpha_min
         with torch.no_grad():
-            if "opacities" in cut:
-                opacities, least = cut["opacities"], ALPHA_MIN
+            if "opacities" in leaves:
+                opacities, alpha_min = leaves["opacities"], ALPHA_MIN
+            elif "lobes" in leaves:
+                opacities = torch.sigmoid(C0 * leaves["lobes"][:, 0, 0])
             else:
-                logits = C0 * cut["lobes"][:, 0, 0] if "lobes" in cut else cut["logit_opacities"]
-                opacities = torch.sigmoid(logits)
+                opacities = torch.sigmoid(leaves["logit_opacities"])
         rows, camera = self.rows[number], self.cameras[number]
-        of = [cut["means"].detach(), cut["quats"].detach(), cut["log_scales"], opacities.detach()]
+        tensors = (leaves["means"], leaves["quats"], leaves["log_scales"], opacities)
         means, quats, log_scales, opacities = (
-            t if rows is None else take_rows(t, rows) for t in of
+            t if rows is None else take_rows(t, rows) for t in tensors
         )
-        return overdraw(means, quats, log_scales, opacities, camera=camera, alpha_min=least)
+        return overdraw(means, quats, log_scales, opacities, camera=camera, alpha_min=alpha_min)
 
     def backward(self) -> None:
-        """Give the model the gradients that the leaves have received."""
-        gradients = [leaf.grad for leaf in self.cut.values()]
+        """Pass the gradients of the leaves on to the model."""
+        gradients = [leaf.grad for leaf in self.detached.values()]
         torch.autograd.backward(list(self.decoded.values()), gradients)
 
 
 @torch.no_grad()
-def visible(model: StudentModel, cameras: list[Camera]) -> list[Int[Tensor, "_"]]:
-    """For each camera, in rising order, the Gaussians that could touch its picture."""
+def rows_in_view(model: StudentModel, cameras: list[Camera]) -> list[Int[Tensor, "_"]]:
+    """Return for each camera, in rising order, the Gaussians that can touch its image."""
     means, quats, log_scales = model.shapes()
     scales = log_scales.exp()
     return [visible_rows(means, quats, scales, camera=camera) for camera in cameras]
 
 
-def together(
+def merge_rows(
     rows: list[Int[Tensor, "_"]], count: int
 ) -> tuple[Int[Tensor, "m"], list[Int[Tensor, "_"] | None]]:
-    """All rows that are in any of the lists, of `count`; and where in them those of each list are.
+    """Return the union of lists of rows, and for each list its places in the union.
 
-    None stands for all of them: a single list is just itself.
+    `count` is the number of all rows. For a single list, its places are None: all of them.
     """
     if len(rows) == 1:
         return rows[0], [None]
-    anywhere = torch.zeros(count, dtype=torch.bool, device=rows[0].device)
+    in_any = torch.zeros(count, dtype=torch.bool, device=rows[0].device)
     for each in rows:
-        anywhere[each] = True
-    place = anywhere.cumsum(0) - 1
-    return anywhere.nonzero()[:, 0], [place[each] for each in rows]
+        in_any[each] = True
+    place = in_any.cumsum(0) - 1
+    return in_any.nonzero()[:, 0], [place[each] for each in rows]

@@ -1,9 +1,9 @@
-"""The student: learns to look like the photos and the teacher without sorting, and to be small."""
+"""The student: distilled from the teacher, rendered without sorting, and quantised."""
 
 from dataclasses import replace
 
 import torch
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
@@ -11,34 +11,42 @@ from mobilegs.compress.uniform_quantizer import COLUMNS
 from mobilegs.data.dataset import View
 from mobilegs.mgs.codec import pack
 from mobilegs.mgs.encode import encode_scene
-from mobilegs.mgs.quantized_scene import CodedScene, MetaValue
+from mobilegs.mgs.quantized_scene import MetaValue, QuantizedScene
 from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.distributed import ALONE, Team
+from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.losses import (
     color_distillation_loss,
     depth_distillation_loss,
+    masked_mse,
     photo_loss,
     raw_depth_loss,
 )
-from mobilegs.train.optim import log_linear
+from mobilegs.train.optim import exponential_lr
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student import quantization
 from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.distill import TeacherPictures, raw_depth
+from mobilegs.train.student.distill import TeacherImages, release_depth
 from mobilegs.train.student.model import Phase, StudentModel
-from mobilegs.train.student.position_grid import frame_for
-from mobilegs.train.student.shared_decode import Seen
-from mobilegs.train.student.virtual_views import cameras_between
-from mobilegs.train.student.vote_pruning import Ballot, vote
-from mobilegs.train.teacher.trainer import squared_error
+from mobilegs.train.student.position_grid import choose_grid
+from mobilegs.train.student.shared_decode import SharedDecode
+from mobilegs.train.student.virtual_views import virtual_cameras
+from mobilegs.train.student.vote_pruning import VoteCounter, vote
 
-STEERINGS = 50
+RATE_UPDATES = 50  # of rate control in a run
 
 
 class Student:
-    """The stage that turns a teacher into a sort-free, coded scene (paper sections 3.2 to 3.5)."""
+    """The stage that trains a quantised, sort-free scene (paper, sections 3.2 to 3.5).
+
+    Example:
+
+        student = Student(StudentConfig(), teacher.scene(), cameras, extent=3.0, seed=0)
+        while student.done < student.steps:
+            student.advance([(index, load_view(dataset.train[index]))])
+        write_mgs(path, student.quantized_scene())
+    """
 
     name = "student"
 
@@ -50,69 +58,68 @@ class Student:
         *,
         extent: float,
         seed: int,
-        team: Team = ALONE,
+        team: Team = SINGLE_PROCESS,
     ) -> None:
-        """`teacher` is drawn as its blend says; `extent` is the scene's, in world units.
+        """Start from the teacher.
 
-        `cameras` are those of all training views, by their indices.
+        Args:
+            config: all settings.
+            teacher: a scene, which gives the initial Gaussians and the targets of distillation.
+            cameras: those of all training views, by their indices.
+            extent: of the scene, in world units.
+            seed: of everything random.
+            team: the processes that share the views of a step.
         """
         self.config = config
         self.steps = config.steps
         self.views_per_step = config.views_per_step
         self.done = 0
-        sizes = teacher.gaussians.scales.topk(2, dim=1).values.prod(1).sqrt()
-        self.position_rate = min(
-            config.position_rate * extent, config.position_share * float(sizes.median())
-        )
+        gaussians, device = teacher.gaussians, teacher.gaussians.means.device
+        sizes = gaussians.scales.topk(2, dim=1).values.prod(1).sqrt()
+        self.means_lr = min(config.lr.means * extent, config.lr.means_max * float(sizes.median()))
         self.near = teacher.near
         self.background = teacher.background
         self.generator = torch.Generator().manual_seed(seed)
-        self.pictures = TeacherPictures(
-            teacher, cache_bytes=config.cache_mib << 20, raw=not config.depth_masked
+        self.teacher_images = TeacherImages(
+            teacher,
+            cache_bytes=config.cache_mib << 20,
+            release_depths=not config.ablation.mask_depth,
         )
-        device = teacher.gaussians.means.device
         self.cameras = [camera.to(device) for camera in cameras]
         self.team = team
-        self.between: list[Camera] = []
-        if config.distill_between and (config.distill_weight or config.depth_weight):
-            self.between = cameras_between(self.cameras, seed)
-        gaussians = teacher.gaussians
-        if config.start_opacity:
-            level = torch.full_like(gaussians.logit_opacities, config.start_opacity)
-            gaussians = replace(gaussians, logit_opacities=level.logit())
+        self.virtual_cameras: list[Camera] = []
+        if config.loss.virtual_view_every and self._distils:
+            self.virtual_cameras = virtual_cameras(self.cameras, seed)
+        if config.ablation.start_opacity:
+            opacities = torch.full_like(gaussians.logit_opacities, config.ablation.start_opacity)
+            gaussians = replace(gaussians, logit_opacities=opacities.logit())
         weighting = config.weighting
         if weighting.name == "sort_free_gs":
             weighting = replace(weighting, sigma=weighting.sigma * extent)
         self.model = StudentModel(
             gaussians,
-            config.view,
-            self._rates(),
+            config.view_dependence,
+            self._lrs(),
             self.generator,
             blend=config.blend,
             weighting=weighting,
-            color=config.color,
-            rounded=config.positions_rounded,
-            steps=config.steps_of_codes,
-            canonical=config.canonical,
+            color=config.color_shape,
+            round_means=config.ablation.round_means,
+            step_sizes=config.quantization.initial_step_sizes,
+            canonical_rotations=config.ablation.canonical_rotations,
         )
-        if config.presence.weight:
-            logits = config.presence.logits(len(self.model), device)
-            self.model.rows.add("presence", logits, config.presence.rate)
-        self.ballot = Ballot(config.votes, config.steps, len(self.model), device)
+        if config.pruning.masks.weight:
+            logits = config.pruning.masks.initial_logits(len(self.model), device)
+            self.model.rows.add("masks", logits, config.lr.masks)
+        self.votes = VoteCounter(config.pruning.votes, config.steps, len(self.model), device)
 
     @property
     def phase(self) -> Phase:
-        """`explicit`, `networks` or `codes`: the form the next step works on."""
-        progress = self.done / self.steps
-        if progress >= self.config.codes_fraction:
-            return "codes"
-        return "networks" if progress >= self.config.net_fraction else "explicit"
-
-    @property
-    def _pays(self) -> bool:
-        """Whether the next step asks a price for bits."""
-        begins = min(self.config.price_fraction, self.config.codes_fraction)
-        return self.config.coding == "sq" and self.done >= begins * self.steps
+        """The phase of the next step: `explicit`, `latents` or `quantized`."""
+        progress, schedule = self.done / self.steps, self.config.schedule
+        if progress >= schedule.quantize_from:
+            return "quantized"
+        return "latents" if progress >= schedule.latents_from else "explicit"
 
     @property
     def count(self) -> int:
@@ -120,42 +127,44 @@ class Student:
         return len(self.model)
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
-        """One step on the sum of the views' losses; the result holds their means."""
+        """Take a step on the sum of the views' losses; the result holds their means.
+
+        `views` are this process's share of the views of a step, each with its index.
+        """
+        config = self.config
         self._enter(self.phase)
-        if self.done >= self.steps * self.config.view.fraction:
-            self._settle()
-        self.model.set_rates(self._rates())
-        cameras = [self.cameras[index] for index in self.team.in_order([i for i, _ in views])]
-        results = self._pull(cameras, views)
-        if self._pays:
-            self.model.pay(len(cameras) * self.config.price)
+        if self.done >= self.steps * config.view_dependence.decoder_from:
+            self._fit_lobe_decoder()
+        self.model.set_lrs(self._lrs())
+        cameras = [self.cameras[index] for index in self.team.interleave([i for i, _ in views])]
+        results = self._add_gradients(cameras, views)
+        if self._has_rate_term:
+            self.model.add_rate_gradients(len(cameras) * config.quantization.bit_weight)
         self.model.step()
-        if self.config.view.decay:
-            self.model.forget_directions(self.config.view.decay)
+        if config.ablation.lobe_decay:
+            self.model.decay_lobes(config.ablation.lobe_decay)
         self.done += 1
-        if self.model.phase == "codes":
-            self._steer()
-            self.model.reassign(all_codes=self.done % self.config.reassign_every == 0)
-        if self.ballot.votes_in(self.done):
-            for camera in cameras:
-                self._vote(camera)
-        if self.ballot.prunes_after(self.done):
-            self._prune(self.ballot.verdict())
-        if "presence" in self.model.rows.tensors:
-            self._thin_out()
+        if self.model.phase == "quantized":
+            self._control_rate()
+            self.model.reassign(codebooks=self.done % config.schedule.reassign_every == 0)
+        self._count_votes(cameras)
+        if self.votes.prunes_after(self.done):
+            self._prune(self.votes.kept())
+        if "masks" in self.model.rows.tensors:
+            self._prune_by_masks()
         losses, errors = zip(*results, strict=True)
         return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
 
     def scene(self) -> Scene:
-        """The student as it stands; once it is coded, exactly what its file would show."""
-        if self.model.phase == "codes":
-            return self.coded().decode(self.background.device)
+        """Return the current scene; once quantised, it is that of the file."""
+        if self.model.phase == "quantized":
+            return self.quantized_scene().decode(self.background.device)
         model = self.model
         with torch.no_grad():
-            gaussians, for_lobes = model.gaussians()
+            gaussians, lobe_inputs = model.gaussians()
             gaussians, lobes = gaussians.detached(), None
             if model.network is None and model.view.kind != "constant":
-                lobes = model.lobes(gaussians, for_lobes, None).detach()
+                lobes = model.lobes(gaussians, lobe_inputs, None).detach()
                 gaussians = replace(gaussians, logit_opacities=C0 * lobes[:, 0, 0])
         return Scene(
             gaussians,
@@ -167,195 +176,231 @@ class Student:
             near=self.near,
         )
 
-    def coded(
+    def quantized_scene(
         self, *, views: list[Camera] | None = None, meta: dict[str, MetaValue] | None = None
-    ) -> CodedScene:
-        """What the file holds; codes are made now if training has not come so far.
+    ) -> QuantizedScene:
+        """Return the content of the file. If training has not quantised the model yet, this does.
 
-        `views` and `meta` go into the file as they are.
+        `views` and `meta` go into the file unchanged.
         """
-        self._enter("codes")
+        self._enter("quantized")
         model = self.model
-        assert model.decoder is not None and model.frame is not None
-        return encode_scene(
+        assert model.decoder is not None and model.grid is not None
+        scene = encode_scene(
             model.rows.tensors["means"],
-            model.codebooks,
-            frame=model.frame,
-            decoder=model.decoder,
-            lobe_decoder=model.lobe_decoder,
-            network=model.network,
+            model.quantizers,
+            model.grid,
+            model.decoder,
+            model.lobe_decoder,
+            model.network,
+        )
+        return replace(
+            scene,
             blend=model.blend,
             weighting=model.weighting,
             background=self.background,
             near=self.near,
-            views=views,
-            meta=meta,
+            views=views or [],
+            meta=meta or {},
         )
 
     def state(self) -> dict:
-        """Everything the rest of the training depends on, the teacher aside."""
+        """Return all that the rest of the training depends on, except for the teacher."""
         return {
             "done": self.done,
             "generator": self.generator.get_state(),
             "model": self.model.state(),
-            "ballot": self.ballot.state(),
+            "votes": self.votes.state(),
         }
 
     def restore(self, state: dict) -> None:
-        """Continue from what `state()` gave; only into a student that has not begun."""
+        """Continue from the result of `state()`, in a student that has not taken a step."""
         self.done = state["done"]
         self.generator.set_state(state["generator"])
         self.model.restore(state["model"])
-        self.ballot.restore(state["ballot"])
+        self.votes.restore(state["votes"])
+
+    # --- phases
 
     def _enter(self, phase: Phase) -> None:
+        """Bring the model into `phase`, through the phases before it."""
+        config = self.config
         if phase != "explicit" and self.model.phase == "explicit":
             means = self.model.rows.tensors["means"].detach()
-            self.model.use_networks(
-                frame_for(means, self.cameras, self.config.position_error),
-                regression_steps=self.config.regression_steps,
+            self.model.use_latents(
+                choose_grid(means, self.cameras, config.quantization.position_error),
+                regression_steps=config.schedule.regression_steps,
                 generator=self.generator,
             )
-            if not self.config.moments_kept:
-                self.model.rows.restart(self.model.rows.tensors)
-        if phase == "codes" and self.model.phase == "networks":
-            self._settle()
-            self.model.use_codes(self.config.codebooks, generator=self.generator)
+            if not config.ablation.keep_moments:
+                self.model.rows.replace_all(self.model.rows.tensors)
+        if phase == "quantized" and self.model.phase == "latents":
+            self._fit_lobe_decoder()
+            self.model.quantize(config.quantization.codebooks, generator=self.generator)
 
-    def _settle(self) -> None:
-        if not self.model.settled:
-            self.model.settle(
+    def _fit_lobe_decoder(self) -> None:
+        if not self.model.lobes_are_final:
+            self.model.fit_lobe_decoder(
                 self.cameras,
-                regression_steps=self.config.regression_steps,
+                regression_steps=self.config.schedule.regression_steps,
                 generator=self.generator,
             )
 
-    def _pull(
+    # --- losses
+
+    @property
+    def _distils(self) -> bool:
+        """Whether the loss compares with the teacher at all."""
+        return self.config.loss.distill_weight != 0 or self.config.loss.depth_weight != 0
+
+    @property
+    def _has_rate_term(self) -> bool:
+        """Whether the loss of the next step has a rate term."""
+        schedule = self.config.schedule
+        begins = min(schedule.rate_from, schedule.quantize_from)
+        return self.config.quantization.method == "sq" and self.done >= begins * self.steps
+
+    def _add_gradients(
         self, cameras: list[Camera], views: list[tuple[int, View]]
     ) -> list[tuple[Tensor, ...]]:
-        """Give the model the gradients of a step; returns each view's loss and squared error.
+        """Add a step's gradients to the model; return the loss and squared error of each view.
 
         `cameras` are those of all views of the step, `views` this process's share of them.
         """
         config, team, results = self.config, self.team, []
-        masks = self.model.rows.tensors.get("presence")
-        presence = None if masks is None else config.presence.draw(masks, self.generator)
-        asked, depth = self._asked(), config.depth_weight > 0
-        seen = Seen(
-            self.model,
-            cameras if asked is None else [*cameras, self.between[asked]],
-            presence=presence,
-        )
+        mask_logits = self.model.rows.tensors.get("masks")
+        masks = None
+        if mask_logits is not None:
+            masks = config.pruning.masks.sample(mask_logits, self.generator)
+        virtual, depth = self._pick_virtual_view(), config.loss.depth_weight > 0
+        rendered = cameras if virtual is None else [*cameras, self.virtual_cameras[virtual]]
+        shared = SharedDecode(self.model, rendered, masks=masks)
         for number, (index, view) in enumerate(views):
-            at = number * team.world + team.rank
-            drawn = seen.draw(at, background=self.background, depth=depth and not self.between)
-            loss, error = self._loss(drawn, index, view), squared_error(drawn.image, view)
-            if config.fill_price:
-                loss = loss + config.fill_price * seen.overdraw(at)
-            results += team.add_gradients(seen.leaves, loss, error)
-        if asked is not None:  # every process draws the same
-            drawn = seen.draw(len(cameras), background=self.background, depth=depth)
-            loss = self._to_teacher(drawn, len(self.cameras) + asked, self.between[asked])
-            ALONE.add_gradients(seen.leaves, len(cameras) * loss)
-        seen.backward()
-        if masks is not None:
-            (len(cameras) * config.presence.loss(masks)).backward()
+            at = number * team.world_size + team.rank
+            drawn = shared.render(
+                at, background=self.background, depth=depth and not self.virtual_cameras
+            )
+            loss, error = self._view_loss(drawn, index, view), masked_mse(drawn.image, view)
+            if config.loss.overdraw_weight:
+                loss = loss + config.loss.overdraw_weight * shared.overdraw(at)
+            results += team.accumulate_gradients(shared.leaves, loss, error)
+        if virtual is not None:  # every process renders the same virtual view
+            drawn = shared.render(len(cameras), background=self.background, depth=depth)
+            index = len(self.cameras) + virtual
+            loss = self._distillation_loss(drawn, index, self.virtual_cameras[virtual])
+            SINGLE_PROCESS.accumulate_gradients(shared.leaves, len(cameras) * loss)
+        shared.backward()
+        if mask_logits is not None:
+            (len(cameras) * config.pruning.masks.loss(mask_logits)).backward()
         return results
 
-    def _asked(self) -> int | None:
-        """Which of the views between cameras a step looks at, if any."""
-        if not self.between or self.done % self.config.distill_between:
+    def _pick_virtual_view(self) -> int | None:
+        """Return the index of this step's virtual camera, at random; None in steps without one."""
+        if not self.virtual_cameras or self.done % self.config.loss.virtual_view_every:
             return None
-        return int(torch.randint(len(self.between), (1,), generator=self.generator))
+        return int(torch.randint(len(self.virtual_cameras), (1,), generator=self.generator))
 
-    def _loss(self, drawn: Rendered, index: int, view: View) -> Tensor:
-        config = self.config
-        loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=config.ssim_weight)
-        if self.between or not (config.distill_weight or config.depth_weight):
+    def _view_loss(self, drawn: Rendered, index: int, view: View) -> Float[Tensor, ""]:
+        """Return the loss of a photo's view, with distillation if there are no virtual views."""
+        ssim_weight = self.config.loss.ssim_weight
+        loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=ssim_weight)
+        if self.virtual_cameras or not self._distils:
             return loss
-        return loss + self._to_teacher(drawn, index, view.camera, mask=view.mask)
+        return loss + self._distillation_loss(drawn, index, view.camera, mask=view.mask)
 
-    def _to_teacher(
+    def _distillation_loss(
         self, drawn: Rendered, index: int, camera: Camera, *, mask: Tensor | None = None
-    ) -> Tensor:
-        """The weighted distance to the teacher's picture `index`, which `camera` sees."""
-        config, teacher = self.config, self.pictures.get(index, camera)
-        loss = config.distill_weight * color_distillation_loss(
+    ) -> Float[Tensor, ""]:
+        """Return the weighted distance to the teacher's image `index`, seen by `camera`."""
+        config, teacher = self.config, self.teacher_images.get(index, camera)
+        loss = config.loss.distill_weight * color_distillation_loss(
             drawn.image, teacher.image, mask=mask
         )
         if drawn.depth is None:
             return loss
-        if config.depth_masked:
+        if config.ablation.mask_depth:
             distance = depth_distillation_loss(drawn.depth, drawn.alpha, teacher.depth, mask=mask)
         else:
-            depth = raw_depth(drawn, self.background)
+            depth = release_depth(drawn, self.background)
             distance = raw_depth_loss(depth, teacher.depth, mask=mask)
-        return loss + config.depth_weight * distance
+        return loss + config.loss.depth_weight * distance
+
+    # --- pruning
 
     @torch.no_grad()
-    def _vote(self, camera: Camera) -> None:
-        votes = self.config.votes
-        opacities, scales = self.model.seen_from(camera)
-        self.ballot.cast(vote(opacities, scales, quantile=votes.quantile, by=votes.by))
+    def _count_votes(self, cameras: list[Camera]) -> None:
+        """Count a vote per camera, in steps that hold one."""
+        if not self.votes.votes_at(self.done):
+            return
+        config = self.config.pruning.votes
+        for camera in cameras:
+            opacities, scales = self.model.opacities_and_scales(camera)
+            self.votes.add(
+                vote(opacities, scales, quantile=config.quantile, criterion=config.criterion)
+            )
 
-    def _thin_out(self) -> None:
-        """Remove what its mask says is not needed: the clear cases when votes are counted."""
-        presence, masks = self.config.presence, self.model.rows.tensors["presence"]
-        if self.done >= round(presence.until * self.steps):
-            self.model.rows.drop("presence")
-            self._prune(presence.stay(masks, last=True))
-        elif self.ballot.prunes_after(self.done):
-            self._prune(presence.stay(masks, last=False))
+    def _prune_by_masks(self) -> None:
+        """Remove what the masks' probabilities say, and end the masks at their time."""
+        config, logits = self.config.pruning.masks, self.model.rows.tensors["masks"]
+        if self.done >= round(config.until * self.steps):
+            self.model.rows.drop("masks")
+            self._prune(config.kept(logits, final=True))
+        elif self.votes.prunes_after(self.done):
+            self._prune(config.kept(logits, final=False))
 
     def _prune(self, keep: Bool[Tensor, "n"]) -> None:
         if keep.any() and not keep.all():
             self.model.keep_rows(keep)
-        self.ballot.clear(len(self.model))
+        self.votes.reset(len(self.model))
 
-    def _steer(self) -> None:
-        """Bring the file nearer to the size that is asked for, some fifty times in all."""
-        config = self.config
-        every = max(1, round((1 - config.codes_fraction) * self.steps / STEERINGS))
-        if config.target_mb and self.done % every == 0:
-            size, wanted = len(pack(self.coded())), self.model.rows.tensors
-            quantization.steer(self.model.codebooks, wanted, size, 1e6 * config.target_mb)
+    # --- rate control and learning rates
 
-    def _rates(self) -> dict[str, float]:
-        config, progress = self.config, self.done / self.steps
-        rest = (progress - config.decay_from) / max(1 - config.decay_from, 1e-9)
-        decay = log_linear(1.0, config.final_rate, rest)
-        lobe_decoder = config.lobe_basis_rate
-        if config.view.kind == "latent":
-            lobe_decoder = config.network_rate
-        elif config.view.kind == "decoded":  # a lobe's constant counts only C0 = 0.28 in a picture
-            lobe_decoder = 2 * config.network_rate
-        rates = {
-            "means": self.position_rate,
-            "quats": config.quat_rate,
-            "log_scales": config.scale_rate,
-            "logit_opacities": config.opacity_rate,
-            "explicit_lobes": config.lobe_rate,
-            "lobe_latents": config.lobe_rate,
+    def _control_rate(self) -> None:
+        """Bring the file nearer to `target_mb`, at `RATE_UPDATES` times while quantised."""
+        target_mb = self.config.quantization.target_mb
+        quantized_steps = (1 - self.config.schedule.quantize_from) * self.steps
+        every = max(1, round(quantized_steps / RATE_UPDATES))
+        if target_mb and self.done % every == 0:
+            size, values = len(pack(self.quantized_scene())), self.model.rows.tensors
+            quantization.control_rate(self.model.quantizers, values, size, 1e6 * target_mb)
+
+    def _lrs(self) -> dict[str, float]:
+        """Return the learning rates of the next step, as `StudentModel.set_lrs` takes them."""
+        config, lr, progress = self.config, self.config.lr, self.done / self.steps
+        decay_share = (progress - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
+        decay = exponential_lr(1.0, lr.final_factor, decay_share)
+        lobe_decoder = lr.lobe_basis
+        if config.view_dependence.kind == "latent":
+            lobe_decoder = lr.network
+        elif config.view_dependence.kind == "decoded":
+            lobe_decoder = 2 * lr.network  # a constant lobe counts only C0 = 0.28 in an image
+        lrs = {
+            "means": self.means_lr,
+            "quats": lr.quats,
+            "log_scales": lr.scales,
+            "logit_opacities": lr.opacities,
+            "explicit_lobes": lr.lobes,
+            "lobe_latents": lr.lobes,
             "lobe_decoder": lobe_decoder,
-            "sh0": config.sh0_rate,
-            "sh_rest": config.sh_rest_rate,
-            "static": config.latent_rate,
-            "view": config.latent_rate,
-            "weighting": config.weighting_rate,
-            "presence": config.presence.rate,
-            "network": config.network_rate,
-            "decoder": config.decoder_rate,
-            "scale": config.codebook_rate,
-            "opacity": config.codebook_rate,
-            "rotation": config.rotation_codebook_rate,
-            "appearance": config.appearance_codebook_rate,
-            "lobes": config.lobe_codebook_rate,
-            "free_scale": config.scale_rate * config.free_share,
-            "free_opacity": config.opacity_rate * config.free_share,
-            "free_rotation": config.quat_rate * config.free_share,
-            "free_lobes": config.lobe_rate * config.free_share,
-            "free_appearance": config.latent_rate * config.free_share,
+            "sh0": lr.sh0,
+            "sh_rest": lr.sh_rest,
+            "static": lr.color_latents,
+            "view": lr.color_latents,
+            "weighting": lr.weighting,
+            "masks": lr.masks,
+            "network": lr.network,
+            "decoder": lr.color_decoder,
+            "scale": lr.codebooks,
+            "opacity": lr.codebooks,
+            "rotation": lr.rotation_codebooks,
+            "appearance": lr.color_codebooks,
+            "lobes": lr.lobe_codebooks,
+            "scale_values": lr.scales * lr.quantized_factor,
+            "opacity_values": lr.opacities * lr.quantized_factor,
+            "rotation_values": lr.quats * lr.quantized_factor,
+            "lobes_values": lr.lobes * lr.quantized_factor,
+            "appearance_values": lr.color_latents * lr.quantized_factor,
         }
-        if config.coding == "sq":
-            rates |= dict.fromkeys((*COLUMNS, "lobes"), config.step_rate)
-        return {name: rate * decay for name, rate in rates.items()}
+        if config.quantization.method == "sq":
+            lrs |= dict.fromkeys((*COLUMNS, "lobes"), lr.step_sizes)
+        return {name: value * decay for name, value in lrs.items()}

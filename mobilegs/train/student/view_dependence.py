@@ -1,4 +1,4 @@
-"""How a student learns what depends on the view: seven ways to the same lobes."""
+"""View dependence: opacity and weight of a Gaussian as functions of the viewing direction."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -14,84 +14,77 @@ from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.student.view_dirs import fit_to_network, seen_metric
+from mobilegs.train.student.view_dirs import basis_gram, fit_lobes_to_network
+from mobilegs.validation import DEGREE, FRACTION, Range, check
 
 KINDS = ("constant", "network", "fitted", "decoded", "latent", "projected", "free")
-DECODED = (256, 128)  # the paper's layers; its linear 64-wide one adds nothing before the output
-LOGIT_MAX = 8.0  # surer opacities of a teacher would stretch the codebook for nothing
+DECODED = (
+    256,
+    128,
+)  # the paper's layers; its last one, 64 wide, is linear and folds into the output
+LOGIT_MAX = 8.0  # larger logits of a teacher would only stretch the codebook
 
 
 @dataclass(frozen=True)
 class ViewDependence:
-    """Where opacity and phi come from, and what the file stores of them.
+    """Representation of opacity and phi, which are functions of the viewing direction.
 
-    `constant`: an opacity per Gaussian, and phi = 1. `network`: the paper's network, asked for
-    every view. `fitted`: the same until `fraction`, then lobes fitted to it, which go on as
-    `projected`. `decoded`: a network of the same size and information, without the direction,
-    gives lobes once. `free`, `projected` and `latent`: each Gaussian learns numbers that will be
-    quantised. They are its lobes' coefficients themselves; or coordinates along directions that
-    all lobes share and that learn, too; or the same with a small network that corrects them by
-    the other attributes. Until `fraction` of the run lobes
-    are free, and the directions begin as their principal ones; with 0 they begin random.
+    | kind | opacity and phi |
+    |---|---|
+    | `constant` | one opacity per Gaussian, phi = 1 |
+    | `network` | the paper's network, evaluated for every view |
+    | `fitted` | `network` until `decoder_from`, then lobes fitted to it, as in `projected` |
+    | `decoded` | lobes, decoded once by a network of the same size without the direction |
+    | `free` | lobes, whose coefficients are stored |
+    | `projected` | lobes, decoded by a learned linear basis from latents |
+    | `latent` | as `projected`, corrected by a small network of the other attributes |
+
+    Lobes are spherical harmonics of the direction. With `free`, `projected` and `latent` they are
+    free until `decoder_from`, and the basis begins with their principal directions; if that is 0,
+    the basis begins at random.
     """
 
     kind: str = "latent"
-    """One of `KINDS`."""
+    """`constant`, `network`, `fitted`, `decoded`, `latent`, `projected` or `free`."""
     degree: int = 2
     """Degree of the lobes, 0 to 3."""
     latents: int = 13
-    """Numbers stored per Gaussian, a base opacity among them, for `latent`, `projected` and
-    `fitted`: at most as many as lobes have, and all but the base rounded up to a multiple of
-    `length`. 0 stores not even that: then only `latent` can tell opacities apart."""
+    """Values stored per Gaussian, 0 to 32, with `latent`, `projected` and `fitted`. One is the base
+    opacity. The others are at most as many as a lobe has, rounded up to a multiple of
+    `subvector_length`. 0 stores no base opacity: only `latent` can then tell opacities apart."""
     hidden: int = 16
-    """Width of the network of `latent`."""
-    fraction: float = 0.0
-    """When free lobes become latents, as a fraction of the run."""
-    length: int = 2
-    """With `nvq`, latents (the base aside) that share a codebook entry."""
-    size: int = 64
-    """Entries of each of those codebooks, with `nvq`."""
-    decay: float = 0.0
-    """Share of what depends on the direction that free lobes forget in a step."""
+    """Width of the network of `latent`, 1 to 256."""
+    decoder_from: float = 0.0
+    """Time at which a decoder of latents replaces lobes that are free at first, 0 to 1."""
+    subvector_length: int = 2
+    """Latents that share a codebook entry, 1 to 4, with `nvq`."""
+    codebook_size: int = 64
+    """Entries of each of these codebooks, 1 to 4096, with `nvq`."""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise InputError(
-                f"unknown view dependence '{self.kind}': use one of {', '.join(KINDS)}"
-            )
-        if not 0 <= self.degree <= 3:
-            raise InputError(f"lobes have degree 0 to 3, not {self.degree}")
-        if not 0 <= self.latents <= LATENTS_MAX:
-            raise InputError(f"0 to {LATENTS_MAX} latents can be stored, not {self.latents}")
-        if not 1 <= self.hidden <= HIDDEN_MAX:
-            raise InputError(f"a hidden layer is 1 to {HIDDEN_MAX} wide, not {self.hidden}")
-        if not (1 <= self.length <= 4 and 1 <= self.size <= SIZE_MAX):
-            raise InputError(
-                f"codebooks of {self.size} entries for {self.length} latents at a time: choose "
-                f"up to {SIZE_MAX} entries and 1 to 4 latents"
-            )
-        if not (0 <= self.fraction <= 1 and 0 <= self.decay < 1):
-            raise InputError(
-                f"fraction and decay must lie within 0 to 1, not {self.fraction} and {self.decay}"
-            )
-        if self.kind == "fitted" and self.fraction == 0:
-            raise InputError(
-                "nothing can be fitted to a network that has not learned: set the fraction first"
-            )
-        if self.decay and (self.fraction == 0 or self.kind not in ("free", "projected", "latent")):
-            raise InputError(
-                "decay is for lobes that are free at first: set kind and fraction so before"
-            )
-        _ = self.shape  # refuses what cannot be stored
+            raise InputError(f"unknown kind '{self.kind}': use one of {', '.join(KINDS)}")
+        check(
+            self,
+            degree=DEGREE,
+            latents=Range(high=LATENTS_MAX),
+            hidden=Range(1, HIDDEN_MAX),
+            decoder_from=FRACTION,
+            subvector_length=Range(1, 4),
+            codebook_size=Range(1, SIZE_MAX),
+        )
+        if self.kind == "fitted" and self.decoder_from == 0:
+            raise InputError("kind=fitted needs time for its network: set decoder_from above 0")
+        _ = self.shape  # raises InputError if a file cannot hold it
 
     @property
     def base(self) -> bool:
-        """Whether a base opacity is stored."""
+        """Whether a base opacity is stored per Gaussian."""
         return self.kind in ("constant", "network", "decoded", "free") or self.latents > 0
 
     @property
     def shape(self) -> LobeShape | None:
-        """Of the decoder; None for constants and the network, which have none."""
+        """Shape of the lobe decoder; None for `constant` and `network`, which have none."""
         if self.kind in ("constant", "network"):
             return None
         if self.kind == "decoded":
@@ -99,30 +92,30 @@ class ViewDependence:
         count = 2 * (self.degree + 1) ** 2 - 1
         if self.kind != "free":
             count = min(max(0, self.latents - 1), count)
-        count = -(-count // self.length) * self.length
+        count = -(-count // self.subvector_length) * self.subvector_length
         if count > LATENTS_MAX:
             raise InputError(
-                f"{count} latents, a multiple of length {self.length}, are more than the "
-                f"{LATENTS_MAX} that can be stored"
+                f"{count} latents, a multiple of subvector_length {self.subvector_length}, are "
+                f"more than the {LATENTS_MAX} of a file"
             )
         return LobeShape(self.degree, count, (self.hidden,) if self.kind == "latent" else ())
 
     @property
     def cut(self) -> Cut | None:
-        """Of the latents' codebooks; None where there are no latents."""
+        """Sub-vectors of the latents' codebooks; None without latents."""
         count = self.shape.latents if self.shape else 0
-        return Cut(count // self.length, self.length) if count else None
+        return Cut(count // self.subvector_length, self.subvector_length) if count else None
 
 
-class Settled(NamedTuple):
-    """What lobes have become: `decoder` makes them from `latents` and the opacity `logits`."""
+class FittedLobes(NamedTuple):
+    """A lobe decoder, with the latents and base opacity logits that it decodes to given lobes."""
 
     decoder: LobeDecoder
     logits: Float[Tensor, "n"]
     latents: Float[Tensor, "n l"]
 
 
-def settled(
+def fit_lobe_decoder(
     view: ViewDependence,
     gaussians: Gaussians,
     source: ViewNetwork | Float[Tensor, "n m 2"],
@@ -130,12 +123,12 @@ def settled(
     *,
     regression_steps: int,
     generator: torch.Generator,
-) -> Settled:
-    """The form that a file will hold of lobes which `source` gives, as cameras see them."""
+) -> FittedLobes:
+    """Fit a decoder and latents to lobes, or to a network, along the directions of `cameras`."""
     assert view.shape is not None
     lobes = source
     if isinstance(lobes, ViewNetwork):
-        lobes = fit_to_network(lobes, gaussians, cameras, view.degree)
+        lobes = fit_lobes_to_network(lobes, gaussians, cameras, view.degree)
     lobes = lobes.clone()
     lobes[:, 0, 0] = lobes[:, 0, 0].clamp(-LOGIT_MAX / C0, LOGIT_MAX / C0)
     logits = C0 * lobes[:, 0, 0]
@@ -144,10 +137,10 @@ def settled(
         decoder,
         lobes,
         replace(gaussians, logit_opacities=logits),
-        metric=seen_metric(gaussians, cameras, view.degree),
+        metric=basis_gram(gaussians, cameras, view.degree),
         base=view.base,
         rotated=view.kind != "free",
         generator=generator,
         steps=regression_steps,
     )
-    return Settled(decoder, logits, latents)
+    return FittedLobes(decoder, logits, latents)

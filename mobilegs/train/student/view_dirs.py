@@ -1,4 +1,4 @@
-"""Where training looks at each Gaussian from, and lobes that fit what is known along there."""
+"""Directions from which the training cameras see Gaussians, and a fit of lobes along them."""
 
 from collections.abc import Iterator
 
@@ -14,28 +14,32 @@ from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0, sh_basis
 
-CAMERAS = 64  # that directions are taken from
-RIDGE = 0.1  # of a fit, in directions: flat where nobody looks
+CAMERAS_MAX = 64
+RIDGE = 0.1  # of a fit, in directions: makes lobes flat where no camera looks
 
 
 @torch.no_grad()
-def looks(
+def viewing_directions(
     gaussians: Gaussians, cameras: list[Camera]
 ) -> Iterator[tuple[Int[Tensor, "k"], Float[Tensor, "k 3"]]]:
-    """For at most 64 cameras, evenly chosen: rows seen, and unit directions towards them."""
+    """Yield, for at most 64 evenly chosen cameras, visible rows and unit directions to them."""
     means = gaussians.means
-    for camera in cameras[:: max(1, -(-len(cameras) // CAMERAS))]:
+    for camera in cameras[:: max(1, -(-len(cameras) // CAMERAS_MAX))]:
         camera = camera.to(means.device)
         rows = visible_rows(means, gaussians.quats, gaussians.scales, camera=camera)
         yield rows, normalize(means[rows] - camera.position, dim=1)
 
 
 @torch.no_grad()
-def seen_metric(gaussians: Gaussians, cameras: list[Camera], degree: int) -> Float[Tensor, "m m"]:
-    """Mean product of the harmonics over the directions from which cameras see Gaussians."""
+def basis_gram(gaussians: Gaussians, cameras: list[Camera], degree: int) -> Float[Tensor, "m m"]:
+    """Return the mean product of the harmonics over viewing directions, with the trace `m`.
+
+    As a metric, it weights errors of lobes by how often cameras look along a direction. Without
+    any direction it is the identity.
+    """
     size = (degree + 1) ** 2
     total = torch.zeros(size, size, dtype=torch.float64)
-    for _, directions in looks(gaussians, cameras):
+    for _, directions in viewing_directions(gaussians, cameras):
         basis = sh_basis(directions, degree).double()
         total += (basis.T @ basis).cpu()
     if total.trace() == 0:
@@ -44,19 +48,19 @@ def seen_metric(gaussians: Gaussians, cameras: list[Camera], degree: int) -> Flo
 
 
 @torch.no_grad()
-def fit_to_network(
+def fit_lobes_to_network(
     network: ViewNetwork, gaussians: Gaussians, cameras: list[Camera], degree: int
 ) -> Float[Tensor, "n m 2"]:
-    """Lobes nearest to what `network` says along the directions from which cameras see each.
+    """Fit lobes to the outputs of `network` along the viewing directions of each Gaussian.
 
-    Weighted least squares: a direction counts as often as it is looked along, and a ridge keeps
-    all but the constant parts small where that leaves a choice. Gaussians that no camera sees
-    keep their base opacity and phi = 1.
+    The fit is weighted least squares. Each view of a Gaussian counts once, and a ridge keeps all
+    but the constant parts small where views leave them open. Gaussians that no camera sees keep
+    their base opacity and phi = 1.
     """
     count, size = len(gaussians), (degree + 1) ** 2
     means = gaussians.means
     gram, moment = means.new_zeros(count, size, size), means.new_zeros(count, size, 2)
-    for rows, directions in looks(gaussians, cameras):
+    for rows, directions in viewing_directions(gaussians, cameras):
         basis = sh_basis(directions, degree)
         values = C0 * network(gaussians.select(rows), directions)  # [k, 1, 2]
         gram[rows] += basis[:, :, None] * basis[:, None, :]

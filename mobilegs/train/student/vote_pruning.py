@@ -1,4 +1,4 @@
-"""Pruning by votes (paper section 3.4): what is small and faint from most sides goes."""
+"""Pruning by votes (paper, section 3.4) of Gaussians that most views see small and faint."""
 
 from dataclasses import dataclass
 
@@ -14,26 +14,29 @@ CRITERIA = ("both", "opacity", "scale")
 
 @dataclass(frozen=True)
 class VoteConfig:
-    """When a Gaussian is voted out."""
+    """Criteria and schedule of pruning by votes."""
 
-    by: str = "both"
-    """What must lie below the quantile: opacity and largest scale (the paper's), or one of them."""
+    criterion: str = "both"
+    """Values that must lie below the quantile: `both` opacity and largest scale, as in the paper,
+    or one of them, `opacity` or `scale`."""
     quantile: float = 0.2
-    """A vote goes against a Gaussian that lies below this quantile of all Gaussians in what `by`
-    says (paper: 0.2). 0 never prunes."""
+    """Quantile of all Gaussians, 0 to 1, below which a vote goes against a Gaussian (paper: 0.2).
+    0 never prunes."""
     share: float = 0.6
-    """Removed are those with more than this share of the interval's votes against them."""
+    """Share of an interval's votes, 0 to 1, above which a Gaussian is removed (paper: 0.6)."""
     interval: float = 1 / 30
-    """Fraction of the run between two prunings (paper: 1000 of 30,000)."""
+    """Time between two prunings, 0 to 1 (paper: 1,000 of 30,000)."""
     until: float = 0.8
-    """Fraction of the run at which the last pruning happens (paper: 24,000 of 30,000)."""
+    """Time of the last pruning, 0 to 1 (paper: 24,000 of 30,000)."""
     votes_per_interval: int = 12
-    """How many steps of an interval hold a vote, evenly spaced: a vote asks the network about
-    every Gaussian, seen or not. (The release votes in every step.)"""
+    """Evenly spaced steps per interval that hold a vote, at least 1. A vote evaluates opacities of
+    all Gaussians, visible or not. (The release votes in every step.)"""
 
     def __post_init__(self) -> None:
-        if self.by not in CRITERIA:
-            raise InputError(f"votes look at {', '.join(CRITERIA)}, not at '{self.by}'")
+        if self.criterion not in CRITERIA:
+            raise InputError(
+                f"unknown criterion '{self.criterion}': use one of {', '.join(CRITERIA)}"
+            )
         fractions = dict.fromkeys(("quantile", "share", "interval", "until"), FRACTION)
         check(self, votes_per_interval=COUNT, **fractions)
 
@@ -43,23 +46,23 @@ def vote(
     scales: Float[Tensor, "n 3"],
     *,
     quantile: float,
-    by: str = "both",
+    criterion: str = "both",
 ) -> Bool[Tensor, "n"]:
-    """Candidates: opacity and largest scale (or one of them) below the `quantile` of all.
+    """Return the Gaussians with opacity and largest scale (or one) below the `quantile` of all.
 
-    `opacities` are those seen from one camera. Quantiles interpolate linearly; comparison is
-    strict, so equal values are never voted against.
+    `opacities` are those seen from one camera. Quantiles interpolate linearly. The comparison is
+    strict, so that no vote goes against equal values.
     """
     if not len(opacities):
         return torch.zeros_like(opacities, dtype=torch.bool)
     largest = scales.amax(1)
     faint = opacities < _quantile(opacities, quantile)
     small = largest < _quantile(largest, quantile)
-    return {"both": faint & small, "opacity": faint, "scale": small}[by]
+    return {"both": faint & small, "opacity": faint, "scale": small}[criterion]
 
 
 def _quantile(values: Float[Tensor, "n"], q: float) -> Float[Tensor, ""]:
-    # torch.quantile refuses more than 16 million values and sorts them all
+    # torch.quantile raises an error above 16 million values, and sorts them all
     place = q * (len(values) - 1)
     low = int(place)
     first = values.kthvalue(low + 1).values
@@ -68,11 +71,16 @@ def _quantile(values: Float[Tensor, "n"], q: float) -> Float[Tensor, ""]:
     return first + (values.kthvalue(low + 2).values - first) * (place - low)
 
 
-class Ballot:
-    """The votes of one interval, and the schedule of votes and prunings over a run."""
+class VoteCounter:
+    """The votes of one interval, and the schedule of votes and prunings in a run.
+
+    Attributes:
+        against: votes against each Gaussian in this interval, `[n]`.
+        held: votes in this interval.
+    """
 
     def __init__(self, config: VoteConfig, steps: int, count: int, device: torch.device) -> None:
-        """`steps` is the length of the whole run, `count` the number of Gaussians."""
+        """Begin the first interval of a run of `steps`, with `count` Gaussians."""
         self.config = config
         self.interval = max(1, round(config.interval * steps))
         self.until = round(config.until * steps)
@@ -80,33 +88,33 @@ class Ballot:
         self.against = torch.zeros(count, dtype=torch.int32, device=device)
         self.held = 0
 
-    def votes_in(self, step: int) -> bool:
-        """Whether step number `step` (counted from 1) holds a vote."""
+    def votes_at(self, step: int) -> bool:
+        """Return whether step `step`, counted from 1, holds a vote."""
         return self.config.quantile > 0 and step <= self.until and step % self.spacing == 0
 
     def prunes_after(self, step: int) -> bool:
-        """Whether Gaussians may be removed after step number `step` (counted from 1)."""
+        """Return whether an interval ends with step `step`, counted from 1."""
         return step <= self.until and step % self.interval == 0
 
-    def cast(self, candidates: Bool[Tensor, "n"]) -> None:
-        """Count one vote."""
+    def add(self, candidates: Bool[Tensor, "n"]) -> None:
+        """Count one vote against `candidates`."""
         self.against += candidates
         self.held += 1
 
-    def verdict(self) -> Bool[Tensor, "n"]:
-        """Which Gaussians stay: no more than `share` of the votes held are against them."""
+    def kept(self) -> Bool[Tensor, "n"]:
+        """Return the Gaussians with at most `share` of the votes against them."""
         return self.against <= self.config.share * self.held
 
-    def clear(self, count: int) -> None:
-        """Start the next interval, with `count` Gaussians."""
+    def reset(self, count: int) -> None:
+        """Begin the next interval, with `count` Gaussians."""
         self.against = torch.zeros(count, dtype=torch.int32, device=self.against.device)
         self.held = 0
 
     def state(self) -> dict:
-        """The votes so far."""
+        """Return the votes of this interval."""
         return {"against": self.against, "held": self.held}
 
     def restore(self, state: dict) -> None:
-        """Take back what `state()` gave."""
+        """Continue from the result of `state()`."""
         self.against = state["against"].to(self.against.device)
         self.held = state["held"]

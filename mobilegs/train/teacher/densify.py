@@ -1,4 +1,4 @@
-"""Where the teacher grows: Gaussians whose position the pictures pull at are cloned or split."""
+"""Densification of the teacher: Gaussians with large screen-space gradients are cloned or split."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -19,33 +19,32 @@ class DensifyConfig:
     """When and where Gaussians are added and removed (3DGS, section 5.2)."""
 
     strategy: Literal["clone_split", "mini_splatting", "mcmc", "fixed"] = "clone_split"
-    """`clone_split` is 3DGS's; `mini_splatting` also begins anew from surfaces and samples what
-    matters; `mcmc` moves what is faint, up to max_splats; `fixed` keeps the Gaussians that
-    training starts with. The fields below are clone_split's, of which mini_splatting makes use;
-    mcmc only of `start`, `interval` and `min_interval`."""
+    """`clone_split` is 3DGS's method. `mini_splatting` also restarts from surface points and keeps
+    the important Gaussians. `mcmc` moves faint Gaussians, up to max_splats. `fixed` keeps the
+    initial Gaussians. `clone_split` and `mini_splatting` use all fields below, `mcmc` only `start`,
+    `interval` and `min_interval`."""
     start: float = 1 / 60
     """Fraction of the run before the first densification (3DGS: 500 of 30,000)."""
     stop: float = 0.5
-    """Fraction of the run after which none happens (3DGS: 15,000 of 30,000)."""
+    """Fraction of the run at which densification ends (3DGS: 15,000 of 30,000)."""
     interval: float = 1 / 300
-    """Fraction of the run between two (3DGS: 100 of 30,000)."""
+    """Fraction of the run between two densifications (3DGS: 100 of 30,000)."""
     min_interval: int = 50
-    """The least number of steps between two, so that short runs still average gradients."""
+    """Minimum number of steps between two, so that short runs also average gradients."""
     gradient: float = 2e-4
-    """A Gaussian grows if its mean screen-space gradient reaches this, in units of half the
-    picture's size (3DGS: 2e-4)."""
+    """Mean screen-space gradient from which on a Gaussian is cloned or split, in units of half the
+    image's size (3DGS: 2e-4)."""
     split_scale: float = 0.01
-    """Growing Gaussians larger than this fraction of the scene's extent are split, others
-    cloned."""
+    """Gaussians larger than this fraction of the scene's extent are split, others are cloned."""
     prune_opacity: float = 0.005
-    """Fainter Gaussians are removed."""
+    """Gaussians of lower opacity are removed."""
     prune_scale: float = 0.1
-    """Larger ones, as a fraction of the scene's extent, are removed; 0 never removes them."""
+    """Gaussians larger than this fraction of the scene's extent are removed; 0 removes none."""
     prune_scale_from: float = 0.1
-    """Fraction of the run from which that holds (3DGS: 3,000 of 30,000)."""
+    """Fraction of the run from which on large Gaussians are removed (3DGS: 3,000 of 30,000)."""
     opacity_reset: float = 0.0
-    """Fraction of the run between two resets of all opacities to at most 0.01 while densifying
-    (3DGS: 3,000 of 30,000); 0 never resets, as in Mini-Splatting."""
+    """Fraction of the run between two resets of all opacities to at most 0.01, until densification
+    ends (3DGS: 3,000 of 30,000); 0 never resets, as in Mini-Splatting."""
 
     def __post_init__(self) -> None:
         times = ("start", "stop", "interval", "prune_scale_from", "opacity_reset")
@@ -59,7 +58,7 @@ class DensifyConfig:
 
 @dataclass(frozen=True)
 class Schedule:
-    """The densification's steps in a run of a given length, counted from 1."""
+    """The steps of densification in a run of given length, counted from 1."""
 
     start: int
     stop: int
@@ -69,7 +68,7 @@ class Schedule:
 
     @staticmethod
     def of(config: DensifyConfig, steps: int) -> "Schedule":
-        """The fractions of `config` in a run of `steps`."""
+        """Convert the fractions of `config` to steps of a run of `steps`."""
         return Schedule(
             start=round(config.start * steps),
             stop=round(config.stop * steps),
@@ -80,23 +79,23 @@ class Schedule:
 
 
 class Fixed:
-    """Keeps the Gaussians that training starts with; other strategies differ in what they say."""
+    """The strategy that keeps the initial Gaussians, and the base class of the others."""
 
     stop = 0
-    """Gaussians are added before this step."""
-    harmonics_wait = False
-    """Whether there are none but of degree 0 until the strategy brings them, with a new Adam."""
+    """Step at which the last Gaussians are added."""
+    sh_delayed = False
+    """True if Gaussians have only degree 0 until the strategy adds the higher degrees."""
 
-    def rate_clock(self, done: int) -> int:
-        """After `done` steps: how many the schedule of the centres' rate has behind it."""
+    def lr_step(self, done: int) -> int:
+        """Return the step of the means' learning-rate schedule after `done` steps."""
         return done
 
-    def harmonics_clock(self, done: int) -> int:
-        """After `done` steps: how many the schedule of the harmonics' degree has behind it."""
+    def sh_step(self, done: int) -> int:
+        """Return the step of the schedule of the SH degree after `done` steps."""
         return done
 
-    def regulariser(self, gaussians: Gaussians) -> Float[Tensor, ""]:
-        """What is added to the loss."""
+    def regularizer(self, gaussians: Gaussians) -> Float[Tensor, ""]:
+        """Return a term that is added to the loss."""
         return gaussians.means.new_zeros(())
 
     def observe(
@@ -108,24 +107,25 @@ class Fixed:
         screen_grads: Float[Tensor, "n 2"],
         radii: Float[Tensor, "n"],
     ) -> None:
-        """Take note of a picture of `gaussians`, before step number `step` (from 1) moves them.
+        """Record a view of `gaussians`, before step number `step` (from 1) changes them.
 
-        `screen_grads` are the gradients of the projected centres, in 1 / px.
+        `screen_grads` are gradients with respect to the projected means, in 1 / px; `radii` are in
+        px, 0 for Gaussians outside the image.
         """
 
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
-        """Change the rows if the schedule says so after step number `step` (from 1)."""
+        """Add, remove or change Gaussians after step number `step` (from 1)."""
 
     def state(self) -> dict:
-        """Everything that later changes depend on."""
+        """Return everything that later changes depend on."""
         return {}
 
     def restore(self, state: dict) -> None:
-        """Take back what `state()` gave."""
+        """Restore a result of `state()`."""
 
 
 class CloneSplit(Fixed):
-    """3DGS's densification: observes every step's gradients, changes the rows now and then."""
+    """3DGS's densification (Kerbl et al. 2023, section 5.2): clones, splits and prunes."""
 
     def __init__(
         self,
@@ -137,7 +137,7 @@ class CloneSplit(Fixed):
         count: int,
         device: torch.device,
     ) -> None:
-        """`extent` in world units, `count` the number of Gaussians to begin with."""
+        """`extent` is in world units, `count` is the initial number of Gaussians."""
         self.config = config
         self.schedule = Schedule.of(config, steps)
         self.stop = self.schedule.stop
@@ -154,7 +154,7 @@ class CloneSplit(Fixed):
         screen_grads: Float[Tensor, "n 2"],
         radii: Float[Tensor, "n"],
     ) -> None:
-        """Add one picture's gradients to the averages."""
+        """Add the gradients of a view to the averages."""
         if step >= self.stop:
             return
         half = screen_grads.new_tensor([camera.width / 2, camera.height / 2])
@@ -163,28 +163,28 @@ class CloneSplit(Fixed):
 
     @torch.no_grad()
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
-        """Grow and prune, reset opacities."""
-        when = self.schedule
-        if not when.start < step < when.stop:
+        """Densify, prune and reset opacities by the schedule."""
+        schedule = self.schedule
+        if not schedule.start < step < schedule.stop:
             return
-        if step % when.interval == 0:
-            nobody = torch.zeros_like(self.views, dtype=torch.bool)
-            self._densify(step, adam, generator, split_too=nobody)
-        if when.opacity_reset and step % when.opacity_reset == 0:
+        if step % schedule.interval == 0:
+            none = torch.zeros_like(self.views, dtype=torch.bool)
+            self._densify(step, adam, generator, split_too=none)
+        if schedule.opacity_reset and step % schedule.opacity_reset == 0:
             faint = torch.logit(torch.tensor(0.01)).item()
             adam.reset("logit_opacities", adam.tensors["logit_opacities"].clamp_max(faint))
 
     def state(self) -> dict:
-        """The averages so far."""
+        """Return the averages so far."""
         return {"gradients": self.gradients, "views": self.views}
 
     def restore(self, state: dict) -> None:
-        """Take back what `state()` gave."""
+        """Restore a result of `state()`."""
         device = self.gradients.device
         self.gradients, self.views = state["gradients"].to(device), state["views"].to(device)
 
     def _clear(self, count: int, device: torch.device) -> None:
-        self.gradients = torch.zeros(count, device=device)  # sum of norms
+        self.gradients = torch.zeros(count, device=device)  # sums of norms
         self.views = torch.zeros(count, dtype=torch.int32, device=device)
 
     def _densify(
@@ -195,7 +195,7 @@ class CloneSplit(Fixed):
         *,
         split_too: Bool[Tensor, "n"],
     ) -> None:
-        """Grow, prune, and begin new averages."""
+        """Clone, split and prune, then reset the averages."""
         self._grow(adam, generator, split_too)
         self._prune(adam, large_too=step > self.schedule.prune_scale_from)
         self._clear(len(adam.tensors["means"]), self.gradients.device)
@@ -205,7 +205,7 @@ class CloneSplit(Fixed):
     ) -> None:
         scales = adam.tensors["log_scales"].exp()
         large = scales.amax(1) > self.config.split_scale * self.extent
-        cloned, split = self._chosen(large, split_too)
+        cloned, split = self._select(large, split_too)
         twice = torch.cat([split.nonzero()[:, 0]] * 2)
         new = {
             name: torch.cat([tensor[cloned], tensor[twice]])
@@ -220,24 +220,24 @@ class CloneSplit(Fixed):
         added = torch.ones(len(new["means"]), dtype=torch.bool, device=scales.device)
         adam.keep_rows(torch.cat([~split, added]))
 
-    def _chosen(
+    def _select(
         self, large: Bool[Tensor, "n"], split_too: Bool[Tensor, "n"]
     ) -> tuple[Bool[Tensor, "n"], Bool[Tensor, "n"]]:
-        """Which are cloned and which are split: those over the threshold, and `split_too`.
+        """Return the Gaussians to clone and to split: those above the threshold, and `split_too`.
 
-        Each clone and each split adds one. Where there is no room for all, `split_too` comes
-        first, then what is pulled at most.
+        Each clone and each split adds one Gaussian. If `max_splats` does not allow all of them,
+        those in `split_too` come first, then those with the largest gradients.
         """
         mean = self.gradients / self.views.clamp_min(1)
-        pulled = mean >= self.config.gradient
-        wanted = torch.stack([pulled & ~large, pulled & large | split_too])  # [2, n]
+        strong = mean >= self.config.gradient
+        selected = torch.stack([strong & ~large, strong & large | split_too])  # [2, n]
         room = max(0, self.max_splats - len(mean))
-        if int(wanted.sum()) > room:
+        if int(selected.sum()) > room:
             strength = torch.stack([mean, torch.where(split_too, torch.inf, mean)])
-            strength = torch.where(wanted, strength, -1).flatten()
+            strength = torch.where(selected, strength, -1).flatten()
             ranked = torch.argsort(strength, descending=True, stable=True)
-            wanted = torch.zeros_like(wanted).flatten().index_fill_(0, ranked[:room], True)
-        cloned, split = wanted.reshape(2, -1)
+            selected = torch.zeros_like(selected).flatten().index_fill_(0, ranked[:room], True)
+        cloned, split = selected.reshape(2, -1)
         return cloned, split
 
     def _prune(self, adam: NamedAdam, *, large_too: bool) -> None:

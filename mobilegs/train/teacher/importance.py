@@ -1,4 +1,4 @@
-"""What Gaussians are worth to the training views, and who stays when there are too many."""
+"""Importance of Gaussians for the training views, and selections by it (Mini-Splatting)."""
 
 from collections.abc import Sequence
 from typing import Literal
@@ -12,19 +12,19 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import measure_contributions
 
 Metric = Literal["indoor", "outdoor"]
-LEAST = 1e-6  # importance that even a Gaussian without any counts with in the second choice
+IMPORTANCE_MIN = 1e-6  # added to every Gaussian before `importance_mask` ranks them
 
 
 @torch.no_grad()
 def importance(
     gaussians: Gaussians, cameras: Sequence[Camera], metric: Metric
 ) -> Float[Tensor, "n"]:
-    """What each Gaussian gives to the views of `cameras`, which are drawn one by one.
+    """Return the contribution of each Gaussian to the images of `cameras`.
 
-    `indoor` adds up its shares of all pixels. `outdoor` adds up, over the views in which it has
-    the largest share of a pixel, its mean share of the pixels that it touches, so that the far
-    and small count, too. Either is 0 for Gaussians that have the largest share of no pixel of
-    any view ("intersection preserving", Mini-Splatting section 4.2).
+    `indoor` sums its blending weights over all pixels. `outdoor` sums, over the views in which it
+    has the largest weight of some pixel, its mean weight over the pixels that it touches; distant
+    and small Gaussians then count more. Both are 0 for Gaussians that have the largest weight of no
+    pixel in any view ("intersection preserving", Mini-Splatting section 4.2).
     """
     total = torch.zeros_like(gaussians.logit_opacities)
     wins = torch.zeros_like(total, dtype=torch.bool)
@@ -40,13 +40,14 @@ def importance(
     return torch.where(wins, total, 0.0)
 
 
-def drawn_rows(
+def sample_rows(
     weights: Float[Tensor, "n"], count: int, generator: torch.Generator
 ) -> Int[Tensor, "m"]:
-    """At most `count` indices, rising, drawn with chances as `weights` without replacement.
+    """Sample at most `count` indices without replacement, in proportion to `weights`.
 
-    Those of weight 0 are never drawn. `torch.multinomial` refuses more than 16 million weights;
-    this is the same by Efraimidis and Spirakis: the largest of `log(uniform) / weight`.
+    The indices are in increasing order; those of weight 0 are never sampled. This is the method of
+    Efraimidis and Spirakis, the largest values of `log(uniform) / weight`, because
+    `torch.multinomial` does not take more than 16 million weights.
     """
     weights = weights.double().cpu()
     keys = torch.rand(len(weights), dtype=torch.float64, generator=generator).log() / weights
@@ -54,9 +55,9 @@ def drawn_rows(
     return torch.where(weights > 0, keys, -torch.inf).topk(count).indices.sort().values
 
 
-def holding_most(values: Float[Tensor, "n"], share: float) -> Bool[Tensor, "n"]:
-    """All but the least, which together hold no more than `1 - share` of the total."""
-    ranked = (values.double() + LEAST).sort(stable=True)
+def importance_mask(values: Float[Tensor, "n"], share: float) -> Bool[Tensor, "n"]:
+    """Return a mask without the smallest values, which hold at most `1 - share` of the total."""
+    ranked = (values.double() + IMPORTANCE_MIN).sort(stable=True)
     held = ranked.values.cumsum(0)
     kept = held > (1 - share) * held[-1:]
     return torch.zeros_like(kept).index_put((ranked.indices,), kept)

@@ -1,4 +1,4 @@
-"""Where the Gaussians begin: at the capture's points, or at random in front of the cameras."""
+"""Initial Gaussians of the teacher: at the capture's points, or at random points."""
 
 import math
 from collections.abc import Sequence
@@ -14,16 +14,16 @@ from mobilegs.data.dataset import Dataset
 from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import rgb_to_sh0
 
-NEIGHBOURS = 3
-MIN_SQUARED_DISTANCE = 1e-7  # of 3DGS, world units: coinciding points still get a size
+NEIGHBORS = 3
+SQUARED_DISTANCE_MIN = 1e-7  # of 3DGS, in world units: gives coinciding points a size
 
 
 def initial_gaussians(
     dataset: Dataset, *, count: int, opacity: float, sh_degree: int, generator: torch.Generator
 ) -> Gaussians:
-    """At most `count` Gaussians at the capture's points, or `count` random ones if it has none.
+    """Return Gaussians at the capture's points, or at `count` random points if it has none.
 
-    Of more points than that a random choice is taken.
+    If the capture has more than `count` points, a random choice of them is taken.
     """
     points, colors = dataset.points, dataset.colors
     if len(points) == 0:
@@ -48,30 +48,30 @@ def gaussians_at(
     opacity: float,
     sh_degree: int,
 ) -> Gaussians:
-    """Round Gaussians at `points` (world units) with `colors` in [0, 1], all of one opacity.
+    """Return isotropic Gaussians at `points` (world units) with `colors` in [0, 1].
 
-    The standard deviation is the root mean square of the distances to the three nearest
-    neighbours (3DGS, section 5.1); a lone point gets 1% of a world unit.
+    All have the same `opacity`, in (0, 1). The standard deviation is the root mean square of the
+    distances to the three nearest neighbors (3DGS, section 5.1); a single point gets 0.01.
     """
     count = len(points)
     sh = torch.zeros(count, (sh_degree + 1) ** 2, 3)
     sh[:, 0] = rgb_to_sh0(colors)
     quats = torch.zeros(count, 4)
     quats[:, 0] = 1
-    log_scales = neighbour_distances(points).log()[:, None].expand(count, 3).contiguous()
+    log_scales = neighbor_distances(points).log()[:, None].expand(count, 3).contiguous()
     logit = math.log(opacity / (1 - opacity))
     return Gaussians(points.clone(), quats, log_scales, torch.full((count,), logit), sh)
 
 
-def neighbour_distances(points: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
-    """Root mean square distance of each point to its three nearest neighbours, world units."""
+def neighbor_distances(points: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
+    """Return the root mean square distance of each point to its three nearest neighbors."""
     if len(points) < 2:
         return torch.full((len(points),), 0.01)
-    nearest = min(NEIGHBOURS, len(points) - 1)
+    nearest = min(NEIGHBORS, len(points) - 1)
     array = points.numpy().astype(np.float64)
     distances, _ = KDTree(array).query(array, k=nearest + 1, workers=-1)
     squared = (np.atleast_2d(distances)[:, 1:] ** 2).mean(axis=1)
-    return torch.from_numpy(np.sqrt(np.maximum(squared, MIN_SQUARED_DISTANCE))).float()
+    return torch.from_numpy(np.sqrt(np.maximum(squared, SQUARED_DISTANCE_MIN))).float()
 
 
 def random_points(
@@ -82,13 +82,13 @@ def random_points(
     count: int,
     generator: torch.Generator,
 ) -> Float[Tensor, "n 3"]:
-    """`count` points, uniform in a cube where the cameras look.
+    """Return `count` points, uniform in a cube in front of the cameras, in world units.
 
-    Cameras that look inwards at `center` (an object capture) leave a cube as large as what
-    they can all see of it: half its side is the median over the cameras of the distance times
-    the tangent of half the narrower field of view; for NeRF's synthetic scenes that is 1.45.
-    Otherwise (looking outwards, or in parallel) the cube reaches 3 extents to each side of the
-    point one extent in front of the cameras' mean.
+    If the cameras look at `center` (an object capture), the cube is centred there. Half its side is
+    the median over the cameras of the distance times the tangent of half the narrower field of
+    view; for NeRF's synthetic scenes that is 1.45. Otherwise (cameras that look outwards or in
+    parallel) the cube reaches 3 extents to each side of the point one extent in front of the
+    cameras' mean.
     """
     eyes = torch.stack([camera.position for camera in cameras])
     axes = torch.stack([camera.viewmat[2, :3] for camera in cameras])

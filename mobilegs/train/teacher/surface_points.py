@@ -1,4 +1,4 @@
-"""Points on the surfaces that a scene shows, one a pixel: where training may begin anew."""
+"""Surface points of a scene, one per pixel, from which training restarts (Mini-Splatting)."""
 
 from collections.abc import Sequence
 
@@ -11,18 +11,17 @@ from mobilegs.data.dataset import Frame, load_view
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import measure_contributions
 from mobilegs.render.project import rotation_matrices
-from mobilegs.train.teacher.importance import drawn_rows
+from mobilegs.train.teacher.importance import sample_rows
 
 
-def chord_depths(
+def ray_depths(
     origin: Float[Tensor, "3"], directions: Float[Tensor, "m 3"], gaussians: Gaussians
 ) -> Float[Tensor, "m"]:
-    """How far along each ray the middle of its chord through its Gaussian is.
+    """Return the parameter t at which each ray comes nearest to the mean of its Gaussian.
 
-    Row i of `directions`, whose lengths are the unit, belongs to Gaussian i. There
-    `|S^-1 R^T (o + t d - mean)|^2 = r^2` is `a t^2 + b t + c = 0`, and the middle of its
-    solutions, `-b / 2a`, does not depend on r: it is the point of the ray that is nearest to the
-    centre, as the Gaussian measures distances.
+    Ray i runs from `origin` along `directions[i]` through Gaussian i; t is in lengths of the
+    direction. Distances are the Gaussian's own: `|S^-1 R^T (o + t d - mean)|^2 = r^2` is
+    `a t^2 + b t + c = 0`, and the midpoint of its solutions, `-b / 2a`, does not depend on r.
     """
     inward = rotation_matrices(gaussians.quats).transpose(1, 2) / gaussians.scales[:, :, None]
     start = (inward @ (origin - gaussians.means)[:, :, None])[:, :, 0]
@@ -30,8 +29,8 @@ def chord_depths(
     return -(start * along).sum(1) / (along * along).sum(1)
 
 
-def pixel_directions(camera: Camera) -> Float[Tensor, "pixels 3"]:
-    """World-space directions through the pixels' centres, row by row, one unit of depth long."""
+def pixel_rays(camera: Camera) -> Float[Tensor, "pixels 3"]:
+    """Return world-space directions through the pixel centres, row by row, of unit depth."""
     like = camera.viewmat
     ys, xs = torch.meshgrid(
         torch.arange(camera.height, dtype=like.dtype, device=like.device) + 0.5,
@@ -47,11 +46,11 @@ def pixel_directions(camera: Camera) -> Float[Tensor, "pixels 3"]:
 def surface_points(
     gaussians: Gaussians, frames: Sequence[Frame], *, count: int, generator: torch.Generator
 ) -> tuple[Float[Tensor, "m 3"], Float[Tensor, "m 3"]]:
-    """At most `count` points in world space and their photos' colours (Mini-Splatting, 4.1).
+    """Return at most `count` world-space points and their colours (Mini-Splatting, 4.1).
 
-    The photos are looked at one by one. Each gives as many pixels as any other, drawn with
-    chances as their alpha, never masked ones; a pixel's point lies on its ray, in the middle of
-    the Gaussian that has the largest share of it. What would lie behind the camera is left out.
+    Each photo gives the same number of pixels, sampled in proportion to alpha; masked pixels are
+    left out. The point of a pixel lies on its ray, nearest to the Gaussian with the largest weight
+    there. Points behind the camera are dropped.
     """
     each = max(1, count // len(frames))
     every = -(-len(frames) * each // max(1, count))  # 1, unless there are more photos than points
@@ -62,10 +61,10 @@ def surface_points(
         found = measure_contributions(*shapes, camera=view.camera)
         weights = found.alpha if view.mask is None else found.alpha * (view.mask > 0.5)
         weights = torch.where(found.winner >= 0, weights, 0.0)
-        pixels = drawn_rows(weights.flatten(), each, generator).to(weights.device)
-        directions = pixel_directions(view.camera)[pixels]
+        pixels = sample_rows(weights.flatten(), each, generator).to(weights.device)
+        directions = pixel_rays(view.camera)[pixels]
         winners = gaussians.select(found.winner.flatten()[pixels].long())
-        depths = chord_depths(view.camera.position, directions, winners)
+        depths = ray_depths(view.camera.position, directions, winners)
         ahead = depths.isfinite() & (depths > 0)
         points.append((view.camera.position + depths[:, None] * directions)[ahead])
         colors.append(view.image.reshape(-1, 3)[pixels][ahead])

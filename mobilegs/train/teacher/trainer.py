@@ -1,7 +1,7 @@
-"""The teacher: a plain 3DGS scene, trained with sorted blending."""
+"""Training of the teacher, a plain 3DGS scene, with sorted blending (Kerbl et al. 2023)."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import torch
 from torch import Tensor
@@ -11,9 +11,9 @@ from mobilegs.data.dataset import Dataset, View
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import render_sorted, visible_rows
 from mobilegs.render.scene import Scene
-from mobilegs.train.distributed import ALONE, Team
-from mobilegs.train.losses import photo_loss
-from mobilegs.train.optim import NamedAdam, log_linear
+from mobilegs.train.distributed import SINGLE_PROCESS, Team
+from mobilegs.train.losses import masked_mse, photo_loss
+from mobilegs.train.optim import NamedAdam, exponential_lr
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.teacher.init import initial_gaussians
@@ -23,60 +23,72 @@ from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE,
 
 
 @dataclass(frozen=True)
+class TeacherLearningRates:
+    """Learning rates of Adam."""
+
+    means: float = 1.6e-4
+    """Learning rate of the means at the start, in extents of the scene, above 0."""
+    means_end: float = 1.6e-6
+    """Learning rate of the means at the end, in extents of the scene, above 0. In between it falls
+    geometrically."""
+    quats: float = 1e-3
+    """Learning rate of the quaternions, at least 0."""
+    scales: float = 5e-3
+    """Learning rate of the log-scales, at least 0."""
+    opacities: float = 0.05
+    """Learning rate of the logits of the opacities, at least 0."""
+    sh0: float = 2.5e-3
+    """Learning rate of the constant part of the colour, at least 0."""
+    sh_rest: float = 1.25e-4
+    """Learning rate of the view-dependent part of the colour, at least 0."""
+
+    def __post_init__(self) -> None:
+        rates = {field.name: NOT_NEGATIVE for field in fields(self)}
+        check(self, **(rates | {"means": POSITIVE, "means_end": POSITIVE}))
+
+
+@dataclass(frozen=True)
 class TeacherConfig:
-    """How the teacher is trained. Times are fractions of the run, rates those of Adam."""
+    """Settings of the teacher. Times are fractions of its steps."""
 
     steps: int = 30_000
     """Number of steps."""
     views_per_step: int = 1
-    """Photos of a step. Their losses are summed, not averaged: Adam, whose steps do not depend on
-    the gradients' scale, mostly cancels the factor."""
+    """Photos per step. Their losses are summed, not averaged; Adam, which does not depend on the
+    scale of gradients, mostly cancels the factor."""
     max_splats: int = 1_000_000
-    """Never more Gaussians than this (while mini_splatting densifies: than its own peak)."""
+    """Maximum number of Gaussians; mini_splatting exceeds it during densification (peak_splats)."""
     init_splats: int = 200_000
-    """At most so many to begin with; of more points a random choice is taken."""
+    """Maximum number of initial Gaussians; a random choice if the capture has more points."""
     init_opacity: float = 0.1
-    """Opacity of all Gaussians at the start, and of those that mini_splatting begins anew."""
+    """Opacity of initial Gaussians, and after restarts of mini_splatting, in (0, 1)."""
     init_scale: float = 1.0
-    """Their size at the start, in distances to their neighbours."""
+    """Size of initial Gaussians, in distances to their neighbors."""
     sh_degree: int = 3
-    """Degree that the colour's spherical harmonics reach, 0 to 3."""
+    """Final degree of the colour's spherical harmonics, 0 to 3."""
     sh_interval: float = 1 / 30
-    """Fraction of the run between two raises of that degree, beginning at 0 (with
-    mini_splatting: from its draw on)."""
+    """Fraction of the steps after which the degree, at first 0, rises by 1; mini_splatting counts
+    from its sampling."""
     ssim_weight: float = 0.2
-    """Share of D-SSIM in the loss, the rest is L1."""
-    position_rate: float = 1.6e-4
-    """Rate of the centres at the start, in extents of the scene."""
-    position_rate_end: float = 1.6e-6
-    """Rate of the centres at the end; in between it falls geometrically."""
-    sh0_rate: float = 2.5e-3
-    """Rate of the colour's constant part."""
-    sh_rest_rate: float = 1.25e-4
-    """Rate of its view-dependent part."""
-    opacity_rate: float = 0.05
-    """Rate of the opacities' logits."""
-    scale_rate: float = 5e-3
-    """Rate of the scales' logarithms."""
-    quat_rate: float = 1e-3
-    """Rate of the quaternions."""
+    """Weight of 1 - SSIM in the loss; the rest is L1."""
+    lr: TeacherLearningRates = field(default_factory=TeacherLearningRates)
+    """Learning rates."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)
     """How Gaussians are added and removed."""
     mini_splatting: MiniSplattingConfig = field(default_factory=MiniSplattingConfig)
-    """What the strategy of that name does besides."""
+    """Additional settings of the strategy mini_splatting."""
     mcmc: McmcConfig = field(default_factory=McmcConfig)
-    """What the strategy of that name does."""
+    """Settings of the strategy mcmc."""
     min_views: int = 2
-    """Gaussians that fewer of the training cameras see are removed in the last step: nothing has
-    told how far away they are, and from elsewhere they may be a veil before the eye."""
+    """Gaussians in the sight of fewer training cameras are removed in the last step: their depth is
+    undetermined, and from other places they can cover the view."""
 
     def __post_init__(self) -> None:
-        rates = ("sh0_rate", "sh_rest_rate", "opacity_rate", "scale_rate", "quat_rate")
         check(
             self,
             **dict.fromkeys(("steps", "views_per_step", "max_splats", "init_splats"), COUNT),
-            **dict.fromkeys(("position_rate", "position_rate_end", "init_scale"), POSITIVE),
-            **dict.fromkeys((*rates, "min_views"), NOT_NEGATIVE),
+            init_scale=POSITIVE,
+            min_views=NOT_NEGATIVE,
             **dict.fromkeys(("sh_interval", "ssim_weight"), FRACTION),
             init_opacity=Range(high=1.0, above=True, below=True),
             sh_degree=DEGREE,
@@ -95,13 +107,12 @@ class Teacher:
         *,
         seed: int,
         device: torch.device,
-        team: Team = ALONE,
+        team: Team = SINGLE_PROCESS,
         start: Gaussians | None = None,
     ) -> None:
-        """Start from the capture's points, or random ones; `seed` decides all that is random.
+        """Start from the capture's points, or random ones; `seed` determines all random choices.
 
-        `start` takes their place: Gaussians that are worth something already, all of whose
-        harmonics learn from the first step on.
+        `start` replaces them by trained Gaussians, whose harmonics all train from the first step.
         """
         self.config = config
         self.steps = config.steps
@@ -128,12 +139,12 @@ class Teacher:
         self.strategy = self._strategy(len(start), device)
         tensors = start.to(device).tensors()
         sh = tensors.pop("sh")
-        rest = sh[:, 1:1] if self.strategy.harmonics_wait and not given else sh[:, 1:]
-        self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": rest}, self._rates())
+        rest = sh[:, 1:1] if self.strategy.sh_delayed and not given else sh[:, 1:]
+        self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": rest}, self._lrs())
 
     @property
     def phase(self) -> str:
-        """`densify` while Gaussians may still be added, then `refine`."""
+        """`densify` while Gaussians can be added, then `refine`."""
         return "densify" if self.done < self.strategy.stop else "refine"
 
     @property
@@ -143,21 +154,21 @@ class Teacher:
 
     @property
     def sh_degree(self) -> int:
-        """Degree of the harmonics that the next step uses."""
+        """Degree of the harmonics in the next step."""
         interval = max(1, round(self.config.sh_interval * self.steps))
-        raised = self.strategy.harmonics_clock(self.done) // interval
+        raised = self.strategy.sh_step(self.done) // interval
         return min(self.degree_max, self.degree_first + raised)
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
-        """One step on the sum of the views' losses; the result holds their means."""
-        for name, rate in self._rates().items():
-            self.adam.set_rate(name, rate)
+        """Take a step on the sum of the views' losses; the result has their means."""
+        for name, rate in self._lrs().items():
+            self.adam.set_lr(name, rate)
         leaves, shown = list(self.adam.tensors.values()), self._gaussians(0).detached()
         results = []
         for _, view in views:
-            results += self.team.add_gradients(leaves, *self._look(view))
+            results += self.team.accumulate_gradients(leaves, *self._view_loss(view))
         self.done += 1
-        order = self.team.in_order([index for index, _ in views])
+        order = self.team.interleave([index for index, _ in views])
         for index, (_, _, screen_grads, radii) in zip(order, results, strict=True):
             camera = self.frames[index].camera.to(radii.device)
             seen = {"screen_grads": screen_grads, "radii": radii}
@@ -169,10 +180,10 @@ class Teacher:
         losses, errors, *_ = zip(*results, strict=True)
         return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
 
-    def _look(self, view: View) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Loss and squared error of a view, and what densification observes of it.
+    def _view_loss(self, view: View) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return loss and squared error of a view, its screen-space gradients and radii.
 
-        The gradients on the screen are there after the backward pass.
+        The backward pass fills in the gradients.
         """
         shown = self._gaussians(self.sh_degree)
         screen_grads = torch.zeros_like(shown.means[:, :2])
@@ -189,19 +200,19 @@ class Teacher:
         loss = photo_loss(
             drawn.image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight
         )
-        loss = loss + self.strategy.regulariser(shown)
-        return loss, squared_error(drawn.image, view), screen_grads, drawn.radii
+        loss = loss + self.strategy.regularizer(shown)
+        return loss, masked_mse(drawn.image, view), screen_grads, drawn.radii
 
     def gaussians(self) -> Gaussians:
-        """The teacher as it stands, with harmonics of the full degree."""
+        """Return the current Gaussians, with harmonics of the final degree."""
         return self._gaussians(self.degree_max).detached()
 
     def scene(self) -> Scene:
-        """The teacher as it stands, to be drawn sorted."""
+        """Return the current scene, for sorted blending."""
         return Scene(self.gaussians(), "sorted", background=self.background, near=self.near)
 
     def state(self) -> dict:
-        """Everything the rest of the training depends on."""
+        """Return everything that the remaining steps depend on."""
         return {
             "done": self.done,
             "generator": self.generator.get_state(),
@@ -210,7 +221,7 @@ class Teacher:
         }
 
     def restore(self, state: dict) -> None:
-        """Continue from what `state()` gave."""
+        """Continue from a result of `state()`."""
         self.done = state["done"]
         self.generator.set_state(state["generator"])
         self.adam.restore(state["adam"])
@@ -245,7 +256,7 @@ class Teacher:
     def _gaussians(self, degree: int) -> Gaussians:
         tensors, columns = self.adam.tensors, (degree + 1) ** 2 - 1
         rest = tensors["sh_rest"][:, :columns]
-        if rest.shape[1] < columns:  # they still wait
+        if rest.shape[1] < columns:  # of sh_delayed strategies
             rest = pad(rest, (0, 0, 0, columns - rest.shape[1]))
         return Gaussians(
             means=tensors["means"],
@@ -255,24 +266,15 @@ class Teacher:
             sh=torch.cat([tensors["sh0"], rest], dim=1),
         )
 
-    def _rates(self) -> dict[str, float]:
-        config = self.config
-        progress = self.strategy.rate_clock(self.done) / self.steps
-        position = log_linear(config.position_rate, config.position_rate_end, progress)
+    def _lrs(self) -> dict[str, float]:
+        lr = self.config.lr
+        progress = self.strategy.lr_step(self.done) / self.steps
+        position = exponential_lr(lr.means, lr.means_end, progress)
         return {
             "means": position * self.extent,
-            "quats": config.quat_rate,
-            "log_scales": config.scale_rate,
-            "logit_opacities": config.opacity_rate,
-            "sh0": config.sh0_rate,
-            "sh_rest": config.sh_rest_rate,
+            "quats": lr.quats,
+            "log_scales": lr.scales,
+            "logit_opacities": lr.opacities,
+            "sh0": lr.sh0,
+            "sh_rest": lr.sh_rest,
         }
-
-
-@torch.no_grad()
-def squared_error(image: Tensor, view: View) -> Tensor:
-    """Mean squared difference to the photo over the pixels that count."""
-    error = (image - view.image).square().mean(2)
-    if view.mask is None:
-        return error.mean()
-    return (error * view.mask).sum() / view.mask.sum().clamp_min(1)

@@ -1,11 +1,11 @@
-r"""Makes the files beside this one: scenes that splat-transform wrote, or read of ours.
+r"""Makes the files in this folder with splat-transform.
 
-In the folder `tests`, once `npm install @playcanvas/splat-transform@3.7.0` was run in another one:
+Run `npm install @playcanvas/splat-transform@3.7.0` in another folder OTHER, then here in the root:
 
-    ../.venv/bin/python -m other_tools.make \
+    .venv/bin/python -m tests.formats.other_tools.make \
         OTHER/node_modules/@playcanvas/splat-transform/bin/cli.mjs
 
-`theirs.*` it made of `scene.ply`; `*.back.ply` is what it reads of the file before that ending.
+splat-transform writes `theirs.*` from `scene.ply`, and reads NAME to write NAME.back.ply.
 """
 
 import subprocess
@@ -18,8 +18,8 @@ from mobilegs.formats.ply import write_ply
 from mobilegs.formats.sog import write_sog
 from mobilegs.formats.splat import ROW
 from mobilegs.formats.spz import write_spz
-from tests.support.plain import plain_scene
-from tests.web.test_decoder import node_program
+from tests.support.node import node_program
+from tests.support.random_scenes import random_scene
 
 HERE = Path(__file__).parent
 COUNT = 12
@@ -30,7 +30,7 @@ def main() -> None:
         command = [node_program(), sys.argv[1], "-q", "-w", *words]
         subprocess.run(command, check=True, cwd=HERE)
 
-    scene = plain_scene(COUNT, 3)
+    scene = random_scene(COUNT, 3)
     write_ply(HERE / "scene.ply", scene)
     write_spz(HERE / "ours.spz", scene)
     write_sog(HERE / "ours.sog", scene)

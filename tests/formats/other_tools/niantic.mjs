@@ -1,12 +1,12 @@
 /**
- * Makes `spz_js.spz`, and what Niantic's own code reads of that and of our file.
+ * Makes `spz_js.spz` with spz-js, and `*.niantic.json`: values that Niantic's code reads from it
+ * and from our file, in the axes of the file.
  *
- * Once `npm install spz-js@1.2.5 @spz-loader/core@0.3.1` was run in another folder:
+ * Run `npm install spz-js@1.2.5 @spz-loader/core@0.3.1` in another folder OTHER, then here:
  *
- *     node tests/other_tools/niantic.mjs OTHER/node_modules
+ *     node tests/formats/other_tools/niantic.mjs OTHER/node_modules
  *
- * spz-js is a writer in JavaScript; @spz-loader/core is Niantic's C++ library as WebAssembly, which
- * says of each file the numbers in its own axes: `*.niantic.json`.
+ * spz-js is a writer in JavaScript; @spz-loader/core is Niantic's C++ library as WebAssembly.
  */
 
 import { createReadStream, readFileSync, writeFileSync } from "node:fs";

@@ -1,12 +1,12 @@
-"""Makes the conformance files of docs/format.md, and what a decoder must find in each.
+"""Make the conformance files of docs/format.md, and the numbers that a decoder must find in each.
 
-    python tests/mgs/conformance/make.py
+    python -m tests.mgs.conformance.make
 
-A new version of the format adds files; those that are there stay as they are.
+Run it in the root of the repository. A new version of the format adds files; existing files are
+not changed.
 """
 
 import json
-import sys
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -15,23 +15,21 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from mobilegs.camera import Camera, look_at
+from mobilegs.compress.appearance import color_decoder
+from mobilegs.compress.lobes import LobeShape
+from mobilegs.compress.uniform_quantizer import StepSizes
+from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.lod import with_lod_levels
+from mobilegs.mgs.positions import morton_codes, positions_from_morton
+from mobilegs.mgs.quantized_scene import QuantizedScene
+from mobilegs.mgs.rans import lane_count
+from mobilegs.render.lobes import constant_lobes, evaluate_lobes
+from mobilegs.render.scene import Scene
+from tests.support.scene_cases import Case, make_scene
+
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent))
-
-from mobilegs.camera import Camera, look_at  # noqa: E402
-from mobilegs.compress.appearance import color_decoder  # noqa: E402
-from mobilegs.compress.lobes import LobeShape  # noqa: E402
-from mobilegs.compress.uniform_quantizer import ScalarSteps  # noqa: E402
-from mobilegs.mgs.codec import pack, unpack  # noqa: E402
-from mobilegs.mgs.lod import layered  # noqa: E402
-from mobilegs.mgs.positions import from_morton, morton_codes  # noqa: E402
-from mobilegs.mgs.quantized_scene import CodedScene  # noqa: E402
-from mobilegs.mgs.rans import lane_count  # noqa: E402
-from mobilegs.render.lobes import constant_lobes, seen_along  # noqa: E402
-from mobilegs.render.scene import Scene  # noqa: E402
-from tests.web.test_decoder import Case, make_scene  # noqa: E402
-
-ROWS = 12  # of each file that are written down
+ROWS = 12  # rows of each file that are listed
 FILES = {
     "nvq_constant": Case(40, size=5),
     "nvq_ends": Case(25, size=4, alpha_min=1 / 64),
@@ -40,36 +38,36 @@ FILES = {
     "nvq_hidden_lobes": Case(300, LobeShape(1, 4, (8, 5)), opacity=False, size=64, exponent=0),
     "nvq_network": Case(30, network=True, size=9, spread=30.0),
     "nvq_lanes": Case(5000, LobeShape(0, 0), size=7, skewed=True, exponent=14, spread=1e-3),
-    "sq_constant": Case(80, steps=ScalarSteps(0.01, 0.002, 0.01, 0.01)),
-    "sq_lobes": Case(400, LobeShape(3, 8, (6,)), steps=ScalarSteps()),
-    "sq_coarse": Case(50, LobeShape(2, 2), opacity=False, steps=ScalarSteps(3.0, 2.0, 2.0, 9.0)),
-    "sq_layers": Case(500, LobeShape(1, 2), steps=ScalarSteps()),
+    "sq_constant": Case(80, steps=StepSizes(0.01, 0.002, 0.01, 0.01)),
+    "sq_lobes": Case(400, LobeShape(3, 8, (6,)), steps=StepSizes()),
+    "sq_coarse": Case(50, LobeShape(2, 2), opacity=False, steps=StepSizes(3.0, 2.0, 2.0, 9.0)),
+    "sq_layers": Case(500, LobeShape(1, 2), steps=StepSizes()),
     "nvq_layers": Case(200, LobeShape(2, 4), size=20, skewed=True),
-    "sq_sorted": Case(70, steps=ScalarSteps()),
+    "sq_sorted": Case(70, steps=StepSizes()),
     "nvq_linear_colors": Case(60, LobeShape(2, 4, (5,)), size=16, colors="linear"),
-    "sq_linear_colors": Case(90, LobeShape(1, 2), steps=ScalarSteps(), colors="linear"),
+    "sq_linear_colors": Case(90, LobeShape(1, 2), steps=StepSizes(), colors="linear"),
     "sq_color_latents": Case(
-        64, LobeShape(1, 2), steps=ScalarSteps(), colors="linear", color_latents=8
+        64, LobeShape(1, 2), steps=StepSizes(), colors="linear", color_latents=8
     ),
     "nvq_contexts": Case(3000, LobeShape(0, 0), size=1, colors="linear"),
-    "sq_ends_layers": Case(90, LobeShape(1, 2), steps=ScalarSteps(), alpha_min=1 / 64),
+    "sq_ends_layers": Case(90, LobeShape(1, 2), steps=StepSizes(), alpha_min=1 / 64),
     "nvq_linear_layers": Case(70, LobeShape(1, 2), size=8, colors="linear"),
     "sq_latents_layers": Case(
-        80, LobeShape(1, 2), steps=ScalarSteps(), colors="linear", color_latents=8
+        80, LobeShape(1, 2), steps=StepSizes(), colors="linear", color_latents=8
     ),
     "nvq_weights": Case(20, LobeShape(2, 6, (64,)), size=8),  # as trained ones: nothing repeats
     "sq_trained": Case(
-        1 << 14, LobeShape(2, 12, (16,)), steps=ScalarSteps(), colors="linear", alpha_min=1 / 64
+        1 << 14, LobeShape(2, 12, (16,)), steps=StepSizes(), colors="linear", alpha_min=1 / 64
     ),
-    "sq_degree_0": Case(30, LobeShape(1, 2, (4,)), steps=ScalarSteps(), colors="linear"),
+    "sq_degree_0": Case(30, LobeShape(1, 2, (4,)), steps=StepSizes(), colors="linear"),
     "nvq_degree_2": Case(30, LobeShape(1, 2, (4,)), size=6),
-    "sq_degree_3": Case(30, steps=ScalarSteps(), colors="linear", color_latents=12),
+    "sq_degree_3": Case(30, steps=StepSizes(), colors="linear", color_latents=12),
     "nvq_network_picture": Case(60, network=True, size=9, colors="linear"),
-    "sq_picture": Case(60, LobeShape(2, 4), steps=ScalarSteps(lobes=0.3), colors="linear"),
-    "sq_sorted_picture": Case(60, steps=ScalarSteps(), colors="linear"),
+    "sq_picture": Case(60, LobeShape(2, 4), steps=StepSizes(lobes=0.3), colors="linear"),
+    "sq_sorted_picture": Case(60, steps=StepSizes(), colors="linear"),
 }
 DEGREES = {"sq_degree_0": 0, "nvq_degree_2": 2, "sq_degree_3": 3}
-# the others have no_depth
+# all other files have no_depth
 WEIGHTINGS = {
     "nvq_contexts": "mobile_gs",
     "sq_ends_layers": "no_scale",
@@ -78,15 +76,15 @@ WEIGHTINGS = {
     "sq_picture": "mobile_gs",
     "nvq_network_picture": "no_scale",
 }
-ALIKE = 0.97  # of the Gaussians of a large file; all others are of one of `KINDS`
+ALIKE = 0.97  # share of equal Gaussians in the large file; the others are of one of `KINDS`
 KINDS = 24
 DIRECTIONS = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.48, -0.6, 0.64]]
 PIXELS = [[16, 12], [12, 9], [19, 14], [15, 16], [10, 13], [22, 11], [0, 0]]  # x, y
 
 
-def made(name: str) -> CodedScene:
+def made(name: str) -> QuantizedScene:
     scene = make_scene(FILES[name], seed=len(name))
-    if name != "nvq_weights":  # few different weights: they take little room
+    if name != "nvq_weights":  # few different weights make small files
         for weights in (scene.decoder, scene.lobe_decoder, scene.network or {}):
             for part, value in weights.items():
                 weights[part] = (2 * value.float()).round().clamp(-1, 1).half() / 2
@@ -98,10 +96,10 @@ def made(name: str) -> CodedScene:
         scene = replace(scene, network=thin(scene.network))
     if name in WEIGHTINGS:
         scene = replace(scene, weighting=replace(scene.weighting, name=WEIGHTINGS[name]))
-    if name == "nvq_contexts":  # in pairs of neighbours: small differences follow large ones
+    if name == "nvq_contexts":  # pairs of neighbours: small differences follow large ones
         codes = morton_codes(scene.positions)[::2] & ~np.uint64(1)
         pairs = np.sort(np.concatenate([codes, codes + np.uint64(1)]))
-        scene = replace(scene, positions=from_morton(pairs))
+        scene = replace(scene, positions=positions_from_morton(pairs))
     if name in ("sq_sorted", "sq_degree_3", "sq_sorted_picture"):
         scene = replace(scene, blend="sorted")
     if name.endswith("layers"):
@@ -109,16 +107,16 @@ def made(name: str) -> CodedScene:
         eye = torch.tensor([2.5, 1.0, 3.0], dtype=torch.float64)
         up = torch.tensor([0.0, -1.0, 0.0], dtype=torch.float64)
         turned = look_at(eye, torch.zeros(3, dtype=torch.float64), up).float()
-        scene = layered(scene, 3, [*views, replace(views[0], viewmat=turned)])
+        scene = with_lod_levels(scene, 3, [*views, replace(views[0], viewmat=turned)])
     return scene
 
 
-def of_degree(scene: CodedScene, degree: int) -> CodedScene:
-    """The same with weights that make other harmonics, few different ones."""
+def of_degree(scene: QuantizedScene, degree: int) -> QuantizedScene:
+    """Return the scene with another colour decoder, which has few different weights."""
     g, codes = torch.Generator().manual_seed(degree), scene.indices["appearance"]
-    if degree == 3:  # of more latents than degree 1 can have
+    if degree == 3:  # more latents than degree 1 can have
         codes = torch.cat([codes, codes.flip(1)], dim=1)
-    latents = codes.shape[1] if scene.steps else scene.color.latents
+    latents = codes.shape[1] if scene.step_sizes else scene.color.latents
     shape = scene.color._replace(degree=degree, latents=latents)
     weights = color_decoder(shape, g).named_parameters()
     return replace(
@@ -128,8 +126,8 @@ def of_degree(scene: CodedScene, degree: int) -> CodedScene:
     )
 
 
-def with_many_alike(scene: CodedScene) -> CodedScene:
-    """Gaussians that take little room, in clouds of neighbours."""
+def with_many_alike(scene: QuantizedScene) -> QuantizedScene:
+    """Return the scene with mostly equal Gaussians in clusters, which makes a small file."""
     g, count = torch.Generator().manual_seed(0), len(scene)
     kinds = torch.randint(1, KINDS, (count,), generator=g)
     kinds[torch.rand(count, generator=g) < ALIKE] = 0
@@ -137,20 +135,22 @@ def with_many_alike(scene: CodedScene) -> CodedScene:
     clouds = morton_codes(scene.positions[:: count // 32]).reshape(32, 1)
     return replace(
         scene,
-        positions=from_morton(np.sort((clouds + steps.cumsum(1, dtype=np.uint64)).ravel())),
+        positions=positions_from_morton(
+            np.sort((clouds + steps.cumsum(1, dtype=np.uint64)).ravel())
+        ),
         indices={name: codes[kinds] for name, codes in scene.indices.items()},
     )
 
 
 def thin(network: dict[str, Tensor]) -> dict[str, Tensor]:
-    """Weights of a view network, few of them not 0, and all that are as large."""
+    """Return sparse weights of a view network: 0, 1/2 and -1/2."""
     g = torch.Generator().manual_seed(0)
     drawn = {name: torch.rand(value.shape, generator=g) for name, value in network.items()}
     return {n: ((x < 0.05).half() - (x > 0.95).half()) / 2 for n, x in drawn.items()}
 
 
-def rows_of(coded: CodedScene) -> list[int]:
-    """Rows that are written down: spread evenly, or of each lane of a large file some odd ones."""
+def rows_of(coded: QuantizedScene) -> list[int]:
+    """Return the listed rows: evenly spread, or unequal ones of each lane of a large file."""
     count = len(coded)
     if count < 1 << 14:
         return sorted({round(i * (count - 1) / (ROWS - 1)) for i in range(ROWS)})
@@ -161,7 +161,7 @@ def rows_of(coded: CodedScene) -> list[int]:
 
 
 def seen(scene: Scene, rows: list[int]) -> dict:
-    """Opacity and phi of these rows, from every direction."""
+    """Return opacity and phi of these rows from every direction."""
     some, lobes = scene.gaussians.select(torch.tensor(rows)), scene.lobes
     if lobes is None:
         lobes = constant_lobes(scene.gaussians.logit_opacities)
@@ -169,13 +169,13 @@ def seen(scene: Scene, rows: list[int]) -> dict:
     for direction in torch.tensor(DIRECTIONS, dtype=torch.float64):
         directions = direction.expand(len(rows), 3)
         now = lobes[rows] if scene.network is None else scene.network(some, directions)
-        found.append(torch.stack(seen_along(now, directions)))
+        found.append(torch.stack(evaluate_lobes(now, directions)))
     opacity, phi = torch.stack(found, 2).tolist()
     return {"directions": DIRECTIONS, "opacity": shortened(opacity), "phi": shortened(phi)}
 
 
 def drawn(scene: Scene, camera: Camera) -> dict:
-    """Some pixels of the picture from a camera."""
+    """Return some pixels of the image from a camera."""
     image = scene.render(camera.to("cpu", torch.float64)).image
     x, y = torch.tensor(PIXELS).T
     return {"pixels": PIXELS, "picture": shortened(image[y, x].tolist())}
@@ -186,7 +186,7 @@ def shortened(rows: list[list[float]]) -> list[list[float]]:
 
 
 def in_double(scene: Scene) -> Scene:
-    """The same scene, of which everything follows with 64 bits."""
+    """Return the scene in float64."""
     return replace(
         scene,
         gaussians=scene.gaussians.to(dtype=torch.float64),
@@ -196,10 +196,10 @@ def in_double(scene: Scene) -> Scene:
     )
 
 
-def expected(coded: CodedScene, *, picture: bool) -> dict:
-    """What is in some rows, float32 values as the shortest decimals that lead back to them.
+def expected(coded: QuantizedScene, *, picture: bool) -> dict:
+    """Return the values of some rows, their opacity and phi by direction, and pixels on demand.
 
-    Beside it what is seen of them by direction, and with `picture` from the first camera.
+    float32 values are the shortest decimals that parse to them.
     """
     scene, count = coded.decode(), len(coded)
     lobes = scene.lobes
@@ -220,7 +220,7 @@ def expected(coded: CodedScene, *, picture: bool) -> dict:
     exact = in_double(scene)
     with torch.no_grad():
         listed |= seen(exact, rows) | (drawn(exact, coded.views[0]) if picture else {})
-    return {"count": count, "layers": list(coded.layers or [count]), "rows": rows, **listed}
+    return {"count": count, "layers": list(coded.lod_sizes or [count]), "rows": rows, **listed}
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""The CUDA kernels on a CPU: cuda.cu built by a host compiler, its threads run as fibers."""
+"""Emulate the CUDA kernels on a CPU: a host compiler builds cuda.cu, threads run as fibers."""
 
 import ctypes
 import shutil
@@ -16,7 +16,7 @@ COMPILER = (shutil.which("g++") or shutil.which("c++")) if sys.platform == "linu
 
 
 class HostKernels(cuda.Kernels):
-    """Stands in for the kernels of a GPU, on tensors in main memory."""
+    """Emulated kernels, in the place of `cuda.Kernels`, for tensors in main memory."""
 
     def __init__(self, folder: Path) -> None:
         built = folder / "cuda_on_host.so"
@@ -39,5 +39,5 @@ class HostKernels(cuda.Kernels):
         self.launched.append(name)
 
     def reverse(self, reversed_turns: bool) -> None:
-        """Lets the threads of a block take their turns last to first."""
+        """Run the threads of a block last to first, or first to last again."""
         self.library.set_reversed(int(reversed_turns))

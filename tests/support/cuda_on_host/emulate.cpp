@@ -1,7 +1,7 @@
 // Runs the kernels of cuda.cu on the CPU, thread by thread. The warps of a block take turns: each
-// runs until it has to wait for the others, as far ahead of them as it can, so that a missing
-// barrier shows as a wrong result. The order of the turns can be reversed. Threads of a group that
-// wait at different places, or for threads that have ended, are an error.
+// runs until it must wait for the others, so a missing barrier gives a wrong result. The order of the
+// turns can be reversed. It is an error if threads of a group wait at different barriers, or for
+// threads that have ended.
 #include "shim.h"
 
 #include "cuda.cu"
@@ -25,11 +25,11 @@ constexpr size_t STACK = 64 << 10;
 constexpr int THREADS_MAX = 256;
 
 struct Fiber {
-  ucontext_t first;  // only entered once: from then on setjmp switches, without system calls
+  ucontext_t first;  // entered once; then setjmp switches, without system calls
   jmp_buf place;
   std::vector<char> stack = std::vector<char>(STACK);
   bool started, ended;
-  const char* waits_at;  // null while it may run
+  const char* waits_at;  // name of the barrier, or null
   Group group;
 };
 Fiber fibers[THREADS_MAX];
@@ -64,7 +64,7 @@ void resume(unsigned i) {
   swapcontext(&unused, &fiber.first);
 }
 
-// Lets the threads [from, to) go on if all of them wait at the same place; false if none waits.
+// Resumes the threads [from, to), which must wait at one barrier. Returns false if none waits.
 bool release(unsigned from, unsigned to, Group group) {
   unsigned waiting = 0;
   for (unsigned i = from; i < to; i++) waiting += fibers[i].waits_at && fibers[i].group == group;
@@ -72,7 +72,7 @@ bool release(unsigned from, unsigned to, Group group) {
   for (unsigned i = from; i < to; i++) {
     if (fibers[i].ended) fail("has ended while others wait for it", i);
     if (fibers[i].group != group) fail("waits for the block while its warp waits for it", i);
-    if (strcmp(fibers[i].waits_at, fibers[from].waits_at)) fail("waits elsewhere than others", i);
+    if (strcmp(fibers[i].waits_at, fibers[from].waits_at)) fail("waits at another barrier than others", i);
   }
   memcpy(handed_out + from, handed_in + from, sizeof(uint32_t) * (to - from));
   for (unsigned i = from; i < to; i++) fibers[i].waits_at = nullptr;
@@ -113,7 +113,7 @@ std::function<void(void**)> caller(void (*kernel)(A...)) {
 const std::map<std::string, std::function<void(void**)>> kernels = {
     ENTRY(mgs_project),
     ENTRY(mgs_fill),
-    ENTRY(mgs_finish),
+    ENTRY(mgs_write_gradients),
     ENTRY(mgs_sortfree_forward),
     ENTRY(mgs_sortfree_forward_depth),
     ENTRY(mgs_surfaces),
@@ -146,8 +146,8 @@ __attribute__((noinline)) const uint32_t* exchange(Group group, const char* what
 
 extern "C" void set_reversed(int value) { reversed = value; }
 
-// As the driver's own launch: an array of pointers to the arguments. Returns what went wrong, empty
-// if nothing did.
+// Launches a kernel; `arguments` are pointers, as for cuLaunchKernel. Returns the error, or an empty
+// text.
 extern "C" const char* launch(const char* name, unsigned blocks, unsigned threads,
                               void** arguments) {
   static std::string message;

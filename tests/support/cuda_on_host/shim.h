@@ -1,5 +1,5 @@
-// Just enough of CUDA C++ for a host compiler to read cuda.cu: every CUDA thread becomes a fiber,
-// and what makes threads wait for one another (barriers, votes, shuffles) switches fibers.
+// The part of CUDA C++ that cuda.cu needs, for a host compiler. Every CUDA thread is a fiber;
+// barriers, votes and shuffles switch fibers.
 #pragma once
 #include <math.h>
 #include <stdint.h>
@@ -33,7 +33,7 @@ inline float __fdividef(float a, float b) { return a / b; }
 inline int __popc(unsigned x) { return __builtin_popcount(x); }
 inline int __ffs(unsigned x) { return __builtin_ffs((int)x); }
 
-// Waits for the block, or for the warp, and hands every thread what all of its group handed in.
+// Waits for the block or the warp. Returns the values that its threads passed in.
 enum class Group { BLOCK, WARP };
 const uint32_t* exchange(Group group, const char* what, uint32_t value);
 

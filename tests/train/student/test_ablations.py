@@ -1,4 +1,4 @@
-"""Students that leave out or replace a part of the method, as the paper's tables do."""
+"""Ablations of the student: forms that leave out or replace a part of the method."""
 
 import math
 from collections.abc import Callable
@@ -6,55 +6,77 @@ from dataclasses import replace
 
 import pytest
 import torch
-from paper_rows import ROWS
 
+from bench.paper.rows import ROWS
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.render import Weighting, render_sorted, render_sortfree
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.scene import Scene
-from mobilegs.train.autograd_ops import telling_weighting
+from mobilegs.train.autograd_ops import with_weighting_gradients
 from mobilegs.train.recipes import Recipe, cpu_recipe, with_method, with_settings
 from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.mask_pruning import PresenceConfig
+from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig, vote
-from tests.support.tiny import STUDENT, blobs, cameras, draw, train
+from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train
 
 CONSTANT = ViewDependence("constant")
 SORT_FREE_GS = Weighting("sort_free_gs", sigma=3.0, background_weight=0.5)
 FORMS: dict[str, StudentConfig] = {
-    "sorted": replace(STUDENT, blend="sorted", view=CONSTANT),
-    "sorted-3": replace(STUDENT, blend="sorted", view=CONSTANT, sh_degree=3),
-    "masks": replace(STUDENT, presence=PresenceConfig(weight=0.1)),
-    "sorted, masks": replace(
-        STUDENT, blend="sorted", view=CONSTANT, presence=PresenceConfig(weight=0.1)
+    "sorted": replace(STUDENT, blend="sorted", view_dependence=CONSTANT),
+    "sorted-3": changed(STUDENT, blend="sorted", view_dependence=CONSTANT, color={"degree": 3}),
+    "masks": changed(STUDENT, pruning={"masks": MaskConfig(weight=0.1)}),
+    "sorted, masks": changed(
+        STUDENT, blend="sorted", view_dependence=CONSTANT, pruning={"masks": MaskConfig(weight=0.1)}
     ),
     "sort_free_gs": replace(STUDENT, weighting=SORT_FREE_GS),
     "no background weight": replace(
         STUDENT, weighting=replace(SORT_FREE_GS, background_weight=0.0)
     ),
     "two_pass": replace(STUDENT, weighting=Weighting("two_pass")),
-    **{f"sh-{degree}": replace(STUDENT, sh_degree=degree) for degree in (0, 2, 3)},
-    "sq": replace(STUDENT, coding="sq"),
-    "sq, free lobes": replace(STUDENT, coding="sq", view=ViewDependence("free", fraction=0.3)),
-    "sq, network": replace(STUDENT, coding="sq", view=ViewDependence("network")),
-    "sq, decoded": replace(STUDENT, coding="sq", view=ViewDependence("decoded")),
-    "sq, no base": replace(STUDENT, coding="sq", view=ViewDependence("latent", latents=0)),
-    "sq, sorted": replace(STUDENT, coding="sq", blend="sorted", view=CONSTANT, sh_degree=2),
-    "release": replace(
-        STUDENT, weighting=Weighting(detached=True), depth_masked=False, moments_kept=False
+    **{f"sh-{degree}": changed(STUDENT, color={"degree": degree}) for degree in (0, 2, 3)},
+    "sq": changed(STUDENT, quantization={"method": "sq"}),
+    "sq, free lobes": changed(
+        STUDENT,
+        quantization={"method": "sq"},
+        view_dependence=ViewDependence("free", decoder_from=0.3),
     ),
-    "network-sh-0": replace(STUDENT, sh_degree=0, view=ViewDependence("network")),
-    "network-sh-2": replace(STUDENT, sh_degree=2, view=ViewDependence("network")),
+    "sq, network": changed(
+        STUDENT, quantization={"method": "sq"}, view_dependence=ViewDependence("network")
+    ),
+    "sq, decoded": changed(
+        STUDENT, quantization={"method": "sq"}, view_dependence=ViewDependence("decoded")
+    ),
+    "sq, no base": changed(
+        STUDENT, quantization={"method": "sq"}, view_dependence=ViewDependence("latent", latents=0)
+    ),
+    "sq, sorted": changed(
+        STUDENT,
+        quantization={"method": "sq"},
+        blend="sorted",
+        view_dependence=CONSTANT,
+        color={"degree": 2},
+    ),
+    "release": changed(
+        STUDENT,
+        weighting=Weighting(detached=True),
+        ablation={"mask_depth": False, "keep_moments": False},
+    ),
+    "network-sh-0": changed(
+        STUDENT, color={"degree": 0}, view_dependence=ViewDependence("network")
+    ),
+    "network-sh-2": changed(
+        STUDENT, color={"degree": 2}, view_dependence=ViewDependence("network")
+    ),
 }
 MakeStudent = Callable[..., Student]
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_form_has_a_file_that_shows_what_training_drew(
+def test_the_file_of_every_form_renders_as_in_training(
     form: str,
     dataset: Dataset,
     make_student: MakeStudent,
@@ -62,40 +84,40 @@ def test_every_form_has_a_file_that_shows_what_training_drew(
     student = make_student(FORMS[form])
     train(student, dataset, 40)
     camera = cameras()[0]
-    drawn = draw(student, depth=True)
-    data = pack(student.coded())
+    rendered = render_student(student, depth=True)
+    data = pack(student.quantized_scene())
     opened = unpack(data).decode()
     assert opened.blend == FORMS[form].blend == inspect(data)["blend"]
-    assert opened.gaussians.sh_degree == FORMS[form].sh_degree == inspect(data)["sh_degree"]
+    assert opened.gaussians.sh_degree == FORMS[form].color.degree == inspect(data)["sh_degree"]
     again = opened.render(camera, depth=True)
-    torch.testing.assert_close(drawn.image, again.image, atol=2e-5, rtol=0)
+    torch.testing.assert_close(rendered.image, again.image, atol=2e-5, rtol=0)
     truth = Scene(blobs()).render(camera).image
     assert (again.image - truth).abs().mean() < 0.25 * truth.abs().mean()
 
 
 @pytest.mark.parametrize("rounded", [True, False])
-def test_positions_may_learn_without_the_rounding_of_the_file(
+def test_means_train_with_and_without_rounding(
     rounded: bool, dataset: Dataset, make_student: MakeStudent
 ) -> None:
-    student = make_student(replace(STUDENT, positions_rounded=rounded))
+    student = make_student(changed(STUDENT, ablation={"round_means": rounded}))
     train(student, dataset, 20)
     model = student.model
-    assert model.phase == "networks"
+    assert model.phase == "latents"
     with torch.no_grad():
-        drawn = model.gaussians()[0].means
-    assert torch.equal(drawn, model.rows.tensors["means"]) is not rounded
-    assert torch.equal(drawn, model.shapes()[0]) is rounded
-    stored = student.coded().decode().gaussians.means
+        rendered = model.gaussians()[0].means
+    assert torch.equal(rendered, model.rows.tensors["means"]) is not rounded
+    assert torch.equal(rendered, model.shapes()[0]) is rounded
+    stored = student.quantized_scene().decode().gaussians.means
     assert torch.equal(stored.sort(0).values, model.shapes()[0].sort(0).values)
 
 
-def test_moments_are_lost_if_they_are_to_be(dataset: Dataset, make_student: MakeStudent) -> None:
+def test_keep_moments_false_resets_adam(dataset: Dataset, make_student: MakeStudent) -> None:
     def moments(kept: bool, until: int) -> torch.Tensor:
-        student = make_student(replace(STUDENT, moments_kept=kept))
+        student = make_student(changed(STUDENT, ablation={"keep_moments": kept}))
         train(student, dataset, until)
         return student.model.rows.state()["means"]["step"]
 
-    before = math.ceil(STUDENT.net_fraction * STUDENT.steps)
+    before = math.ceil(STUDENT.schedule.latents_from * STUDENT.steps)
     assert moments(True, before) == moments(False, before) == before
     assert moments(True, before + 3) == before + 3 and moments(False, before + 3) == 3
 
@@ -104,7 +126,7 @@ def test_moments_are_lost_if_they_are_to_be(dataset: Dataset, make_student: Make
     "form", ["sorted", "masks", "sort_free_gs", "sh-0", "sh-3", "release", "sq"]
 )
 @pytest.mark.parametrize("stop", [3, 20, 30])
-def test_every_form_goes_on_where_it_was_stopped(
+def test_every_form_resumes_to_the_same_bytes(
     form: str,
     stop: int,
     dataset: Dataset,
@@ -115,15 +137,15 @@ def test_every_form_goes_on_where_it_was_stopped(
     train(first, dataset, stop)
     second.restore(first.state())
     train(second, dataset, 40)
-    assert pack(second.coded()) == pack(whole.coded())
+    assert pack(second.quantized_scene()) == pack(whole.quantized_scene())
 
 
-def test_a_sorted_student_is_a_teacher_with_fewer_harmonics(
+def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
     dataset: Dataset,
     make_student: MakeStudent,
 ) -> None:
     given, camera = blobs(), cameras()[0]
-    drawn = draw(make_student(FORMS["sorted"]))
+    rendered = render_student(make_student(FORMS["sorted"]))
     expected = render_sorted(
         given.means,
         given.quats,
@@ -133,26 +155,26 @@ def test_a_sorted_student_is_a_teacher_with_fewer_harmonics(
         camera=camera,
         background=torch.zeros(3),
     )
-    torch.testing.assert_close(drawn.image, expected.image, atol=1e-5, rtol=0)
+    torch.testing.assert_close(rendered.image, expected.image, atol=1e-5, rtol=0)
 
 
-def test_a_sorted_student_has_no_use_for_a_view_dependence(make_student: MakeStudent) -> None:
-    with pytest.raises(InputError, match=r"view\.kind=constant"):
+def test_sorted_blending_with_a_view_dependence_is_refused(make_student: MakeStudent) -> None:
+    with pytest.raises(InputError, match=r"view_dependence\.kind=constant"):
         make_student(replace(STUDENT, blend="sorted"))
     with pytest.raises(InputError, match="unknown blend 'alpha'"):
         replace(STUDENT, blend="alpha")
-    with pytest.raises(InputError, match="sh_degree must be at least 0 and at most 3, not 4"):
-        replace(STUDENT, sh_degree=4)
+    with pytest.raises(InputError, match="degree must be at least 0 and at most 3, not 4"):
+        changed(STUDENT, color={"degree": 4})
 
 
-# --- what a weighting learns
+# --- learned parameters of a weighting
 
 
 @pytest.mark.parametrize("background_weight", [0.7, 0.0])
-def test_sigma_and_the_backgrounds_weight_get_the_gradients_of_the_picture(
+def test_gradients_of_sigma_and_background_weight_match_finite_differences(
     background_weight: float,
 ) -> None:
-    """Against central differences of the definition, in float64."""
+    """Compare with central differences of the reference, in float64."""
     given, camera = blobs(), cameras()[0].to(torch.device("cpu"), torch.float64)
     means, quats, scales = (t.double() for t in (given.means, given.quats, given.scales))
     sh, background = given.sh.double(), torch.tensor([0.2, 0.9, 0.4], dtype=torch.float64)
@@ -164,11 +186,11 @@ def test_sigma_and_the_backgrounds_weight_get_the_gradients_of_the_picture(
 
     def loss(lobes: torch.Tensor, sigma: float, behind: float) -> torch.Tensor:
         weighting = Weighting("sort_free_gs", sigma=sigma, background_weight=behind)
-        drawn = render_sortfree(
+        rendered = render_sortfree(
             means, quats, scales, lobes, sh, camera=camera, background=background,
             weighting=weighting,
         )  # fmt: skip
-        return (drawn.image * toward).sum()
+        return (rendered.image * toward).sum()
 
     depths = means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
     sigma = float(depths.quantile(0.8))  # some lie beyond
@@ -178,8 +200,8 @@ def test_sigma_and_the_backgrounds_weight_get_the_gradients_of_the_picture(
         for name, value in given.items()
         if value
     }
-    told = telling_weighting(lobes.clone().requires_grad_(), means, camera, **learned)
-    loss(told, sigma, background_weight).backward()
+    same = with_weighting_gradients(lobes.clone().requires_grad_(), means, camera, **learned)
+    loss(same, sigma, background_weight).backward()
     step = 1e-5
     by_sigma = loss(lobes, sigma + step, background_weight)
     by_sigma -= loss(lobes, sigma - step, background_weight)
@@ -193,13 +215,13 @@ def test_sigma_and_the_backgrounds_weight_get_the_gradients_of_the_picture(
     )
 
 
-def test_the_weighting_moves_and_is_what_the_file_says(
+def test_the_weighting_learns_and_is_stored_in_the_file(
     dataset: Dataset,
     make_student: MakeStudent,
 ) -> None:
     student = make_student(FORMS["sort_free_gs"])
     train(student, dataset, 40)
-    learned = unpack(pack(student.coded())).weighting
+    learned = unpack(pack(student.quantized_scene())).weighting
     assert abs(learned.sigma - 9) < 5 and learned.sigma != 9  # the scene's extent is 3
     assert learned.background_weight != 0.5
     assert learned == student.model.weighting
@@ -208,14 +230,15 @@ def test_the_weighting_moves_and_is_what_the_file_says(
     assert not any(name.startswith("weighting") for name in plain.model.shared.tensors)
 
 
-# --- what the votes look at
+# --- criteria of votes
 
 
-def test_votes_can_look_at_one_criterion_alone() -> None:
+def test_a_vote_uses_both_criteria_or_one() -> None:
     opacities = torch.tensor([0.1, 0.9, 0.1, 0.9, 0.5])
     scales = torch.tensor([0.1, 0.1, 0.9, 0.9, 0.5])[:, None].expand(5, 3)
     against = {
-        by: vote(opacities, scales, quantile=0.5, by=by) for by in ("both", "opacity", "scale")
+        by: vote(opacities, scales, quantile=0.5, criterion=by)
+        for by in ("both", "opacity", "scale")
     }
     assert against["both"].tolist() == [True, False, False, False, False]
     assert against["opacity"].tolist() == [True, False, True, False, False]
@@ -228,46 +251,47 @@ def test_one_criterion_removes_more_than_both(
 ) -> None:
     counts = {}
     for by in ("both", "opacity", "scale"):
-        votes = VoteConfig(by=by, quantile=0.5, interval=0.25)
-        student = make_student(replace(STUDENT, votes=votes))
+        votes = VoteConfig(criterion=by, quantile=0.5, interval=0.25)
+        student = make_student(changed(STUDENT, pruning={"votes": votes}))
         train(student, dataset, 40)
         counts[by] = student.count
     assert counts["both"] < 50
     assert max(counts["opacity"], counts["scale"]) < counts["both"]
 
 
-# --- the rows of bench/paper.py
+# --- the rows of bench/paper/run.py
 
 
-def test_every_row_of_the_papers_tables_is_a_recipe() -> None:
+def test_every_row_of_the_papers_tables_is_a_different_recipe() -> None:
     recipes = {}
     for name, row in ROWS.items():
-        recipes[name] = with_settings(with_method(cpu_recipe(), row.teacher), row.settings)
+        recipe = with_method(cpu_recipe(), row.teacher)  # pyright: ignore[reportArgumentType]
+        recipes[name] = with_settings(recipe, row.settings)
     assert recipes["ours"] == recipes["teacher"] == with_method(cpu_recipe(), "mini-splatting")
     several = [recipes[name] for name in ROWS if name not in ("ours", "teacher", "codebook-10")]
     assert all(several.count(recipe) == 1 for recipe in several)
     assert recipes["codebook-10"] == recipes["codebooks"]
     assert recipes["no-order-independence"].student.blend == "sorted"
-    assert recipes["vote-0.4"].student.votes.quantile == 0.4
-    assert recipes["codebook-12"].student.codebooks.appearance == 4096
-    assert recipes["quantised-3dgs"].teacher.densify.strategy == "clone_split"
+    assert recipes["vote-0.4"].student.pruning.votes.quantile == 0.4
+    assert recipes["codebook-12"].student.quantization.codebooks.appearance == 4096
+    assert recipes["quantized-3dgs"].teacher.densify.strategy == "clone_split"
 
 
-@pytest.mark.parametrize("row", ["random-opacity", "release"])
-def test_the_network_alone_tells_opacities_apart(
+@pytest.mark.parametrize("row", ["no-base-opacity", "release"])
+def test_opacities_come_from_the_network_only(
     row: str, dataset: Dataset, make_student: MakeStudent
 ) -> None:
     recipe = with_settings(Recipe(student=STUDENT), ROWS[row].settings)
     student = make_student(recipe.student)
     train(student, dataset, 40)
-    scene = unpack(pack(student.coded())).decode()
+    scene = unpack(pack(student.quantized_scene())).decode()
     assert len(scene.gaussians.logit_opacities.unique()) == 1
-    opacities, _ = student.model.seen_from(cameras()[0])
+    opacities, _ = student.model.opacities_and_scales(cameras()[0])
     assert opacities.std() > 1e-3
 
 
-def test_the_release_has_all_its_errors_at_once() -> None:
-    """But one: without the teacher's pictures it would be another method."""
+def test_the_release_row_has_the_settings_of_all_rows_of_fixes() -> None:
+    """Row `no-distillation` is an exception: it would be another method."""
     settings = set(ROWS["release"].settings)
     for name, row in ROWS.items():
         if row.table == "fixes" and name != "no-distillation":
@@ -275,10 +299,12 @@ def test_the_release_has_all_its_errors_at_once() -> None:
     assert set(ROWS["paper"].settings) <= settings
 
 
-def test_opacities_can_begin_alike(make_student: MakeStudent) -> None:
+def test_start_opacity_sets_all_opacities(make_student: MakeStudent) -> None:
     network = ViewDependence("network")
-    student = make_student(replace(STUDENT, view=network, start_opacity=0.5))
-    opacities, _ = student.model.seen_from(cameras()[0])
+    student = make_student(
+        changed(STUDENT, view_dependence=network, ablation={"start_opacity": 0.5})
+    )
+    opacities, _ = student.model.opacities_and_scales(cameras()[0])
     torch.testing.assert_close(opacities, torch.full((50,), 0.5))
     with pytest.raises(InputError, match=r"start_opacity must be at least 0 and below 1, not 1\.5"):
-        replace(STUDENT, start_opacity=1.5)
+        changed(STUDENT, ablation={"start_opacity": 1.5})

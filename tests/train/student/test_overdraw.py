@@ -1,4 +1,4 @@
-"""The price of what a frame has to paint: areas of ellipses, and what learns from them."""
+"""Overdraw: areas of ellipses, their gradients, and their effect on training."""
 
 import math
 from collections.abc import Callable
@@ -14,11 +14,10 @@ from mobilegs.errors import InputError
 from mobilegs.render.project import BLUR, project
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.overdraw import overdraw
-from mobilegs.train.student.shared_decode import Seen
+from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
-from tests.support.tiny import STUDENT, cameras, train, with_kind
+from tests.support.tiny import STUDENT, cameras, changed, train, with_kind
 
-PYTEST_DONT_REWRITE = "tiny"
 ALPHA_MIN = 1 / 64
 DOUBLE = torch.float64
 
@@ -31,7 +30,7 @@ def camera(size: int = 200) -> Camera:
 
 
 def gaussians(count: int, seed: int = 0) -> tuple[torch.Tensor, ...]:
-    """Small ones near the middle of the picture: means, quats, log_scales, opacities."""
+    """Return means, quats, log_scales and opacities of small ones near the image centre."""
     generator = torch.Generator().manual_seed(seed)
 
     def normal(*shape: int) -> torch.Tensor:
@@ -41,11 +40,13 @@ def gaussians(count: int, seed: int = 0) -> tuple[torch.Tensor, ...]:
     return 0.05 * normal(count, 3), normal(count, 4), normal(count, 3) * 0.7 - 4, opacities
 
 
-def test_areas_are_those_of_the_ellipses_that_are_drawn() -> None:
+def test_areas_match_those_of_projected_ellipses() -> None:
     view, (means, quats, log_scales, opacities) = camera(), gaussians(50)
     sh = torch.zeros(50, 1, 3, dtype=DOUBLE)
-    drawn = project(means, quats, log_scales.exp(), opacities, sh, camera=view, alpha_min=ALPHA_MIN)
-    a, b, c = drawn.conics.unbind(1)
+    projected = project(
+        means, quats, log_scales.exp(), opacities, sh, camera=view, alpha_min=ALPHA_MIN
+    )
+    a, b, c = projected.conics.unbind(1)
     sharp = torch.linalg.inv(torch.stack([a, b, b, c], 1).view(-1, 2, 2))
     sharp = sharp - BLUR * torch.eye(2, dtype=DOUBLE)
     reach = 2 * torch.log((opacities / ALPHA_MIN).clamp_min(1))
@@ -61,7 +62,7 @@ def test_areas_are_those_of_the_ellipses_that_are_drawn() -> None:
     assert_close(everything, areas.sum(), rtol=0.01, atol=0)
 
 
-def test_scales_alone_learn() -> None:
+def test_only_scales_receive_gradients() -> None:
     view, (means, quats, log_scales, opacities) = camera(), gaussians(7, seed=1)
     leaves = [t.requires_grad_() for t in (means, quats, log_scales, opacities)]
     overdraw(*leaves, camera=view, alpha_min=ALPHA_MIN).backward()
@@ -76,7 +77,7 @@ def test_scales_alone_learn() -> None:
     assert torch.autograd.gradcheck(of, (log_scales.detach().requires_grad_(),))
 
 
-def test_none_counts_more_than_the_picture_or_from_behind() -> None:
+def test_a_gaussian_counts_at_most_the_image_and_not_from_behind() -> None:
     view = camera()
     quats = torch.tensor([[1.0, 0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]], dtype=DOUBLE)
     huge = torch.full((3, 3), 3.0, dtype=DOUBLE, requires_grad=True)
@@ -94,31 +95,33 @@ def test_none_counts_more_than_the_picture_or_from_behind() -> None:
 
 
 @pytest.mark.parametrize("kind", ["constant", "network", "latent", "sorted"])
-def test_a_step_asks_for_what_its_views_paint(
+def test_overdraw_of_a_shared_decode_is_that_of_each_camera(
     make_student: Callable[..., Student], kind: str
 ) -> None:
     config = with_kind("constant" if kind == "sorted" else kind)
     student = make_student(replace(config, blend="sorted" if kind == "sorted" else "sortfree"))
-    seen = Seen(student.model, cameras()[:3])
-    found = [seen.overdraw(number) for number in range(3)]
+    shared = SharedDecode(student.model, cameras()[:3])
+    found = [shared.overdraw(number) for number in range(3)]
     for number, camera in enumerate(cameras()[:3]):
-        assert_close(found[number], Seen(student.model, [camera]).overdraw(0))
+        assert_close(found[number], SharedDecode(student.model, [camera]).overdraw(0))
         assert 0.1 < found[number] < 20
     sum(found, torch.zeros(())).backward()
-    reached = {name for name, leaf in seen.cut.items() if leaf.grad is not None}
+    reached = {name for name, leaf in shared.detached.items() if leaf.grad is not None}
     assert reached == {"log_scales"}
 
 
-def test_who_pays_paints_less(make_student: Callable[..., Student], dataset: Dataset) -> None:
-    painted = []
-    for price in (0.0, 0.02):
-        student = make_student(replace(STUDENT, fill_price=price))
+def test_an_overdraw_weight_reduces_overdraw(
+    make_student: Callable[..., Student], dataset: Dataset
+) -> None:
+    found = []
+    for weight in (0.0, 0.02):
+        student = make_student(changed(STUDENT, loss={"overdraw_weight": weight}))
         train(student, dataset, student.steps)
-        seen = Seen(student.model, cameras())
-        painted.append(sum(seen.overdraw(n).item() for n in range(len(cameras()))))
-    assert painted[1] < 0.9 * painted[0]
+        shared = SharedDecode(student.model, cameras())
+        found.append(sum(shared.overdraw(n).item() for n in range(len(cameras()))))
+    assert found[1] < 0.9 * found[0]
 
 
-def test_a_price_is_no_reward() -> None:
-    with pytest.raises(InputError, match="fill_price"):
-        StudentConfig(fill_price=-1e-4)
+def test_a_negative_overdraw_weight_is_refused() -> None:
+    with pytest.raises(InputError, match="overdraw_weight"):
+        changed(StudentConfig(), loss={"overdraw_weight": -1e-4})

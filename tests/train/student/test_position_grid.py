@@ -1,10 +1,10 @@
-"""Positions as fine as the training cameras can tell."""
+"""Choice of the position grid by the errors in training images."""
 
 import pytest
 import torch
 
-from mobilegs.mgs.positions import Frame
-from mobilegs.train.student.position_grid import frame_for, pixels_per_unit
+from mobilegs.mgs.positions import PositionGrid
+from mobilegs.train.student.position_grid import choose_grid, pixels_per_unit
 from tests.support.scenes import camera
 
 VIEWS = [view.to("cpu", torch.float32) for view in (camera(400, 300), camera(800, 600))]
@@ -14,8 +14,8 @@ def points(count: int = 500) -> torch.Tensor:
     return torch.randn(count, 3, generator=torch.Generator().manual_seed(0))
 
 
-def moved(frame: Frame, means: torch.Tensor) -> float:
-    """Pixels between the means and where the file puts them, root mean square over both views."""
+def moved(frame: PositionGrid, means: torch.Tensor) -> float:
+    """Return the error of stored means in pixels, root mean square over both views."""
     squares, seen = torch.zeros(()), 0
     for view in VIEWS:
         places = []
@@ -31,27 +31,27 @@ def moved(frame: Frame, means: torch.Tensor) -> float:
     return float((squares / seen).sqrt())
 
 
-def test_frames_are_as_coarse_as_the_error_allows() -> None:
+def test_grids_are_as_coarse_as_the_error_allows() -> None:
     means = points()
     exponents = []
     for error in (0.3, 0.1, 0.05):
-        frame = frame_for(means, VIEWS, error)
+        frame = choose_grid(means, VIEWS, error)
         exponents.append(frame.exponent)
         assert moved(frame, means) <= 1.2 * error
-        coarser = Frame(frame.center, frame.radius, frame.exponent + 1)
+        coarser = PositionGrid(frame.center, frame.radius, frame.exponent + 1)
         assert moved(coarser, means) > 0.8 * error
     assert exponents == sorted(exponents, reverse=True) and len(set(exponents)) == 3
 
 
-def test_errors_that_cannot_be_met_take_the_finest_frame_and_any_the_coarsest() -> None:
-    assert frame_for(points(), VIEWS, 1e-9).exponent == 0
-    assert frame_for(points(), VIEWS, 1e9).exponent == 14
+def test_an_impossible_error_takes_the_finest_grid_and_a_large_one_the_coarsest() -> None:
+    assert choose_grid(points(), VIEWS, 1e-9).exponent == 0
+    assert choose_grid(points(), VIEWS, 1e9).exponent == 14
 
 
-def test_what_no_camera_sees_does_not_count() -> None:
+def test_gaussians_that_no_camera_sees_do_not_count() -> None:
     behind = points(50) + 20 * torch.nn.functional.normalize(VIEWS[0].position, dim=0)
     assert (pixels_per_unit(behind, VIEWS[:1]) == 0).all()
-    assert frame_for(behind, VIEWS[:1], 0.05).exponent == 14
+    assert choose_grid(behind, VIEWS[:1], 0.05).exponent == 14
 
 
 def test_pixels_per_unit_grow_with_the_camera_and_shrink_with_the_distance() -> None:

@@ -1,4 +1,4 @@
-"""The price on bits before there are codes: what it adds to gradients, when, and what of."""
+"""The rate term before quantisation: its gradients, its schedule and its effect."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -8,18 +8,20 @@ import torch
 
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
-from mobilegs.train.student.quantization import SMALL, pay_ahead
+from mobilegs.train.student.quantization import RATE_SCALE, add_early_rate_gradients
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
-from tests.support.tiny import STUDENT, train
+from tests.support.tiny import STUDENT, changed, train
 
 MakeStudent = Callable[..., Student]
-PRICED = replace(STUDENT, coding="sq", bit_price=1.0, codes_fraction=1.0)
+WITH_RATE = changed(
+    STUDENT, quantization={"method": "sq", "rate_weight": 1.0}, schedule={"quantize_from": 1.0}
+)
 KINDS = {
-    "lobes from latents": PRICED,
-    "free lobes": replace(PRICED, view=ViewDependence("free", fraction=0.6)),
-    "network": replace(PRICED, view=ViewDependence("network")),
-    "sorted": replace(PRICED, blend="sorted", view=ViewDependence("constant")),
+    "lobes from latents": WITH_RATE,
+    "free lobes": replace(WITH_RATE, view_dependence=ViewDependence("free", decoder_from=0.6)),
+    "network": replace(WITH_RATE, view_dependence=ViewDependence("network")),
+    "sorted": replace(WITH_RATE, blend="sorted", view_dependence=ViewDependence("constant")),
 }
 
 
@@ -28,43 +30,43 @@ def leaf(*shape: int, generator: torch.Generator) -> torch.Tensor:
     return (5 + spreads * torch.randn(*shape, generator=generator).double()).requires_grad_()
 
 
-def test_the_gradient_is_that_of_the_bits_that_numbers_count(generator: torch.Generator) -> None:
+def test_early_rate_gradients_match_autograd(generator: torch.Generator) -> None:
     values = leaf(200, 4, generator=generator)
     x = values - values.detach().mean(0)
-    small = SMALL * values.detach().std(0, correction=0)
+    small = RATE_SCALE * values.detach().std(0, correction=0)
     bits = torch.log2(1 + (x / small) ** 2).sum() / 2
     (expected,) = torch.autograd.grad(3 * bits / len(values), values)
-    pay_ahead({"view": values}, 3.0)
+    add_early_rate_gradients({"view": values}, 3.0)
     assert values.grad is not None
     torch.testing.assert_close(values.grad, expected, rtol=1e-9, atol=0)
 
 
-def test_the_price_is_added_to_what_the_picture_asks_for(generator: torch.Generator) -> None:
+def test_early_rate_gradients_are_added_to_others(generator: torch.Generator) -> None:
     values, again = leaf(50, 3, generator=generator), leaf(50, 3, generator=generator)
     again.data.copy_(values.data)
-    pay_ahead({"lobe_latents": values}, 1.0)
+    add_early_rate_gradients({"lobe_latents": values}, 1.0)
     again.grad = torch.full_like(again, 0.25)
-    pay_ahead({"lobe_latents": again}, 1.0)
+    add_early_rate_gradients({"lobe_latents": again}, 1.0)
     assert values.grad is not None
     torch.testing.assert_close(again.grad - values.grad, torch.full_like(again, 0.25))
 
 
 @pytest.mark.parametrize("rows", [1, 7])
-def test_columns_of_equal_numbers_owe_nothing(rows: int) -> None:
+def test_columns_of_equal_values_have_no_rate_gradient(rows: int) -> None:
     values = torch.full((rows, 2), 3.5, requires_grad=True)
-    pay_ahead({"lobe_latents": values}, 1.0)
+    add_early_rate_gradients({"lobe_latents": values}, 1.0)
     assert values.grad is not None and values.grad.shape == (rows, 2)
     assert (values.grad == 0).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_numbers_that_shall_be_coded_come_near_their_mean(
+def test_the_early_rate_term_moves_values_towards_their_mean(
     kind: str, dataset: Dataset, make_student: MakeStudent
 ) -> None:
-    """In every kind of student, but for centres, which have no codes."""
+    """It does so in every kind of student, except for the means, which have no codes."""
     spreads = []
     for begins in (1.0, 0.7):
-        student = make_student(replace(KINDS[kind], price_fraction=begins))
+        student = make_student(changed(KINDS[kind], schedule={"rate_from": begins}))
         train(student, dataset, 28)
         tensors, generator = student.model.rows.tensors, torch.Generator().manual_seed(0)
         for name in sorted(tensors.keys() - {"means"}):
@@ -76,10 +78,14 @@ def test_numbers_that_shall_be_coded_come_near_their_mean(
     assert all(early[name] < late[name] for name in late.keys() - {"means"}), (early, late)
 
 
-def test_codebooks_are_not_priced(dataset: Dataset, make_student: MakeStudent) -> None:
+def test_codebooks_have_no_rate_term(dataset: Dataset, make_student: MakeStudent) -> None:
     found = []
     for begins in (1.0, 0.0):
-        config = replace(STUDENT, coding="nvq", bit_price=1.0, price_fraction=begins)
+        config = changed(
+            STUDENT,
+            quantization={"method": "nvq", "rate_weight": 1.0},
+            schedule={"rate_from": begins},
+        )
         student = make_student(config)
         train(student, dataset, 20)
         found.append(student.model.rows.tensors)
@@ -88,20 +94,20 @@ def test_codebooks_are_not_priced(dataset: Dataset, make_student: MakeStudent) -
     assert all(torch.equal(late[name], early[name]) for name in late)
 
 
-def test_codes_pay_whenever_numbers_before_them_would_have_begun(
+def test_the_rate_term_begins_at_quantisation_at_the_latest(
     dataset: Dataset, make_student: MakeStudent
 ) -> None:
     found = []
     for begins in (0.3, 1.0):
-        config = replace(PRICED, codes_fraction=0.3, price_fraction=begins)
+        config = changed(WITH_RATE, schedule={"quantize_from": 0.3, "rate_from": begins})
         student = make_student(config)
         train(student, dataset, 40)
-        found.append(student.coded())
+        found.append(student.quantized_scene())
     for name, codes in found[0].indices.items():
         assert torch.equal(codes, found[1].indices[name])
 
 
 @pytest.mark.parametrize("wrong", [-0.1, 1.1, float("nan")])
-def test_a_share_of_the_run_is_one(wrong: float) -> None:
-    with pytest.raises(InputError, match="price_fraction"):
-        replace(STUDENT, price_fraction=wrong)
+def test_rate_from_outside_of_0_to_1_is_refused(wrong: float) -> None:
+    with pytest.raises(InputError, match="rate_from"):
+        changed(STUDENT, schedule={"rate_from": wrong})

@@ -1,4 +1,4 @@
-"""The student on a tiny capture: it learns in every form, and goes on where it was stopped."""
+"""The student on a tiny capture: its phases, pruning, resuming and files."""
 
 from copy import deepcopy
 from dataclasses import replace
@@ -10,16 +10,16 @@ from mobilegs.compress.codebooks import CUTS
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import pack, unpack
-from mobilegs.mgs.positions import Frame
-from mobilegs.render.lobes import seen_along
+from mobilegs.mgs.positions import PositionGrid
+from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.mask_pruning import PresenceConfig
+from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.model import StudentModel
-from mobilegs.train.student.shared_decode import Seen
+from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import KINDS, ViewDependence
-from tests.support.tiny import STUDENT, blobs, cameras, draw, train, with_kind
+from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train, with_kind
 from tests.train.teacher.test_trainer import same_state
 
 
@@ -28,90 +28,95 @@ def test_the_student_starts_with_the_teachers_opacities(kind: str, make_student)
     model = make_student(with_kind(kind)).model
     camera, (some, for_lobes) = cameras()[0], model.gaussians()
     directions = torch.nn.functional.normalize(some.means - camera.position, dim=1)
-    opacities, phi = seen_along(model.lobes(some, for_lobes, camera), directions)
+    opacities, phi = evaluate_lobes(model.lobes(some, for_lobes, camera), directions)
     torch.testing.assert_close(opacities, blobs().opacities, atol=1e-4, rtol=0)
-    torch.testing.assert_close(model.seen_from(camera)[0], opacities)
+    torch.testing.assert_close(model.opacities_and_scales(camera)[0], opacities)
     torch.testing.assert_close(phi, torch.ones_like(phi), atol=1e-3, rtol=0)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_training_draws_what_evaluation_draws(kind: str, dataset: Dataset, make_student) -> None:
+def test_training_and_evaluation_render_the_same(kind: str, dataset: Dataset, make_student) -> None:
     student = make_student(with_kind(kind))
-    for until in (5, 20, 40):  # explicit, networks, codes
+    for until in (5, 20, 40):  # explicit, latents, quantized
         train(student, dataset, until)
-        drawn = draw(student, depth=True)
+        rendered = render_student(student, depth=True)
         again = student.scene().render(cameras()[0], depth=True)
-        torch.testing.assert_close(drawn.image, again.image, atol=1e-5, rtol=0)
-    assert student.model.phase == "codes"
+        torch.testing.assert_close(rendered.image, again.image, atol=1e-5, rtol=0)
+    assert student.model.phase == "quantized"
 
 
 @pytest.mark.parametrize(
     ("latents", "streams"), [(0, {}), (1, {"opacity"}), (6, {"opacity", "lobes"})]
 )
-def test_as_many_numbers_are_stored_as_were_asked_for(
+def test_the_file_stores_the_configured_number_of_latents(
     latents: int, streams: set[str], dataset: Dataset, make_student
 ) -> None:
-    view = ViewDependence("latent", latents=latents, length=3, size=9, hidden=5)
-    student = make_student(replace(STUDENT, view=view))
+    view = ViewDependence("latent", latents=latents, subvector_length=3, codebook_size=9, hidden=5)
+    student = make_student(replace(STUDENT, view_dependence=view))
     train(student, dataset, 40)
-    coded = student.coded()
+    coded = student.quantized_scene()
     assert set(coded.codebooks) == {"scale", "rotation", "appearance", *streams}
     if "lobes" in streams:
         assert coded.codebooks["lobes"].shape == (2, 9, 3)
-    drawn = draw(student)
+    rendered = render_student(student)
     opened = unpack(pack(coded)).decode().render(cameras()[0])
-    torch.testing.assert_close(drawn.image, opened.image, atol=1e-5, rtol=0)
+    torch.testing.assert_close(rendered.image, opened.image, atol=1e-5, rtol=0)
 
 
-def test_the_student_learns_in_every_form(dataset: Dataset, make_student) -> None:
-    config = replace(with_kind("projected"), net_fraction=0.25, codes_fraction=0.5)
+def test_the_loss_falls_in_every_phase(dataset: Dataset, make_student) -> None:
+    config = changed(with_kind("projected"), schedule={"latents_from": 0.25, "quantize_from": 0.5})
     losses = train(make_student(config), dataset, 40)
     assert sum(losses[18:24]) < sum(losses[:6])
     assert sum(losses[-6:]) < sum(losses[20:26])  # codebooks learn
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_student_that_was_stopped_ends_in_the_same_bytes(
+def test_a_resumed_student_ends_in_the_same_bytes(
     dataset: Dataset, make_student, kind: str
 ) -> None:
     config = with_kind(kind)
     whole, states = make_student(config), {}
-    for stop, phase in ((3, "explicit"), (12, "networks"), (20, "networks"), (30, "codes")):
+    for stop, phase in ((3, "explicit"), (12, "latents"), (20, "latents"), (30, "quantized")):
         train(whole, dataset, stop)
         assert whole.model.phase == phase
         states[stop] = deepcopy(whole.state())
     train(whole, dataset, 40)
-    expected = pack(whole.coded())
+    expected = pack(whole.quantized_scene())
     for stop, state in states.items():
         second = make_student(config, seed=9)
         second.restore(state)
         train(second, dataset, 40)
-        assert pack(second.coded()) == expected, stop
+        assert pack(second.quantized_scene()) == expected, stop
 
 
 @pytest.mark.parametrize("coding", ["sq", "nvq"])
 @pytest.mark.parametrize("kind", ["network", "latent"])
-def test_a_restored_model_lies_where_its_gaussians_do(
+def test_a_restored_model_is_on_the_device_of_its_gaussians(
     dataset: Dataset, make_student, kind: str, coding: str
 ) -> None:
-    config = replace(with_kind(kind), coding=coding, presence=PresenceConfig(weight=0.01))
+    config = changed(
+        with_kind(kind), quantization={"method": coding}, pruning={"masks": MaskConfig(weight=0.01)}
+    )
     student = make_student(config)
-    for until in (3, 12, 30):  # explicit, networks, codes
+    for until in (3, 12, 30):  # explicit, latents, quantized
         train(student, dataset, until)
-        generator, rates = torch.Generator(), student._rates()
-        options = {"color": config.color, "steps": config.steps_of_codes}
-        model = StudentModel(blobs().to("meta"), config.view, rates, generator, **options)
+        generator, rates = torch.Generator(), student._lrs()
+        options = {
+            "color": config.color_shape,
+            "step_sizes": config.quantization.initial_step_sizes,
+        }
+        model = StudentModel(
+            blobs().to("meta"), config.view_dependence, rates, generator, **options
+        )
         model.restore(student.model.state())
-        tensors = [codes.indices for codes in model.codebooks.values()]
+        tensors = [codes.indices for codes in model.quantizers.values()]
         for adam in (model.rows, model.shared):
             tensors += adam.tensors.values()
             tensors += [moment for of in adam.adam.state.values() for moment in of.values()]
         assert len(tensors) > 10 and all(tensor.is_meta for tensor in tensors), until
 
 
-def test_the_cache_of_the_teachers_pictures_does_not_change_training(
-    dataset: Dataset, make_student
-) -> None:
+def test_the_size_of_the_cache_does_not_change_training(dataset: Dataset, make_student) -> None:
     students = [make_student(replace(STUDENT, cache_mib=size)) for size in (0, 100)]
     for student in students:
         train(student, dataset, 12)
@@ -119,24 +124,24 @@ def test_the_cache_of_the_teachers_pictures_does_not_change_training(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_student_follows_the_sum_of_its_views_gradients(
+def test_gradients_of_a_step_are_the_sum_over_its_views(
     kind: str, dataset: Dataset, make_student
 ) -> None:
     student = make_student(with_kind(kind))
     views = [(index, load_view(dataset.train[index])) for index in (4, 0, 2)]
-    for until in (5, 20, 30):  # explicit, networks, codes
+    for until in (5, 20, 30):  # explicit, latents, quantized
         train(student, dataset, until)
         apart = [gradients(student, [view]) for view in views]
         for name, grad in gradients(student, views).items():
-            expected = sum(one[name] for one in apart)
+            expected = torch.stack([one[name] for one in apart]).sum(0)
             assert grad.isfinite().all() and ((expected != 0).any() or not expected.numel()), name
             distance = (grad - expected).norm() / expected.norm().clamp_min(1e-30)
             assert distance < 1e-5, f"{name} in {student.phase}: {distance:.1e}"
 
 
 def gradients(student: Student, views: list[tuple[int, View]]) -> dict[str, torch.Tensor]:
-    """What a step on these views would follow, by name."""
-    student._pull([student.cameras[index] for index, _ in views], views)
+    """Return the gradients of a step on these views, by name."""
+    student._add_gradients([student.cameras[index] for index, _ in views], views)
     found = {}
     for adam in (student.model.rows, student.model.shared):
         found |= {n: t.grad.clone() for n, t in adam.tensors.items() if t.grad is not None}
@@ -144,33 +149,36 @@ def gradients(student: Student, views: list[tuple[int, View]]) -> dict[str, torc
     return found
 
 
-def test_of_several_cameras_each_sees_its_own(dataset: Dataset, make_student) -> None:
+def test_a_shared_decode_renders_each_camera_as_a_decode_for_it(
+    dataset: Dataset, make_student
+) -> None:
     student = make_student()
     near = [replace(camera, near=2.9 + 0.1 * i) for i, camera in enumerate(cameras())]
-    seen = Seen(student.model, near)
-    assert 0 < len(seen.rows[0]) < len(seen.decoded["means"]) < 50
+    shared = SharedDecode(student.model, near)
+    assert shared.rows[0] is not None
+    assert 0 < len(shared.rows[0]) < len(shared.decoded["means"]) < 50
     for number, camera in enumerate(near):
         options = {"background": student.background}
-        together, alone = seen.draw(number, **options), Seen(student.model, [camera])
-        assert torch.equal(together.image, alone.draw(0, **options).image)
+        together, alone = shared.render(number, **options), SharedDecode(student.model, [camera])
+        assert torch.equal(together.image, alone.render(0, **options).image)
 
 
-def test_moments_survive_the_changes_of_form(dataset: Dataset, make_student) -> None:
+def test_moments_survive_the_changes_of_phase(dataset: Dataset, make_student) -> None:
     student = make_student(with_kind("network"))
     train(student, dataset, 6)
     model = student.model
     before = {n: model.rows.adam.state[model.rows.tensors[n]] for n in ("means", "quats")}
-    student._enter("networks")
+    student._enter("latents")
     for name, state in before.items():
         assert model.rows.adam.state[model.rows.tensors[name]] is state
     weights = model.shared.tensors["network.hidden1.weight"]
     moments = model.shared.adam.state[weights]
-    student._enter("codes")
+    student._enter("quantized")
     assert model.shared.adam.state[weights] is moments
     assert "quats" not in model.rows.tensors and "means" in model.rows.tensors
 
 
-def test_votes_remove_what_is_faint_and_small(dataset: Dataset, make_student) -> None:
+def test_votes_remove_faint_and_small_gaussians(dataset: Dataset, make_student) -> None:
     student = make_student(with_kind("decoded"))
     with torch.no_grad():
         student.model.rows.tensors["logit_opacities"][:4] = -4
@@ -181,12 +189,10 @@ def test_votes_remove_what_is_faint_and_small(dataset: Dataset, make_student) ->
     assert not faint.any()
 
 
-def test_pruning_in_coded_form_keeps_rows_and_indices_together(
-    dataset: Dataset, make_student
-) -> None:
+def test_pruning_keeps_rows_and_indices_together(dataset: Dataset, make_student) -> None:
     student = make_student()
-    student._enter("codes")
-    assert set(student.model.codebooks) == {*CUTS, "lobes"}
+    student._enter("quantized")
+    assert set(student.model.quantizers) == {*CUTS, "lobes"}
     before, latents = student.model.gaussians()
     keep = torch.arange(50) % 3 != 0
     student.model.keep_rows(keep)
@@ -197,38 +203,38 @@ def test_pruning_in_coded_form_keeps_rows_and_indices_together(
         torch.testing.assert_close(after.tensors()[name], value[keep], atol=1e-6, rtol=0)
 
 
-def test_reassigning_follows_what_a_gaussian_has_learned_to_want(make_student) -> None:
+def test_reassignment_takes_the_nearest_codebook_entries(make_student) -> None:
     model = make_student(with_kind("network")).model
     generator = torch.Generator().manual_seed(0)
-    frame = Frame.around(model.shapes()[0])
-    model.use_networks(frame, regression_steps=1, generator=generator)
-    model.use_codes(STUDENT.codebooks, generator=torch.Generator().manual_seed(0))
-    book = model.codebooks["scale"]
+    grid = PositionGrid.around(model.shapes()[0])
+    model.use_latents(grid, regression_steps=1, generator=generator)
+    model.quantize(STUDENT.quantization.codebooks, generator=torch.Generator().manual_seed(0))
+    book = model.quantizers["scale"]
     with torch.no_grad():
         model.rows.tensors["scale"][7] = book.stored_centers[:, 3, 0]
     assert book.indices[7].tolist() != [3, 3, 3]
-    model.reassign(all_codes=True)
+    model.reassign(codebooks=True)
     assert book.indices[7].tolist() == [3, 3, 3]
 
 
-def test_a_student_of_one_step_is_coded_in_the_end(dataset: Dataset, make_student) -> None:
+def test_a_student_of_one_step_is_quantised(dataset: Dataset, make_student) -> None:
     student = make_student(replace(STUDENT, steps=1))
     train(student, dataset, 1)
-    assert len(student.coded()) == student.count
+    assert len(student.quantized_scene()) == student.count
 
 
-def test_a_centre_moves_no_further_than_a_share_of_the_usual_gaussian(dataset: Dataset) -> None:
+def test_means_max_limits_the_learning_rate_of_the_means(dataset: Dataset) -> None:
     sizes = blobs().scales.topk(2, dim=1).values.prod(1).sqrt()
     for share, rate, expected in ((0.02, 1.0, 0.02 * float(sizes.median())), (9.0, 1e-3, 3e-3)):
-        config = replace(STUDENT, position_share=share, position_rate=rate)
+        config = changed(STUDENT, lr={"means_max": share, "means": rate})
         student = Student(config, Scene(blobs()), cameras(), extent=3.0, seed=0)
         train(student, dataset, 1)
-        after = student.model.rows.tensors["means"].detach()  # some are gone
+        after = student.model.rows.tensors["means"].detach()  # some are pruned
         moved = (after[:, None] - blobs().means).abs().amax(2).amin(1)
         assert float(moved.max()) == pytest.approx(expected, rel=1e-3)  # a step of Adam
 
 
-def test_a_teacher_of_another_degree_is_cut_or_filled_up(dataset: Dataset) -> None:
+def test_harmonics_of_another_degree_are_cut_or_padded(dataset: Dataset) -> None:
     for coefficients in (1, 16):
         teacher = replace(blobs(), sh=torch.ones(50, coefficients, 3))
         model = Student(STUDENT, Scene(teacher), cameras(), extent=3.0, seed=0).model
@@ -238,7 +244,7 @@ def test_a_teacher_of_another_degree_is_cut_or_filled_up(dataset: Dataset) -> No
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_scene_with_lobes_says_their_mean_opacity(
+def test_opacities_of_a_scene_are_the_constant_parts_of_its_lobes(
     kind: str, dataset: Dataset, make_student
 ) -> None:
     student = make_student(with_kind(kind))
@@ -252,14 +258,21 @@ def test_a_scene_with_lobes_says_their_mean_opacity(
             torch.testing.assert_close(scene.gaussians.logit_opacities, mean)
 
 
-def test_lobes_must_settle_before_they_are_coded() -> None:
-    late = {"fraction": 0.8}
-    with pytest.raises(InputError, match="settled"):
-        StudentConfig(codes_fraction=0.7, view=ViewDependence("projected", **late))
+def test_quantisation_before_the_lobe_decoder_is_refused() -> None:
+    with pytest.raises(InputError, match="decoder_from"):
+        changed(
+            StudentConfig(),
+            schedule={"quantize_from": 0.7},
+            view_dependence=ViewDependence("projected", decoder_from=0.8),
+        )
     for kind in ("network", "decoded"):
-        StudentConfig(codes_fraction=0.7, view=ViewDependence(kind, **late))
+        changed(
+            StudentConfig(),
+            schedule={"quantize_from": 0.7},
+            view_dependence=ViewDependence(kind, decoder_from=0.8),
+        )
 
 
 def test_phases_out_of_order_are_refused() -> None:
-    with pytest.raises(InputError, match="codes_fraction must rise"):
-        StudentConfig(net_fraction=0.7, codes_fraction=0.5)
+    with pytest.raises(InputError, match="quantize_from must rise"):
+        changed(StudentConfig(), schedule={"latents_from": 0.7, "quantize_from": 0.5})

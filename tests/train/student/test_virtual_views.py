@@ -1,4 +1,4 @@
-"""Views between those of the photos, about which the teacher is asked."""
+"""Virtual views between the training cameras, and distillation on them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,23 +10,23 @@ from scipy.spatial.transform import Rotation
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.train.student.trainer import Student
-from mobilegs.train.student.virtual_views import cameras_between
-from tests.support.tiny import STUDENT, cameras, train
+from mobilegs.train.student.virtual_views import virtual_cameras
+from tests.support.tiny import STUDENT, cameras, changed, grad_of, train
 
 MakeStudent = Callable[..., Student]
-BETWEEN = replace(STUDENT, distill_between=2)
+VIRTUAL = changed(STUDENT, loss={"virtual_view_every": 2})
 UP = torch.tensor([0.0, 0, 1])
 
 
 def ring(degrees: list[float], near: float = 0.2) -> list[Camera]:
-    """Cameras on a circle that look at its middle."""
+    """Return cameras on a circle that look at its centre."""
     angles = torch.deg2rad(torch.tensor(degrees))
     eyes = 3 * torch.stack([angles.cos(), angles.sin(), torch.zeros_like(angles)], dim=1)
     K = cameras()[0].K
     return [Camera(look_at(eye, torch.zeros(3), UP), K, 24, 24, near) for eye in eyes]
 
 
-def test_a_camera_on_the_way_is_turned_by_its_share() -> None:
+def test_an_interpolated_camera_is_turned_by_its_share() -> None:
     one, other = ring([0, 60])
     other = replace(other, width=48, near=0.5)
     for share, angle in ((0.0, 0.0), (0.25, 15.0), (1.0, 60.0)):
@@ -43,76 +43,78 @@ def test_a_camera_on_the_way_is_turned_by_its_share() -> None:
     assert abs(turned.viewmat[:3, :3].double().numpy() - wanted).max() < 1e-6
 
 
-def test_neighbours_that_look_alike_have_cameras_between_them() -> None:
+def test_neighbours_with_similar_directions_have_virtual_cameras() -> None:
     given = ring([0, 10, 20, 30, 180])
-    found = cameras_between(given, seed=4)
-    assert len(found) == 4 * 60  # none beside the camera that looks the other way
+    found = virtual_cameras(given, seed=4)
+    assert len(found) == 4 * 60  # none for the camera that looks the other way
     for number, camera in enumerate(found):
         home = given[number // 60]
         reach = [(camera.position - other.position).norm() for other in given]
         assert min(reach) < 0.3 < reach[4]
         assert camera.viewmat[2, :3] @ home.viewmat[2, :3] > 0.9
-    same, others = cameras_between(given, seed=4), cameras_between(given, seed=5)
+    same, others = virtual_cameras(given, seed=4), virtual_cameras(given, seed=5)
     assert all(torch.equal(a.viewmat, b.viewmat) for a, b in zip(found, same, strict=True))
     assert any(not torch.equal(a.viewmat, b.viewmat) for a, b in zip(found, others, strict=True))
 
 
 @pytest.mark.parametrize("degrees", [[0], [0, 90, 180, 270]])
-def test_where_none_look_alike_there_is_nothing_between(degrees: list[float]) -> None:
-    assert cameras_between(ring(degrees), seed=0) == []
+def test_cameras_without_similar_neighbours_have_no_virtual_cameras(degrees: list[float]) -> None:
+    assert virtual_cameras(ring(degrees), seed=0) == []
 
 
-def test_cameras_of_one_place_have_others_there() -> None:
-    found = cameras_between([cameras()[0]] * 3, seed=0)
+def test_cameras_in_one_place_have_finite_virtual_cameras() -> None:
+    found = virtual_cameras([cameras()[0]] * 3, seed=0)
     assert len(found) == 300 and all(camera.viewmat.isfinite().all() for camera in found)
 
 
-def asked(student: Student, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Which pictures the teacher is asked for from now on."""
+def recorded(student: Student, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list that records the indices of the teacher's images from now on."""
     found: list[int] = []
-    get = student.pictures.get
+    get = student.teacher_images.get
     monkeypatch.setattr(
-        student.pictures, "get", lambda index, camera: found.append(index) or get(index, camera)
+        student.teacher_images,
+        "get",
+        lambda index, camera: found.append(index) or get(index, camera),
     )
     return found
 
 
-def test_the_teacher_is_asked_about_what_lies_between_alone(
+def test_virtual_views_are_the_only_targets_of_distillation(
     dataset: Dataset, make_student: MakeStudent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    student = make_student(replace(BETWEEN, distill_between=3))
-    student.between = cameras_between(ring([0, 20, 40]), seed=0)
-    found = asked(student, monkeypatch)
+    student = make_student(changed(VIRTUAL, loss={"virtual_view_every": 3}))
+    student.virtual_cameras = virtual_cameras(ring([0, 20, 40]), seed=0)
+    found = recorded(student, monkeypatch)
     train(student, dataset, 12)
     assert len(found) == 4 and all(6 <= index < 306 for index in found) and len(set(found)) > 1
 
 
-def test_without_anything_between_the_teacher_is_asked_about_the_photos(
+def test_without_virtual_cameras_distillation_is_on_photos(
     dataset: Dataset, make_student: MakeStudent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("mobilegs.train.student.trainer.cameras_between", lambda *_: [])
-    student = make_student(BETWEEN)
-    found = asked(student, monkeypatch)
+    monkeypatch.setattr("mobilegs.train.student.trainer.virtual_cameras", lambda *_: [])
+    student = make_student(VIRTUAL)
+    found = recorded(student, monkeypatch)
     train(student, dataset, 6)
     assert len(found) == 6 and max(found) < 6
-    quiet = make_student(replace(BETWEEN, distill_weight=0.0, depth_weight=0.0))
-    found = asked(quiet, monkeypatch)
+    quiet = make_student(changed(VIRTUAL, loss={"distill_weight": 0.0, "depth_weight": 0.0}))
+    found = recorded(quiet, monkeypatch)
     train(quiet, dataset, 6)
     assert found == []
 
 
-def test_gradients_are_those_of_photo_and_teacher(
+def test_gradients_are_the_sum_of_photo_and_distillation(
     dataset: Dataset, make_student: MakeStudent
 ) -> None:
-    """Of two equal views twice as much, and of the teacher what its weight says."""
+    """Two equal views give twice the gradient, and the teacher's is proportional to its weight."""
 
     def gradients(many: int, **weights: float) -> dict[str, torch.Tensor]:
-        student = make_student(replace(BETWEEN, **weights))
-        student.between = cameras_between(ring([0, 20, 40]), seed=0)
+        student = make_student(changed(VIRTUAL, loss=weights))
+        student.virtual_cameras = virtual_cameras(ring([0, 20, 40]), seed=0)
         views = [(2, load_view(dataset.train[2]))] * many
-        student._pull([student.cameras[2]] * many, views)
+        student._add_gradients([student.cameras[2]] * many, views)
         rows = student.model.rows.tensors
-        return {name: tensor.grad.clone() for name, tensor in rows.items()}
+        return {name: grad_of(tensor).clone() for name, tensor in rows.items()}
 
     once, twice = gradients(1), gradients(2)
     stronger = gradients(1, distill_weight=3.0, depth_weight=0.3)
@@ -125,10 +127,12 @@ def test_gradients_are_those_of_photo_and_teacher(
     assert any((once[name] != photo[name]).any() for name in once)
 
 
-def test_training_goes_on_where_it_was(dataset: Dataset, make_student: MakeStudent) -> None:
+def test_training_with_virtual_views_resumes_exactly(
+    dataset: Dataset, make_student: MakeStudent
+) -> None:
     def made() -> Student:
-        student = make_student(BETWEEN)
-        student.between = cameras_between(ring([0, 20, 40]), seed=0)
+        student = make_student(VIRTUAL)
+        student.virtual_cameras = virtual_cameras(ring([0, 20, 40]), seed=0)
         return student
 
     whole, again = made(), made()

@@ -1,4 +1,4 @@
-"""Clone, split, prune: who is chosen, what becomes of them, and that Adam follows."""
+"""Cloning, splitting and pruning of Gaussians and of their moments."""
 
 from dataclasses import replace
 
@@ -45,19 +45,19 @@ def densifier(config: DensifyConfig = CONFIG, *, max_splats: int = 100) -> Clone
 
 
 def see(densifier: CloneSplit, grads: torch.Tensor, radii: torch.Tensor) -> None:
-    """A picture with these gradients of the projected centres."""
+    """Observe a view with these gradients of the projected means."""
     seen = gaussians_at(torch.zeros(COUNT, 3), torch.zeros(COUNT, 3), opacity=0.5, sh_degree=0)
     densifier.observe(1, seen, CAMERA, screen_grads=grads, radii=radii)
 
 
 def pull(densifier: CloneSplit, strength: list[float]) -> None:
-    """One view in which each centre is pulled along x; strength in the units of the threshold."""
+    """Observe a view with gradients along x, in units of the threshold."""
     grads = torch.zeros(COUNT, 2)
     grads[:, 0] = torch.tensor(strength) * densifier.config.gradient / (CAMERA.width / 2)
     see(densifier, grads, torch.ones(COUNT))
 
 
-def test_a_small_gaussian_that_is_pulled_is_cloned(generator: torch.Generator) -> None:
+def test_a_small_gaussian_with_a_large_gradient_is_cloned(generator: torch.Generator) -> None:
     adam, grows = gaussians(), densifier()
     pull(grows, [0, 2, 0, 0, 0, 0.9])
     before = adam.tensors["means"].detach().clone()
@@ -65,7 +65,7 @@ def test_a_small_gaussian_that_is_pulled_is_cloned(generator: torch.Generator) -
     assert torch.equal(adam.tensors["means"], torch.cat([before, before[1:2]]))
 
 
-def test_a_large_one_becomes_two_smaller_ones_near_it(generator: torch.Generator) -> None:
+def test_a_large_gaussian_is_split_into_two_smaller_ones(generator: torch.Generator) -> None:
     adam, grows = gaussians(scale=0.05), densifier()
     pull(grows, [0, 2, 0, 0, 0, 0])
     before = adam.tensors["means"].detach().clone()
@@ -77,7 +77,7 @@ def test_a_large_one_becomes_two_smaller_ones_near_it(generator: torch.Generator
     torch.testing.assert_close(adam.tensors["log_scales"][5:].exp(), torch.full((2, 3), 0.05 / 1.6))
 
 
-def test_children_are_spread_as_their_parent(generator: torch.Generator) -> None:
+def test_split_gaussians_are_distributed_like_the_original(generator: torch.Generator) -> None:
     adam, grows = gaussians(), densifier(replace(CONFIG, prune_scale=0.0))
     half = 2**-0.5
     with torch.no_grad():
@@ -95,7 +95,7 @@ def test_children_are_spread_as_their_parent(generator: torch.Generator) -> None
     assert spread[1] > 4 and spread[0] < 0.2 and spread[2] < 0.2
 
 
-def test_momentum_stays_with_old_rows_and_new_ones_have_none(generator: torch.Generator) -> None:
+def test_old_rows_keep_their_moments_and_new_ones_have_none(generator: torch.Generator) -> None:
     adam, grows = gaussians(scale=0.05), densifier()
     pull(grows, [0, 2, 0, 0, 3, 0])
     grows.after_step(10, adam, generator)
@@ -107,7 +107,7 @@ def test_momentum_stays_with_old_rows_and_new_ones_have_none(generator: torch.Ge
     adam.step()
 
 
-def test_gradients_count_in_halves_of_the_picture_and_per_view_that_shows_them(
+def test_gradients_are_in_half_image_units_and_averaged_over_views(
     generator: torch.Generator,
 ) -> None:
     grows = densifier()
@@ -120,7 +120,7 @@ def test_gradients_count_in_halves_of_the_picture_and_per_view_that_shows_them(
     assert mean.tolist() == [30, 30, 0, 0, 0, 0]
 
 
-def test_the_cap_takes_the_strongest_pull_first(generator: torch.Generator) -> None:
+def test_max_splats_prefers_the_largest_gradients(generator: torch.Generator) -> None:
     adam, grows = gaussians(), densifier(max_splats=8)
     pull(grows, [2, 5, 3, 9, 2, 2])
     grows.after_step(10, adam, generator)
@@ -128,7 +128,7 @@ def test_the_cap_takes_the_strongest_pull_first(generator: torch.Generator) -> N
     assert added.tolist() == [3, 9]  # of rows 1 and 3
 
 
-def test_the_cap_is_never_exceeded(generator: torch.Generator) -> None:
+def test_max_splats_is_never_exceeded(generator: torch.Generator) -> None:
     adam, grows = gaussians(), densifier(max_splats=COUNT)
     pull(grows, [2] * COUNT)
     grows.after_step(10, adam, generator)
@@ -155,7 +155,7 @@ def test_pruning_never_removes_everything(generator: torch.Generator) -> None:
     assert len(adam.tensors["means"]) == COUNT
 
 
-def test_a_reset_leaves_no_opacity_above_a_hundredth(generator: torch.Generator) -> None:
+def test_a_reset_limits_all_opacities_to_a_hundredth(generator: torch.Generator) -> None:
     adam, grows = gaussians(), densifier(replace(CONFIG, opacity_reset=0.3))
     grows.after_step(29, adam, generator)
     assert adam.tensors["logit_opacities"].sigmoid().max() == 0.5
@@ -166,7 +166,7 @@ def test_a_reset_leaves_no_opacity_above_a_hundredth(generator: torch.Generator)
 
 
 @pytest.mark.parametrize(("steps", "interval"), [(30_000, 100), (6_000, 50), (90_000, 300)])
-def test_the_schedule_keeps_its_place_whatever_the_length(steps: int, interval: int) -> None:
+def test_the_schedule_scales_with_the_steps(steps: int, interval: int) -> None:
     schedule = Schedule.of(DensifyConfig(), steps)
     assert schedule.start == steps / 60 and schedule.stop == steps / 2
     assert schedule.interval == interval

@@ -1,4 +1,4 @@
-"""What Gaussians are worth, who is drawn, who is trimmed, and points on the surfaces they show."""
+"""Importance, sampling and trimming of Gaussians, and surface points."""
 
 import math
 from dataclasses import replace
@@ -12,9 +12,9 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import measure_contributions
 from mobilegs.render.project import rotation_matrices
 from mobilegs.train.teacher import surface_points as module
-from mobilegs.train.teacher.importance import drawn_rows, holding_most, importance
+from mobilegs.train.teacher.importance import importance, importance_mask, sample_rows
 from mobilegs.train.teacher.init import gaussians_at, initial_gaussians
-from mobilegs.train.teacher.surface_points import chord_depths, pixel_directions, surface_points
+from mobilegs.train.teacher.surface_points import pixel_rays, ray_depths, surface_points
 
 K = torch.tensor([[30.0, 0, 15], [0, 28, 11], [0, 0, 1]])
 UP = torch.tensor([0.0, -1, 0])
@@ -42,7 +42,7 @@ EYES = [camera([0, 0, -3]), camera([0.5, 0.2, -3])]
 # --- importance
 
 
-def test_what_wins_no_pixel_of_any_view_is_worth_nothing() -> None:
+def test_a_gaussian_that_dominates_no_pixel_has_no_importance() -> None:
     for metric in ("indoor", "outdoor"):
         worth = importance(wall(), EYES, metric)
         assert (worth[625:] == 0).all() and (worth[:625] > 0).any()
@@ -63,28 +63,28 @@ def test_the_two_metrics_are_sums_over_the_views() -> None:
     torch.testing.assert_close(importance(made, EYES, "outdoor"), outdoor)
 
 
-def test_nobody_is_drawn_twice_and_nobody_without_weight(generator: torch.Generator) -> None:
+def test_sampling_has_no_repetition_and_no_zero_weights(generator: torch.Generator) -> None:
     weights = torch.tensor([0.0, 1, 2, 0, 1e-30, 4])
     for count in (0, 1, 3, 4, 100):
-        rows = drawn_rows(weights, count, generator)
+        rows = sample_rows(weights, count, generator)
         assert len(set(rows.tolist())) == len(rows) == min(count, 4)
         assert set(rows.tolist()) <= {1, 2, 4, 5}
-    assert len(drawn_rows(torch.zeros(3), 2, generator)) == 0
+    assert len(sample_rows(torch.zeros(3), 2, generator)) == 0
 
 
-def test_chances_are_as_the_weights(generator: torch.Generator) -> None:
+def test_sampling_is_proportional_to_the_weights(generator: torch.Generator) -> None:
     weights = torch.tensor([1.0, 2.0, 5.0])
     first = torch.bincount(
-        torch.cat([drawn_rows(weights, 1, generator) for _ in range(4000)]), minlength=3
+        torch.cat([sample_rows(weights, 1, generator) for _ in range(4000)]), minlength=3
     )
     torch.testing.assert_close(first / 4000, weights / 8, rtol=0, atol=0.03)
 
 
-def test_the_least_that_hold_a_hundredth_go() -> None:
+def test_the_smallest_hundredth_is_masked() -> None:
     values = torch.tensor([50.0, 0.5, 0.0, 48.9, 0.4, 0.2])
-    assert holding_most(values, 0.99).tolist() == [True, True, False, True, False, False]
-    assert holding_most(torch.zeros(4), 0.99).all()
-    assert holding_most(torch.zeros(0), 0.99).shape == (0,)
+    assert importance_mask(values, 0.99).tolist() == [True, True, False, True, False, False]
+    assert importance_mask(torch.zeros(4), 0.99).all()
+    assert importance_mask(torch.zeros(0), 0.99).shape == (0,)
 
 
 # --- the middle of a chord
@@ -109,7 +109,7 @@ def chord_ends(origin, direction, mean, quat, scale, radius) -> torch.Tensor:
     return torch.stack(ends)
 
 
-def test_the_middle_is_half_way_between_the_ends(generator: torch.Generator) -> None:
+def test_the_ray_depth_is_midway_between_both_intersections(generator: torch.Generator) -> None:
     def normal(*shape):
         return torch.randn(*shape, generator=generator, dtype=torch.float64)
 
@@ -120,7 +120,7 @@ def test_the_middle_is_half_way_between_the_ends(generator: torch.Generator) -> 
         made = Gaussians(
             mean[None], quat[None], scale.log()[None], mean.new_zeros(1), mean.new_zeros(1, 1, 3)
         )
-        middle = chord_depths(origin, direction[None], made)
+        middle = ray_depths(origin, direction[None], made)
         ends = chord_ends(origin, direction, mean, quat, scale, radius=0.9)
         torch.testing.assert_close(middle[0], ends.mean())
 
@@ -141,9 +141,9 @@ def test_points_lie_on_their_rays_where_the_surface_is(generator: torch.Generato
         assert len({tuple(p) for p in pixels.floor().tolist()}) == 100
 
 
-def test_directions_meet_the_centres_of_their_pixels() -> None:
+def test_rays_pass_through_pixel_centres() -> None:
     view = EYES[1]
-    world = view.position + 2.5 * pixel_directions(view)
+    world = view.position + 2.5 * pixel_rays(view)
     seen = world @ view.viewmat[:3, :3].T + view.viewmat[:3, 3]
     torch.testing.assert_close(seen[:, 2], torch.full((32 * 24,), 2.5))
     pixels = seen[:, :2] / seen[:, 2:] * K.diagonal()[:2] + K[:2, 2]
@@ -178,7 +178,7 @@ def test_fewer_points_than_photos_come_from_some_of_them(generator: torch.Genera
         assert 0.5 * count <= len(points) <= count
 
 
-def test_points_of_a_real_capture_are_near_those_it_came_with(
+def test_points_of_a_real_capture_are_near_its_own_points(
     data_dir, generator: torch.Generator
 ) -> None:
     dataset = load_capture(data_dir / "tiny_fern", downscale=4)

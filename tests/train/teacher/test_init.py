@@ -1,4 +1,4 @@
-"""Where Gaussians begin."""
+"""Initial Gaussians."""
 
 import math
 
@@ -10,7 +10,7 @@ from mobilegs.data.dataset import Dataset, Frame
 from mobilegs.train.teacher.init import (
     gaussians_at,
     initial_gaussians,
-    neighbour_distances,
+    neighbor_distances,
     random_points,
 )
 
@@ -52,20 +52,20 @@ def start(points: torch.Tensor, count: int, seed: int = 0):
 def test_the_size_is_the_root_mean_square_distance_to_three_neighbours() -> None:
     points = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3], [50, 0, 0]])
     expected = math.sqrt((1 + 4 + 9) / 3)
-    assert neighbour_distances(points)[0].item() == pytest.approx(expected)
+    assert neighbor_distances(points)[0].item() == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
 def test_few_points_get_a_finite_size(count: int) -> None:
-    distances = neighbour_distances(torch.arange(3.0 * count).reshape(count, 3))
+    distances = neighbor_distances(torch.arange(3.0 * count).reshape(count, 3))
     assert distances.shape == (count,) and distances.isfinite().all() and (distances > 0).all()
 
 
 def test_points_on_top_of_each_other_get_a_size() -> None:
-    assert (neighbour_distances(torch.zeros(9, 3)) > 0).all()
+    assert (neighbor_distances(torch.zeros(9, 3)) > 0).all()
 
 
-def test_a_gaussian_shows_the_colour_of_its_point_at_the_opacity_asked_for() -> None:
+def test_a_gaussian_has_the_colour_of_its_point_and_the_given_opacity() -> None:
     colors = torch.rand(5, 3, generator=torch.Generator().manual_seed(0))
     made = gaussians_at(torch.randn(5, 3), colors, opacity=0.1, sh_degree=3)
     torch.testing.assert_close(0.5 + 0.28209479 * made.sh[:, 0], colors)
@@ -79,7 +79,7 @@ def test_all_points_are_used_if_they_are_few_enough() -> None:
     assert torch.equal(start(points, 30).means, points)
 
 
-def test_of_too_many_points_a_random_choice_is_taken() -> None:
+def test_too_many_points_are_sampled() -> None:
     points = torch.arange(300.0).reshape(100, 3)
     chosen = start(points, 40).means
     assert len(chosen) == 40 and len(chosen.unique(dim=0)) == 40
@@ -87,7 +87,7 @@ def test_of_too_many_points_a_random_choice_is_taken() -> None:
     assert torch.equal(chosen, start(points, 40).means)
 
 
-def test_a_capture_without_points_starts_at_random_ones() -> None:
+def test_a_capture_without_points_gets_random_ones() -> None:
     made = start(torch.zeros(0, 3), 50)
     assert len(made) == 50 and (made.sh[:, 0] == 0).all()
 
@@ -102,12 +102,12 @@ def random_for(cameras: list[Camera], extent: float) -> torch.Tensor:
     )
 
 
-def test_cameras_around_an_object_begin_with_the_cube_they_see() -> None:
+def test_cameras_around_an_object_give_the_cube_that_they_see() -> None:
     points = random_for(ring(20, 4.0), 4.4)
     half = 4.02 * math.tan(math.radians(20)) * 0.8  # the narrower side is 80 of 100 px
     assert points.abs().max().item() == pytest.approx(half, rel=0.02)
 
 
-def test_cameras_that_look_outwards_begin_with_a_cube_around_them() -> None:
+def test_cameras_that_look_outwards_give_a_cube_around_them() -> None:
     points = random_for(ring(20, 1.0, outwards=True), 1.1)
     assert 3 < points.abs().max() < 5 and (points.norm(dim=1) > 1.1).float().mean() > 0.9

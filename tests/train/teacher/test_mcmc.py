@@ -1,4 +1,4 @@
-"""MCMC: copies look as the one they come from, the dead move, the budget holds."""
+"""MCMC: copies, relocation, budget, noise."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,7 @@ import torch
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.init import gaussians_at
-from mobilegs.train.teacher.mcmc import Mcmc, McmcConfig, shared_out
+from mobilegs.train.teacher.mcmc import Mcmc, McmcConfig, split_copies
 
 CONFIG = DensifyConfig("mcmc", start=0.0, interval=0.1, min_interval=1)
 
@@ -41,10 +41,10 @@ def defined(opacity: float, scale: float, copies: int) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("copies", [1, 2, 3, 10, 51])
-def test_copies_share_opacity_and_size_as_the_paper_says(copies: int) -> None:
+def test_copies_have_the_opacity_and_size_of_the_paper(copies: int) -> None:
     opacities = torch.tensor([0.006, 0.1, 0.5, 0.9, 0.99, 0.9999])
     scales = torch.tensor([[0.5, 1.0, 2.0]]).expand(6, 3)
-    faint, small = shared_out(opacities, scales, torch.full((6,), copies))
+    faint, small = split_copies(opacities, scales, torch.full((6,), copies))
     for row, opacity in enumerate(opacities.tolist()):
         after, scale = defined(opacity, 1.0, copies)
         assert faint[row].item() == pytest.approx(after, rel=1e-5)
@@ -53,11 +53,11 @@ def test_copies_share_opacity_and_size_as_the_paper_says(copies: int) -> None:
 
 def test_more_than_51_copies_count_as_51() -> None:
     given = torch.tensor([0.8]), torch.ones(1, 3)
-    many, most = (shared_out(*given, torch.tensor([n])) for n in (1000, 51))
+    many, most = (split_copies(*given, torch.tensor([n])) for n in (1000, 51))
     assert torch.equal(many[0], most[0]) and torch.equal(many[1], most[1])
 
 
-def test_the_dead_move_to_where_the_living_are(generator: torch.Generator) -> None:
+def test_dead_gaussians_move_to_living_ones(generator: torch.Generator) -> None:
     adam = optimiser(12)
     with torch.no_grad():
         adam.tensors["logit_opacities"][:4] = -6
@@ -80,7 +80,7 @@ def test_the_dead_move_to_where_the_living_are(generator: torch.Generator) -> No
 
 
 @pytest.mark.parametrize("dead", [0, 12])
-def test_without_dead_or_without_living_nobody_moves(dead: int, generator) -> None:
+def test_without_dead_or_living_gaussians_none_moves(dead: int, generator) -> None:
     adam = optimiser(12)
     with torch.no_grad():
         adam.tensors["logit_opacities"][:dead] = -9
@@ -102,7 +102,7 @@ def test_the_number_grows_by_a_twentieth_up_to_the_budget(generator: torch.Gener
 
 
 @pytest.mark.parametrize("max_splats", [1, 5, 100])
-def test_a_budget_that_is_used_up_holds(max_splats: int, generator: torch.Generator) -> None:
+def test_a_full_budget_does_not_grow(max_splats: int, generator: torch.Generator) -> None:
     adam = optimiser(max_splats)
     with torch.no_grad():
         strategy(max_splats)._grow(adam, generator)
@@ -116,7 +116,9 @@ def test_nothing_is_moved_after_the_stop(generator: torch.Generator) -> None:
     assert len(adam.tensors["means"]) == 100
 
 
-def test_only_the_faint_wander_and_in_their_own_shape(generator: torch.Generator) -> None:
+def test_noise_moves_only_faint_gaussians_along_their_covariance(
+    generator: torch.Generator,
+) -> None:
     adam = optimiser(4000)
     half = 2**-0.5
     with torch.no_grad():
@@ -125,9 +127,9 @@ def test_only_the_faint_wander_and_in_their_own_shape(generator: torch.Generator
         adam.tensors["quats"][:] = torch.tensor([half, 0, 0, half])  # x turns to y
         adam.tensors["logit_opacities"][:2000] = -12.0
         adam.tensors["logit_opacities"][2000:] = 0.0
-    adam.set_rate("means", 1e-5)
+    adam.set_lr("means", 1e-5)
     with torch.no_grad():
-        strategy(4000)._wander(adam, generator)
+        strategy(4000)._add_noise(adam, generator)
     moved = adam.tensors["means"].detach()
     assert (moved[2000:].abs() < 1e-12).all()
     # 5e5 x 1e-5 x variance x sigmoid(100 x 0.005) for an opacity of nothing
@@ -136,13 +138,13 @@ def test_only_the_faint_wander_and_in_their_own_shape(generator: torch.Generator
     assert moved[:2000].std(0).tolist() == pytest.approx(expected, rel=0.08)
 
 
-def test_small_and_faint_is_cheap() -> None:
+def test_the_regularizer_favours_small_and_faint_gaussians() -> None:
     made = gaussians_at(torch.randn(9, 3), torch.rand(9, 3), opacity=0.3, sh_degree=0)
     moves = strategy(9)
     expected = 0.01 * 0.3 + 0.01 * float(made.scales.mean())
-    assert float(moves.regulariser(made)) == pytest.approx(expected, rel=1e-5)
+    assert float(moves.regularizer(made)) == pytest.approx(expected, rel=1e-5)
     made.logit_opacities.requires_grad_()
-    moves.regulariser(made).backward()
+    moves.regularizer(made).backward()
     assert made.logit_opacities.grad is not None and (made.logit_opacities.grad > 0).all()
 
 

@@ -1,4 +1,4 @@
-"""Mini-Splatting: its timetable is the paper's, and each event does what it should."""
+"""Mini-Splatting: the paper's schedule and its events."""
 
 from dataclasses import replace
 from itertools import groupby
@@ -13,12 +13,12 @@ from mobilegs.render import measure_contributions
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
-from mobilegs.train.optim import log_linear
+from mobilegs.train.optim import exponential_lr
 from mobilegs.train.recipes import RECIPES, with_method
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.densify import DensifyConfig
-from mobilegs.train.teacher.init import gaussians_at, neighbour_distances
-from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig, shown
+from mobilegs.train.teacher.init import gaussians_at, neighbor_distances
+from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig, constant_color
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 
 CPU = torch.device("cpu")
@@ -77,30 +77,30 @@ def test_events_fall_on_the_papers_steps(papers: Teacher) -> None:
     named = sorted((strategy_of(papers).event(step), step) for step in range(1, 30_001))
     found = {e: [s for _, s in steps] for e, steps in groupby(named, lambda each: each[0])}
     assert found["densify"] == [s for s in range(600, 15_000, 100) if s % 5000]
-    assert found["reinitialise"] == [5000, 10_000]
+    assert found["reinit"] == [5000, 10_000]
     assert found["sample"] == [15_000] and found["trim"] == [20_000]
 
 
 def test_numbers_are_the_papers(papers: Teacher) -> None:
     strategy = strategy_of(papers)
     assert strategy.reinit_splats == 3_500_000 and strategy.max_splats == 4_500_000
-    assert strategy.more.blur == 1 / 5000 and strategy.config.prune_scale_from * 30_000 == 3000
+    assert strategy.mini.blur == 1 / 5000 and strategy.config.prune_scale_from * 30_000 == 3000
 
 
-def test_the_centres_rate_is_wound_back_to_step_5000(papers: Teacher) -> None:
+def test_the_learning_rate_of_the_means_rewinds_to_step_5000(papers: Teacher) -> None:
     rates = {}
     for step in (1, 5000, 14_999, 15_000, 20_000, 30_000):
         papers.done = step - 1
-        rates[step] = papers._rates()["means"] / papers.extent
+        rates[step] = papers._lrs()["means"] / papers.extent
     papers.done = 0
     clocks = {1: 1, 5000: 5000, 14_999: 14_999, 15_000: 5000, 20_000: 10_000, 30_000: 20_000}
     for step, clock in clocks.items():
-        assert rates[step] == pytest.approx(log_linear(1.6e-4, 1.6e-6, clock / 30_000))
+        assert rates[step] == pytest.approx(exponential_lr(1.6e-4, 1.6e-6, clock / 30_000))
     assert rates[15_000] == pytest.approx(rates[5000])
     assert rates[30_000] == pytest.approx(7.4e-6, rel=0.01)
 
 
-def test_harmonics_rise_after_the_draw(papers: Teacher) -> None:
+def test_the_sh_degree_rises_after_the_sampling(papers: Teacher) -> None:
     degrees = {}
     for step in (1, 14_999, 15_000, 15_999, 16_000, 17_000, 18_000, 29_999):
         papers.done = step - 1
@@ -109,7 +109,7 @@ def test_harmonics_rise_after_the_draw(papers: Teacher) -> None:
     assert list(degrees.values()) == [0, 0, 0, 0, 1, 2, 3, 3]
 
 
-def test_before_the_draw_nothing_is_spent_on_harmonics(dataset: Dataset) -> None:
+def test_before_the_sampling_there_are_no_higher_harmonics(dataset: Dataset) -> None:
     teacher, widths = started(dataset), []
     for step in (1, 10, 29, 30, 31):
         train(teacher, dataset, step)
@@ -129,16 +129,16 @@ def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> N
     assert events.count("sample") <= 1 and events.count("trim") <= 1
     if steps == 60:
         assert [e for e, _ in groupby(e for e in events if e)] == [
-            *["densify", "reinitialise"] * 2,
+            *["densify", "reinit"] * 2,
             *["densify", "sample", "trim"],
         ]
 
 
 @pytest.mark.parametrize("steps", [2000, 5000, 8000, 10_000, 20_000, 30_000])
-def test_the_draw_looks_at_gaussians_that_have_learned(steps: int, dataset: Dataset) -> None:
+def test_the_sampling_comes_long_after_a_restart(steps: int, dataset: Dataset) -> None:
     strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
     events = [strategy.event(step) for step in range(1, steps + 1)]
-    begun = [step for step, event in enumerate(events, 1) if event == "reinitialise"]
+    begun = [step for step, event in enumerate(events, 1) if event == "reinit"]
     assert len(begun) == 2
     assert events.index("sample") + 1 - begun[-1] > 0.9 * steps / 6
 
@@ -146,7 +146,7 @@ def test_the_draw_looks_at_gaussians_that_have_learned(steps: int, dataset: Data
 # --- the events
 
 
-def test_who_covers_much_of_a_picture_is_split(dataset: Dataset) -> None:
+def test_gaussians_that_dominate_much_of_an_image_are_split(dataset: Dataset) -> None:
     teacher = started(dataset, blur=1 / 50)  # 11.5 of 576 pixels
     strategy = strategy_of(teacher)
     train(teacher, dataset, 2)
@@ -155,7 +155,7 @@ def test_who_covers_much_of_a_picture_is_split(dataset: Dataset) -> None:
         torch.zeros(teacher.count, dtype=torch.int32),
     ]
     strategy._clear(teacher.count, CPU)
-    shapes = shown(teacher.adam)
+    shapes = constant_color(teacher.adam)
     for index in (0, 3):
         view = load_view(dataset.train[index])
         given = (shapes.means, shapes.quats, shapes.scales, shapes.opacities)
@@ -166,9 +166,9 @@ def test_who_covers_much_of_a_picture_is_split(dataset: Dataset) -> None:
     assert torch.equal(strategy.blurred, seen[1] > 576 / 50)
     blurred = strategy.blurred
     assert 0 < blurred.sum() < teacher.count  # no gradient: nothing else is cloned or split
-    before = shown(teacher.adam)
+    before = constant_color(teacher.adam)
     strategy._densify(8, teacher.adam, teacher.generator, split_too=blurred)
-    after = shown(teacher.adam)
+    after = constant_color(teacher.adam)
     gone, parents = int(blurred.sum()), before.select(blurred)
     kept = before.select(~blurred)
     assert len(after) == len(before) + gone
@@ -177,7 +177,7 @@ def test_who_covers_much_of_a_picture_is_split(dataset: Dataset) -> None:
     assert not strategy.blurred.any() and len(strategy.blurred) == len(after)
 
 
-def test_where_room_is_short_the_blurred_come_first(dataset: Dataset) -> None:
+def test_near_max_splats_blurring_gaussians_are_split_first(dataset: Dataset) -> None:
     teacher = started(dataset, peak_splats=1.0, reinit_splats=1.0)
     strategy = strategy_of(teacher)
     strategy.max_splats = teacher.count + 2
@@ -185,21 +185,21 @@ def test_where_room_is_short_the_blurred_come_first(dataset: Dataset) -> None:
     strategy.views += 1
     blurred = torch.zeros(teacher.count, dtype=torch.bool)
     blurred[[1, 5]] = True
-    cloned, split = strategy._chosen(torch.zeros_like(blurred), blurred)
+    cloned, split = strategy._select(torch.zeros_like(blurred), blurred)
     assert not cloned.any() and torch.equal(split, blurred)
 
 
-def test_a_clone_is_split_only_as_the_original(dataset: Dataset) -> None:
+def test_only_the_original_of_a_clone_is_split(dataset: Dataset) -> None:
     strategy = strategy_of(started(dataset))
     count = len(strategy.views)
     strategy.gradients[3], strategy.views[3] = 1.0, 1
     blurred = torch.zeros(count, dtype=torch.bool)
     blurred[3] = True
-    cloned, split = strategy._chosen(torch.zeros_like(blurred), blurred)
+    cloned, split = strategy._select(torch.zeros_like(blurred), blurred)
     assert cloned.nonzero().tolist() == split.nonzero().tolist() == [[3]]
 
 
-def test_a_new_beginning_replaces_everything(dataset: Dataset) -> None:
+def test_a_restart_replaces_all_gaussians(dataset: Dataset) -> None:
     teacher = started(dataset)
     train(teacher, dataset, 9)
     train(teacher, dataset, 10)
@@ -208,7 +208,7 @@ def test_a_new_beginning_replaces_everything(dataset: Dataset) -> None:
     torch.testing.assert_close(new.opacities, torch.full((len(new),), 0.1))
     assert (new.quats == torch.tensor([1.0, 0, 0, 0])).all() and (new.sh[:, 1:] == 0).all()
     torch.testing.assert_close(
-        new.scales, neighbour_distances(new.means)[:, None].expand(-1, 3), rtol=1e-4, atol=1e-6
+        new.scales, neighbor_distances(new.means)[:, None].expand(-1, 3), rtol=1e-4, atol=1e-6
     )
     photos = torch.cat([load_view(frame).image.reshape(-1, 3) for frame in dataset.train])
     colors = 0.5 + C0 * new.sh[:, 0]
@@ -218,7 +218,7 @@ def test_a_new_beginning_replaces_everything(dataset: Dataset) -> None:
     assert len(strategy.gradients) == len(strategy.blurred) == len(new)
 
 
-def test_the_draw_keeps_half_of_what_matters_with_places_and_colours(
+def test_the_sampling_keeps_half_of_the_important_gaussians(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config = replace(CONFIG, max_splats=400)  # more than half of the peak, so it does not bind
@@ -245,7 +245,7 @@ def test_the_draw_keeps_half_of_what_matters_with_places_and_colours(
     assert not teacher.adam.adam.state
 
 
-def test_trimming_removes_the_least_and_begins_adam_anew(dataset: Dataset) -> None:
+def test_trimming_removes_the_least_important_and_resets_adam(dataset: Dataset) -> None:
     teacher = started(dataset, trim_keeps=0.8)
     train(teacher, dataset, 39)
     before = teacher.count
@@ -256,7 +256,7 @@ def test_trimming_removes_the_least_and_begins_adam_anew(dataset: Dataset) -> No
 
 
 @pytest.mark.parametrize("max_splats", [1, 3, 17, 60])
-def test_the_budget_holds_from_the_draw_on_and_its_peak_before(
+def test_max_splats_holds_after_the_sampling_and_the_peak_before(
     dataset: Dataset, max_splats: int
 ) -> None:
     config = replace(CONFIG, max_splats=max_splats, densify=replace(CONFIG.densify, gradient=1e-9))
@@ -267,7 +267,7 @@ def test_the_budget_holds_from_the_draw_on_and_its_peak_before(
 
 
 @pytest.mark.parametrize("method", ["3dgs", "mini-splatting", "mcmc"])
-def test_a_capture_of_one_view_is_trained(dataset: Dataset, method) -> None:
+def test_a_capture_with_one_view_can_be_trained(dataset: Dataset, method) -> None:
     config = with_method(RECIPES["demo"](), method).teacher
     teacher = Teacher(
         replace(config, steps=24, max_splats=60, init_splats=40),
@@ -275,12 +275,12 @@ def test_a_capture_of_one_view_is_trained(dataset: Dataset, method) -> None:
         seed=0,
         device=CPU,
     )
-    alone = replace(dataset, train=dataset.train[:1])
-    train(teacher, alone, 24)
+    one_view = replace(dataset, train=dataset.train[:1])
+    train(teacher, one_view, 24)
     assert teacher.count > 0 and teacher.gaussians().means.isfinite().all()
 
 
-def test_the_method_learns(dataset: Dataset) -> None:
+def test_the_loss_falls(dataset: Dataset) -> None:
     teacher = started(dataset, replace(CONFIG, steps=200))
     view = load_view(dataset.train[0])
     before = (teacher.scene().render(view.camera).image - view.image).square().mean()
@@ -296,7 +296,7 @@ def same_state(first, second) -> bool:
 
 @pytest.mark.parametrize("stop", [1, 10, 29, 30, 40])
 @pytest.mark.parametrize("method", ["3dgs", "mini-splatting", "mcmc"])
-def test_a_teacher_that_was_stopped_ends_the_same(
+def test_a_resumed_teacher_ends_bit_for_bit_the_same(
     dataset: Dataset, tmp_path: Path, method, stop: int
 ) -> None:
     recipe = with_method(replace(RECIPES["demo"](), teacher=CONFIG), method)

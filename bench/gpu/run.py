@@ -1,0 +1,239 @@
+"""Check, time and train on an NVIDIA GPU; give the same command again to do what is missing.
+
+    python -m bench.gpu.run --out runs/gpu [--minutes 60] [--parts tests kernels ...]
+
+Needs a CUDA device and `pip install '.[cuda,native,dev]'`. Every part runs in a process of its
+own. A part that succeeded is not repeated. OUT/result.json is written after every part, with the
+date and the device. See README.md in this folder for the parts.
+"""
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mobilegs.atomic import atomic_write
+
+INSTALL = "run `pip install '.[cuda,native,dev]'`"
+GRACE_SECONDS = 60  # for a training that was told to stop to write its checkpoint
+PAPER_ROWS = ("teacher", "ours", "codebooks", "network")
+
+
+@dataclass(frozen=True)
+class Part:
+    """A command of its own."""
+
+    name: str
+    words: tuple[str, ...]
+    """What follows `python` on the command line."""
+    needs: tuple[Path, ...] = ()
+    """Files or folders without which the part is left out."""
+
+
+def parts_of(out: Path, data: Path | None, steps: int) -> list[Part]:
+    """All parts in their order. `data` holds the captures; without it there is nothing to train."""
+    module = lambda name, *words: ("-m", name, *(str(word) for word in words))  # noqa: E731
+    capture = (data or Path("MOBILEGS_DATA")) / "bonsai"
+    scene, teacher = out / "bonsai" / "scene.mgs", out / "bonsai" / "teacher.ply"
+    files = ("--mgs", scene, "--ply", teacher)
+    frames = (*files, "--capture", capture, "--downscale", 2, "--json", out / "frames.json")
+    kernels = ("--json", out / "kernels.json")
+    tests = ("-m", "gpu", "-q", "-W", "default", f"--junitxml={out / 'tests.xml'}")
+    preset = ("--preset", "gpu", "--downscale", 2, "--steps", steps, "--device", "cuda")
+    paper = ("--scenes", "full", "--rows", *PAPER_ROWS, "--runs", out / "paper", "--data", data)
+    trained = (scene, teacher)
+    return [
+        Part("tests", module("pytest", *tests, "tests/render/test_cuda.py")),
+        Part("kernels", module("bench.gpu.kernels", *kernels)),
+        Part("kernels-gsplat", module("bench.gpu.kernels", *kernels, "--by", "gsplat")),
+        Part(
+            "train",
+            module("mobilegs", "train", capture, "-o", scene.parent, "--resume", *preset),
+            (capture,),
+        ),
+        Part("frames", module("bench.gpu.frames", *frames), (capture, *trained)),
+        Part(
+            "frames-gsplat",
+            module("bench.gpu.frames", *frames, "--by", "gsplat"),
+            (capture, *trained),
+        ),
+        Part("wgpu", module("bench.viewers.wgpu", *files, "--json", out / "wgpu.json"), trained),
+        Part(
+            "paper",
+            module("bench.paper.run", *paper, "--json", out / "paper.json"),
+            (capture,),
+        ),
+    ]
+
+
+class Record:
+    """The parts that ran, with exit code and seconds, kept in OUT/parts.json."""
+
+    def __init__(self, out: Path) -> None:
+        self.path = out / "parts.json"
+        self.runs: list[dict[str, Any]] = (
+            json.loads(self.path.read_text()) if self.path.exists() else []
+        )
+
+    def succeeded(self, name: str) -> bool:
+        """Whether a part needs no further run."""
+        return any(run["name"] == name and run["exit"] == 0 for run in self.runs)
+
+    def add(self, name: str, code: int, seconds: float) -> None:
+        """Note a run and write the file."""
+        self.runs.append({"name": name, "exit": code, "seconds": round(seconds)})
+        atomic_write(self.path, json.dumps(self.runs, indent=1) + "\n")
+
+
+def run_part(part: Part, log: Path, seconds: float | None) -> int:
+    """Run a part for at most `seconds`, print and log its output, and return its exit code.
+
+    A part whose time is up is interrupted, so that a training writes its checkpoint.
+    """
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("ab") as file:
+        process = subprocess.Popen([sys.executable, *part.words], stdout=file, stderr=file)
+        try:
+            return process.wait(seconds)
+        except (subprocess.TimeoutExpired, KeyboardInterrupt) as error:
+            process.send_signal(signal.SIGINT)
+            try:
+                code = process.wait(GRACE_SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                code = process.wait()
+            if isinstance(error, KeyboardInterrupt):
+                raise
+            return code or 1
+
+
+def run_parts(parts: Sequence[Part], out: Path, minutes: float | None) -> list[str]:
+    """Run what is missing until the time is up; return the names of parts that are not done."""
+    record, ends = Record(out), None if minutes is None else time.monotonic() + 60 * minutes
+    missing = []
+    for part in parts:
+        if record.succeeded(part.name):
+            continue
+        absent = [str(path) for path in part.needs if not path.exists()]
+        left = None if ends is None else ends - time.monotonic()
+        if absent or (left is not None and left <= 0):
+            reason = f"{absent[0]} is missing" if absent else "the time is up"
+            print(f"{part.name}: not run, {reason}", flush=True)
+            missing.append(part.name)
+            continue
+        log = out / "logs" / f"{part.name}.log"
+        print(f"{part.name}: running, output in {log}", flush=True)
+        started = time.monotonic()
+        code = run_part(part, log, left)
+        record.add(part.name, code, time.monotonic() - started)
+        print(f"{part.name}: {'done' if code == 0 else f'exit code {code}'}", flush=True)
+        if code:
+            missing.append(part.name)
+        write_result(out, record)
+    write_result(out, record)
+    return missing
+
+
+def write_result(out: Path, record: Record) -> None:
+    """Write OUT/result.json: device, date, parts, and the figures that are there."""
+    files = {
+        "kernels": "kernels.json",
+        "bonsai": "bonsai/metrics.json",
+        "frames": "frames.json",
+        "wgpu": "wgpu.json",
+    }
+    found = {name: read_json(out / file) for name, file in files.items()}
+    result = {
+        "date": time.strftime("%Y-%m-%d"),
+        **device(),
+        "parts": record.runs,
+        "tests": test_counts(out / "tests.xml"),
+        **{name: value for name, value in found.items() if value is not None},
+    }
+    atomic_write(out / "result.json", json.dumps(result, indent=1) + "\n")
+
+
+def read_json(path: Path) -> Any:
+    """Return a file's contents, None if there is no such file."""
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def test_counts(path: Path) -> dict[str, Any] | None:
+    """Return the counts of pytest's report and the names of tests that failed."""
+    suite = ElementTree.parse(path).getroot().find("testsuite") if path.exists() else None
+    if suite is None:
+        return None
+    counts = {name: int(suite.get(name, 0)) for name in ("tests", "failures", "errors", "skipped")}
+    failed = [
+        case.get("name")
+        for case in suite.iter("testcase")
+        if case.find("failure") is not None or case.find("error") is not None
+    ]
+    return {**counts, "failed": failed}
+
+
+def device() -> dict[str, Any]:
+    """Return the GPU's name, capability and memory, and the versions that matter."""
+    import torch
+
+    properties = torch.cuda.get_device_properties(0)
+    return {
+        "device": properties.name,
+        "capability": f"{properties.major}.{properties.minor}",
+        "memory_gib": round(properties.total_memory / 2**30, 1),
+        "torch": torch.__version__,
+        "cuda": torch.version.cuda,
+    }
+
+
+def require_gpu() -> None:
+    """Exit with one sentence and code 2 where the kernels cannot be compiled or run."""
+    problem = None
+    try:
+        import cuda.bindings.nvrtc
+        import cuda.core
+        import torch
+
+        cuda.bindings.nvrtc.nvrtcVersion()
+        if not torch.cuda.is_available():
+            problem = "torch finds no CUDA device on this machine"
+    except (ImportError, RuntimeError) as error:  # a package, or the library behind it
+        problem = f"the compiler of the kernels is missing ({error}): {INSTALL}"
+    if problem:
+        print(problem, file=sys.stderr)
+        sys.exit(2)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("runs/gpu"), help="folder for everything")
+    parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
+    parser.add_argument("--minutes", type=float, help="begin nothing after so many minutes")
+    parser.add_argument("--steps", type=int, default=8000, help="of the training, both stages")
+    parser.add_argument("--parts", nargs="+", help="only these; default: all but paper")
+    options = parser.parse_args()
+    data = None if options.data is None else Path(options.data)
+    parts = parts_of(options.out, data, options.steps)
+    names = options.parts or [part.name for part in parts if part.name != "paper"]
+    unknown = set(names) - {part.name for part in parts}
+    if unknown:
+        parser.error(f"no part is called {', '.join(sorted(unknown))}")
+    require_gpu()
+    options.out.mkdir(parents=True, exist_ok=True)
+    wanted = [part for part in parts if part.name in names]
+    missing = run_parts(wanted, options.out, options.minutes)
+    print(f"{options.out / 'result.json'} has the figures", flush=True)
+    if missing:
+        sys.exit(f"not done: {', '.join(missing)}; give the same command again")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,321 @@
+"""Rows of the paper's tables: the settings that each row changes. See bench/paper/run.py."""
+
+from dataclasses import dataclass, replace
+
+# settings that take the presets' departures from the paper back: virtual views, the early rate
+# term, scalar quantisation, the overdraw term
+LATE_RATE_TERM = ("student.schedule.rate_from=1",)
+PAPER_DISTILLATION = ("student.loss.virtual_view_every=0", *LATE_RATE_TERM)
+CODEBOOKS = (
+    "student.quantization.method=nvq",
+    "student.schedule.quantize_from=0.7",
+    "student.loss.overdraw_weight=0",
+    *PAPER_DISTILLATION,
+)
+CONSTANT = "student.view_dependence.kind=constant"
+SORTED = (CONSTANT, "student.blend=sorted")
+EXPLICIT = ("student.schedule.quantize_from=1", "student.schedule.latents_from=1")
+FULL = "student.weighting.alpha_min=0.00392157"
+NO_VOTES = ("student.pruning.votes.quantile=0",)
+ONCE = ("student.pruning.votes.interval=0.4", "student.pruning.votes.until=0.4")
+ALL_DEGREES = ("student.color.degree=3",)
+MASKS = (
+    "student.pruning.masks.weight=0.1",
+    "student.lr.masks=0.01",
+    "student.pruning.masks.until=0.8",
+)
+# opacity from the network only: all Gaussians have the same base, which does not learn
+NO_BASE = (
+    "student.view_dependence.kind=network",
+    "student.ablation.start_opacity=0.5",
+    "student.lr.opacities=0",
+)
+# the release quantises in the last thirtieth, and its codebooks do not learn
+FROZEN = (
+    "student.schedule.quantize_from=0.9667",
+    "student.lr.codebooks=1e-8",
+    "student.lr.rotation_codebooks=1e-8",
+    "student.lr.color_codebooks=1e-8",
+    "student.lr.lobe_codebooks=1e-8",
+    "student.lr.quantized_factor=0",
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One way to make a scene."""
+
+    table: str
+    """The table it belongs to."""
+    about: str
+    """A description for the tables."""
+    settings: tuple[str, ...] = ()
+    """Settings that differ from the preset, as for `mobilegs train --set`."""
+    teacher: str = "mini-splatting"
+    """The method of its teacher, as for `mobilegs train --method`."""
+    coded: bool = True
+    """Whether figures are those of the file; otherwise of float32 tensors."""
+    student: bool = True
+    """False for the teacher itself."""
+
+
+def _thresholds() -> dict[str, Row]:
+    return {
+        f"vote-{share}": Row(
+            "pruning",
+            f"votes below the {share} quantile",
+            (f"student.pruning.votes.quantile={share}",),
+        )
+        for share in (0.1, 0.3, 0.4, 0.5, 0.6)
+    }
+
+
+def _codebooks() -> dict[str, Row]:
+    return {
+        f"codebook-{bits}": Row(
+            "codebooks",
+            f"2^{bits} entries for each pair of colour latents",
+            (f"student.quantization.codebooks.appearance={2**bits}",),
+        )
+        for bits in (6, 8, 10, 12)
+    }
+
+
+def _scalars() -> dict[str, Row]:
+    return {
+        f"sq-{price}": Row(
+            "codebooks",
+            f"scalar quantisation of quality 1, rate weight {price}",
+            ("student.quantization.quality=1", f"student.quantization.rate_weight={price}"),
+        )
+        for price in (0.0003, 0.001, 0.003)
+    } | {
+        f"sq-quality-{fine}": Row(
+            "codebooks",
+            f"scalar quantisation of quality {fine}",
+            (f"student.quantization.quality={fine}",),
+        )
+        for fine in (3, 4)
+    }
+
+
+def _masks() -> dict[str, Row]:
+    return {
+        f"masked-{weight}": Row(
+            "main",
+            f"`paper-distillation` with learned masks of weight {weight}",
+            (*PAPER_DISTILLATION, f"student.pruning.masks.weight={weight}"),
+        )
+        for weight in (0.0025, 0.005, 0.01, 0.03)
+    }
+
+
+OURS: dict[str, Row] = {
+    "teacher": Row("main", "Mini-Splatting, the teacher", coded=False, student=False),
+    "3dgs": Row("main", "3DGS, not quantised", teacher="3dgs", coded=False, student=False),
+    "ours": Row("main", "the default: learned lobes, scalar quantisation"),
+    "ours-sorted": Row(
+        "main", "the default, blended sorted; one opacity per Gaussian, no phi, no lobes", SORTED
+    ),
+    "late-rate-term": Row(
+        "main", "the default without the rate term before quantisation", LATE_RATE_TERM
+    ),
+    "paper-distillation": Row(
+        "main",
+        "`late-rate-term`, distilled at the photos' views in every step, as in the paper",
+        PAPER_DISTILLATION,
+    ),
+    "photos-only": Row(
+        "main",
+        "`late-rate-term` without distillation of colours and depths",
+        (*PAPER_DISTILLATION, "student.loss.distill_weight=0", "student.loss.depth_weight=0"),
+    ),
+    "no-overdraw-term": Row(
+        "main",
+        "`paper-distillation` without the overdraw term",
+        (*PAPER_DISTILLATION, "student.loss.overdraw_weight=0"),
+    ),
+    "double-overdraw-term": Row(
+        "main",
+        "`paper-distillation` with twice the overdraw weight",
+        (*PAPER_DISTILLATION, "student.loss.overdraw_weight=1e-4"),
+    ),
+    **_masks(),
+    **_scalars(),
+}
+# all rows with codebooks, as in the paper
+THEIRS: dict[str, Row] = {
+    "codebooks": Row(
+        "main",
+        "`paper-distillation` with the paper's codebooks, without the overdraw term",
+    ),
+    "network": Row(
+        "main",
+        "the paper's network in every frame, plus a base opacity per Gaussian",
+        ("student.view_dependence.kind=network",),
+    ),
+    "paper": Row(
+        "main",
+        "the same, the paper's networks for colours, ellipses out to alpha = 1/255",
+        ("student.view_dependence.kind=network", "student.color.decoder=networks", FULL),
+    ),
+    "release": Row(
+        "main",
+        "the published method with the release's errors, as far as settings reach",
+        (
+            *NO_BASE,
+            *FROZEN,
+            "student.color.decoder=networks",
+            FULL,
+            "student.weighting.exponent_max=80",
+            "student.weighting.detached=true",
+            "student.ablation.mask_depth=false",
+            "student.loss.depth_weight=0.2",
+            "student.ablation.keep_moments=false",
+            "student.ablation.round_means=false",
+        ),
+    ),
+    # ---- the paper's Table 5
+    "no-order-independence": Row(
+        "ablation", "blended sorted, quantised; one opacity per Gaussian, no phi, no lobes", SORTED
+    ),
+    "no-view-dependence": Row(
+        "ablation",
+        "opacity and phi are constant per Gaussian",
+        (
+            "student.view_dependence.kind=free",
+            "student.view_dependence.decoder_from=0.7",
+            "student.view_dependence.degree=0",
+        ),
+    ),
+    "no-phi": Row("ablation", "constant opacity, phi = 1", (CONSTANT,)),
+    "no-codes": Row("ablation", "neither networks nor codebooks", EXPLICIT, coded=False),
+    "full-ellipses": Row("ablation", "ellipses out to alpha = 1/255", (FULL,)),
+    "no-depth-term": Row("ablation", "w without phi / d^2", ("student.weighting.name=no_depth",)),
+    "no-scale-term": Row("ablation", "w without exp(s / d)", ("student.weighting.name=no_scale",)),
+    "wide-lobes": Row(
+        "ablation",
+        "the lobe network 64 wide, not 16",
+        ("student.view_dependence.hidden=64",),
+    ),
+    "color-networks": Row(
+        "ablation", "the paper's networks make the colours", ("student.color.decoder=networks",)
+    ),
+    "sh-0": Row("ablation", "SH degree 0", ("student.color.degree=0",)),
+    "sh-2": Row(
+        "ablation",
+        "SH degree 2 (24 numbers) from three view latents",
+        ("student.color.degree=2",),
+    ),
+    "sh-3": Row(
+        "ablation",
+        "SH degree 3 (45 numbers) from three view latents",
+        ("student.color.degree=3",),
+    ),
+    # ---- pruning
+    "no-pruning": Row("pruning", "no votes", NO_VOTES),
+    "by-opacity": Row(
+        "pruning", "votes by opacity only", ("student.pruning.votes.criterion=opacity",)
+    ),
+    "by-scale": Row("pruning", "votes by scale only", ("student.pruning.votes.criterion=scale",)),
+    "by-opacity-once": Row(
+        "pruning",
+        "votes by opacity only, one pruning",
+        ("student.pruning.votes.criterion=opacity", *ONCE),
+    ),
+    "by-scale-once": Row(
+        "pruning",
+        "votes by scale only, one pruning",
+        ("student.pruning.votes.criterion=scale", *ONCE),
+    ),
+    **_thresholds(),
+    "mini-splatting-on": Row(
+        "pruning",
+        "Mini-Splatting, trained on for as long",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES, *NO_VOTES),
+        coded=False,
+    ),
+    "mini-splatting-votes": Row(
+        "pruning",
+        "the same with the votes",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES),
+        coded=False,
+    ),
+    "masks": Row(
+        "pruning",
+        "the same with learned masks",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES, *NO_VOTES, *MASKS),
+        coded=False,
+    ),
+    "masks-votes": Row(
+        "pruning",
+        "the same with both",
+        (*SORTED, *EXPLICIT, *ALL_DEGREES, *MASKS),
+        coded=False,
+    ),
+    # ---- quantisation
+    **_codebooks(),
+    # ---- rivals
+    "sort-free-gs": Row(
+        "rivals",
+        "weights of SortFreeGS, with learned sigma and background weight",
+        ("student.weighting.name=sort_free_gs", "student.weighting.background_weight=0.1"),
+    ),
+    "two-pass": Row(
+        "rivals",
+        "two passes after GES: surfaces, then everything not behind them",
+        ("student.weighting.name=two_pass",),
+    ),
+    "quantized-3dgs": Row(
+        "rivals",
+        "3DGS, quantised",
+        (*SORTED, *ALL_DEGREES, *NO_VOTES),
+        teacher="3dgs",
+    ),
+    "quantized-mini-splatting": Row(
+        "rivals", "Mini-Splatting, quantised", (*SORTED, *ALL_DEGREES, *NO_VOTES)
+    ),
+    # ---- errors of the release, put back one at a time
+    "no-base-opacity": Row(
+        "fixes",
+        "opacity from the network only; compare with `network`",
+        NO_BASE,
+    ),
+    "frozen-codebooks": Row(
+        "fixes", "quantised at the end with codebooks that do not learn", FROZEN
+    ),
+    "depth-weight-0.2": Row("fixes", "twice the depth loss", ("student.loss.depth_weight=0.2",)),
+    "unmasked-depth": Row(
+        "fixes",
+        "depth loss over all pixels, of depths not divided by alpha",
+        ("student.ablation.mask_depth=false",),
+    ),
+    "reset-moments": Row(
+        "fixes",
+        "Adam restarts when latents replace colours",
+        ("student.ablation.keep_moments=false",),
+    ),
+    "unrounded-means": Row(
+        "fixes",
+        "means are not rounded during training",
+        ("student.ablation.round_means=false",),
+    ),
+    "detached-weight": Row(
+        "fixes",
+        "no gradient through w into depth and scale",
+        ("student.weighting.detached=true",),
+    ),
+    "exponent-80": Row(
+        "fixes", "exp(s / d) without the clamp at 4", ("student.weighting.exponent_max=80",)
+    ),
+    "no-distillation": Row(
+        "fixes",
+        "loss on photos only",
+        ("student.loss.distill_weight=0", "student.loss.depth_weight=0"),
+    ),
+}
+
+ROWS = OURS | {
+    name: replace(row, settings=(*CODEBOOKS, *row.settings)) for name, row in THEIRS.items()
+}
+BASE = "codebooks"  # the row that the paper's tables start from

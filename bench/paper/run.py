@@ -1,0 +1,367 @@
+"""Make cells of the paper's tables: scenes x rows x seeds.
+
+    python -m bench.paper.run --data DIR --scenes mipnerf360 tandt db --rows teacher ours codebooks
+    python -m bench.paper.run --scenes small --rows all --set student.steps=1200
+    python -m bench.paper.run --list
+
+DIR (default: MOBILEGS_DATA) holds the captures as their authors pack them: 360_v2/bicycle,
+mipnerf360/bicycle or bicycle; tandt/train; db/playroom. The script names captures that are
+missing and goes on without them. `--protocol paper` uses photos at most 1600 pixels wide, as the
+paper's release does; `--protocol standard` uses images_4 outdoors and images_2 indoors, as most
+papers do. Every eighth photo is held back.
+
+All rows of a scene learn from the same teacher (seed: `--teacher-seed`). RUNS keeps the teacher,
+checkpoints, previews, scene.mgs and cell.json of each cell. A finished cell is not repeated, so
+the command resumes. `--json` collects all cells. A cell that fails leaves error.txt in its
+folder; the others are made, and the exit code is 1. bench/paper/report.py makes tables and plots.
+"""
+
+import argparse
+import json
+import os
+import platform
+import signal
+import statistics
+import sys
+import time
+import traceback
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import torch
+
+from bench.paper.captures import CAPTURES, BenchCapture, find_capture, with_protocol
+from bench.paper.cells import (
+    CELL,
+    ERROR,
+    as_json,
+    begin_folder,
+    cell_identity,
+    collect,
+    folder_of,
+    is_done,
+    recipe_of,
+    teacher_folder,
+)
+from bench.paper.rows import BASE, ROWS, Row
+from mobilegs.atomic import atomic_write
+from mobilegs.camera import Camera
+from mobilegs.csrc.binding import kernel_level
+from mobilegs.data import Dataset, ViewLoader, load_capture
+from mobilegs.errors import InputError
+from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
+from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
+from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.mgs.codec import read_mgs, write_mgs
+from mobilegs.render.scene import Scene
+from mobilegs.scene_file import choose_device
+from mobilegs.train.distributed import Team
+from mobilegs.train.loop import train_stage
+from mobilegs.train.progress import Monitor
+from mobilegs.train.run_dir import RunDir
+from mobilegs.train.stage import Stage
+from mobilegs.train.student.trainer import Student
+from mobilegs.train.teacher.trainer import Teacher
+
+TIMED_VIEWS = 16
+TIMED_FRAMES = 4  # of each; the first one warms up
+USUAL = ["teacher", "ours", BASE]
+FEW_LPIPS = 4  # with --few-lpips, of the held-back photos one in so many
+
+
+@dataclass(frozen=True)
+class Work:
+    """What all cells of a scene share."""
+
+    name: str
+    place: BenchCapture
+    capture: Path
+    dataset: Dataset
+    loader: ViewLoader
+    team: Team
+    options: argparse.Namespace
+
+
+def trained(stage: Stage, folder: Path, work: Work, *, order_seed: int) -> float:
+    """Train a stage, from its checkpoint if there is one; return the seconds of all sessions."""
+    run_dir = RunDir(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    run_dir.previews.mkdir(exist_ok=True)
+    saved = run_dir.load_checkpoint()
+    with Monitor(run_dir.log, saved.log, saved.seconds) as monitor:
+        train_stage(
+            stage,
+            work.loader,
+            run_dir,
+            monitor,
+            work.team,
+            resume_from=saved,
+            order_seed=order_seed,
+            preview_frame=work.dataset.test[0],
+        )
+        return monitor.seconds[stage.name]
+
+
+def teacher_of(row: Row, seed: int, work: Work) -> tuple[Scene, float, Path]:
+    """Return a row's teacher, its seconds and its path; train it if it is missing."""
+    of = replace(row, settings=(), student=False)
+    recipe = recipe_of(work.place, of, work.options)
+    steps = recipe.teacher.steps
+    folder = teacher_folder(row, work.name, work.place, seed, steps, work.options)
+    begin_folder(folder, as_json(recipe, of, protocol=work.place.protocol, seed=seed))
+    ply, note = folder / "teacher.ply", folder / "seconds.json"
+    if not ply.exists():
+        device = work.team.device
+        stage = Teacher(recipe.teacher, work.dataset, seed=seed, device=device)
+        seconds = trained(stage, folder, work, order_seed=2 * seed)
+        atomic_write(note, json.dumps(seconds))
+        write_ply(ply, stage.gaussians())
+        RunDir(folder).remove_checkpoint()
+    scene = Scene(
+        read_ply(ply).to(work.team.device),
+        background=work.dataset.background.to(work.team.device),
+        near=work.dataset.near,
+    )
+    return scene, json.loads(note.read_text()), ply
+
+
+def float_bytes(scene: Scene) -> int:
+    """Return the bytes of a scene's tensors as float32."""
+    numbers = sum(tensor.numel() for tensor in scene.gaussians.tensors().values())
+    if scene.lobes is not None:  # they hold the opacity, too
+        numbers += scene.lobes.numel() - len(scene.gaussians)
+    if scene.network is not None:
+        numbers += sum(parameter.numel() for parameter in scene.network.parameters())
+    return 4 * numbers
+
+
+@torch.inference_mode()
+def frame_ms(scene: Scene, cameras: list[Camera]) -> float:
+    """Return the milliseconds of a whole frame by the training kernels, view dependence included.
+
+    The value is the median over views of the fastest of a few frames.
+    """
+    device = scene.gaussians.means.device
+
+    def frame(camera: Camera) -> float:
+        started = time.perf_counter()
+        scene.render(camera)
+        if device.type == "cuda":
+            torch.cuda.synchronize()
+        return 1e3 * (time.perf_counter() - started)
+
+    views = [camera.to(device) for camera in cameras[:TIMED_VIEWS]]
+    return statistics.median(min(frame(view) for _ in range(TIMED_FRAMES)) for view in views)
+
+
+def figures(scene: Scene, work: Work, lpips: LpipsSuite | None) -> dict:
+    """Measure a scene on the held-back photos."""
+    test = work.dataset.test
+    some = test[::FEW_LPIPS] if work.options.few_lpips else test
+    found = evaluate(scene, work.dataset, lpips=lpips if some is test else None)
+    if some is not test and lpips is not None:
+        again = evaluate(scene, replace(work.dataset, test=some), lpips=lpips)
+        found |= {name: value for name, value in again.items() if name.startswith("lpips")}
+    found.pop("views")
+    return {
+        "gaussians": len(scene.gaussians),
+        **{name: value for name, value in found.items() if value is not None},
+        "photos": len(test),
+        **({} if lpips is None else {"lpips_photos": len(some)}),
+        "frame_ms": round(frame_ms(scene, [frame.camera for frame in test]), 2),
+    }
+
+
+def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | None) -> dict:
+    """Make one cell: teacher, student, figures."""
+    row, options, dataset = ROWS[name], work.options, work.dataset
+    recipe = recipe_of(work.place, row, options)
+    camera = dataset.test[0].camera
+    of = {"image_size": [camera.width, camera.height]}
+    if not row.student:
+        scene, seconds, ply = teacher_of(row, seed, work)
+        size = ply.stat().st_size
+        return of | {"seconds": round(seconds), "bytes": size, **figures(scene, work, lpips)}
+    teacher, seconds, ply = teacher_of(row, options.teacher_seed, work)
+    cameras = [frame.camera for frame in dataset.train]
+    stage = Student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
+    spent = trained(stage, folder, work, order_seed=2 * seed + 1)
+    if row.coded:
+        path = folder / "scene.mgs"
+        write_mgs(path, stage.quantized_scene(views=cameras[:1]))
+        scene, size = read_mgs(path).decode(work.team.device), path.stat().st_size
+    else:
+        scene = stage.scene()
+        size = float_bytes(scene)
+    found = of | {"teacher_seconds": round(seconds), "seconds": round(spent), "bytes": size}
+    found["teacher_crc"] = zlib.crc32(ply.read_bytes())  # cells may be of several trainings of it
+    found |= figures(scene, work, lpips)
+    RunDir(folder).remove_checkpoint()
+    return found
+
+
+def present_captures(options: argparse.Namespace) -> Iterator[tuple[str, BenchCapture, Path]]:
+    """Yield the requested captures that exist."""
+    for name, place in CAPTURES.items():
+        if not {name, place.group} & set(options.scenes):
+            continue
+        capture = find_capture(options.data, place)
+        if capture is None:
+            print(f"{name}: left out, {options.data} has none of {', '.join(place.folders)}")
+            continue
+        yield name, with_protocol(place, options.protocol), capture
+
+
+@dataclass(frozen=True)
+class CellSpec:
+    """A requested cell."""
+
+    row: str
+    seed: int
+    scene: str
+    place: BenchCapture
+    options: argparse.Namespace
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the cell."""
+        return folder_of(self.row, self.scene, self.place, self.seed, self.options)
+
+    def identity(self) -> dict:
+        """The fields that identify the cell."""
+        return cell_identity(self.row, self.scene, self.place, self.seed, self.options)
+
+    def recipe(self) -> dict:
+        """Everything that the cell depends on."""
+        recipe = recipe_of(self.place, ROWS[self.row], self.options)
+        seeds = {"protocol": self.place.protocol, "seed": self.seed}
+        if ROWS[self.row].student:
+            seeds["teacher_seed"] = self.options.teacher_seed
+        return as_json(recipe, ROWS[self.row], **seeds)
+
+    def is_done(self) -> bool:
+        """Whether it is there; raises InputError if another one is in its place."""
+        return is_done(self.folder, self.identity(), self.recipe())
+
+
+def measure(wanted: CellSpec, work: Work, lpips: LpipsSuite | None) -> None:
+    """Make a cell and write its figures into its folder."""
+    folder = wanted.folder
+    begin_folder(folder, wanted.recipe())
+    known = reset_peak_memory(work.team.device)
+    found = wanted.identity() | cell(wanted.row, wanted.seed, folder, work, lpips)
+    found |= {"device": device_name(work.team), "date": time.strftime("%Y-%m-%d")}
+    if known:
+        found["cell_peak_memory_mib"] = peak_memory_mib()
+    atomic_write(folder / CELL, to_json(found) + "\n")
+    (folder / ERROR).unlink(missing_ok=True)
+    print(f"{folder}: {found['psnr']:.2f} dB, {found['bytes']:,} bytes", flush=True)
+
+
+def reset_peak_memory(device: torch.device) -> bool:
+    """Reset the process's peak memory; return False where the system does not allow it."""
+    if device.type == "cuda":
+        torch.cuda.reset_peak_memory_stats(device)
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        return False
+    return True
+
+
+@contextmanager
+def noting_failure(name: str, folder: Path | None, failed: list[str]) -> Iterator[None]:
+    """Note an exception, in the folder too, and go on."""
+    try:
+        yield
+    except Exception as error:  # whatever breaks one cell must not cost the others
+        failed.append(name)
+        print(f"{name}: {error}", file=sys.stderr)
+        if folder is not None:
+            atomic_write(folder / ERROR, traceback.format_exc())
+
+
+def run(options: argparse.Namespace) -> list[str]:
+    """Make all requested cells that are missing; return the names of those that failed."""
+    weights = options.data / "lpips" if (options.data / "lpips").is_dir() else None
+    lpips = lpips_from(None if weights is None else str(weights))
+    team = Team(choose_device("auto"))
+    rows = list(ROWS) if options.rows == ["all"] else options.rows
+    begun, failed = time.monotonic(), []
+    for name, place, capture in present_captures(options):
+        missing: list[CellSpec] = []
+        for row in rows:
+            for seed in options.seeds:
+                wanted = CellSpec(row, seed, name, place, options)
+                with noting_failure(f"{name} {row} {seed}", None, failed):
+                    if not wanted.is_done():
+                        missing.append(wanted)
+        if not missing:
+            continue
+        with noting_failure(name, None, failed):
+            dataset = load_capture(capture, downscale=place.downscale)
+            with ViewLoader(dataset.train) as loader:
+                work = Work(name, place, capture, dataset, loader, team, options)
+                for wanted in missing:
+                    if options.minutes and time.monotonic() - begun > 60 * options.minutes:
+                        return failed
+                    with noting_failure(
+                        f"{name} {wanted.row} {wanted.seed}", wanted.folder, failed
+                    ):
+                        measure(wanted, work, lpips)
+    return failed
+
+
+def device_name(team: Team) -> str:
+    """Return the name of the device."""
+    if team.device.type == "cuda":
+        return torch.cuda.get_device_name(team.device)
+    return f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
+    parser.add_argument("--runs", type=Path, default=Path("runs/paper"))
+    parser.add_argument("--json", type=Path, help="collect all cells here")
+    groups = sorted({place.group for place in CAPTURES.values()})
+    parser.add_argument(
+        "--scenes", nargs="+", default=["small"], choices=[*CAPTURES, *groups], metavar="SCENE"
+    )
+    parser.add_argument("--rows", nargs="+", default=USUAL, choices=["all", *ROWS], metavar="ROW")
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0])
+    parser.add_argument("--teacher-seed", type=int, default=0)
+    parser.add_argument("--steps", type=int, help="of teacher and student together")
+    parser.add_argument("--set", nargs="+", default=[], metavar="PATH=VALUE")
+    parser.add_argument("--protocol", choices=["paper", "standard"], default="paper")
+    parser.add_argument("--few-lpips", action="store_true", help="LPIPS of one photo in four")
+    parser.add_argument("--minutes", type=float, help="begin no cell after so many")
+    parser.add_argument("--list", action="store_true", help="say which scenes and rows there are")
+    options = parser.parse_args()
+    if options.list:
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` ends it without a word
+        for name, place in CAPTURES.items():
+            print(f"{place.group:<11} {name:<12} {place.folders[0]}")
+        for name, row in ROWS.items():
+            print(f"{row.table:<11} {name:<26} {row.about}")
+        return
+    if options.data is None:
+        sys.exit("say where the captures are: --data DIR, or MOBILEGS_DATA")
+    options.data = Path(options.data)
+    failed = []
+    try:
+        failed = run(options)
+    except InputError as error:
+        sys.exit(str(error))
+    finally:
+        if options.json:
+            collect(options.runs, options.json)
+    if failed:
+        sys.exit(f"not done, see {ERROR} in their folders: {', '.join(failed)}")
+
+
+if __name__ == "__main__":
+    main()

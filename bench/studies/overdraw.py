@@ -1,0 +1,109 @@
+"""Measure the overdraw of students, and the milliseconds per frame.
+
+    python -m bench.studies.overdraw --capture CAPTURE [--downscale N] --mgs A.mgs B.mgs ...
+        [--json OUT]
+
+The training kernels draw the files in turns from the held-back cameras. A time is the median over
+cameras of the fastest of a few frames. `ellipses` is the mean number of ellipses that cover a
+pixel, cut off where alpha is too small to be drawn. A JSON that exists gets one more row, by the
+capture's name.
+"""
+
+import argparse
+import json
+import math
+import os
+import platform
+import statistics
+import time
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch.nn.functional import normalize
+
+from mobilegs.camera import Camera
+from mobilegs.csrc.binding import kernel_level
+from mobilegs.data import load_capture
+from mobilegs.evaluate.report import evaluate
+from mobilegs.render.lobes import evaluate_lobes
+from mobilegs.render.project import project
+from mobilegs.render.scene import Scene
+from mobilegs.scene_file import open_scene
+
+FRAMES = 6  # of each camera and scene
+
+
+def ellipses(scene: Scene, camera: Camera) -> float:
+    """Return the mean number of ellipses that cover a pixel."""
+    g, least = scene.gaussians, scene.weighting.alpha_min
+    assert scene.lobes is not None
+    opacities, _ = evaluate_lobes(scene.lobes, normalize(g.means - camera.position, dim=1))
+    drawn = project(
+        g.means, g.quats, g.scales, opacities, g.sh[:, :1], camera=camera, alpha_min=least
+    )
+    a, b, c = drawn.conics.unbind(1)
+    reach = 2 * torch.log((opacities / least).clamp_min(1))
+    areas = math.pi * reach / (a * c - b * b).sqrt()
+    # of the box around an ellipse, what lies in the picture
+    low, high = drawn.means2d - drawn.radii, drawn.means2d + drawn.radii
+    size = torch.tensor([camera.width, camera.height])
+    inside = (torch.minimum(high, size) - low.clamp_min(0)).clamp_min(0).prod(1)
+    shares = inside / (high - low).prod(1).clamp_min(1e-9)
+    painted = torch.where(drawn.visible, areas * shares, 0.0).sum()
+    return float(painted) / (camera.width * camera.height)
+
+
+def milliseconds(scenes: list[Scene], cameras: list[Camera]) -> list[float]:
+    """Of a frame of each scene, drawn in turns."""
+    found: list[list[float]] = [[] for _ in scenes]
+    for camera in cameras:
+        least = [math.inf] * len(scenes)
+        for _ in range(FRAMES):
+            for i, scene in enumerate(scenes):
+                started = time.perf_counter()
+                scene.render(camera)
+                least[i] = min(least[i], 1e3 * (time.perf_counter() - started))
+        for times, one in zip(found, least, strict=True):
+            times.append(one)
+    return [round(statistics.median(times), 2) for times in found]
+
+
+@torch.inference_mode()
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--capture", type=Path, required=True)
+    parser.add_argument("--downscale", type=int)
+    parser.add_argument("--mgs", type=Path, nargs="+", required=True)
+    parser.add_argument("--names", nargs="+", help="of the files, instead of their paths")
+    parser.add_argument("--json", type=Path, default=Path("fill.json"))
+    options = parser.parse_args()
+    dataset = load_capture(options.capture, downscale=options.downscale)
+    cameras = [frame.camera for frame in dataset.test]
+    scenes = [open_scene(path) for path in options.mgs]
+    rows = {}
+    names = options.names or [str(path) for path in options.mgs]
+    times = milliseconds(scenes, cameras)
+    for name, path, scene, ms in zip(names, options.mgs, scenes, times, strict=True):
+        figures = evaluate(scene, dataset)
+        rows[name] = {
+            "psnr": figures["psnr"],
+            "ssim": figures["ssim"],
+            "bytes": path.stat().st_size,
+            "gaussians": len(scene.gaussians),
+            "ellipses": round(statistics.fmean(ellipses(scene, one) for one in cameras), 2),
+            "frame_ms": ms,
+        }
+        print(name, json.dumps(rows[name]), flush=True)
+    known: dict[str, Any] = {"captures": {}}
+    if options.json.exists():
+        known = json.loads(options.json.read_text())
+    known["date"] = time.strftime("%Y-%m-%d")
+    known["machine"] = f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}"
+    size = [cameras[0].width, cameras[0].height]
+    known["captures"][dataset.name] = {"image_size": size, "students": rows}
+    options.json.write_text(json.dumps(known, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

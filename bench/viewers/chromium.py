@@ -1,0 +1,31 @@
+"""Chromium without a window or a GPU, for benchmarks and tests."""
+
+import shutil
+from typing import Any
+
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    # WebGPU on a canvas and WebGL2 both work in software only with all of these
+    "--enable-unsafe-webgpu",
+    "--use-webgpu-adapter=swiftshader",
+    "--enable-features=Vulkan",
+    "--use-vulkan=swiftshader",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+
+
+def installed() -> str | None:
+    """Return Chromium's path; None if it is not installed."""
+    return shutil.which("chromium") or shutil.which("google-chrome")
+
+
+def launched(playwright: Any) -> Any:
+    """Launch a browser; the caller closes it."""
+    return playwright.chromium.launch(executable_path=installed(), args=FLAGS)

@@ -1,0 +1,72 @@
+"""The built web viewer: page, scripts and shaders in `dist`, which `make viewer` writes."""
+
+import hashlib
+import html
+import json
+from functools import cache
+from pathlib import Path
+
+DIST = Path(__file__).parent / "dist"
+# parts of index.html that pages replace
+SCRIPT = '<script type="module" src="viewer.js"></script>'
+TITLE = "<title>mobilegs</title>"
+
+
+@cache
+def index_page() -> str:
+    """The page with one `<mobile-gs>`; callers replace `SCRIPT` and `TITLE`."""
+    return _read("index.html")
+
+
+@cache
+def viewer_script() -> str:
+    """The viewer's page as one script, which is also the script of its workers.
+
+    It shows the scene that the page's address names, or else the one in the element with the id
+    `scene` (base64), or else the one that `<mobile-gs>` names.
+    """
+    return _read("viewer.js")
+
+
+@cache
+def element_script() -> str:
+    """The custom element `<mobile-gs>` for other pages, as one script."""
+    return _read("mobile-gs.js")
+
+
+def service_worker() -> str:
+    """The script that keeps an exported site on the device."""
+    return _read("service_worker.js")
+
+
+def shader(name: str) -> str:
+    """The WGSL of the shader with the given name."""
+    return _read(f"{name}.wgsl")
+
+
+@cache
+def viewer_version() -> str:
+    """The first 16 hexadecimal digits of the SHA-256 of `viewer_script()`."""
+    return hashlib.sha256(viewer_script().encode()).hexdigest()[:16]
+
+
+def script_tags(path: str) -> str:
+    """The HTML that starts the viewer, to follow its element; `path` is that of its script.
+
+    The script's address contains its version, so that browsers may cache it forever and workers
+    have the page's version.
+    """
+    address = f"{path}?{viewer_version()}"
+    preload = _read("preload.js").strip()
+    assert preload.count('"viewer.js"') == 1
+    preload = preload.replace('"viewer.js"', json.dumps(address))
+    return f'<script>\n{preload}\n</script>\n    <script type="module" src="{address}"></script>'
+
+
+def escaped(title: str) -> str:
+    """A title as HTML; bytes of file names that are not text become replacement characters."""
+    return html.escape(title.encode(errors="surrogateescape").decode(errors="replace"))
+
+
+def _read(name: str) -> str:
+    return (DIST / name).read_text(encoding="utf-8")

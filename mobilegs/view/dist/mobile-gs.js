@@ -1,0 +1,773 @@
+(function bundle(){"use strict";
+var g={"dots.glsl":`precision highp float;
+uniform vec4 dots[5];
+#ifdef VERTEX
+layout(location = 0) in vec3 mean;
+void main() {
+vec4 at = vec4(mean, 1.0);
+float depth = dot(dots[2], at);
+gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+if (!(depth > dots[3].w)) return;
+float side = depth * clamp(dots[4].x / depth, dots[4].y, 4.0 * dots[4].y);
+int way = gl_VertexID % 3;
+vec2 corner = vec2(float(way & 1), float(way >> 1)) * 2.0 - 1.0;
+if (gl_VertexID % 6 > 2) corner = -corner;
+vec2 place = vec2(dot(dots[0], at), dot(dots[1], at));
+gl_Position = vec4(place + side * dots[4].zw * corner, 0.0, depth);
+}
+#else
+out vec4 color;
+void main() { color = vec4(dots[3].rgb, 1.0); }
+#endif
+`,"dots.wgsl":`struct Dots {
+row_x: vec4f,
+row_y: vec4f,
+row_w: vec4f,
+color: vec3f,
+near: f32,
+side: f32,
+least: f32,
+pixel: vec2f,
+}
+@group(0) @binding(0) var<uniform> dots: Dots;
+@vertex
+fn corner_of_dot(@location(0) mean: vec3f, @builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
+let at = vec4f(mean, 1.0);
+let depth = dot(dots.row_w, at);
+if (!(depth > dots.near)) { return vec4f(2.0, 2.0, 2.0, 1.0); }
+let side = depth * clamp(dots.side / depth, dots.least, 4.0 * dots.least);
+let turn = select(1.0, -1.0, vertex % 6u > 2u);
+let corner = turn * (vec2f(vec2u((vertex % 3u) & 1u, (vertex % 3u) >> 1u)) * 2.0 - 1.0);
+let place = vec2f(dot(dots.row_x, at), dot(dots.row_y, at));
+return vec4f(place + side * dots.pixel * corner, 0.0, depth);
+}
+@fragment
+fn paint_dot() -> @location(0) vec4f { return vec4f(dots.color, 1.0); }
+`,"packed.glsl":`uniform usampler2D shapes;
+vec4 bytes_of(uint word) {
+int w = int(word);
+return vec4(ivec4(w << 24, w << 16, w << 8, w) >> 24) / 127.0;
+}
+float scale_of(uint byte) { return uintBitsToFloat(((byte & 255u) + 888u) << 20); }
+Shape shape_of(int i) {
+uvec4 words = texelFetch(shapes, texel(i), 0);
+vec3 stored = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
+vec3 steps = vec3(uvec3(words.z, words.z >> 11, words.z >> 22) & uvec3(2047u, 2047u, 1023u));
+vec3 scales = uintBitsToFloat(uvec3(scale_bits.x + scale_bits.y * steps / vec3(2047.0, 2047.0, 1023.0)));
+int w = int(words.w);
+vec3 q = vec3(ivec3(w << 2, w << 12, w << 22) >> 22) * (0.7071067811865476 / 511.0);
+float rest = sqrt(max(0.0, 1.0 - dot(q, q)));
+uint largest = words.w >> 30;
+vec4 r = largest == 0u ? vec4(rest, q) : largest == 1u ? vec4(q.x, rest, q.yz)
+: largest == 2u ? vec4(q.xy, rest, q.z) : vec4(q, rest);
+vec3 a = vec3(1.0 - 2.0 * (r.z * r.z + r.w * r.w), 2.0 * (r.y * r.z + r.x * r.w),
+2.0 * (r.y * r.w - r.x * r.z));
+vec3 b = vec3(2.0 * (r.y * r.z - r.x * r.w), 1.0 - 2.0 * (r.y * r.y + r.w * r.w),
+2.0 * (r.z * r.w + r.x * r.y));
+vec3 c = vec3(2.0 * (r.y * r.w + r.x * r.z), 2.0 * (r.z * r.w - r.x * r.y),
+1.0 - 2.0 * (r.y * r.y + r.z * r.z));
+return Shape(frame.xyz + frame.w * stored, mat3(a * scales.x, b * scales.y, c * scales.z));
+}
+#ifdef VERTEX
+uniform usampler2D looks;
+Look look_of(int i) {
+uvec2 look = texelFetch(looks, texel(i), 0).rg;
+uvec3 rgb = uvec3(look.x, look.x >> 9, look.x >> 18) & uvec3(511u);
+return Look(
+vec3(rgb) * exp2(float(look.x >> 27) - 24.0), unpackHalf2x16(look.y).y,
+float(look.y & 65535u) / 65535.0);
+}
+#else
+uniform usampler2D colors;
+uniform usampler2D lobes;
+layout(location = 0) out uvec2 look_out;
+vec3 color_along(int i, float basis[16]) {
+uvec4 words = texelFetch(colors, texel(i), 0);
+vec3 constant = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
+float last = bytes_of(words.y).w;
+vec4 one = bytes_of(words.z);
+vec4 two = bytes_of(words.w);
+vec3 sloped = basis[1] * vec3(last, one.xy) + basis[2] * vec3(one.zw, two.x) +
+basis[3] * two.yzw;
+return 0.5 + basis[0] * constant + scale_of(words.y >> 16) * sloped;
+}
+vec2 two(int word, float a, float b) {
+vec4 pair = bytes_of(texelFetch(lobes, texel(word), 0).r);
+return a * pair.xy + b * pair.zw;
+}
+vec2 lobes_along(int i, float basis[16]) {
+int first = (lobe_size + 2) / 2 * i;
+vec2 sloped = vec2(0.0);
+if (lobe_size > 1) {
+sloped += two(first + 1, basis[1], basis[2]);
+sloped += two(first + 2, basis[3], basis[4]);
+}
+if (lobe_size > 4) {
+sloped += two(first + 3, basis[5], basis[6]);
+sloped += two(first + 4, basis[7], basis[8]);
+}
+if (lobe_size > 9) {
+sloped += two(first + 5, basis[9], basis[10]);
+sloped += two(first + 6, basis[11], basis[12]);
+sloped += two(first + 7, basis[13], basis[14]);
+sloped += two(first + 8, basis[15], 0.0);
+}
+uint word = texelFetch(shapes, texel(i), 0).y;
+return basis[0] * unpackHalf2x16(texelFetch(lobes, texel(first), 0).r) +
+vec2(scale_of(word >> 16), scale_of(word >> 24)) * sloped;
+}
+void keep(Look look) {
+float most = clamp(max(look.color.r, max(look.color.g, look.color.b)), 1e-4, 6e4);
+float exponent = floor(log2(most)) + 1.0;
+uvec3 rgb = uvec3(min(look.color, vec3(6e4)) * exp2(9.0 - exponent) + 0.5);
+rgb = min(rgb, uvec3(511u));
+look_out = uvec2(
+rgb.r | rgb.g << 9 | rgb.b << 18 | uint(exponent + 15.0) << 27,
+uint(look.opacity * 65535.0 + 0.5) | packHalf2x16(vec2(0.0, min(look.weight, 6e4))));
+}
+#endif
+`,"packed.wgsl":`@group(0) @binding(1) var<storage, read> shapes: array<vec4u>;
+@group(0) @binding(2) var<storage, read> colors: array<vec4u>;
+@group(0) @binding(3) var<storage, read> lobes: array<u32>;
+alias StoredLook = vec2u;
+fn scale_of(byte: u32) -> f32 { return bitcast<f32>(((byte & 255u) + 888u) << 20u); }
+fn shape_of(i: u32) -> Shape {
+let words = shapes[i];
+let xy = unpack2x16float(words.x);
+let mean = view.frame.xyz + view.frame.w * vec3f(xy, unpack2x16float(words.y).x);
+let steps = vec3f(vec3u(words.z, words.z >> 11u, words.z >> 22u) & vec3u(2047u, 2047u, 1023u));
+let bits = view.scale_bits.x + view.scale_bits.y * steps / vec3f(2047.0, 2047.0, 1023.0);
+let scales = bitcast<vec3f>(vec3u(bits));
+let thirds = vec3i(bitcast<i32>(words.w << 2u), bitcast<i32>(words.w << 12u),
+bitcast<i32>(words.w << 22u)) >> vec3u(22u);
+let q = vec3f(thirds) * (0.7071067811865476 / 511.0);
+let rest = sqrt(max(0.0, 1.0 - dot(q, q)));
+var r = vec4f(rest, q);
+switch words.w >> 30u {
+case 1u: { r = vec4f(q.x, rest, q.yz); }
+case 2u: { r = vec4f(q.xy, rest, q.z); }
+case 3u: { r = vec4f(q, rest); }
+default: {}
+}
+let a = vec3f(1.0 - 2.0 * (r.z * r.z + r.w * r.w), 2.0 * (r.y * r.z + r.x * r.w),
+2.0 * (r.y * r.w - r.x * r.z));
+let b = vec3f(2.0 * (r.y * r.z - r.x * r.w), 1.0 - 2.0 * (r.y * r.y + r.w * r.w),
+2.0 * (r.z * r.w + r.x * r.y));
+let c = vec3f(2.0 * (r.y * r.w + r.x * r.z), 2.0 * (r.z * r.w - r.x * r.y),
+1.0 - 2.0 * (r.y * r.y + r.z * r.z));
+return Shape(mean, mat3x3f(a * scales.x, b * scales.y, c * scales.z));
+}
+fn color_along(i: u32, basis: array<f32, 16>) -> vec3f {
+let words = colors[i];
+let constant = vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
+let last = unpack4x8snorm(words.y).w;
+let one = unpack4x8snorm(words.z);
+let two = unpack4x8snorm(words.w);
+let sloped = basis[1] * vec3f(last, one.xy) + basis[2] * vec3f(one.zw, two.x) +
+basis[3] * two.yzw;
+return 0.5 + basis[0] * constant + scale_of(words.y >> 16u) * sloped;
+}
+fn two(word: u32, a: f32, b: f32) -> vec2f {
+let pair = unpack4x8snorm(lobes[word]);
+return a * pair.xy + b * pair.zw;
+}
+fn lobes_along(i: u32, basis: array<f32, 16>) -> vec2f {
+let first = (view.lobe_size + 2u) / 2u * i;
+var sloped = vec2f(0.0);
+if (view.lobe_size > 1u) {
+sloped += two(first + 1u, basis[1], basis[2]);
+sloped += two(first + 2u, basis[3], basis[4]);
+}
+if (view.lobe_size > 4u) {
+sloped += two(first + 3u, basis[5], basis[6]);
+sloped += two(first + 4u, basis[7], basis[8]);
+}
+if (view.lobe_size > 9u) {
+sloped += two(first + 5u, basis[9], basis[10]);
+sloped += two(first + 6u, basis[11], basis[12]);
+sloped += two(first + 7u, basis[13], basis[14]);
+sloped += two(first + 8u, basis[15], 0.0);
+}
+let word = shapes[i].y;
+return basis[0] * unpack2x16float(lobes[first]) +
+vec2f(scale_of(word >> 16u), scale_of(word >> 24u)) * sloped;
+}
+fn store(look: Look) -> StoredLook {
+let most = clamp(max(look.color.r, max(look.color.g, look.color.b)), 1e-4, 6e4);
+let exponent = floor(log2(most)) + 1.0;
+let parts = vec3u(min(look.color, vec3f(6e4)) * exp2(9.0 - exponent) + 0.5);
+let rgb = min(parts, vec3u(511u));
+return vec2u(
+rgb.r | (rgb.g << 9u) | (rgb.b << 18u) | (u32(exponent + 15.0) << 27u),
+u32(look.opacity * 65535.0 + 0.5) | pack2x16float(vec2f(0.0, min(look.weight, 6e4))));
+}
+fn stored(look: StoredLook) -> Look {
+let rgb = vec3u(look.x, look.x >> 9u, look.x >> 18u) & vec3u(511u);
+return Look(
+vec3f(rgb) * exp2(f32(look.x >> 27u) - 24.0), unpack2x16float(look.y).y,
+f32(look.y & 65535u) / 65535.0);
+}
+`,"project.glsl":`void harmonics(int size, vec3 d, out float b[16]) {
+for (int k = 0; k < 16; k++) { b[k] = 0.0; }
+b[0] = 0.28209479177387814;
+if (size < 4) { return; }
+const float c1 = 0.4886025119029199;
+b[1] = -c1 * d.y;
+b[2] = c1 * d.z;
+b[3] = -c1 * d.x;
+if (size < 9) { return; }
+vec3 s = d * d;
+b[4] = 1.0925484305920792 * d.x * d.y;
+b[5] = -1.0925484305920792 * d.y * d.z;
+b[6] = 0.31539156525252005 * (2.0 * s.z - s.x - s.y);
+b[7] = -1.0925484305920792 * d.x * d.z;
+b[8] = 0.5462742152960396 * (s.x - s.y);
+if (size < 16) { return; }
+b[9] = -0.5900435899266435 * d.y * (3.0 * s.x - s.y);
+b[10] = 2.890611442640554 * d.x * d.y * d.z;
+b[11] = -0.4570457994644658 * d.y * (4.0 * s.z - s.x - s.y);
+b[12] = 0.3731763325901154 * d.z * (2.0 * s.z - 3.0 * s.x - 3.0 * s.y);
+b[13] = -0.4570457994644658 * d.x * (4.0 * s.z - s.x - s.y);
+b[14] = 1.445305721320277 * d.z * (s.x - s.y);
+b[15] = -0.5900435899266435 * d.x * (s.x - 3.0 * s.y);
+}
+float weight_of(float depth, float largest, float phi) {
+if (weighting == 3) { return max(0.0, 1.0 - depth / size.z) * phi; }
+float w = phi * phi;
+if (weighting != 1) { w += phi / (depth * depth); }
+if (weighting != 2) { w += exp(min(largest / depth, background.w)); }
+return w;
+}
+Look look_at(int i) {
+Look look = Look(vec3(0.0), 0.0, 0.0);
+if (i >= count) { return look; }
+Shape shape = shape_of(i);
+Ellipse e = ellipse_of(shape);
+if (!(e.depth > position.w)) { return look; }
+vec3 away = shape.mean - position.xyz;
+float basis[16];
+harmonics(max(sh_size, lobe_size), away * inversesqrt(dot(away, away)), basis);
+vec2 seen = lobes_along(i, basis);
+float opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
+if (!(opacity > scale_bits.z)) { return look; }
+vec2 box = reach_of(opacity) * sqrt(e.variance);
+if (any(lessThan(e.center + box, vec2(0.5)))) { return look; }
+if (any(greaterThan(e.center - box, size.xy - 0.5))) { return look; }
+vec3 a = shape.axes[0];
+vec3 b = shape.axes[1];
+vec3 c = shape.axes[2];
+float largest = sqrt(max(dot(a, a), max(dot(b, b), dot(c, c))));
+look.color = max(color_along(i, basis), vec3(0.0));
+look.weight = weight_of(e.depth, largest, max(seen.y, 0.0)) * weight_scale;
+look.opacity = opacity;
+return look;
+}
+void main() { keep(look_at(int(gl_FragCoord.y) * 4096 + int(gl_FragCoord.x))); }
+`,"project.wgsl":`override SORTED = false;
+override STRIPS = false;
+struct Drawn {
+vertices: u32,
+instances: atomic<u32>,
+first: u32,
+base: u32,
+first_instance: u32,
+}
+@group(0) @binding(4) var<storage, read_write> looks: array<StoredLook>;
+@group(0) @binding(5) var<storage, read_write> batches: array<u32>;
+@group(0) @binding(6) var<storage, read_write> drawn: Drawn;
+fn harmonics(size: u32, d: vec3f) -> array<f32, 16> {
+var b: array<f32, 16>;
+b[0] = 0.28209479177387814;
+if (size < 4u) { return b; }
+const c1 = 0.4886025119029199;
+b[1] = -c1 * d.y;
+b[2] = c1 * d.z;
+b[3] = -c1 * d.x;
+if (size < 9u) { return b; }
+let s = d * d;
+b[4] = 1.0925484305920792 * d.x * d.y;
+b[5] = -1.0925484305920792 * d.y * d.z;
+b[6] = 0.31539156525252005 * (2.0 * s.z - s.x - s.y);
+b[7] = -1.0925484305920792 * d.x * d.z;
+b[8] = 0.5462742152960396 * (s.x - s.y);
+if (size < 16u) { return b; }
+b[9] = -0.5900435899266435 * d.y * (3.0 * s.x - s.y);
+b[10] = 2.890611442640554 * d.x * d.y * d.z;
+b[11] = -0.4570457994644658 * d.y * (4.0 * s.z - s.x - s.y);
+b[12] = 0.3731763325901154 * d.z * (2.0 * s.z - 3.0 * s.x - 3.0 * s.y);
+b[13] = -0.4570457994644658 * d.x * (4.0 * s.z - s.x - s.y);
+b[14] = 1.445305721320277 * d.z * (s.x - s.y);
+b[15] = -0.5900435899266435 * d.x * (s.x - 3.0 * s.y);
+return b;
+}
+fn weight_of(depth: f32, largest: f32, phi: f32) -> f32 {
+if (view.weighting == 3u) { return max(0.0, 1.0 - depth / view.sigma) * phi; }
+var w = phi * phi;
+if (view.weighting != 1u) { w += phi / (depth * depth); }
+if (view.weighting != 2u) { w += exp(min(largest / depth, view.exponent_max)); }
+return w;
+}
+fn look_at(i: u32) -> Look {
+var look: Look;
+let shape = shape_of(i);
+let ellipse = ellipse_of(shape);
+if (!(ellipse.depth > view.near)) { return look; }
+let away = shape.mean - view.position;
+let basis = harmonics(max(view.sh_size, view.lobe_size), away * inverseSqrt(dot(away, away)));
+let seen = lobes_along(i, basis);
+let opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
+if (!(opacity > view.alpha_min)) { return look; }
+let box = reach_of(opacity) * sqrt(ellipse.variance);
+if (any(ellipse.center + box < vec2f(0.5))) { return look; }
+if (any(ellipse.center - box > view.size - 0.5)) { return look; }
+let a = shape.axes;
+let largest = sqrt(max(dot(a[0], a[0]), max(dot(a[1], a[1]), dot(a[2], a[2]))));
+look.color = max(color_along(i, basis), vec3f(0.0));
+look.weight = weight_of(ellipse.depth, largest, max(seen.y, 0.0)) * view.weight_scale;
+look.opacity = opacity;
+return look;
+}
+var<workgroup> shown: atomic<u32>;
+@compute @workgroup_size(BATCH)
+fn project_all(
+@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
+@builtin(local_invocation_index) local: u32) {
+let batch = group.y * groups.x + group.x;
+let i = batch * BATCH + local;
+if (i < view.count) {
+let look = look_at(i);
+looks[i] = store(look);
+if (look.opacity > 0.0) { atomicMax(&shown, 1u); }
+}
+workgroupBarrier();
+if (SORTED || local > 0u) { return; }
+if (atomicLoad(&shown) > 0u) {
+let step = select(1u, BATCH, STRIPS);
+batches[atomicAdd(&drawn.instances, step) / step] = batch;
+}
+}
+`,"resolve.glsl":`uniform sampler2D color_sums;
+uniform sampler2D weight_sums;
+uniform int last_row;
+out vec4 color_out;
+void main() {
+ivec2 at = ivec2(gl_FragCoord.xy);
+at.y = abs(last_row - at.y);
+vec4 sum = texelFetch(color_sums, at, 0);
+#ifdef SORTED
+color_out = vec4(sum.rgb + (1.0 - sum.a) * background.rgb, sum.a);
+#else
+float weight = texelFetch(weight_sums, at, 0).r;
+float behind = size.w * weight_scale;
+if (!(weight > 1e-12 * weight_scale)) {
+color_out = vec4(background.rgb, 1.0 - sum.a);
+} else if (weighting == 3) {
+color_out = vec4((behind * background.rgb + sum.rgb) / (behind + weight), 1.0 - sum.a);
+} else {
+color_out = vec4((1.0 - sum.a) * sum.rgb / weight + sum.a * background.rgb, 1.0 - sum.a);
+}
+#endif
+}
+`,"resolve.wgsl":`@group(0) @binding(1) var colors: texture_2d<f32>;
+@group(0) @binding(2) var weights: texture_2d<f32>;
+@vertex
+fn whole_picture(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
+return vec4f(f32((vertex << 1u) & 2u) * 2.0 - 1.0, f32(vertex & 2u) * 2.0 - 1.0, 0.0, 1.0);
+}
+@fragment
+fn resolve_sortfree(@builtin(position) position: vec4f) -> @location(0) vec4f {
+let sum = textureLoad(colors, vec2i(position.xy), 0);
+let weight = textureLoad(weights, vec2i(position.xy), 0).r;
+if (!(weight > 1e-12 * view.weight_scale)) { return vec4f(view.background, 1.0 - sum.a); }
+let behind = view.background_weight * view.weight_scale;
+if (view.weighting == 3u) {
+return vec4f((behind * view.background + sum.rgb) / (behind + weight), 1.0 - sum.a);
+}
+return vec4f((1.0 - sum.a) * sum.rgb / weight + sum.a * view.background, 1.0 - sum.a);
+}
+@fragment
+fn resolve_sorted(@builtin(position) position: vec4f) -> @location(0) vec4f {
+let sum = textureLoad(colors, vec2i(position.xy), 0);
+return vec4f(sum.rgb + (1.0 - sum.a) * view.background, sum.a);
+}
+`,"splat.glsl":`#ifdef VERTEX
+#ifdef SORTED
+uniform usampler2D order;
+#endif
+flat out vec4 axes;
+flat out vec4 color;
+flat out vec3 center;
+void main() {
+gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+axes = vec4(0.0);
+color = vec4(0.0);
+center = vec3(0.0);
+#ifdef STRIPS
+int i = gl_InstanceID;
+#else
+int i = gl_InstanceID * BATCH + gl_VertexID / 4;
+#endif
+if (i >= count) { return; }
+#ifdef SORTED
+i = int(texelFetch(order, texel(i), 0).r);
+#endif
+Look look = look_of(i);
+if (!(look.opacity > 0.0)) { return; }
+Ellipse e = ellipse_of(shape_of(i));
+float skew = 0.5 * (e.variance.x - e.variance.y);
+float cov = e.covariance;
+float root = sqrt(skew * skew + cov * cov);
+float large = 0.5 * (e.variance.x + e.variance.y) + root;
+vec2 way = vec2(1.0, 0.0);
+if (root > 0.0) {
+way = normalize(skew > 0.0 ? vec2(root + skew, cov) : vec2(cov, root - skew));
+}
+vec2 sizes = sqrt(vec2(large, e.determinant / large));
+vec2 across = vec2(-way.y, way.x);
+axes = vec4(way, across) / sizes.xxyy;
+color = vec4(look.color, look.weight);
+center = vec3(e.center, look.opacity);
+vec2 side = (reach_of(look.opacity) * sizes + 0.02) *
+(vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
+vec2 at = e.center + side.x * way + side.y * across;
+gl_Position = vec4(at / size.xy * 2.0 - 1.0, 0.0, 1.0);
+}
+#else
+flat in vec4 axes;
+flat in vec4 color;
+flat in vec3 center;
+layout(location = 0) out vec4 color_out;
+#ifndef SORTED
+layout(location = 1) out vec4 weight_out;
+#endif
+void main() {
+vec2 d = gl_FragCoord.xy - center.xy;
+vec2 q = vec2(dot(axes.xy, d), dot(axes.zw, d));
+float alpha = center.z * exp(-0.5 * dot(q, q));
+alpha = alpha >= scale_bits.z ? min(alpha, ALPHA_MAX) : 0.0;
+#ifdef SORTED
+color_out = vec4(color.rgb * alpha, alpha);
+#else
+float weighted = alpha * color.w;
+color_out = vec4(color.rgb * weighted, alpha);
+weight_out = vec4(weighted, 0.0, 0.0, 0.0);
+#endif
+}
+#endif
+`,"splat.wgsl":`override SORTED = false;
+override STRIPS = false;
+@group(0) @binding(4) var<storage, read> looks: array<StoredLook>;
+@group(0) @binding(5) var<storage, read> order: array<u32>;
+struct Corner {
+@builtin(position) position: vec4f,
+@location(0) @interpolate(flat) axes: vec4f,
+@location(1) @interpolate(flat) color: vec4f,
+@location(2) @interpolate(flat) center: vec3f,
+}
+@vertex
+fn corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
+var out: Corner;
+out.position = vec4f(2.0, 2.0, 2.0, 1.0);
+let place = select(instance * BATCH + vertex / 4u, instance, STRIPS);
+var i = place;
+if (SORTED) {
+if (place >= view.count) { return out; }
+i = order[place];
+} else {
+i = order[place / BATCH] * BATCH + place % BATCH;
+if (i >= view.count) { return out; }
+}
+let look = stored(looks[i]);
+if (!(look.opacity > 0.0)) { return out; }
+let ellipse = ellipse_of(shape_of(i));
+let skew = 0.5 * (ellipse.variance.x - ellipse.variance.y);
+let cov = ellipse.covariance;
+let root = sqrt(skew * skew + cov * cov);
+let large = 0.5 * (ellipse.variance.x + ellipse.variance.y) + root;
+var way = vec2f(1.0, 0.0);
+if (root > 0.0) {
+way = normalize(select(vec2f(cov, root - skew), vec2f(root + skew, cov), skew > 0.0));
+}
+let lengths = vec2f(large, ellipse.determinant / large);
+let sizes = sqrt(lengths);
+let across = vec2f(-way.y, way.x);
+out.axes = vec4f(way, across) / sizes.xxyy;
+out.color = vec4f(look.color, look.weight);
+out.center = vec3f(ellipse.center, look.opacity);
+let side = (reach_of(look.opacity) * sizes + 0.02) *
+(vec2f(vec2u(vertex & 1u, (vertex >> 1u) & 1u)) * 2.0 - 1.0);
+let at = ellipse.center + side.x * way + side.y * across;
+out.position = vec4f(at / view.size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
+return out;
+}
+fn alpha_at(corner: Corner) -> f32 {
+let d = corner.position.xy - corner.center.xy;
+let q = vec2f(dot(corner.axes.xy, d), dot(corner.axes.zw, d));
+let alpha = corner.center.z * exp(-0.5 * dot(q, q));
+return select(0.0, min(alpha, ALPHA_MAX), alpha >= view.alpha_min);
+}
+struct Sums {
+@location(0) color: vec4f,
+@location(1) weight: vec4f,
+}
+@fragment
+fn add_weighted(corner: Corner) -> Sums {
+let alpha = alpha_at(corner);
+let weighted = alpha * corner.color.w;
+return Sums(vec4f(corner.color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
+}
+@fragment
+fn cover(corner: Corner) -> @location(0) vec4f {
+let alpha = alpha_at(corner);
+return vec4f(corner.color.rgb * alpha, alpha);
+}
+`,"view.glsl":`precision highp float;
+precision highp int;
+precision highp sampler2D;
+precision highp usampler2D;
+layout(std140) uniform View {
+vec4 row_x;
+vec4 row_y;
+vec4 row_z;
+vec4 position;
+vec4 lens;
+vec4 limits;
+vec4 background;
+vec4 size;
+float weight_scale;
+int count;
+int sh_size;
+int lobe_size;
+int weighting;
+vec4 frame;
+vec4 scale_bits;
+};
+const float ALPHA_MAX = 0.99;
+const float BLUR = 0.3;
+const int BATCH = 128;
+ivec2 texel(int i) { return ivec2(i & 4095, i >> 12); }
+struct Shape {
+vec3 mean;
+mat3 axes;
+};
+struct Look {
+vec3 color;
+float weight;
+float opacity;
+};
+struct Ellipse {
+float depth;
+vec2 center;
+vec2 variance;
+float covariance;
+float determinant;
+};
+Ellipse ellipse_of(Shape shape) {
+Ellipse e;
+vec4 mean = vec4(shape.mean, 1.0);
+e.depth = dot(row_z, mean);
+if (!(e.depth > position.w)) { return e; }
+vec2 t = vec2(dot(row_x, mean), dot(row_y, mean)) / e.depth;
+vec2 uv = clamp(t, limits.xz, limits.yw);
+vec3 depths = row_z.xyz * shape.axes;
+vec3 px = (lens.x / e.depth) * (row_x.xyz * shape.axes - uv.x * depths);
+vec3 py = (lens.y / e.depth) * (row_y.xyz * shape.axes - uv.y * depths);
+e.center = lens.xy * t + lens.zw;
+e.variance = vec2(dot(px, px), dot(py, py)) + BLUR;
+e.covariance = dot(px, py);
+vec3 crossed = cross(px, py);
+e.determinant = dot(crossed, crossed) + BLUR * (e.variance.x + e.variance.y - BLUR);
+return e;
+}
+float reach_of(float opacity) { return sqrt(2.0 * log(opacity / scale_bits.z)); }
+`,"view.wgsl":`struct View {
+row_x: vec4f,
+row_y: vec4f,
+row_z: vec4f,
+position: vec3f,
+near: f32,
+focal: vec2f,
+center: vec2f,
+limits: vec4f,
+background: vec3f,
+exponent_max: f32,
+size: vec2f,
+sigma: f32,
+background_weight: f32,
+weight_scale: f32,
+count: u32,
+sh_size: u32,
+lobe_size: u32,
+weighting: u32,
+frame: vec4f,
+scale_bits: vec2f,
+alpha_min: f32,
+}
+@group(0) @binding(0) var<uniform> view: View;
+struct Shape {
+mean: vec3f,
+axes: mat3x3f,
+}
+struct Look {
+color: vec3f,
+weight: f32,
+opacity: f32,
+}
+const ALPHA_MAX = 0.99;
+const BLUR = 0.3;
+const BATCH = 128u;
+struct Ellipse {
+depth: f32,
+center: vec2f,
+variance: vec2f,
+covariance: f32,
+determinant: f32,
+}
+fn ellipse_of(shape: Shape) -> Ellipse {
+var out: Ellipse;
+let mean = vec4f(shape.mean, 1.0);
+out.depth = dot(view.row_z, mean);
+if (!(out.depth > view.near)) { return out; }
+let t = vec2f(dot(view.row_x, mean), dot(view.row_y, mean)) / out.depth;
+let uv = clamp(t, view.limits.xz, view.limits.yw);
+let depths = view.row_z.xyz * shape.axes;
+let px = (view.focal.x / out.depth) * (view.row_x.xyz * shape.axes - uv.x * depths);
+let py = (view.focal.y / out.depth) * (view.row_y.xyz * shape.axes - uv.y * depths);
+out.center = view.focal * t + view.center;
+out.variance = vec2f(dot(px, px), dot(py, py)) + BLUR;
+out.covariance = dot(px, py);
+let crossed = cross(px, py);
+out.determinant = dot(crossed, crossed) + BLUR * (out.variance.x + out.variance.y - BLUR);
+return out;
+}
+fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
+`,"whole.glsl":`void main() {
+gl_Position = vec4(
+float((gl_VertexID << 1) & 2) * 2.0 - 1.0, float(gl_VertexID & 2) * 2.0 - 1.0, 0.0, 1.0);
+}
+`,"wide.glsl":`uniform sampler2D shapes;
+Shape shape_of(int i) {
+vec4 a = texelFetch(shapes, texel(3 * i), 0);
+vec4 b = texelFetch(shapes, texel(3 * i + 1), 0);
+vec4 c = texelFetch(shapes, texel(3 * i + 2), 0);
+return Shape(vec3(a.w, b.w, c.w), mat3(a.xyz, b.xyz, c.xyz));
+}
+#ifdef VERTEX
+uniform sampler2D looks;
+uniform sampler2D opacities;
+Look look_of(int i) {
+vec4 color = texelFetch(looks, texel(i), 0);
+return Look(color.rgb, color.w, texelFetch(opacities, texel(i), 0).r);
+}
+#else
+uniform sampler2D colors;
+uniform sampler2D lobes;
+layout(location = 0) out vec4 look_out;
+layout(location = 1) out float opacity_out;
+vec3 color_along(int i, float basis[16]) {
+vec3 color = vec3(0.5);
+for (int k = 0; k < sh_size; k++) {
+color += basis[k] * texelFetch(colors, texel(sh_size * i + k), 0).rgb;
+}
+return color;
+}
+vec2 lobes_along(int i, float basis[16]) {
+vec2 seen = vec2(0.0);
+for (int k = 0; k < lobe_size; k++) {
+seen += basis[k] * texelFetch(lobes, texel(lobe_size * i + k), 0).rg;
+}
+return seen;
+}
+void keep(Look look) {
+look_out = vec4(look.color, look.weight);
+opacity_out = look.opacity;
+}
+#endif
+`,"wide.wgsl":`@group(0) @binding(1) var<storage, read> shapes: array<vec4f>;
+@group(0) @binding(2) var<storage, read> colors: array<f32>;
+@group(0) @binding(3) var<storage, read> lobes: array<vec2f>;
+struct StoredLook {
+color: vec4f,
+opacity: f32,
+}
+fn shape_of(i: u32) -> Shape {
+let a = shapes[3u * i];
+let b = shapes[3u * i + 1u];
+let c = shapes[3u * i + 2u];
+return Shape(vec3f(a.w, b.w, c.w), mat3x3f(a.xyz, b.xyz, c.xyz));
+}
+fn color_along(i: u32, basis: array<f32, 16>) -> vec3f {
+var b = basis;
+var color = vec3f(0.5);
+for (var k = 0u; k < view.sh_size; k++) {
+let at = 3u * (view.sh_size * i + k);
+color += b[k] * vec3f(colors[at], colors[at + 1u], colors[at + 2u]);
+}
+return color;
+}
+fn lobes_along(i: u32, basis: array<f32, 16>) -> vec2f {
+var b = basis;
+var seen = vec2f(0.0);
+for (var k = 0u; k < view.lobe_size; k++) { seen += b[k] * lobes[view.lobe_size * i + k]; }
+return seen;
+}
+fn store(look: Look) -> StoredLook {
+return StoredLook(vec4f(look.color, look.weight), look.opacity);
+}
+fn stored(look: StoredLook) -> Look { return Look(look.color.rgb, look.color.w, look.opacity); }
+`};var _t=()=>({name:"",before:"",asked:"",state:"",share:NaN,sentence:""}),ft=class{#t=[_t(),_t()];begin(t,e){let s=this.#t[t].name;this.#t[t]=e===void 0?_t():{..._t(),name:e,before:s,state:"loading"}}fail(t,e,s){let{name:o,before:r}=this.#t[t];this.note(t,{share:1,state:"failed",sentence:e,asked:this.names[t],name:s?r:o})}note(t,e){Object.assign(this.#t[t],e)}get state(){let t=this.#t.map(({state:s})=>s);return["failed","loading","loaded"].find(s=>t.includes(s))??""}get busy(){return this.#t.some(({state:t})=>t==="loading")}get share(){let t=this.#t.filter(({state:e})=>e).map(({share:e})=>e);return t.reduce((e,s)=>e+s,0)/t.length}get sentence(){let t=this.#t.every(({state:s})=>s),e=this.#t.map(({state:s,sentence:o,asked:r})=>s!=="failed"?"":t&&r&&!o.includes(r)?`${r}: ${o}`:o);return[...new Set(e.filter(Boolean))].join("; ")}get names(){return ho(this.#t[0].name,this.#t[1].name)}};function ho(n,t){let[e,s]=[n,t].map(o=>o.split("/").filter(Boolean));for(let o=1;o<=Math.max(e.length,s.length);o++){let[r,i]=[e,s].map(a=>a.slice(-o).map(me).join("/"));if(r!==i)return[r,i]}return[me(e[e.length-1]??""),me(s[s.length-1]??"")]}function me(n){try{return decodeURIComponent(n)}catch{return n}}function St(n){let t=n?.trim().toLowerCase()??"",e=/^([0-9a-f]{3}|[0-9a-f]{6})$/.test(t)?`#${t}`:t,s=/^#[0-9a-f]+$/.test(e)?e:uo(e),o=s.length===4?s.replace(/[^#]/g,"$&$&"):s;if(!/^#[0-9a-f]{6}$/.test(o))return null;let r=i=>Number.parseInt(o.slice(i,i+2),16)/255;return[r(1),r(3),r(5)]}function as(n){let t=e=>Math.round(255*Math.min(Math.max(e,0),1));return`#${n.map(e=>t(e).toString(16).padStart(2,"0")).join("")}`}function uo(n){let t=n?document.createElement("canvas").getContext("2d"):null;if(!t)return"";let[e,s]=["#000000","#ffffff"].map(o=>(t.fillStyle=o,t.fillStyle=n,String(t.fillStyle)));return e===s?e:""}function cs(n,t,e){let s=f=>n.querySelector(`[name=${f}]`);s("background").value=as(t.background);let o=s("scale"),r=t.scale??0;[...o.options].some(({value:f})=>Number(f)===r)||o.add(new Option(`${Math.round(100*r)} %`,String(r))),o.value=String(r),s("mode").value=t.mode,s("turning").checked=t.turning,s("stats").checked=e;let{renderer:i,adapter:a}=t.device,c=i?`Drawn with ${i}${a?` on ${a}`:""}`:"";n.querySelector(".device").textContent=c;let l=n.querySelector("[data-act=view]");l.hidden=t.views.length<2}function ls(n,t){let{name:e,value:s}=n;e==="background"?t.background=St(s):e==="scale"?t.scale=Number(s)||null:e==="mode"?t.mode=s==="fly"?"fly":"orbit":e==="turning"&&(t.turning=n.checked),t.redraw()}var po=new Map([["ArrowLeft",-.02],["ArrowDown",-.02],["ArrowRight",.02],["ArrowUp",.02],["PageDown",-.1],["PageUp",.1],["Home",-1],["End",1]]),Mt=class{share=.5;#t;#e;#o=["",""];constructor(t,e){this.#t=t,this.#e=e,t.onpointerdown=({pointerId:s})=>t.setPointerCapture(s),t.onpointermove=({pointerId:s,clientX:o})=>{if(!t.hasPointerCapture(s))return;let{left:r,width:i}=e.getBoundingClientRect();this.#s((o-r)/i)},t.onkeydown=s=>{let o=po.get(s.key);o===void 0||s.ctrlKey||s.metaKey||s.altKey||(s.preventDefault(),this.#s(this.share+o))}}show(t){this.#o=t,this.#t.querySelectorAll("span").forEach((e,s)=>e.textContent=t[s]),this.#t.setAttribute("aria-label",`${t[0]} on the left, ${t[1]} on the right`),this.#t.hidden=!1,this.#e.classList.add("drawn"),this.#s(this.share)}#s(t){this.share=Math.min(Math.max(t,0),1);let e=Math.round(100*this.share);this.#e.style.clipPath=`inset(0 0 0 ${100*this.share}%)`,this.#t.style.left=`${100*this.share}%`,this.#t.setAttribute("aria-valuenow",String(e));let[s,o]=this.#o;this.#t.setAttribute("aria-valuetext",`${e} % ${s}, ${100-e} % ${o}`)}};var fs=':host{display:block;position:relative;overflow:hidden;contain:strict;color-scheme:light dark;--paper: #16181dd9;--ink: #f3f4f6;--accent: #7db4ff;--wall: #0d0f12;--field: #ffffff1c;background:var(--wall);color:var(--ink);font:14px/1.4 system-ui,sans-serif;min-height:120px}@media(prefers-color-scheme:light){:host{--paper: #ffffffd9;--ink: #16181d;--accent: #0b62d6;--wall: #e8eaee;--field: #0000000f}}canvas{opacity:0;display:block;width:100%;height:100%;touch-action:none;cursor:grab;outline:none}canvas.drawn{opacity:1}canvas.polite{touch-action:pan-y}canvas:active{cursor:grabbing}canvas.reached{outline:2px solid var(--accent);outline-offset:-2px}.over{position:absolute;inset:0;pointer-events:none}.split{position:absolute;top:0;bottom:0;width:20px;margin-left:-10px;cursor:ew-resize;touch-action:none;outline:none}.split:before{content:"";position:absolute;inset:0 9px;background:#fff;box-shadow:0 0 3px #000a}.split:after{content:"\\2039\\2002\\203a";position:absolute;top:50%;left:-12px;width:44px;height:44px;margin-top:-22px;border-radius:50%;background:var(--paper);line-height:40px;text-align:center;font-size:20px;box-shadow:0 0 0 2px #fff,0 0 5px 2px #000a}.split:focus-visible:after{box-shadow:0 0 0 3px var(--accent)}.split span{position:absolute;top:12px;padding:2px 8px;border-radius:6px;background:var(--paper);max-width:40vw;overflow:hidden;text-overflow:ellipsis;white-space:nowrap}.split span:first-child{right:18px}.split span:last-child{left:18px}[hidden]{display:none!important}.bar{position:absolute;inset:0 0 auto;height:3px;background:transparent}.bar>div{height:100%;width:0;background:var(--accent);transition:width .15s}.bar.unknown>div{width:100%!important;animation:wait 1.2s ease-in-out infinite alternate}@keyframes wait{0%{opacity:.2}}@media(prefers-reduced-motion:reduce){.bar>div{transition:none;animation:none!important}}.panel{position:absolute;background:var(--paper);border-radius:10px;padding:12px 16px;backdrop-filter:blur(8px)}.panel:focus{outline:none}.message,.help,.report{inset:0;margin:auto;width:fit-content;height:fit-content;max-width:min(34em,92%);max-height:92%;box-sizing:border-box;overflow:auto}.message{overflow-wrap:anywhere}.stats{top:12px;left:12px;font-variant-numeric:tabular-nums;white-space:pre;pointer-events:none}.split:not([hidden])~.stats{top:52px}.said{right:12px;top:12px;pointer-events:none}.said:not(.seen){clip-path:inset(50%)}h2{font-size:16px;margin:0 0 8px}.help dl{display:grid;grid-template-columns:fit-content(45%) 1fr;gap:4px 16px;margin:0 0 12px}.help dt{font-weight:600}.help dd{margin:0}.buttons{position:absolute;right:12px;left:12px;bottom:calc(12px + env(safe-area-inset-bottom));display:flex;flex-wrap:wrap;justify-content:end;gap:8px;pointer-events:none}.settings{right:12px;bottom:calc(68px + env(safe-area-inset-bottom));width:min(26em,calc(100% - 24px));box-sizing:border-box;max-height:calc(100% - 80px);overflow:auto}@media(max-height:500px){.settings{bottom:12px;max-height:calc(100% - 24px);columns:2;width:min(40em,calc(100% - 24px))}}.settings p{display:flex;flex-wrap:wrap;align-items:center;gap:8px;margin:0 0 8px}.settings p>label{flex:1}.settings>label{display:flex;align-items:center;gap:8px;min-height:36px}.settings>small{display:block;margin:8px 0 12px;overflow-wrap:anywhere}button,select,[type=color]{font:inherit;color:inherit;background:var(--paper);border:0;border-radius:10px;min-width:44px;min-height:44px;padding:0 9px;cursor:pointer;pointer-events:auto}.panel :is(button,select,[type=color]){background:var(--field)}[type=color]{padding:6px}[type=checkbox]{width:20px;height:20px;margin:0;accent-color:var(--accent)}button:hover{color:var(--accent)}:is(button,select,input,textarea):focus-visible{outline:2px solid var(--accent)}textarea{font:12px/1.3 ui-monospace,monospace;color:inherit;background:transparent;max-width:100%}.drop{inset:12px;border:2px dashed var(--accent);display:grid;place-items:center}';var wo=[["Drag","turn around the scene"],["Two fingers, right button or Shift","move sideways"],["Pinch or wheel","come nearer, go away"],["Double tap","look at what is there"],["Arrows","turn"],["W A S D Q E","fly; with Shift faster"],["M","orbit, or look around from where you are"],["V","next of the cameras the scene was taken with"],["R","back to the beginning"],["F","full screen"],["P","save a picture"],["I","frame rate and size"],["O","settings"],["H","this help"]],hs=`
+<style>${fs}</style>
+<canvas tabindex="0" role="application"></canvas>
+<div class="split" role="slider" tabindex="0" aria-valuemin="0" aria-valuemax="100" hidden>
+<span></span><span></span>
+</div>
+<div class="bar" role="progressbar" aria-label="loading" hidden><div></div></div>
+<div class="panel stats" hidden></div>
+<div class="panel said" role="status"></div>
+<div class="buttons">
+<button data-act="reset" title="Back to the beginning (R)">Reset</button>
+<button data-act="settings" title="Settings (O)" aria-expanded="false">Settings</button>
+<button data-act="full" title="Full screen (F)">Full screen</button>
+<button data-act="help" title="Help (H)" aria-label="Help" aria-expanded="false">?</button>
+</div>
+<div class="panel settings" role="dialog" aria-label="Settings" tabindex="-1" hidden>
+<h2>Settings</h2>
+<p><label for="color">Background</label><input id="color" type="color" name="background" />
+<button data-act="own">The scene's own</button></p>
+<p><label for="scale">Resolution</label><select id="scale" name="scale">
+<option value="0">as the device can</option><option value="1">100 %</option>
+<option value="0.7">70 %</option><option value="0.5">50 %</option>
+</select></p>
+<p><label for="mode">Dragging</label><select id="mode" name="mode">
+<option value="orbit">turns the scene</option><option value="fly">looks around</option>
+</select></p>
+<label><input type="checkbox" name="turning" /> Turn slowly by itself</label>
+<label><input type="checkbox" name="stats" /> Show the frame rate</label>
+<small class="device"></small>
+<p><button data-act="open">Open a file</button><input type="file" multiple hidden />
+<button data-act="view">Next camera</button> <button data-act="picture">Save a picture</button>
+<button data-act="close">Close</button></p>
+</div>
+<div class="panel help" role="dialog" aria-label="Help" tabindex="-1" hidden>
+<h2>Ways to move</h2>
+<dl>${wo.map(([n,t])=>`<dt>${n}</dt><dd>${t}</dd>`).join("")}</dl>
+<button data-act="close">Close</button>
+</div>
+<div class="panel report" role="dialog" aria-label="Measured" tabindex="-1" hidden>
+<h2></h2>
+<textarea readonly rows="14" cols="44" aria-label="the figures as JSON"></textarea><br />
+<button data-act="copy">Copy</button> <button data-act="share">Share</button>
+<button data-act="close">Close</button> <small class="copied" role="status"></small>
+</div>
+<div class="panel message" hidden><p role="alert"></p><button data-act="open">Open a file</button>
+<button data-act="close">Close</button></div>
+<div class="panel drop" hidden>Drop a scene to open it, or two to compare them</div>`,be=new Map(Object.entries({r:"reset",m:"mode",f:"full",h:"help",i:"stats",o:"settings",p:"picture",v:"view"}));var ds=new Map([["KeyW",[0,0,1]],["KeyS",[0,0,-1]],["KeyA",[-1,0,0]],["KeyD",[1,0,0]],["KeyQ",[0,1,0]],["KeyE",[0,-1,0]]]),us=new Map([["ArrowLeft",[-1,0]],["ArrowRight",[1,0]],["ArrowUp",[0,-1]],["ArrowDown",[0,1]]]),Tt=class{#t;#e;#o=new AbortController;#s=new Map;#n=new Set;#r=!1;#i={x:0,y:0,time:0};constructor(t,e){this.#t=t,this.#e=e;let s=(o,r)=>t.addEventListener(o,r,{signal:this.#o.signal,passive:!1});s("pointerdown",o=>this.#c(o)),s("pointermove",o=>this.#l(o)),s("pointerup",o=>this.#f(o)),s("pointercancel",o=>this.#f(o)),s("wheel",o=>this.#b(o)),s("contextmenu",o=>o.preventDefault()),s("keydown",o=>this.#g(o,!0)),s("keyup",o=>this.#g(o,!1)),s("blur",()=>this.#n.clear())}get busy(){return this.#n.size>0}advance(t){if(!this.busy)return;let e=this.#e.pose(),s=.9*e.reach*t*(this.#r?4:1);for(let o of this.#n){let r=ds.get(o);r&&e.move(r[0]*s,r[1]*s,r[2]*s);let i=us.get(o);i&&this.#a(i[0]*1.5*t,i[1]*1.5*t)}this.#e.changed()}destroy(){this.#o.abort()}#a(t,e){let s=this.#e.pose();this.#e.mode()==="orbit"?s.orbit(t,e):s.look(t,e)}#c(t){this.#t.focus({preventScroll:!0}),this.#t.setPointerCapture(t.pointerId),this.#s.set(t.pointerId,{x:t.offsetX,y:t.offsetY});let{x:e,y:s,time:o}=this.#i,r=Math.hypot(t.offsetX-e,t.offsetY-s)<20,i=this.#s.size===1&&t.button===0;i&&r&&t.timeStamp-o<350&&this.#e.focus(t.offsetX,t.offsetY),this.#i={x:t.offsetX,y:t.offsetY,time:i?t.timeStamp:-1/0},this.#e.held(),t.preventDefault()}#l(t){let e=this.#s.get(t.pointerId);if(e===void 0)return;let s={x:t.offsetX,y:t.offsetY};Math.hypot(s.x-this.#i.x,s.y-this.#i.y)>6&&(this.#i.time=-1/0),this.#s.size===1?this.#h(s.x-e.x,s.y-e.y,t):this.#s.size===2&&this.#d(t.pointerId,s),this.#s.set(t.pointerId,s),this.#e.changed()}#f(t){this.#s.delete(t.pointerId)}#h(t,e,s){s.buttons&6||s.shiftKey||s.ctrlKey?this.#m(t,e):this.#a(t*.006,e*.006)}#d(t,e){let s=this.#s.get(t),o=[...this.#s].find(([a])=>a!==t)?.[1];if(s===void 0||o===void 0)return;let r=Math.hypot(s.x-o.x,s.y-o.y),i=Math.hypot(e.x-o.x,e.y-o.y);this.#e.mode()==="fly"?this.#e.pose().move(0,0,2*(i-r)*this.#w):r>0&&i>0&&this.#e.pose().dolly(r/i),this.#m((e.x-s.x)/2,(e.y-s.y)/2)}#m(t,e){this.#e.pose().move(-t*this.#w,-e*this.#w,0)}get#w(){let{target:t,eye:e}=this.#e.pose();return Math.hypot(...t.map((s,o)=>s-e[o]))/Math.max(this.#t.clientHeight,1)}#b(t){if(this.#t.classList.contains("polite")&&!t.ctrlKey&&!t.metaKey)return;t.preventDefault();let e=t.deltaMode===WheelEvent.DOM_DELTA_LINE?16:1,s=t.deltaY*e*(t.ctrlKey?8:1)*.0012,o=this.#e.pose();this.#e.mode()==="orbit"?o.dolly(Math.exp(s)):o.move(0,0,-s*o.reach),this.#e.changed()}#g(t,e){let{code:s}=t;if(this.#r=t.shiftKey,!e&&s.startsWith("Meta")&&this.#n.clear(),e&&(t.ctrlKey||t.metaKey||t.altKey)||!ds.has(s)&&!us.has(s))return;let o=e&&!this.#n.has(s);e?this.#n.add(s):this.#n.delete(s),o&&this.advance(.03),this.#e.changed(),t.preventDefault()}};function ge(){let n=URL.createObjectURL(new Blob([`(${bundle})()`],{type:"text/javascript"}));return setTimeout(()=>URL.revokeObjectURL(n),6e4),new Worker(n)}function ps(n,t){let e=globalThis.preloadedWorker;delete globalThis.preloadedWorker;let s;return e&&"url"in n&&e.url===n.url?(s=e.worker,e.messages.forEach(t)):(e?.worker.terminate(),s=ge(),s.postMessage(n)),s.onmessage=t,s}async function ws(){let n=globalThis.preloadedAdapter;return delete globalThis.preloadedAdapter,await n??navigator.gpu.requestAdapter({powerPreference:"high-performance"})}async function ms(n){return g[n]}function Rt(n,[t,e,s]){let o=n.length/3,r=new Float32Array(o);for(let l=0;l<o;l++)r[l]=t*n[3*l]+e*n[3*l+1]+s*n[3*l+2];let i=new Uint32Array(r.buffer);for(let l=0;l<o;l++)i[l]=i[l]&2147483648?i[l]:~i[l]&2147483647;let a=Uint32Array.from({length:o},(l,f)=>f),c=new Uint32Array(o);for(let l of[0,16]){let f=new Uint32Array(65537);for(let h=0;h<o;h++)f[(i[h]>>>l&65535)+1]+=1;for(let h=0;h<65536;h++)f[h+1]+=f[h];for(let h=0;h<o;h++){let d=a[h];c[f[i[d]>>>l&65535]++]=d}[a,c]=[c,a]}return a}var mo=/[\x00-\x1f\x7f-\x9f\u2028\u2029\p{Cs}]/gu,y=class extends Error{name="SceneError";constructor(t){super(t.replace(mo,"\uFFFD"))}};function D(n){return new DataView(n.buffer,n.byteOffset,n.byteLength)}var K=class{#t;#e=0;#o=0;constructor(t){this.#t=t}get left(){return 8*(this.#t.length-this.#e)-this.#o}take(t){let e=this.#t,s=this.#e,o=e[s]|e[s+1]<<8|e[s+2]<<16|e[s+3]<<24,r=this.#o+t,i=o>>>this.#o&(1<<t)-1;return this.#e=s+(r>>>3),this.#o=r&7,i}atEnd(){return this.left<8&&this.#t[this.#e]>>>this.#o===0}};function nt(n,t){let e=Math.ceil(t/8);if(n.length!==e)throw new y(`packed bits take ${n.length} bytes where ${e} belong`);if(t%8&&n[e-1]>>t%8)throw new y("packed bits end in bits that are not zero");return new K(n)}var bs="0061736d01000000012a0460077f7f7f7f7f7f7d0060037f7f7f0060097f7f7f7f7f7f7f7f7f017f60097f7f7f7f7f7f7f7d7d00020f0103656e76066d656d6f727902000103060500010202030607017f014180080b073705056c61796572000005756e69747300010a70756c6c5f706c61696e00020f70756c6c5f636f6e7465787475616c0003047061636b00040abc21059c0404017f017b047f0b7b024020054101480d00200120054102746a21072006fd13210820044102742209410148210a0340200020094102746a210b4100210c03402001fd09000c210d2001fd090008210e2001fd090004210f2001fd090000211002400240200a450d00200d2111200e2112200f2113201021140c010b2002200c4102746a2104200d2111200e2112200f2113201021142000210503402004fd00001022152005fd0900002216fde6012010fde40121102004fd00000022172016fde6012014fde401211420152005fd0900042216fde601200ffde401210f20172016fde6012013fde401211320152005fd0900082216fde601200efde401210e20172016fde6012012fde401211220152005fd09000c2216fde601200dfde401210d20172016fde6012011fde401211120044180046a2104200541106a2205200b490d000b0b2003200c4102746a2205201120082011fde601fde901fd0b00800c2005201220082012fde601fde901fd0b0080082005201320082013fde601fde901fd0b0080042005201020082010fde601fde901fd0b00102005201420082014fde601fde901fd0b0000200541900c6a200d2008200dfde601fde901fd0b000020054190086a200e2008200efde601fde901fd0b000020054190046a200f2008200ffde601fde901fd0b0000200c41f800492105200c41086a210c20050d000b20034180106a2103200b2100200141106a22012007490d000b0b0bd50104027f017b027f017b200020024109746a2103410021040340fd0c0000000000000000000000000000000021052000200441027422066a22022107034020052007fd00000022082008fde601fde401210520074180046a22072003490d000b200120066a2107fd0c0000803f0000803f0000803f0000803f2005fde301fd0cccbc8c2bccbc8c2bccbc8c2bccbc8c2bfde901fde70121050340200720052002fd000000fde601fd0b000020074180046a210720024180046a22022003490d000b200441fc00492102200441046a210420020d000b0bd30101087f41002109034002402006200820092007491b220a4101480d002000200a4103746a210b2000210a0340024020022001200a280200220c41ffff0071220d4101746a2f0100220e4102746a280200220f0d0041000f0b20042f01002110200a28020420094101746a200e3b0102200a20104100200d200f410f766b200f41ffff0171200c410e766c6a220c4180800449220f1b200c200f41047474723602002004200f4101746a2104200a41086a220a200b490d000b0b0240200420054b0d00200941016a220920074d0d010b0b20040bf101010a7f410021094100210a0340024020062008200a2007491b220b4101480d002000200b4103746a210c2000210b0340024020022009200b280204200a4101746a220d2f010071220e20036c2001200e410f74200b280200220f41ffff00712210410174726a2f010022116a4102746a280200220e0d0041000f0b20042f01002112200d20113b0102200b201241002010200e410f766b200e41ffff0171200f410e766c6a220d4180800449220e1b200d200e41047474723602002004200e4101746a2104200b41086a220b200c490d000b0b0240200420054b0d00417f2109200a41016a220a20074d0d010b0b20040bfc1707067f027b037f0c7b037f0e7b017f2005417e7121092005410171210a200641036c210b2006410174210c20044180206a210d200541017441026a210e2008fd13210f2007fd132110410021112006410274221241027421130340fd0c020000000200000002000000020000002214fd0c010000000100000001000000010000002215fd0c0000000000000000000000000000000022162001fd000080042217fde0012001fd0000002218fde001fd442219fd522001fd00008008221afde001201720182019fd522217fde001fd442218fd522119fd0c03000000030000000300000003000000211b2001fd0000800c221c201a20172018fd522217201cfde0012017fde001fd44221dfd52221efd0cffffff7fffffff7fffffff7fffffff7f221cfd4e2016fd37211ffd0c0000000000000000000000000000000022172118410121202016211a4100212102400240024020050e020201000b0340201720032020410a746a2222fd000000fde001fde90120224180086afd000000fde001fde9012117201820224180046afd000000fde001fde901202241800c6afd000000fde001fde9012118202041026a2120202141026a22212009470d000b0b0240200a450d00201720032020410a746a2222fd000000fde001fde9012117201820224180046afd000000fde001fde90121180b2018fd0cffff0f00ffff0f00ffff0f00ffff0f00221afdae014114fdad0121162017201afdae014114fdad01211a0b201b2019201dfd52211d200d2003fd000080042217fd0c000000800000008000000080000000802223fd4e2003fd00000022184110fdad01fd0c008000000080000000800000008000002224fd4efd502018201cfd4e2219fd0c0000804b0000804b0000804b0000804b2225fde601fd6afdf80120192018410dfdad012015fd4efdae01fd0cff0f00c8ff0f00c8ff0f00c8ff0f00c82226fdae01410dfdad01fd0cff7b0000ff7b0000ff7b0000ff7b00002227fdb7012019fd0c000080380000803800008038000080382228fd3afd52fd502017201cfd4e22182025fde601fd6afdf80120182017410dfdad012015fd4efdae012026fdae01410dfdad012027fdb70120182028fd3afd524110fdab01fd502217fd0c0000ffff0000ffff0000ffff0000fffffd4efd0ce2f00000e2f00000e2f00000e2f00000fd502017201ffd522217fd5a00000041022120200d20064102746a2017fd5a000001200d200c4102746a2017fd5a000002200d200b4102746a2017fd5a0000032016fd0c78030000780300007803000078030000221ffdb901fd0c770400007704000077040000770400002229fdb601fd0c88fcffff88fcffff88fcffff88fcffff222afdae01212bfd0c00008037000080370000803700008037212cfd0c0000fe420000fe420000fe420000fe422117201a201ffdb9012029fdb601202afdae01212d0240200e41024d0d002017202b4114fdab01202cfdae01fde70121192017202d4114fdab01202cfdae01fde701211a200d21220340202241046a22222019200320204109742221418004726afd000000fde601fd0c0000fec20000fec20000fec20000fec22218fde9012017fde801fd0c002000440020004400200044002000442216fde401fdf8014108fdab01fd0c00ff000000ff000000ff000000ff0000fd4e201a200320216afd000000fde6012018fde9012017fde8012016fde401fdf801fd0cff000000ff000000ff000000ff000000fd4e2019200320214180086a2221418004726afd000000fde6012018fde9012017fde8012016fde401fdf8014118fdab01201a200320216afd000000fde6012018fde9012017fde8012016fde401fdf8014110fdab01fd0c0000ff000000ff000000ff000000ff00fd4efd50fd50fd502218fd5a000000202220126a2018fd5a0000012022200c4102746a2018fd5a0000022022200b4102746a2018fd5a000003202041046a2220200e490d000b0b200441346a202d4110fdab01202b4118fdab01fd502218fd5a000003200441246a2018fd5a000002200441146a2018fd5a000001200441046a2018fd5a000000200441386a200f2000fd00008004fdfa012010fde501fde601fd0c000000000000000000000000000000002218fde901fd0c0000803f0000803f0000803f0000803f2216fde801fd0c00e0ff4400e0ff4400e0ff4400e0ff44221afde601fd0c0000003f0000003f0000003f0000003f2219fde401fdf801410bfdab01200f2000fd00008008fdfa012010fde501fde6012018fde9012016fde801fd0c00c07f4400c07f4400c07f4400c07f44fde6012019fde401fdf8014116fdab01fd50200f2000fd000000fdfa012010fde501fde6012018fde9012016fde801201afde6012019fde401fdf801fd502216fd5a000003200441286a2016fd5a000002200441186a2016fd5a000001200441086a2016fd5a0000002004413c6afd0c71aa34c471aa34c471aa34c471aa34c4fd0c71aa344471aa344471aa344471aa3444201e2018fd43fd5222162001fd00008004221a2001fd000000201d2015fd39fd52fde601fd0c001080440010804400108044001080442219fde401fdf801410afdab01fd0c00fc0f0000fc0f0000fc0f0000fc0f00fd4e201d4114fdab01fd5020162001fd00008008222b201a201d2014fd39fd52fde6012019fde401fdf801fd0cff030000ff030000ff030000ff030000221afd4efd50410afdab0120162001fd0000800c202b201d201bfd39fd52fde6012019fde401fdf801201afd4efd502216fd5a0000032004412c6a2016fd5a0000022004411c6a2016fd5a0000012004410c6a2016fd5a0000002002fd0000802c211d2002fd00008028211b2002fd00008024212b2002fd00008020212d2002fd0000801c21142002fd00008018211e2002fd00008014212e2002fd00008010212f2002fd0000800c2130200441b0106a2002fd0000800422162023fd4e2002fd00000022194110fdad012024fd4efd502019201cfd4e221a2025fde601fd6afdf801201a2019410dfdad012015fd4efdae012026fdae01410dfdad012027fdb701201a2028fd3afd52fd502016201cfd4e22192025fde601fd6afdf80120192016410dfdad012015fd4efdae012026fdae01410dfdad012027fdb70120192028fd3afd524110fdab01fd502216fd5a000003200441a0106a2016fd5a00000220044190106a2016fd5a00000120044180106a2016fd5a000000200441b4106a2002fd000080082216201cfd4e22192025fde601fd6afdf80120192016410dfdad012015fd4efdae012026fdae01410dfdad012027fdb70120192028fd3afd522030fde0012018fde901202ffde001fde901202efde001fde901201efde001fde9012014fde001fde901202dfde001fde901202bfde001fde901201bfde001fde901201dfde001fde901fd0cffff0f00ffff0f00ffff0f00ffff0f00fdae014114fdad01201ffdb9012029fdb601202afdae0122184110fdab0120164110fdad012024fd4efd50fd502002fd0000800c201720184114fdab01202cfdae01fde7012218fde601fd0c0000fec20000fec20000fec20000fec22216fde9012017fde801fd0c002000440020004400200044002000442219fde401fdf8014118fdab01fd50221afd5a000003200441a4106a201afd5a00000220044194106a201afd5a00000120044184106a201afd5a00000020044188106a213141002120410121210340203120204102746a222241306a20182020410b7420026a22204180186afd000000fde6012016fde9012017fde8012019fde401fdf8014110fdab01fd0c0000ff000000ff000000ff000000ff00fd4e2018202041801c6afd000000fde6012016fde9012017fde8012019fde401fdf8014118fdab01fd50201820204180146afd000000fde6012016fde9012017fde8012019fde401fdf8014108fdab01fd0c00ff000000ff000000ff000000ff0000fd4efd50201820204180106afd000000fde6012016fde9012017fde8012019fde401fdf801fd0cff000000ff000000ff000000ff000000fd4efd50221afd5a000003202241206a201afd5a000002202241106a201afd5a0000012022201afd5a00000020214101712122410021214101212020220d000b200441c0006a2104200341106a2103200241106a2102200141106a2101200041106a2100200d20136a210d201141fc00492122201141046a211120220d000b0b";var ht,gs=new WeakMap;function Ot(n){return typeof WebAssembly=="object"?new WebAssembly.Memory({initial:Math.ceil(n/2**16)}):null}function ot(n){if(n===null)return null;if(ht===void 0)try{let e=bs.match(/../g);ht=new WebAssembly.Module(Uint8Array.from(e,s=>parseInt(s,16)))}catch{ht=null}if(ht===null)return null;let t=gs.get(n);if(!t){let{exports:e}=new WebAssembly.Instance(ht,{env:{memory:n}});t=e,gs.set(n,t)}return t}var ye=2048,Y;function ys({contexts:n,alphabet:t,symbols:e,spans:s},o,r,i,a){Y===void 0&&(Y=Ot(1));let c=ot(Y);if(Y===null||c===null)return;let l=o.length,f=ye+2*e.length,h=f+4*s.length,d=h+i.length,u=d+2*l+2,p=Math.ceil((u+2*a+2)/2**16)-Y.buffer.byteLength/2**16;p>0&&Y.grow(p);let{buffer:w}=Y,m=new Uint32Array(w,0,2*l);o.forEach((k,E)=>m.set([k,u-2+2*r[E]],2*E)),new Uint16Array(w,ye,e.length).set(e),new Uint32Array(w,f,s.length).set(s),new Uint8Array(w,h,i.length).set(i);let v=(n>1?c.pull_contextual:c.pull_plain)(0,ye,f,t,h,d,l,Math.floor(a/l),a%l);return{decoded:new Uint16Array(w,u,a).slice(),left:v?(d-v)/2:-1/0,states:m.filter((k,E)=>E%2===0)}}var zt=14,ut=1<<zt,vs=65536,bo=64,go=256,yo=2048,Lt=12,xs=-1/0;function Q(n,t,e,s=!1){if(n.length<Lt)throw new y("a rANS stream is too short to hold its header");let o=D(n),r=o.getUint16(0,!0),i=o.getUint16(2,!0),a=o.getUint32(4,!0),c=o.getUint32(8,!0);if(r!==e)throw new y(`a rANS stream of ${r} symbols stands where ${e} belong`);if(i!==1&&i!==e||i>bo)throw new y(`a rANS stream has ${i} contexts`);let l=vo(t);if(n.length!==Lt+a+4*l+2*c)throw new y("a rANS stream is longer or shorter than its header says");let f=Lt+a,h=Eo(n.subarray(Lt,f),i,e),d=new Uint32Array(l).map((v,k)=>o.getUint32(f+4*k,!0));if(d.some(v=>v<vs))throw new y("a rANS stream starts in an impossible state");let u=Math.floor(t/l),p=t%l,w=d.map((v,k)=>k*u+Math.min(k,p)),m=[h,d,w,n.subarray(f+4*l),t],b=(s?void 0:ys(...m))??xo(...m);if(b.left===xs)throw new y("a rANS stream leads to a context that is not used: it is damaged");if(b.left<0)throw new y("a rANS stream ends early: the file is damaged");if(b.left>0||b.states.some(v=>v!==vs))throw new y("a rANS stream does not end where it should: the file is damaged");return b.decoded}function vo(n){let t=Math.max(1,Math.floor(n/yo));return Math.min(go,1<<31-Math.clz32(t))}function xo({contexts:n,alphabet:t,symbols:e,spans:s},o,r,i,a){let c=o.length,l=Math.floor(a/c),f=a%c,h=new Uint16Array(a),d=i.length/2,u=new Uint16Array(d+1);new Uint8Array(u.buffer).set(i);let p=0;for(let w=0;w<=l;w++){let m=w<l?c:f,b=n>1&&w>0;for(let v=0;v<m;v++){let k=r[v]+w,E=b?h[k-1]:0,A=o[v],T=A&ut-1,z=e[E<<zt|T],j=s[E*t+z];if(j===0)return{decoded:h,left:xs,states:o};let q=Math.imul(j&32767,A>>>zt)+T-(j>>>15)|0,V=(q>>>16)-1>>>31;o[v]=q<<16*V|u[p]&-V,p+=V,h[k]=z}}return{decoded:h,left:d-p,states:o}}function Eo(n,t,e){let s=new K(n),o=new Uint16Array(t*ut),r=new Uint32Array(t*e);for(let i=0;i<t;i++){if(!dt(s,1))continue;let a=ko(s,e),c=i*ut;for(let l=0;l<e;l++){let f=a[l];f!==0&&(r[i*e+l]=c%ut<<15|f,o.fill(l,c,c+f),c+=f)}}if(!s.atEnd())throw new y("a rANS stream's frequency tables are longer than they should be");return{contexts:t,alphabet:e,symbols:o,spans:r}}function ko(n,t){let e=new Uint16Array(t),s=[];for(let a=0;a<t;a++)dt(n,1)&&s.push(a);let o=dt(n,4),r=s.pop(),i=ut;for(let a of s){let c=o;for(;!dt(n,1);)c++;if(c>zt)throw new y("a rANS stream's frequency table holds a number out of range");e[a]=dt(n,c)+(1<<c)-(1<<o)+1,i-=e[a]}if(r===void 0||i<1)throw new y("a rANS stream's frequencies do not sum to 16384");return e[r]=i,e}function dt(n,t){if(t>n.left)throw new y("a rANS stream's frequency tables end early");return n.take(t)}var Ao=Float64Array.from({length:31},(n,t)=>2**(Math.max(t,1)-25)),ks=new Float32Array(1),Es=new Uint32Array(ks.buffer);function ve(n){return(n&31744)===31744}function F(n){let t=n>>10&31,e=(n&1023)+(t>0?1024:0);return(n&32768?-e:e)*Ao[t]}function J(n){ks[0]=n;let t=Es[0]>>>16&32768,e=Es[0]&2147483647;if(e<947912704){let s=Math.abs(n)*16777216,o=Math.round(s);return t|(o-s===.5&&o%2?o-1:o)}return t|Math.min(e+4095+(e>>>13&1)-939524096>>>13,31743)}function xe(n,t){let e=_o(n,t);if(e.some(ve))throw new y(`the stream '${n.name}' of the .mgs file has numbers that are not finite`);return Float32Array.from(e,F)}function _o({name:n,codec:t,data:e},s){let o=new y(`the stream '${n}' of the .mgs file has a wrong length`);if(t==="raw"){if(e.length!==2*s)throw o;return Uint16Array.from({length:s},(l,f)=>e[2*f]|e[2*f+1]<<8)}if(e.length<4)throw o;let r=4+D(e).getUint32(0,!0);if(r>e.length||t==="halves"&&e.length!==r+s)throw o;let i=Q(e.subarray(4,r),s,256),a=e.subarray(r),c=t==="planes"?Q(a,s,256):a;return i.map((l,f)=>l<<8|c[f])}var So=49,Z=24,Ft=Uint32Array.from({length:4096},(n,t)=>{let e=0;for(let s=0;s<12;s++)e|=(t>>>s&1)<<10*(s%3)+Math.floor(s/3);return e});function As(n,t){let e=n.length<4?1/0:4+D(n).getUint32(0,!0);if(e>n.length)throw new y("the stream of positions is too short to hold what its header says");let s=Q(n.subarray(4,e),t,So),o=0;for(let l=0;l<t;l++)o+=Math.max(s[l]-1,0);let r=nt(n.subarray(e),o),i=new Uint16Array(3*t),a=0,c=0;for(let l=0;l<t;l++){let f=s[l]-1;if(f>=Z?(a+=r.take(Z),c+=(1<<f-Z)+r.take(f-Z)):f>=0&&(a+=(1<<f)+r.take(f)),c+=a>>>Z,a&=(1<<Z)-1,c>>>Z)throw new y("the stream of positions leaves its 48-bit grid");let h=Ft[a&4095]|Ft[a>>>12]<<4,d=Ft[c&4095]|Ft[c>>>12]<<4;for(let u=0,p=0;u<3;u++,p+=10){let w=h>>>p&255|(d>>>p&255)<<8,m=w&32768?w&32767:w^65535;if(ve(m))throw new y("the stream of positions holds numbers that are not finite");i[3*l+u]=m}}return i}function _s(n,t){let e=3*Math.ceil(n.length/3/t);if(e<=3)return n;let s=new Uint16Array(3*Math.ceil(n.length/e));for(let o=0,r=0;o<n.length;o+=e,r+=3)s.set(n.subarray(o,o+3),r);return s}function Ee(n,{center:t,radius:e,exponent:s}){let o=new Float32Array(n.length),r=e*2**s;for(let i=0;i<n.length;i++)o[i]=t[i%3]+Math.fround(r*F(n[i]));return o}function Ut(n){return"stored"in n?Ee(n.stored,n.grid):n}var Mo={from:64,to:65536,times:4},To={from:32,to:1024,times:2},Ss=128,Ts="mobilegs variant 1";function Rs(n,t){let e=null;try{e=t?.getItem(`${Ts} ${n.describe()}`)??null}catch{}return n.variants.find(s=>Fs(s)===e)??null}async function Os(n,t){let e={floats:!1,strips:!1},s={...e};if(await Ms(n,e,{...e,strips:!0},Mo,Ro)&&(s.strips=!0),n.variants.some(({floats:o})=>o)){let o={...s,floats:!0};await Ms(n,s,o,To,Oo)&&(s.floats=!0)}try{t?.setItem(`${Ts} ${n.describe()}`,Fs(s))}catch{}return s}async function Ls(n){n.setScene({...ke(1,1,()=>[0,0,1]),packing:{center:[0,0,0],unit:1,leastScaleBits:0,scaleBitsSpan:0},shapes:Uint32Array.of(0,15360,0,0),colors:new Uint32Array(4),shSize:4,lobes:new Uint32Array(5),lobeSize:9}),await n.drawUnseen(Ae(1))}function zs(n){n.setDots({means:Float32Array.of(0,0,1),color:[0,0,0],side:1,background:[0,0,0]}),n.drawDots(Ae(1)),n.setDots(null)}var Fs=({floats:n,strips:t})=>`${n} ${t}`;async function Ms(n,t,e,{from:s,to:o,times:r},i){let a=0;for(let c=s;;c*=r){let{scene:l,side:f}=i(c);n.setScene(l);let h=[1/0,1/0];for(let u=0;u<=3;u++)for(let[p,w]of[t,e].entries()){n.variant=w;let m=performance.now();await n.drawUnseen(Ae(f)),u>0&&(h[p]=Math.min(h[p],performance.now()-m))}let d=Math.max(...h);if(c===s&&(a=d),d>Math.max(4,3*a)||c>=o)return h[1]<.85*h[0]}}function Ro(n){let t=Math.ceil(Math.sqrt(n)),e=o=>2*(o+.5)/t-1;return{scene:ke(n,.001,o=>[e(o%t),e(Math.floor(o/t)),1]),side:256}}function Oo(n){return{scene:ke(Ss,1,t=>[0,0,1+t/Ss]),side:n}}function ke(n,t,e){let s=new Float32Array(12*n);for(let o=0;o<n;o++){let[r,i,a]=e(o);s.set([t,0,0,r,0,t,0,i,0,0,t,a],12*o)}return{count:n,packing:null,shapes:s,colors:new Float32Array(3*n),shSize:1,lobes:new Float32Array(2*n).fill(1),lobeSize:1,sorted:!1,weighting:{index:0,exponentMax:4,sigma:1,backgroundWeight:0},background:[0,0,0]}}function Ae(n){return{viewmat:[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],fx:n/2,fy:n/2,cx:n/2,cy:n/2,width:n,height:n,near:.1}}function rt({packing:n,shSize:t,lobeSize:e}){return n?{shapes:4,colors:4,lobes:e+2>>1}:{shapes:12,colors:3*t,lobes:2*e}}function Us(n){return F(n&65535)}function It(n,{viewmat:t,fx:e,fy:s,cx:o,cy:r,width:i,height:a,near:c},l){let{background:f,weighting:h,packing:d}=n,u=.3*.5*i/e,p=.3*.5*a/s,w=[0,1,2].map(v=>-(t[v]*t[3]+t[4+v]*t[7]+t[8+v]*t[11])),m=new Float32Array(192/4);m.set([...Array.from(t).slice(0,12),...w,c,e,s,o,r,-o/e-u,(i-o)/e+u,-r/s-p,(a-r)/s+p,...f,h.exponentMax,i,a,h.sigma,h.backgroundWeight,l]);let b=[n.count,n.shSize,n.lobeSize,h.index];if(new Int32Array(m.buffer).set(b,33),d){let{center:v,unit:k,leastScaleBits:E,scaleBitsSpan:A}=d;m.set([...v,k,E,A],40)}return m[46]=!n.sorted&&h.alphaMin||1/255,m}var Nt=class{milliseconds=null;#t;#e;#o=!1;#s=!1;#n=[];constructor(t){this.#t=t,this.#e=t.getExtension("EXT_disjoint_timer_query_webgl2")}start(){this.#s=this.#o&&!this.#n.length}pass(t){if(!this.#s)return;let[e,s]=[this.#t,this.#e.TIME_ELAPSED_EXT];if(this.#n.length&&e.endQuery(s),t){let o=e.createQuery();this.#n.push([t,o]),e.beginQuery(s,o)}else this.#s=!1}async time(){let t=this.#t;this.#o=this.#e!==null;let e=this.#n[this.#n.length-1];if(!e||this.#s)return;for(let o=0;o<100&&!t.getQueryParameter(e[1],t.QUERY_RESULT_AVAILABLE);o++)await new Promise(r=>setTimeout(r,5));let s=this.#n.map(([o,r])=>[o,t.getQueryParameter(r,t.QUERY_RESULT)/1e6]);t.getParameter(this.#e.GPU_DISJOINT_EXT)||(this.milliseconds=Object.fromEntries(s));for(let[,o]of this.#n.splice(0))t.deleteQuery(o)}forget(){this.#n=[],this.#s=!1}};function Bt({color:n,side:t},{viewmat:e,fx:s,fy:o,cx:r,cy:i,width:a,height:c,near:l}){let[f,h,d]=[0,4,8].map(u=>Array.from(e).slice(u,u+4));return Float32Array.of(...f.map((u,p)=>2*(s*u+r*d[p])/a-d[p]),...h.map((u,p)=>d[p]-2*(o*u+i*d[p])/c),...d,...n,l,o*t/2,.002*c/2,2/a,2/c)}function Dt({means:n}){let t=new Float32Array(6*n.length);for(let e=0,s=0;e<n.length;e+=3)for(let o=s+18;s<o;s+=3)t[s]=n[e],t[s+1]=n[e+1],t[s+2]=n[e+2];return t}var Ct=["shapes","colors","lobes","looks","opacities","order","color_sums","weight_sums"],Pt=class{#t;#e=new Map;constructor(t){this.#t=t}make(t,e,[s,o]){let r=this.#t;r.deleteTexture(this.#e.get(t)??null);let i=r.createTexture();return this.#e.set(t,i),r.activeTexture(r.TEXTURE0+Ct.indexOf(t)),r.bindTexture(r.TEXTURE_2D,i),r.texStorage2D(r.TEXTURE_2D,1,e,s,o),r.texParameteri(r.TEXTURE_2D,r.TEXTURE_MIN_FILTER,r.NEAREST),r.texParameteri(r.TEXTURE_2D,r.TEXTURE_MAG_FILTER,r.NEAREST),i}upload(t,e,s){let o=this.#t,[r,,i]=e,a=$t(s.length/i);if(a[1]>o.getParameter(o.MAX_TEXTURE_SIZE))throw new Error("the scene has more Gaussians than this GPU's textures can hold");this.make(t,o[r],a),this.write(t,e,0,s)}write(t,[,e,s],o,r){let i=this.#t,a=r instanceof Float32Array?i.FLOAT:i.UNSIGNED_INT,c=r.length/s;i.activeTexture(i.TEXTURE0+Ct.indexOf(t));for(let l=0;l<c;){let[f,h]=[(o+l)%4096,Math.floor((o+l)/4096)],d=Math.min(4096-f,c-l),u=d===4096?Math.floor((c-l)/4096):1,p=l*s;i.texSubImage2D(i.TEXTURE_2D,0,f,h,d,u,i[e],a,r,p),l+=d*u}}destroy(){for(let t of this.#e.values())this.#t.deleteTexture(t)}};function $t(n){return[Math.max(1,Math.min(n,4096)),Math.max(1,Math.ceil(n/4096))]}var Gt=128,Is=0,Se=["EXT_color_buffer_float","EXT_color_buffer_half_float"];function Me(n){return["EXT_color_buffer_float","EXT_float_blend"].every(t=>n.getExtension(t))}function Te(n){for(let r of[...Se,"EXT_float_blend"])n.getExtension(r);let t=n.getExtension("WEBGL_provoking_vertex");t?.provokingVertexWEBGL(t.FIRST_VERTEX_CONVENTION_WEBGL),n.disable(n.DITHER);let e={view:n.createBuffer(),corners:n.createBuffer(),quads:n.createVertexArray(),looks:n.createFramebuffer(),sums:n.createFramebuffer(),programs:new Map,textures:new Pt(n)};n.bindBufferBase(n.UNIFORM_BUFFER,Is,e.view),n.bufferData(n.UNIFORM_BUFFER,192,n.DYNAMIC_DRAW),n.bindVertexArray(e.quads),n.bindBuffer(n.ELEMENT_ARRAY_BUFFER,e.corners);let s=[0,1,2,2,1,3],o=Array.from({length:Gt},(r,i)=>s.map(a=>4*i+a));return n.bufferData(n.ELEMENT_ARRAY_BUFFER,Uint16Array.from(o.flat()),n.STATIC_DRAW),e}function Ns(n,t,{sorted:e,packed:s,strips:o}){let{view:r,whole:i,project:a,splat:c,resolve:l}=t,f=s?t.packed:t.wide,h=`${e?`#define SORTED
+`:""}${o?`#define STRIPS
+`:""}`,d=(u,p)=>{let w=Re(n,`${h}#define VERTEX
+${r}${u}`,`${h}${r}${p}`);return n.useProgram(w),Ct.forEach((m,b)=>n.uniform1i(n.getUniformLocation(w,m),b)),n.uniformBlockBinding(w,n.getUniformBlockIndex(w,"View"),Is),w};return{project:d(i,`${f}${a}`),splat:d(`${f}${c}`,c),resolve:d(i,l)}}function Re(n,t,e){let s=n.createProgram();for(let[o,r]of[[n.VERTEX_SHADER,t],[n.FRAGMENT_SHADER,e]]){let i=n.createShader(o);n.shaderSource(i,`#version 300 es
+${r}`),n.compileShader(i),n.attachShader(s,i),n.deleteShader(i)}if(n.linkProgram(s),!n.getProgramParameter(s,n.LINK_STATUS)&&!n.isContextLost()){let o=(n.getAttachedShaders(s)??[]).map(r=>n.getShaderInfoLog(r));throw o.push(n.getProgramInfoLog(s)),new Error(`this GPU refuses a shader: ${o.join(" ")}`)}return s}var qt=class{#t;#e=null;#o;#s;#n;#r=0;constructor(t,e){this.#t=t,this.#o=Re(t,`#define VERTEX
+${e}`,e),this.#s=t.createVertexArray(),this.#n=t.createBuffer(),t.bindVertexArray(this.#s),t.bindBuffer(t.ARRAY_BUFFER,this.#n),t.enableVertexAttribArray(0),t.vertexAttribPointer(0,3,t.FLOAT,!1,0,0)}take(t){let[e,s]=[this.#t,t?Dt(t):new Float32Array(0)];this.#e=t,this.#r=s.length/3,e.bindBuffer(e.ARRAY_BUFFER,this.#n),e.bufferData(e.ARRAY_BUFFER,s,e.STATIC_DRAW)}draw(t){let[e,s]=[this.#t,this.#e];s&&(e.bindFramebuffer(e.FRAMEBUFFER,null),e.viewport(0,0,t.width,t.height),e.disable(e.BLEND),e.clearBufferfv(e.COLOR,0,[...s.background,1]),e.useProgram(this.#o),e.uniform4fv(e.getUniformLocation(this.#o,"dots"),Bt(s,t)),e.bindVertexArray(this.#s),e.drawArrays(e.TRIANGLES,0,this.#r))}destroy(){let t=this.#t;t.deleteProgram(this.#o),t.deleteVertexArray(this.#s),t.deleteBuffer(this.#n)}};var Oe=new Float32Array(0),Ds={shapes:["RGBA32UI","RGBA_INTEGER",4],colors:["RGBA32UI","RGBA_INTEGER",4],lobes:["R32UI","RED_INTEGER",1]},Ps={shapes:["RGBA32F","RGBA",4],colors:["RGB32F","RGB",3],lobes:["RG32F","RG",2]},Lo={...Ps,colors:["RGB16F","RGB",3],lobes:["RG16F","RG",2]},Cs=["R32UI","RED_INTEGER",1],pt=class n{static files=["view","wide","packed","whole","project","splat","resolve","dots"].map(t=>`${t}.glsl`);variant;lost=null;onLost=()=>{};onRestored=()=>{};#t;#e;#o;#s=null;#n=Ds;#r=null;#i="";#a;#c=t=>{t.preventDefault(),this.#s=this.#r=null,this.lost="the browser took the GPU away from this page: reload it if no picture returns",this.onLost(this.lost)};#l=()=>{this.#s=null,this.#o=Te(this.#t),this.#i="",this.#a.forget(),this.lost=null,this.onRestored()};static create(t,e,{floats:s=!1,strips:o=!1}={}){let r=t.getContext("webgl2",{alpha:!1,antialias:!1,depth:!1,powerPreference:"high-performance"});if(r===null)throw new Error("this browser cannot draw with WebGL2 here");if(!Se.some(i=>r.getExtension(i)))throw new Error("this GPU cannot draw into textures of floats");if(s&&!Me(r))throw new Error("this GPU cannot blend 32-bit floats: draw with halves");if(r.getParameter(r.MAX_TEXTURE_SIZE)<4096)throw new Error(`this GPU's textures are less than ${4096} pixels wide`);return new n(r,e,{floats:s,strips:o})}constructor(t,e,s){this.#t=t,this.#e=e,this.variant=s,this.#o=Te(t),this.#a=new Nt(t),t.canvas.addEventListener("webglcontextlost",this.#c),t.canvas.addEventListener("webglcontextrestored",this.#l)}setScene(t){let e=this.#t;this.#s=null,this.#n=t.packing?Ds:this.variant.floats?Ps:Lo;let{shapes:s,colors:o,lobes:r}=t;for(let[a,c]of Object.entries({shapes:s,colors:o,lobes:r}))this.#o.textures.upload(a,this.#n[a],c);e.bindFramebuffer(e.FRAMEBUFFER,this.#o.looks);let i=t.packing?[e.RG32UI,0]:[e.RGBA32F,e.R32F];["looks","opacities"].forEach((a,c)=>{let l=i[c]?this.#o.textures.make(a,i[c],$t(t.count)):null;e.framebufferTexture2D(e.FRAMEBUFFER,e.COLOR_ATTACHMENT0+c,e.TEXTURE_2D,l,0)}),this.#b("textures of 32-bit numbers"),this.#s={...t,shapes:Oe,colors:Oe,lobes:Oe},t.sorted&&this.#o.textures.upload("order",Cs,Uint32Array.from({length:t.count},(a,c)=>c))}show(t){this.#s&&(this.#s.count=t)}update(t,e,s){if(this.#s===null)return;let o=this.#n[t];this.#o.textures.write(t,o,rt(this.#s)[t]/o[2]*e,s)}setDots(t){this.lost===null&&(this.#r??=new qt(this.#t,this.#e.dots),this.#r.take(t))}drawDots(t){this.#r&&(this.#f(t),this.#r.draw(t))}setOrder(t){if(this.#s!==null){if(t.length!==this.#s.count)throw new Error(`an order of ${t.length} Gaussians does not suit this scene`);this.#o.textures.write("order",Cs,0,t)}}draw(t){this.#s!==null&&(this.#f(t),this.#a.start(),this.#h(this.#s,t),this.#d(this.#s,null,t.height-1),this.#a.pass())}async drawUnseen(t){let e=this.#t;if(this.#s&&this.#h(this.#s,t),e.readBuffer(e.COLOR_ATTACHMENT0),e.readPixels(0,0,1,1,e.RGBA,e.FLOAT,new Float32Array(4)),e.isContextLost())throw new Error("the graphics device was lost")}get milliseconds(){return this.#a.milliseconds}async time(){this.lost===null&&await this.#a.time()}async finished(){this.#t.bindFramebuffer(this.#t.FRAMEBUFFER,null),this.#t.readPixels(0,0,1,1,this.#t.RGBA,this.#t.UNSIGNED_BYTE,new Uint8Array(4))}get variants(){return(Me(this.#t)?[!1,!0]:[!1]).flatMap(t=>[{floats:t,strips:!1},{floats:t,strips:!0}])}describe(){let t=this.#t,e=t.getExtension("WEBGL_debug_renderer_info");return String(t.getParameter(e?e.UNMASKED_RENDERER_WEBGL:t.RENDERER))}async pixels(t){if(this.#s===null)throw new Error("there is no scene to draw");let e=this.#t,{width:s,height:o}=t;this.#h(this.#s,t);let[r,i]=[e.createFramebuffer(),e.createRenderbuffer()];e.bindFramebuffer(e.FRAMEBUFFER,r),e.bindRenderbuffer(e.RENDERBUFFER,i),e.renderbufferStorage(e.RENDERBUFFER,e.RGBA32F,s,o),e.framebufferRenderbuffer(e.FRAMEBUFFER,e.COLOR_ATTACHMENT0,e.RENDERBUFFER,i),this.#d(this.#s,r,0);let a=new Float32Array(4*s*o);return e.readPixels(0,0,s,o,e.RGBA,e.FLOAT,a),e.deleteFramebuffer(r),e.deleteRenderbuffer(i),a}destroy(){let t=this.#t,{view:e,corners:s,quads:o,looks:r,sums:i,programs:a,textures:c}=this.#o;this.#s=null,this.#r?.destroy(),t.canvas.removeEventListener("webglcontextlost",this.#c),t.canvas.removeEventListener("webglcontextrestored",this.#l),c.destroy();for(let l of a.values())for(let f of Object.values(l))t.deleteProgram(f);for(let l of[r,i])t.deleteFramebuffer(l);t.deleteVertexArray(o);for(let l of[e,s])t.deleteBuffer(l);t.getExtension("WEBGL_lose_context")?.loseContext()}#f({width:t,height:e}){let{canvas:s}=this.#t;s.width!==t&&(s.width=t),s.height!==e&&(s.height=e)}#h(t,e){let s=this.#t,{view:o,quads:r,looks:i,sums:a}=this.#o,c=this.#w(t);this.#m(t.sorted,e),s.bindBuffer(s.UNIFORM_BUFFER,o);let l=It(t,e,this.variant.floats?1:.015625);s.bufferSubData(s.UNIFORM_BUFFER,0,l),s.bindVertexArray(r),s.disable(s.BLEND),s.bindFramebuffer(s.FRAMEBUFFER,i),s.drawBuffers([s.COLOR_ATTACHMENT0,t.packing?s.NONE:s.COLOR_ATTACHMENT1]);let[f,h]=$t(t.count);if(s.viewport(0,0,f,h),s.useProgram(c.project),this.#a.pass("project"),s.drawArrays(s.TRIANGLES,0,3),s.bindFramebuffer(s.FRAMEBUFFER,a),s.viewport(0,0,e.width,e.height),s.enable(s.BLEND),s.useProgram(c.splat),this.#a.pass("splat"),t.sorted?(s.drawBuffers([s.COLOR_ATTACHMENT0]),s.clearBufferfv(s.COLOR,0,[0,0,0,0]),s.blendFunc(s.ONE,s.ONE_MINUS_SRC_ALPHA)):(s.drawBuffers([s.COLOR_ATTACHMENT0,s.COLOR_ATTACHMENT1]),s.clearBufferfv(s.COLOR,0,[0,0,0,1]),s.clearBufferfv(s.COLOR,1,[0,0,0,0]),s.blendFuncSeparate(s.ONE,s.ONE,s.ZERO,s.ONE_MINUS_SRC_ALPHA)),this.variant.strips)s.drawArraysInstanced(s.TRIANGLE_STRIP,0,4,t.count);else{let d=Math.ceil(t.count/Gt);s.drawElementsInstanced(s.TRIANGLES,6*Gt,s.UNSIGNED_SHORT,0,d)}}#d(t,e,s){let o=this.#t,{resolve:r}=this.#w(t);o.bindFramebuffer(o.FRAMEBUFFER,e),o.disable(o.BLEND),o.useProgram(r),this.#a.pass("resolve"),o.uniform1i(o.getUniformLocation(r,"last_row"),s),o.drawArrays(o.TRIANGLES,0,3)}#m(t,{width:e,height:s}){let{floats:o}=this.variant,r=`${e} ${s} ${t} ${o}`;if(r===this.#i)return;let i=this.#t,a=i.getParameter(i.MAX_TEXTURE_SIZE);if(!(e>0&&e<=a&&s>0&&s<=a))throw new Error(`a picture of ${e}x${s} pixels cannot be drawn: each side must lie between 1 and ${a}`);i.bindFramebuffer(i.FRAMEBUFFER,this.#o.sums);let c=o?[i.RGBA32F,i.R32F]:[i.RGBA16F,i.R16F];["color_sums","weight_sums"].forEach((l,f)=>{let h=t&&f>0?null:this.#o.textures.make(l,c[f],[e,s]);i.framebufferTexture2D(i.FRAMEBUFFER,i.COLOR_ATTACHMENT0+f,i.TEXTURE_2D,h,0)}),this.#b(`pictures of ${e}x${s} floats`),this.#i=r}#w({sorted:t,packing:e}){let{programs:s}=this.#o,o={sorted:t,packed:e!==null,strips:this.variant.strips},r=Object.values(o).join(" "),i=s.get(r)??Ns(this.#t,this.#e,o);return s.set(r,i),i}#b(t){let e=this.#t;if(e.checkFramebufferStatus(e.FRAMEBUFFER)!==e.FRAMEBUFFER_COMPLETE&&!e.isContextLost())throw new Error(`this GPU cannot draw into ${t}`)}};var Ht=class{#t;#e;#o;#s;#n;#r;constructor(t,e,s){let{device:o}=t;this.#t=o,this.#e=e,this.#o=t.dots(s);let{UNIFORM:r,VERTEX:i,COPY_DST:a}=GPUBufferUsage;this.#s=o.createBuffer({size:80,usage:r|a});let c=Dt(e);this.#r=c.length/3,this.#n=t.filled(c,i)}draw(t,e){let[s,o,r]=[this.#t,this.#o,this.#e];s.queue.writeBuffer(this.#s,0,Bt(r,t));let i=s.createCommandEncoder(),a=i.beginRenderPass({colorAttachments:[{view:e,loadOp:"clear",storeOp:"store",clearValue:[...r.background,1]}]}),c=[{binding:0,resource:{buffer:this.#s}}];a.setPipeline(o),a.setBindGroup(0,s.createBindGroup({layout:o.getBindGroupLayout(0),entries:c})),a.setVertexBuffer(0,this.#n),a.draw(this.#r),a.end(),s.queue.submit([i.finish()])}destroy(){this.#s.destroy(),this.#n.destroy()}};var H=128,Wt=["project","splat","resolve"],Xt=class n{milliseconds=null;#t;#e=new Map;#o=new Map;#s=null;static async create(t,e){if(!("gpu"in navigator))throw new Error("this browser has no WebGPU here; it may need https, or a newer version");let s=await ws();if(s===null)throw new Error("this device gives WebGPU no graphics adapter");let r=["timestamp-query","float32-blendable"].filter(l=>s.features.has(l));if(e&&!r.includes("float32-blendable"))throw new Error("this device cannot blend 32-bit floats");let{maxStorageBufferBindingSize:i,maxBufferSize:a}=s.limits,c=await s.requestDevice({requiredFeatures:r,requiredLimits:{maxStorageBufferBindingSize:i,maxBufferSize:a}});return new n(c,t)}constructor(t,e){if(this.device=t,this.#t=e,t.features.has("timestamp-query")){let s=16*Wt.length,o=GPUBufferUsage;this.#s={queries:t.createQuerySet({type:"timestamp",count:2*Wt.length}),found:t.createBuffer({size:s,usage:o.QUERY_RESOLVE|o.COPY_SRC}),read:t.createBuffer({size:s,usage:o.MAP_READ|o.COPY_DST})}}}get blendsFloats(){return this.device.features.has("float32-blendable")}project(t,{strips:e}){return this.#n(`project ${t.packed} ${t.sorted} ${e}`,()=>this.device.createComputePipeline({layout:"auto",compute:{module:this.#r("project",t),entryPoint:"project_all",constants:{SORTED:Number(t.sorted),STRIPS:Number(e)}}}))}splat(t,{floats:e,strips:s}){return this.#n(`splat ${t.packed} ${t.sorted} ${s} ${e}`,()=>{let o={srcFactor:"one",dstFactor:"one-minus-src-alpha",operation:"add"},r=t.sorted?{color:o,alpha:o}:{color:{srcFactor:"one",dstFactor:"one",operation:"add"},alpha:{srcFactor:"zero",dstFactor:"one-minus-src-alpha",operation:"add"}},i=this.#r("splat",t);return this.device.createRenderPipeline({layout:"auto",vertex:{module:i,entryPoint:"corner",constants:{SORTED:Number(t.sorted),STRIPS:Number(s)}},primitive:{topology:s?"triangle-strip":"triangle-list"},fragment:{module:i,entryPoint:t.sorted?"cover":"add_weighted",targets:Fe(t.sorted,e).map(a=>({format:a,blend:r}))}})})}resolve(t,e){return this.#n(`resolve ${t} ${e}`,()=>{let s=this.#r("resolve",null);return this.device.createRenderPipeline({layout:"auto",vertex:{module:s,entryPoint:"whole_picture"},primitive:{topology:"triangle-list"},fragment:{module:s,entryPoint:t?"resolve_sorted":"resolve_sortfree",targets:[{format:e}]}})})}dots(t){return this.#n(`dots ${t}`,()=>{let e=this.device.createShaderModule({code:this.#t.dots,label:"dots"}),s=[{shaderLocation:0,offset:0,format:"float32x3"}];return this.device.createRenderPipeline({layout:"auto",vertex:{module:e,entryPoint:"corner_of_dot",buffers:[{arrayStride:12,attributes:s}]},fragment:{module:e,entryPoint:"paint_dot",targets:[{format:t}]}})})}filled(t,e){let s=Math.ceil(t.byteLength/4)*4,o=this.device.createBuffer({size:s,usage:e,mappedAtCreation:!0}),r=new Uint8Array(t.buffer,t.byteOffset,t.byteLength);return new Uint8Array(o.getMappedRange()).set(r),o.unmap(),o}bind(t,e){return this.device.createBindGroup({layout:t.getBindGroupLayout(0),entries:Object.entries(e).map(([s,o])=>({binding:Number(s),resource:o instanceof GPUBuffer?{buffer:o}:o}))})}stamps(t){if(this.#s!==null)return{querySet:this.#s.queries,beginningOfPassWriteIndex:2*t,endOfPassWriteIndex:2*t+1}}async time(){if(this.#s===null||this.#s.read.mapState!=="unmapped")return;let{queries:t,found:e,read:s}=this.#s,o=this.device.createCommandEncoder();o.resolveQuerySet(t,0,2*Wt.length,e,0),o.copyBufferToBuffer(e,0,s,0,s.size),this.device.queue.submit([o.finish()]),await s.mapAsync(GPUMapMode.READ);let r=new BigUint64Array(s.getMappedRange());this.milliseconds=Object.fromEntries(Wt.map((i,a)=>[i,Number(r[2*a+1]-r[2*a])/1e6])),s.unmap()}#n(t,e){let s=this.#o.get(t)??e();return this.#o.set(t,s),s}#r(t,e){let s=e===null?"":this.#t[e.packed?"packed":"wide"],o=`${t} ${e?.packed}`,r=`${this.#t.view}
+${s}
+${this.#t[t]}`,i=this.#e.get(o)??this.device.createShaderModule({code:r,label:t});return this.#e.set(o,i),i}};function ze(n,t){return Object.fromEntries(n.map((e,s)=>[t+s,e]))}function Fe(n,t){return t?n?["rgba32float"]:["rgba32float","r32float"]:n?["rgba16float"]:["rgba16float","r16float"]}var Fo={packed:8,wide:32},Ue=new Float32Array(0),wt=class n{static files=["view","wide","packed","project","splat","resolve","dots"].map(t=>`${t}.wgsl`);variant;lost=null;onLost=()=>{};#t;#e;#o;#s;#n;#r=null;#i=null;#a=null;#c=null;#l;#f;#h;static async create(t,e,{floats:s=!1,strips:o=!1}={}){let r=await Xt.create(e,s);return new n(r,t,{floats:s,strips:o})}constructor(t,e,s){let o=e.getContext("webgpu");if(o===null)throw new Error("this canvas is already drawn to in another way");let{device:r}=t;this.variant=s,this.#t=t,this.#e=r,this.#s=e,this.#o=o,this.#n=navigator.gpu.getPreferredCanvasFormat(),o.configure({device:r,format:this.#n,alphaMode:"opaque"});let i=GPUBufferUsage;this.#l=r.createBuffer({size:192,usage:i.UNIFORM|i.COPY_DST});let a=i.STORAGE|i.INDIRECT|i.COPY_DST;this.#f=r.createBuffer({size:20,usage:a});let c=new Uint16Array(6*H);for(let l=0;l<H;l++)c.set([0,1,2,2,1,3].map(f=>4*l+f),6*l);this.#h=t.filled(c,i.INDEX),r.lost.then(({reason:l})=>{l!=="destroyed"&&this.#d("the graphics device was lost: reload the page to go on")}),r.onuncapturederror=({error:l})=>this.#d(`this GPU cannot draw the scene: ${l.message}`)}get variants(){return(this.#t.blendsFloats?[!1,!0]:[!1]).flatMap(t=>[{floats:t,strips:!1},{floats:t,strips:!0}])}get milliseconds(){return this.#t.milliseconds}setScene(t){this.#m();let{count:e,sorted:s}=t,o={sorted:s,packed:t.packing!==null},r=Fo[o.packed?"packed":"wide"]*Math.max(e,1),i={shapes:t.shapes,colors:t.colors,lobes:t.lobes},a=Math.max(r,...Object.values(i).map(p=>p.byteLength)),{maxStorageBufferBindingSize:c,maxBufferSize:l}=this.#e.limits,f=Math.min(c,l);if(a>f)throw new Error(`${e} Gaussians need ${Math.ceil(a/2**20)} MiB at a stretch, and this device gives ${Math.floor(f/2**20)}`);let h=GPUBufferUsage,d=p=>this.#t.filled(p.length?p:new Uint32Array(16),h.STORAGE|h.COPY_DST),u=p=>this.#e.createBuffer({size:4*Math.max(1,p),usage:h.STORAGE|h.COPY_DST});this.#i={kind:o,parts:{shapes:d(i.shapes),colors:d(i.colors),lobes:d(i.lobes)},looks:this.#e.createBuffer({size:r,usage:h.STORAGE}),batches:u(Math.ceil(e/H)),order:s?u(e):null},this.#r={...t,shapes:Ue,colors:Ue,lobes:Ue},s&&this.setOrder(Uint32Array.from({length:e},(p,w)=>w))}show(t){this.#r&&(this.#r.count=t)}update(t,e,s){if(!this.#r||!this.#i||this.lost!==null)return;let o=4*rt(this.#r)[t]*e;this.#e.queue.writeBuffer(this.#i.parts[t],o,s)}setDots(t){this.#a?.destroy(),this.#a=t&&new Ht(this.#t,t,this.#n)}drawDots(t){this.lost===null&&this.#a?.draw(t,this.#b(t))}setOrder(t){let e=this.#i?.order;e&&this.#e.queue.writeBuffer(e,0,t)}draw(t){this.lost===null&&this.#p(t,this.#b(t),this.#n)}async pixels(t){let{width:e,height:s}=t,o=Math.ceil(16*e/256)*256,r=this.#g(e,s,"rgba32float");this.#p(t,r.createView(),"rgba32float");let i=this.#e.createBuffer({size:o*s,usage:GPUBufferUsage.MAP_READ|GPUBufferUsage.COPY_DST}),a=this.#e.createCommandEncoder();a.copyTextureToBuffer({texture:r},{buffer:i,bytesPerRow:o},[e,s]),this.#e.queue.submit([a.finish()]),await i.mapAsync(GPUMapMode.READ);let c=new Float32Array(i.getMappedRange()),l=new Float32Array(4*e*s);for(let f=0;f<s;f++){let h=f*o/4;l.set(c.subarray(h,h+4*e),4*e*f)}return i.destroy(),r.destroy(),l}async drawUnseen(t){let e=this.#g(t.width,t.height,this.#n);if(this.#p(t,e.createView(),this.#n),await this.finished(),e.destroy(),this.lost!==null)throw new Error(this.lost)}async finished(){await this.#e.queue.onSubmittedWorkDone()}describe(){let t=this.#e.adapterInfo;return[t?.vendor,t?.architecture,t?.device,t?.description].filter(Boolean).join(" ")}async time(){this.lost===null&&await this.#t.time()}destroy(){this.#m(),this.setDots(null),this.#e.onuncapturederror=null,this.#e.destroy()}#d(t){this.lost===null&&(this.lost=t,this.onLost(t))}#m(){for(let t of this.#w())t.destroy();this.#i=this.#r=null}#w(){if(this.#i===null)return[];let{parts:t,looks:e,batches:s,order:o}=this.#i;return[...Object.values(t),e,s,...o?[o]:[]]}#b({width:t,height:e}){return this.#s.width!==t&&(this.#s.width=t),this.#s.height!==e&&(this.#s.height=e),this.#o.getCurrentTexture().createView()}#g(t,e,s){let o=GPUTextureUsage;return this.#e.createTexture({size:[t,e],format:s,usage:o.RENDER_ATTACHMENT|o.COPY_SRC})}#p(t,e,s){let o=this.#r;if(!o||!this.#i)return;let{queue:r}=this.#e,{floats:i,strips:a}=this.variant;r.writeBuffer(this.#l,0,It(o,t,i?1:.015625)),r.writeBuffer(this.#f,0,Uint32Array.of(a?4:6*H,0,0,0,0));let c=this.#E(t.width,t.height,o.sorted),l=this.#e.createCommandEncoder();this.#y(l,o.count,this.#i),this.#v(l,o.count,this.#i,c);let f=this.#t.resolve(o.sorted,s),h=l.beginRenderPass({colorAttachments:[{view:e,loadOp:"clear",storeOp:"store"}],timestampWrites:this.#t.stamps(2)});h.setPipeline(f),h.setBindGroup(0,this.#t.bind(f,{0:this.#l,...ze(c,1)})),h.draw(3),h.end(),r.submit([l.finish()])}#y(t,e,{kind:s,parts:o,looks:r,batches:i}){let a=this.#t.project(s,this.variant),c=[this.#l,o.shapes,o.colors,o.lobes,r,i,this.#f],l=Math.ceil(e/H),f=Math.max(1,Math.min(l,65535)),h=t.beginComputePass({timestampWrites:this.#t.stamps(0)});h.setPipeline(a),h.setBindGroup(0,this.#t.bind(a,ze(c,0))),h.dispatchWorkgroups(f,Math.ceil(l/f)),h.end()}#v(t,e,{kind:s,parts:o,looks:r,batches:i,order:a},c){let l=[{r:0,g:0,b:0,a:s.sorted?0:1},{r:0,g:0,b:0,a:0}],f=this.#t.splat(s,this.variant),h=t.beginRenderPass({colorAttachments:c.map((u,p)=>({view:u,loadOp:"clear",storeOp:"store",clearValue:l[p]})),timestampWrites:this.#t.stamps(1)});h.setPipeline(f);let d={0:this.#l,1:o.shapes,4:r,5:a??i};h.setBindGroup(0,this.#t.bind(f,d)),h.setIndexBuffer(this.#h,"uint16"),this.variant.strips?s.sorted?h.draw(4,e):h.drawIndirect(this.#f,0):s.sorted?h.drawIndexed(6*H,Math.ceil(e/H)):h.drawIndexedIndirect(this.#f,0),h.end()}#E(t,e,s){let o=`${t} ${e} ${s} ${this.variant.floats}`;if(this.#c?.key===o)return this.#c.views;for(let c of this.#c?.textures??[])c.destroy();let r=GPUTextureUsage,i=Fe(s,this.variant.floats).map(c=>this.#e.createTexture({size:[t,e],format:c,usage:r.RENDER_ATTACHMENT|r.TEXTURE_BINDING})),a=i.map(c=>c.createView());return this.#c={key:o,textures:i,views:a},a}};async function jt(n,t){let e="";if(t!=="webgl")try{let s=await $s(wt.files);return{name:"WebGPU",renderer:await wt.create(n,s)}}catch(s){if(t==="webgpu")throw s;e=s instanceof Error?s.message:String(s)}try{return{name:"WebGL2",renderer:pt.create(n,await $s(pt.files))}}catch(s){let o=s instanceof Error?s.message:String(s);throw new Error(`this browser cannot draw the scene: ${e?`${e}; `:""}${o}`)}}async function $s(n){let t=n.map(async e=>[e.replace(/\.[a-z]+$/,""),await ms(e)]);return Object.fromEntries(await Promise.all(t))}var Gs=new Map;function qs(n){let t=Gs.get(n)??Uo(n);return Gs.set(n,t),t}async function Uo(n){let{renderer:t}=await jt(document.createElement("canvas"),n);try{return await Os(t,Ie())}finally{t.destroy()}}function Ie(){try{return localStorage}catch{return null}}var S=(n,t,e=1)=>[n[0]+e*t[0],n[1]+e*t[1],n[2]+e*t[2]],N=(n,t)=>S(n,t,-1),O=(n,t)=>n[0]*t[0]+n[1]*t[1]+n[2]*t[2],G=(n,t)=>[n[1]*t[2]-n[2]*t[1],n[2]*t[0]-n[0]*t[2],n[0]*t[1]-n[1]*t[0]],it=n=>Math.hypot(...n);function W(n){let t=it(n);return t>0?[n[0]/t,n[1]/t,n[2]/t]:[1,0,0]}function Ne(n,t,e){let[s,o]=[Math.cos(e),Math.sin(e)],r=O(n,t)*(1-s),i=G(t,n);return S(S([n[0]*s,n[1]*s,n[2]*s],i,o),t,r)}var Io=Math.cos(.5*Math.PI/180),Vt=class{by="";#t=!1;#e=null;begin(t){this.by=t,this.#t=!1}renew(){this.#e=null}arrived(){this.#t=!1}needed({viewmat:t}){let e=[t[8],t[9],t[10]],s=this.#e!==null&&O(e,this.#e)>=Io;return!this.by||this.#t||s?null:(this.#t=this.by==="worker",this.#e=e)}};var Hs=12;function Ws(n,t,e,s,o){let{viewmat:r,fx:i,fy:a,cx:c,cy:l,near:f}=e,h=-1,d=1/0;for(let u=0;3*u<n.length;u++){if(t[u]<0)continue;let[p,w,m]=[n[3*u],n[3*u+1],n[3*u+2]],b=r[8]*p+r[9]*w+r[10]*m+r[11];if(b<=f||b>=d)continue;let v=i*(r[0]*p+r[1]*w+r[2]*m+r[3])/b+c-s,k=a*(r[4]*p+r[5]*w+r[6]*m+r[7])/b+l-o;v*v+k*k>Hs*Hs||(d=b,h=u)}return h<0?null:[n[3*h],n[3*h+1],n[3*h+2]]}function Be(n,t,e,s){let o=s instanceof Uint32Array;for(let r=0;r*t<s.length;r++)n[e+r]=o?Us(s[r*t]):s[r*t]}var No=50,Kt=class{count=0;views=[];near=.2;logits=new Float32Array(0);request=null;calibrated=Promise.resolve();name="";broken=!1;#t=new Float32Array(0);#e;#o=!1;#s;#n;#r=null;#i=null;#a=null;#c=null;#l=Promise.resolve(!1);#f=!1;#h=null;#d=!1;#m=2;#w=[0,0,0];#b=null;#g=[0,0,0];#p=new Vt;#y=!1;#v=!1;#E=!1;constructor(t,e,s,o){this.canvas=t,this.#n=e,this.#e=s,this.#s=o}begin(t){return this.#l=this.#A(t)}async#A(t){try{let{name:e,renderer:s}=await jt(this.canvas,t);if(this.#f)return s.destroy(),!1;s.onLost=i=>this.#S(i),"onRestored"in s&&(s.onRestored=()=>this.request&&this.load(this.request));let r=s.variants.find(({floats:i,strips:a})=>i===this.#e?.floats&&a===this.#e.strips)??Rs(s,Ie());return r&&(s.variant=r),this.#o=r!==null,this.#r=s,this.name=e,zs(s),!0}catch(e){return this.#n.failed(De(e)),!1}}async#x(){if(this.#o||this.broken)return;this.#o=!0;let t=this.name==="WebGPU"?"webgpu":"webgl",e=await qs(t);this.#r&&(this.#r.variant=e),this.#n.changed()}load(t,e=!1){this.#a?.terminate(),this.request=t;let s=ps(t,async({data:o})=>{if(!await this.#l){s.terminate();return}(s===this.#a||s===this.#i)&&this.#_(o,s)});s.onerror=o=>{o.preventDefault(),!e&&s===this.#a?this.load(t,!0):this.#M("the viewer's own files could not be loaded: reload the page",s)},this.#a=this.#c=s}draw(t){if(this.#i===null)return;let e={...t,near:this.near};if(this.#v){this.#r?.drawDots(e),this.#k();return}this.#U(t),this.#r?.draw(e)}async#k(){let t=this.#r;this.#E||this.#s||!t||(this.#E=!0,await new Promise(e=>setTimeout(e,No)),this.#v&&!this.#f&&await Ls(t).catch(()=>{}))}drawOrTell(t){if(!this.broken)try{this.draw(t)}catch(e){this.#S(De(e))}}async finished(){await this.#r?.finished()}pixels(t){return(this.#i&&!this.#v?this.#r?.pixels(t):null)??Promise.reject(new Error("nothing can be drawn"))}get background(){return this.#b??this.#w}set background(t){this.#b=t,this.background.forEach((e,s)=>this.#g[s]=e)}get means(){return this.#t=Ut(this.#t)}get milliseconds(){return this.#r?.milliseconds??null}async time(){this.#y||!this.#r||(this.#y=!0,await this.#r.time().catch(()=>{}),this.#y=!1)}get device(){let{floats:t,strips:e}=this.#r?.variant??{floats:!1,strips:!1},s=`${t?"floats":"halves"}, ${e?"strips":"batches"}`,o=this.#p.by!=="";return{renderer:this.name,adapter:this.#r?.describe()??"",variant:s,sorted:o}}destroy(){this.#f=this.broken=!0,this.#a?.terminate(),this.#i?.terminate(),this.#r?.destroy(),this.#r=null}#S(t){this.broken=!0,this.#n.broken(t)}#_(t,e){this.broken&&e===this.#i||(t.kind==="failed"?this.#M(t.sentence,e):t.kind==="progress"?e===this.#c&&this.#n.progress(t.received/t.total):t.kind==="dots"?this.#u(t,e):t.kind==="scene"?this.#L(t,e):t.kind==="rows"?this.#z(t):t.kind==="more"?this.#T(t.places):t.kind==="order"?this.#F(t.order):(this.#p.by!=="worker"&&e.terminate(),this.#a||(this.calibrated=this.#x().catch(()=>{})),e===this.#c&&this.#n.loaded(t.milliseconds,t.bytes)))}#M(t,e){let s=e===this.#a&&this.#h!==null;e===this.#a&&(this.#a=null,this.request=this.#h),(e!==this.#i||this.#p.by!=="worker")&&e.terminate(),e===this.#c&&this.#n.failed(t,s)}#u({dots:t,views:e,near:s},o){this.#p.begin(""),this.#R(o,t.background,()=>this.#r?.setDots(t))&&(this.#v=!0,this.#O(e,s),this.logits=new Float32Array(t.means.length/3),this.#T(t.means),this.#d||this.#n.arrived())}#L({data:t,places:e,views:s,near:o},r){let i=r===this.#i;this.#p.begin(t.sorted?"worker":this.#s?"page":""),t.sorted=this.#p.by!=="",this.#R(r,t.background,()=>{this.#r?.setDots(null),this.#r?.setScene(t)})&&(this.#v=!1,this.#O(s,o),this.logits=new Float32Array(t.count),this.#m=rt(t).lobes,Be(this.logits,this.#m,0,t.lobes),this.#T(e),!i&&!this.#d&&this.#n.arrived())}#R(t,e,s){if(t!==this.#i&&this.#i?.terminate(),this.#i=t,t===this.#a&&(this.#d=this.request===this.#h&&this.count>0,this.#h=this.request,this.#a=null),this.#w=[...e],this.#g=e,this.background=this.#b,this.#r?.lost)return this.#S(this.#r.lost),!1;try{s()}catch(o){return t.terminate(),this.count=0,this.#n.failed(De(o)),!1}return this.broken=!1,!0}#O(t,e){this.views=t,this.near=e}#T(t){this.#t=t,this.count=("stored"in t?t.stored:t).length/3,this.#r?.show(this.count),this.#p.renew(),this.#n.changed()}#z({part:t,from:e,numbers:s}){this.#r?.update(t,e,s),t==="lobes"&&Be(this.logits,this.#m,e,s),this.#n.changed()}#F(t){this.#p.arrived(),this.#r?.setOrder(t),this.#n.ordered()}#U(t){let e=this.#p.needed(t);e!==null&&(this.#p.by==="page"?this.#r?.setOrder(Rt(this.means,e)):this.#i?.postMessage({forward:e}))}},De=n=>n instanceof Error?n.message:String(n);var Xs=.02,js=.02,Vs=.001,tt=class n{constructor(t,e,s){this.eye=t,this.target=e,this.up=W(s),this.reach=it(N(e,t))||1}static fromViews(t,e=0){let s=t.map(Do),o=Bo(s),{eye:r,forward:i}=s[e],a=O(N(Co(s),r),i),c=Math.max(...s.map(l=>it(N(l.eye,r))),0)||1;return new n(r,S(r,i,a>Vs*c?a:c),o)}static around(t){let e=[0,1,2].map(r=>{let i=t.filter((c,l)=>l%3===r).sort(),a=c=>i[Math.floor(c*(i.length-1))]??0;return[a(.15),a(.5),a(.85)]}),s=e.map(([,r])=>r),o=Math.max(...e.map(([r,,i])=>i-r))||1;return new n(S(s,[0,-.3,-1],1.5*o),s,[0,-1,0])}get forward(){return W(N(this.target,this.eye))}get right(){return W(G(this.forward,this.up))}copy(){let t=new n(this.eye,this.target,this.up);return t.reach=this.reach,t}orbit(t,e){let s=this.#t(N(this.eye,this.target),t,e);this.eye=S(this.target,s)}look(t,e){let s=this.#t(N(this.eye,this.target),t,e);this.target=N(this.eye,s)}move(t,e,s){let o=G(this.forward,this.right),r=S([0,0,0],this.right,t);r=S(S(r,o,e),this.forward,s),this.eye=S(this.eye,r),this.target=S(this.target,r)}dolly(t){let e=N(this.eye,this.target),s=Math.max(it(e)*t,Vs*this.reach);this.eye=S(this.target,W(e),s)}focus(t){it(N(t,this.eye))>0&&(this.target=t)}viewmat(){let{forward:t,right:e,eye:s}=this,o=G(t,e),r=i=>[...i,-O(i,s)];return[...r(e),...r(o),...r(t),0,0,0,1]}#t(t,e,s){let o=Math.acos(Math.min(1,Math.max(-1,O(W(t),this.up)))),r=Math.min(Math.max(o-s,Xs),Math.PI-Xs)-o;return Ne(Ne(t,this.right,r),this.up,-e)}};function Ks(n,t,e,s,o,r=null){let i=Math.tan((r??50)*Math.PI/360),a=r===null?t:null,c=a?e*a.K[0]/a.width:e/(2*i),l=a?s*a.K[4]/a.height:s/(2*i),f=Math.sqrt(c*l),h={cx:e/2,cy:s/2};return{viewmat:n.viewmat(),fx:f,fy:f,...h,width:e,height:s,near:o}}function Bo(n){let t=W(n.reduce((s,{down:o})=>N(s,o),[0,0,0])),e=t;for(let s=0;s<200;s++){let o=S([0,0,0],e,1+js);for(let{right:r}of n)o=S(o,r,-O(r,e)/n.length);e=W(S(o,t,js*O(t,e)))}return e}function Do({viewmat:n}){let t=i=>[n[4*i],n[4*i+1],n[4*i+2]],[e,s,o]=[t(0),t(1),t(2)],r=S([0,0,0],e,-n[3]);return r=S(S(r,s,-n[7]),o,-n[11]),{eye:r,right:e,forward:o,down:s}}function Co(n){let t=[.001,0,0,0,.001,0,0,0,.001],e=[0,0,0];for(let{eye:c,forward:l}of n){for(let f=0;f<3;f++)for(let h=0;h<3;h++)t[3*f+h]+=(f===h?1:0)-l[f]*l[h];e=S(S(e,c,1+.001/n.length),l,-O(l,c))}let s=c=>[t[c],t[3+c],t[6+c]],[o,r,i]=[s(0),s(1),s(2)],a=O(o,G(r,i));return[O(e,G(r,i))/a,O(o,G(e,i))/a,O(o,G(r,e))/a]}var Po=16.666666666666668,$o=1e3/50,Go=1e3/45,Ys=1e3/26,qo=3,Ho=200,Wo=.9,Qs=[4,64],Xo=[1,.85,.7,.6,.5],mt=class{#t=0;#e=[];#o;#s=Go;#n={step:0,median:1/0};#r=0;#i=Qs[0];constructor(t){this.fixed=t,this.#o=t===null?Xo:[t]}get scale(){return this.#o[this.#t]}size(t,e,s,o){let r=Math.min(s,2)*(o?this.scale:this.#o[0]),i=a=>Math.max(1,Math.round(a*r));return{width:i(t),height:i(e)}}note(t){this.#e.push(t);let{length:e}=this.#e;if(e<qo||this.#e.reduce((o,r)=>o+r)<Ho)return;let s=this.#e.sort((o,r)=>o-r)[e>>1];this.#e=[],s>this.#s?this.#a(s):s>=$o||this.#t===0?this.#r=0:++this.#r>=this.#i&&(this.#t-=1,this.#r=0)}#a(t){let{step:e,median:s}=this.#n;if(this.#r=0,this.#i=Math.min(2*this.#i,Qs[1]),e<this.#t&&t<Ys&&t>Wo*s){this.#t=e,this.#s=Ys;return}this.#n={step:this.#t,median:t};let o=this.scale*Math.sqrt(Po/t),r=this.#o.findIndex(i=>i<this.scale&&i<=o);this.#t=r<0?this.#o.length-1:r}};var jo=100,Js=150,Vo=9*Math.PI/180,Yt=class{mode="orbit";pose=new tt([0,0,-3],[0,0,0],[0,-1,0]);fov=null;timed=!1;turning=!1;measured=!1;#t;#e;#o;#s;#n=null;#r="auto";#i=null;#a;#c;#l=this.pose;#f=!1;#h=0;#d=0;#m=-1/0;#w=!1;#b=0;#g=0;#p;constructor(t,e,{variant:s=null}={}){this.#e=t,this.#t=e,this.#o=s,this.#a=new mt(null),this.#s=this.#v(t,0,!1),this.#c=new Tt(t,{pose:()=>this.pose,mode:()=>this.mode,held:()=>this.turning=!1,changed:()=>{this.#m=performance.now(),this.turning=!1,this.redraw()},focus:(o,r)=>this.#k(o,r)}),this.#p=new ResizeObserver(()=>this.redraw()),this.#p.observe(t)}begin(t){return this.#r=t,this.#s.begin(t)}load(t){this.#s.request&&(this.#f=!1),this.#s.load(t)}async compare(t,e,s){this.alone();let o=this.#v(t,1,s);o.background=this.#i,this.#n=o,await this.#s.calibrated,o===this.#n&&await o.begin(this.#r)&&o===this.#n&&o.load(e)}alone(){this.#n?.destroy(),this.#n=null}redraw(){!this.#h&&!this.measured&&(this.#h=requestAnimationFrame(t=>this.#A(t)))}reset(t){let{views:e}=this;this.pose=t===void 0||e.length===0?this.#l.copy():tt.fromViews(e,(t%e.length+e.length)%e.length),this.redraw()}place(t){this.pose=t,this.#f=!0,this.redraw()}camera(t,e){return Ks(this.pose,this.views[0]??null,t,e,this.#s.near,this.fov)}get views(){return this.#s.views.length?this.#s.views:this.#n?.views??[]}get count(){return this.#s.count}get calibrated(){return this.#s.calibrated}get source(){let{request:t}=this.#s;return t===null||"forward"in t?null:"url"in t?t.url:t.file}get device(){return this.#s.device}get scale(){return this.#a.fixed}set scale(t){this.#a=new mt(t),this.redraw()}get choices(){let{mode:t,fov:e,turning:s,scale:o,timed:r}=this;return{mode:t,fov:e,turning:s,scale:o,timed:r,background:this.#i}}get background(){return this.#s.background}set background(t){this.#i=t;for(let e of this.#y)e.background=t;this.redraw()}async drawAndWait(t,e){if(this.#s.draw(this.camera(t,e)),await this.finished(),this.#s.broken)throw new Error("what drew the scene was lost meanwhile")}async finished(){await this.#s.finished()}async passes(){return await this.#s.time(),this.#s.milliseconds}pixels(t,e=0){return this.#y[e]?.pixels(t)??Promise.reject(new Error("there is no other scene"))}screenshot(t=1){let{width:e,height:s}=this.#x(),o=document.createElement("canvas");[o.width,o.height]=[e,s];let r=o.getContext("2d");return this.#y.forEach(({canvas:i},a)=>{let c=a*Math.round(t*e),l=e-c;l>0&&r?.drawImage(i,c,0,l,s,c,0,l,s)}),new Promise(i=>o.toBlob(i,"image/png"))}destroy(){cancelAnimationFrame(this.#h),clearTimeout(this.#g),clearTimeout(this.#b),this.#c.destroy(),this.#p.disconnect();for(let t of this.#y)t.destroy()}get#y(){return this.#n?[this.#s,this.#n]:[this.#s]}#v(t,e,s){let o={progress:r=>this.#t.progress(e,r),arrived:()=>this.#E(e),changed:()=>{this.#b||=setTimeout(()=>this.redraw(),jo)},ordered:()=>this.redraw(),loaded:(r,i)=>{this.#t.loaded(e,r,i),this.redraw()},failed:(r,i)=>this.#t.failed(e,r,i),broken:r=>this.#t.broken(e,r)};return new Kt(t,o,this.#o,s)}#E(t){let{views:e}=this;(t===0||!this.#s.views.length&&this.#m===-1/0)&&(e.length||this.#s.count)&&(this.#l=e.length?tt.fromViews(e):tt.around(this.#s.means),this.#f||this.reset()),this.redraw()}#A(t){this.#h=0,clearTimeout(this.#b),this.#b=0;let e=t-this.#d;this.#d=t;let s=this.#w,o=this.turning&&this.count>0;this.#w=performance.now()-this.#m<Js||this.#c.busy||o,this.#w&&s&&this.#a.note(e);let r=Math.min(e,100)/1e3;this.#c.advance(r),o&&this.pose.orbit(Vo*r,0);let{width:i,height:a}=this.#x();if(clearTimeout(this.#g),this.#w&&(this.#g=setTimeout(()=>this.redraw(),2*Js)),this.count&&!this.#s.broken){let{name:c,count:l,milliseconds:f}=this.#s,h=this.#w&&s?e:0,d=this.#n?.count??0;this.#t.drawn({renderer:c,count:l,compared:d,width:i,height:a,milliseconds:h,passes:f}),this.timed&&this.#s.time()}(this.#c.busy||o)&&this.redraw()}#x(){let{clientWidth:t,clientHeight:e}=this.#e,s=this.#a.size(t,e,devicePixelRatio,this.#w);if(t&&e){let o=this.camera(s.width,s.height);for(let r of this.#y)r.drawOrTell(o)}return s}#k(t,e){let{clientWidth:s,clientHeight:o}=this.#e,{means:r,logits:i}=this.#s,a=Ws(r,i,this.camera(s,o),t,e);a&&this.pose.focus(a),this.redraw()}};var Zs=["settings","help","report"],tn=["scale","background","fov","autorotate"],Ko=2e3,en="sorted",Yo={rootMargin:"100%"},Qo="(prefers-reduced-motion: reduce)",Ce=class extends(globalThis.HTMLElement??Object){static observedAttributes=["src","compare",...tn];viewer=null;#t;#e=null;#o=new ft;#s=null;#n;#r=!1;#i=!1;#a=null;#c=[];#l=0;#f=Promise.resolve(!1);#h=!1;#d=new IntersectionObserver(t=>t.some(e=>e.isIntersecting)&&this.#m(),Yo);constructor(){super(),this.#t=this.attachShadow({mode:"open",delegatesFocus:!0}),this.#t.innerHTML=hs;for(let e of this.#t.querySelectorAll("button"))e.addEventListener("click",()=>this.act(e.dataset.act??""));this.#t.addEventListener("keydown",e=>{let{code:s,key:o,ctrlKey:r,metaKey:i,altKey:a,repeat:c,target:l,defaultPrevented:f}=e,h=be.get(o.toLowerCase())??be.get(s.slice(3).toLowerCase()),d=f||l.matches("textarea, select");h&&!r&&!i&&!a&&!c&&!d&&this.act(h),s==="Escape"&&this.act("close")}),this.#t.addEventListener("keyup",e=>{let{code:s,target:o}=e,{classList:r}=o;s==="Tab"&&(r.add("reached"),o?.addEventListener("blur",()=>r.remove("reached"),{once:!0}))}),this.#u("settings").addEventListener("input",({target:e})=>{let s=e;s.name==="stats"?this.act("stats"):this.viewer&&ls(s,this.viewer)}),this.addEventListener("dragover",e=>{e.preventDefault(),this.#u("drop").hidden=!1}),this.addEventListener("dragleave",()=>this.#u("drop").hidden=!0),this.addEventListener("drop",e=>{e.preventDefault(),this.#u("drop").hidden=!0,this.#v(e.dataTransfer?.files)});let t=this.#y;t.addEventListener("change",()=>{this.#x(null),this.#v(t.files),t.value=""})}connectedCallback(){queueMicrotask(()=>{if(!this.isConnected||this.viewer)return;let t=this.getAttribute("poster")?.replace(/[\x22\\\n]/g,encodeURIComponent);t&&(this.style.background=`center / cover no-repeat url("${t}")`),this.getAttribute("loading")==="lazy"?this.#d.observe(this):this.#m()})}#m(t=this.getAttribute("renderer")??"auto"){this.#d.disconnect(),this.#u("buttons").hidden=this.hasAttribute("noui"),this.#t.querySelector("[data-act=full]").hidden=!document.fullscreenEnabled;let e=this.#t.querySelector("canvas"),s=this.getAttribute("variant"),[o,r]=["floats","strips"].map(c=>!!s?.includes(c));this.viewer=new Yt(e,this,{variant:s===null?null:{floats:o,strips:r}}),e.setAttribute("aria-label",`${this.getAttribute("alt")??"3D scene"}. Press H for the keys.`),e.classList.toggle("polite",this.hasAttribute("polite"));for(let c of tn)this.#k(c);this.#f=this.viewer.begin(t),this.#h=!1,this.#f.then(c=>this.#h=!c);let i=this.#s??this.getAttribute("src"),a=this.#n===void 0?this.getAttribute("compare"):this.#n;i&&this.open(i),a&&this.compare(a)}disconnectedCallback(){this.#d.disconnect(),this.#w()}#w(){this.viewer?.destroy(),this.viewer=null,this.#M(),this.#o=new ft;let t=this.#t.querySelector("canvas");t?.classList.remove("drawn"),t?.replaceWith(t.cloneNode())}attributeChangedCallback(t,e,s){t==="src"&&(this.#s=null),t==="compare"&&(this.#n=void 0),!(!this.viewer||s===e)&&(t==="compare"?this.compare(s||null):t!=="src"?this.#k(t):s&&this.open(s))}async open(t){this.#s=t,this.#i=this.#r,await this.#S(0,t,(e,s)=>e.load(s))}async compare(t){this.#n=t,this.#i=!1,this.#r=t===en;let e=this.#r?this.#s:t;this.viewer?.alone(),this.#M(),this.#o.begin(1),this.#_(),e!==null&&await this.#S(1,e,(s,o)=>{this.#M();let r=document.createElement("canvas");r.className="over",r.setAttribute("aria-hidden","true"),this.#u("split").before(r),this.#e=new Mt(this.#u("split"),r),s.compare(r,o,this.#r)})}act(t){let e=this.viewer;if(e){if(t==="reset"||t==="view")e.turning=!1,e.reset(t==="view"?++this.#l:void 0);else if(t==="help"||t==="settings")this.#x(t);else if(t==="stats")e.timed=this.#A("stats");else if(t==="own")e.background=null;else if(t==="mode"){let s=e.mode==="fly";e.mode=s?"orbit":"fly",this.#b(`Dragging ${s?"turns the scene":"looks around"}.`,!0)}else t==="picture"?this.#E():t==="open"?this.#y.click():t==="copy"?this.#p():t==="share"?navigator.share?.({text:this.#g}).catch(()=>{}):t==="full"?document.fullscreenElement?document.exitFullscreen():this.requestFullscreen?.().catch(()=>{}):t==="close"&&(this.#u("message").hidden=!0,this.#x(null));cs(this.#u("settings"),e,!this.#u("stats").hidden),e.redraw()}}progress(t,e){this.#o.note(t,{share:e,state:"loading"}),this.#_()}loaded(t,e,s){this.#o.note(t,{share:1,state:"loaded"}),this.#_(),t!==1&&(this.#i&&this.compare(en),this.#b(`${this.viewer?.count.toLocaleString("en")} Gaussians are there.`),this.dispatchEvent(new CustomEvent("load",{detail:{milliseconds:e,bytes:s}})))}failed(t,e,s=!1){this.#o.fail(t,e,s),t===0&&(this.#i=!1),this.#_(),this.#u("message").hidden=!1,t===0&&(this.#s=this.viewer?.source??this.#s),this.#t.querySelector(".message [data-act=open]").hidden=!!this.viewer?.count,this.dispatchEvent(new CustomEvent("error",{detail:{sentence:e}}))}broken(t,e){let s=this.viewer;if(!s||s.device.renderer==="WebGL2"||this.getAttribute("renderer")==="webgpu"){this.failed(t,e);return}console.warn(`WebGL2 takes over: ${e}`),this.#w(),this.#m("webgl"),Object.assign(this.viewer,s.choices),s.count&&this.viewer?.place(s.pose)}report(t){let e=JSON.stringify(t,null,1),s=this.#u("report");s.querySelector("textarea").value=e;let{cold:o,steady:r,interrupted:i}=t,a=`${o.fps} frames/s cold, ${r.fps} steady`;s.querySelector("h2").textContent=i?"The page was not in sight all the time: measure again":a,s.querySelector("[data-act=share]").hidden=!navigator.share,s.hidden&&this.#x("report"),this.dispatchEvent(new CustomEvent("report",{detail:t}))}drawn(t){this.#t.querySelector("canvas")?.classList.add("drawn"),t.compared&&this.#u("split").hidden&&this.#e?.show(this.#o.names),this.dispatchEvent(new CustomEvent("frame",{detail:t}));let e=this.#u("stats");if(e.hidden)return;t.milliseconds&&(this.#c=[...this.#c.slice(-29),t.milliseconds]);let s=this.#c.reduce((i,a)=>i+a,0)/this.#c.length,o=[t.count,t.compared].filter((i,a)=>a===0||i),r=[`${t.renderer}, ${t.width} x ${t.height}`,`${o.map(i=>i.toLocaleString("en")).join(" | ")} Gaussians`,this.#c.length?`${(1e3/s).toFixed(0)} frames/s, ${s.toFixed(1)} ms`:"still",...Object.entries(t.passes??{}).map(([i,a])=>`${i} ${a.toFixed(2)} ms`)];e.textContent=r.join(`
+`)}#b(t,e=!1){let s=this.#u("said");s.textContent=t,s.classList.toggle("seen",e),setTimeout(()=>s.classList.remove("seen"),Ko)}get#g(){let t=this.#t.querySelector("textarea");return t.focus(),t.select(),t.value}async#p(){let t=this.#g,e=navigator.clipboard?await navigator.clipboard.writeText(t).then(()=>!0,()=>!1):document.execCommand("copy");this.#u("copied").textContent=e?"Copied.":"This browser lets no page copy: the text is selected."}get#y(){return this.#t.querySelector("[type=file]")}#v(t){let[e,s]=t??[];e&&this.open(e),s&&this.compare(s)}async#E(){let t=await this.viewer?.screenshot(this.#e?.share);if(!t)return;let e=document.createElement("a");Object.assign(e,{href:URL.createObjectURL(t),download:"scene.png"}).click(),setTimeout(()=>URL.revokeObjectURL(e.href),1e3)}#A(t,e){let s=this.#u(t);return s.hidden=e===void 0?!s.hidden:!e,this.#t.querySelector(`[data-act=${t}]`)?.setAttribute("aria-expanded",String(!s.hidden)),!s.hidden}#x(t){Zs.every(s=>this.#u(s).hidden)&&(this.#a=this.#t.activeElement);let e=t!==null&&this.#u(t).hidden;for(let s of Zs)this.#A(s,e&&s===t);e?this.#u(t).focus():(this.#a??this.#t.querySelector("canvas"))?.focus({preventScroll:!0})}#k(t){let e=this.viewer,s=this.getAttribute(t),o=Number(s);t==="scale"?e.scale=o>0&&o<=1?o:null:t==="fov"?e.fov=o>=1&&o<=150?o:null:t==="background"?e.background=St(s):e.turning=s!==null&&!matchMedia(Qo).matches,e.redraw()}async#S(t,e,s){let o=this.viewer;if(o===null||this.#h)return;let r=this.#n;if(t===1&&(!await this.#f||o!==this.viewer||r!==this.#n))return;let i=typeof e=="string"?e.replace(/[?#].*$/,""):"scene",a=e instanceof File?e.name:i;this.#o.begin(t,t===1&&this.#r?`${a}, sorted`:a),this.#_();try{let c=e instanceof Blob?{file:e}:{url:new URL(e,document.baseURI).href};s(o,c)}catch(c){this.failed(t,`the scene cannot be opened: ${c.message}`)}}#_(){let{state:t,busy:e,share:s,sentence:o,names:r}=this.#o,i=this.#u("bar");i.hidden=!e,i.classList.toggle("unknown",Number.isNaN(s));let a=Math.min(100,Math.round(100*s))||0;i.setAttribute("aria-valuenow",String(a)),i.firstElementChild.style.width=`${a}%`;let c=this.#u("message"),l=c.querySelector("p");l.textContent!==o&&(l.textContent=o),o||(c.hidden=!0),this.#u("split").hidden||this.#e?.show(r),t&&(this.dataset.state=t)}#M(){this.#u("split").hidden=!0,this.#t.querySelector(".over")?.remove(),this.#e=null}#u(t){return this.#t.querySelector(`.${t}`)}};globalThis.customElements?.define("mobile-gs",Ce);var x=128,Jo=1e-12,sn=new Float32Array(0),Qt=class{wasmMemory=null;#t=[];#e=0;#o=null;#s;constructor(t=!1){this.#s=t}block(t){return this.#n(t,x*t,null)}part({at:t},e,s){let o={at:t+4*x*e,width:s,numbers:sn};return this.#t.push([o,null,x*s]),o}layer(t,e,s){let o=s?s.length:t.length/e,r=Math.ceil(o/4)*4,i=new Float32Array(r*e);for(let l=0;l<o;l++){let f=(l-l%4)*e+l%4;for(let h=0;h<e;h++)i[f+4*h]=t[l*e+h]}let a=new Float32Array(r);s&&a.set(s);let c=l=>this.#n(0,l.length,l);return{inputs:e,outputs:r,weights:c(i),offsets:c(a)}}#n(t,e,s){let o={at:this.#e,width:t,numbers:sn};return this.#t.push([o,s,e]),this.#e+=16*Math.ceil(e/4),o}allocate(){this.wasmMemory=Ot(this.#e);let t=this.wasmMemory?.buffer??new ArrayBuffer(this.#e);for(let[e,s,o]of this.#t.splice(0))e.numbers=new Float32Array(t,e.at,o),s&&e.numbers.set(s);this.#o=this.#s?null:ot(this.wasmMemory)}apply({inputs:t,outputs:e,weights:s,offsets:o},r,i,a){if(this.#o){this.#o.layer(s.at,o.at,r.at,i.at,t,e,a);return}let[c,l,f,h]=[r,i,s,o].map(({numbers:d})=>d);for(let d=0;d<e;d++){let u=(d-d%4)*t+d%4;for(let p=0;p<x;p++){let w=h[d];for(let m=0;m<t;m++)w+=f[u+4*m]*c[m*x+p];l[d*x+p]=Math.max(w,a*w)}}}units({at:t,width:e,numbers:s},{at:o,numbers:r}){if(this.#o){this.#o.units(t,o,e);return}for(let i=0;i<x;i++){let a=0;for(let l=i;l<x*e;l+=x)a+=s[l]*s[l];let c=1/Math.max(Math.sqrt(a),Jo);for(let l=i;l<x*e;l+=x)r[l]=s[l]*c}}};var Zo=80;function nn(n){let t=0;for(let{count:e,size:s,length:o}of n.values())t+=e*s*o;return t}function on(n,t){let e=0,s=new Map;for(let[o,{count:r,size:i,length:a}]of t){let c=()=>n.subarray(e,e+=i*a);s.set(o,{length:a,books:Array.from({length:r},c)})}if(s.get("scale")?.books.some(o=>o.some(r=>r>Zo)))throw new y("the codebooks of the .mgs file hold scales that are out of range");return s}function rn(n){return new Map([...n].map(([t,{step:e,columns:s}])=>{let o=s.map(({least:r,size:i})=>Float32Array.from({length:i},(a,c)=>(r+c)*e));return[t,{length:1,books:o,middles:s.map(({least:r,middle:i})=>i-r)}]}))}function an({name:n,codec:t,data:e},s,o){if(t==="rans")return Q(e,s,o);let r=32-Math.clz32(o-1),i=nt(e,r*s),a=new Uint16Array(s);for(let c=0;c<s;c++){let l=i.take(r);if(l>=o)throw new y(`the stream '${n}' points outside of its codebook`);a[c]=l}return a}function bt({length:n,books:t,middles:e}){let s=new Uint16Array(x);return{length:n,books:t.map((o,r)=>e?o.subarray(e[r],e[r]+1):tr(o,n)),columns:t.map(()=>s)}}function tr(n,t){let e=new Float64Array(t);for(let s=0;s<n.length;s++)e[s%t]+=n[s]*t/n.length;return Float32Array.from(e)}function C({length:n,books:t,columns:e},s,o,r,i){for(let a=0;a<t.length;a++){let c=t[a],l=e[a],f=a*n*o;if(n===1){for(let h=r;h<i;h++)s[f++]=c[l[h]];continue}for(let h=0;h<n;h++,f=(a*n+h)*o)for(let d=r;d<i;d++)s[f++]=c[l[d]*n+h]}}var er=[53,210,405,600,787,970,1151,1329],sr=Uint8Array.from({length:1330},(n,t)=>er.filter(e=>e<=t).length),Pe=Float64Array.from({length:512},(n,t)=>(t+.5)/2**(31-Math.clz32(t))-1.5),nr=2.5,$e=(n,t)=>sr[Math.min(256*Math.abs(Math.fround(n-t)),1329)|0];function cn(n,t,e){let[s,o,r]=e,i=s.length,a=[new Uint16Array(i),new Uint16Array(i),new Uint16Array(i)],[c,l,f]=a,[h,d,u]=t,p=new K(n),w=0;for(let m=0;m<i;m++){let b=h[s[m]],v=d[o[m]],k=u[r[m]],E=$e(v,k),A=$e(b,k),T=$e(b,v),z=p.take(E+A+T);c[m]=1<<E|z&(1<<E)-1,l[m]=1<<A|z>>>E&(1<<A)-1,f[m]=1<<T|z>>>E+A,w+=E+A+T}return nt(n,w),a}function ln({step:n,columns:[{least:t},{least:e},{least:s}]},o,r,i,a){let[c,l,f,h,d,u]=o;for(let p=r,w=0;p<i;p++,w++){let m=n*(c[p]+t+Pe[h[p]]),b=n*(l[p]+e+Pe[d[p]]),v=n*(f[p]+s+Pe[u[p]]),k=(m*m+b*b+v*v)/4,E=1+k*(-1/2+k*(1/24+k*(-1/720+k*(1/40320+k*(-1/3628800+k*(1/479001600-k/87178291200)))))),A=1/2+k*(-1/12+k*(1/240+k*(-1/10080+k*(1/725760+k*(-1/79833600+k/12454041600)))));if(k>nr){let T=Math.sqrt(k);E=Math.cos(T),A=Math.sin(T)/(2*T)}a[w]=E,a[w+x]=A*m,a[w+2*x]=A*b,a[w+3*x]=A*v}}var or=[["context1",64,96],["context2",13,64],["static1",64,16],["static2",3,64],["view1",64,16],["view2",9,64]];function fn({colors:n,scalars:t}){if(n==="networks")return["appearance-decoder",or];let e=t.get("appearance")?.columns.length??6;return["color-matrices",[["static2",3,3],["view2",9,e-3]]]}var hn=[["hidden1.weight",256,22],["hidden1.bias",1,256],["hidden2.weight",128,256],["hidden2.bias",1,128],["hidden3.weight",64,128],["hidden3.bias",1,64],["phi.weight",1,64],["phi.bias",1,1],["opacity.weight",1,64],["opacity.bias",1,1]],gt=19;function dn({degree:n,latents:t,hidden:e}){let s=2*(n+1)**2,o=[gt+t,...e],r=[["bias",1,s],["basis",t,s]];return e.length===0||([...e,s].forEach((i,a)=>r.push([`weights.${a}`,i,o[a]])),e.forEach((i,a)=>r.push([`offsets.${a}`,1,i]))),r}function un(n){return n.reduce((t,[,e,s])=>t+e*s,0)}function pn(n,t){let e=0;return Object.fromEntries(t.map(([s,o,r])=>[s,n.subarray(e,e+=o*r)]))}var rr=256,wn=["raw","halves","planes"],ir=["bits","rans"],mn=[["scale","rotation"],["appearance","opacity"],["lobes"]],qe=mn.length,yt=2,Ge=class{positions=null;columns=new Map;#t;constructor(t,e){this.#t=t,this.count=e}get stage(){let t=mn.findIndex(e=>!e.every(s=>this.#e(s)));return t<0?qe:t}rows(t,e,s="slice"){let o=[...this.columns].filter(([i])=>this.#e(i)).map(([i,a])=>[i,a.map(c=>c[s](t,e))]);return{positions:this.positions[s](3*t,3*e),columns:Object.fromEntries(o)}}#e(t){let{cuts:e,scalars:s}=this.#t,o=s.size&&t==="rotation"?3:0,r=(e.get(t)?.count??s.get(t)?.columns.length??0)+o;return Object.keys(this.columns.get(t)??[]).length===r}},Jt=class{levels;network=null;#t;#e;#o=new Map;#s=new Map;#n=new Map;#r={};#i={};constructor(t,e){this.#t=t,this.#e=e;let{network:s,lobes:o,cuts:r,scalars:i,lodSizes:a}=t;s&&this.#l("view-network",hn,f=>this.network=f),o&&this.#l("lobe-decoder",dn(o),f=>this.#r=f),this.#l(...fn(t),f=>this.#i=f),i.size?this.#n=rn(i):this.#c("codebooks",wn,[],f=>{this.#n=on(xe(f,nn(r)),r)});let c=[...this.#o.keys()],l=0;this.levels=a.map((f,h)=>(l+=f,this.#a(f,h?`@${h}`:"",c,l)))}#a(t,e,s,o){let{cuts:r,scalars:i}=this.#t,a=new Ge(this.#t,t),[c,...l]=["positions","scale.0","scale.1","scale.2"].map(d=>d+e),f=(d,u)=>{let p=[];a.columns.set(d,p);for(let[w,m]of u.entries())this.#c(`${d}.${w}${e}`,ir,[c],b=>{p[w]=an(b,t,m)})},h=({data:d})=>{a.positions=As(d,t)};this.#c(c,["morton-class"],s,h,o);for(let[d,{count:u,size:p}]of r)f(d,Array(u).fill(p));for(let[d,{columns:u}]of i)f(d,u.map(({size:p})=>p));if(i.size){let[d,u]=["scale","rotation"].map(p=>a.columns.get(p)??[]);this.#c(`rotation-finer${e}`,["bits"],[c,...l],({data:p})=>{let{books:w}=this.#n.get("scale");cn(p,w,d).forEach((m,b)=>u[3+b]=m)})}return a}accept(t){this.#o.has(t.name)&&this.#s.set(t.name,t)}step(t){for(let[e,{after:s,room:o,read:r}]of this.#o){let i=this.#s.get(e);if(!(i===void 0||t<o||s.some(a=>this.#o.has(a))))return r(i),this.#o.delete(e),this.#s.delete(e),!0}return!1}get decoderInputs(){let[{count:t,positions:e}]=this.levels,s=e,o=Math.min(t,rr),r=new Uint16Array(3*o).map((c,l)=>s[3*Math.floor(Math.floor(l/3)*t/o)+l%3]),[i,a]=[this.#t,this.#n];return{header:i,books:a,appearance:this.#i,lobes:this.#r,samples:r}}#c(t,e,s,o,r=0){let i=this.#e.find(a=>a.name===t);if(i===void 0)throw new y(`the .mgs file lacks its stream '${t}'`);if(!e.includes(i.codec))throw new y(`the stream '${t}' of the .mgs file uses the codec '${i.codec}', which this program does not know`);this.#o.set(t,{after:s,room:r,read:o})}#l(t,e,s){this.#c(t,wn,[],o=>s(pn(xe(o,un(e)),e)))}};var U=new Int32Array(2048);for(let n=0;n<U.length;n++){let t=n<256?n:U[n-256];for(let e=0;e<8;e++)t=(t&1?3988292384:0)^t>>>1;U[n]=t}function Zt(n,t=0){let e=~t,s=0;for(;s+8<=n.length;s+=8)e^=n[s]|n[s+1]<<8|n[s+2]<<16|n[s+3]<<24,e=U[1792+(e&255)]^U[1536+(e>>>8&255)]^U[1280+(e>>>16&255)]^U[1024+(e>>>24)]^U[768+n[s+4]]^U[512+n[s+5]]^U[256+n[s+6]]^U[n[s+7]];for(;s<n.length;s++)e=U[(e^n[s])&255]^e>>>8;return~e>>>0}var ar=2**26,cr=8,We=4096,He=2**14,lr=1e-5,fr=1e3,hr=80,dr=8,Xe=32,ur=256,pr=3,wr=64,bn=2**16,gn=64,yn=4096,mr=1e-20,te=1e20,br=/[\x00-\x1f\x7f-\x9f\p{Cs}]/u,vn=["mobile_gs","no_depth","no_scale","sort_free_gs"],gr=[["scale",3,1],["rotation",2,2],["appearance",3,2],["opacity",1,1]],xn=[6,12],yr=[["scale",3],["rotation",3],["appearance",xn[0]],["opacity",1]];function En(n,t){let{colors:e="networks"}=n;for(let[d,u,...p]of[["mode",n.mode,"nvq","sq"],["blend",n.blend,"sortfree","sorted"],["sh_degree",n.sh_degree,1],["colors",e,"linear","networks"]])if(!p.includes(u))throw new y(`the .mgs file has ${d} '${An(u)}', which this program does not know: a newer one may`);let s=Er(n),o=n.network;if(typeof o!="boolean")throw _("network");if(o&&s!==null)throw new y("the .mgs file has lobes and a view network: it can have one of them");let r=n.blend==="sorted";if(r&&(o||s!==null))throw new y("the .mgs file is blended sorted, but has lobes or a view network");let i=n.mode==="sq",a=R(n,"count",1,ar),c={count:a,lodSizes:xr(n,a),cuts:i?new Map:kr(P(n,"codebooks"),s),scalars:i?Ar(P(n,"scalars"),s,e==="linear"):new Map,grid:_r(P(n,"positions")),colors:e,sorted:r,lobes:s,network:o,weighting:Sr(P(n,"weighting")),background:se(n,"background",3),near:X(n,"near"),views:vt(n,"views").map(Mr),meta:Tr(P(n,"meta"))},l=vr(c),h=n.streams.filter(d=>l.has(d.name)).reduce((d,u)=>d+u.bytes,0);if(a>h)throw new y(`the .mgs file claims ${a} Gaussians in ${h} of its ${t} bytes: it is damaged`);if(c.background.some(d=>d<0||d>1))throw _("background");if(!(c.near>0&&c.near<=te))throw _("near");if(c.views.length>wr)throw _("views");return c}function ee(n,t){return typeof n!="string"||n.length>2*t||br.test(n)?!1:n.length<=t||[...n].length<=t}function vr({colors:n,lobes:t,network:e,cuts:s,scalars:o,lodSizes:r}){let i=["positions"];for(let[c,{count:l}]of s)for(let f=0;f<l;f++)i.push(`${c}.${f}`);for(let[c,{columns:l}]of o)i.push(...l.map((f,h)=>`${c}.${h}`));o.size&&i.push("rotation-finer");let a=r.flatMap((c,l)=>i.map(f=>l?`${f}@${l}`:f));return a.push(n==="linear"?"color-matrices":"appearance-decoder"),t&&a.push("lobe-decoder"),e&&a.push("view-network"),s.size&&a.push("codebooks"),new Set(a)}function xr(n,t){let e=vt(n,"layers").map(o=>R({layers:o},"layers",1,t)),s=e.reduce((o,r)=>o+r,0);if(e.length>cr||s!==t)throw _("layers");return e}function Er(n){if(n.lobes===null)return null;let t=P(n,"lobes"),e=vt(t,"hidden");if(e.length>pr)throw _("lobes.hidden");return{degree:R(t,"degree",0,3),latents:R(t,"latents",0,Xe),hidden:e.map(s=>R({hidden:s},"hidden",1,ur))}}function kr(n,t){let e=new Map;for(let[o,r,i]of gr){if(o==="opacity"&&!Object.hasOwn(n,o)&&t!==null)continue;let a=P(n,o);if(a.count!==r||a.length!==i)throw _(`codebooks.${o}`);e.set(o,{count:r,length:i,size:R(a,"size",1,We)})}let s=0;if(Object.hasOwn(n,"lobes")){let o=P(n,"lobes"),r=R(o,"count",1,Xe),i=R(o,"length",1,Xe);e.set("lobes",{count:r,length:i,size:R(o,"size",1,We)}),s=r*i}if(s!==(t===null?0:t.latents))throw _("codebooks.lobes");return e}function Ar(n,t,e){let s=new Map,o=t?.latents??0;if(Object.hasOwn(n,"lobes")&&!o)throw _("scalars.lobes");for(let[r,i]of[...yr,["lobes",o]]){if(r==="opacity"&&!Object.hasOwn(n,r)&&t!==null||i===0)continue;let c=P(n,r),[l,f,h]=["least","size","middle"].map(b=>vt(c,b)),[d,u]=r==="appearance"&&e?xn:[i,i],p=l.length;if(p<d||p>u||f.length!==p||h.length!==p)throw _(`scalars.${r}`);let w=Math.fround(X(c,"step"));if(!(w>=lr&&w<=fr))throw _(`scalars.${r}.step`);let m=l.map((b,v)=>{let k={least:l[v],size:f[v],middle:h[v]},E=R(k,"least",-He,He),A=R(k,"size",1,We),T=R({size:E+A-1},"size",E,He);if(r==="scale"&&T*w>hr)throw _("scalars.scale");let z=Math.max(-E,T)+.5;if(r==="rotation"&&z*w>dr)throw _("scalars.rotation");return{least:E,size:A,middle:R(k,"middle",E,T)}});s.set(r,{step:w,columns:m})}return s}function _r(n){let t=se(n,"center",3),e=Math.fround(X(n,"radius"));if(t.some(s=>Math.abs(s)>Math.fround(te)))throw _("positions.center");if(e<mr||e>te)throw _("positions.radius");return{center:t,radius:e,exponent:R(n,"exponent",0,14)}}function Sr(n){let{name:t}=n;if(typeof t!="string")throw _("name");if(!vn.includes(t))throw new y(`the .mgs file has the weighting '${An(t)}': known are ${vn.join(", ")}`);let e={name:t,exponent_max:X(n,"exponent_max"),sigma:X(n,"sigma"),background_weight:X(n,"background_weight"),alpha_min:n.alpha_min===void 0?1/255:X(n,"alpha_min")};if(!(e.exponent_max>0&&e.exponent_max<=80))throw _("exponent_max");if(!(e.sigma>0&&e.sigma<=te))throw _("sigma");if(e.background_weight<0)throw _("background_weight");if(!(e.alpha_min>=1e-4&&e.alpha_min<=.1))throw _("alpha_min");return e}function Mr(n){let t=P({views:n},"views"),e=se(t,"viewmat",16),s=se(t,"K",9);if(![0,0,0,1].every((i,a)=>e[12+a]===i)||![0,0,1].every((i,a)=>s[6+a]===i)||s[0]<=0||s[4]<=0)throw new y("a view's matrices in the .mgs file are not those of a camera");let r=R(t,"width",1,bn);return{viewmat:e,K:s,width:r,height:R(t,"height",1,bn)}}function Tr(n){let t=Object.entries(n);if(t.length>gn)throw new y(`the .mgs file has ${t.length} notes: ${gn} are allowed`);for(let[e,s]of t){let o=s===null||typeof s=="boolean"||ee(s,yn),r=typeof s=="number"&&Math.abs(s)<=2**53;if(!(o||r)||!ee(e,yn))throw new y(`the note '${e.slice(0,40)}' is not a short text or a number`)}return n}function P(n,t){let e=n[t];if(typeof e!="object"||e===null||Array.isArray(e))throw _(t);return e}function vt(n,t){let e=n[t];if(!Array.isArray(e))throw _(t);return e}function R(n,t,e,s){let o=X(n,t);if(!Number.isInteger(o)||o<e||o>s)throw _(t);return o}function X(n,t){return kn(n[t],t)}function se(n,t,e){let s=vt(n,t);if(s.length!==e)throw _(t);return Float32Array.from(s,o=>kn(o,t))}function kn(n,t){if(typeof n!="number"||!(Math.abs(n)<=3e38))throw _(t);return n}function An(n){return typeof n!="object"||n===null?String(n).slice(0,40):Array.isArray(n)?"a list":"an object"}function _(n){return new y(`the field '${n}' in the header of the .mgs file is missing or invalid`)}var at=[77,71,83,26,13,10,0,1],je=[2,3],ne=20,Rr=2**20,Or=256,Lr=2**32,zr=[["ply","a PLY scene: train or compress it first"],["PK","a zip archive (perhaps .sog)"],["\x8B","a gzip file (perhaps .spz)"],["NGSP","an .spz scene"],["glTF","a binary glTF file"],["\xFD7zXZ","an xz file (perhaps another program's comp.xz)"],["\x89PNG","a PNG picture"],["\xFF\xD8\xFF","a JPEG picture"],["<","a web page"],["{","a JSON text"]],oe=class{received=0;total=1/0;fields=null;table=[];#t=[];#e=0;#o=0;#s=!1;#n=null;append(t){if(t.length>0&&this.#t.push(t),this.received+=t.length,this.#e+=t.length,!this.#r())return[];if(this.received>this.total)throw new y(`the .mgs file has ${this.received-this.total} bytes too many at its end`);let e=[];for(let s;(s=this.table[this.#o])&&Ve(s.bytes)<=this.#e;)this.#o++,e.push(Fr(s,this.#a(Ve(s.bytes))));return e}end(){if(this.fields!==null){let e=this.table[this.#o];if(e===void 0)return;throw new y(`the .mgs file ends inside its stream '${e.name}': it has been cut short`)}if(!this.#s)throw new y(_n(this.#a(this.#e)));let t=this.#n===null?"first bytes":"header";throw new y(`the .mgs file ends inside its ${t}: it has been cut short`)}#r(){if(!this.#s&&this.#e>=at.length){let t=this.#a(at.length);if(at.some((e,s)=>e!==t[s]))throw new y(_n(t));this.#s=!0}if(this.#s&&this.#n===null&&this.#e>=ne-at.length&&(this.#n=this.#a(ne-at.length)),this.#n!==null&&this.fields===null){let t=Ur(this.#n);this.#e>=t&&this.#i(this.#n,this.#a(t))}return this.fields!==null}#i(t,e){let s=D(t).getUint32(8,!0);if((ne+e.length)%8||Zt(e,Zt(t.subarray(0,8)))!==s)throw new y("the header of the .mgs file is damaged (wrong checksum)");if(this.fields=Ir(e),D(t).getUint16(0,!0)===2&&(this.fields.layers=[this.fields.count]),this.table=Nr(this.fields.streams),this.total=this.table.reduce((o,r)=>o+Ve(r.bytes),ne+e.length),this.total>Lr)throw new y(`the .mgs file claims ${this.total} bytes, too many for a scene`)}#a(t){this.#e-=t;let e=this.#t[0];if(e!==void 0&&e.length>t)return this.#t[0]=e.subarray(t),e.subarray(0,t);let s=new Uint8Array(t),o=0,r=0;for(;o<t;){let i=this.#t[r],a=i.subarray(0,t-o);s.set(a,o),o+=a.length,a.length<i.length?this.#t[r]=i.subarray(a.length):r++}return this.#t.splice(0,r),s}};function Ve(n){return Math.ceil(n/8)*8}function Fr(n,t){let e=t.subarray(0,n.bytes);if(Zt(e)!==n.crc32)throw new y(`the stream '${n.name}' of the .mgs file is damaged (wrong checksum)`);if(t.subarray(n.bytes).some(s=>s!==0))throw new y(`the .mgs file is damaged after its stream '${n.name}'`);return{name:n.name,codec:n.codec,data:e}}function Ur(n){let t=D(n),e=t.getUint16(0,!0),s=t.getUint32(4,!0);if(!je.includes(e))throw new y(`the .mgs file is of version ${e}.${t.getUint16(2,!0)}, this program reads ${je[0]}.x to ${je[1]}.x: reload the page, or make the file anew with this mobilegs`);if(s>Rr)throw new y(`the header of the .mgs file claims ${s} bytes: it is damaged`);return s}function Ir(n){let t;try{t=JSON.parse(new TextDecoder("utf-8",{fatal:!0,ignoreBOM:!0}).decode(n))}catch{throw new y("the header of the .mgs file is not valid JSON")}if(typeof t!="object"||t===null||Array.isArray(t))throw new y("the header of the .mgs file is not a JSON object");return t}function Nr(n){if(!Array.isArray(n)||n.length>Or)throw new y("the header of the .mgs file lacks a table of streams");let t=new Set;return n.map(e=>{let{name:s,codec:o,bytes:r,crc32:i}=Object(e);if(!([s,o].every(c=>ee(c,64))&&[r,i].every(c=>Number.isInteger(c)&&c>=0&&c<2**40)))throw new y("the header of the .mgs file has a broken table of streams");if(t.has(s))throw new y(`the .mgs file has two streams called '${s}'`);return t.add(s),{name:s,codec:o,bytes:r,crc32:i}})}function _n(n){if(n.length===0)return"the file is empty, not a .mgs scene";if(at.findIndex((o,r)=>o!==n[r])>=Math.min(3,n.length))return"the first bytes of the .mgs file are damaged: transfer it again, in binary mode";let e=String.fromCharCode(...n),s=zr.find(([o])=>e.startsWith(o));return s?`this is not a .mgs scene but looks like ${s[1]}`:"this is not a .mgs scene"}var Ke=class{header=null;decoder=null;#t=new oe;get received(){return this.#t.received}get total(){return this.#t.total}append(t){let e=this.#t.append(t),{fields:s,table:o,total:r}=this.#t;s!==null&&this.decoder===null&&(this.header=En(s,r),this.decoder=new Jt(this.header,o));for(let i of e)this.decoder?.accept(i)}end(){this.#t.end()}step(){return this.decoder?.step(this.received)??!1}};async function Sn(n,t){let e=new Ke,s=n.getReader();try{for(let o=0;;){o-=performance.now();let{value:r,done:i}=await s.read();if(o+=performance.now(),i)break;e.append(r);do await t(e,o);while(e.step())}}catch(o){throw await s.cancel().catch(()=>{}),o}return e.end(),e}var Qe=16,Ye=6*Qe,re=64,ie=13,Mn=.01,Br=6,Tn=15,{fround:I,sqrt:Dr}=Math,ae=class{#t;#e;#o;#s;constructor(t,e,{static2:s,view2:o}){let r=3+o.length/9,i=new Float32Array(12*r);for(let a=0;a<12;a++){let c=a<3?s.subarray(3*a,3*a+3):o.subarray((a-3)*(r-3));i.set(c.subarray(0,r-3),a*r+(a<3?0:3))}this.#t=t,this.#e=t.block(r),this.#o=t.layer(i,r),this.#s=e}decode(t,e,s){C(e,this.#e.numbers,x,s,s+t.length/3),this.#t.apply(this.#o,this.#e,this.#s,1)}},ce=class{#t;#e;#o;#s;#n;#r;#i;#a;#c;#l;constructor(t,e,{context1:s,context2:o,static1:r,static2:i,view1:a,view2:c},l){this.#t=t,this.#e=[t.layer(s,Ye),t.layer(o,re),t.layer(r,ie+3),t.layer(i,re),t.layer(a,ie+3),t.layer(c,re)],this.#l=2**l,this.#o=t.block(Br),this.#s=t.block(Ye),this.#n=t.block(re),this.#r=t.block(ie+3),this.#i=t.part(this.#r,ie,3),this.#a=e,this.#c=t.part(e,3,12)}decode(t,e,s){let o=this.#t,[r,i,a,c,l,f]=this.#e,[h,d]=[this.#o.numbers,this.#i.numbers],[u,p,w]=[this.#s,this.#n,this.#r];this.#h(t,u.numbers),o.apply(r,u,p,0),o.apply(i,p,w,1),C(e,h,x,s,s+t.length/3),d.set(h.subarray(0,3*x)),o.apply(a,w,p,Mn),o.apply(c,p,this.#a,1),d.set(h.subarray(3*x)),o.apply(l,w,p,Mn),o.apply(f,p,this.#c,1)}#f(t,e){let s=F(t[e])*this.#l,o=F(t[e+1])*this.#l,r=F(t[e+2])*this.#l,i=I(I(I(s*s)+I(o*o))+I(r*r));return Math.max(1,I(Dr(i)))}#h(t,e){for(let s=0,o=0;o<t.length;s++,o+=3){let r=this.#f(t,o),i=I(2-I(1/r));for(let a=0;a<3;a++){let c=F(t[o+a])*this.#l,l=I(i*I(c/r));Cr(l,e,a*Qe*x+s)}}}};function Cr(n,t,e){let s=I(I(n*.25)+.5),o=Math.sin(Math.PI*s),r=Math.cos(Math.PI*s);for(let i=e+Qe*x;e<i;e+=x){t[e]=o,t[e+Ye/2*x]=r;let a=2*o*r;r=1-2*o*o,o=a}}var fe=.28209479177387814,le=class{#t;#e;#o;#s;#n;#r;#i;#a;constructor(t,{sh:e,scales:s,quats:o},r,{degree:i,latents:a,hidden:c},l){let f=2*(i+1)**2,h=c.at(-1)??0,d=[gt+a,...c];this.#t=t,this.#o=r,this.#e=c.map((b,v)=>t.layer(l[`weights.${v}`],d[v],l[`offsets.${v}`]));let u=l[`weights.${c.length}`],p=Pr(u,h,l.basis,a,f);this.#e.push(t.layer(p,h+a,l.bias)),this.#s=t.block(a);let w=c.length?[gt,...c]:[0];this.#n=w.map(b=>t.block(Math.ceil(b/4)*4+a)),this.#r=[0,w.length-1].map(b=>t.part(this.#n[b],w[b],a));let m=c.length?this.#n[0]:t.block(gt);this.#i=[[e,t.part(m,0,12)],[s,t.part(m,12,3)]],this.#a=[o,t.part(m,15,4)]}decode(t,e,s){let[o,r,i]=[this.#t,this.#n,this.#e.length-1],[a,c]=this.#a;if(i>0){for(let[l,f]of this.#i)o.units(l,f);c.numbers.set(a.numbers)}t&&C(t,this.#s.numbers,x,e,s),this.#r[0].numbers.set(this.#s.numbers);for(let l=0;l<i;l++)o.apply(this.#e[l],r[l],r[l+1],0);this.#r[1].numbers.set(this.#s.numbers),o.apply(this.#e[i],r[i],this.#o,1)}};function Pr(n,t,e,s,o){let r=t+s,i=new Float32Array(o*r);for(let a=0;a<o;a++){for(let c=0;c<t;c++)i[a*r+c]=n[a*t+c];for(let c=0;c<s;c++)i[a*r+t+c]=e[c*o+a]}return i}function xt(n,t){for(let e=0;e<t.length;e++)n.fill(t[e],e*x,(e+1)*x)}var $r=1/3,Gr=[1,0,0,0],ct=class{#t;#e=new Qt;#o;#s;#n;#r;#i;#a;#c;#l;constructor(t){let{header:e,samples:s}=t,{lobes:o,grid:r}=e,i=this.#e;this.#t=t;let a=o?.degree??0,c=i.block(Tn),l={logScales:i.block(3),scales:i.block(3),quats:i.block(4),sh:i.part(c,0,12),lobes:i.block(2*(a+1)**2+2),words:i.block(18)};this.#o=l.quats,this.#n=o&&new le(i,l,l.lobes,o,t.lobes),this.#s=e.colors==="linear"?new ae(i,c,t.appearance):new ce(i,c,t.appearance,r.exponent),i.allocate(),this.#a=Object.fromEntries([...t.books].map(([d,u])=>[d,{...u,columns:[]}])),this.#c=Rn(this.#d("scale")),this.#l=Rn(bt(this.#d("scale")));let f=Object.fromEntries(Object.entries(l).map(([d,{numbers:u}])=>[d,u])),h=Hr(this.#c);this.#r={...f,count:0,lobeDegree:a,scaleRange:h,memory:i.wasmMemory},this.#i={sh:this.#f(s),lobes:[0,1/fe]},this.#n&&(this.#i.lobes=this.#h(this.#n))}#f(t){let{sh:e}=this.#r,s=new Float64Array(12),o=bt(this.#d("appearance"));for(let r=0;r<t.length;r+=3*x){let i=t.subarray(r,r+3*x);this.#s.decode(i,o,0);for(let a=0;a<12;a++)for(let c=0;3*c<i.length;c++)s[a]+=3*e[a*x+c]/t.length}return s}#h(t){let{scales:e,quats:s,sh:o,lobes:r}=this.#r,i=this.#a.lobes;return C(this.#l,e,x,0,x),xt(s,Gr),xt(o,this.#i.sh),t.decode(i?bt(i):null,0,x),Array.from({length:r.length/x-2},(a,c)=>r[c*x])}decode({positions:t,columns:e},s=0){let{header:o}=this.#t,r=t.subarray(3*s,3*(s+x)),i=r.length/3,a=s+i,[c,l]=[this.#r,this.#a];c.count=i,c.positions=r;let{logScales:f,scales:h,quats:d,sh:u,lobes:p}=c,{scale:w,rotation:m,appearance:b}=e,v=!0;for(let E of Object.keys(l)){let A=e[E];A?this.#d(E).columns=A:v=!1}this.#c.columns=w,C(this.#d("scale"),f,x,s,a),C(this.#c,h,x,s,a);let k=o.scalars.get("rotation");if(k?ln(k,m,s,a,d):(C(this.#d("rotation"),d,x,s,a),this.#e.units(this.#o,this.#o)),b?this.#s.decode(r,this.#d("appearance"),s):xt(u,this.#i.sh),this.#n&&v?this.#n.decode(l.lobes??null,s,a):xt(p,this.#i.lobes),l.opacity){let{books:[E]}=e.opacity?l.opacity:bt(l.opacity),A=e.opacity?.[0];qr(p,E,A,s,i)}return c}get lobeDegree(){return this.#r.lobeDegree}get scaleRange(){return this.#r.scaleRange}get neutral(){let t=[0,1,2].map(r=>.5+fe*this.#i.sh[r]),[e,s,o]=this.#l.books.map(([r])=>r);return{color:t,side:$r*Math.cbrt(e*s*o)}}#d(t){return this.#a[t]}};function qr(n,t,e,s,o){for(let r=0;r<o;r++)n[r]+=t[e?e[s+r]:0]/fe}function Rn(n){return{...n,books:n.books.map(t=>t.map(Math.exp))}}function Hr({books:n}){let t=[1/0,-1/0];for(let e of n)for(let s of e)t=[Math.min(t[0],s),Math.max(t[1],s)];return t}var{fround:L}=Math,Wr=["mobile_gs","no_depth","no_scale","sort_free_gs"],Xr=J(-1e4),jr=[2047,2047,1023],On=L(511/Math.SQRT1_2),Ln=888,Et=new Uint32Array(1),he=new Float32Array(Et.buffer);function zn({sorted:n,weighting:t,background:e,grid:s,lobes:o},r,i){let a=o?.degree??0,[c,l]=Un(i);return{count:r,packing:{center:Array.from(s.center),unit:s.radius*2**s.exponent,leastScaleBits:c,scaleBitsSpan:l},...Fn(a,r),shSize:4,lobeSize:(a+1)**2,sorted:n,weighting:{index:Wr.indexOf(t.name),exponentMax:t.exponent_max,sigma:t.sigma,backgroundWeight:t.background_weight,alphaMin:t.alpha_min},background:Array.from(e)}}function de(n,t,e=Fn(n.lobeDegree,t.positions.length/3)){let s=t.positions.length/3,o=ue(n.lobeDegree),r=4*x,i;for(let a=0;a<s;a+=x){let c=n.decode(t,a);i??=Vr(c);let l=i();e.shapes.set(l.subarray(0,4*c.count),4*a),e.colors.set(l.subarray(r,r+4*c.count),4*a),e.lobes.set(l.subarray(2*r,2*r+o*c.count),o*a)}return e}var Fn=(n,t)=>({shapes:new Uint32Array(4*t),colors:new Uint32Array(4*t),lobes:new Uint32Array(ue(n)*t)});function Un(n){let[t,e]=n.map(s=>(he[0]=s,L(Et[0])));return[t,e-t]}var ue=n=>(n+1)**2+2>>1;function Vr(n,t=!1){let{scales:e,quats:s,sh:o,lobes:r,lobeDegree:i,scaleRange:a,memory:c}=n,{buffer:l,byteOffset:f,length:h}=n.words,d=new Uint32Array(l,f,h),[u,p]=Un(a),w=p>0?L(1/p):0,m=t?null:ot(c),[b,v,k,E]=[e,s,o,r].map(({byteOffset:z})=>z),[A,T]=[(i+1)**2-1,ue(i)];return()=>{m?m.pack(b,v,k,E,f,A,T,u,w):Kr(n,d,u,w);let{count:z,positions:j}=n;for(let q=0,V=0;q<z;q++,V+=4)d[V]=j[3*q]|j[3*q+1]<<16,d[V+1]|=j[3*q+2];return d}}function Kr({scales:n,quats:t,sh:e,lobes:s,lobeDegree:o},r,i,a){let c=2*(o+1)**2,l=ue(o);for(let f=0;f<x;f++){let h=8*x+l*f,d=Jr(s,f,c,r,h);Qr(e,f,r,4*(x+f)),r[4*f+1]=d<<16;let u=0;for(let w=2;w>=0;w--){he[0]=n[w*x+f];let m=L(L(L(Et[0])-i)*a);u=u<<11|L(L(jr[w]*Math.min(Math.max(m,0),1))+.5)}r[4*f+2]=u;let p=[0,1,2,3].map(w=>t[w*x+f]);r[4*f+3]=Yr(p),p.some(Boolean)||(r[h]=Xr|r[h]&4294901760)}}function Yr(n){let t=0;for(let o=1;o<4;o++)Math.abs(n[o])>Math.abs(n[t])&&(t=o);let e=n[t]<0?-On:On,s=t;for(let o=0;o<4;o++)o!==t&&(s=s<<10|L(L(e*n[o])+1024.5)&1023);return s}function Qr(n,t,e,s){let o=c=>n[c*x+t],r=Array.from({length:9},(c,l)=>o(3+l)),i=Bn(r),a=r.map(c=>Nn(i,c));e[s]=J(o(0))|J(o(1))<<16,e[s+1]=J(o(2))|i<<16|a[0]<<24;for(let c of[1,5])e[s+1+(c+3>>2)]=In(a,c)}function Jr(n,t,e,s,o){let r=f=>n[f*x+t],i=Array.from({length:e-2},(f,h)=>r(2+h)),[a,c]=[0,1].map(f=>Bn(i.filter((h,d)=>d%2===f))),l=i.map((f,h)=>Nn(h%2?c:a,f));s[o]=J(r(0))|J(r(1))<<16;for(let f=0,h=o+1;f<l.length;f+=4,h++)s[h]=In(l,f);return a|c<<8}var In=(n,t)=>n[t]|n[t+1]<<8|n[t+2]<<16|n[t+3]<<24;function Nn(n,t){Et[0]=n+Ln<<20;let e=L(L(127/he[0])*t);return L(Math.min(Math.max(e,-127),127)+512.5)&255}function Bn(n){return he[0]=Math.max(0,...n.map(Math.abs)),Math.min(Math.max((Et[0]+1048575>>20)-Ln,0),255)}var Dn=8192,Zr=1e5,ti=3,ei=2,si=8,pe=class{taken=[];#t=[];#e;#o=null;#s=null;#n=[];#r;#i=null;#a;#c;#l=!1;#f=!1;#h=()=>{};#d=()=>{};#m=new Promise((t,e)=>{this.#h=t,this.#d=e});constructor(t){this.#m.catch(()=>{});let e=0;for(let[s,o]of t.entries()){for(let r=0;r<o;r+=Dn)this.#t.push({level:s,from:r,to:Math.min(r+Dn,o),first:e+r});e+=o}this.#e=new Uint8Array(t.length),this.#a=new Uint8Array(this.#t.length),this.#c=this.#a.slice(),this.#r=e}set room(t){if(this.#i=t,t!==null)for(let[e,s]of this.taken.splice(0))Pn(s,Cn(t,this.#r,e,e+s.shapes.length/4))}spawn(){let{decoderInputs:t}=this.#o,e=this.#r<Zr?1:navigator.hardwareConcurrency;for(let s=1;s<Math.min(e,ti+1);s++)this.#w(t)}#w(t){try{let e=ge();e.postMessage({decoderInputs:t});let s={worker:e,jobs:0};e.onmessage=({data:o})=>{s.jobs--,this.#x(o),this.#E(s)},e.onerror=o=>o.preventDefault(),this.#n.push(s)}catch{}}begin(t){return this.#o=t,this.#s=new ct(t.decoderInputs)}advance(t,e){if(!(e<=this.#e[t])){this.#e[t]=e;for(let s of this.#n)this.#E(s);this.#A().catch(this.#d)}}finish(){return this.#f=!0,this.#k(),this.#m}terminate(){for(let{worker:t}of this.#n)t.terminate()}get#b(){return this.#a.findIndex((t,e)=>t<this.#p(e))}get#g(){let t=this.#b;return t<0?this.#c.findIndex((e,s)=>e<this.#p(s)):t}#p(t){return this.#e[this.#t[t].level]}#y(t,e){let{levels:s}=this.#o,{level:o,from:r,to:i}=this.#t[t];return s[o].rows(r,i,e)}#v(t){let{first:e,from:s,to:o}=this.#t[t];return this.#i?Cn(this.#i,this.#r,e,e+o-s):void 0}#E(t){for(let e;t.jobs<ei&&(e=this.#b)>=0;t.jobs++){let s=this.#a[e]=this.#p(e),o=this.#y(e,"slice"),r=[o.positions,...Object.values(o.columns).flat()].map(({buffer:i})=>i);t.worker.postMessage({rows:o,chunk:e,stage:s},{transfer:r})}}async#A(){if(!this.#l){this.#l=!0;for(let t;(t=this.#g)>=0&&this.#s;){let e=this.#a[t]=this.#p(t),s=de(this.#s,this.#y(t,"subarray"),this.#v(t));this.#x({chunk:t,stage:e,packed:s}),await Je()}this.#l=!1}}#x({chunk:t,stage:e,packed:s}){if(e<=this.#c[t])return;this.#c[t]=e;let o=this.#v(t);o===void 0?this.taken.push([this.#t[t].first,s]):o.shapes.buffer!==s.shapes.buffer&&Pn(s,o),this.#k()}get begun(){return this.#t.every(({level:t},e)=>t>0||this.#c[e]>0)}get levels(){let t=this.#c.findIndex(e=>e<yt);return t<0?this.#e.length:this.#t[t].level}#k(){this.#f&&this.#g<0&&this.#h()}};function Cn(n,t,e,s){let o=r=>{let i=n[r].length/t;return n[r].subarray(i*e,i*s)};return{shapes:o("shapes"),colors:o("colors"),lobes:o("lobes")}}function Pn(n,t){for(let e of Object.keys(t))t[e].set(n[e])}var $n=0;async function Je(){if(performance.now()-$n<si)return;let{port1:n,port2:t}=new MessageChannel;await new Promise(e=>{n.onmessage=()=>{n.close(),e(null)},t.postMessage(null)}),$n=performance.now()}var ni=.28209479177387814,[oi,ri]=[13.8,-69],ii=new Map([["char",1],["int8",1],["uchar",1],["uint8",1],["short",2],["int16",2],["ushort",2],["uint16",2],["int",4],["int32",4],["uint",4],["uint32",4],["float",4],["float32",4],["double",8],["float64",8]]),Gn=["x","y","z","f_dc_0","f_dc_1","f_dc_2","opacity","scale_0","scale_1"];Gn.push("scale_2","rot_0","rot_1","rot_2","rot_3");function ts(n){return n[0]===112&&n[1]===108&&n[2]===121}function qn(n){let{offsets:t,stride:e,rows:s,start:o}=ai(n),r=new DataView(n.buffer,n.byteOffset+o),i=[...t.keys()].filter(w=>w.startsWith("f_rest_")).length,a=i/3+1;if(![1,4,9,16].includes(a))throw new Error(`the .ply file has ${i} numbers f_rest_*: 0, 9, 24 or 45 were expected`);let c=w=>t.get(w),l=["x","y","z","scale_0","scale_1","scale_2","rot_0","rot_1","rot_2","rot_3"];l.push("opacity","f_dc_0","f_dc_1","f_dc_2");for(let w=0;w+1<a;w++)for(let m=0;m<3;m++)l.push(`f_rest_${m*(a-1)+w}`);let f=l.find(w=>!t.has(w));if(f)throw new Error(`the .ply file has ${i} numbers f_rest_*, but not ${f}`);let h=l.map(c),d=es(s,a),u=new Float32Array(h.length);for(let w=0;w<s;w++){for(let b=0;b<u.length;b++)u[b]=r.getFloat32(w*e+h[b],!0);for(let b=3;b<6;b++)u[b]===-1/0&&(u[b]=ri);Math.abs(u[10])===1/0&&(u[10]=Math.sign(u[10])*oi);let m=0;for(let b=0;b<u.length;b++)m+=u[b]*0;m===0&&ss(d,u)}let{count:p}=d;return p===s||(d.shapes=d.shapes.slice(0,12*p),d.colors=d.colors.slice(0,3*a*p),d.lobes=d.lobes.slice(0,2*p)),d}function Ze(n=""){return`'${n.slice(0,40).replace(/[^\x20-\x7e]/g,"\uFFFD")}'`}function es(n,t){return{count:0,packing:null,shapes:new Float32Array(12*n),colors:new Float32Array(3*t*n),shSize:t,lobes:new Float32Array(2*n),lobeSize:1,sorted:!0,weighting:{index:0,exponentMax:4,sigma:1,backgroundWeight:0},background:[0,0,0]}}function ss(n,t){let[e,s,o,r]=[t[6],t[7],t[8],t[9]],i=e*e+s*s+o*o+r*r;if(!(i>0))return;let a=2/i,[c,l,f]=[Math.exp(t[3]),Math.exp(t[4]),Math.exp(t[5])];if(!(c+l+f<1e30&&Math.abs(t[10])<1e30))return;let h=n.count++;n.shapes.set([c*(1-a*(o*o+r*r)),c*a*(s*o+e*r),c*a*(s*r-e*o),t[0],l*a*(s*o-e*r),l*(1-a*(s*s+r*r)),l*a*(o*r+e*s),t[1],f*a*(s*r+e*o),f*a*(o*r-e*s),f*(1-a*(s*s+o*o)),t[2]],12*h),n.lobes[2*h]=t[10]/ni,n.colors.set(t.subarray(11),3*n.shSize*h)}function ai(n){let t=new TextDecoder("latin1").decode(n.subarray(0,65536)),e=/\nend_header\r?\n/.exec(t);if(!ts(n)||e===null)throw new Error("this is not a PLY file, or its header is cut off");let s=t.slice(0,e.index).split(/\r?\n/).map(d=>d.trim().split(/\s+/)),o=s.find(d=>d[0]==="format")?.[1];if(o!=="binary_little_endian")throw new Error(`the .ply file is ${Ze(o)}: only binary_little_endian is read`);let r=s.findIndex(d=>d[0]==="element"),i=s[r]??[],a=/^\d+$/.test(i[2])?Number(i[2]):NaN;if(i[1]!=="vertex"||!Number.isSafeInteger(a)||a<0)throw new Error("the .ply file does not begin with its vertices, as those of 3DGS do");let c=new Map,l=0;for(let d of s.slice(r+1)){if(d[0]==="element")break;if(d[0]!=="property")continue;let u=ii.get(d[1]);if(u===void 0)throw new Error(`the .ply file has a property of type ${Ze(d[1])}`);if(d.length!==3)throw new Error("the .ply file has a property without a name, or with two");if(c.has(d[2]))throw new Error(`the .ply file has the property ${Ze(d[2])} twice`);(d[1]==="float"||d[1]==="float32")&&c.set(d[2],l),l+=u}let f=Gn.filter(d=>!c.has(d));if(f.length)throw new Error(`the .ply file is no Gaussian scene: it lacks ${f.join(", ")} as floats`);let h=e.index+e[0].length;if(h+a*l>n.length)throw new Error(`the .ply file is cut off: ${a} Gaussians were announced`);return{offsets:c,stride:l,rows:a,start:h}}var B="the compressed data is damaged or cut off";var et=class{left;#t;constructor(t){let e=t[t.length-1];if(!e)throw new Error(B);this.#t=t,this.left=8*t.length-1-Math.clz32(e)+24}take(t){return t>24?this.take(t-16)*65536+this.take(16):(this.left-=t,this.#e(this.left,t))}decode(t,{width:e,symbols:s,bits:o}){for(let r=0;r<t.length;r++){let i=this.#e(this.left-e,e);t[r]=s[i],this.left-=o[i]}if(this.left!==0)throw new Error(B)}#e(t,e){let s=this.#t;if(t<0)return t+e>0?this.#e(0,t+e)<<-t:0;let o=t>>3;return(s[o]|s[o+1]<<8|s[o+2]<<16|s[o+3]<<24)>>>(t&7)&(1<<e)-1}};function Hn(n){let t=new Uint8Array(1);return{accuracy:0,symbols:Uint8Array.of(n),bits:t,bases:new Uint16Array(1)}}function kt(n,t){let e=1<<n,s={accuracy:n,symbols:new Uint8Array(e),bits:new Uint8Array(e),bases:new Uint16Array(e)},o=e;for(let[c,l]of t.entries())l===-1&&(s.symbols[--o]=c);let r=(e>>1)+(e>>3)+3,i=0;for(let[c,l]of t.entries())for(let f=0;f<l;f++){s.symbols[i]=c;do i=i+r&e-1;while(i>=o)}if(i!==0)throw new Error(B);let a=t.map(c=>Math.abs(c));for(let c=0;c<e;c++){let l=a[s.symbols[c]]++,f=n-(31-Math.clz32(l));s.bits[c]=f,s.bases[c]=(l<<f)-e}return s}function ns(n,t,e,s){let o=8*t,r=l=>{let f=o>>3,d=(n[f]|n[f+1]<<8|n[f+2]<<16)>>(o&7)&(1<<l)-1;return o+=l,d},i=5+r(4);if(i>e)throw new Error(B);let a=[];for(let l=1<<i;l>0;){let f=32-Math.clz32(l+1),h=(1<<f)-2-l,d=r(f-1);d>=h&&r(1)&&(d+=(1<<f-1)-h);let u=d-1;l-=Math.abs(u),a.push(u);for(let p=u===0?3:0;p===3;){p=r(2);for(let w=0;w<p;w++)a.push(0)}if(l<0||a.length>s)throw new Error(B)}let c=o+7>>3;if(c>n.length)throw new Error(B);return{table:kt(i,a),end:c}}function Wn(n,t){let e=n[t++];if(!(e<128)){let l=e-127,f=t+(l+1>>1);if(!(f<=n.length))throw new Error(B);let h=d=>n[t+(d>>1)]>>(d%2?0:4)&15;return{weights:Array.from({length:l},(d,u)=>h(u)),end:f}}let s=t+e;if(s>n.length)throw new Error(B);let{table:o,end:r}=ns(n.subarray(0,s),t,6,13),i=new et(n.subarray(r,s)),a=[],c=[i.take(o.accuracy),i.take(o.accuracy)];for(let l=0;a.length<255;l^=1){let f=c[l];if(a.push(o.symbols[f]),c[l]=o.bases[f]+i.take(o.bits[f]),i.left<0)return a.push(o.symbols[c[l^1]]),{weights:a,end:s}}throw new Error(B)}function Xn(n){let t=c=>c>0?1<<c-1:0,e=0;for(let c of n)e+=t(c);let s=32-Math.clz32(e),o=(1<<s)-e;if(e===0||s>11||o&o-1)throw new Error(B);let r=[...n,32-Math.clz32(o)];if(r.length>256)throw new Error(B);let i={width:s,symbols:new Uint8Array(1<<s),bits:new Uint8Array(1<<s)},a=0;for(let c=1;c<=s;c++)for(let[l,f]of r.entries()){if(f!==c)continue;let h=a+t(c);i.symbols.fill(l,a,h),i.bits.fill(s+1-c,a,h),a=h}return i}var ci=4247762216,li=25481893,At=1<<17,M="the compressed data is damaged or cut off";function Kn(n,t){let e=[];for(let s of t)e.push(n),n+=2**s;return{bits:t,bases:e}}var jn=Kn(0,[...Array(16).fill(0),1,1,1,1,2,2,3,3,4,6,7,8,9,10,11,12,13,14,15,16]),Vn=Kn(3,[...Array(32).fill(0),1,1,1,1,2,2,3,3,4,4,5,7,8,9,10,11,12,13,14,15,16]),fi=[{accuracy:9,symbols:36,usual:kt(6,[4,3,2,2,2,2,2,2,2,2,2,2,2,1,1,1,2,2,2,2,2,2,2,2,2,3,2,1,1,1,1,1,-1,-1,-1,-1])},{accuracy:8,symbols:32,usual:kt(5,[1,1,1,1,1,1,2,2,2,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,-1,-1,-1,-1,-1])},{accuracy:9,symbols:53,usual:kt(6,[1,4,3,2,2,2,2,2,2,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,-1,-1,-1,-1,-1,-1,-1])}],os=class{length=0;bytes;#t;constructor(t){this.#t=t,this.bytes=new Uint8Array(Math.min(t,At))}reserve(t){let e=this.length+t;if(e>this.#t)throw new Error("the compressed data is more than was announced");if(e<=this.bytes.length)return;let s=new Uint8Array(Math.min(this.#t,Math.max(e,2*this.bytes.length)));s.set(this.bytes.subarray(0,this.length)),this.bytes=s}append(t){this.reserve(t.length),this.bytes.set(t,this.length),this.length+=t.length}fill(t,e){this.reserve(e),this.bytes.fill(t,this.length,this.length+e),this.length+=e}repeat(t,e){if(!(t>0&&t<=this.length))throw new Error(M);this.reserve(e);let{bytes:s}=this,o=this.length+e;if(t>=e)s.copyWithin(this.length,this.length-t,o-t);else for(let r=this.length;r<o;r++)s[r]=s[r-t];this.length=o}};function Yn(n,t){let e=new os(t),s=new DataView(n.buffer,n.byteOffset,n.byteLength),o=0;for(;o<n.length;){if(o+8>n.length)throw new Error(M);let r=s.getUint32(o,!0);if(r>>>4===li)o+=8+s.getUint32(o+4,!0);else if(r===ci)o=hi(n,o+4,e);else throw new Error(M)}if(o!==n.length||e.length!==t)throw new Error(M);return e.bytes}function hi(n,t,e){let s=n[t++],o=(s&32)!==0;if(o||(t+=1),n.subarray(t,t+=[0,1,2,4][s&3]).some(a=>a))throw new Error("the compressed data needs a dictionary, which is not at hand");t+=[o?1:0,2,4,8][s>>6];let i={huffman:null,tables:[null,null,null],recent:[1,4,8]};for(let a=!1;!a;){if(t+3>n.length)throw new Error(M);let c=n[t]|n[t+1]<<8|n[t+2]<<16;t+=3,a=(c&1)===1;let l=c>>1&3,f=c>>3,h=l===1?1:f;if(l===3||f>At||t+h>n.length)throw new Error(M);l===0?e.append(n.subarray(t,t+f)):l===1?e.fill(n[t],f):di(n.subarray(t,t+f),i,e),t+=h}return t+(s&4?4:0)}function di(n,t,e){let{literals:s,end:o}=wi(n,t),r=o,i=n[r++];if(i===void 0)throw new Error(M);if(i===255?(i=n[r]+(n[r+1]<<8)+32512,r+=2):i>127&&(i=(i-128<<8)+n[r++]),i===0){e.append(s);return}let a=n[r++];if(!(i>0)||a===void 0||a&3)throw new Error(M);for(let[c,{accuracy:l,symbols:f,usual:h}]of fi.entries()){let d=a>>6-2*c&3;if(d===0)t.tables[c]=h;else if(d===1){if(!(n[r]<f))throw new Error(M);t.tables[c]=Hn(n[r++])}else if(d===2){let{table:u,end:p}=ns(n,r,l,f);t.tables[c]=u,r=p}}ui(new et(n.subarray(r)),i,s,t,e)}function ui(n,t,e,{tables:s,recent:o},r){let[i,a,c]=s;if(!i||!a||!c)throw new Error(M);let l=n.take(i.accuracy),f=n.take(a.accuracy),h=n.take(c.accuracy),d=0,u=r.length+At;for(let p=t;p>0;p--){let w=a.symbols[f],m=c.symbols[h],b=i.symbols[l],v=2**w+n.take(w),k=Vn.bases[m]+n.take(Vn.bits[m]),E=jn.bases[b]+n.take(jn.bits[b]);if(p>1&&(l=i.bases[l]+n.take(i.bits[l]),h=c.bases[h]+n.take(c.bits[h]),f=a.bases[f]+n.take(a.bits[f])),n.left<0||d+E>e.length)throw new Error(M);if(r.append(e.subarray(d,d+E)),d+=E,r.repeat(pi(v,E,o),k),r.length>u)throw new Error(M)}if(n.left!==0)throw new Error(M);r.append(e.subarray(d))}function pi(n,t,e){if(n>3)return e.unshift(n-3),e.pop(),e[0];let s=t===0?n:n-1,o=s<3?e[s]:e[0]-1;return s>0&&(e.splice(Math.min(s,2),1),e.unshift(o)),o}function wi(n,t){let e=n[0]|n[1]<<8|n[2]<<16,s=n[0]&3,o=n[0]>>2&3;if(s<2){let d=[1,2,1,3][o],u=d===1?n[0]>>3:(e&(d===2?65535:16777215))>>4,p=d+(s===0?u:1);if(u>At||!(p<=n.length))throw new Error(M);return s===0?{literals:n.subarray(d,p),end:p}:{literals:new Uint8Array(u).fill(n[d]),end:p}}let r=[3,3,4,5][o],i=[10,10,14,18][o],a=(e>>>0)+(n[3]??0)*2**24+(n[4]??0)*2**32,c=Math.floor(a/16)%2**i,l=Math.floor(a/2**(4+i))%2**i,f=r+l;if(c>At||!(f<=n.length))throw new Error(M);let h=r;if(s===2){let{weights:d,end:u}=Wn(n.subarray(0,f),h);t.huffman=Xn(d),h=u}if(t.huffman===null)throw new Error(M);return{literals:mi(n.subarray(h,f),c,o!==0,t.huffman),end:f}}function mi(n,t,e,s){let o=new Uint8Array(t);if(!e)return new et(n).decode(o,s),o;if(n.length<6)throw new Error(M);let r=t+3>>2;for(let i=0,a=6;i<4;i++){let c=i<3?n[2*i]|n[2*i+1]<<8:n.length-a;if(a+c>n.length)throw new Error(M);let l=i<3?(i+1)*r:t;if(l>t)throw new Error(M);new et(n.subarray(a,a+c)).decode(o.subarray(i*r,l),s),a+=c}return o}var bi=1347635022,gi=1e7,we=16,Jn=32,Zn=[0,3,8,15,24],yi=15,vi=.15,xi=[-1,-1,1,-1,1,1,-1,1,-1,1,-1,-1,1,-1,1],st="the .spz file is damaged or cut off";function to(n){return n[0]===78&&n[1]===71&&n[2]===83&&n[3]===80||n[0]===31&&n[1]===139}async function eo(n){if(n[0]!==31){let r=so(n,n.length);return Qn(r,ki(r,n))}let{header:t,content:e}=await Ei(n),s=[],o=we;for(let r of rs(t))s.push(e.subarray(o,o+=r));return Qn(t,s)}function so(n,t){let e=new DataView(n.buffer,n.byteOffset,n.byteLength);if(n.length<we||e.getUint32(0,!0)!==bi)throw new Error("this is not a .spz file");let s=e.getUint32(4,!0),o=s<4;if(s<1||s>4)throw new Error(`the .spz file has version ${s}: 1 to 4 are read`);if(!o&&n.length<Jn)throw new Error(st);let r=e.getUint32(8,!0),[i,a,c,l]=n.subarray(12,16);if(r>gi)throw new Error(`the .spz file announces ${r} Gaussians, too many to be drawn`);if(r>t)throw new Error(`the .spz file announces ${r} Gaussians in ${t} bytes: it is cut off`);if(i>4||a>24)throw new Error(st);let f=(c&2)!==0;return{version:s,count:r,degree:i,fraction:a,extended:f,streams:l,table:o?0:e.getUint32(16,!0)}}function rs({version:n,count:t,degree:e}){return[n===1?6:9,1,3,3,n<3?3:4,3*Zn[e]].map(s=>s*t)}async function Ei(n){let e=new Response(n).body.pipeThrough(new DecompressionStream("gzip")).getReader(),s=[],o=0,r=null,i=1/0,a=async()=>new Uint8Array(await new Blob(s).arrayBuffer());for(;o<=i;){let{value:c,done:l}=await e.read().catch(()=>{throw new Error(st)});if(l)break;if(s.push(c),o+=c.length,r===null&&o>=we){if(r=so(await a(),n.length),r.version>3)throw new Error("this is not a .spz file");i=rs(r).reduce((f,h)=>f+h,we)}}if(r===null)throw new Error("this is not a .spz file");if(o>i&&(await e.cancel().catch(()=>{}),!r.extended))throw new Error("the .spz file holds more than it announces");if(o<i)throw new Error(`the .spz file is cut off: ${r.count} Gaussians were announced`);return{header:r,content:await a()}}function ki(n,t){let{streams:e,table:s,version:o}=n,r=rs(n),i=s+16*e,a=r.filter(h=>h>0).length;if(o!==4||s<Jn||i>t.length||e!==a)throw new Error(st);let c=new DataView(t.buffer,t.byteOffset,t.byteLength),[l,f]=[s,i];return r.map(h=>{if(h===0)return new Uint8Array(0);let d=Number(c.getBigUint64(l,!0)),u=Number(c.getBigUint64(l+8,!0));if(l+=16,f+d>t.length||u!==h)throw new Error(st);let p=t.subarray(f,f+=d);try{return Yn(p,h)}catch(w){throw new Error(`${st}: ${w instanceof Error?w.message:w}`)}})}function Qn({version:n,count:t,degree:e,fraction:s},o){let[r,i,a,c,l,f]=o,h=Zn[e],d=Math.min(h,yi),u=d+1,p=es(t,u),w=new Float32Array(11+3*u),m=n===1?_i(r):Ai(r,2**-s),b=n<3?Si:Mi;for(let v=0;v<t;v++){w[0]=m(3*v),w[1]=-m(3*v+1),w[2]=-m(3*v+2);for(let E=0;E<3;E++)w[3+E]=c[3*v+E]/16-10;b(l,v,w);let k=Math.min(Math.max(i[v]/255,1e-6),1-1e-6);w[10]=Math.log(k/(1-k));for(let E=0;E<3;E++)w[11+E]=(a[3*v+E]/255-.5)/vi;for(let E=0;E<d;E++)for(let A=0;A<3;A++)w[14+3*E+A]=xi[E]*(f[3*(h*v+E)+A]-128)/128;ss(p,w)}return p}function Ai(n,t){return e=>{let s=3*e;return t*((n[s]<<8|n[s+1]<<16|n[s+2]<<24)>>8)}}function _i(n){return t=>{let e=F(n[2*t]|n[2*t+1]<<8);if(!Number.isFinite(e))throw new Error(st);return e}}function Si(n,t,e){let[s,o,r]=[0,1,2].map(a=>n[3*t+a]/127.5-1),i=Math.sqrt(Math.max(0,1-s*s-o*o-r*r));e.set([i,s,-o,-r],6)}function Mi(n,t,e){let s=4*t,o=n[s]|n[s+1]<<8|n[s+2]<<16|n[s+3]<<24,r=o>>>30,i=[0,0,0,0],a=1;for(let c=0,l=20;c<4;c++){if(c===r)continue;let f=(o>>l&511)/511*Math.SQRT1_2;i[c]=o>>l+9&1?-f:f,a-=f*f,l-=10}i[r]=Math.sqrt(Math.max(0,a)),e.set([i[3],i[0],-i[1],-i[2]],6)}var Ti=8192,Ri=.2,Oi=2**20,no=1500,Li=8,ao=["shapes","colors","lobes"],zi="this scene asks a network for every Gaussian in every grid, which no viewer does: train it with --set student.view_dependence.kind=fitted student.view_dependence.decoder_from=0.35",lt=new Float32Array(0),$=(n,t=[])=>self.postMessage(n,{transfer:t}),co=({shapes:n,colors:t,lobes:e})=>[n.buffer,t.buffer,e.buffer];async function Fi(n){if("file"in n)return{source:n.file.stream(),total:n.file.size};let t;try{t=await fetch(n.url)}catch{throw new Error(`${n.url} cannot be reached: is the address right, the network there, and may this site load it (CORS)?`)}if(!t.ok||t.body===null)throw new Error(`${n.url} could not be loaded: the server says ${t.status}`);let e=t.headers.has("Content-Encoding")?NaN:Number(t.headers.get("Content-Length"));return{source:t.body,total:e||NaN}}var is=class{#t;#e;#o;#s;#n=0;#r=null;#i=!1;constructor(t,e,s,o){this.#t=t,this.#e=e,this.#o=s,this.#s=o;let{grid:r,views:i,near:a}=t,c=Array.from(t.background),{color:l,side:f}=o.neutral,h=Ee(_s(e[0].positions,Ti),r),d=f*Math.sqrt(3*t.count/h.length),u={means:h,color:l,side:d,background:c};$({kind:"dots",dots:u,views:i,near:a},[u.means.buffer])}send(t){if(!this.#o.begun||!this.makeRoom(t))return;let e=this.#o.levels,s=this.#n;this.#n=Math.max(e,1);let o=this.#o.taken.splice(0),r=this.#r;if(r){this.#r=this.#o.room=null;let{views:i,near:a}=this.#t;$({kind:"scene",data:r,places:this.#a(),views:i,near:a},co(r));return}for(let[i,a]of o)for(let c of ao){let l=a[c];$({kind:"rows",part:c,from:i,numbers:l},[l.buffer])}s!==this.#n&&$({kind:"more",places:this.#a()})}makeRoom(t){let{count:e}=this.#t;return!this.#i&&Li*t>=e&&(this.#r=this.#o.room=zn(this.#t,e,this.#s.scaleRange),this.#i=!0),this.#i}#a(){let t=this.#e.slice(0,this.#n),e=new Uint16Array(t.reduce((r,{count:i})=>r+3*i,0)),s=0;for(let{positions:r,count:i}of t)e.set(r,s),s+=3*i;let o={stored:e,grid:this.#t.grid};return this.#t.sorted&&(lt=Ut(o)),o}};async function Ui(n){let t=null,e=null,[s,o]=[0,0],r=[],i=async({header:a,decoder:c,received:l,total:f},h)=>{if($({kind:"progress",received:l,total:f}),a===null||c===null)return;if(a.network)throw new Error(zi);o=l,t??=new pe(a.lodSizes);let d=r=c.levels,u=h*(f/l-1)>no;d[0].positions&&!e&&(e=new is(a,d,t,t.begin(c)),t.spawn(),s=setInterval(()=>e?.send(o),no)),e?.makeRoom(l);for(let[p,{stage:w}]of d.entries())e&&(w===qe||u&&p===0&&w>=yt)&&t.advance(p,w);await Je()};try{await Sn(n,i)}finally{for(let[a,{stage:c,positions:l}]of r.entries())e&&l&&c>=yt&&t?.advance(a,c);await t?.finish().finally(()=>{clearInterval(s),t?.terminate()}),e?.send(o)}return o}async function oo(n,t,e){let[s,o]=[new Uint8Array(t||Oi),0],r=n.getReader();for(let a;!(a=await r.read()).done;){let c=o+a.value.length;if(c>s.length){let l=s;s=new Uint8Array(Math.max(c,2*s.length)),s.set(l)}s.set(a.value,o),o=c,$({kind:"progress",received:o,total:t})}let i=await e(s.subarray(0,o));if(!i.count)throw new Error("there is no Gaussian in this file that can be drawn");lt=new Float32Array(3*i.count);for(let a=0;a<lt.length;a++)lt[a]=i.shapes[4*a+3];return $({kind:"scene",data:i,places:lt,views:[],near:Ri},co(i)),o}async function Ii(n){let t=n.getReader(),e=()=>t.read().catch(()=>{throw new Error("the file broke off before its end: load it again")}),s=await e(),o=s?.value??new Uint8Array(0),r=new ReadableStream({async pull(i){let{value:a,done:c}=s??await e();s=null,c?i.close():i.enqueue(a)},cancel:()=>t.cancel()});return{first:o,whole:r}}async function ro(n){let t=performance.now();try{let{source:e,total:s}=await Fi(n),{first:o,whole:r}=await Ii(e),i;ts(o)?i=await oo(r,s,qn):to(o)?i=await oo(r,s,eo):i=await Ui(r),$({kind:"done",milliseconds:performance.now()-t,bytes:i})}catch(e){let{message:s}=e,o=e instanceof RangeError?`the scene is too large for this device: ${s}`:s;$({kind:"failed",sentence:o})}}var io;function lo(){self.onmessage=async({data:n})=>{if("decoderInputs"in n){io=new ct(n.decoderInputs);return}if("rows"in n){let{rows:t,chunk:e,stage:s}=n,o=de(io,t),r=ao.map(i=>o[i].buffer);self.postMessage({chunk:e,stage:s,packed:o},{transfer:r});return}if("forward"in n){let t=Rt(lt,n.forward);$({kind:"order",order:t},[t.buffer]);return}await ro(n)},self.name&&ro({url:self.name})}globalThis.document||lo();
+})();

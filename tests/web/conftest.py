@@ -1,0 +1,6 @@
+"""Fixtures of the tests that open the viewer's page."""
+
+from tests.support.page_renderers import painters
+from tests.support.viewer_page import served
+
+__all__ = ["painters", "served"]

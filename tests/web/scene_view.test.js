@@ -1,0 +1,173 @@
+import assert from "node:assert/strict";
+import test, { beforeEach } from "node:test";
+
+import { SceneView } from "../../viewer/src/viewer/scene_view.js";
+
+const TOLD = ["progress", "arrived", "ordered", "loaded", "failed", "broken"];
+const COMPLETE = "complete";
+
+/** A thread that says what a test has it say. */
+class Thread {
+  static all = [];
+  ended = false;
+
+  constructor() {
+    Thread.all.push(this);
+  }
+
+  postMessage(request) {
+    this.request = request;
+  }
+
+  terminate() {
+    this.ended = true;
+  }
+
+  async says(message) {
+    this.onmessage({ data: message });
+    await new Promise((resolve) => setTimeout(resolve, 1));
+  }
+}
+
+/** Something that looks like WebGL2 and draws nothing; `events` are what its canvas listens to. */
+function contextOf(events) {
+  const canvas = {
+    width: 1,
+    height: 1,
+    addEventListener: (name, listener) => (events[name] = listener),
+    removeEventListener() {},
+  };
+  const known = {
+    canvas,
+    getParameter: () => 8192,
+    checkFramebufferStatus: () => COMPLETE,
+    FRAMEBUFFER_COMPLETE: COMPLETE,
+    isContextLost: () => false,
+    getExtension: (name) => (/provoking|debug/.test(name) ? null : {}),
+    getProgramParameter: () => true,
+  };
+  const get = (_, name) => known[name] ?? (/^[A-Z0-9_]+$/.test(name) ? name : () => ({}));
+  return new Proxy({}, { get });
+}
+
+const dots = (count) => ({
+  kind: "dots",
+  dots: { means: new Float32Array(3 * count), color: [0, 0, 0], side: 1, background: [0, 0, 0] },
+  views: [],
+  near: 0.2,
+});
+const scene = (count) => ({
+  kind: "scene",
+  data: {
+    count,
+    packing: { center: [0, 0, 0], unit: 1, leastScaleBits: 0, scaleBitsSpan: 0 },
+    shapes: new Uint32Array(4 * count),
+    colors: new Uint32Array(4 * count),
+    lobes: new Uint32Array(count),
+    shSize: 4,
+    lobeSize: 1,
+    sorted: false,
+    weighting: { index: 0, exponentMax: 4, sigma: 1, backgroundWeight: 0, alphaMin: 1 / 64 },
+    background: [0, 0, 0],
+  },
+  means: new Float32Array(3 * count),
+  views: [],
+  near: 0.2,
+});
+const done = (bytes) => ({ kind: "done", milliseconds: 1, bytes });
+const progress = (received) => ({ kind: "progress", received, total: 10 });
+const failed = { kind: "failed", sentence: "this is no scene" };
+
+/** A view that can draw, and what it tells. */
+async function begun() {
+  const [events, log] = [{}, []];
+  const listener = Object.fromEntries(TOLD.map((name) => [name, (...words) => log.push([name, ...words].join(" "))]));
+  const canvas = { width: 1, height: 1, getContext: (name) => (name === "webgl2" ? contextOf(events) : null) };
+  const view = new SceneView(canvas, { ...listener, changed() {} }, { floats: false, strips: false }, false);
+  assert.ok(await view.begin("webgl"));
+  const asked = (url) => {
+    view.load({ url });
+    return Thread.all.at(-1);
+  };
+  return { view, log, events, asked };
+}
+
+beforeEach(() => {
+  Thread.all = [];
+  globalThis.Worker = Thread;
+  globalThis.window = globalThis;
+  globalThis.fetch = async () => ({ ok: true, text: async () => "" });
+});
+
+for (const [when, parts] of [
+  ["shows dots", [dots(3)]],
+  ["shows some of it", [dots(3), scene(7)]],
+]) {
+  test(`a scene that is asked for while the one before ${when} takes its place`, async () => {
+    const { view, log, asked } = await begun();
+    const first = asked("first");
+    for (const part of parts) await first.says(part);
+    assert.deepEqual(log.splice(0), ["arrived"]);
+    const second = asked("second");
+    await first.says(scene(7)); // it is still the one to be seen
+    assert.equal(view.count, 7);
+    await second.says(progress(5));
+    await first.says(progress(9));
+    await first.says(done(100));
+    await first.says(failed);
+    assert.deepEqual(log.splice(0), ["progress 0.5"]);
+    await second.says(dots(2));
+    await first.says(scene(7));
+    await second.says(scene(5));
+    await second.says(done(200));
+    assert.deepEqual(log, ["arrived", "loaded 1 200"]);
+    assert.equal(view.count, 5);
+    assert.deepEqual(view.request, { url: "second" });
+    assert.ok(first.ended && second.ended);
+  });
+}
+
+test("a scene that fails leaves the one before, which comes back with its context", async () => {
+  const { view, log, events, asked } = await begun();
+  const first = asked("first");
+  for (const part of [scene(7), done(100)]) await first.says(part);
+  const second = asked("second");
+  await second.says(failed);
+  assert.deepEqual(log.splice(0), ["arrived", "loaded 1 100", "failed this is no scene true"]);
+  assert.ok(second.ended && !view.broken);
+  assert.equal(view.count, 7);
+
+  events.webglcontextlost({ preventDefault() {} });
+  assert.ok(view.broken);
+  events.webglcontextrestored();
+  const again = Thread.all.at(-1);
+  assert.deepEqual(again.request, { url: "first" });
+  for (const part of [scene(7), done(100)]) await again.says(part);
+  assert.ok(!view.broken);
+  // it had arrived before
+  assert.deepEqual(log.map((line) => line.split(" ")[0]), ["broken", "loaded"]);
+});
+
+test("what a file that fails is listener of stays, whatever comes of the one before", async () => {
+  const { view, log, asked } = await begun();
+  const first = asked("first");
+  await first.says(scene(7));
+  const second = asked("second");
+  await second.says(failed);
+  for (const more of [progress(9), done(100)]) await first.says(more);
+  assert.deepEqual(log, ["arrived", "failed this is no scene true"]);
+  assert.equal(view.count, 7);
+});
+
+test("a scene that was on its way when the context was lost arrives as a new one", async () => {
+  const { view, log, events, asked } = await begun();
+  await asked("first").says(scene(7));
+  asked("second");
+  events.webglcontextlost({ preventDefault() {} });
+  events.webglcontextrestored();
+  const again = Thread.all.at(-1);
+  assert.deepEqual(again.request, { url: "second" });
+  await again.says(scene(5));
+  assert.deepEqual(log.map((line) => line.split(" ")[0]), ["arrived", "broken", "arrived"]);
+  assert.equal(view.count, 5);
+});

@@ -1,0 +1,135 @@
+"""What a page begins before the viewer's own script is there: `early.js`."""
+
+import re
+from typing import Any
+
+from tests.support.browser import Chromium
+from tests.support.viewer_page import COUNT_WORKERS, MGS, SETTLED, visit
+
+LOADED = "document.querySelector('mobile-gs').dataset.state === 'loaded'"
+
+
+def test_a_scene_is_read_once_by_a_thread_that_was_there_before(
+    chromium: Chromium, served: Any
+) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(COUNT_WORKERS)
+    asked: list[str] = []
+    tab.page.on("request", lambda request: asked.append(request.url))
+    server = served("scene.mgs", MGS)
+    assert visit(tab, server, "renderer=webgpu") == "loaded"
+    scene = f"http://127.0.0.1:{server.server_port}/scene"
+    assert tab.page.evaluate("begun") == [scene]
+    assert asked.count(scene) == 1
+    assert tab.page.evaluate("adapters") == 1
+    # a scene that is opened later has a thread of its own
+    tab.page.evaluate("document.querySelector('mobile-gs').open('/scene?again')")
+    tab.page.wait_for_function("begun.length === 2")
+    tab.page.wait_for_function(SETTLED)
+    assert tab.page.evaluate("begun") == [scene, ""]
+    tab.close()
+
+
+def test_what_a_thread_says_before_anybody_listens_is_kept(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    server = served("scene.mgs", MGS)
+    # the viewer's script comes late for the page, and in time for the thread
+    held: list[Any] = []
+
+    def hold(route: Any) -> None:
+        if route.request.resource_type == "script" and not held:
+            held.append(route)
+        else:
+            route.continue_()
+
+    tab.page.route("**/viewer.js*", hold)
+    tab.page.goto(server.address("127.0.0.1"), wait_until="commit")
+    tab.page.wait_for_function(
+        "window.preloadedWorker?.messages.some(({ data }) => data.kind === 'done')", timeout=20_000
+    )
+    held[0].continue_()
+    tab.page.wait_for_function(LOADED, timeout=60_000)
+    assert tab.page.evaluate("document.querySelector('mobile-gs').viewer.count") == 800
+    tab.close()
+
+
+def test_a_thread_that_reads_another_scene_than_the_page_is_ended(
+    chromium: Chromium, served: Any
+) -> None:
+    tab = chromium.tab()
+    server = served("scene.mgs", MGS)
+    tab.page.add_init_script(
+        "const { terminate } = Worker.prototype; window.ended = [];"
+        "let kept;"
+        "Object.defineProperty(window, 'preloadedWorker', { configurable: true,"
+        "  get: () => kept, set: (given) => { kept = given; window.first = given?.worker; } });"
+        "Worker.prototype.terminate = function () { ended.push(this); terminate.call(this); };"
+    )
+    change = "<script>history.replaceState(null, '', '?url=/scene%3Fother');</script>"
+
+    def changed(route: Any) -> None:
+        answer = route.fetch()
+        text = answer.text().replace('<script type="module"', f'{change}<script type="module"')
+        route.fulfill(response=answer, body=text)
+
+    tab.page.route(re.compile(r"/\?url="), changed)
+    tab.page.goto(server.address("127.0.0.1"))
+    tab.page.wait_for_function(LOADED, timeout=60_000)
+    assert tab.page.evaluate("[ended[0] === first, ended.length]") == [True, 2]
+    source = tab.page.evaluate("document.querySelector('mobile-gs').getAttribute('src')")
+    assert source == "/scene?other"
+    tab.close()
+
+
+def test_a_browser_without_such_threads_says_so(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        "window.Worker = class { constructor() { throw new Error('none'); } };"
+    )
+    visit(tab, served("scene.mgs", MGS))
+    alert = tab.page.get_by_role("alert")
+    alert.filter(has_text="the scene cannot be opened: none").wait_for(timeout=20_000)
+    tab.close()
+
+
+def test_where_a_page_may_not_begin_a_thread_the_viewer_does(
+    chromium: Chromium, served: Any
+) -> None:
+    tab = chromium.tab()
+
+    def strict(route: Any) -> None:
+        answer = route.fetch()
+        policy = {"Content-Security-Policy": "worker-src blob:"}
+        route.fulfill(response=answer, headers={**answer.headers, **policy})
+
+    tab.page.route(re.compile(r"/\?url="), strict)
+    assert visit(tab, served("scene.mgs", MGS)) == "loaded"
+    assert tab.page.evaluate("globalThis.preloadedWorker") is None
+    assert tab.complaints and all("Content Security Policy" in text for text in tab.complaints)
+    tab.complaints.clear()
+    tab.close()
+
+
+def test_a_thread_that_fails_late_is_replaced(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab()
+    tab.page.add_init_script(
+        """{
+          const Own = Worker;
+          window.Worker = class extends Own {
+            constructor(address, options) {
+              super(options?.name ? "/missing.js" : address, options);
+            }
+          };
+        }"""
+    )
+    held: list[Any] = []
+    tab.page.route("**/missing.js", lambda route: held.append(route))
+    server = served("scene.mgs", MGS)
+    tab.page.goto(server.address("127.0.0.1"), wait_until="commit")
+    tab.page.wait_for_function(
+        "document.querySelector('mobile-gs').viewer && !globalThis.preloadedWorker", timeout=20_000
+    )
+    held[0].fulfill(status=404)
+    tab.page.wait_for_function(LOADED, timeout=60_000)
+    tab.complaints.clear()  # the browser itself notes the 404
+    tab.close()

@@ -1,0 +1,82 @@
+// Draws each Gaussian as the quad around the ellipse where alpha is at least alpha_min. Sort-free, both
+// targets share one blend state: colours add up, alpha multiplies by one minus itself.
+override SORTED = false;
+override STRIPS = false;  // an instance a quad; or a batch of quads: which is faster depends
+
+@group(0) @binding(4) var<storage, read> looks: array<StoredLook>;
+@group(0) @binding(5) var<storage, read> order: array<u32>;  // sorted: Gaussians, far ones first; or batches
+
+struct Corner {
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat) axes: vec4f,  // offsets in pixels to standard deviations
+  @location(1) @interpolate(flat) color: vec4f,  // w: weight
+  @location(2) @interpolate(flat) center: vec3f,  // z: opacity
+}
+
+@vertex
+fn corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
+  var out: Corner;
+  out.position = vec4f(2.0, 2.0, 2.0, 1.0);  // nowhere
+  let place = select(instance * BATCH + vertex / 4u, instance, STRIPS);
+  var i = place;
+  if (SORTED) {
+    if (place >= view.count) { return out; }
+    i = order[place];
+  } else {
+    i = order[place / BATCH] * BATCH + place % BATCH;
+    if (i >= view.count) { return out; }
+  }
+  let look = stored(looks[i]);
+  if (!(look.opacity > 0.0)) { return out; }
+  let ellipse = ellipse_of(shape_of(i));
+
+  // eigenvalues, the smaller one from the determinant; the sum that is the larger one does not cancel
+  let skew = 0.5 * (ellipse.variance.x - ellipse.variance.y);
+  let cov = ellipse.covariance;
+  let root = sqrt(skew * skew + cov * cov);
+  let large = 0.5 * (ellipse.variance.x + ellipse.variance.y) + root;
+  var way = vec2f(1.0, 0.0);
+  if (root > 0.0) {
+    way = normalize(select(vec2f(cov, root - skew), vec2f(root + skew, cov), skew > 0.0));
+  }
+  let lengths = vec2f(large, ellipse.determinant / large);
+  let sizes = sqrt(lengths);
+  let across = vec2f(-way.y, way.x);
+  out.axes = vec4f(way, across) / sizes.xxyy;
+  out.color = vec4f(look.color, look.weight);
+  out.center = vec3f(ellipse.center, look.opacity);
+  // a hair wider: rasterisers snap corners to fractions of a pixel
+  let side = (reach_of(look.opacity) * sizes + 0.02) *
+      (vec2f(vec2u(vertex & 1u, (vertex >> 1u) & 1u)) * 2.0 - 1.0);
+  let at = ellipse.center + side.x * way + side.y * across;
+  out.position = vec4f(at / view.size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
+  return out;
+}
+
+// From the fragment's own position: interpolated coordinates carry the rasteriser's snapping.
+// Alpha of a Gaussian at a pixel: min(0.99, o exp(-q / 2)), 0 below alpha_min (3DGS, Eq. 4). Same formula:
+// pair_alphas in mobilegs/render/project.py, pair_alpha in csrc/pairs.h (CPU and CUDA), splat.glsl.
+fn alpha_at(corner: Corner) -> f32 {
+  let d = corner.position.xy - corner.center.xy;
+  let q = vec2f(dot(corner.axes.xy, d), dot(corner.axes.zw, d));
+  let alpha = corner.center.z * exp(-0.5 * dot(q, q));
+  return select(0.0, min(alpha, ALPHA_MAX), alpha >= view.alpha_min);
+}
+
+struct Sums {
+  @location(0) color: vec4f,   // sum of c a w; a becomes the product of 1 - a
+  @location(1) weight: vec4f,  // sum of a w
+}
+
+@fragment
+fn add_weighted(corner: Corner) -> Sums {
+  let alpha = alpha_at(corner);
+  let weighted = alpha * corner.color.w;
+  return Sums(vec4f(corner.color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
+}
+
+@fragment
+fn cover(corner: Corner) -> @location(0) vec4f {
+  let alpha = alpha_at(corner);
+  return vec4f(corner.color.rgb * alpha, alpha);
+}

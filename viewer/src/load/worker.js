@@ -1,0 +1,315 @@
+/** The worker that loads a scene, sends it to the page while it arrives, and sorts it if needed. */
+
+import { COLORED, COMPLETE } from "../mgs/stream_decoder.js";
+import { worldMeans, subsampled, toWorld } from "../mgs/positions.js";
+import { readScene } from "../mgs/reader.js";
+import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
+import { emptyScene, packRows } from "../render/pack.js";
+import { WorkerPool, yieldToMessages } from "./worker_pool.js";
+import { backToFront } from "./depth_sort.js";
+import { isPly, readPly } from "./ply.js";
+import { isSpz, readSpz } from "./spz.js";
+
+/** @typedef {import("../mgs/stream_decoder.js").QuantizedLevel} QuantizedLevel */
+/** @typedef {import("../mgs/header.js").Header} Header */
+/** @typedef {import("../mgs/header.js").View} View */
+/** @typedef {import("../render/dots.js").Dots} Dots */
+/** @typedef {import("../render/pack.js").PackedRows} PackedRows */
+/** @typedef {import("../mgs/positions.js").StoredMeans} StoredMeans */
+/** @typedef {import("../mgs/reader.js").SceneReader} SceneReader */
+/** @typedef {import("../render/types.js").Numbers} Numbers */
+/** @typedef {import("../render/types.js").Part} Part */
+/** @typedef {import("../render/types.js").SceneData} SceneData */
+/** @typedef {{url: string} | {file: Blob} | {forward: [number, number, number]}} Request */
+/**
+ * @typedef {{kind: "dots", dots: Dots, views: View[], near: number}
+ *   | {kind: "scene", data: SceneData, means: StoredMeans, views: View[], near: number}
+ *   | {kind: "more", means: StoredMeans}
+ *   | {kind: "rows", part: Part, from: number, numbers: Numbers}
+ *   | {kind: "order", order: Uint32Array<ArrayBuffer>}
+ *   | {kind: "progress", received: number, total: number}
+ *   | {kind: "done", milliseconds: number, bytes: number}
+ *   | {kind: "failed", sentence: string}} Message
+ */
+
+/** The most dots in the preview: more would delay decoding on slow devices. */
+const DOTS = 8192;
+/** Near plane of scenes whose file has none, world units. */
+const NEAR = 0.2;
+/** Bytes to reserve first for a file of unknown length. */
+const MORE = 2 ** 20;
+/** Milliseconds between two updates of the page. */
+const SOON = 1500;
+/** Gaussians per received byte that memory may be allocated for, so that a false count in the header allocates little. */
+const ROOM = 8;
+const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
+const NETWORK =
+  "this scene needs a network for every Gaussian in every frame, which no viewer evaluates: train it " +
+  "with --set student.view_dependence.kind=fitted student.view_dependence.decoder_from=0.35";
+
+/** Means of the Gaussians of a sorted scene. */
+let means = new Float32Array(0);
+
+/** @param {Message} message @param {Transferable[]} [transfer] */
+const send = (message, transfer = []) => self.postMessage(message, { transfer });
+
+/** The buffers of a scene, to be transferred to the page. @param {SceneData} data */
+const buffersOf = ({ shapes, colors, lobes }) => [shapes.buffer, colors.buffer, lobes.buffer];
+
+/**
+ * @param {{url: string} | {file: Blob}} request
+ * @returns {Promise<{source: ReadableStream<Uint8Array<ArrayBuffer>>, total: number}>}
+ */
+async function bytesOf(request) {
+  if ("file" in request) return { source: request.file.stream(), total: request.file.size };
+  let response;
+  try {
+    response = await fetch(request.url);
+  } catch {
+    throw new Error(
+      `${request.url} cannot be reached: is the address right, the network there, and may this site load it (CORS)?`,
+    );
+  }
+  if (!response.ok || response.body === null) {
+    throw new Error(`${request.url} could not be loaded: the server says ${response.status}`);
+  }
+  // Content-Length counts compressed bytes where the transfer is compressed
+  const length = response.headers.has("Content-Encoding") ? NaN : Number(response.headers.get("Content-Length"));
+  return { source: response.body, total: length || NaN };
+}
+
+/**
+ * A `.mgs` whose first positions are decoded.
+ *
+ * Sends some Gaussians of the first LOD level as dots, then the first level with all that is known of
+ * it, then each other level when it is complete.
+ */
+class SceneSender {
+  #header;
+  #levels;
+  #pool;
+  #own;
+  /** Levels that the page shows; 0: dots of the first. */
+  #shown = 0;
+  /** The arrays that results are written to, until they are sent. @type {SceneData & PackedRows | null} */
+  #scene = null;
+  #allocated = false;
+
+  /**
+   * @param {Header} header
+   * @param {QuantizedLevel[]} levels
+   * @param {WorkerPool} pool
+   * @param {GaussianDecoder} own
+   */
+  constructor(header, levels, pool, own) {
+    this.#header = header;
+    this.#levels = levels;
+    this.#pool = pool;
+    this.#own = own;
+    const { grid, views, near } = header;
+    const background = /** @type {[number, number, number]} */ (Array.from(header.background));
+    const { color, side } = own.neutral;
+    const means = toWorld(subsampled(/** @type {Uint16Array} */ (levels[0].positions), DOTS), grid);
+    // fewer dots are larger, to cover about the same area
+    const grown = side * Math.sqrt((3 * header.count) / means.length);
+    const dots = { means, color, side: grown, background };
+    send({ kind: "dots", dots, views, near }, [dots.means.buffer]);
+  }
+
+  /** Send the results since the last call. @param {number} received bytes of the file */
+  send(received) {
+    if (!this.#pool.firstLevelReady || !this.allocate(received)) return;
+    const done = this.#pool.levels;
+    const before = this.#shown;
+    this.#shown = Math.max(done, 1);
+    const taken = this.#pool.results.splice(0);
+    const scene = this.#scene;
+    if (scene) {
+      this.#scene = this.#pool.output = null; // it is transferred
+      const { views, near } = this.#header;
+      send({ kind: "scene", data: scene, means: this.#storedMeans(), views, near }, buffersOf(scene));
+      return;
+    }
+    for (const [from, packed] of taken) {
+      for (const part of PARTS) {
+        const numbers = packed[part];
+        send({ kind: "rows", part, from, numbers }, [numbers.buffer]);
+      }
+    }
+    if (before === this.#shown) return;
+    send({ kind: "more", means: this.#storedMeans() });
+  }
+
+  /** Allocate the scene once enough of the file is here; returns whether it is. @param {number} received bytes of the file */
+  allocate(received) {
+    const { count } = this.#header;
+    if (!this.#allocated && ROOM * received >= count) {
+      this.#scene = this.#pool.output = emptyScene(this.#header, count, this.#own.scaleRange);
+      this.#allocated = true;
+    }
+    return this.#allocated;
+  }
+
+  /** The stored means of the levels that are shown. @returns {StoredMeans} */
+  #storedMeans() {
+    const levels = this.#levels.slice(0, this.#shown);
+    const stored = new Uint16Array(levels.reduce((sum, { count }) => sum + 3 * count, 0));
+    let at = 0;
+    for (const { positions, count } of levels) {
+      stored.set(/** @type {Uint16Array} */ (positions), at);
+      at += 3 * count;
+    }
+    const found = { stored, grid: this.#header.grid };
+    if (this.#header.sorted) means = worldMeans(found);
+    return found;
+  }
+}
+
+/**
+ * Load a `.mgs` and show it while it arrives; returns its bytes.
+ *
+ * Not every decoded stage is shown: rendering half a scene delays decoding the rest.
+ *
+ * @param {ReadableStream<Uint8Array>} source
+ */
+async function loadMgs(source) {
+  let pool = /** @type {WorkerPool | null} */ (null);
+  let sender = /** @type {SceneSender | null} */ (null);
+  let [timer, arrived] = [0, 0];
+  let come = /** @type {import("../mgs/stream_decoder.js").QuantizedLevel[]} */ ([]);
+  /** @type {(reader: SceneReader, waited: number) => Promise<void>} */
+  const onStep = async ({ header, decoder, received, total }, waited) => {
+    send({ kind: "progress", received, total });
+    if (header === null || decoder === null) return;
+    if (header.network) throw new Error(NETWORK);
+    arrived = received;
+    pool ??= new WorkerPool(header.lodSizes);
+    const levels = (come = decoder.levels);
+    const slow = waited * (total / received - 1) > SOON;
+    if (levels[0].positions && !sender) {
+      sender = new SceneSender(header, levels, pool, pool.start(decoder));
+      pool.spawn(); // after the first dots: starting helpers delays them
+      timer = setInterval(() => sender?.send(arrived), SOON);
+    }
+    sender?.allocate(received);
+    for (const [i, { stage }] of levels.entries()) {
+      if (sender && (stage === COMPLETE || (slow && i === 0 && stage >= COLORED))) pool.advance(i, stage);
+    }
+    await yieldToMessages();
+  };
+  try {
+    await readScene(source, onStep);
+  } finally {
+    // show the levels that have colours, even if the rest of the file failed
+    for (const [i, { stage, positions }] of come.entries()) {
+      if (sender && positions && stage >= COLORED) pool?.advance(i, stage);
+    }
+    await pool?.finish().finally(() => {
+      clearInterval(timer);
+      pool?.terminate();
+    });
+    sender?.send(arrived);
+  }
+  return arrived;
+}
+
+/**
+ * Load a file of another format, which is parsed when it is complete; returns its bytes.
+ *
+ * @param {ReadableStream<Uint8Array<ArrayBuffer>>} source
+ * @param {number} total bytes
+ * @param {(bytes: Uint8Array<ArrayBuffer>) => SceneData | Promise<SceneData>} read
+ */
+async function loadOther(source, total, read) {
+  let [bytes, received] = [new Uint8Array(total || MORE), 0];
+  const reader = source.getReader();
+  for (let piece; !(piece = await reader.read()).done; ) {
+    const needed = received + piece.value.length;
+    if (needed > bytes.length) {
+      const before = bytes;
+      bytes = new Uint8Array(Math.max(needed, 2 * bytes.length));
+      bytes.set(before);
+    }
+    bytes.set(piece.value, received);
+    received = needed;
+    send({ kind: "progress", received, total });
+  }
+  const data = await read(bytes.subarray(0, received));
+  if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
+  means = new Float32Array(3 * data.count);
+  for (let i = 0; i < means.length; i++) means[i] = data.shapes[4 * i + 3];
+  send({ kind: "scene", data, means, views: [], near: NEAR }, buffersOf(data));
+  return received;
+}
+
+/**
+ * Read the first piece of a stream; returns it and a stream that still contains it.
+ *
+ * @param {ReadableStream<Uint8Array<ArrayBuffer>>} source
+ */
+async function peek(source) {
+  const reader = source.getReader();
+  const read = () => reader.read().catch(() => {
+    throw new Error("the file broke off before its end: load it again");
+  });
+  let next = /** @type {Awaited<ReturnType<typeof read>> | null} */ (await read());
+  const first = next?.value ?? new Uint8Array(0);
+  /** @type {ReadableStream<Uint8Array<ArrayBuffer>>} */
+  const whole = new ReadableStream({
+    async pull(to) {
+      const { value, done } = next ?? (await read());
+      next = null;
+      if (done) to.close();
+      else to.enqueue(value);
+    },
+    cancel: () => reader.cancel(),
+  });
+  return { first, whole };
+}
+
+/** @param {{url: string} | {file: Blob}} request */
+async function load(request) {
+  const started = performance.now();
+  try {
+    const { source, total } = await bytesOf(request);
+    const { first, whole } = await peek(source);
+    let bytes;
+    if (isPly(first)) bytes = await loadOther(whole, total, readPly);
+    else if (isSpz(first)) bytes = await loadOther(whole, total, readSpz);
+    else bytes = await loadMgs(whole);
+    send({ kind: "done", milliseconds: performance.now() - started, bytes });
+  } catch (error) {
+    const { message } = /** @type {Error} */ (error);
+    // browsers throw a RangeError where memory is short
+    const sentence = error instanceof RangeError ? `the scene is too large for this device: ${message}` : message;
+    send({ kind: "failed", sentence });
+  }
+}
+
+/** The decoder of a helper. @type {GaussianDecoder} */
+let decoder;
+
+/** Answers messages: a scene to load, rows to pack, or a direction to sort by. */
+export function startWorker() {
+  self.onmessage = async ({ data }) => {
+    if ("decoderInputs" in data) {
+      decoder = new GaussianDecoder(data.decoderInputs);
+      return;
+    }
+    if ("rows" in data) {
+      const { rows, chunk, stage } = data;
+      const packed = packRows(decoder, rows);
+      const transfer = PARTS.map((part) => packed[part].buffer);
+      self.postMessage({ chunk, stage, packed }, { transfer });
+      return;
+    }
+    if ("forward" in data) {
+      const order = backToFront(means, data.forward);
+      send({ kind: "order", order }, [order.buffer]);
+      return;
+    }
+    await load(data);
+  };
+  // preload.js names the scene in the worker's name
+  if (self.name) void load({ url: self.name });
+}

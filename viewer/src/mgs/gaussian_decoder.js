@@ -1,0 +1,202 @@
+/** Codes of some Gaussians to what is drawn, as far as colours and lobes have come. */
+
+import { AppearanceDecoder, LinearDecoder, SH_ROOM } from "./appearance.js";
+import { lookUp, meanCodes } from "./codebooks.js";
+import { C0, LobeDecoder } from "./lobes.js";
+import { BLOCK, BlockMemory } from "./block_memory.js";
+import { decodeQuaternions } from "./rotations.js";
+import { fill } from "./gaussian_block.js";
+
+/** @typedef {import("./codebooks.js").Books} Books */
+/** @typedef {import("./codebooks.js").Codes} Codes */
+/** @typedef {import("./header.js").Attribute} Attribute */
+/** @typedef {import("./header.js").Header} Header */
+/** @typedef {import("./gaussian_block.js").Gaussians} Gaussians */
+/** @typedef {import("./weights.js").Weights} Weights */
+/** @typedef {Record<"scale" | "rotation", Uint16Array[]> & Partial<Record<Attribute, Uint16Array[]>>} Columns */
+/**
+ * @typedef {object} DecoderInputs what decoding takes; a message to another thread can hold it
+ * @property {Header} header
+ * @property {Map<Attribute, Books>} books
+ * @property {Weights} appearance
+ * @property {Weights} lobes nothing if the header says so
+ * @property {Uint16Array} samples positions of Gaussians whose mean colour is the neutral one
+ */
+/**
+ * @typedef {object} QuantizedRows what a file holds of some Gaussians
+ * @property {Uint16Array} positions 3 halves each
+ * @property {Columns} columns of attributes that have come, scales and rotations at least, the
+ *     entry in each book
+ */
+
+const WIDTH = 1 / 3; // of a dot, in standard deviations
+const TURNED_NOWHERE = [1, 0, 0, 0];
+
+export class GaussianDecoder {
+  #decoderInputs;
+  #memory = new BlockMemory();
+  #quats;
+  #colors;
+  #lobeDecoder;
+  /** What is decoded is written there. @type {Gaussians} */
+  #gaussians;
+  /** Colour and lobes, without the base opacity, as long as there are no others. */
+  #neutral;
+  /** What has codes, with the columns that are decoded. @type {Partial<Record<Attribute, Codes>>} */
+  #codes;
+  /** Standard deviations, as codes have their logarithms. */
+  #sizes;
+  /** Those of a Gaussian in between. */
+  #usual;
+
+  /** @param {DecoderInputs} decoderInputs */
+  constructor(decoderInputs) {
+    const { header, samples } = decoderInputs;
+    const { lobes: shape, grid } = header;
+    const memory = this.#memory;
+    this.#decoderInputs = decoderInputs;
+    const degree = shape?.degree ?? 0;
+    const sh = memory.block(SH_ROOM);
+    const blocks = {
+      logScales: memory.block(3),
+      scales: memory.block(3),
+      quats: memory.block(4),
+      sh: memory.part(sh, 0, 12),
+      // the last layer writes four columns at a time
+      lobes: memory.block(2 * (degree + 1) ** 2 + 2),
+      words: memory.block(18),
+    };
+    this.#quats = blocks.quats;
+    this.#lobeDecoder = shape && new LobeDecoder(memory, blocks, blocks.lobes, shape, decoderInputs.lobes);
+    this.#colors = header.colors === "linear"
+      ? new LinearDecoder(memory, sh, decoderInputs.appearance)
+      : new AppearanceDecoder(memory, sh, decoderInputs.appearance, grid.exponent);
+    memory.allocate();
+    this.#codes = Object.fromEntries([...decoderInputs.books].map(([name, books]) => [name, { ...books, columns: [] }]));
+    this.#sizes = exponentials(this.#of("scale"));
+    this.#usual = exponentials(meanCodes(this.#of("scale")));
+    const columns = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
+    const scaleRange = rangeOf(this.#sizes);
+    this.#gaussians = /** @type {any} */ ({ ...columns, count: 0, lobeDegree: degree, scaleRange, memory: memory.wasmMemory });
+    this.#neutral = { sh: this.#meanColor(samples), lobes: [0, 1 / C0] };
+    if (this.#lobeDecoder) this.#neutral.lobes = this.#meanLobes(this.#lobeDecoder);
+  }
+
+  /** Of some Gaussians. @param {Uint16Array} samples */
+  #meanColor(samples) {
+    const { sh } = this.#gaussians;
+    const mean = new Float64Array(12);
+    const codes = meanCodes(this.#of("appearance"));
+    for (let at = 0; at < samples.length; at += 3 * BLOCK) {
+      const some = samples.subarray(at, at + 3 * BLOCK);
+      this.#colors.decode(some, codes, 0);
+      for (let i = 0; i < 12; i++) {
+        for (let row = 0; 3 * row < some.length; row++) mean[i] += (3 * sh[i * BLOCK + row]) / samples.length;
+      }
+    }
+    return mean;
+  }
+
+  /** Of a Gaussian of which nothing is known. @param {LobeDecoder} decoder */
+  #meanLobes(decoder) {
+    const { scales, quats, sh, lobes } = this.#gaussians;
+    const latents = this.#codes.lobes;
+    lookUp(this.#usual, scales, BLOCK, 0, BLOCK);
+    fill(quats, TURNED_NOWHERE);
+    fill(sh, this.#neutral.sh);
+    decoder.decode(latents ? meanCodes(latents) : null, 0, BLOCK);
+    return Array.from({ length: lobes.length / BLOCK - 2 }, (_, i) => lobes[i * BLOCK]);
+  }
+
+  /**
+   * A block of Gaussians, in memory that the next call takes again.
+   *
+   * @param {QuantizedRows} rows
+   * @param {number} [from] the first of them
+   * @returns {Gaussians}
+   */
+  decode({ positions: means, columns }, from = 0) {
+    const { header } = this.#decoderInputs;
+    const positions = means.subarray(3 * from, 3 * (from + BLOCK));
+    const count = positions.length / 3;
+    const to = from + count;
+    const [gaussians, codes] = [this.#gaussians, this.#codes];
+    gaussians.count = count;
+    gaussians.positions = positions;
+    const { logScales, scales, quats, sh, lobes } = gaussians;
+    const { scale, rotation, appearance } = columns;
+    let all = true;
+    for (const name of /** @type {Attribute[]} */ (Object.keys(codes))) {
+      const found = columns[name];
+      if (found) this.#of(name).columns = found;
+      else all = false;
+    }
+    this.#sizes.columns = scale;
+    lookUp(this.#of("scale"), logScales, BLOCK, from, to);
+    lookUp(this.#sizes, scales, BLOCK, from, to);
+    const scalar = header.scalars.get("rotation");
+    if (scalar) decodeQuaternions(scalar, rotation, from, to, quats);
+    else {
+      lookUp(this.#of("rotation"), quats, BLOCK, from, to);
+      this.#memory.units(this.#quats, this.#quats);
+    }
+    if (appearance) this.#colors.decode(positions, this.#of("appearance"), from);
+    else fill(sh, this.#neutral.sh);
+    // hidden layers look at everything else
+    if (this.#lobeDecoder && all) this.#lobeDecoder.decode(codes.lobes ?? null, from, to);
+    else fill(lobes, this.#neutral.lobes);
+    if (codes.opacity) {
+      const { books: [book] } = columns.opacity ? codes.opacity : meanCodes(codes.opacity);
+      const column = columns.opacity?.[0];
+      addOpacities(lobes, book, column, from, count);
+    }
+    return gaussians;
+  }
+
+  get lobeDegree() {
+    return this.#gaussians.lobeDegree;
+  }
+
+  get scaleRange() {
+    return this.#gaussians.scaleRange;
+  }
+
+  /** Of a Gaussian of which no more than its place is known: its colour, and about how wide it is. */
+  get neutral() {
+    const color = /** @type {[number, number, number]} */ ([0, 1, 2].map((i) => 0.5 + C0 * this.#neutral.sh[i]));
+    const [a, b, c] = this.#usual.books.map(([size]) => size);
+    return { color, side: WIDTH * Math.cbrt(a * b * c) };
+  }
+
+  /** @param {Attribute} name */
+  #of(name) {
+    return /** @type {Codes} */ (this.#codes[name]);
+  }
+}
+
+/**
+ * Adds to the constant part of the opacity's lobe.
+ *
+ * @param {Float32Array} lobes
+ * @param {Float32Array} book
+ * @param {Uint16Array | undefined} column nothing: what stands for all
+ * @param {number} from
+ * @param {number} count
+ */
+function addOpacities(lobes, book, column, from, count) {
+  for (let i = 0; i < count; i++) lobes[i] += book[column ? column[from + i] : 0] / C0;
+}
+
+/** Standard deviations in the place of their logarithms. @template {Books} T @param {T} codes @returns {T} */
+function exponentials(codes) {
+  return { ...codes, books: codes.books.map((book) => book.map(Math.exp)) };
+}
+
+/** The least and the largest number. @param {Books} books @returns {[number, number]} */
+function rangeOf({ books }) {
+  let range = /** @type {[number, number]} */ ([Infinity, -Infinity]);
+  for (const book of books) {
+    for (const value of book) range = [Math.min(range[0], value), Math.max(range[1], value)];
+  }
+  return range;
+}

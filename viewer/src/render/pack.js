@@ -1,0 +1,236 @@
+/**
+ * From what a `.mgs` file holds of each Gaussian to the words that packed.wgsl and packed.glsl read.
+ *
+ * shapes, 4 words: x, y | z, two scales of lobes | sizes, 11 + 11 + 10 bits | rotation
+ * colors, 4 words: constant r, g | constant b, a scale, first coefficient | eight more
+ * lobes, 1 word and then 1 for two coefficients: constants | logit, phi, logit, phi ...
+ *
+ * Positions are the file's own halves, so are constants; the coefficients that depend on the
+ * direction are bytes, 127 of which are a scale, of which an octave has eight; a rotation is the three smaller
+ * parts of its quaternion in 10 bits each, behind the number of the largest. With lobes of degree 2
+ * that is 52 bytes.
+ */
+
+import { toFloat16 } from "../mgs/float16.js";
+import { BLOCK } from "../mgs/block_memory.js";
+import { kernelsIn } from "../mgs/wasm.js";
+
+/** @typedef {import("../mgs/header.js").Header} Header */
+/** @typedef {import("../mgs/gaussian_decoder.js").GaussianDecoder} GaussianDecoder */
+/** @typedef {import("../mgs/gaussian_decoder.js").QuantizedRows} QuantizedRows */
+/** @typedef {import("../mgs/gaussian_block.js").Gaussians} Gaussians */
+/** @typedef {import("./types.js").Part} Part */
+/** @typedef {import("./types.js").SceneData} SceneData */
+/** @typedef {Uint32Array<ArrayBuffer>} Words */
+/** @typedef {Record<Part, Words>} PackedRows */
+
+const { fround } = Math;
+const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
+// logit of an opacity that nothing brings back
+const INVISIBLE = toFloat16(-1e4);
+// of standard deviations' bits
+const STEPS = [2047, 2047, 1023];
+// no smaller part of a unit quaternion is above that root
+const TURN = fround(511 / Math.SQRT1_2);
+/** A scale's byte is its exponent and the first three digits behind it, less those of the least one. */
+const LEAST_SCALE = 8 * (127 - 16);
+const BITS = new Uint32Array(1);
+const FLOAT = new Float32Array(BITS.buffer);
+
+/**
+ * A scene without its numbers, which `packRows` gives.
+ *
+ * @param {Header} header
+ * @param {number} count
+ * @param {[number, number]} scaleRange of standard deviations
+ * @returns {SceneData & PackedRows}
+ */
+export function emptyScene({ sorted, weighting, background, grid, lobes }, count, scaleRange) {
+  const degree = lobes?.degree ?? 0;
+  const [least, span] = bitsOf(scaleRange);
+  return {
+    count,
+    packing: {
+      center: /** @type {[number, number, number]} */ (Array.from(grid.center)),
+      unit: grid.radius * 2 ** grid.exponent,
+      leastScaleBits: least,
+      scaleBitsSpan: span,
+    },
+    ...roomFor(degree, count),
+    shSize: 4,
+    lobeSize: (degree + 1) ** 2,
+    sorted,
+    weighting: {
+      index: WEIGHTINGS.indexOf(weighting.name),
+      exponentMax: weighting.exponent_max,
+      sigma: weighting.sigma,
+      backgroundWeight: weighting.background_weight,
+      alphaMin: weighting.alpha_min,
+    },
+    background: /** @type {[number, number, number]} */ (Array.from(background)),
+  };
+}
+
+/**
+ * Decodes Gaussians and packs them.
+ *
+ * @param {GaussianDecoder} decoder
+ * @param {QuantizedRows} rows
+ * @param {PackedRows} [packed] room for them
+ * @returns {PackedRows}
+ */
+export function packRows(decoder, rows, packed = roomFor(decoder.lobeDegree, rows.positions.length / 3)) {
+  const count = rows.positions.length / 3;
+  const stride = lobeStride(decoder.lobeDegree);
+  const size = 4 * BLOCK;
+  let pack;
+  for (let from = 0; from < count; from += BLOCK) {
+    const block = decoder.decode(rows, from);
+    pack ??= packer(block); // it is the same block every time
+    const words = pack();
+    packed.shapes.set(words.subarray(0, 4 * block.count), 4 * from);
+    packed.colors.set(words.subarray(size, size + 4 * block.count), 4 * from);
+    packed.lobes.set(words.subarray(2 * size, 2 * size + stride * block.count), stride * from);
+  }
+  return packed;
+}
+
+/** @param {number} degree of lobes @param {number} count @returns {PackedRows} */
+const roomFor = (degree, count) => ({
+  shapes: new Uint32Array(4 * count),
+  colors: new Uint32Array(4 * count),
+  lobes: new Uint32Array(lobeStride(degree) * count),
+});
+
+/** The bits of the least float of a range, and how far it reaches, as floats. @param {[number, number]} range */
+function bitsOf(range) {
+  const [least, largest] = range.map((value) => ((FLOAT[0] = value), fround(BITS[0])));
+  return [least, largest - least];
+}
+
+/** Words of a Gaussian's lobes. @param {number} degree */
+const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
+
+/**
+ * What makes the words of a block: shapes, then colours, then lobes. It looks anew at the numbers that lie there,
+ * and does little else: engines compile what is called for every block, and that takes time, too.
+ *
+ * @param {Gaussians} block
+ * @param {boolean} [plain] without WebAssembly
+ * @returns {() => Words}
+ */
+export function packer(block, plain = false) {
+  const { scales, quats, sh, lobes, lobeDegree, scaleRange, memory } = block;
+  const { buffer, byteOffset, length } = block.words;
+  const words = new Uint32Array(/** @type {ArrayBuffer} */ (buffer), byteOffset, length);
+  const [least, span] = bitsOf(scaleRange);
+  const grow = span > 0 ? fround(1 / span) : 0;
+  const kernels = plain ? null : kernelsIn(memory);
+  const [at0, at1, at2, at3] = [scales, quats, sh, lobes].map(({ byteOffset }) => byteOffset);
+  const [pairs, stride] = [(lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree)];
+  return () => {
+    if (kernels) kernels.pack(at0, at1, at2, at3, byteOffset, pairs, stride, least, grow);
+    else defined(block, words, least, grow);
+    const { count, positions } = block;
+    for (let i = 0, at = 0; i < count; i++, at += 4) {
+      words[at] = positions[3 * i] | (positions[3 * i + 1] << 16);
+      words[at + 1] |= positions[3 * i + 2];
+    }
+    return words;
+  };
+}
+
+/**
+ * All words of a block, but for positions.
+ *
+ * @param {Gaussians} block
+ * @param {Uint32Array} words
+ * @param {number} least of scales' bits
+ * @param {number} grow
+ */
+function defined({ scales: sizes, quats, sh, lobes, lobeDegree }, words, least, grow) {
+  const size = 2 * (lobeDegree + 1) ** 2;
+  const stride = lobeStride(lobeDegree);
+  for (let i = 0; i < BLOCK; i++) {
+    const at = 8 * BLOCK + stride * i;
+    const scales = packLobes(lobes, i, size, words, at);
+    packColor(sh, i, words, 4 * (BLOCK + i));
+    words[4 * i + 1] = scales << 16;
+    let all = 0;
+    for (let axis = 2; axis >= 0; axis--) {
+      FLOAT[0] = sizes[axis * BLOCK + i];
+      const share = fround(fround(fround(BITS[0]) - least) * grow);
+      all = (all << 11) | fround(fround(STEPS[axis] * Math.min(Math.max(share, 0), 1)) + 0.5);
+    }
+    words[4 * i + 2] = all;
+    const q = [0, 1, 2, 3].map((k) => quats[k * BLOCK + i]);
+    words[4 * i + 3] = rotationWord(q);
+    // no rotation
+    if (!q.some(Boolean)) words[at] = INVISIBLE | (words[at] & 0xffff0000);
+  }
+}
+
+/** @param {number[]} quat */
+function rotationWord(quat) {
+  let largest = 0;
+  for (let i = 1; i < 4; i++) {
+    if (Math.abs(quat[i]) > Math.abs(quat[largest])) largest = i;
+  }
+  // a quaternion and its negative are one turn
+  const sign = quat[largest] < 0 ? -TURN : TURN;
+  let word = largest;
+  for (let i = 0; i < 4; i++) {
+    if (i !== largest) word = (word << 10) | (fround(fround(sign * quat[i]) + 1024.5) & 1023);
+  }
+  return word;
+}
+
+/**
+ * @param {Float32Array} sh
+ * @param {number} i
+ * @param {Uint32Array} words
+ * @param {number} at
+ */
+function packColor(sh, i, words, at) {
+  const value = (/** @type {number} */ column) => sh[column * BLOCK + i];
+  const others = Array.from({ length: 9 }, (_, k) => value(3 + k));
+  const scale = scaleOf(others);
+  const bytes = others.map((number) => rounded(scale, number));
+  words[at] = toFloat16(value(0)) | (toFloat16(value(1)) << 16);
+  words[at + 1] = toFloat16(value(2)) | (scale << 16) | (bytes[0] << 24);
+  for (const first of [1, 5]) words[at + 1 + ((first + 3) >> 2)] = four(bytes, first);
+}
+
+/**
+ * @param {Float32Array} lobes
+ * @param {number} i
+ * @param {number} size columns
+ * @param {Uint32Array} words
+ * @param {number} at
+ * @returns {number} both bytes of scales
+ */
+function packLobes(lobes, i, size, words, at) {
+  const value = (/** @type {number} */ column) => lobes[column * BLOCK + i];
+  const others = Array.from({ length: size - 2 }, (_, k) => value(2 + k));
+  const [logit, phi] = [0, 1].map((of) => scaleOf(others.filter((_, k) => k % 2 === of)));
+  const bytes = others.map((number, k) => rounded(k % 2 ? phi : logit, number));
+  words[at] = toFloat16(value(0)) | (toFloat16(value(1)) << 16);
+  for (let k = 0, word = at + 1; k < bytes.length; k += 4, word++) words[word] = four(bytes, k);
+  return logit | (phi << 8);
+}
+
+/** @param {number[]} bytes @param {number} at */
+const four = (bytes, at) => bytes[at] | (bytes[at + 1] << 8) | (bytes[at + 2] << 16) | (bytes[at + 3] << 24);
+
+/** The byte of a number that is divided by a scale. @param {number} scale @param {number} value */
+function rounded(scale, value) {
+  BITS[0] = (scale + LEAST_SCALE) << 20;
+  const large = fround(fround(127 / FLOAT[0]) * value);
+  return fround(Math.min(Math.max(large, -127), 127) + 512.5) & 255;
+}
+
+/** The byte of the least scale that reaches all numbers: eight in an octave, from 2^-16 on. @param {number[]} numbers */
+function scaleOf(numbers) {
+  FLOAT[0] = Math.max(0, ...numbers.map(Math.abs));
+  return Math.min(Math.max(((BITS[0] + 0xfffff) >> 20) - LEAST_SCALE, 0), 255);
+}

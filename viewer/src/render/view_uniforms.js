@@ -1,0 +1,44 @@
+/** The uniform buffer of a frame: `View` of view.wgsl and view.glsl. */
+
+/** @typedef {import("./types.js").Camera} Camera */
+/** @typedef {import("./types.js").SceneData} SceneData */
+
+export const VIEW_BYTES = 192;
+export const FLOAT16_SCALE = 2 ** -6; // factor of weights that keeps sums in the range of float16
+const JACOBIAN_MARGIN = 0.3; // as in project.py
+
+/**
+ * The uniform buffer of a frame.
+ *
+ * @param {SceneData} scene
+ * @param {Camera} camera
+ * @param {number} weightScale factor of weights; it cancels in the resolve pass
+ * @returns {Float32Array<ArrayBuffer>}
+ */
+export function viewUniforms(scene, { viewmat, fx, fy, cx, cy, width, height, near }, weightScale) {
+  const { background, weighting, packing } = scene;
+  const marginX = (JACOBIAN_MARGIN * 0.5 * width) / fx;
+  const marginY = (JACOBIAN_MARGIN * 0.5 * height) / fy;
+  const position = [0, 1, 2].map(
+    (i) => -(viewmat[i] * viewmat[3] + viewmat[4 + i] * viewmat[7] + viewmat[8 + i] * viewmat[11]),
+  );
+  const floats = new Float32Array(VIEW_BYTES / 4);
+  floats.set([
+    ...Array.from(viewmat).slice(0, 12),
+    ...[...position, near],
+    ...[fx, fy, cx, cy],
+    ...[-cx / fx - marginX, (width - cx) / fx + marginX],
+    ...[-cy / fy - marginY, (height - cy) / fy + marginY],
+    ...[...background, weighting.exponentMax],
+    ...[width, height, weighting.sigma, weighting.backgroundWeight],
+    weightScale,
+  ]);
+  const integers = [scene.count, scene.shSize, scene.lobeSize, weighting.index];
+  new Int32Array(floats.buffer).set(integers, 33);
+  if (packing) {
+    const { center, unit, leastScaleBits, scaleBitsSpan } = packing;
+    floats.set([...center, unit, leastScaleBits, scaleBitsSpan], 40);
+  }
+  floats[46] = (!scene.sorted && weighting.alphaMin) || 1 / 255;
+  return floats;
+}

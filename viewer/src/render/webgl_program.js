@@ -1,0 +1,103 @@
+/** What a WebGL2 context keeps for all scenes: the shaders of view/shaders as programs, and buffers. */
+
+import { VIEW_BYTES } from "./view_uniforms.js";
+import { SAMPLERS, Textures } from "./webgl_textures.js";
+
+/** @typedef {"project" | "splat" | "resolve"} Pass */
+/** @typedef {{sorted: boolean, packed: boolean, strips: boolean}} Kind of drawing */
+/**
+ * What stays the same until the context is lost.
+ *
+ * @typedef {object} Fixed
+ * @property {WebGLBuffer} view the uniform block of view.glsl
+ * @property {WebGLBuffer} corners of the quads of a batch
+ * @property {WebGLVertexArrayObject} quads
+ * @property {WebGLFramebuffer} looks what the first pass writes
+ * @property {WebGLFramebuffer} sums what the second one writes
+ * @property {Map<string, Record<Pass, WebGLProgram>>} programs by kind, once needed
+ * @property {Textures} textures
+ */
+
+export const BATCH = 128; // quads of an instance, as in view.glsl
+const VIEW_BINDING = 0;
+/** Either lets a GPU draw packed scenes: the second knows halves alone, and there are phones that have no other. */
+export const TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
+
+/** Whether sums can be 32-bit floats. @param {WebGL2RenderingContext} gl */
+export function blendsFloats(gl) {
+  return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
+}
+
+/** @param {WebGL2RenderingContext} gl @returns {Fixed} */
+export function makeFixed(gl) {
+  // a context that comes back has forgotten what it was asked for
+  for (const name of [...TARGETS, "EXT_float_blend"]) gl.getExtension(name);
+  // all corners carry the same values: Metal would pay for another convention than its own
+  const convention = gl.getExtension("WEBGL_provoking_vertex");
+  convention?.provokingVertexWEBGL(convention.FIRST_VERTEX_CONVENTION_WEBGL);
+  gl.disable(gl.DITHER);
+  const fixed = {
+    view: gl.createBuffer(),
+    corners: gl.createBuffer(),
+    quads: gl.createVertexArray(),
+    looks: gl.createFramebuffer(),
+    sums: gl.createFramebuffer(),
+    programs: new Map(),
+    textures: new Textures(gl),
+  };
+  gl.bindBufferBase(gl.UNIFORM_BUFFER, VIEW_BINDING, fixed.view);
+  gl.bufferData(gl.UNIFORM_BUFFER, VIEW_BYTES, gl.DYNAMIC_DRAW);
+  gl.bindVertexArray(fixed.quads);
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, fixed.corners);
+  const quad = [0, 1, 2, 2, 1, 3];
+  const corners = Array.from({ length: BATCH }, (_, i) => quad.map((corner) => 4 * i + corner));
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(corners.flat()), gl.STATIC_DRAW);
+  return fixed;
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {Record<string, string>} shaders
+ * @param {Kind} kind
+ * @returns {Record<Pass, WebGLProgram>}
+ */
+export function makePrograms(gl, shaders, { sorted, packed, strips }) {
+  const { view, whole, project, splat, resolve } = shaders;
+  const rows = packed ? shaders.packed : shaders.wide;
+  const defined = `${sorted ? "#define SORTED\n" : ""}${strips ? "#define STRIPS\n" : ""}`;
+  /** @type {(vertex: string, fragment: string) => WebGLProgram} */
+  const made = (vertex, fragment) => {
+    const program = linked(gl, `${defined}#define VERTEX\n${view}${vertex}`, `${defined}${view}${fragment}`);
+    gl.useProgram(program);
+    SAMPLERS.forEach((name, unit) => gl.uniform1i(gl.getUniformLocation(program, name), unit));
+    gl.uniformBlockBinding(program, gl.getUniformBlockIndex(program, "View"), VIEW_BINDING);
+    return program;
+  };
+  return {
+    project: made(whole, `${rows}${project}`),
+    splat: made(`${rows}${splat}`, splat),
+    resolve: made(whole, resolve),
+  };
+}
+
+/** Throws what the GPU says if it refuses. @param {WebGL2RenderingContext} gl @param {string} vertex @param {string} fragment */
+export function linked(gl, vertex, fragment) {
+  const program = gl.createProgram();
+  for (const [kind, text] of /** @type {[GLenum, string][]} */ ([
+    [gl.VERTEX_SHADER, vertex],
+    [gl.FRAGMENT_SHADER, fragment],
+  ])) {
+    const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
+    gl.shaderSource(shader, `#version 300 es\n${text}`);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+    gl.deleteShader(shader); // as soon as the program goes
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+    const logs = (gl.getAttachedShaders(program) ?? []).map((one) => gl.getShaderInfoLog(one));
+    logs.push(gl.getProgramInfoLog(program));
+    throw new Error(`this GPU refuses a shader: ${logs.join(" ")}`);
+  }
+  return program;
+}

@@ -1,0 +1,394 @@
+/** Draws a scene with WebGPU: the shaders of view/shaders, as view/wgpu_renderer.py uses them. */
+
+import { strides } from "./types.js";
+import { FLOAT16_SCALE, VIEW_BYTES, viewUniforms } from "./view_uniforms.js";
+import { WebGpuDots } from "./webgpu_dots.js";
+import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
+
+/** @typedef {import("./dots.js").Dots} Dots */
+/** @typedef {import("./types.js").Camera} Camera */
+/** @typedef {import("./types.js").Numbers} Numbers */
+/** @typedef {import("./types.js").Part} Part */
+/** @typedef {import("./types.js").SceneData} SceneData */
+/** @typedef {import("./types.js").Variant} Variant */
+/** @typedef {import("./webgpu_program.js").Kind} Kind */
+/**
+ * @typedef {object} Uploaded
+ * @property {Kind} kind
+ * @property {Record<Part, GPUBuffer>} parts
+ * @property {GPUBuffer} looks
+ * @property {GPUBuffer} batches those to be drawn
+ * @property {GPUBuffer | null} order of a sorted scene
+ */
+
+const LOOK_BYTES = { packed: 8, wide: 32 };
+const NOTHING = new Float32Array(0);
+
+/** Both ways of blending share the device. */
+export class WebGpuRenderer {
+  /** The shaders that `create` is given, by file. */
+  static files = ["view", "wide", "packed", "project", "splat", "resolve", "dots"].map((n) => `${n}.wgsl`);
+
+  /** How it draws; may be changed between frames. @type {Variant} */
+  variant;
+  /** Why nothing is drawn any more, or null. @type {string | null} */
+  lost = null;
+  /** Called once, with that sentence. @type {(sentence: string) => void} */
+  onLost = () => {};
+
+  #program;
+  #device;
+  #context;
+  #canvas;
+  #format;
+  /** @type {SceneData | null} */
+  #scene = null;
+  /** @type {Uploaded | null} */
+  #uploaded = null;
+  /** @type {WebGpuDots | null} */
+  #dots = null;
+  /** @type {{key: string, views: GPUTextureView[], textures: GPUTexture[]} | null} */
+  #sums = null;
+  #view;
+  #drawn;
+  #corners;
+
+  /**
+   * @param {HTMLCanvasElement | OffscreenCanvas} canvas
+   * @param {Record<string, string>} shaders texts of `files`, by the name before the dot
+   * @param {Partial<Variant>} [variant] halves in batches unless it says otherwise
+   * @returns {Promise<WebGpuRenderer>} rejects with one sentence where the browser cannot
+   */
+  static async create(canvas, shaders, { floats = false, strips = false } = {}) {
+    const program = await Program.create(shaders, floats);
+    return new WebGpuRenderer(program, canvas, { floats, strips });
+  }
+
+  /**
+   * @param {Program} program
+   * @param {HTMLCanvasElement | OffscreenCanvas} canvas
+   * @param {Variant} variant
+   */
+  constructor(program, canvas, variant) {
+    const context = /** @type {GPUCanvasContext | null} */ (canvas.getContext("webgpu"));
+    if (context === null) throw new Error("this canvas is already drawn to in another way");
+    const { device } = program;
+    this.variant = variant;
+    this.#program = program;
+    this.#device = device;
+    this.#canvas = canvas;
+    this.#context = context;
+    this.#format = navigator.gpu.getPreferredCanvasFormat();
+    context.configure({ device, format: this.#format, alphaMode: "opaque" });
+    const use = GPUBufferUsage;
+    this.#view = device.createBuffer({ size: VIEW_BYTES, usage: use.UNIFORM | use.COPY_DST });
+    const usage = use.STORAGE | use.INDIRECT | use.COPY_DST;
+    this.#drawn = device.createBuffer({ size: 20, usage });
+    const corners = new Uint16Array(6 * BATCH);
+    for (let quad = 0; quad < BATCH; quad++) {
+      corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
+    }
+    this.#corners = program.filled(corners, use.INDEX);
+    device.lost.then(({ reason }) => {
+      if (reason !== "destroyed") this.#end("the graphics device was lost: reload the page to go on");
+    });
+    // shaders that the GPU refuses, and memory that it does not have, are told of in no other way
+    device.onuncapturederror = ({ error }) => this.#end(`this GPU cannot draw the scene: ${error.message}`);
+  }
+
+  /** The ways there are to draw. @returns {Variant[]} */
+  get variants() {
+    return (this.#program.blendsFloats ? [false, true] : [false]).flatMap((floats) => [
+      { floats, strips: false },
+      { floats, strips: true },
+    ]);
+  }
+
+  /** Milliseconds of the last timed frame by pass; null where the device has no clock. */
+  get milliseconds() {
+    return this.#program.milliseconds;
+  }
+
+  /**
+   * Takes on a scene in the place of the one before.
+   *
+   * @param {SceneData} scene
+   */
+  setScene(scene) {
+    this.#release();
+    const { count, sorted } = scene;
+    const kind = { sorted, packed: scene.packing !== null };
+    const looks = LOOK_BYTES[kind.packed ? "packed" : "wide"] * Math.max(count, 1); // not empty
+    const parts = { shapes: scene.shapes, colors: scene.colors, lobes: scene.lobes };
+    const needed = Math.max(looks, ...Object.values(parts).map((part) => part.byteLength));
+    const { maxStorageBufferBindingSize, maxBufferSize } = this.#device.limits;
+    const most = Math.min(maxStorageBufferBindingSize, maxBufferSize);
+    if (needed > most) {
+      throw new Error(
+        `${count} Gaussians need ${Math.ceil(needed / 2 ** 20)} MiB at a stretch, and this ` +
+          `device gives ${Math.floor(most / 2 ** 20)}`,
+      );
+    }
+    const use = GPUBufferUsage;
+    const filled = (/** @type {Numbers} */ part) =>
+      this.#program.filled(part.length ? part : new Uint32Array(16), use.STORAGE | use.COPY_DST);
+    const list = (/** @type {number} */ length) =>
+      this.#device.createBuffer({ size: 4 * Math.max(1, length), usage: use.STORAGE | use.COPY_DST });
+    this.#uploaded = {
+      kind,
+      parts: {
+        shapes: filled(parts.shapes),
+        colors: filled(parts.colors),
+        lobes: filled(parts.lobes),
+      },
+      looks: this.#device.createBuffer({ size: looks, usage: use.STORAGE }),
+      batches: list(Math.ceil(count / BATCH)),
+      order: sorted ? list(count) : null,
+    };
+    // the numbers are the GPU's now: a page on a phone cannot keep them as well
+    this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
+    if (sorted) this.setOrder(Uint32Array.from({ length: count }, (_, i) => i));
+  }
+
+  /** Draws so many Gaussians of the scene that there is room for, the first ones. @param {number} count */
+  show(count) {
+    if (this.#scene) this.#scene.count = count;
+  }
+
+  /**
+   * Writes new numbers over those of some Gaussians, for a scene that is still arriving.
+   *
+   * @param {Part} part
+   * @param {number} from first Gaussian whose numbers changed
+   * @param {Numbers} numbers all of theirs, of that part
+   */
+  update(part, from, numbers) {
+    if (!this.#scene || !this.#uploaded || this.lost !== null) return;
+    const start = 4 * strides(this.#scene)[part] * from;
+    this.#device.queue.writeBuffer(this.#uploaded.parts[part], start, numbers);
+  }
+
+  /** Dots that `drawDots` draws, or none any more; the scene stays. @param {Dots | null} dots */
+  setDots(dots) {
+    this.#dots?.destroy();
+    this.#dots = dots && new WebGpuDots(this.#program, dots, this.#format);
+  }
+
+  /** Draws them into the canvas, which takes the camera's size. @param {Camera} camera */
+  drawDots(camera) {
+    if (this.lost === null) this.#dots?.draw(camera, this.#fitted(camera));
+  }
+
+  /**
+   * The order of a sorted scene, far ones first.
+   *
+   * @param {Uint32Array<ArrayBuffer>} order
+   */
+  setOrder(order) {
+    const buffer = this.#uploaded?.order;
+    if (buffer) this.#device.queue.writeBuffer(buffer, 0, order);
+  }
+
+  /**
+   * Draws into the canvas, which takes the camera's size.
+   *
+   * @param {Camera} camera
+   */
+  draw(camera) {
+    if (this.lost === null) this.#frame(camera, this.#fitted(camera), this.#format);
+  }
+
+  /**
+   * The picture as numbers: r, g, b and how much of the background is covered, top row first.
+   *
+   * @param {Camera} camera
+   * @returns {Promise<Float32Array>}
+   */
+  async pixels(camera) {
+    const { width, height } = camera;
+    const stride = Math.ceil((16 * width) / 256) * 256; // rows of a copy must be aligned
+    const texture = this.#target(width, height, "rgba32float");
+    this.#frame(camera, texture.createView(), "rgba32float");
+    const buffer = this.#device.createBuffer({
+      size: stride * height,
+      usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST,
+    });
+    const encoder = this.#device.createCommandEncoder();
+    encoder.copyTextureToBuffer({ texture }, { buffer, bytesPerRow: stride }, [width, height]);
+    this.#device.queue.submit([encoder.finish()]);
+    await buffer.mapAsync(GPUMapMode.READ);
+    const rows = new Float32Array(buffer.getMappedRange());
+    const found = new Float32Array(4 * width * height);
+    for (let y = 0; y < height; y++) {
+      const from = (y * stride) / 4;
+      found.set(rows.subarray(from, from + 4 * width), 4 * width * y);
+    }
+    buffer.destroy();
+    texture.destroy();
+    return found;
+  }
+
+  /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
+  async drawUnseen(camera) {
+    const texture = this.#target(camera.width, camera.height, this.#format);
+    this.#frame(camera, texture.createView(), this.#format);
+    await this.finished();
+    texture.destroy();
+    if (this.lost !== null) throw new Error(this.lost);
+  }
+
+  /** Waits until everything that was asked for is drawn. */
+  async finished() {
+    await this.#device.queue.onSubmittedWorkDone();
+  }
+
+  /** The device in words, as far as the browser tells. */
+  describe() {
+    const told = this.#device.adapterInfo; // not in all browsers
+    return [told?.vendor, told?.architecture, told?.device, told?.description].filter(Boolean).join(" ");
+  }
+
+  /** Asks what each pass of the last frame took, into `milliseconds`. */
+  async time() {
+    if (this.lost === null) await this.#program.time();
+  }
+
+  /** Gives back everything; the renderer cannot be used any more. */
+  destroy() {
+    this.#release();
+    this.setDots(null);
+    this.#device.onuncapturederror = null;
+    this.#device.destroy();
+  }
+
+  /** @param {string} sentence */
+  #end(sentence) {
+    if (this.lost !== null) return;
+    this.lost = sentence;
+    this.onLost(sentence);
+  }
+
+  #release() {
+    for (const buffer of this.#buffers()) buffer.destroy();
+    this.#uploaded = this.#scene = null;
+  }
+
+  #buffers() {
+    if (this.#uploaded === null) return [];
+    const { parts, looks, batches, order } = this.#uploaded;
+    return [...Object.values(parts), looks, batches, ...(order ? [order] : [])];
+  }
+
+  /** The canvas, of the camera's size. @param {Camera} camera */
+  #fitted({ width, height }) {
+    if (this.#canvas.width !== width) this.#canvas.width = width;
+    if (this.#canvas.height !== height) this.#canvas.height = height;
+    return this.#context.getCurrentTexture().createView();
+  }
+
+  /** @param {number} width @param {number} height @param {GPUTextureFormat} format */
+  #target(width, height, format) {
+    const use = GPUTextureUsage;
+    return this.#device.createTexture({
+      size: [width, height],
+      format,
+      usage: use.RENDER_ATTACHMENT | use.COPY_SRC,
+    });
+  }
+
+  /**
+   * @param {Camera} camera
+   * @param {GPUTextureView} target
+   * @param {GPUTextureFormat} format
+   */
+  #frame(camera, target, format) {
+    const scene = this.#scene;
+    if (!scene || !this.#uploaded) return;
+    const { queue } = this.#device;
+    const { floats, strips } = this.variant;
+    queue.writeBuffer(this.#view, 0, viewUniforms(scene, camera, floats ? 1 : FLOAT16_SCALE));
+    queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0));
+    const sums = this.#sumsFor(camera.width, camera.height, scene.sorted);
+    const encoder = this.#device.createCommandEncoder();
+    this.#project(encoder, scene.count, this.#uploaded);
+    this.#splat(encoder, scene.count, this.#uploaded, sums);
+    const pipeline = this.#program.resolve(scene.sorted, format);
+    const resolving = encoder.beginRenderPass({
+      colorAttachments: [{ view: target, loadOp: "clear", storeOp: "store" }],
+      timestampWrites: this.#program.stamps(2),
+    });
+    resolving.setPipeline(pipeline);
+    resolving.setBindGroup(0, this.#program.bind(pipeline, { 0: this.#view, ...numbered(sums, 1) }));
+    resolving.draw(3);
+    resolving.end();
+    queue.submit([encoder.finish()]);
+  }
+
+  /** @param {GPUCommandEncoder} encoder @param {number} count @param {Uploaded} uploaded */
+  #project(encoder, count, { kind, parts, looks, batches }) {
+    const pipeline = this.#program.project(kind, this.variant);
+    const all = [this.#view, parts.shapes, parts.colors, parts.lobes, looks, batches, this.#drawn];
+    const groups = Math.ceil(count / BATCH);
+    const across = Math.max(1, Math.min(groups, 65535));
+    const pass = encoder.beginComputePass({ timestampWrites: this.#program.stamps(0) });
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, this.#program.bind(pipeline, numbered(all, 0)));
+    pass.dispatchWorkgroups(across, Math.ceil(groups / across));
+    pass.end();
+  }
+
+  /**
+   * @param {GPUCommandEncoder} encoder
+   * @param {number} count
+   * @param {Uploaded} uploaded
+   * @param {GPUTextureView[]} sums
+   */
+  #splat(encoder, count, { kind, parts, looks, batches, order }, sums) {
+    const clear = [
+      { r: 0, g: 0, b: 0, a: kind.sorted ? 0 : 1 }, // nothing is covered yet
+      { r: 0, g: 0, b: 0, a: 0 },
+    ];
+    const pipeline = this.#program.splat(kind, this.variant);
+    const pass = encoder.beginRenderPass({
+      colorAttachments: sums.map((view, i) => ({
+        view,
+        loadOp: "clear",
+        storeOp: "store",
+        clearValue: clear[i],
+      })),
+      timestampWrites: this.#program.stamps(1),
+    });
+    pass.setPipeline(pipeline);
+    const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order ?? batches };
+    pass.setBindGroup(0, this.#program.bind(pipeline, read));
+    pass.setIndexBuffer(this.#corners, "uint16");
+    if (this.variant.strips) {
+      if (kind.sorted) pass.draw(4, count);
+      else pass.drawIndirect(this.#drawn, 0);
+    } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
+    else pass.drawIndexedIndirect(this.#drawn, 0);
+    pass.end();
+  }
+
+  /**
+   * @param {number} width
+   * @param {number} height
+   * @param {boolean} sorted
+   */
+  #sumsFor(width, height, sorted) {
+    const key = `${width} ${height} ${sorted} ${this.variant.floats}`;
+    if (this.#sums?.key === key) return this.#sums.views;
+    for (const texture of this.#sums?.textures ?? []) texture.destroy();
+    const use = GPUTextureUsage;
+    const textures = sumFormats(sorted, this.variant.floats).map((format) =>
+      this.#device.createTexture({
+        size: [width, height],
+        format,
+        usage: use.RENDER_ATTACHMENT | use.TEXTURE_BINDING,
+      }),
+    );
+    const views = textures.map((texture) => texture.createView());
+    this.#sums = { key, textures, views };
+    return views;
+  }
+}

@@ -1,0 +1,243 @@
+/** The graphics device, and the shaders of view/shaders as its pipelines. */
+
+import { findAdapter } from "../assets.js";
+
+/** @typedef {import("./types.js").Numbers} Numbers */
+/** @typedef {import("./types.js").Variant} Variant */
+/** @typedef {{sorted: boolean, packed: boolean}} Kind of a scene */
+
+export const BATCH = 128; // Gaussians, as in view.wgsl
+const PASSES = ["project", "splat", "resolve"];
+
+/** What all scenes share. */
+export class Program {
+  /** Milliseconds of the last timed frame by pass; null where the device has no clock. @type {Record<string, number> | null} */
+  milliseconds = null;
+  #shaders;
+  /** @type {Map<string, GPUShaderModule>} */
+  #modules = new Map();
+  /** @type {Map<string, GPURenderPipeline | GPUComputePipeline>} */
+  #pipelines = new Map();
+  /** @type {{queries: GPUQuerySet, found: GPUBuffer, read: GPUBuffer} | null} */
+  #clock = null;
+
+  /**
+   * @param {Record<string, string>} shaders WGSL by name
+   * @param {boolean} floats whether it must be able to blend 32-bit floats
+   * @returns {Promise<Program>} rejects with one sentence where the browser cannot
+   */
+  static async create(shaders, floats) {
+    if (!("gpu" in navigator)) {
+      throw new Error("this browser has no WebGPU here; it may need https, or a newer version");
+    }
+    const adapter = await findAdapter();
+    if (adapter === null) throw new Error("this device gives WebGPU no graphics adapter");
+    /** @type {GPUFeatureName[]} */
+    const wanted = ["timestamp-query", "float32-blendable"];
+    const features = wanted.filter((name) => adapter.features.has(name));
+    if (floats && !features.includes("float32-blendable")) {
+      throw new Error("this device cannot blend 32-bit floats");
+    }
+    const { maxStorageBufferBindingSize, maxBufferSize } = adapter.limits;
+    const device = await adapter.requestDevice({
+      requiredFeatures: features,
+      requiredLimits: { maxStorageBufferBindingSize, maxBufferSize },
+    });
+    return new Program(device, shaders);
+  }
+
+  /**
+   * @param {GPUDevice} device
+   * @param {Record<string, string>} shaders
+   */
+  constructor(device, shaders) {
+    this.device = device;
+    this.#shaders = shaders;
+    if (device.features.has("timestamp-query")) {
+      const size = 16 * PASSES.length;
+      const use = GPUBufferUsage;
+      this.#clock = {
+        queries: device.createQuerySet({ type: "timestamp", count: 2 * PASSES.length }),
+        found: device.createBuffer({ size, usage: use.QUERY_RESOLVE | use.COPY_SRC }),
+        read: device.createBuffer({ size, usage: use.MAP_READ | use.COPY_DST }),
+      };
+    }
+  }
+
+  /** Whether sums can be 32-bit floats. */
+  get blendsFloats() {
+    return this.device.features.has("float32-blendable");
+  }
+
+  /** @param {Kind} kind @param {Variant} variant */
+  project(kind, { strips }) {
+    return this.#kept(`project ${kind.packed} ${kind.sorted} ${strips}`, () =>
+      this.device.createComputePipeline({
+        layout: "auto",
+        compute: {
+          module: this.#module("project", kind),
+          entryPoint: "project_all",
+          constants: { SORTED: Number(kind.sorted), STRIPS: Number(strips) },
+        },
+      }),
+    );
+  }
+
+  /** @param {Kind} kind @param {Variant} variant */
+  splat(kind, { floats, strips }) {
+    return this.#kept(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats}`, () => {
+      /** @type {GPUBlendComponent} */
+      const over = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
+      /** @type {GPUBlendState} */
+      const blend = kind.sorted
+        ? { color: over, alpha: over }
+        : {
+            color: { srcFactor: "one", dstFactor: "one", operation: "add" },
+            alpha: { srcFactor: "zero", dstFactor: "one-minus-src-alpha", operation: "add" },
+          };
+      const module = this.#module("splat", kind);
+      return this.device.createRenderPipeline({
+        layout: "auto",
+        vertex: {
+          module,
+          entryPoint: "corner",
+          constants: { SORTED: Number(kind.sorted), STRIPS: Number(strips) },
+        },
+        primitive: { topology: strips ? "triangle-strip" : "triangle-list" },
+        fragment: {
+          module,
+          entryPoint: kind.sorted ? "cover" : "add_weighted",
+          targets: sumFormats(kind.sorted, floats).map((format) => ({ format, blend })),
+        },
+      });
+    });
+  }
+
+  /** @param {boolean} sorted @param {GPUTextureFormat} format of the target */
+  resolve(sorted, format) {
+    return this.#kept(`resolve ${sorted} ${format}`, () => {
+      const module = this.#module("resolve", null);
+      return this.device.createRenderPipeline({
+        layout: "auto",
+        vertex: { module, entryPoint: "whole_picture" },
+        primitive: { topology: "triangle-list" },
+        fragment: {
+          module,
+          entryPoint: sorted ? "resolve_sorted" : "resolve_sortfree",
+          targets: [{ format }],
+        },
+      });
+    });
+  }
+
+  /** @param {GPUTextureFormat} format of the target */
+  dots(format) {
+    return this.#kept(`dots ${format}`, () => {
+      const module = this.device.createShaderModule({ code: this.#shaders.dots, label: "dots" });
+      /** @type {GPUVertexAttribute[]} */
+      const attributes = [{ shaderLocation: 0, offset: 0, format: "float32x3" }];
+      return this.device.createRenderPipeline({
+        layout: "auto",
+        vertex: { module, entryPoint: "corner_of_dot", buffers: [{ arrayStride: 12, attributes }] },
+        fragment: { module, entryPoint: "paint_dot", targets: [{ format }] },
+      });
+    });
+  }
+
+  /**
+   * A buffer that holds numbers.
+   *
+   * @param {Numbers | Uint16Array} numbers
+   * @param {number} usage
+   */
+  filled(numbers, usage) {
+    const size = Math.ceil(numbers.byteLength / 4) * 4;
+    const buffer = this.device.createBuffer({ size, usage, mappedAtCreation: true });
+    const bytes = new Uint8Array(numbers.buffer, numbers.byteOffset, numbers.byteLength);
+    new Uint8Array(buffer.getMappedRange()).set(bytes);
+    buffer.unmap();
+    return buffer;
+  }
+
+  /**
+   * What a pipeline reads and writes.
+   *
+   * @param {GPURenderPipeline | GPUComputePipeline} pipeline
+   * @param {Record<number, GPUBuffer | GPUTextureView>} resources by the number of their binding
+   */
+  bind(pipeline, resources) {
+    return this.device.createBindGroup({
+      layout: pipeline.getBindGroupLayout(0),
+      entries: Object.entries(resources).map(([binding, resource]) => ({
+        binding: Number(binding),
+        resource: resource instanceof GPUBuffer ? { buffer: resource } : resource,
+      })),
+    });
+  }
+
+  /** Where a pass notes when it began and ended. @param {number} pass */
+  stamps(pass) {
+    if (this.#clock === null) return undefined;
+    return {
+      querySet: this.#clock.queries,
+      beginningOfPassWriteIndex: 2 * pass,
+      endOfPassWriteIndex: 2 * pass + 1,
+    };
+  }
+
+  /** Asks what each pass of the last frame took, into `milliseconds`; not while it still asks. */
+  async time() {
+    if (this.#clock === null || this.#clock.read.mapState !== "unmapped") return;
+    const { queries, found, read } = this.#clock;
+    const encoder = this.device.createCommandEncoder();
+    encoder.resolveQuerySet(queries, 0, 2 * PASSES.length, found, 0);
+    encoder.copyBufferToBuffer(found, 0, read, 0, read.size);
+    this.device.queue.submit([encoder.finish()]);
+    await read.mapAsync(GPUMapMode.READ);
+    const stamps = new BigUint64Array(read.getMappedRange());
+    this.milliseconds = Object.fromEntries(
+      PASSES.map((name, i) => [name, Number(stamps[2 * i + 1] - stamps[2 * i]) / 1e6]),
+    );
+    read.unmap();
+  }
+
+  /**
+   * @template {GPURenderPipeline | GPUComputePipeline} T
+   * @param {string} key
+   * @param {() => T} make
+   * @returns {T}
+   */
+  #kept(key, make) {
+    const found = /** @type {T | undefined} */ (this.#pipelines.get(key)) ?? make();
+    this.#pipelines.set(key, found);
+    return found;
+  }
+
+  /** @param {"project" | "splat" | "resolve"} name @param {Kind | null} kind whose rows it reads */
+  #module(name, kind) {
+    const rows = kind === null ? "" : this.#shaders[kind.packed ? "packed" : "wide"];
+    const key = `${name} ${kind?.packed}`;
+    const code = `${this.#shaders.view}\n${rows}\n${this.#shaders[name]}`;
+    const module = this.#modules.get(key) ?? this.device.createShaderModule({ code, label: name });
+    this.#modules.set(key, module);
+    return module;
+  }
+}
+
+/**
+ * Resources by the number of their binding, from one on.
+ *
+ * @template T
+ * @param {T[]} items
+ * @param {number} first
+ * @returns {Record<number, T>}
+ */
+export function numbered(items, first) {
+  return Object.fromEntries(items.map((item, i) => [first + i, item]));
+}
+
+/** @param {boolean} sorted @param {boolean} floats @returns {GPUTextureFormat[]} */
+export function sumFormats(sorted, floats) {
+  if (floats) return sorted ? ["rgba32float"] : ["rgba32float", "r32float"];
+  return sorted ? ["rgba16float"] : ["rgba16float", "r16float"];
+}

@@ -1,0 +1,396 @@
+/** One scene in a canvas: loads it, renders it, and sorts it if needed. */
+
+import { loadingWorker } from "../assets.js";
+import { backToFront } from "../load/depth_sort.js";
+import { worldMeans } from "../mgs/positions.js";
+import { knownVariant, warmUp, warmUpDots } from "../render/calibrate.js";
+import { createRenderer } from "../render/create_renderer.js";
+import { strides } from "../render/types.js";
+import { selectVariant, storage } from "./variant_select.js";
+import { SortSchedule } from "./sort_schedule.js";
+import { recordLogits } from "./pick.js";
+
+/** @typedef {import("../load/worker.js").Message} Message */
+/** @typedef {import("../load/worker.js").Request} Request */
+/** @typedef {import("../mgs/header.js").View} View */
+/** @typedef {import("../mgs/positions.js").StoredMeans} StoredMeans */
+/** @typedef {import("../render/create_renderer.js").Choice} Choice */
+/** @typedef {import("../render/create_renderer.js").Renderer} Renderer */
+/** @typedef {import("../render/types.js").Camera} Camera */
+/** @typedef {import("../render/types.js").Variant} Variant */
+/** @typedef {import("./vector.js").Vector} Vector */
+/**
+ * @typedef {object} SceneListener callbacks of a scene view
+ * @property {(share: number) => void} progress share of the file, 0 to 1; NaN while its size is unknown
+ * @property {() => void} arrived another scene is shown, of which more may follow
+ * @property {() => void} changed the scene has changed: render it
+ * @property {() => void} ordered the requested order has arrived
+ * @property {(milliseconds: number, bytes: number) => void} loaded everything is decoded
+ * @property {(sentence: string, kept?: boolean) => void} failed `kept`: the previous scene stays
+ * @property {(sentence: string) => void} broken the renderer cannot continue
+ */
+
+const WARM_UP_DELAY = 50; // milliseconds, so that the first image reaches the screen before
+
+export class SceneView {
+  /** Gaussians of the scene. */
+  count = 0;
+  /** Training cameras that the file contains. @type {View[]} */
+  views = [];
+  near = 0.2;
+  /** Logits of the mean opacities, for picking. */
+  logits = new Float32Array(0);
+  /** The request that is loading, else the one that is shown. @type {Request | null} */
+  request = null;
+  /** Resolves when the fastest variant is known; measured after the first scene has loaded. */
+  calibrated = Promise.resolve();
+
+  name = ""; // of the renderer
+  /** Whether the renderer failed with this scene. */
+  broken = false;
+
+  #storedMeans = /** @type {StoredMeans} */ (new Float32Array(0));
+  #variant;
+  #measured = false; // or known, or being measured
+  #sorting;
+  #listener;
+  /** @type {Renderer | null} */
+  #renderer = null;
+  /** The worker of the shown scene. @type {Worker | null} */
+  #worker = null;
+  /** The worker of the scene that will replace it. @type {Worker | null} */
+  #loading = null;
+  /** The worker of the latest request. @type {Worker | null} */
+  #latest = null;
+  /** Resolves to whether a renderer exists. */
+  #ready = Promise.resolve(false);
+  #destroyed = false;
+  /** @type {Request | null} */
+  #shown = null;
+  #reloaded = false; // the same scene again, after the renderer had lost it
+  #lobeStride = 2;
+  /** Background colours: the scene's own, the chosen one, and the array that the renderer reads. */
+  #background = [0, 0, 0];
+  /** @type {Vector | null} */
+  #chosen = null;
+  #drawn = [0, 0, 0];
+  #sortSchedule = new SortSchedule();
+  #timing = false;
+  #dots = false; // whether only dots can be rendered yet
+  #warm = false; // whether the shaders are compiled, or being compiled
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {SceneListener} listener
+   * @param {Variant | null} variant null: the fastest on this device
+   * @param {boolean} sorting whether sort-free scenes are rendered sorted
+   */
+  constructor(canvas, listener, variant, sorting) {
+    this.canvas = canvas;
+    this.#listener = listener;
+    this.#variant = variant;
+    this.#sorting = sorting;
+  }
+
+  /** Create a renderer. @param {Choice} choice @returns {Promise<boolean>} whether it succeeded */
+  begin(choice) {
+    return (this.#ready = this.#open(choice));
+  }
+
+  /** @param {Choice} choice @returns {Promise<boolean>} */
+  async #open(choice) {
+    try {
+      const { name, renderer } = await createRenderer(this.canvas, choice);
+      if (this.#destroyed) {
+        renderer.destroy();
+        return false;
+      }
+      renderer.onLost = (sentence) => this.#break(sentence);
+      if ("onRestored" in renderer) {
+        renderer.onRestored = () => this.request && this.load(this.request);
+      }
+      const chosen = renderer.variants.find(
+        ({ floats, strips }) => floats === this.#variant?.floats && strips === this.#variant.strips,
+      );
+      const known = chosen ?? knownVariant(renderer, storage());
+      if (known) renderer.variant = known;
+      this.#measured = known !== null;
+      this.#renderer = renderer;
+      this.name = name;
+      warmUpDots(renderer);
+      return true;
+    } catch (error) {
+      this.#listener.failed(messageOf(error));
+      return false;
+    }
+  }
+
+  /** Select the fastest variant. */
+  async #calibrate() {
+    if (this.#measured || this.broken) return;
+    this.#measured = true;
+    const choice = this.name === "WebGPU" ? "webgpu" : "webgl";
+    const variant = await selectVariant(choice);
+    if (this.#renderer) this.#renderer.variant = variant;
+    this.#listener.changed();
+  }
+
+  /**
+   * Load a scene. It replaces the previous one, which stays if loading fails. Loading may start before
+   * the renderer exists.
+   *
+   * @param {Request} request
+   * @param {boolean} [again] whether the preloaded worker failed, so that the viewer starts its own
+   */
+  load(request, again = false) {
+    this.#loading?.terminate();
+    this.request = request;
+    const worker = loadingWorker(request, async ({ data }) => {
+      if (!(await this.#ready)) {
+        worker.terminate();
+        return;
+      }
+      // messages of a terminated worker may still arrive
+      if (worker === this.#loading || worker === this.#worker) this.#receive(data, worker);
+    });
+    worker.onerror = (event) => {
+      event.preventDefault();
+      if (!again && worker === this.#loading) this.load(request, true);
+      else this.#fail("the viewer's own files could not be loaded: reload the page", worker);
+    };
+    this.#loading = this.#latest = worker;
+  }
+
+  /** Render; throws an Error if it cannot. @param {Camera} camera the scene's near plane replaces its own */
+  draw(camera) {
+    if (this.#worker === null) return;
+    const seen = { ...camera, near: this.near };
+    if (this.#dots) {
+      this.#renderer?.drawDots(seen);
+      void this.#warmUp();
+      return;
+    }
+    this.#requestOrder(camera);
+    this.#renderer?.draw(seen);
+  }
+
+  /** Compile the shaders of scenes after the first image of dots. */
+  async #warmUp() {
+    const renderer = this.#renderer;
+    if (this.#warm || this.#sorting || !renderer) return;
+    this.#warm = true;
+    await new Promise((later) => setTimeout(later, WARM_UP_DELAY));
+    // a device that fails here also fails when it renders, and reports it then
+    if (this.#dots && !this.#destroyed) await warmUp(renderer).catch(() => {});
+  }
+
+  /** Render; report an error once. @param {Camera} camera */
+  drawOrReport(camera) {
+    if (this.broken) return;
+    try {
+      this.draw(camera);
+    } catch (error) {
+      this.#break(messageOf(error));
+    }
+  }
+
+  /** Wait until all submitted work is rendered. */
+  async finished() {
+    await this.#renderer?.finished();
+  }
+
+  /** The image as RGBA floats. @param {Camera} camera @returns {Promise<Float32Array>} */
+  pixels(camera) {
+    const shown = this.#worker && !this.#dots ? this.#renderer?.pixels(camera) : null;
+    return shown ?? Promise.reject(new Error("nothing can be drawn"));
+  }
+
+  /** The chosen background, or the scene's own. @returns {Vector} sRGB in [0, 1] */
+  get background() {
+    return /** @type {Vector} */ (this.#chosen ?? this.#background);
+  }
+
+  /** @param {Vector | null} color sRGB in [0, 1], or null for the scene's own */
+  set background(color) {
+    this.#chosen = color;
+    // renderers keep this array and read it in every frame
+    this.background.forEach((value, i) => (this.#drawn[i] = value));
+  }
+
+  /** Means of the rendered Gaussians, world units, 3 each; converted at the first use. */
+  get means() {
+    return (this.#storedMeans = worldMeans(this.#storedMeans));
+  }
+
+  /** Milliseconds of each pass of a timed frame; null where the device has no timer. */
+  get milliseconds() {
+    return this.#renderer?.milliseconds ?? null;
+  }
+
+  /** Request the pass times of the last frame, unless a request is pending. */
+  async time() {
+    if (this.#timing || !this.#renderer) return;
+    this.#timing = true;
+    // a lost device is reported elsewhere
+    await this.#renderer.time().catch(() => {});
+    this.#timing = false;
+  }
+
+  /** Renderer, adapter and variant in words. */
+  get device() {
+    const { floats, strips } = this.#renderer?.variant ?? { floats: false, strips: false };
+    const variant = `${floats ? "floats" : "halves"}, ${strips ? "strips" : "batches"}`;
+    const sorted = this.#sortSchedule.by !== "";
+    return { renderer: this.name, adapter: this.#renderer?.describe() ?? "", variant, sorted };
+  }
+
+  destroy() {
+    this.#destroyed = this.broken = true;
+    this.#loading?.terminate();
+    this.#worker?.terminate();
+    this.#renderer?.destroy();
+    this.#renderer = null;
+  }
+
+  /** @param {string} sentence */
+  #break(sentence) {
+    this.broken = true;
+    this.#listener.broken(sentence);
+  }
+
+  /** @param {Message} message @param {Worker} worker that sent it */
+  #receive(message, worker) {
+    // ignore more data of a scene that cannot be rendered
+    if (this.broken && worker === this.#worker) return;
+    if (message.kind === "failed") this.#fail(message.sentence, worker);
+    else if (message.kind === "progress") {
+      if (worker === this.#latest) this.#listener.progress(message.received / message.total);
+    } else if (message.kind === "dots") this.#takeDots(message, worker);
+    else if (message.kind === "scene") this.#take(message, worker);
+    else if (message.kind === "rows") this.#takeRows(message);
+    else if (message.kind === "more") this.#show(message.means);
+    else if (message.kind === "order") this.#takeOrder(message.order);
+    else {
+      if (this.#sortSchedule.by !== "worker") worker.terminate(); // it has no work left
+      // a device that fails here also fails when it renders, and reports it then
+      if (!this.#loading) this.calibrated = this.#calibrate().catch(() => {});
+      if (worker === this.#latest) this.#listener.loaded(message.milliseconds, message.bytes);
+    }
+  }
+
+  /** @param {string} sentence @param {Worker} worker */
+  #fail(sentence, worker) {
+    const kept = worker === this.#loading && this.#shown !== null;
+    if (worker === this.#loading) {
+      this.#loading = null;
+      this.request = this.#shown;
+    }
+    if (worker !== this.#worker || this.#sortSchedule.by !== "worker") worker.terminate();
+    if (worker === this.#latest) this.#listener.failed(sentence, kept);
+  }
+
+  /** @param {Extract<Message, {kind: "dots"}>} message @param {Worker} worker */
+  #takeDots({ dots, views, near }, worker) {
+    this.#sortSchedule.reset("");
+    const taken = this.#replace(worker, dots.background, () => this.#renderer?.setDots(dots));
+    if (!taken) return;
+    this.#dots = true;
+    this.#setCameras(views, near);
+    this.logits = new Float32Array(dots.means.length / 3);
+    this.#show(dots.means);
+    if (!this.#reloaded) this.#listener.arrived();
+  }
+
+  /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
+  #take({ data, means, views, near }, worker) {
+    const more = worker === this.#worker; // of the scene that is shown
+    this.#sortSchedule.reset(data.sorted ? "worker" : this.#sorting ? "page" : "");
+    data.sorted = this.#sortSchedule.by !== "";
+    const taken = this.#replace(worker, data.background, () => {
+      this.#renderer?.setDots(null);
+      this.#renderer?.setScene(data);
+    });
+    if (!taken) return;
+    this.#dots = false;
+    this.#setCameras(views, near);
+    this.logits = new Float32Array(data.count);
+    this.#lobeStride = strides(data).lobes;
+    recordLogits(this.logits, this.#lobeStride, 0, data.lobes);
+    this.#show(means);
+    if (!more && !this.#reloaded) this.#listener.arrived();
+  }
+
+  /**
+   * Pass another scene to the renderer; report it if that fails.
+   *
+   * @param {Worker} worker whose scene it is
+   * @param {Vector} background read in every frame
+   * @param {() => void} give
+   */
+  #replace(worker, background, give) {
+    if (worker !== this.#worker) this.#worker?.terminate();
+    this.#worker = worker;
+    if (worker === this.#loading) {
+      this.#reloaded = this.request === this.#shown && this.count > 0;
+      this.#shown = this.request;
+      this.#loading = null;
+    }
+    this.#background = [...background];
+    this.#drawn = background;
+    this.background = this.#chosen;
+    if (this.#renderer?.lost) {
+      this.#break(this.#renderer.lost);
+      return false;
+    }
+    try {
+      give();
+    } catch (error) {
+      worker.terminate();
+      this.count = 0;
+      this.#listener.failed(messageOf(error));
+      return false;
+    }
+    this.broken = false;
+    return true;
+  }
+
+  /** @param {View[]} views @param {number} near */
+  #setCameras(views, near) {
+    this.views = views;
+    this.near = near;
+  }
+
+  /** Render the first Gaussians of the scene, as many as there are means. @param {StoredMeans} means */
+  #show(means) {
+    this.#storedMeans = means;
+    this.count = ("stored" in means ? means.stored : means).length / 3;
+    this.#renderer?.show(this.count);
+    this.#sortSchedule.invalidate();
+    this.#listener.changed();
+  }
+
+  /** @param {Extract<Message, {kind: "rows"}>} message */
+  #takeRows({ part, from, numbers }) {
+    this.#renderer?.update(part, from, numbers);
+    if (part === "lobes") recordLogits(this.logits, this.#lobeStride, from, numbers);
+    this.#listener.changed();
+  }
+
+  /** @param {Uint32Array<ArrayBuffer>} order */
+  #takeOrder(order) {
+    this.#sortSchedule.received();
+    this.#renderer?.setOrder(order);
+    this.#listener.ordered();
+  }
+
+  /** Request another order if the scene is sorted and the direction has changed. @param {Camera} camera */
+  #requestOrder(camera) {
+    const forward = this.#sortSchedule.neededDirection(camera);
+    if (forward === null) return;
+    if (this.#sortSchedule.by === "page") this.#renderer?.setOrder(backToFront(this.means, forward));
+    else this.#worker?.postMessage({ forward });
+  }
+}
+
+/** @param {unknown} error */
+const messageOf = (error) => (error instanceof Error ? error.message : String(error));

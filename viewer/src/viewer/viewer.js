@@ -1,0 +1,351 @@
+/** Renders one or two scenes with one camera, and follows the input. */
+
+import { Input } from "./input.js";
+import { SceneView } from "./scene_view.js";
+import { pointUnder } from "./pick.js";
+import { Pose, cameraOf } from "./pose.js";
+import { Resolution } from "./resolution.js";
+
+/** @typedef {import("../load/worker.js").Request} Request */
+/** @typedef {import("../render/create_renderer.js").Choice} Choice */
+/** @typedef {import("../render/types.js").Camera} Camera */
+/** @typedef {import("../render/types.js").Variant} Variant */
+/** @typedef {import("./vector.js").Vector} Vector */
+/** @typedef {0 | 1} Side 0: the scene; 1: the one that it is compared with */
+/**
+ * @typedef {object} Listener callbacks of a viewer
+ * @property {(side: Side, share: number) => void} progress share of a file, 0 to 1; NaN while its size
+ *     is unknown
+ * @property {(side: Side, milliseconds: number, bytes: number) => void} loaded everything is decoded
+ * @property {(side: Side, sentence: string, kept?: boolean) => void} failed `kept`: the previous scene stays
+ * @property {(side: Side, sentence: string) => void} broken the renderer cannot continue
+ * @property {(stats: Stats) => void} drawn
+ */
+/**
+ * @typedef {object} Stats
+ * @property {string} renderer
+ * @property {number} count Gaussians
+ * @property {number} compared Gaussians of the other scene, or 0
+ * @property {number} width pixels rendered
+ * @property {number} height
+ * @property {number} milliseconds since the previous frame; 0 while nothing moves
+ * @property {Record<string, number> | null} passes milliseconds by pass, where the device has a timer
+ */
+
+const PATIENCE = 100; // milliseconds between frames of a scene that is loading and does not move
+const LINGER = 150; // milliseconds after an input during which the scene counts as moving
+const IDLE = (9 * Math.PI) / 180; // radians per second of automatic rotation
+
+export class Viewer {
+  /** The effect of dragging. @type {"orbit" | "fly"} */
+  mode = "orbit";
+  /** @type {Pose} */
+  pose = new Pose([0, 0, -3], [0, 0, 0], [0, -1, 0]);
+  /** Field of view in degrees; null: that of the training cameras. @type {number | null} */
+  fov = null;
+  /** Whether each pass is timed. */
+  timed = false;
+  /** Whether the scene rotates by itself; the first input stops it. */
+  turning = false;
+  /** Whether only `drawAndWait` renders. */
+  measured = false;
+
+  #listener;
+  #canvas;
+  #variant;
+  #first;
+  /** @type {SceneView | null} */
+  #second = null;
+  /** @type {Choice} */
+  #choice = "auto";
+  /** @type {Vector | null} */
+  #chosen = null; // background
+  #resolution;
+  #input;
+  #start = this.pose;
+  #placed = false; // the pose was set from outside
+  #requested = 0; // animation frame
+  #last = 0; // time of the last frame
+  #touched = -Infinity; // time of the last input
+  #moving = false; // whether the last frame followed input
+  #soon = 0; // timer of a delayed frame
+  #rest = 0; // timer of the sharp frame after a movement
+  #resize;
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Listener} listener
+   * @param {{variant?: Variant | null}} [options] null: the fastest on this device
+   */
+  constructor(canvas, listener, { variant = null } = {}) {
+    this.#canvas = canvas;
+    this.#listener = listener;
+    this.#variant = variant;
+    this.#resolution = new Resolution(null);
+    this.#first = this.#sceneView(canvas, 0, false);
+    this.#input = new Input(canvas, {
+      pose: () => this.pose,
+      mode: () => this.mode,
+      held: () => (this.turning = false),
+      changed: () => {
+        this.#touched = performance.now();
+        this.turning = false;
+        this.redraw();
+      },
+      focus: (x, y) => this.#focus(x, y),
+    });
+    this.#resize = new ResizeObserver(() => this.redraw());
+    this.#resize.observe(canvas);
+  }
+
+  /** Create a renderer. @param {Choice} choice @returns {Promise<boolean>} whether it succeeded */
+  begin(choice) {
+    this.#choice = choice;
+    return this.#first.begin(choice);
+  }
+
+  /** Load a scene; the previous one stays if that fails. @param {Request} request */
+  load(request) {
+    if (this.#first.request) this.#placed = false; // the pose belonged to the previous scene
+    this.#first.load(request);
+  }
+
+  /**
+   * Render a second scene with the same camera.
+   *
+   * @param {HTMLCanvasElement} canvas as large as the first one
+   * @param {Request} request
+   * @param {boolean} sorting whether a sort-free scene is rendered sorted
+   */
+  async compare(canvas, request, sorting) {
+    this.endComparison();
+    const sceneView = this.#sceneView(canvas, 1, sorting);
+    sceneView.background = this.#chosen;
+    this.#second = sceneView;
+    await this.#first.calibrated; // the second view uses the stored result
+    if (sceneView !== this.#second) return;
+    if ((await sceneView.begin(this.#choice)) && sceneView === this.#second) sceneView.load(request);
+  }
+
+  /** End the comparison. */
+  endComparison() {
+    this.#second?.destroy();
+    this.#second = null;
+  }
+
+  /** Render in the next animation frame. */
+  redraw() {
+    if (!this.#requested && !this.measured) this.#requested = requestAnimationFrame((time) => this.#frame(time));
+  }
+
+  /** Return to the first pose, or to a training camera. @param {number} [index] */
+  reset(index) {
+    const { views } = this;
+    this.pose =
+      index === undefined || views.length === 0
+        ? this.#start.copy()
+        : Pose.fromViews(views, ((index % views.length) + views.length) % views.length);
+    this.redraw();
+  }
+
+  /** Set the pose, also for a scene that is still loading. @param {Pose} pose */
+  place(pose) {
+    this.pose = pose;
+    this.#placed = true;
+    this.redraw();
+  }
+
+  /** The camera of a frame of the given size. @param {number} width @param {number} height @returns {Camera} */
+  camera(width, height) {
+    return cameraOf(this.pose, this.views[0] ?? null, width, height, this.#first.near, this.fov);
+  }
+
+  /** Training cameras of the scene, or else of the second one. */
+  get views() {
+    return this.#first.views.length ? this.#first.views : (this.#second?.views ?? []);
+  }
+
+  /** Gaussians of the scene. */
+  get count() {
+    return this.#first.count;
+  }
+
+  /** Resolves when the fastest variant is known, after the first scene has loaded. */
+  get calibrated() {
+    return this.#first.calibrated;
+  }
+
+  /** Source of the scene that is loading or shown. @returns {string | Blob | null} */
+  get source() {
+    const { request } = this.#first;
+    if (request === null || "forward" in request) return null;
+    return "url" in request ? request.url : request.file;
+  }
+
+  /** Renderer, adapter and variant in words. */
+  get device() {
+    return this.#first.device;
+  }
+
+  /** Rendered share of the screen's resolution, per side; null: chosen by the frame time. */
+  get scale() {
+    return this.#resolution.fixed;
+  }
+
+  set scale(share) {
+    this.#resolution = new Resolution(share);
+    this.redraw();
+  }
+
+  /** The visitor's settings, for a viewer that replaces this one. */
+  get choices() {
+    const { mode, fov, turning, scale, timed } = this;
+    return { mode, fov, turning, scale, timed, background: this.#chosen };
+  }
+
+  /** The background. @returns {Vector} sRGB in [0, 1] */
+  get background() {
+    return this.#first.background;
+  }
+
+  /** @param {Vector | null} color sRGB in [0, 1], or null for each scene's own */
+  set background(color) {
+    this.#chosen = color;
+    for (const sceneView of this.#sceneViews) sceneView.background = color;
+    this.redraw();
+  }
+
+  /** Render a frame of a given size and wait for it; throws an Error if it cannot. @param {number} width @param {number} height */
+  async drawAndWait(width, height) {
+    this.#first.draw(this.camera(width, height));
+    await this.finished();
+    if (this.#first.broken) throw new Error("the renderer was lost");
+  }
+
+  /** Wait until all submitted work is rendered. */
+  async finished() {
+    await this.#first.finished();
+  }
+
+  /** Milliseconds of each pass of the last frame; null where the device has no timer. */
+  async passes() {
+    await this.#first.time();
+    return this.#first.milliseconds;
+  }
+
+  /** The image as RGBA floats. @param {Camera} camera @param {Side} [side] */
+  pixels(camera, side = 0) {
+    const sceneView = this.#sceneViews[side];
+    return sceneView?.pixels(camera) ?? Promise.reject(new Error("there is no other scene"));
+  }
+
+  /**
+   * The image at its present size, as a PNG.
+   *
+   * @param {number} [share] of the width that shows the first of two scenes
+   * @returns {Promise<Blob | null>}
+   */
+  screenshot(share = 1) {
+    const { width, height } = this.#draw();
+    const picture = document.createElement("canvas");
+    [picture.width, picture.height] = [width, height];
+    const context = picture.getContext("2d");
+    this.#sceneViews.forEach(({ canvas }, side) => {
+      const from = side * Math.round(share * width);
+      const across = width - from;
+      if (across > 0) context?.drawImage(canvas, from, 0, across, height, from, 0, across, height);
+    });
+    return new Promise((resolve) => picture.toBlob(resolve, "image/png"));
+  }
+
+  destroy() {
+    cancelAnimationFrame(this.#requested);
+    clearTimeout(this.#rest);
+    clearTimeout(this.#soon);
+    this.#input.destroy();
+    this.#resize.disconnect();
+    for (const sceneView of this.#sceneViews) sceneView.destroy();
+  }
+
+  get #sceneViews() {
+    return this.#second ? [this.#first, this.#second] : [this.#first];
+  }
+
+  /** @param {HTMLCanvasElement} canvas @param {Side} side @param {boolean} sorting */
+  #sceneView(canvas, side, sorting) {
+    /** @type {import("./scene_view.js").SceneListener} */
+    const listener = {
+      progress: (share) => this.#listener.progress(side, share),
+      arrived: () => this.#arrived(side),
+      changed: () => {
+        this.#soon ||= setTimeout(() => this.redraw(), PATIENCE);
+      },
+      ordered: () => this.redraw(),
+      loaded: (milliseconds, bytes) => {
+        this.#listener.loaded(side, milliseconds, bytes);
+        this.redraw();
+      },
+      failed: (sentence, kept) => this.#listener.failed(side, sentence, kept),
+      broken: (sentence) => this.#listener.broken(side, sentence),
+    };
+    return new SceneView(canvas, listener, this.#variant, sorting);
+  }
+
+  /** @param {Side} side */
+  #arrived(side) {
+    const { views } = this;
+    // the second scene sets the pose only if the first has no cameras and nobody has moved yet
+    const asked = side === 0 || (!this.#first.views.length && this.#touched === -Infinity);
+    if (asked && (views.length || this.#first.count)) {
+      this.#start = views.length ? Pose.fromViews(views) : Pose.around(this.#first.means);
+      if (!this.#placed) this.reset();
+    }
+    this.redraw();
+  }
+
+  /** @param {number} time */
+  #frame(time) {
+    this.#requested = 0;
+    clearTimeout(this.#soon);
+    this.#soon = 0;
+    const since = time - this.#last;
+    this.#last = time;
+    const followed = this.#moving; // then `since` is a frame time
+    const turning = this.turning && this.count > 0;
+    this.#moving = performance.now() - this.#touched < LINGER || this.#input.busy || turning;
+    if (this.#moving && followed) this.#resolution.note(since);
+    const seconds = Math.min(since, 100) / 1000;
+    this.#input.advance(seconds);
+    if (turning) this.pose.orbit(IDLE * seconds, 0);
+    const { width, height } = this.#draw();
+    clearTimeout(this.#rest);
+    if (this.#moving) this.#rest = setTimeout(() => this.redraw(), 2 * LINGER);
+    if (this.count && !this.#first.broken) {
+      const { name, count, milliseconds: passes } = this.#first;
+      const milliseconds = this.#moving && followed ? since : 0;
+      const compared = this.#second?.count ?? 0;
+      this.#listener.drawn({ renderer: name, count, compared, width, height, milliseconds, passes });
+      if (this.timed) void this.#first.time();
+    }
+    if (this.#input.busy || turning) this.redraw();
+  }
+
+  #draw() {
+    const { clientWidth, clientHeight } = this.#canvas;
+    const size = this.#resolution.size(clientWidth, clientHeight, devicePixelRatio, this.#moving);
+    if (clientWidth && clientHeight) {
+      const camera = this.camera(size.width, size.height);
+      for (const sceneView of this.#sceneViews) sceneView.drawOrReport(camera);
+    }
+    return size;
+  }
+
+  /** @param {number} x @param {number} y CSS pixels */
+  #focus(x, y) {
+    const { clientWidth, clientHeight } = this.#canvas;
+    const { means, logits } = this.#first;
+    const place = pointUnder(means, logits, this.camera(clientWidth, clientHeight), x, y);
+    if (place) this.pose.focus(place);
+    this.redraw();
+  }
+}
