@@ -14,7 +14,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # pyright would ask the network whether it is the newest
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: viewer help demo test docs drivers lint install clean
+.PHONY: help demo test lint docs viewer drivers install clean
 .DELETE_ON_ERROR:
 
 help:
@@ -28,12 +28,13 @@ help:
 demo: $(VENV)/installed
 	$(BIN)/mobilegs demo --output demo
 
-# everything runs even if something failed, and pytest's summary comes last; a file of tests to each
-# core, since small tensors gain little from two
-test: $(VENV)/installed $(if $(CI),drivers)
-	@failed=0; $(MAKE) --no-print-directory lint || failed=1; \
+# lint runs beside the tests, and pytest's summary comes last; each process takes whole files of tests
+# on one thread, since small tensors gain little from two
+test: $(VENV)/installed viewer/node_modules/.package-lock.json $(if $(CI),drivers)
+	@failed=0; $(MAKE) --no-print-directory lint & lint=$$!; \
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS) \
-		|| failed=1; exit $$failed
+		|| failed=1; \
+	wait $$lint || { echo "formatting, lint or types failed: make lint" >&2; failed=1; }; exit $$failed
 
 # a Vulkan device in software, and a browser; without them, tests that draw with them are skipped
 drivers:

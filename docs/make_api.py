@@ -114,7 +114,7 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "`.mgs` files": (
         "A `QuantizedScene` is what a file holds; its `decode` makes a scene of it "
-        "([the format](../format.md)).",
+        "([the format](format.md)).",
         ("read_mgs", "write_mgs", "unpack", "pack", "QuantizedScene", "with_lod_levels"),
     ),
     "Files of other tools": (

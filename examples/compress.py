@@ -1,9 +1,9 @@
-"""Make a scene of another tool small enough for a phone, and see what it lost.
+"""Compress a scene of another tool for a phone, and measure the loss of quality.
 
     python examples/compress.py scene.ply runs/small --mb 3
 
-No photos are needed: pictures are taken of the scene itself. Some of them are not learned from, and
-the decibels are of those.
+No photos are needed: training uses images that are rendered from the scene itself. Some of these
+images are held back, and the PSNR is measured on them.
 """
 
 import argparse
@@ -16,10 +16,10 @@ def main() -> None:
     options = argparse.ArgumentParser(description="Compress a trained 3DGS scene.")
     options.add_argument("scene", type=Path)
     options.add_argument("run", type=Path)
-    options.add_argument("--mb", type=float, help="megabytes that the file shall have")
-    options.add_argument("--views", type=int, help="pictures to take")
-    options.add_argument("--size", type=int, help="their longer side, in pixels")
-    options.add_argument("--steps", type=int)
+    options.add_argument("--mb", type=float, help="target size of the file in megabytes")
+    options.add_argument("--views", type=int, help="number of images to render")
+    options.add_argument("--size", type=int, help="longer side of an image, in pixels")
+    options.add_argument("--steps", type=int, help="training steps")
     given = options.parse_args()
 
     run = CompressRun(
@@ -34,11 +34,11 @@ def main() -> None:
     student = compress_run(run)["student"]
     before, after = given.scene.stat().st_size, student["file_bytes"]
     print(f"{before:,} bytes became {after:,}, {before / after:.1f} times smaller")
-    print(f"{student['psnr']:.2f} dB to the scene, from places that were held back")
+    print(f"{student['psnr']:.2f} dB to the original scene, on held-back views")
 
     page = given.run / "scene.html"
     size = export_html(given.run / "scene.mgs", page, title=given.scene.stem)
-    print(f"{page}: {size:,} bytes, with the viewer")
+    print(f"{page}: {size:,} bytes, viewer included")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Cut the middle out of a plain 3DGS scene, and write it for every tool there is.
+"""Crop a 3DGS scene to its middle, and write it in every format.
 
-    python examples/convert.py scene.ply cut --keep 0.5
+    python examples/convert.py scene.ply cropped --keep 0.5
 
-Gaussians are five tensors, so whatever torch can do can be done to a scene.
+A scene is five tensors (means, quats, log_scales, logit_opacities, sh): edit them with torch.
 """
 
 import argparse
@@ -22,20 +22,22 @@ WRITERS = {"ply": write_ply, "spz": write_spz, "sog": write_sog, "glb": write_gl
 
 
 def middle(gaussians: Gaussians, share: float) -> Gaussians:
-    """The share of the Gaussians that is nearest to their median."""
+    """Return the given share of the Gaussians, those nearest to the median position."""
     distance = (gaussians.means - gaussians.means.median(0).values).norm(dim=1)
     return gaussians.select(distance <= distance.quantile(share))
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description="Cut a scene, and convert it.")
+    options = argparse.ArgumentParser(description="Crop a scene, and convert it.")
     options.add_argument("scene", type=Path)
     options.add_argument("folder", type=Path)
-    options.add_argument("--keep", type=float, default=0.9, help="share of the Gaussians")
+    options.add_argument(
+        "--keep", type=float, default=0.9, help="share of Gaussians to keep, in (0, 1]"
+    )
     given = options.parse_args()
 
     scene = open_scene(given.scene)
-    if scene.blend != "sorted":  # none of these formats can say that a scene needs no order
+    if scene.blend != "sorted":  # other viewers of these formats sort Gaussians
         raise InputError(f"{given.scene} is blended without sorting: give its teacher.ply")
     kept = middle(scene.gaussians, given.keep)
     print(f"{len(kept):,} of {len(scene.gaussians):,} Gaussians, degree {kept.sh_degree}")
@@ -43,9 +45,9 @@ def main() -> None:
     for kind, write in WRITERS.items():
         path = given.folder / f"{given.scene.stem}.{kind}"
         write(path, kept)
-        again, size = open_scene(path).gaussians, path.stat().st_size
-        each = f"{size / len(again):.1f} each"
-        print(f"{path.name:20} {size:11,} bytes  {len(again):,} Gaussians, {each}")
+        written, size = open_scene(path).gaussians, path.stat().st_size
+        each = f"{size / len(written):.1f} bytes each"
+        print(f"{path.name:20} {size:11,} bytes  {len(written):,} Gaussians, {each}")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Fit Gaussians to one photo by gradient descent: the kernels in a loop of your own.
+"""Fit Gaussians to one photo: differentiable rendering in your own training loop.
 
     python examples/fit.py photo.jpg fitted.png --count 2000 --steps 300
 
-This is no training (one photo says nothing about depth), but all of it is here: tensors with
-gradients, `render_sortfree`, a loss, an optimiser.
+One photo does not determine depth, but the loop has all parts of a training: tensors with
+gradients, `render_sortfree`, a loss and an optimiser.
 """
 
 import argparse
@@ -20,7 +20,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description="Fit Gaussians to a photo.")
     options.add_argument("photo", type=Path)
     options.add_argument("fitted", type=Path)
-    options.add_argument("--count", type=int, default=2000)
+    options.add_argument("--count", type=int, default=2000, help="number of Gaussians")
     options.add_argument("--steps", type=int, default=300)
     given = options.parse_args()
 
@@ -34,36 +34,41 @@ def main() -> None:
     torch.manual_seed(0)
     count = given.count
     means = (torch.rand(count, 3) - 0.5) * torch.tensor([1.0, height / width, 0.2])
-    raw = {
-        "means": means + torch.tensor([0.0, 0.0, 1.0]),  # a slab, one unit before the camera
+    parameters = {
+        "means": means + torch.tensor([0.0, 0.0, 1.0]),  # a slab, one unit in front of the camera
         "quats": torch.randn(count, 4),
         "log_scales": torch.full((count, 3), -0.5 * float(np.log(count)) - 1),
-        "lobes": torch.zeros(count, 1, 2) + torch.tensor([0.0, 1 / 0.28209479]),  # phi = 1
+        "lobes": torch.zeros(count, 1, 2) + torch.tensor([0.0, 1 / 0.28209479]),  # opacity phi = 1
         "sh": torch.zeros(count, 1, 3),
     }
-    for value in raw.values():
+    for value in parameters.values():
         value.requires_grad_()
-    rates = {"means": 1e-3, "quats": 1e-2, "log_scales": 1e-2, "lobes": 5e-2, "sh": 2e-2}
-    groups = [{"params": [raw[name]], "lr": rate} for name, rate in rates.items()]
-    adam = torch.optim.Adam(groups, eps=1e-15)
+    lr = {"means": 1e-3, "quats": 1e-2, "log_scales": 1e-2, "lobes": 5e-2, "sh": 2e-2}
+    groups = [{"params": [parameters[name]], "lr": lr[name]} for name in parameters]
+    optimizer = torch.optim.Adam(groups, eps=1e-15)
 
-    for step in range(given.steps + 1):
-        image = render_sortfree(
-            raw["means"],
-            raw["quats"],
-            raw["log_scales"].exp(),
-            raw["lobes"],
-            raw["sh"],
+    def render() -> torch.Tensor:
+        return render_sortfree(
+            parameters["means"],
+            parameters["quats"],
+            parameters["log_scales"].exp(),
+            parameters["lobes"],
+            parameters["sh"],
             camera=camera,
             background=torch.zeros(3),
         ).image
+
+    for step in range(given.steps):
+        image = render()
         if step % max(1, given.steps // 5) == 0:
             print(f"step {step}: {psnr(image.detach(), target):.2f} dB")
-        if step < given.steps:
-            adam.zero_grad()
-            (image - target).abs().mean().backward()
-            adam.step()
-    Image.fromarray(to_bytes(image.detach()).numpy()).save(given.fitted)
+        optimizer.zero_grad()
+        (image - target).abs().mean().backward()
+        optimizer.step()
+
+    image = render().detach()
+    print(f"step {given.steps}: {psnr(image, target):.2f} dB")
+    Image.fromarray(to_bytes(image).numpy()).save(given.fitted)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Compare scenes with the photos of a capture that were held back, and name the worst views.
+"""Compare scenes with the held-back photos of a capture, and name their worst views.
 
     python examples/measure.py my_capture runs/a/scene.mgs runs/b/scene.mgs --downscale 2
 
-A .mgs brings its background along. Plain scenes are given the capture's.
+A .mgs has its own background; scenes in other formats use that of the capture.
 """
 
 import argparse
@@ -27,14 +27,14 @@ def main() -> None:
             scene = replace(scene, background=dataset.background, near=dataset.near)
         scenes[str(path)] = scene
 
-    lpips = lpips_from(None)  # the weights that MOBILEGS_LPIPS names, or none
-    figures = evaluate_side_by_side(scenes, dataset, lpips=lpips)
-    print(f"{len(dataset.test)} photos held back of {dataset.name}")
-    for name, found in figures.items():
+    lpips = lpips_from(None)  # weights from the path in MOBILEGS_LPIPS, if it is set
+    metrics = evaluate_side_by_side(scenes, dataset, lpips=lpips)
+    print(f"{len(dataset.test)} held-back photos of {dataset.name}")
+    for name, found in metrics.items():
         worst = min(found["views"], key=lambda view: view["psnr"])
         distance = "-" if found["lpips_vgg"] is None else f"{found['lpips_vgg']:.4f}"
         print(f"{name}: {found['psnr']:.2f} dB, SSIM {found['ssim']:.4f}, LPIPS {distance}")
-        print(f"  worst: {worst['name']} with {worst['psnr']:.2f} dB")
+        print(f"  worst view: {worst['name']} with {worst['psnr']:.2f} dB")
 
 
 if __name__ == "__main__":

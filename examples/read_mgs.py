@@ -1,9 +1,9 @@
-"""Decode .mgs files with numpy: written from docs/format.md, without torch and mobilegs.
+"""Decode .mgs files with numpy: written from docs/reference/format.md, without torch and mobilegs.
 
     python examples/read_mgs.py scene.mgs [--npz arrays.npz]
 
 Prints the streams and the ranges of the decoded arrays. It checks what it needs to decode safely.
-It does not check the limits of section 2. Sections are those of docs/format.md.
+It does not check the limits of section 2. Sections are those of docs/reference/format.md.
 """
 
 import argparse

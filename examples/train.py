@@ -1,9 +1,9 @@
-"""Train a capture twice from Python, with two recipes, and say what the difference is worth.
+"""Train a capture twice, with two recipes, and compare quality and size.
 
     python examples/train.py my_capture runs/two --downscale 2
 
-Both students learn from the same teacher: the first run trains it, the second is given its file.
-Any field of docs/reference/settings.md can be changed in this way.
+Both students learn from the same teacher: the first run trains it, the second one reads its file.
+Every field of docs/reference/settings.md can be changed like this.
 """
 
 import argparse
@@ -13,7 +13,9 @@ from mobilegs import TrainRun, cpu_recipe, train_run, with_settings, with_steps
 
 VARIANTS = {
     "default": [],
-    "codebooks": ["student.quantization.method=nvq"],  # the paper's, instead of multiples of steps
+    "codebooks": [
+        "student.quantization.method=nvq"
+    ],  # vector quantisation, as in the paper, instead of uniform steps
 }
 
 
@@ -22,7 +24,7 @@ def main() -> None:
     options.add_argument("capture", type=Path)
     options.add_argument("runs", type=Path)
     options.add_argument("--downscale", type=int)
-    options.add_argument("--steps", type=int, help="of teacher and student together")
+    options.add_argument("--steps", type=int, help="training steps of teacher and student together")
     given = options.parse_args()
 
     teacher = None
@@ -35,7 +37,7 @@ def main() -> None:
             given.runs / name,
             downscale=given.downscale,
             teacher=teacher,
-            resume=True,  # the same command goes on where it stopped
+            resume=True,  # the same command continues an interrupted run
         )
         student = train_run(run, recipe=recipe)["student"]
         teacher = given.runs / "default" / "teacher.ply"

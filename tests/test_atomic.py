@@ -27,7 +27,7 @@ def write():
         time.sleep(60)
 main.VERBS["doctor"] = write
 sys.argv[1:] = ["doctor", *sys.argv[1:]]
-main.tyro.cli = lambda verb, **_: verb()
+main.call = lambda function, *_, **__: function()
 sys.exit(run())
 """
 

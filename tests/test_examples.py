@@ -76,12 +76,12 @@ def test_a_scene_is_drawn_from_a_place_of_ones_own(
     words = ("--eye", 0, 0, -4, "--at", 0, 0, 0, "--size", 60, 40)
     text = run("draw.py", plain, picture, *words)
     assert "60x40, 50 Gaussians" in text
-    assert 2 < number(r"([\d.]+) to [\d.]+ world units", text) < 4
+    assert 2 < number(r"depth ([\d.]+) to [\d.]+ world units", text) < 4
     with Image.open(picture) as image:
         assert image.size == (60, 40)
         assert np.asarray(image)[20, 30].max() > 40  # a blob is in the middle
         assert np.asarray(image)[0, 0].max() == 0  # and nothing in a corner
-    assert "50 of them touch the picture" in run("draw.py", plain, picture)
+    assert "50 Gaussians in view" in run("draw.py", plain, picture)
 
 
 def test_a_file_with_cameras_is_drawn_from_the_first(
@@ -109,13 +109,13 @@ def test_two_recipes_are_trained_by_one_teacher_and_measured(
 
     scenes = (runs / "default" / "scene.mgs", runs / "default" / "teacher.ply")
     text = run("measure.py", capture, *scenes)
-    assert "2 photos held back of blobs" in text
+    assert "2 held-back photos of blobs" in text
     figures = json.loads((runs / "default" / "metrics.json").read_text())
     for scene, name in zip(scenes, ("student", "teacher"), strict=True):
         assert number(rf"{scene}: ([\d.]+) dB", text) == pytest.approx(
             figures[name]["psnr"], abs=0.02
         )
-    assert text.count("  worst: view_") == 2
+    assert text.count("  worst view: view_") == 2
 
 
 def test_a_scene_of_another_tool_becomes_small(run: Printed, plain: Path, tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_a_scene_of_another_tool_becomes_small(run: Printed, plain: Path, tmp_pa
     text = run("compress.py", plain, tmp_path / "small", *words)
     before, after = plain.stat().st_size, (tmp_path / "small" / "scene.mgs").stat().st_size
     assert f"{before:,} bytes became {after:,}" in text
-    assert number(r"([\d.]+) dB to the scene", text) > 5
+    assert number(r"([\d.]+) dB to the original scene", text) > 5
     assert "<mobile-gs" in (tmp_path / "small" / "scene.html").read_text()
 
 
@@ -245,10 +245,10 @@ def test_the_notebook_runs_from_its_first_cell_to_the_last(
             tiny = {"VIEWS": 9, "WIDTH": 30, "HEIGHT": 20, "POINTS": 200, "STEPS": 60}
             shared |= tiny | {"FOLDER": str(tmp_path)}
     text = capsys.readouterr().out
-    assert "7 photos to learn from, 2 held back" in text
-    assert shared["picture"](shared["drawn"].image).size == (30, 20)
+    assert "7 training photos, 2 held-back photos" in text
+    assert shared["picture"](shared["rendered"].image).size == (30, 20)
     assert f"student: {shared['metrics']['student']['psnr']:.2f} dB" in text
-    assert number(r"steps: [\d.]+ dB in ([\d,]+) bytes", text) < number(
+    assert number(r"uniform: [\d.]+ dB in ([\d,]+) bytes", text) < number(
         r"codebooks: [\d.]+ dB in ([\d,]+) bytes", text
     )
     assert "<mobile-gs" in (tmp_path / "tour.html").read_text()

@@ -13,7 +13,8 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 import { build, transform } from "esbuild";
 
 const here = fileURLToPath(new URL(".", import.meta.url));
-const output = process.argv[2] ?? join(here, "..", "mobilegs", "view", "dist");
+const dist = join(here, "..", "mobilegs", "view", "dist");
+const output = process.argv[2] ?? dist;
 const { version } = JSON.parse(readFileSync(join(here, "package.json"), "utf8"));
 const options = {
   absWorkingDir: here, bundle: true, minify: true, format: "esm", target: "es2022",
@@ -40,12 +41,12 @@ const plugin = {
   name: "viewer",
   setup({ onResolve, onLoad }) {
     onResolve({ filter: /\/assets\.js$/ }, () => ({ path: join(here, "src", "assets_bundle.js") }));
-    onLoad({ filter: /\/style\.js$/ }, async ({ path }) => {
+    onLoad({ filter: /[\\/]style\.js$/ }, async ({ path }) => {
       const { STYLE } = await import(pathToFileURL(path).href);
       const { code } = await transform(STYLE, { loader: "css", minify: true });
       return { contents: `export const STYLE = ${JSON.stringify(code.trim())};` };
     });
-    onLoad({ filter: /\/template\.js$/ }, ({ path }) => ({
+    onLoad({ filter: /[\\/]template\.js$/ }, ({ path }) => ({
       contents: readFileSync(path, "utf8").replace(/\n\s+/g, "\n"),
     }));
   },
@@ -74,7 +75,9 @@ const files = {
   "service_worker.js": readFileSync(join(here, "src", "service_worker.js"), "utf8"),
   ...Object.fromEntries(Object.entries(shaders).filter(([file]) => file.endsWith(".wgsl"))),
 };
-rmSync(output, { recursive: true, force: true });
 mkdirSync(output, { recursive: true });
 for (const [file, text] of Object.entries(files)) writeFileSync(join(output, file), text);
+if (output === dist) {
+  for (const file of readdirSync(dist)) if (!(file in files)) rmSync(join(dist, file));
+}
 console.log(`${Object.keys(files).length} files in ${relative(process.cwd(), output)}`);

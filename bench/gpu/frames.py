@@ -46,7 +46,7 @@ def median_ms(frame_of: Callable[[Camera], Callable[[], object]], cameras: list[
 
 
 def ours_of(scene: Scene, cameras: list[Camera]) -> dict:
-    """What is measured of our kernels."""
+    """Measure our kernels."""
     ms = median_ms(lambda camera: lambda: scene.render(camera), cameras)
     return {"gaussians": len(scene.gaussians), "blend": scene.blend, "ms": ms}
 

@@ -135,7 +135,7 @@ def studied(count: int, width: int, height: int) -> Ours:
 
 
 def ours_of(ours: Ours, path: str, kind: str) -> dict:
-    """What is measured of our kernels."""
+    """Measure our kernels."""
 
     def call() -> object:
         return getattr(ours, kind)(path)

@@ -1,4 +1,4 @@
-"""Check, time and train on an NVIDIA GPU; give the same command again to do what is missing.
+"""Check, time and train on an NVIDIA GPU; give the same command again to run the missing parts.
 
     python -m bench.gpu.run --out runs/gpu [--minutes 60] [--parts tests kernels ...]
 
@@ -23,17 +23,17 @@ from typing import Any
 from mobilegs.atomic import atomic_write
 
 INSTALL = "run `pip install '.[cuda,native,dev]'`"
-GRACE_SECONDS = 60  # for a training that was told to stop to write its checkpoint
+GRACE_SECONDS = 60  # in which a stopped training writes its checkpoint
 PAPER_ROWS = ("teacher", "ours", "codebooks", "network")
 
 
 @dataclass(frozen=True)
 class Part:
-    """A command of its own."""
+    """A command that runs in its own process."""
 
     name: str
     words: tuple[str, ...]
-    """What follows `python` on the command line."""
+    """The words after `python` on the command line."""
     needs: tuple[Path, ...] = ()
     """Files or folders without which the part is left out."""
 
@@ -84,7 +84,7 @@ class Record:
         )
 
     def succeeded(self, name: str) -> bool:
-        """Whether a part needs no further run."""
+        """Return whether a part needs no further run."""
         return any(run["name"] == name and run["exit"] == 0 for run in self.runs)
 
     def add(self, name: str, code: int, seconds: float) -> None:
@@ -216,7 +216,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("runs/gpu"), help="folder for everything")
     parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
-    parser.add_argument("--minutes", type=float, help="begin nothing after so many minutes")
+    parser.add_argument("--minutes", type=float, help="start no part after this time")
     parser.add_argument("--steps", type=int, default=8000, help="of the training, both stages")
     parser.add_argument("--parts", nargs="+", help="only these; default: all but paper")
     options = parser.parse_args()

@@ -22,7 +22,7 @@ class BenchCapture:
     settings_3dgs: tuple[str, ...] = ()
     """Further settings where 3DGS is the teacher."""
     protocol: str = "paper"
-    """Protocol of the photo size; `standard` only where it has another size."""
+    """Protocol of the photo size: `paper`, or `standard` where the two sizes differ."""
 
 
 # start from all points; 3DGS has no limit and makes six million Gaussians of some captures

@@ -172,7 +172,7 @@ def key_of(cell: Mapping) -> str:
 
 
 def collect(runs: Path, out: Path) -> None:
-    """Write all cells under RUNS into OUT, beside those that OUT has already."""
+    """Write all cells under RUNS into OUT, in addition to those that OUT has."""
     before = json.loads(out.read_text())["cells"].values() if out.exists() else []
     found = [json.loads(path.read_text()) for path in sorted(runs.glob(f"*/*/{CELL}"))]
     cells = {key_of(cell): cell for cell in (*before, *found)}

@@ -65,7 +65,7 @@ class Claim(NamedTuple):
 
     about: str
     paper: str
-    """What the paper has, in dB against its whole method where nothing else is said."""
+    """The paper's figure, in dB against its whole method unless stated otherwise."""
     rows: tuple[str, ...] = ()
     verdict: str = "not measured"
     base: str = BASE
@@ -136,7 +136,7 @@ CLAIMS = (
 
 
 class Run(NamedTuple):
-    """What cells of one table have in common."""
+    """The properties that the cells of one table share."""
 
     scene: str
     teacher_steps: int
@@ -146,13 +146,13 @@ class Run(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Lengths, and what is not the default."""
+        """Return the lengths, and everything that is not the default."""
         more = f", {self.unusual}" if self.unusual else ""
         return f"{self.teacher_steps} + {self.student_steps} steps{more}"
 
 
 def number(values: Sequence[float | None], digits: int) -> str:
-    """The mean, or a dash where a value is missing."""
+    """Return the mean, or a dash where a value is missing."""
     known = [value for value in values if value is not None]
     if not values or len(known) < len(values):
         return "-"
@@ -160,12 +160,12 @@ def number(values: Sequence[float | None], digits: int) -> str:
 
 
 def spread(values: list[float]) -> str:
-    """Half the distance between the highest and the lowest."""
+    """Return half the distance between the largest and the smallest value."""
     return f" ± {(max(values) - min(values)) / 2:.2f}" if len(values) > 1 else ""
 
 
 def difference(cells: list[dict], base: list[dict]) -> float | None:
-    """Mean PSNR against cells of the same scene and seed; None if there is none."""
+    """Return the mean PSNR difference to cells of the same scene and seed, or None."""
     of = {(cell["scene"], cell["seed"]): cell["psnr"] for cell in base}
     pairs = [(cell["psnr"], of.get((cell["scene"], cell["seed"]))) for cell in cells]
     found = [psnr - other for psnr, other in pairs if other is not None]
@@ -177,7 +177,7 @@ def signed(value: float | None) -> str:
 
 
 def row_of(name: str, cells: list[dict], base: list[dict] | None) -> list[str]:
-    """A row of one scene, the mean of its seeds."""
+    """Return a row of one scene: the mean over its seeds."""
     psnrs = [cell["psnr"] for cell in cells]
     delta = difference(cells, base) if base and name != BASE else None
     return [
@@ -196,7 +196,7 @@ def row_of(name: str, cells: list[dict], base: list[dict] | None) -> list[str]:
 
 
 def mean_row(name: str, cells: list[dict], base: list[dict] | None) -> list[str]:
-    """A row of several scenes: every scene counts alike, the mean of its seeds."""
+    """Return a row of several scenes: the mean over scenes of the mean over seeds."""
     scenes = sorted({cell["scene"] for cell in cells})
     by_scene = {scene: [cell for cell in cells if cell["scene"] == scene] for scene in scenes}
     deltas = [difference(found, base) for found in by_scene.values()] if base else []
@@ -236,8 +236,8 @@ def table(headings: list[str], rows: list[list[str]], words: int = 2) -> list[st
     return [f"| {' | '.join(line)} |" for line in lines]
 
 
-def told(cell: Mapping, stages: tuple[str, ...]) -> str:
-    """What of the protocol and of the settings of some stages is not the default."""
+def non_defaults(cell: Mapping, stages: tuple[str, ...]) -> str:
+    """Return the words for a protocol and settings that differ from the default."""
     words = [cell["protocol"]] if cell.get("protocol", "paper") != "paper" else []
     if "student" in stages and cell.get("teacher_seed", 0):
         words.append(f"teacher of seed {cell['teacher_seed']}")
@@ -247,19 +247,19 @@ def told(cell: Mapping, stages: tuple[str, ...]) -> str:
 
 
 def teacher_of(cell: Mapping) -> tuple[str, int, str, int]:
-    """What a teacher and the cells that learned from it have in common: its seed last."""
+    """Return the properties of a teacher; its seed comes last."""
     seed = cell.get("teacher_seed", 0) if cell["student_steps"] else cell["seed"]
-    return cell["scene"], cell["teacher_steps"], told(cell, ("teacher",)), seed
+    return cell["scene"], cell["teacher_steps"], non_defaults(cell, ("teacher",)), seed
 
 
 def run_of(cell: Mapping) -> Run:
-    """The table that a student's cell belongs to."""
+    """Return the table that a student's cell belongs to."""
     steps = (cell["teacher_steps"], cell["student_steps"])
-    return Run(cell["scene"], *steps, told(cell, ("teacher", "student")))
+    return Run(cell["scene"], *steps, non_defaults(cell, ("teacher", "student")))
 
 
 def runs_of(cells: list[dict]) -> dict[Run, list[dict]]:
-    """Cells by what they have in common, each with its teacher; teachers without students alone."""
+    """Group cells by run; teachers without students form their own."""
     runs: dict[Run, list[dict]] = {}
     teachers = [cell for cell in cells if not cell["student_steps"]]
     for cell in cells:
@@ -275,7 +275,7 @@ def runs_of(cells: list[dict]) -> dict[Run, list[dict]]:
 
 
 def tables(cells: list[dict], headings: list[str], row) -> list[str]:
-    """One table for each of the paper's; `row` makes a line of a row's cells and of `BASE`."""
+    """Return the paper's tables; `row` makes a line of a row's cells and of `BASE`."""
     lines = []
     by_row = {
         name: rows for name in ROWS if (rows := [cell for cell in cells if cell["row"] == name])
@@ -293,7 +293,7 @@ def tables(cells: list[dict], headings: list[str], row) -> list[str]:
 
 
 def origin(cells: list[dict]) -> list[str]:
-    """What computed, when, and of how many photos LPIPS is where it is not of all."""
+    """Return device, date, and the number of LPIPS photos if it is not all of them."""
     dates = sorted({cell["date"] for cell in cells})
     text = ", ".join(sorted({cell["device"] for cell in cells})) + f"; {dates[0]}"
     text += f" to {dates[-1]}." if len(dates) > 1 else "."
@@ -307,7 +307,7 @@ def origin(cells: list[dict]) -> list[str]:
 
 
 def side_by_side(runs: dict[Run, list[dict]]) -> list[str]:
-    """What rows are worth in each of several scenes of the same steps, in the paper's order."""
+    """Return the rows of several scenes with the same steps, in the paper's order."""
     lines: list[str] = []
     for of in sorted({run[1:] for run in runs}):
         found = {run.scene: cells for run, cells in runs.items() if run[1:] == of}
@@ -355,8 +355,7 @@ def small_difference(cells: list[dict], scene: str, row: str, base: str) -> str:
 
 
 def sections(cells: list[dict]) -> list[str]:
-    """What rows are worth, side by side; then one section per group, one per scene and length, one
-    table for each of the paper's."""
+    """Return the page's sections: rows side by side, then groups, then scenes and lengths."""
     runs = runs_of(cells)
     lines = side_by_side(runs)
     for group, title in GROUPS.items():
@@ -375,10 +374,7 @@ def sections(cells: list[dict]) -> list[str]:
 
 
 def plot(cells: list[dict]) -> None:
-    """Bytes and PSNR of every row, one panel a scene and length, if there are some.
-
-    What lies far below the best is counted beside the axis.
-    """
+    """Plot bytes against PSNR of every row, one panel per scene and length."""
     import matplotlib.pyplot as plt
     from matplotlib.ticker import LogLocator, NullFormatter
 
@@ -430,7 +426,7 @@ def main() -> None:
 
 
 def write(page: Path, name: str, lines: list[str]) -> None:
-    """Replace what stands between a page's markers of that name."""
+    """Replace the text between a page's markers of that name."""
     begin, end = f"<!-- BEGIN:{name} -->", f"<!-- END:{name} -->"
     head, rest = page.read_text().split(begin)
     text = "\n".join(lines).strip()

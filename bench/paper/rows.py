@@ -54,7 +54,7 @@ class Row:
     teacher: str = "mini-splatting"
     """The method of its teacher, as for `mobilegs train --method`."""
     coded: bool = True
-    """Whether figures are those of the file; otherwise of float32 tensors."""
+    """True: figures are those of the file. False: of float32 tensors."""
     student: bool = True
     """False for the teacher itself."""
 
@@ -83,12 +83,12 @@ def _codebooks() -> dict[str, Row]:
 
 def _scalars() -> dict[str, Row]:
     return {
-        f"sq-{price}": Row(
+        f"sq-{weight}": Row(
             "codebooks",
-            f"scalar quantisation of quality 1, rate weight {price}",
-            ("student.quantization.quality=1", f"student.quantization.rate_weight={price}"),
+            f"scalar quantisation of quality 1, rate weight {weight}",
+            ("student.quantization.quality=1", f"student.quantization.rate_weight={weight}"),
         )
-        for price in (0.0003, 0.001, 0.003)
+        for weight in (0.0003, 0.001, 0.003)
     } | {
         f"sq-quality-{fine}": Row(
             "codebooks",

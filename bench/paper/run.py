@@ -69,12 +69,12 @@ from mobilegs.train.teacher.trainer import Teacher
 TIMED_VIEWS = 16
 TIMED_FRAMES = 4  # of each; the first one warms up
 USUAL = ["teacher", "ours", BASE]
-FEW_LPIPS = 4  # with --few-lpips, of the held-back photos one in so many
+FEW_LPIPS = 4  # with --few-lpips, LPIPS of every 4th held-back photo
 
 
 @dataclass(frozen=True)
 class Work:
-    """What all cells of a scene share."""
+    """The inputs that all cells of a scene share."""
 
     name: str
     place: BenchCapture
@@ -243,7 +243,7 @@ class CellSpec:
         return as_json(recipe, ROWS[self.row], **seeds)
 
     def is_done(self) -> bool:
-        """Whether it is there; raises InputError if another one is in its place."""
+        """Return whether the cell exists; raises InputError if another one has its folder."""
         return is_done(self.folder, self.identity(), self.recipe())
 
 
@@ -338,7 +338,7 @@ def main() -> None:
     parser.add_argument("--set", nargs="+", default=[], metavar="PATH=VALUE")
     parser.add_argument("--protocol", choices=["paper", "standard"], default="paper")
     parser.add_argument("--few-lpips", action="store_true", help="LPIPS of one photo in four")
-    parser.add_argument("--minutes", type=float, help="begin no cell after so many")
+    parser.add_argument("--minutes", type=float, help="start no cell after this time")
     parser.add_argument("--list", action="store_true", help="say which scenes and rows there are")
     options = parser.parse_args()
     if options.list:

@@ -63,10 +63,10 @@ SCENES = {"bonsai": "bonsai-400", "horns": "horns-250", "lego": "lego-200"}
 SPLATS = {"playbot": ("playbot_125k_sh3pad.ply", "playbot_cameras.json")}
 SIDE = 400  # pixels, of pictures of splats
 LPIPS_EVERY = 4
-PRICES = (0.0003, 0.001, 0.003, 0.01)
+RATE_WEIGHTS = (0.0003, 0.001, 0.003, 0.01)
 CANONICAL = "ablation.canonical_rotations=true"
 STEPS = ("quantization.method=sq", "schedule.quantize_from=0.9")
-EARLY = (*STEPS, "schedule.rate_from=0.4")  # the others ask a price of codes alone
+EARLY = (*STEPS, "schedule.rate_from=0.4")  # the others have a rate term from quantize_from on
 LARGE = (
     "quantization.codebooks.scale=256",
     "quantization.codebooks.rotation=4096",
@@ -80,8 +80,8 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "nvq-canonical": (CANONICAL,),
     "sq-fixed": (*STEPS, "quantization.quality=1", "lr.step_sizes=0"),
     **{
-        f"sq-{price}": (*STEPS, "quantization.quality=1", f"quantization.rate_weight={price}")
-        for price in PRICES
+        f"sq-{weight}": (*STEPS, "quantization.quality=1", f"quantization.rate_weight={weight}")
+        for weight in RATE_WEIGHTS
     },
     **{f"sq-quality-{fine}": (*STEPS, f"quantization.quality={fine}") for fine in (1.5, 2, 3, 4)},
     **{f"sq-early-{fine}": (*EARLY, f"quantization.quality={fine}") for fine in (1.5, 2, 3)},
@@ -93,7 +93,7 @@ PEERS = {"spz": (".spz",), "sog": (".sog", "-g", "cpu"), "compressed.ply": (".co
 
 
 def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, StudentConfig]:
-    """Photos, the sorted teacher, and how a student of it is trained."""
+    """Return the photos, the sorted teacher, and the config of its student."""
     if name in SPLATS:
         dataset, teacher = orbited(name, options.data)
         config = with_settings(cpu_recipe(), CODEBOOKS).student
@@ -111,7 +111,7 @@ def capture_of(name: str, options: argparse.Namespace) -> tuple[Dataset, Scene, 
 
 
 def orbited(name: str, data: Path) -> tuple[Dataset, Scene]:
-    """A scene without photos, and pictures of it from the cameras that lie beside it."""
+    """Return a scene without photos as a capture: renders from the cameras.json next to it."""
     ply, cameras = SPLATS[name]
     scene, frames = Scene(read_ply(data / "splats" / ply)), []
     for row in json.loads((data / "splats" / cameras).read_text()):
@@ -152,7 +152,7 @@ def student_of(
 
 
 def figures(scene: Scene, dataset: Dataset, lpips: LpipsSuite | None) -> dict:
-    """PSNR and SSIM of all held-back photos, LPIPS (VGG) of a few."""
+    """Return PSNR and SSIM of all held-back photos, LPIPS (VGG) of a few."""
     found = evaluate(scene, dataset)
     result = {"gaussians": len(scene.gaussians), "psnr": found["psnr"], "ssim": found["ssim"]}
     if lpips is not None:
@@ -181,7 +181,7 @@ def lod_figures(coded: QuantizedScene, cameras: list[Camera], dataset: Dataset) 
 
 
 def cell(name: str, stage: Student, dataset: Dataset, lpips: LpipsSuite | None) -> dict:
-    """A variant from where its student stands to its figures."""
+    """Train a variant to its end and measure it."""
     trained(stage, dataset, stage.steps)
     if name == "plain":
         return figures(stage.scene(), dataset, lpips)
@@ -210,7 +210,7 @@ def beginning(
     teacher: Scene,
     options: argparse.Namespace,
 ) -> dict:
-    """The state of the student that variants share."""
+    """Return the state of the student that the variants share."""
     path = options.runs / "compression" / f"{name}-{options.steps}-{canonical:d}.pt"
     if path.exists():
         return torch.load(path)
@@ -224,7 +224,7 @@ def beginning(
 def ours(
     name: str, options: argparse.Namespace, cells: dict, save: Callable[[], None]
 ) -> tuple[Dataset, Scene, LpipsSuite | None]:
-    """All variants of a scene that are not there yet."""
+    """Make the missing variants of a scene."""
     dataset, teacher, config = capture_of(name, options)
     weights = options.data / "lpips"
     lpips = lpips_from(str(weights)) if weights.exists() else None
@@ -249,7 +249,7 @@ def ours(
 
 
 def peers(name: str, options: argparse.Namespace, cells: dict, world: tuple) -> None:
-    """What other formats make of the teacher, as far as it is not there yet."""
+    """Measure the missing other formats of the teacher."""
     if all(f"{name}/{peer}" in cells for peer in PEERS):
         return
     dataset, teacher, lpips = world

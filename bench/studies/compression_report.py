@@ -36,7 +36,7 @@ def table(headings: list[str], rows: list[list[str]]) -> list[str]:
 
 
 def against(cell: dict, base: dict | None, name: str, digits: int) -> str:
-    """How far a figure lies from that of what was compressed."""
+    """Return a figure's difference to the unquantised one."""
     if base is None or cell is base or name not in cell or name not in base:
         return "-"
     return f"{cell[name] - base[name]:+.{digits}f}"
@@ -74,14 +74,14 @@ LAYER_HEADINGS = ["variant", "2 levels", "3 levels", "first of 3, PSNR", "first 
 
 
 def layer_columns(cell: dict) -> list[str]:
-    """How much longer the file is, and how far its beginnings look like the photos."""
+    """Return the growth of the file and the PSNR of its first levels."""
     layers = cell["layers"]
     longer = [f"{size / cell['bytes'] - 1:+.1%}" for size in layers["bytes"].values()]
     return [*longer, *(f"{part['psnr']:.2f}" for part in layers["beginnings"])]
 
 
 def runs_of(cells: dict[str, dict]) -> dict[tuple[str, int], dict[str, dict]]:
-    """Our variants by scene and steps."""
+    """Return our variants by scene and steps."""
     runs: dict[tuple[str, int], dict[str, dict]] = {}
     for key, cell in cells.items():
         if key.count("/") == 2:
@@ -91,7 +91,7 @@ def runs_of(cells: dict[str, dict]) -> dict[tuple[str, int], dict[str, dict]]:
 
 
 def sections(cells: dict[str, dict]) -> list[str]:
-    """Return a section per scene and length: variants and their bytes; then other formats."""
+    """Return one section per scene and length: variants, their bytes, other formats."""
     lines: list[str] = []
     for (scene, steps), ours in runs_of(cells).items():
         plain = ours.get("plain")
@@ -125,7 +125,7 @@ def sections(cells: dict[str, dict]) -> list[str]:
 
 
 def kinds_of(variant: str) -> list[str]:
-    """The lines of the plot that a variant is a point of."""
+    """Return the lines of the plot that a variant is a point of."""
     if variant == "sq-0.001":
         return ["sq, by lambda", "sq, by quality"]
     if variant.startswith("sq-quality-"):
@@ -138,7 +138,7 @@ def kinds_of(variant: str) -> list[str]:
 
 
 def plot(cells: dict[str, dict]) -> None:
-    """Plot the loss over the bytes per Gaussian, one panel per scene and length."""
+    """Plot the loss in dB against bytes per Gaussian, one panel per scene and length."""
     import matplotlib.pyplot as plt
 
     runs = {key: ours for key, ours in runs_of(cells).items() if "plain" in ours and len(ours) > 1}

@@ -32,7 +32,7 @@ from mobilegs.synthetic_capture.placement import interpolate_cameras, place_came
 from mobilegs.synthetic_capture.scene_bounds import find_scene_bounds
 
 SCENES = {"flowers": "flowers_lod1", "playbot": "playbot_125k_sh3pad"}
-ANEW = 24  # places
+ANEW = 24  # cameras placed with another seed
 OTHER_SEED = 1
 
 

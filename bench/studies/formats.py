@@ -31,11 +31,11 @@ SCENES = {
     "flowers": ("flowers_lod1.ply", "flowers_cameras.json"),
     "playbot": ("playbot_125k_sh3pad.ply", "playbot_cameras.json"),
 }
-SIDE, EVERY = 400, 6  # pixels of a picture; every so many cameras
+SIDE, EVERY = 400, 6  # longer side of a picture in pixels; every 6th camera
 
 
 def cameras_of(path: Path) -> list[Camera]:
-    """Some of the cameras of an INRIA `cameras.json`, at `SIDE` pixels."""
+    """Return some of the cameras of an INRIA `cameras.json`, at `SIDE` pixels."""
     found = []
     for row in json.loads(path.read_text())[::EVERY]:
         turn, eye = torch.tensor(row["rotation"]), torch.tensor(row["position"])
@@ -49,7 +49,7 @@ def cameras_of(path: Path) -> list[Camera]:
 
 
 def parts(one: Gaussians, other: Gaussians) -> dict[str, torch.Tensor]:
-    """Differences by name; of rotations the distance of unit quaternions, up to the sign."""
+    """Return differences by name; for rotations the distance of unit quaternions up to the sign."""
     a, b = normalize(one.quats, dim=1), normalize(other.quats, dim=1)
     return {
         "means": one.means - other.means,
@@ -68,14 +68,14 @@ def largest(one: Gaussians, other: Gaussians) -> dict[str, float]:
 
 
 def ordered_as(found: Gaussians, made: Gaussians) -> Gaussians:
-    """Back in the order that the scene had before it was written as `.sog`."""
+    """Return the scene in the order that it had before it was written as `.sog`."""
     back = torch.empty(len(made), dtype=torch.long)
     back[morton_order(made.means)] = torch.arange(len(made))
     return found.select(back)
 
 
 def turned(scene: Gaussians) -> Gaussians:
-    """Half a turn around x: splat-transform takes the axes of a `.spz` for those of a `.ply`."""
+    """Turn by half around x: splat-transform reads the axes of a `.spz` as those of a `.ply`."""
     sh = scene.sh.clone()
     sh[:, 1:] *= torch.from_numpy(SH_SIGNS[: sh.shape[1] - 1])[:, None]
     means, quats = (
@@ -87,7 +87,7 @@ def turned(scene: Gaussians) -> Gaussians:
 
 @torch.no_grad()
 def psnr(one: Gaussians, other: Gaussians, cameras: list[Camera]) -> float:
-    """Mean over pictures, of one scene against the other, both blended sorted."""
+    """Return the mean PSNR of one scene against the other, both blended sorted."""
     found = []
     for camera in cameras:
         a, b = (Scene(g).render(camera).image.clamp(0, 1) for g in (one, other))
@@ -96,7 +96,7 @@ def psnr(one: Gaussians, other: Gaussians, cameras: list[Camera]) -> float:
 
 
 def kept(source: Gaussians, kind: str, folder: Path, cameras: list[Camera]) -> dict:
-    """What is left of a scene that we write and read."""
+    """Return the loss of a round trip through our writer and reader."""
     path = folder / f"ours.{kind}"
     begun = time.perf_counter()
     WRITERS[kind](path, source)
@@ -117,7 +117,7 @@ def kept(source: Gaussians, kind: str, folder: Path, cameras: list[Camera]) -> d
 
 
 def agreement(program: Path, source: Path, folder: Path) -> dict:
-    """Largest differences between what splat-transform and we read of a file, whoever wrote it."""
+    """Return the largest differences between splat-transform's reading of a file and ours."""
 
     def run(*words: Path | str) -> None:
         subprocess.run(["node", program, "-q", "-w", *words], check=True)

@@ -72,7 +72,7 @@ def teacher_stage(dataset, team: Team) -> Teacher:
 
 
 def student_stage(form: str, teacher: Scene, dataset, views, team: Team) -> Student:
-    """A student in a given form that neither votes nor chooses codes anew."""
+    """Return a student in a given form that neither votes nor reassigns codes."""
     config = cpu_recipe().student
     votes = replace(config.pruning.votes, quantile=0.0)
     schedule = replace(config.schedule, regression_steps=20, reassign_every=10**9, **FORMS[form])
@@ -144,7 +144,7 @@ def summary(found: dict[str, list[tuple[float, float]]]) -> dict:
 
 
 def process(options: argparse.Namespace) -> None:
-    """What each of the two processes does."""
+    """Run the variants in one of the two processes."""
     dataset, views = bonsai()
     scene = Scene(read_ply(options.teacher), background=dataset.background, near=dataset.near)
     makers = {"teacher": lambda team: teacher_stage(dataset, team)}

@@ -5,8 +5,7 @@
 
 The training kernels draw the files in turns from the held-back cameras. A time is the median over
 cameras of the fastest of a few frames. `ellipses` is the mean number of ellipses that cover a
-pixel, cut off where alpha is too small to be drawn. A JSON that exists gets one more row, by the
-capture's name.
+pixel, cut off where alpha is too small to be drawn. An existing JSON keeps its other captures.
 """
 
 import argparse
@@ -31,7 +30,7 @@ from mobilegs.render.project import project
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 
-FRAMES = 6  # of each camera and scene
+FRAMES = 6  # per camera and scene
 
 
 def ellipses(scene: Scene, camera: Camera) -> float:
@@ -45,7 +44,7 @@ def ellipses(scene: Scene, camera: Camera) -> float:
     a, b, c = drawn.conics.unbind(1)
     reach = 2 * torch.log((opacities / least).clamp_min(1))
     areas = math.pi * reach / (a * c - b * b).sqrt()
-    # of the box around an ellipse, what lies in the picture
+    # share of the box around an ellipse that lies in the image
     low, high = drawn.means2d - drawn.radii, drawn.means2d + drawn.radii
     size = torch.tensor([camera.width, camera.height])
     inside = (torch.minimum(high, size) - low.clamp_min(0)).clamp_min(0).prod(1)
@@ -55,7 +54,7 @@ def ellipses(scene: Scene, camera: Camera) -> float:
 
 
 def milliseconds(scenes: list[Scene], cameras: list[Camera]) -> list[float]:
-    """Of a frame of each scene, drawn in turns."""
+    """Return the milliseconds per frame of each scene; scenes are drawn in turns."""
     found: list[list[float]] = [[] for _ in scenes]
     for camera in cameras:
         least = [math.inf] * len(scenes)
@@ -75,7 +74,9 @@ def main() -> None:
     parser.add_argument("--capture", type=Path, required=True)
     parser.add_argument("--downscale", type=int)
     parser.add_argument("--mgs", type=Path, nargs="+", required=True)
-    parser.add_argument("--names", nargs="+", help="of the files, instead of their paths")
+    parser.add_argument(
+        "--names", nargs="+", help="names of the files in the JSON; default: their paths"
+    )
     parser.add_argument("--json", type=Path, default=Path("fill.json"))
     options = parser.parse_args()
     dataset = load_capture(options.capture, downscale=options.downscale)

@@ -41,7 +41,7 @@ KINDS: tuple[Kind, ...] = ("ply", "spz", "sog", "glb")
 
 
 def as_read(gaussians: Gaussians, kind: Kind) -> Gaussians:
-    """What is left of Gaussians in a file of a kind."""
+    """Return Gaussians after a round trip through a file format."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"refitted.{kind}"
         write_gaussians(path, gaussians, kind)

@@ -102,7 +102,9 @@ def measure(scene: str, work: Path) -> dict[str, Any]:
     for pairs in chosen:
         for mapper in ("incremental", "global"):
             output = work / f"of_{pairs}"
-            report = capture_photos(CaptureRun(photos, output, pairs=pairs, mapper=mapper, min_placed=0))
+            report = capture_photos(
+                CaptureRun(photos, output, pairs=pairs, mapper=mapper, min_placed=0)
+            )
             kept = ("photos", "registered", "models", "points", "reprojection_error", "compared")
             cells[f"{pairs}/{mapper}"] = {
                 **{name: report[name] for name in kept},

@@ -1,11 +1,11 @@
-"""Train teachers of one size by each method: quality, numbers, minutes.
+"""Train a teacher with each method, all of one size: quality, Gaussians, minutes.
 
     python -m bench.studies.teachers [--json OUT] [--runs FOLDER] [--only NAME ...] [--seed 0]
     python -m bench.studies.teachers --table [--json OUT]
 
 Captures come from MOBILEGS_DATA. Every teacher trains in the CPU preset's 5,000 steps on bonsai
 at half size with at most 60,000 Gaussians. Cells in OUT are not repeated, so the script resumes.
-FOLDER keeps each teacher and three held-back renders of it beside the photos. `--table` writes
+FOLDER keeps each teacher and three held-back renders next to their photos. `--table` writes
 the figures into docs/guides/teachers.md.
 """
 
@@ -43,7 +43,7 @@ TEACHERS: dict = {
     "mini-splatting": ("mini-splatting", []),
     "mini-splatting, outdoor": ("mini-splatting", ["teacher.mini_splatting.metric=outdoor"]),
     "mcmc": ("mcmc", []),
-    # twice as long, and with what Mini-Splatting leaves of twice the budget
+    # twice as many steps; Mini-Splatting with a larger budget, of which it keeps about half
     "clone and split, 10,000": (None, ["teacher.steps=10000"]),
     "mini-splatting, 10,000": (
         "mini-splatting",
@@ -63,7 +63,7 @@ def config_of(name: str) -> TeacherConfig:
 
 @torch.inference_mode()
 def show(scene: Scene, dataset: Dataset, path: Path) -> None:
-    """Write held-back renders, each beside its photo."""
+    """Write held-back renders, each next to its photo."""
     rows = []
     for index in SHOWN:
         view = load_view(dataset.test[index % len(dataset.test)])

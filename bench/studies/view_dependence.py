@@ -1,4 +1,4 @@
-"""Measure what view dependence is worth and costs: variants x captures x seeds.
+"""Measure the gain and the cost of view dependence: variants x captures x seeds.
 
     python -m bench.studies.view_dependence [--json OUT] [--runs FOLDER] [--captures ...]
         [--variants ...] [--seeds 0 1] [--steps 1500]
@@ -46,9 +46,9 @@ from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.teacher.trainer import Teacher
 
-LPIPS_EVERY = 4  # of the held-back photos: VGG on a CPU takes longer than the rest together
+LPIPS_EVERY = 4  # every 4th held-back photo: VGG on a CPU takes longer than all other work
 TIMED = ("decoded-2", "chosen", "free-2", "projected-13")
-TIMED_EVERY = 8  # of the training photos: what is timed
+TIMED_EVERY = 8  # every 8th training photo is timed
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ CAPTURES = {
 }
 
 
-# the bar: explicit to the end, and nothing pruned
+# to compare with: sorted blending, never quantised, nothing pruned
 SORTED = [
     "view_dependence.kind=constant",
     "blend=sorted",
@@ -79,7 +79,7 @@ SORTED = [
 FREE = [
     "view_dependence.kind=free",
     "view_dependence.decoder_from=0.7",
-]  # free until they are coded
+]  # free lobes until 0.7 of the run
 KLT = [
     "view_dependence.latents=18",
     "view_dependence.subvector_length=1",
@@ -109,7 +109,7 @@ VARIANTS: dict[str, list[str]] = {
         f"projected-{k}": ["view_dependence.kind=projected", f"view_dependence.latents={k}"]
         for k in (5, 9, 13)
     },
-    # latents that start along the principal directions of lobes that were free so far
+    # lobes are free first; latents then start along their principal directions
     "latent-9-principal": ["view_dependence.latents=9", "view_dependence.decoder_from=0.35"],
     "projected-9-principal": [
         "view_dependence.kind=projected",
@@ -131,13 +131,13 @@ VARIANTS: dict[str, list[str]] = {
     # lobes pulled back into bounds along random directions, most of which no camera looked along
     "floor-2": [],
     "phi-0-8": [],
-    # every picture of training drawn with other weights: phi before its ReLU moved at random
+    # random noise on phi before its ReLU, new in every training image
     "noise-0.3": [],
     "noise-1": [],
 }
 BOUNDED = ("floor-2", "phi-0-8")
 NOISE = {"noise-0.3": 0.3, "noise-1": 1.0}  # standard deviations
-PULL = 0.1  # weight of the mean distance from those bounds, beside a loss of about 0.1
+PULL = 0.1  # weight of the mean distance from those bounds; the loss is about 0.1
 
 
 def open_capture(name: str, data: Path) -> Dataset:
@@ -297,7 +297,7 @@ def study(options: argparse.Namespace, result: dict, save: Callable[[], None]) -
 
 
 def speed(options: argparse.Namespace, result: dict) -> None:
-    """Return the milliseconds of a step of each variant in each form, votes included."""
+    """Time a training step of each variant in each phase, votes included."""
     data = Path(os.environ.get("MOBILEGS_DATA", "."))
     dataset = open_capture("bonsai", data)
     views = [load_view(frame) for frame in dataset.train]

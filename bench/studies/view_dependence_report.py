@@ -19,7 +19,7 @@ CAPTURES = ("bonsai", "horns", "lego", "sample")
 
 
 def by_variant(cells: dict, capture: str, steps: int) -> dict[str, list[dict]]:
-    """Return the cells of a capture after so many steps, by variant."""
+    """Return the cells of a capture after `steps` steps, by variant."""
     found: dict[str, list[dict]] = {}
     for key, cell in cells.items():
         parts = key.split("/")

@@ -3,6 +3,25 @@
 import shutil
 from typing import Any
 
+# Chromium takes the last list only, so this one repeats what Playwright disables. The address bar's
+# popups are pages of their own, which every new window loads in the time of the page under test.
+DISABLED = [
+    "AimEnabled",
+    "AvoidCorsURLLoaderRestartOnRedirect",
+    "AvoidUnnecessaryBeforeUnloadCheckSync",
+    "DestroyProfileOnBrowserClose",
+    "HttpsFirstBalancedModeAutoEnable",
+    "HttpsUpgrades",
+    "LensOverlay",
+    "MediaRouter",
+    "NetworkTimeServiceQuerying",
+    "OptimizationHints",
+    "PaintHolding",
+    "PreconnectToSearch",
+    "ThirdPartyStoragePartitioning",
+    "WebUIOmniboxAimPopup",
+    "WebUIOmniboxPopup",
+]
 FLAGS = [
     "--headless=new",
     "--no-sandbox",
@@ -11,6 +30,7 @@ FLAGS = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    f"--disable-features={','.join(DISABLED)}",
     # WebGPU on a canvas and WebGL2 both work in software only with all of these
     "--enable-unsafe-webgpu",
     "--use-webgpu-adapter=swiftshader",

@@ -361,7 +361,7 @@ def with_former(result: dict[str, Any], path: Path) -> dict[str, Any]:
 
 
 def save(folder: Path, name: str, pictures: dict[str, np.ndarray], truth: Truth) -> None:
-    """Write a viewer's first settled picture beside the true one."""
+    """Write a viewer's first settled picture next to the reference."""
     from PIL import Image
 
     folder.mkdir(parents=True, exist_ok=True)

@@ -66,7 +66,7 @@ def peak_mib(run: Callable[[], Any]) -> float | None:
     if not STATUS.exists():
         return None
     ctypes.CDLL(None).malloc_trim(0)  # or what was freed before would be taken again, unseen
-    Path("/proc/self/clear_refs").write_text("5")  # the highest mark begins anew
+    Path("/proc/self/clear_refs").write_text("5")  # resets the peak memory
     before = kibibytes("VmRSS")
     kept = run()
     grown = kibibytes("VmHWM") - before

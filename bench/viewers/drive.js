@@ -24,7 +24,7 @@ const SAME = 50; // dB between pictures that count as one: our sums' order chang
 const QUIET = 1000; // milliseconds that a viewer has for another order before it may count as settled
 const REPEATS = 2; // pictures in a row that must be the same by then
 const PAUSE = 300; // milliseconds without a frame, in which workers and read-backs come to their end
-const ASIDE = 30; // degrees to come from: enough for every viewer to sort and colour anew
+const ASIDE = 30; // degrees of the turn before a picture: enough for every viewer to sort and colour again
 const PATIENCE = 60; // frames
 
 const wishes = Object.fromEntries(new URLSearchParams(location.search));
@@ -41,7 +41,7 @@ let viewer;
 
 const cameraAt = (/** @type {number} */ degrees) => ring[((degrees % 360) + 360) % 360];
 
-/** What the canvas shows; to be called before the frame that drew it ends. @returns {Picture} */
+/** Reads the canvas; call it before the frame that drew it ends. @returns {Picture} */
 function pictureOf(/** @type {HTMLCanvasElement} */ canvas) {
   copy.fillRect(0, 0, width, height); // some canvases are transparent, and what was there shines through
   copy.drawImage(canvas, 0, 0);
@@ -126,7 +126,7 @@ async function load() {
 
 export const loaded = load();
 
-/** What the viewer draws with, where it tells. */
+/** The renderer and variant that the viewer uses, if it reports them. */
 export const about = () => viewer.about?.() ?? null;
 
 /** A slow orbit. @param {number} frames @param {number} step degrees @returns {Promise<number[]>} */

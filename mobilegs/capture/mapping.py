@@ -79,7 +79,7 @@ def figures(model: Any) -> dict[str, Any]:
 
 
 class Geometry(NamedTuple):
-    """World-to-camera matrices, points in world units, and the photos that see each point."""
+    """World-to-camera matrices, points (world units), and how many photos see each point."""
 
     viewmats: Float[np.ndarray, "n 3 4"]
     points: Float[np.ndarray, "m 3"]

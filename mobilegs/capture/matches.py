@@ -15,7 +15,7 @@ from mobilegs.capture.pycolmap_runtime import SEED, Progress, in_background, loa
 
 Pairs = Literal["auto", "all", "alike"]
 ALL_UP_TO = 80  # photos: 3,160 pairs
-NEIGHBOURS = 10  # next photos by name; then in distances that double
+NEIGHBOURS = 10  # next photos by name; further neighbours are 20, 40, 80, ... photos away
 LOOK_ALIKES = 20  # most similar photos per photo
 BATCH = 100  # pairs between two progress updates
 WORDS = 128  # visual words of VLAD
@@ -28,7 +28,7 @@ def match_photos(
 ) -> dict[str, Any]:
     """Match features of photos, and keep matches that agree with one camera motion.
 
-    `names` are in capture order. `pairs` is `all` for every two photos, `alike` for each photo
+    `names` are in capture order. `pairs` is `all` for every pair, `alike` for each photo
     with its neighbours and its look-alikes, or `auto`, which is `all` up to `ALL_UP_TO` photos.
     Pairs in the database are kept. Returns the record
     `{"pairs": pairs, "compared": number, "verified": number}`.

@@ -30,34 +30,34 @@ Bar = Callable[[str], AbstractContextManager[Progress]]
 
 @dataclass(frozen=True)
 class CaptureRun:
-    """Compute camera poses of photos, or of the frames of a video, to make a capture for training.
+    """Compute the camera poses of photos or of a video, to make a capture.
 
-    CAPTURE then has images/ and sparse/0/ (undistorted photos and their poses, in the layout of
-    COLMAP), capture.json with all figures, and coverage.png. After Ctrl-C the same command
-    continues and does not repeat finished stages. CAPTURE/work holds intermediate files and may
-    be deleted in the end.
+    CAPTURE receives the undistorted photos in images/, their poses in sparse/0/ (the layout of
+    COLMAP), all figures in capture.json, and coverage.png, which shows where photos are missing.
+    After Ctrl-C the same command continues and does not repeat finished stages. CAPTURE/work
+    holds intermediate files; it may be deleted afterwards.
     """
 
     source: Annotated[Positional[Path], arg(metavar="PHOTOS|VIDEO")]
-    """Folder of the photos (HEIC too), or a video."""
+    """Folder of photos (also HEIC), or a video."""
     output: Annotated[Path, arg(aliases=["-o"], metavar="CAPTURE")]
-    """Folder for the capture; it is created if it does not exist."""
+    """Folder for the capture; created if missing."""
     max_size: Annotated[int, arg(metavar="PIXELS")] = 1600
     """Reduce photos to at most this many pixels on the longer side."""
     frames: Annotated[int | None, arg(metavar="N")] = None
-    """Number of frames to take from a video, the sharpest of each time interval. Default: 3
-    per second, at most 240."""
+    """Number of frames to take from a video: the sharpest one of each time interval. Default: 3 per
+    second, at most 240."""
     lens: Lens = "simple"
-    """Model of lens distortion. simple: one parameter. opencv: four, for wide lenses and many
-    photos."""
+    """Model of lens distortion. simple: one parameter. opencv: four parameters, for wide lenses
+    and many photos."""
     pairs: Pairs = "auto"
-    """Pairs of photos to match. all: every two. alike: each photo with its neighbours by name and
-    the 20 that look most like it. auto: all for up to 80 photos, else alike."""
+    """Pairs of photos to match. all: every pair. alike: each photo with its neighbours by name and
+    with the 20 photos most similar to it. auto: all for up to 80 photos, otherwise alike."""
     mapper: Mapper = "auto"
     """Method that computes poses. incremental: photo by photo. global: all at once. auto:
-    incremental for up to 250 photos, else global."""
+    incremental for up to 250 photos, otherwise global."""
     min_placed: Annotated[float, arg(metavar="SHARE")] = 0.5
-    """Stop if a smaller share of the photos, in [0, 1], gets a pose."""
+    """Stop if fewer photos than this share of all, 0 to 1, get a pose."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def matches(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
 def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Compute poses and points, and draw their coverage even if they are too few."""
     workspace = job.workspace
-    with job.bar("placing") as progress:
+    with job.bar("computing poses") as progress:
         found = map_photos(
             workspace.database,
             workspace.photos,
@@ -186,7 +186,7 @@ def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
         draw_coverage(
             workspace.coverage,
             read_geometry(workspace.models / "best"),
-            title=f"{len(found['registered'])} of {len(photos)} photos placed, "
+            title=f"poses for {len(found['registered'])} of {len(photos)} photos, "
             f"{found['points']:,} points, {found['reprojection_error']:.2f} px reprojection error",
             points_of_photos={
                 photo.name: found["points_of_photos"].get(photo.name, 0) for photo in photos
@@ -278,10 +278,10 @@ def validate_placed(placed: int, missing: list[str], job: Job) -> None:
     if placed >= max(PHOTOS_MIN, job.run.min_placed * total):
         return
     named = ", ".join(missing[:NAMES_MAX]) + (" ..." if len(missing) > NAMES_MAX else "")
-    hint = f"; {job.workspace.coverage} shows the placed ones" if placed else ""
+    hint = f"; {job.workspace.coverage} shows where photos are missing" if placed else ""
     raise InputError(
-        f"only {placed} of {total} photos could be placed (not {named}): take more photos, with "
-        "more overlap (everything in at least three photos), step sideways instead of turning on "
-        "the spot, keep photos sharp and the light even, and choose a scene that has texture and "
-        f"does not move{hint}"
+        f"found poses for only {placed} of {total} photos (not for {named}): take more photos, "
+        "with more overlap (everything in at least three photos), step sideways instead of turning "
+        "on the spot, keep photos sharp and the light even, and choose a scene that has texture "
+        f"and does not move{hint}"
     )

@@ -34,17 +34,19 @@ def evaluate(
     """Compare a scene with held-back photos: PSNR, SSIM and LPIPS.
 
     Renders are rounded to 8 bits, masked pixels do not count, and all photos have the same weight.
-    lpips_vgg and lpips_alex feed images in [0, 1] to the network, as 3DGS does. The _rescaled
-    values scale images to [-1, 1], as LPIPS was calibrated. The two cannot be compared.
+    There are two conventions for LPIPS, whose values cannot be compared: lpips_vgg and lpips_alex
+    give the network images in [0, 1], as 3DGS does; lpips_vgg_rescaled and lpips_alex_rescaled
+    give it images in [-1, 1], for which LPIPS was calibrated.
 
     Args:
         scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
-        capture: Folder of the capture. Photos 0, 8, 16, ... by name are held back.
-        json: Print all metrics, also by photo, as JSON.
+        capture: Folder of the capture. The held-back photos are numbers 0, 8, 16, ... by name, or
+            those of transforms_test.json.
+        json: Print the metrics of each photo and their means as JSON.
         downscale: Divide the width and height of the photos by N. Default: reduce photos to a
             width of at most 1600 pixels.
         lpips_weights: Folder or http(s) address of LPIPS weights. Default: the environment
-            variable MOBILEGS_LPIPS; without either, LPIPS is not measured.
+            variable MOBILEGS_LPIPS; if that is not set, LPIPS is not measured.
         device: Device that renders; auto takes an NVIDIA GPU if there is one.
     """
     from mobilegs.evaluate import report
@@ -80,16 +82,16 @@ def view(
 ) -> None:
     """Show a scene in the browser, on a phone, or in a window.
 
-    A .mgs file is rendered without sorting, a .ply or .spz is sorted. Only the scene and the
-    viewer's own files are served, and no internet connection is needed.
+    A .mgs file is rendered without sorting; a .ply or .spz is sorted. The server sends only the
+    scene and the viewer, and needs no internet connection.
 
     Args:
         scene: A .mgs file, or a .ply or .spz of plain 3DGS.
-        lan: Allow other devices in the network to open the scene; prints the address as a QR code.
-        port: Port to listen at. Default: a free port.
+        lan: Let other devices in the network open the scene, and print its address as a QR code.
+        port: Port of the server. Default: a free port.
         no_browser: Do not open the browser.
-        native: Open a window that renders with Vulkan, Metal or DirectX 12 instead of a page.
-        compare: Another scene, shown with the same camera on the other side of a slider.
+        native: Show the scene in a window instead of the browser, with Vulkan, Metal or DirectX 12.
+        compare: A second scene. Both have the same camera, and a slider divides the view.
     """
     if native:
         if lan or port or no_browser or compare:
@@ -116,23 +118,24 @@ def export(
 ) -> None:
     """Export a scene as a web page or a web site, or convert it.
 
-    Other tools sort Gaussians, but a .mgs file is made for rendering without sorting. For a .mgs
-    in its run's folder, the run's teacher is exported. Any other .mgs is refitted to sorted
-    blending with renders of itself, which takes minutes; the loss is measured and printed.
+    The formats ply, spz, sog and glb are for tools that sort Gaussians. A .mgs file is made for
+    rendering without sorting, so it cannot be converted directly. If the .mgs lies in the folder
+    of its run, the run's teacher is exported instead. Otherwise the scene is refitted: trained
+    for sorted blending on renders of itself. This takes minutes; the loss of quality is printed.
 
     Args:
-        scene: A .mgs file, or a .ply or .spz of plain 3DGS; for other tools also .sog, .splat and
-            .glb.
-        to: html: one file that also works from a disk or an e-mail. site: a folder for any web
-            host; served by https, it installs as an app and opens offline. ply, spz, sog, glb: a
-            file for other tools, without the viewer.
+        scene: A .mgs file, or a .ply or .spz of plain 3DGS. To ply, spz, sog and glb, also a
+            .sog, .splat or .glb.
+        to: html: one file with scene and viewer, which also opens from a disk or an e-mail. site:
+            a folder for any web host; over https it can be installed as an app and opens offline.
+            ply, spz, sog, glb: a file for other tools.
         output: The file or folder to write.
-        title: Title of the page. Default: the name of the capture or file.
-        url: Future address of a site, like https://me.example/garden/, by which services that
-            preview links find its image.
-        refit: For other tools, also refit a .mgs in its run's folder.
-        capture: Photos with poses, whose cameras a refit renders from. Default: the capture of the
-            run, or cameras that the program places.
+        title: Title of the page. Default: the name of the capture, or of the file.
+        url: Address that the site will have, like https://me.example/garden/. Services that
+            preview links need it to find the image.
+        refit: Refit the .mgs even if its teacher is there.
+        capture: Capture whose cameras a refit uses. Default: the capture of the run, or cameras
+            that the program places.
         seed: Seed of all random choices of a refit.
         device: Device of a refit; auto takes an NVIDIA GPU if there is one.
     """
@@ -212,12 +215,13 @@ mobilegs {version}: 3D Gaussian splatting without sorting, in a few megabytes.
 
 {verbs}
 
-`train` works in three stages. Photos or a video become a capture: photos with
-camera poses, as from COLMAP, nerfstudio or NeRF-synthetic. The capture trains a
-teacher, a plain 3DGS scene. The teacher trains a student that needs no sorting,
-which is written to scene.mgs. `demo` shows all of this on a small example.
+`train` has three stages. It computes the camera poses of the photos; photos
+with poses, as from COLMAP, nerfstudio or NeRF-synthetic, are a capture. It
+trains a teacher on the capture: a plain 3DGS scene. It trains a student on
+teacher and capture: a scene that needs no sorting, which it writes to
+scene.mgs. `demo` does the same with a small capture of its own.
 
-Environment: MOBILEGS_LPIPS is a folder or http(s) address of LPIPS weights.
+Environment: MOBILEGS_LPIPS is the folder or http(s) address of LPIPS weights.
 Exit codes: 0 success, 1 a failure such as a full disk, 2 input that cannot be
 used (the message says why), 130 interrupted.
 """

@@ -31,24 +31,25 @@ def render(
     device: Device = "auto",
     renderer: Renderer = "kernels",
 ) -> None:
-    """Render a scene to PNGs for photos, or to a video of one turn.
+    """Render a scene with the cameras of a capture, or as a video of one turn.
 
-    Give either --capture and -o, or --orbit. PNGs are rendered with the cameras of a capture, and
-    each has the name of its photo: IMG_0042.JPG becomes IMG_0042.png. A .mgs file is rendered without sorting, other scenes are sorted.
+    Give either --capture and -o, or --orbit. --capture renders one PNG for each photo, with the
+    photo's camera and name: IMG_0042.JPG becomes IMG_0042.png. A .mgs file is rendered without
+    sorting; other scenes are sorted.
 
     Args:
         scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
-        capture: Folder of the capture whose cameras are used.
+        capture: Folder of the capture.
         output: Folder for the PNGs; created if missing.
-        orbit: Video to write, of one turn around the scene.
-        split: Cameras to use: of the held-back photos (test) or of the training photos (train).
+        orbit: Video to write: one turn around the scene.
+        split: Photos whose cameras are used: the held-back ones (test) or the others (train).
         downscale: Divide the width and height of the photos by N. Default: reduce photos to a
             width of at most 1600 pixels.
         seconds: Length of the video.
         size: Size of the video in pixels.
-        device: Device of the kernels; auto takes an NVIDIA GPU if there is one.
-        renderer: kernels: the training's renderer. wgpu: the viewers' renderer, in float16, on any
-            GPU with Vulkan, Metal or DirectX 12.
+        device: Device that renders; auto takes an NVIDIA GPU if there is one.
+        renderer: kernels: the renderer of the training, on --device. wgpu: the renderer of the
+            viewer, in float16, on any GPU with Vulkan, Metal or DirectX 12.
     """
     if renderer == "wgpu":
         device = "cpu"  # only reads the scene

@@ -1,4 +1,4 @@
-"""The verbs that train or convert: demo, train, compress, capture, and export to other tools."""
+"""The verbs that train or convert: demo, train, compress, capture, and export to other formats."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -31,14 +31,13 @@ def demo(
 ) -> None:
     """Train on a small capture that mobilegs renders itself.
 
-    This takes minutes on two cores. The folder receives the capture and the files of
-    `mobilegs train`. The same command continues a
-    demo that was interrupted.
+    This takes a few minutes on two cores. DIR receives the capture and the files of
+    `mobilegs train`. The same command continues an interrupted demo.
 
     Args:
         output: Folder for all files; created if missing.
         seed: Seed of all random choices.
-        live: Show the scene in the browser while it trains, at an address that is printed.
+        live: Show the scene in the browser during the training; the address is printed.
     """
     from mobilegs.atomic import make_folder
     from mobilegs.data.demo.capture import demo_capture, write_capture
@@ -67,7 +66,7 @@ def train(words: Sequence[str]) -> None:
 
 
 def capture(words: Sequence[str]) -> None:
-    """Estimate the camera poses of photos or of a video, for training."""
+    """Compute the camera poses of photos or of a video, to make a capture."""
     from mobilegs.capture import CaptureRun
 
     make_capture(call(CaptureRun, words, verb="capture"))

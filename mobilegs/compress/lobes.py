@@ -1,4 +1,4 @@
-"""Lobe decoder: a few latents per Gaussian to harmonics of opacity and weight.
+"""Lobe decoder: turns a few latents per Gaussian into harmonics of opacity and weight.
 
 Lobes are spherical harmonics of the direction from the eye: one set for the logit of the opacity,
 one for phi, the weight before its ReLU. (This project; the paper has a network per view.)
@@ -38,7 +38,7 @@ class LobeShape:
     """Latents per Gaussian, 0 to 32, in addition to the base opacity."""
     hidden: tuple[int, ...] = ()
     """Widths of the hidden layers of a network that also sees the Gaussian's other attributes:
-    at most three, each 1 to 256. None: the decoder is linear."""
+    at most three, each 1 to 256. Empty: the decoder is linear."""
 
     def __post_init__(self) -> None:
         sound = 0 <= self.degree <= 3 and 0 <= self.latents <= LATENTS_MAX

@@ -14,32 +14,33 @@ from mobilegs.errors import InputError
 COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 0, "opacity": 1}
 WEIGHT_SIGNIFICAND_BITS = 6  # of the networks' matrices
 CODE_MAX = 1 << 14  # largest magnitude of a code in a file
-CODE_LIMIT = SIZE_MAX // 2 - 1  # values are clamped to it, so that a column has at most SIZE_MAX
+CODE_LIMIT = SIZE_MAX // 2 - 1  # codes are clamped to it; a column has SIZE_MAX values at most
 STEP_SIZE_MIN, STEP_SIZE_MAX = 0.01, 100.0  # with the smallest, values of +-20 fit in CODE_LIMIT
 ANGLE_STEP_RANGE = 0.002, 4.0  # radians; angles are at most pi, which fits a file in this range
 STEP_RATIO = 1.05  # of the finite differences that give a gradient to a step size
-PSEUDO_COUNT = 0.1  # added to the count of every code between the least and the largest
+PSEUDO_COUNT = 0.1  # added to the count of every code from the smallest to the largest
 
 
 @dataclass(frozen=True)
 class StepSizes:
     """Step sizes of the uniform quantisers.
 
-    Each lies within 0.01 to 100, `rotation` within 0.002 to 4; an InputError says so.
+    Each must lie within 0.01 to 100, `rotation` within 0.002 to 4. Raises InputError otherwise.
     """
 
     scale: float = 0.15
-    """Of log-scales."""
+    """Step size of the log-scales."""
     rotation: float = 0.25
-    """Of rotation angles, in radians, about axes with a round cross-section. Other axes have up
-    to 8 refinement bits."""
+    """Step size of the rotation angles, in radians, about axes with a round cross-section. Other
+    axes have up to 8 refinement bits."""
     appearance: float = 0.14
-    """Of the colour's latents. A unit is the latent change that moves all harmonics by 1 (root of
-    the summed squares, mean over the Gaussians)."""
+    """Step size of the colour latents. In their unit, a change by 1 moves all harmonics by 1 (root
+    of the summed squares, mean over the Gaussians)."""
     opacity: float = 0.6
-    """Of the base opacity's logit."""
+    """Step size of the base opacity's logit."""
     lobes: float = 1.7
-    """Of the lobes' latents, in the same unit for the lobes' coefficients."""
+    """Step size of the lobe latents. In their unit, a change by 1 moves the lobes' coefficients by
+    1, measured in the same way."""
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "lobes"):
@@ -131,7 +132,7 @@ class UniformQuantizer(nn.Module):
     def log_step_gradient(self, values: Float[Tensor, "n s"]) -> float:
         """Return the derivative of the bits per row with respect to `log_step_offset`.
 
-        It is about -1 per column and doubling of the step size.
+        Each doubling of the step size takes about one bit per column.
         """
         step = self.step_size
         fine, coarse = (

@@ -1,4 +1,4 @@
-// Decoders of a .mgs file's streams (docs/format.md, sections 4 and 5) for untrusted input.
+// Decoders of a .mgs file's streams (docs/reference/format.md, sections 4 and 5) for untrusted input.
 //
 // Each returns 0 for a valid stream, or the code of the first error that its reference finds; the
 // output is then undefined. The caller owns all memory: `data` has `bytes` bytes of any alignment,

@@ -116,13 +116,13 @@ def reduced_files(
     Files are matched by name, or else by sorted order if both folders hold equally many. None if
     there is no such folder, or its files match neither way.
     """
-    beside = folder.with_name(f"{folder.name}_{downscale}")
-    if downscale is None or downscale == 1 or not beside.is_dir():
+    reduced = folder.with_name(f"{folder.name}_{downscale}")
+    if downscale is None or downscale == 1 or not reduced.is_dir():
         return None
     names = list(names)
-    if all(is_file(beside / name) for name in names):
-        return {name: beside / name for name in names}
-    full, small = list_images(folder), list_images(beside)
+    if all(is_file(reduced / name) for name in names):
+        return {name: reduced / name for name in names}
+    full, small = list_images(folder), list_images(reduced)
     ranks = {path.name: rank for rank, path in enumerate(full)}
     if len(full) != len(small) or not ranks.keys() >= set(names):
         return None
@@ -143,7 +143,8 @@ def as_rgb(image: Image.Image) -> Image.Image:
 def _boxed(image: Image.Image, width: int, height: int) -> Image.Image:
     """Resize by averaging areas, rounded once.
 
-    PIL's box filter takes only whole pixels and rounds up twice, half a level too bright.
+    PIL's box filter averages whole pixels only. It also rounds up twice, which makes the result
+    half a level too bright.
     """
     if image.size == (width, height):
         return image

@@ -216,15 +216,15 @@ def _named(
     names = meta[key]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InputError(f"{path / 'transforms.json'} has a {key} that is not a list of file names")
-    wanted = {path / name for name in names}
+    listed = {path / name for name in names}
     picked = [
         frame
         for frame, file, entry in zip(frames, files, meta["frames"], strict=True)
-        if file in wanted or path / entry["file_path"] in wanted
+        if file in listed or path / entry["file_path"] in listed
     ]
-    if len(picked) < len(wanted):
+    if len(picked) < len(listed):
         raise InputError(
-            f"{path / 'transforms.json'}: {key} names {len(wanted)} photos, but only "
+            f"{path / 'transforms.json'}: {key} names {len(listed)} photos, but only "
             f"{len(picked)} of them are frames"
         )
     return picked

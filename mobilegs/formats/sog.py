@@ -50,7 +50,7 @@ ReadFile = Callable[[str, int], bytes]  # (name, largest size) -> content
 
 @dataclass(frozen=True)
 class Tables:
-    """The values of bytes.
+    """Tables that decode bytes, and the bounds of positions.
 
     Attributes:
         bounds: lower and upper bounds of the positions' signed logarithms, `[2, 3]`.

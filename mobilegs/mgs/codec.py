@@ -1,4 +1,4 @@
-"""Write and read `.mgs` files. docs/format.md is the specification."""
+"""Write and read `.mgs` files. docs/reference/format.md is the specification."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping

@@ -222,7 +222,7 @@ def _decode_rounds(
 
 
 def _write_tables(frequencies: Int[np.ndarray, "c a"]) -> bytes:
-    """Write the tables of all contexts (docs/format.md, section 4).
+    """Write the tables of all contexts (docs/reference/format.md, section 4).
 
     A context has one bit (0: unused); a bit per symbol (1: it occurs); four bits `k`; and
     `frequency - 1` of all symbols that occur, except the last, in exponential Golomb code k.

@@ -49,8 +49,10 @@ VIEWS: dict[PresetName, tuple[int, int]] = {
 class CompressRun:
     """Compress a trained 3DGS scene into a phone-sized scene.mgs.
 
-    Without photos, the student trains on renders of the scene from cameras placed around its
-    centre, which are kept in RUN/capture. The metrics come from held-back images.
+    The scene becomes the teacher of a student, as in `mobilegs train`, and RUN receives the same
+    files. Without --capture, the program places cameras around the scene's centre, renders the
+    scene from them into RUN/capture, and trains the student on these renders. Every eighth image
+    is held back for the metrics.
     """
 
     scene: Annotated[Positional[Path], arg(metavar="SCENE")]
@@ -59,50 +61,51 @@ class CompressRun:
     """Folder for the run; created if missing."""
     capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None
     """The photos that the scene was trained on, with their poses. The student then learns from
-    photos and scene. Default: renders of the scene."""
+    the photos and the scene. Default: renders of the scene."""
     cameras: Annotated[Path | None, arg(metavar="JSON")] = None
-    """The cameras.json that 3DGS writes: views are rendered from these cameras and between them.
-    Needed for a scene that was photographed from one side only. Default: cameras placed around the
-    scene's centre."""
+    """The cameras.json that 3DGS writes. Views are rendered from these cameras and between them. A
+    scene that was photographed from one side only needs them. Default: cameras around the scene's
+    centre."""
     views: Annotated[int | None, arg(metavar="N")] = None
-    """Number of rendered views; every eighth is held back. Default: 48 with the preset demo,
+    """Number of views to render. Default: 48 with the preset demo,
     otherwise 400."""
     size: Annotated[int | None, arg(metavar="PIXELS")] = None
     """Longer side of rendered views. Default: 640 with the preset cpu, 1280 with gpu and 240 with
     demo."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
-    """Divide the width and height of the photos by N. Default: reduce them to a width of at most
-    1600 pixels."""
+    """Divide the width and height of the photos by N. Default: reduce photos to a width of at
+    most 1600 pixels."""
     background: Annotated[tuple[float, float, float] | None, arg(metavar="R G B")] = None
-    """Background colour in 0..1 with which the scene was trained; its file does not contain it.
-    Default: black; with --capture, white for photos with transparency."""
+    """Background colour in 0..1 that the scene was trained with; scene files do not contain it.
+    Default: black, or white if the photos of --capture have transparency."""
     preset: PresetName | None = None
-    """Length of the training. cpu: 5,000 steps, for two cores. gpu: 30,000 steps. demo: 3,400 small
-    steps. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
+    """Length of the training, and number and size of the rendered views. cpu: 5,000 steps. gpu:
+    30,000 steps. demo: 3,400 steps. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
     steps: Annotated[int | None, arg(metavar="N")] = None
-    """Training steps; all schedules scale with them. Default: those of the preset."""
+    """Training steps; all schedules scale with them. Default: the steps of the preset."""
     target_mb: Annotated[float | None, arg(metavar="MB")] = None
-    """Size of the file in megabytes (10^6 bytes). Default: whatever the quality needs."""
+    """Size of the file in megabytes (10^6 bytes). Default: no target; the setting
+    student.quantization.quality decides."""
     seed: Annotated[int, arg(metavar="N")] = 0
     """Seed of all random choices."""
     resume: bool = False
     """Continue the run in RUN, or start it if there is none."""
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
     """Folder or http(s) address of LPIPS weights. Default: the environment variable
-    MOBILEGS_LPIPS; without either, LPIPS is not measured."""
+    MOBILEGS_LPIPS; if that is not set, LPIPS is not measured."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Device that trains; auto takes an NVIDIA GPU if there is one."""
     live: bool = False
-    """Show the scene in the browser while it trains, at an address that is printed. The result
-    does not change."""
+    """Show the scene in the browser during the training; the address is printed. The result of
+    the training does not change."""
     live_at: Annotated[str, arg(metavar="HOST:PORT")] = ADDRESS
     """Address of --live; if the port is taken, the next free one is used. With the host 0.0.0.0,
     browsers on other devices can watch and pause the training."""
     settings: Annotated[
         tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
     ] = ()
-    """Change any setting of the recipe, like student.lr.opacities=0.02; may be repeated. A run's
-    config.json lists all settings."""
+    """Change settings, as in `--set student.lr.opacities=0.02`; may be repeated. The config.json
+    of a run lists all settings."""
 
 
 def compress_run(
@@ -155,14 +158,14 @@ def compress_run(
             views = run.views
         if run.size is not None:
             size = run.size
-        shoot = CaptureOptions(
+        options = CaptureOptions(
             views, size, run.cameras, run.seed, run.background or DEFAULT_BACKGROUND
         )
         if run.cameras is not None:
             read_cameras_json(
                 run.cameras
             )  # validates the small file before reading the large scene
-        render_synthetic_capture(opened(), run.scene, training.capture, shoot, progress=progress)
+        render_synthetic_capture(opened(), run.scene, training.capture, options, progress=progress)
     elif not (run.output / "config.json").exists():
         cameras = [view.camera for view in load_capture(capture, downscale=run.downscale).train]
         instead = "give the capture that it was made from"

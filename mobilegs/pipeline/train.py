@@ -53,8 +53,8 @@ SESSION_OPTIONS = (
 class TrainRun:
     """Train a phone-sized scene.mgs from photos or a video.
 
-    RUN receives scene.mgs, teacher.ply, metrics.json and contact_sheet.png, and during the
-    training metrics.jsonl, previews and a checkpoint. Ctrl-C stops after the current step;
+    RUN receives scene.mgs, teacher.ply, metrics.json and contact_sheet.png; during the training
+    also metrics.jsonl, previews and a checkpoint. Ctrl-C stops after the current step, and
     --resume continues the run.
     """
 
@@ -65,20 +65,21 @@ class TrainRun:
     output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
     """Folder for the run; created if missing."""
     preset: PresetName | None = None
-    """Length and size of the training. cpu: 5,000 + 5,000 steps, some 15 minutes on two cores for
-    photos of 400x266 (see --downscale). gpu: the paper's 30,000 + 30,000 steps. demo: a few
-    minutes for a small capture. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
+    """Length and size of the training. cpu: 5,000 steps of the teacher and 5,000 of the student,
+    about 7 minutes on two cores for photos of 400x267 (see --downscale). gpu: 30,000 and 30,000
+    steps, as in the paper. demo: 2,000 and 3,400 steps, for small captures. Default: gpu if
+    there is an NVIDIA GPU, otherwise cpu."""
     method: MethodName | None = None
     """How the teacher is trained. 3dgs: clones, splits and prunes Gaussians and resets opacities.
     mini-splatting: the paper's method; restarts from surface points and keeps the most important
-    Gaussians. mcmc: moves faint Gaussians and always uses --max-splats of them. Default:
+    Gaussians. mcmc: moves faint Gaussians and adds Gaussians up to --max-splats. Default:
     mini-splatting with the preset gpu, otherwise 3dgs without opacity resets."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
     """Divide the width and height of the photos by N. Default: reduce photos to a width of at most
     1600 pixels."""
     steps: Annotated[int | None, arg(metavar="N")] = None
     """Training steps of teacher and student together; all schedules scale with them. Default:
-    those of the preset."""
+    the steps of the preset."""
     seed: Annotated[int, arg(metavar="N")] = 0
     """Seed of all random choices."""
     resume: bool = False
@@ -86,30 +87,31 @@ class TrainRun:
     teacher: Annotated[Path | None, arg(metavar="SCENE")] = None
     """A plain 3DGS scene to use as the teacher. Default: train a teacher."""
     max_splats: Annotated[int | None, arg(metavar="N")] = None
-    """Maximum number of Gaussians in the teacher. Default: that of the preset."""
+    """Maximum number of Gaussians in the teacher. Default: one million with the preset
+    gpu, 60 thousand with cpu, 20 thousand with demo."""
     views_per_step: Annotated[int | None, arg(metavar="N")] = None
-    """Photos per step of teacher and student; processes started by torchrun share them. `--set
-    student.views_per_step=N` changes only the student's. Default: 1."""
+    """Photos per step of teacher and student. Processes that torchrun started share them. To
+    change only the student's, use `--set student.views_per_step=N`. Default: 1."""
     background: Annotated[tuple[float, float, float] | None, arg(metavar="R G B")] = None
     """Background colour in 0..1. Default: white for photos with transparency, otherwise black."""
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
     """Folder or http(s) address of LPIPS weights. Default: the environment variable
-    MOBILEGS_LPIPS; without either, LPIPS is not measured."""
+    MOBILEGS_LPIPS; if that is not set, LPIPS is not measured."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Device that trains; auto takes an NVIDIA GPU if there is one."""
     checkpoint_seconds: Annotated[float, arg(metavar="SECONDS")] = CHECKPOINT_SECONDS
     """Time between two checkpoints."""
     live: bool = False
-    """Show the scene in the browser while it trains, at an address that is printed. The result
-    does not change."""
+    """Show the scene in the browser during the training; the address is printed. The result of
+    the training does not change."""
     live_at: Annotated[str, arg(metavar="HOST:PORT")] = ADDRESS
     """Address of --live; if the port is taken, the next free one is used. With the host 0.0.0.0,
     browsers on other devices can watch and pause the training."""
     settings: Annotated[
         tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
     ] = ()
-    """Change any setting of the recipe, like student.lr.opacities=0.02; may be repeated. A run's
-    config.json lists all settings."""
+    """Change settings, as in `--set student.lr.opacities=0.02`; may be repeated. The config.json
+    of a run lists all settings."""
 
 
 @dataclass(frozen=True)

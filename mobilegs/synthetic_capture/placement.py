@@ -15,7 +15,7 @@ from mobilegs.synthetic_capture.scene_bounds import SceneBounds
 FIELD_OF_VIEW = 60  # degrees, horizontal
 RADII = (0.6, 6.0)  # range of distances from the centre, in scene radii
 # cameras stand no nearer than where a typical Gaussian's standard deviation covers this share of
-# the image's width, but that limit is at most so many scene radii away
+# the image's width, but that limit is at most DETAIL_RADII away
 DETAIL = 1 / 500
 DETAIL_RADII = 2.0
 RADII_INSIDE = (0.2, 1.5)  # range of distances if the scene surrounds its centre

@@ -18,7 +18,7 @@ USUAL_UP = (0.0, -1.0, 0.0)  # in scenes from COLMAP
 
 @dataclass(frozen=True)
 class SceneBounds:
-    """Where the visible part of a scene lies.
+    """Centre, size and orientation of the visible part of a scene.
 
     Attributes:
         center: the point that most of the scene surrounds, `[3]`, world units.
@@ -61,7 +61,7 @@ def find_scene_bounds(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = N
         )
     means = torch.where(fine[:, None], gaussians.means, 0.0)
 
-    near = weights
+    near, center, radius = weights, means[0], 0.0
     for _ in range(ROUNDS):
         center = torch.stack([_median(means[:, axis], near) for axis in range(3)])
         distances = (means - center).norm(dim=1)

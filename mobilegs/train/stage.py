@@ -11,7 +11,7 @@ from mobilegs.render.scene import Scene
 
 
 class StepResult(NamedTuple):
-    """Results of one step: `loss`, and the mean squared error `mse` of the image before it."""
+    """Results of one step: `loss`, and the mean squared error `mse` of the step's image."""
 
     loss: Float[Tensor, ""]
     mse: Float[Tensor, ""]

@@ -52,9 +52,9 @@ except KeyboardInterrupt:
     open(sys.argv[1], "w").write("checkpoint")
     sys.exit(130)
 """
-    slow = Part("train", ("-c", program, str(tmp_path / "saved")))
+    slow = Part("train", ("-I", "-S", "-c", program, str(tmp_path / "saved")))
     after = writes("frames", tmp_path / "said")
-    assert run_parts([slow, after], tmp_path, 1.5 / 60) == ["train", "frames"]
+    assert run_parts([slow, after], tmp_path, 3 / 60) == ["train", "frames"]
     assert (tmp_path / "saved").read_text() == "checkpoint"
     assert not (tmp_path / "said").exists()
     assert json.loads((tmp_path / "parts.json").read_text())[0]["exit"] == 130

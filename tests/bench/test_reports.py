@@ -1,4 +1,4 @@
-"""What benches say of their cells."""
+"""Reports of the benchmarks: tables and pages made of their cells."""
 
 import pytest
 

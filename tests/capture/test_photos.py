@@ -1,4 +1,4 @@
-"""Photos as phones leave them: turned, HEIC, of several lenses."""
+"""Preparing photos: orientation, HEIC, focal lengths, shared cameras."""
 
 import sys
 from pathlib import Path
@@ -19,9 +19,9 @@ from mobilegs.data.images import image_size
 from mobilegs.errors import InputError
 from tests.support.layered_photos import FOCAL, layered_photo, write_photos
 
-TURNED = Path(__file__).with_name("photos") / "turned.heic"
+ROTATED = Path(__file__).with_name("photos") / "turned.heic"
 ORIENTATION, EXIF, FOCAL_MM, FOCAL_35MM = 0x112, 0x8769, 0x920A, 0xA405
-# what a camera stores so that a viewer which follows the tag shows it upright
+# EXIF orientation -> the transform that gives the stored photo
 STORED = {
     3: Image.Transpose.ROTATE_180,
     6: Image.Transpose.ROTATE_90,
@@ -30,7 +30,7 @@ STORED = {
 
 
 def difference(path: Path, picture: Image.Image) -> float:
-    """Root mean square difference, of 255, between a file and a picture."""
+    """Return the root mean square difference, in 0..255, between a file and an image."""
     with Image.open(path) as stored:
         assert stored.size == picture.size
         assert stored.getexif().get(ORIENTATION, 1) == 1
@@ -40,7 +40,7 @@ def difference(path: Path, picture: Image.Image) -> float:
 
 @pytest.mark.parametrize("tag", STORED)
 @pytest.mark.parametrize("suffix", ["jpg", "png", "tif"])
-def test_a_turned_photo_comes_out_upright(tag: int, suffix: str, tmp_path: Path) -> None:
+def test_a_rotated_photo_becomes_upright(tag: int, suffix: str, tmp_path: Path) -> None:
     upright, exif = layered_photo((0, 0)), Image.Exif()
     exif[ORIENTATION] = tag
     source = tmp_path / f"photo.{suffix}"
@@ -52,17 +52,17 @@ def test_a_turned_photo_comes_out_upright(tag: int, suffix: str, tmp_path: Path)
     assert target.suffix == {"jpg": ".jpg"}.get(suffix, ".png")
 
 
-def test_heic_is_read_and_comes_out_upright(tmp_path: Path) -> None:
-    """turned.heic is `layered_photo((0, 0))`, as a phone that lay on its side would store it."""
+def test_a_heic_photo_becomes_upright(tmp_path: Path) -> None:
+    """turned.heic is `layered_photo((0, 0))` as a phone on its side stores it."""
     pytest.importorskip("pi_heif")
     upright = layered_photo((0, 0))
-    target = tmp_path / prepared_names([TURNED])[TURNED]
-    found = prepare_photo(TURNED, target, max_size=1000)
+    target = tmp_path / prepared_names([ROTATED])[ROTATED]
+    found = prepare_photo(ROTATED, target, max_size=1000)
     assert (found.width, found.height) == upright.size and target.suffix == ".jpg"
     assert difference(target, upright) < 8
 
 
-def test_a_jpeg_that_needs_nothing_is_copied_and_a_large_one_reduced(tmp_path: Path) -> None:
+def test_a_ready_jpeg_is_copied_and_a_large_one_reduced(tmp_path: Path) -> None:
     source, target = tmp_path / "photo.JPG", tmp_path / "photo.jpg.jpg"
     layered_photo((0, 0)).save(source, format="JPEG", quality=80)
     prepare_photo(source, target, max_size=240)
@@ -86,7 +86,7 @@ def test_photos_of_other_modes_become_rgb(tmp_path: Path) -> None:
             assert abs(np.asarray(picture, int) - 100).max() <= 2
 
 
-def test_the_focal_length_is_that_of_exif_at_the_size_that_is_used(tmp_path: Path) -> None:
+def test_the_focal_length_is_scaled_from_exif(tmp_path: Path) -> None:
     photos = write_photos(tmp_path / "photos")
     full = prepare_photo(photos / "photo_0.jpg", tmp_path / "full.jpg", max_size=1000)
     half = prepare_photo(photos / "photo_0.jpg", tmp_path / "half.jpg", max_size=120)
@@ -96,7 +96,7 @@ def test_the_focal_length_is_that_of_exif_at_the_size_that_is_used(tmp_path: Pat
 
 
 @pytest.mark.parametrize("value", [0, 65535 * 3, "wide"])
-def test_a_focal_length_that_is_none_is_not_believed(value: object, tmp_path: Path) -> None:
+def test_an_invalid_focal_length_is_ignored(value: object, tmp_path: Path) -> None:
     exif = Image.Exif()
     exif.get_ifd(EXIF)[FOCAL_35MM] = value
     layered_photo((0, 0)).save(tmp_path / "photo.jpg", exif=exif)
@@ -123,14 +123,14 @@ def test_photos_of_a_lens_and_size_share_a_camera(tmp_path: Path) -> None:
     assert images["2.png"].params[0] == pytest.approx(1.2 * 60)
 
 
-def test_names_fit_into_colmaps_lists_and_stay_apart(tmp_path: Path) -> None:
+def test_names_are_readable_by_colmap_and_unique(tmp_path: Path) -> None:
     sources = [tmp_path / name for name in ("a b (1).HEIC", "#über.png", "c.d.jpeg")]
     assert list(prepared_names(sources).values()) == ["a_b_(1).jpg", "_über.png", "c.d.jpg"]
     with pytest.raises(InputError, match=r"a_b.jpg and a b.png"):
         prepared_names([tmp_path / "a_b.jpg", tmp_path / "a b.png"])
 
 
-def test_photos_are_found_beside_or_in_images(tmp_path: Path) -> None:
+def test_photos_are_found_in_the_folder_or_in_images(tmp_path: Path) -> None:
     assert list_photos(tmp_path) == []
     Image.new("RGB", (4, 4)).save(tmp_path / "cover.png")
     (tmp_path / "notes.txt").touch()
@@ -141,7 +141,7 @@ def test_photos_are_found_beside_or_in_images(tmp_path: Path) -> None:
     assert [path.name for path in list_photos(tmp_path)] == ["1.HEIC"]
 
 
-def test_heic_without_its_library_is_refused_with_a_way_out(
+def test_heic_without_pi_heif_raises_an_error_that_names_the_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "photo.heic").touch()

@@ -1,4 +1,4 @@
-"""Videos: which frames are taken, how they are turned, what is refused."""
+"""Frames of videos: selection, rotation, and errors for invalid videos."""
 
 import sys
 from pathlib import Path
@@ -14,11 +14,11 @@ from tests.support.layered_photos import blurred, layered_photo
 
 av = pytest.importorskip("av", reason="the extra `capture` is not installed")
 
-RATE = 10  # frames a second
+RATE = 10  # frames per second
 
 
 def write_video(path: Path, frames: list[Image.Image], *, rotation: int = 0) -> Path:
-    """A video of pictures, `RATE` a second, that players turn counterclockwise."""
+    """Write a video with `RATE` frames per second, which players rotate counterclockwise."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("mpeg4", rate=RATE, bit_rate=8_000_000)
         stream.width, stream.height = frames[0].size
@@ -31,11 +31,11 @@ def write_video(path: Path, frames: list[Image.Image], *, rotation: int = 0) -> 
     return path
 
 
-def silent(done: int, total: int) -> None:
-    """A bar that nobody sees."""
+def no_progress(done: int, total: int) -> None:
+    pass
 
 
-def test_the_sharpest_frame_of_each_part_is_taken(tmp_path: Path) -> None:
+def test_the_sharpest_frame_of_each_interval_is_taken(tmp_path: Path) -> None:
     sharp = {2, 9, 10, 17}  # of 20: one in each quarter
     frames = [
         photo if index in sharp else blurred(photo, 1.5 + index % 3)
@@ -44,7 +44,7 @@ def test_the_sharpest_frame_of_each_part_is_taken(tmp_path: Path) -> None:
     ]
     video = write_video(tmp_path / "video.mp4", frames)
     assert time_span(video) == (0.0, 1.9)
-    found = prepare_video(video, tmp_path / "out", frames=4, max_size=120, progress=silent)
+    found = prepare_video(video, tmp_path / "out", frames=4, max_size=120, progress=no_progress)
     taken = [photo["source"] for photo in found["photos"]]
     assert taken == [f"video.mp4 at {index / RATE:.2f} s" for index in sorted(sharp)]
     names = [f"frame_{number:04d}.jpg" for number in (1, 2, 3, 4)]
@@ -68,7 +68,7 @@ def test_blur_lowers_sharpness() -> None:
         (180, Image.Transpose.ROTATE_180),
     ],
 )
-def test_frames_are_turned_as_the_video_says(
+def test_frames_are_rotated_as_the_video_says(
     rotation: int, turn: Image.Transpose, tmp_path: Path
 ) -> None:
     photo = layered_photo((0, 0))
@@ -94,16 +94,14 @@ def test_a_video_becomes_a_capture(tmp_path: Path) -> None:
     assert report["registered"] == 8
 
 
-def test_videos_that_cannot_be_used_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def said(path: Path) -> str:
+def test_invalid_videos_raise_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def error_of(path: Path) -> str:
         with pytest.raises(InputError) as caught:
             capture_photos(CaptureRun(path, tmp_path / path.stem))
         return str(caught.value)
 
     (tmp_path / "damaged.mp4").write_bytes(b"not a video")
-    assert "damaged.mp4 cannot be read as a video" in said(tmp_path / "damaged.mp4")
+    assert "damaged.mp4 cannot be read as a video" in error_of(tmp_path / "damaged.mp4")
     sound = tmp_path / "sound.mkv"
     with av.open(str(sound), "w") as container:
         stream = container.add_stream("pcm_s16le", rate=8000, layout="mono")
@@ -111,11 +109,11 @@ def test_videos_that_cannot_be_used_are_refused(
         frame.rate = 8000
         container.mux(stream.encode(frame))
         container.mux(stream.encode())
-    assert "no video in it" in said(sound)
+    assert "no video stream" in error_of(sound)
     short = write_video(tmp_path / "short.mp4", [layered_photo((0, 0))] * 2)
-    assert "2 frames to choose from" in said(short)
+    assert "only 2 frames" in error_of(short)
     whole = write_video(tmp_path / "whole.mp4", [layered_photo((0, 0))] * 9).read_bytes()
     (tmp_path / "cut.mp4").write_bytes(whole[: len(whole) // 2])
-    assert "cut.mp4" in said(tmp_path / "cut.mp4")
+    assert "cut.mp4" in error_of(tmp_path / "cut.mp4")
     monkeypatch.setitem(sys.modules, "av", None)
-    assert "pip install 'mobilegs[capture]'" in said(tmp_path / "cut.mp4")
+    assert "pip install 'mobilegs[capture]'" in error_of(tmp_path / "cut.mp4")

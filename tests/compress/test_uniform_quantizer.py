@@ -25,7 +25,6 @@ from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.encode import Quantizer
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
@@ -329,13 +328,14 @@ def test_step_sizes_grow_with_the_rate_term_and_shrink_with_the_distortion(
 
 
 def test_rate_control_reaches_a_size_within_the_bounds_of_step_sizes() -> None:
-    values: dict[Attribute, torch.Tensor] = {
+    names: tuple[Attribute, ...] = ("scale", "opacity")
+    values = {
         "scale": 3 * torch.randn(9000, 3, generator=seeded()),
         "opacity": torch.zeros(9000, 1),
     }
     values["opacity"][::2] = 5 * torch.randn(4500, 1, generator=seeded(1))
-    books: dict[Attribute, Quantizer] = {
-        name: UniformQuantizer.fit(value, step_size=0.3) for name, value in values.items()
+    books: dict[Attribute, UniformQuantizer] = {
+        name: UniformQuantizer.fit(values[name], step_size=0.3) for name in names
     }
 
     def size() -> int:

@@ -187,7 +187,8 @@ def test_downscaled_photos_with_other_names_are_matched_by_order(tmp_path):
     ],
 )
 def test_heights_are_rounded_down_only_without_a_downscale(size, downscale, reduced):
-    assert reduced_size(*size, downscale) == reduced
+    width, height = size
+    assert reduced_size(width, height, downscale) == reduced
 
 
 def test_wide_photos_are_downscaled_to_1600_pixels_by_default(tmp_path):

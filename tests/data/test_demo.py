@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from mobilegs.data import load_capture, load_view
+from mobilegs.data import Dataset, Frame, load_capture, load_view
 from mobilegs.data.demo.capture import (
     DISTANT,
     OUTLIERS,
@@ -14,7 +14,14 @@ from mobilegs.data.demo.capture import (
 )
 from mobilegs.data.demo.scene import DemoScene
 
-SMALL = {"views": 16, "width": 48, "height": 32, "points": 600}
+
+def small_capture(seed: int = 0) -> Dataset:
+    return demo_capture(views=16, width=48, height=32, points=600, seed=seed)
+
+
+def pixels(frame: Frame) -> torch.Tensor:
+    assert frame.pixels is not None
+    return frame.pixels
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -28,7 +35,7 @@ def one_thread():
 
 @pytest.fixture(scope="module")
 def dataset():
-    return demo_capture(**SMALL)
+    return small_capture()
 
 
 @pytest.fixture(scope="module")
@@ -37,12 +44,12 @@ def scene():
 
 
 def test_the_seed_decides_the_capture(dataset):
-    again, other = demo_capture(**SMALL), demo_capture(**SMALL, seed=1)
+    again, other = small_capture(), small_capture(seed=1)
     assert torch.equal(dataset.points, again.points)
     assert torch.equal(dataset.colors, again.colors)
     for one, two, three in zip(dataset.train, again.train, other.train, strict=True):
-        assert torch.equal(one.pixels, two.pixels)
-        assert not torch.equal(one.pixels, three.pixels)
+        assert torch.equal(pixels(one), pixels(two))
+        assert not torch.equal(pixels(one), pixels(three))
 
 
 def test_the_number_of_threads_is_restored():

@@ -81,7 +81,9 @@ def _header(r: random.Random, parts: Parts) -> None:
     if not parts.header:
         return
     name = r.choice(list(parts.header))  # not the numbers of matrices most of the time
-    path = r.choice([(name,), *((name, *path) for path in _places(parts.header[name]))])
+    path: tuple[Any, ...] = r.choice(
+        [(name,), *((name, *path) for path in _places(parts.header[name]))]
+    )
     inner: Any = parts.header
     for key in path[:-1]:
         inner = inner[key]

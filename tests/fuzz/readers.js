@@ -18,7 +18,7 @@ import { pieces, randomNumbers } from "../web/pieces.js";
 import { sceneOf } from "../web/whole.js";
 
 const SENTENCE = 300; // characters
-const FREE = 96 << 20; // bytes beside twice what file and scene take: garbage waits for its turn
+const FREE = 96 << 20; // bytes in addition to twice the file and the scene: garbage is collected late
 const PARTS = ["means", "logScales", "quats", "sh", "lobes"];
 const PLAIN = ["shapes", "colors", "lobes"];
 const random = randomNumbers(1);

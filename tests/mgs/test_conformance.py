@@ -1,4 +1,4 @@
-"""The conformance files of docs/format.md: both decoders find the listed numbers."""
+"""The conformance files of docs/reference/format.md: both decoders find the listed numbers."""
 
 import json
 from dataclasses import replace
@@ -133,7 +133,7 @@ def test_files_are_rewritten_byte_for_byte(name: str) -> None:
 
 
 def contexts_of(data: bytes) -> int:
-    """Return the contexts of the first positions' classes (docs/format.md, sections 4 and 5)."""
+    """Return the contexts of the first positions' classes (format.md, sections 4 and 5)."""
     _, streams = read_container(data)
     return int.from_bytes(streams["positions"].data[6:8], "little")
 

@@ -1,8 +1,4 @@
-"""A browser for tests: Chromium without a window or a GPU, and pages that Python calls into.
-
-A test file takes the fixtures with `pytest_plugins = ["browser"]`, and imports what else it needs:
-PYTEST_DONT_REWRITE, since that import comes first.
-"""
+"""Headless Chromium for tests: one per process, with pages that Python calls into."""
 
 import json
 import threading
@@ -29,7 +25,7 @@ TYPES = {
     ".glsl": "text/plain",
 }
 SMALL = {"width": 640, "height": 400}  # a processor draws each of these pixels
-# warnings about what is meant: reading a picture back, and an empty scene
+# warnings that tests cause on purpose: reading pixels back, and empty scenes
 MEANT = ("GPU stall due to ReadPixels", "count of 0 is unusual")
 BLANK = b"<!doctype html><meta charset=utf-8><link rel=icon href=data:,><title>test</title>"
 # arrays go through the server: as JSON they would take longer than what is tested
@@ -50,7 +46,7 @@ export async function call(run, given, arrays) {
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the viewer's folder at `/`, a blank page, and arrays in both directions."""
+    """Serves the viewer's sources at `/`, a blank page, and arrays in both directions."""
 
     daemon_threads = True
 
@@ -70,7 +66,7 @@ class Server(ThreadingHTTPServer):
 class Handler(BaseHTTPRequestHandler):
     """Answers one request to a `Server`."""
 
-    server: Server
+    server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
     protocol_version = "HTTP/1.1"
     wbufsize = -1  # an answer in one piece: in two, the second waits for TCP's acknowledgement
 
@@ -112,7 +108,7 @@ class Handler(BaseHTTPRequestHandler):
 
 
 class Tab:
-    """A page of the test server, at first a blank one.
+    """A page of the test server, which opens blank.
 
     Attributes:
         page: playwright's page.
@@ -125,16 +121,17 @@ class Tab:
         self.page = page
         self.address = server.address
         self.complaints: list[str] = []
+        self._ignored: list[str] = list(MEANT)
         self._server = server
         page.on("console", lambda message: self._hear(message.type, message.text))
         page.on("pageerror", lambda error: self._hear("error", str(error)))
         page.goto(f"{server.address}/blank.html")
 
     def run(self, code: str, **given: Any) -> Any:
-        """What the body of an async JavaScript function returns.
+        """Return the result of the body of an async JavaScript function.
 
-        It sees `given` by name: arrays as typed arrays, all else as JSON would have it. It
-        returns something that JSON can hold, or a typed array, which becomes numpy's.
+        The body sees `given` by name: arrays as typed arrays, other values as JSON. A typed array
+        that it returns becomes a numpy array.
         """
         arrays = {k: np.ascontiguousarray(v) for k, v in given.items() if isinstance(v, np.ndarray)}
         self._server.arrays.update({name: array.tobytes() for name, array in arrays.items()})
@@ -150,35 +147,40 @@ class Tab:
             return np.frombuffer(self._server.arrays.pop("found"), found["kind"])
         return found
 
+    def ignore(self, part: str) -> None:
+        """Ignore complaints that contain a text, whether they came already or come later."""
+        self._ignored.append(part)
+        self.complaints = [text for text in self.complaints if part not in text]
+
     def close(self) -> None:
         """Close the page; an AssertionError if there were complaints."""
         self.page.close()
         assert not self.complaints, "the page complained: " + "; ".join(self.complaints)
 
     def _hear(self, kind: str, text: str) -> None:
-        if kind in ("error", "warning") and not any(part in text for part in MEANT):
+        if kind in ("error", "warning") and not any(part in text for part in self._ignored):
             self.complaints.append(text)
 
 
 class Chromium:
-    """The browser, and the server that its pages come from."""
+    """The browser and the server of its pages."""
 
     def __init__(self, browser: Any, server: Server) -> None:
         self._browser = browser
         self._server = server
 
     def tab(self) -> Tab:
-        """A new page, with no memory of others."""
+        """Open a page in a new browser context."""
         return Tab(self._browser.new_page(viewport=SMALL), self._server)
 
     def foreign(self) -> Any:
-        """A new page for what another server sends, as playwright has it: close it in the end."""
+        """Return a new playwright page for another server; the caller closes it."""
         return self._browser.new_page(viewport={"width": 1200, "height": 600})
 
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Chromium]:
-    """Chromium, started once; the test is skipped where it or playwright is missing."""
+    """Chromium, started once per process; without it or playwright the test is skipped."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:

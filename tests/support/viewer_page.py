@@ -38,7 +38,7 @@ HAS_GAUSSIANS = """async () => {
 }"""
 LOD_SIZES = (150, 1, 649)
 SMALL = {"width": 320, "height": 240}
-# records the names of started workers (a preloaded one has its scene's URL), counts adapter requests
+# records the names of started workers (a preloaded one has its scene's URL); counts adapters
 COUNT_WORKERS = """{
   window.begun = [];
   window.adapters = 0;

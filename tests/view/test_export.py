@@ -113,9 +113,7 @@ def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]
     _, address = site
     tab = chromium.tab()
     tab.page.add_init_script(COUNT_WORKERS)
-    begun = (
-        f"begun.length === 1 && begun[0].startsWith('{address}scene.mgs?')"  # by the page: early.js
-    )
+    begun = f"begun.length === 1 && begun[0].startsWith('{address}scene.mgs?')"  # by preload.js
     tab.page.goto(f"{address}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate(begun)

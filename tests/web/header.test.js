@@ -31,7 +31,7 @@ function paths(fields) {
 }
 
 for (const [what, value] of Object.entries(TEXTLESS)) {
-  test(`no field can be a value that has no text: ${what}`, () => {
+  test(`a field without a text form is refused: ${what}`, () => {
     const fields = { colors: "networks", ...smallFields() };
     const { streams, ...others } = fields;
     for (const path of paths(others)) {
@@ -43,7 +43,7 @@ for (const [what, value] of Object.entries(TEXTLESS)) {
   });
 }
 
-test("a list in the place of a word is called one", () => {
+test("a list instead of a word is reported as a list", () => {
   const fields = smallFields();
   const refusal = (change) => () => parseHeader({ ...fields, ...change }, 1e6);
   assert.throws(refusal({ mode: DEEP }), /has mode 'a list', which this program does not know/);
@@ -54,7 +54,7 @@ test("a list in the place of a word is called one", () => {
   assert.throws(refusal({ weighting }), /the field 'name' in the header/);
 });
 
-test("angles reach as far as 8 and no farther, whichever end of a column they lie at", () => {
+test("rotation angles are limited to 8 radians at both ends of a column", () => {
   const { codebooks, ...fields } = { ...smallFields(), mode: "sq", lobes: null };
   const column = (count) => ({ step: 1, least: Array(count).fill(0), size: Array(count).fill(1), middle: Array(count).fill(0) });
   const opens = (least, size, step) => {
@@ -72,7 +72,7 @@ test("angles reach as far as 8 and no farther, whichever end of a column they li
   assert.throws(opens(0, 1, 16.000002), refused);
 });
 
-test("as many Gaussians as bytes of streams that there is a use for, and no more", () => {
+test("the count is limited by the bytes of the streams that are used", () => {
   const fields = smallFields();
   const used = fields.streams.reduce((sum, { bytes }) => sum + bytes, 0);
   const idle = ["spare", "", "view-network", "rotation-finer", "scale.3", "positions@1", "scale.0@0"];

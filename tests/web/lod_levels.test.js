@@ -88,7 +88,7 @@ async function loaded(bytes) {
   return page;
 }
 
-test("layers are what each of them is as a file of its own, whole and in pieces", () => {
+test("LOD levels decode like separate files, whole and in pieces", () => {
   assert.deepEqual(wordsOf(openScene(BYTES)), COARSER[3]);
   const random = randomNumbers(7);
   for (let i = 0; i < 5; i++) {
@@ -102,7 +102,7 @@ test("layers are what each of them is as a file of its own, whole and in pieces"
   }
 });
 
-test("dots come first, where Gaussians of the first layer are, in the mean colour", async () => {
+test("dots of the first level come first, in the mean colour", async () => {
   const kinds = [];
   page = new Page();
   page.onChange = ({ kind }) => kinds.push(kind);
@@ -115,14 +115,14 @@ test("dots come first, where Gaussians of the first layer are, in the mean colou
   assert.ok(side > 0 && color.length === 3 && color.every(Number.isFinite));
 });
 
-test("streams in another order give the same scene, as far as it can be shown", async () => {
+test("streams in another order give the same scene", async () => {
   const streams = [...own.flat().reverse(), ...[...shared].reverse()];
   const { drawn, sentence } = await loaded(seal(fields, streams, 3));
   assert.equal(sentence, "");
   assert.deepEqual(drawn, COARSER[3]);
 });
 
-test("what ends behind a layer is read as a coarser scene", () => {
+test("a file that ends after a level is read as a coarser scene", () => {
   ENDS.forEach((end, i) => {
     const reader = new SceneReader();
     reader.append(BYTES.subarray(0, end));
@@ -135,7 +135,7 @@ test("what ends behind a layer is read as a coarser scene", () => {
   });
 });
 
-test("what ends behind a layer is shown as a coarser scene, and a sentence says that more was to come", async () => {
+test("a file that ends after a level is shown as a coarser scene, with an error", async () => {
   for (const [i, end] of ENDS.entries()) {
     const { drawn, sentence, done } = await loaded(BYTES.subarray(0, end));
     assert.deepEqual(drawn, COARSER[i]);
@@ -144,7 +144,7 @@ test("what ends behind a layer is shown as a coarser scene, and a sentence says 
   }
 });
 
-test("what ends inside a layer is shown as what ends before it, or with it once it has colours", async () => {
+test("a file that ends inside a level shows that level only if it has colours", async () => {
   const length = (/** @type {unknown[]} */ [, , data]) => Math.ceil(/** @type {Uint8Array} */ (data).length / 8) * 8;
   for (const i of [0, 2]) {
     const layer = own[i + 1];
@@ -167,7 +167,7 @@ test("what ends inside a layer is shown as what ends before it, or with it once 
   }
 });
 
-test("a layer is shown before the next one comes", { timeout: 60_000 }, async () => {
+test("a level is shown before the next one arrives", { timeout: 60_000 }, async () => {
   page = new Page();
   const seen = (/** @type {number} */ i) =>
     new Promise((resolve) => {
@@ -188,7 +188,7 @@ test("a layer is shown before the next one comes", { timeout: 60_000 }, async ()
   assert.deepEqual(page.drawn, COARSER[3]);
 });
 
-test("a layer that has not come gets no memory, whatever the header says", async () => {
+test("a level that has not arrived gets no memory", async () => {
   const far = ["positions@1", "morton-class", new Uint8Array(2 ** 26)];
   const behind = own[1].slice(1);
   const claim = { ...fields, count: 2 ** 26, layers: [40, 2 ** 26 - 40] };
@@ -206,7 +206,7 @@ test("a layer that has not come gets no memory, whatever the header says", async
   assert.equal(dots.means.length, 3 * 40);
 });
 
-test("layers that cannot be are refused in one sentence", () => {
+test("impossible LOD levels are refused in one sentence", () => {
   const count = fields.count;
   const wrong = [
     undefined, null, [], {}, "40", 40, count, [count - 1], [count, 1], [0, count], [-1, count + 1],
@@ -220,7 +220,7 @@ test("layers that cannot be are refused in one sentence", () => {
   }
 });
 
-test("streams of layers must be there, once, and nothing else counts", () => {
+test("each stream of a level must exist once; others are ignored", () => {
   const streams = [...shared, ...own.flat()];
   const without = (name) => streams.filter(([other]) => other !== name);
   for (const name of ["positions@1", "scale.0", "scale.2@3", "lobes.1@2", "rotation.1@1"]) {
@@ -235,7 +235,7 @@ test("streams of layers must be there, once, and nothing else counts", () => {
   assert.deepEqual(wordsOf(openScene(seal(fields, [...streams, ...more], 3))), COARSER[3]);
 });
 
-test("a version without layers does not know the field, and there is no version after them", () => {
+test("version 2 ignores the field layers; versions after 3 are refused", () => {
   const [first] = alone;
   const expected = openScene(seal(first.fields, first.streams));
   for (const layers of [null, [], [1, 2], "x"]) {

@@ -2,7 +2,8 @@
  * A small plain scene by formula, as `.ply` and `.spz`.
  *
  * `node plain.js FILE` writes the .ply from which `splat-transform FILE spz_v4.spz` (version 3.7.0,
- * with --spz-version 3 for spz_v3.spz) made the files beside this one: another program's.
+ * with --spz-version 3 for spz_v3.spz) made the .spz files in this folder, so that another program's files are
+ * tested.
  */
 
 import { writeFileSync } from "node:fs";

@@ -26,7 +26,7 @@ function assertDrawable(scene) {
   }
 }
 
-test("whatever prefix of a file is there can be drawn once there are sizes and rotations", () => {
+test("any prefix with scales and rotations can be rendered", () => {
   const { fields, streams } = smallScene();
   const bytes = seal(fields, streams);
   const { scene: whole } = openScene(bytes);
@@ -56,7 +56,7 @@ test("whatever prefix of a file is there can be drawn once there are sizes and r
   reader.end();
 });
 
-test("rows are the same, whichever are decoded together", () => {
+test("results do not depend on which rows are decoded together", () => {
   const { fields, streams } = smallScene(300);
   const reader = new SceneReader();
   reader.append(seal(fields, streams));
@@ -79,7 +79,7 @@ test("streams in another order give the same scene", () => {
   assert.deepEqual(reversed, openScene(seal(fields, streams)));
 });
 
-test("what has not arrived gets no memory for its Gaussians, whatever the header says", () => {
+test("a false count gets no memory", () => {
   const { fields, streams: found } = smallScene(5000);
   const streams = found.filter(([name]) => name !== "positions");
   streams.push(["positions", "morton-class", new Uint8Array(2 ** 26)]);
@@ -106,7 +106,7 @@ test("a response is read while it arrives", async () => {
   assert.ok(steps > streams.length);
 });
 
-test("reading stops at the first contradiction, and the source is told", async () => {
+test("reading stops at the first error and cancels the source", async () => {
   const { fields, streams } = smallScene();
   const bytes = seal(fields, streams);
   bytes[1000] ^= 1;
@@ -121,7 +121,7 @@ test("reading stops at the first contradiction, and the source is told", async (
   await assert.rejects(readScene(short, () => {}), /cut short/);
 });
 
-test("a quaternion without length stays one", () => {
+test("a zero quaternion stays zero", () => {
   const { fields, streams } = smallScene();
   const books = streams[2][2];
   books.fill(0, 2 * 8 * 3, 2 * 8 * 7);
@@ -130,7 +130,7 @@ test("a quaternion without length stays one", () => {
   assert.ok(scene.lobes.every(Number.isFinite));
 });
 
-test("codecs, weights and scales that cannot be are refused in one sentence", () => {
+test("impossible codecs, weights and scales are refused in one sentence", () => {
   /** @type {[string, (streams: [string, string, Uint8Array][]) => void, RegExp][]} */
   const damages = [
     ["codec", (s) => (s[4][1] = "zip"), /'scale.0' of the .mgs file uses the codec 'zip'/],

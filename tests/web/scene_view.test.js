@@ -103,7 +103,7 @@ for (const [when, parts] of [
   ["shows dots", [dots(3)]],
   ["shows some of it", [dots(3), scene(7)]],
 ]) {
-  test(`a scene that is asked for while the one before ${when} takes its place`, async () => {
+  test(`a scene requested while the previous one ${when} replaces it`, async () => {
     const { view, log, asked } = await begun();
     const first = asked("first");
     for (const part of parts) await first.says(part);
@@ -127,7 +127,7 @@ for (const [when, parts] of [
   });
 }
 
-test("a scene that fails leaves the one before, which comes back with its context", async () => {
+test("a failed scene keeps the previous one, which is restored with its context", async () => {
   const { view, log, events, asked } = await begun();
   const first = asked("first");
   for (const part of [scene(7), done(100)]) await first.says(part);
@@ -148,7 +148,7 @@ test("a scene that fails leaves the one before, which comes back with its contex
   assert.deepEqual(log.map((line) => line.split(" ")[0]), ["broken", "loaded"]);
 });
 
-test("what a file that fails is listener of stays, whatever comes of the one before", async () => {
+test("the error of a failed file stays while the previous scene is still loading", async () => {
   const { view, log, asked } = await begun();
   const first = asked("first");
   await first.says(scene(7));
@@ -159,7 +159,7 @@ test("what a file that fails is listener of stays, whatever comes of the one bef
   assert.equal(view.count, 7);
 });
 
-test("a scene that was on its way when the context was lost arrives as a new one", async () => {
+test("a scene that was loading when the context was lost arrives as a new one", async () => {
   const { view, log, events, asked } = await begun();
   await asked("first").says(scene(7));
   asked("second");

@@ -81,21 +81,21 @@ for (const version of [2, 3, 4]) {
   }
 }
 
-test("version 1 has halves as positions", async () => {
+test("version 1 has float16 positions", async () => {
   const [scene, plain] = [await readSpz(gzippedSpz(example(0), 1, 0)), readPly(plyOf(example(0)))];
   for (let i = 3; i < plain.shapes.length; i += 4) {
     assert.ok(Math.abs(scene.shapes[i] - plain.shapes[i]) <= 2 ** -11 * Math.abs(plain.shapes[i]));
   }
 });
 
-test("of degree 4 the first three are drawn", async () => {
+test("degree 4 is rendered with degree 3", async () => {
   const rows = example(4);
   const [scene, three] = [await readSpz(gzippedSpz(rows, 3, 4)), await readSpz(gzippedSpz(example(3), 3, 3))];
   assert.equal(scene.shSize, 16);
   assert.deepEqual(scene.colors, three.colors);
 });
 
-test("what is fully opaque or not there at all stays finite", async () => {
+test("opacities of 0 and 1 stay finite", async () => {
   const rows = example(0).map((row, i) => ({ ...row, logit: i % 2 ? 1000 : -1000 }));
   const { lobes, count } = await readSpz(gzippedSpz(rows, 3, 0));
   for (let i = 0; i < count; i++) {
@@ -104,7 +104,7 @@ test("what is fully opaque or not there at all stays finite", async () => {
   }
 });
 
-test("what other tools make of such bytes in a .ply stays finite too", () => {
+test("infinite opacities and scales in a .ply become finite", () => {
   const infinite = example(0).map((row, i) => ({ ...row, logit: i % 2 ? Infinity : -Infinity }));
   infinite[0].logScale = [-Infinity, -1, -1];
   infinite[1].mean = [NaN, 0, 0];
@@ -119,7 +119,7 @@ test("a file without Gaussians is a scene without Gaussians", async () => {
   assert.equal((await readSpz(streamedSpz(0, 3, [], []))).count, 0);
 });
 
-test("what other tools append is passed over, where the header says so", async () => {
+test("extensions are skipped if the header announces them", async () => {
   const parts = attributesOf(example(0), 3);
   const more = new Uint8Array(30);
   const scene = await readSpz(gzipped(headOf(3, COUNT, 0, 2), ...parts, more));
@@ -158,7 +158,7 @@ for (const [name, [bytes, sentence]] of Object.entries(BAD)) {
   });
 }
 
-test("bytes that were changed give a scene of finite numbers or a sentence", async () => {
+test("mutated files give finite numbers or an error", async () => {
   const random = randomNumbers(5);
   const files = [fileOf("spz_v4.spz"), version4(2), zlib.gunzipSync(fileOf("spz_v3.spz"))];
   let refused = 0;
@@ -200,7 +200,7 @@ function randomBytes(values, power = 1) {
 
 const skip = "zstdCompressSync" in zlib ? false : "this node has no Zstandard of its own";
 for (const [name, content] of Object.entries(CONTENTS)) {
-  test(`${name}: Zstandard's own compressor is undone, at every level`, { skip }, () => {
+  test(`${name}: decompresses the output of Zstandard at every level`, { skip }, () => {
     for (const level of [-5, 1, 3, 7, 12, 19]) {
       for (const sums of [0, 1]) {
         const { ZSTD_c_compressionLevel, ZSTD_c_checksumFlag } = zlib.constants;
@@ -210,7 +210,7 @@ for (const [name, content] of Object.entries(CONTENTS)) {
         assert.ok(Buffer.from(found).equals(Buffer.from(content)), `level ${level}`);
         assert.throws(() => decompressZstd(packed, content.length + 1), Error);
         if (content.length) {
-          assert.throws(() => decompressZstd(packed, content.length - 1), /more than was announced/);
+          assert.throws(() => decompressZstd(packed, content.length - 1), /longer than announced/);
           assert.throws(() => decompressZstd(packed.subarray(0, -5), content.length), Error);
         }
       }
@@ -218,7 +218,7 @@ for (const [name, content] of Object.entries(CONTENTS)) {
   });
 }
 
-test("several frames, one of which is to be skipped, follow one another", () => {
+test("several frames and a skippable one are read", () => {
   const [a, b] = [Uint8Array.of(1, 2, 3), Uint8Array.of(4, 5)];
   const skipped = [0x53, 0x2a, 0x4d, 0x18, 3, 0, 0, 0, 9, 9, 9];
   const bytes = joined([rawFrame(a), skipped, rawFrame(b)]);
@@ -226,8 +226,8 @@ test("several frames, one of which is to be skipped, follow one another", () => 
   assert.throws(() => decompressZstd(bytes.subarray(0, -1), 5), /damaged/);
 });
 
-test("a Zstandard bomb ends where it was announced to end", () => {
+test("a Zstandard bomb is refused at the announced size", () => {
   const block = [(1 << 1) | 0, 0, 16, 0]; // 131072 zeros, not the last
   const bytes = joined([[0x28, 0xb5, 0x2f, 0xfd, 0, 0x58], ...Array(50_000).fill(block)]);
-  assert.throws(() => decompressZstd(bytes, 100_000), /more than was announced/);
+  assert.throws(() => decompressZstd(bytes, 100_000), /longer than announced/);
 });

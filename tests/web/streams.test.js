@@ -14,13 +14,13 @@ function refuses(call, sentence) {
   assert.throws(call, (error) => error instanceof SceneError && sentence.test(error.message));
 }
 
-test("the checksum is that of zip, and goes on where it left off", () => {
+test("the checksum equals zip's and can be continued", () => {
   const text = new TextEncoder().encode("123456789");
   assert.equal(crc32(text), 0xcbf43926);
   assert.equal(crc32(text.subarray(4), crc32(text.subarray(0, 4))), 0xcbf43926);
 });
 
-test("of many positions every so many are left, of few all", () => {
+test("subsampling keeps every n-th position, and all of few", () => {
   const positions = Uint16Array.from({ length: 3 * 11 }, (_, i) => i);
   assert.equal(subsampled(positions, 11), positions);
   assert.deepEqual([...subsampled(positions, 4)], [0, 1, 2, 9, 10, 11, 18, 19, 20, 27, 28, 29]);
@@ -28,7 +28,7 @@ test("of many positions every so many are left, of few all", () => {
   assert.deepEqual([...subsampled(positions, 1)], [0, 1, 2]);
 });
 
-test("halves have their values, the smallest ones too", () => {
+test("float16 values are exact, also subnormal ones", () => {
   const known = [
     [0x3c00, 1],
     [0xc000, -2],
@@ -44,18 +44,18 @@ test("halves have their values, the smallest ones too", () => {
   assert.ok(![0x7bff, 0xfbff, 0].some(isNotFinite));
 });
 
-test("bits come back, lowest first", () => {
+test("bits are read lowest first", () => {
   const reader = new BitReader(bits([[5, 3], [0xabcdef, 24], [0, 0], [1, 1], [77, 9]]));
   assert.deepEqual([3, 24, 0, 1, 9].map((width) => reader.take(width)), [5, 0xabcdef, 0, 1, 77]);
   assert.ok(reader.atEnd());
 });
 
-test("bits of another length, or with something behind them, are refused", () => {
+test("bits of a wrong length or with trailing ones are refused", () => {
   refuses(() => exactBits(new Uint8Array(2), 17), /take 2 bytes where 3 belong/);
   refuses(() => exactBits(Uint8Array.of(0, 2), 9), /not zero/);
 });
 
-test("lanes grow with the symbols", () => {
+test("the lane count grows with the symbols", () => {
   const counts = [0, 1, 4095, 4096, 8191, 8192, 2 ** 19, 2 ** 26];
   assert.deepEqual(counts.map(laneCount), [1, 1, 1, 2, 2, 4, 256, 256]);
 });
@@ -64,7 +64,7 @@ test("a stream of one symbol takes no words", () => {
   assert.deepEqual([...decodeRans(constantRans(7, 4), 5, 7)], [4, 4, 4, 4, 4]);
 });
 
-test("a stream by hand comes back", () => {
+test("a stream written by hand is decoded", () => {
   // two symbols, 8192 each: symbol 1 takes the upper half of the slots
   const tables = bits([[1, 1], [3, 2], [13, 4], [1, 1], [8191, 13]]);
   /** @param {number} state @param {number[]} words @param {number} count */

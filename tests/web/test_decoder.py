@@ -1,4 +1,4 @@
-"""The viewer's decoder in JavaScript against ours: the same scenes, the same refusals."""
+"""The viewer's JavaScript decoder gives the same scenes and refusals as the Python decoder."""
 
 import json
 import struct
@@ -85,7 +85,7 @@ def test_files_in_pieces_give_the_same_arrays(
             assert torch.equal(values, whole[name]["arrays"][key]), (name, key)
 
 
-def test_the_scenes_between_them_use_every_codec_and_one_or_many_contexts(
+def test_the_cases_cover_every_codec_and_context_count(
     files: dict[str, bytes],
 ) -> None:
     codecs = {row["codec"] for data in files.values() for row in inspect(data)["streams"]}
@@ -127,7 +127,7 @@ def test_flipped_bits_are_refused(files: dict[str, bytes], tmp_path: Path) -> No
     assert None not in assert_same_refusals(tmp_path, cases)
 
 
-def test_a_sound_file_with_more_behind_it_is_refused_and_one_of_a_later_version_is_not(
+def test_trailing_bytes_are_refused_and_later_minor_versions_are_read(
     files: dict[str, bytes], tmp_path: Path
 ) -> None:
     data = files["linear lobes"]
@@ -150,7 +150,7 @@ def test_foreign_files_are_recognised(tmp_path: Path) -> None:
         assert sentence == str(error.value)
 
 
-def test_a_weighting_that_the_viewer_does_not_draw_is_refused_by_name(tmp_path: Path) -> None:
+def test_an_unsupported_weighting_is_refused_by_name(tmp_path: Path) -> None:
     data = pack(replace(make_scene(Case(20)), weighting=Weighting("two_pass")))
     assert unpack(data).weighting.name == "two_pass"
     (sentence,) = refusals(tmp_path, [data])
@@ -218,7 +218,7 @@ def test_crafted_streams_are_refused_alike(
     assert found.count(None) > 5 and len(found) - found.count(None) > 30
 
 
-def test_headers_that_are_not_ours_are_refused_alike(tmp_path: Path) -> None:
+def test_malformed_headers_are_refused_alike(tmp_path: Path) -> None:
     texts = ["", "[]", "1", "{", '{"streams":0}', '{"streams":[]}', "[" * 100_000, '{"count":NaN}']
     texts += ['{"near":' + "9" * 5000 + "}", '"\\ud800"', '{"streams":[1]}', '{"streams":[null]}']
     row = {"name": "a", "codec": "a", "bytes": 2**39, "crc32": 0}

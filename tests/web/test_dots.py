@@ -1,4 +1,4 @@
-"""The first picture of a scene: dots, which need little of the file and little of the device."""
+"""Dots: the preview of a scene before its attributes have arrived."""
 
 from dataclasses import replace
 from typing import Any
@@ -51,7 +51,7 @@ SNAP = 0.04  # pixels that corners may be off: rasterisers know sixteenths
 
 @pytest.mark.parametrize("side", [1e-4, 0.08, 10.0])
 @pytest.mark.parametrize("kind", KINDS)
-def test_dots_are_squares_where_centres_are(kind: str, side: float, painters: Painters) -> None:
+def test_dots_are_squares_at_the_means(kind: str, side: float, painters: Painters) -> None:
     view = camera(600, 500).to(dtype=torch.float32)
     means = torch.randn((300, 3), generator=torch.Generator().manual_seed(1))
     means[:5] = torch.tensor([0.0, 0, 0.5]) @ view.viewmat[:3, :3] + view.position  # and behind:
@@ -95,7 +95,7 @@ def behind_positions(data: bytes) -> int:
         ("webgl", ["linked"] * 4),
     ],
 )
-def test_dots_come_first_and_shaders_are_ready_when_the_scene_comes(
+def test_dots_appear_first_while_the_scenes_shaders_compile(
     chromium: Chromium, served: Any, renderer: str, made: list[str], monkeypatch: Any
 ) -> None:
     tab = chromium.tab()
@@ -120,14 +120,14 @@ def test_dots_come_first_and_shaders_are_ready_when_the_scene_comes(
     until(tab, lambda: bool((screen(tab)[: len(picture)] != picture).any()))
     gate.let(len(data))
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    assert tab.page.evaluate("made") == made  # and for the scene none anew
+    assert tab.page.evaluate("made") == made  # the scene creates no further ones
     whole = unpack(data).decode()
     assert nearness(tab, lambda view: whole.render(view).image) > 45
     tab.close()
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_what_is_cut_behind_positions_leaves_dots_and_a_sentence(
+def test_a_file_cut_after_its_positions_shows_dots_and_an_error(
     tab: Tab, served: Any, renderer: str
 ) -> None:
     data = pack(replace(leveled_scene(), background=torch.zeros(3)))

@@ -1,10 +1,12 @@
-"""What visitors do to a scene with a mouse, fingers and files, and what it does in other pages."""
+"""Input by mouse, fingers and files, and the viewer inside other pages."""
 
 import base64
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import TimeoutError
 
 from tests.support.browser import Tab
 from tests.support.viewer_page import MGS, SETTLED, still, until, visit
@@ -27,7 +29,7 @@ def reach(tab: Tab) -> float:
     return float(np.linalg.norm(target - eye))
 
 
-def test_a_double_click_looks_at_what_is_there_and_two_drags_do_not(tab: Tab, served: Any) -> None:
+def test_a_double_click_sets_the_target_and_two_drags_do_not(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     mouse = tab.page.mouse
     _, before = pose(tab)
@@ -88,7 +90,7 @@ def test_fingers_turn_pinch_and_pan(tab: Tab, served: Any) -> None:
     assert np.allclose(pose(tab)[1], aim, atol=0.1 * near)
 
 
-def test_two_fingers_on_a_trackpad_come_nearer_as_fast_as_they_part(tab: Tab, served: Any) -> None:
+def test_a_trackpad_pinch_zooms(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     tab.page.mouse.move(200, 150)
     far = reach(tab)
@@ -101,7 +103,7 @@ def test_two_fingers_on_a_trackpad_come_nearer_as_fast_as_they_part(tab: Tab, se
     assert 0.4 < reach(tab) / far < 0.7
 
 
-def test_a_polite_element_lets_the_page_around_scroll(tab: Tab, served: Any) -> None:
+def test_a_polite_element_lets_the_page_scroll(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     tab.page.evaluate(
         """() => {
@@ -128,7 +130,7 @@ def test_a_polite_element_lets_the_page_around_scroll(tab: Tab, served: Any) -> 
     until(tab, lambda: reach(tab) > far)
 
 
-def test_a_page_without_an_address_takes_a_scene(tab: Tab, served: Any) -> None:
+def test_the_viewer_works_in_a_srcdoc_frame(tab: Tab, served: Any) -> None:
     server = served("scene.mgs", MGS)
     address = f"{server.address('127.0.0.1')}"
     visit(tab, server)
@@ -158,14 +160,18 @@ def test_a_page_without_an_address_takes_a_scene(tab: Tab, served: Any) -> None:
           };
         }"""
     )
-    tab.page.mouse.move(100, 100)
-    tab.page.mouse.down()
-    tab.page.mouse.move(160, 100, steps=4)
-    tab.page.mouse.up()
-    frame.wait_for_function("window.tried", timeout=20_000)  # an error would be a complaint
+    for _ in range(20):  # the browser may route the first events before it knows the new frame
+        tab.page.mouse.move(100, 100)
+        tab.page.mouse.down()
+        tab.page.mouse.move(160, 100, steps=4)
+        tab.page.mouse.up()
+        with suppress(TimeoutError):
+            frame.wait_for_function("window.tried", timeout=1000)
+            break
+    assert frame.evaluate("window.tried")  # an error would be a complaint
 
 
-def test_two_fingers_fly_where_dragging_looks_around(tab: Tab, served: Any) -> None:
+def test_a_pinch_flies_in_fly_mode(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     pinch = """(mode) => {
       const { viewer, shadowRoot } = document.querySelector("mobile-gs");
@@ -214,7 +220,7 @@ def test_files_can_be_dropped(tab: Tab, served: Any) -> None:
     tab.page.get_by_role("slider").wait_for()  # the other one is compared with it
 
 
-def test_all_of_the_screen_can_be_had(tab: Tab, served: Any) -> None:
+def test_full_screen_is_toggled(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     tab.page.keyboard.press("f")
     tab.page.wait_for_function("document.fullscreenElement?.localName === 'mobile-gs'")
@@ -222,7 +228,7 @@ def test_all_of_the_screen_can_be_had(tab: Tab, served: Any) -> None:
     tab.page.wait_for_function("document.fullscreenElement === null")
 
 
-def test_letters_count_wherever_they_are_on_a_keyboard(tab: Tab, served: Any) -> None:
+def test_shortcuts_work_on_other_keyboard_layouts(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     press = """([key, code]) => {
       const { shadowRoot, viewer } = document.querySelector("mobile-gs");
@@ -236,9 +242,7 @@ def test_letters_count_wherever_they_are_on_a_keyboard(tab: Tab, served: Any) ->
     assert tab.page.evaluate(press, ["o", "KeyS"])[1]
 
 
-def test_a_frame_in_a_page_leaves_it_the_keys_and_two_elements_both_draw(
-    tab: Tab, served: Any
-) -> None:
+def test_a_frame_keeps_the_focus_and_two_elements_render(tab: Tab, served: Any) -> None:
     server = served("scene.mgs", MGS)
     visit(tab, server)
     tab.page.evaluate(

@@ -1,4 +1,4 @@
-"""Files in layers: what is refused, and the first layer in Chromium before the rest has come."""
+"""LOD levels: refused files, and levels shown while the rest is loading."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -48,7 +48,7 @@ LAYERS: list[Any] = [
 
 
 @pytest.mark.parametrize("version", [(2, 1), (3, 0), (3, 9), (4, 0), (1, 0)])
-def test_layers_are_refused_alike(version: tuple[int, int], tmp_path: Path) -> None:
+def test_bad_lod_levels_are_refused_alike(version: tuple[int, int], tmp_path: Path) -> None:
     cases = []
     for name in ("layers of scalars", "linear lobes"):
         header, body = split(pack(make_scene(CASES[name])))
@@ -63,7 +63,7 @@ def test_layers_are_refused_alike(version: tuple[int, int], tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("damage", ["missing", "twice", "codec", "exchanged", "reversed"])
-def test_streams_of_layers_are_refused_alike(damage: str, tmp_path: Path) -> None:
+def test_bad_streams_of_lod_levels_are_refused_alike(damage: str, tmp_path: Path) -> None:
     cases = []
     header, body = split(pack(make_scene(CASES["layers of scalars"])))
     parts = []
@@ -110,7 +110,7 @@ def ends(data: bytes) -> list[int]:
 
 @pytest.mark.parametrize("kind", ["codebooks", "scalars", "sorted"])
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_layers_are_seen_in_true_colours_one_after_the_other(
+def test_lod_levels_appear_one_after_the_other(
     tab: Tab, served: Any, renderer: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data = pack(leveled_scene(scalars=kind == "scalars", sorted=kind == "sorted"))
@@ -142,7 +142,7 @@ def behind(data: bytes, name: str) -> int:
     return found
 
 
-def test_a_slow_scene_keeps_its_dots_until_there_are_colours(
+def test_a_slow_scene_shows_dots_until_colours_arrive(
     chromium: Chromium, served: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tab = chromium.tab()
@@ -174,7 +174,7 @@ def test_a_slow_scene_keeps_its_dots_until_there_are_colours(
     tab.close()
 
 
-def test_what_is_cut_where_colours_are_there_is_seen_with_them(tab: Tab, served: Any) -> None:
+def test_a_file_cut_after_its_colours_is_shown_in_colour(tab: Tab, served: Any) -> None:
     data = pack(leveled_scene())
     assert "cut short" in visit(tab, served("scene.mgs", data[:-8]))
     tab.page.keyboard.press("Escape")
@@ -184,7 +184,7 @@ def test_what_is_cut_where_colours_are_there_is_seen_with_them(tab: Tab, served:
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_in_the_end_layers_make_no_difference(tab: Tab, served: Any, renderer: str) -> None:
+def test_lod_levels_do_not_change_the_final_image(tab: Tab, served: Any, renderer: str) -> None:
     pictures = []
     tab.page.set_viewport_size(SMALL)
     for name, layers in (("layers.mgs", LOD_SIZES), ("plain.mgs", ())):
@@ -198,7 +198,7 @@ def test_in_the_end_layers_make_no_difference(tab: Tab, served: Any, renderer: s
     assert decibels > 80
 
 
-def test_what_is_cut_behind_a_layer_stays_to_be_seen(tab: Tab, served: Any) -> None:
+def test_a_file_cut_after_a_level_shows_that_level(tab: Tab, served: Any) -> None:
     data = pack(leveled_scene())
     said = visit(tab, served("scene.mgs", data[: ends(data)[0]]))
     assert "cut short" in said

@@ -1,4 +1,4 @@
-"""What a page begins before the viewer's own script is there: `early.js`."""
+"""preload.js: work that a page starts before the viewer's script has arrived."""
 
 import re
 from typing import Any
@@ -9,9 +9,7 @@ from tests.support.viewer_page import COUNT_WORKERS, MGS, SETTLED, visit
 LOADED = "document.querySelector('mobile-gs').dataset.state === 'loaded'"
 
 
-def test_a_scene_is_read_once_by_a_thread_that_was_there_before(
-    chromium: Chromium, served: Any
-) -> None:
+def test_the_preloaded_worker_loads_the_scene_once(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(COUNT_WORKERS)
     asked: list[str] = []
@@ -30,7 +28,7 @@ def test_a_scene_is_read_once_by_a_thread_that_was_there_before(
     tab.close()
 
 
-def test_what_a_thread_says_before_anybody_listens_is_kept(chromium: Chromium, served: Any) -> None:
+def test_early_messages_of_the_preloaded_worker_are_kept(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     server = served("scene.mgs", MGS)
     # the viewer's script comes late for the page, and in time for the thread
@@ -53,7 +51,7 @@ def test_what_a_thread_says_before_anybody_listens_is_kept(chromium: Chromium, s
     tab.close()
 
 
-def test_a_thread_that_reads_another_scene_than_the_page_is_ended(
+def test_a_preloaded_worker_with_another_scene_is_terminated(
     chromium: Chromium, served: Any
 ) -> None:
     tab = chromium.tab()
@@ -81,7 +79,7 @@ def test_a_thread_that_reads_another_scene_than_the_page_is_ended(
     tab.close()
 
 
-def test_a_browser_without_such_threads_says_so(chromium: Chromium, served: Any) -> None:
+def test_a_browser_without_workers_shows_an_error(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(
         "window.Worker = class { constructor() { throw new Error('none'); } };"
@@ -92,7 +90,7 @@ def test_a_browser_without_such_threads_says_so(chromium: Chromium, served: Any)
     tab.close()
 
 
-def test_where_a_page_may_not_begin_a_thread_the_viewer_does(
+def test_the_viewer_starts_a_worker_if_a_policy_forbids_preloading(
     chromium: Chromium, served: Any
 ) -> None:
     tab = chromium.tab()
@@ -110,7 +108,7 @@ def test_where_a_page_may_not_begin_a_thread_the_viewer_does(
     tab.close()
 
 
-def test_a_thread_that_fails_late_is_replaced(chromium: Chromium, served: Any) -> None:
+def test_a_preloaded_worker_that_fails_is_replaced(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(
         """{
@@ -131,5 +129,5 @@ def test_a_thread_that_fails_late_is_replaced(chromium: Chromium, served: Any) -
     )
     held[0].fulfill(status=404)
     tab.page.wait_for_function(LOADED, timeout=60_000)
-    tab.complaints.clear()  # the browser itself notes the 404
+    tab.ignore("status of 404")
     tab.close()

@@ -1,4 +1,4 @@
-"""The viewer's renderers in a browser against the definition: WebGL2 and WebGPU, one table."""
+"""The viewer's WebGL2 and WebGPU renderers against the reference."""
 
 import json
 from dataclasses import replace
@@ -58,7 +58,7 @@ def decibels(found: torch.Tensor, reference: torch.Tensor) -> float:
 @pytest.mark.parametrize("renderer", SHADER_RENDERERS)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_browser_agrees_with_the_definition(
+def test_the_renderers_match_the_reference(
     kind: str, case: str, renderer: str, painters: Painters
 ) -> None:
     inputs, view = inputs_of(case)
@@ -73,7 +73,7 @@ def test_a_browser_agrees_with_the_definition(
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_halves_are_enough_for_a_picture(kind: str, renderer: str, painters: Painters) -> None:
+def test_float16_sums_are_precise_enough(kind: str, renderer: str, painters: Painters) -> None:
     scene = as_scene(random_scene(20_000, seed=3, spread=1.5), renderer)
     scene.gaussians.log_scales -= 1.5
     view = camera(320, 213).to(dtype=torch.float32)
@@ -95,7 +95,7 @@ reader.append(bytes);
 while (reader.step());
 const { header } = reader;
 const decoder = new GaussianDecoder(reader.decoder.decoderInputs);
-const [codes] = reader.decoder.layers;
+const [codes] = reader.decoder.levels;
 // room for more, of which nothing is to be seen
 renderer.setScene(emptyScene(header, header.count + 5000, decoder.scaleRange));
 renderer.show(header.count);
@@ -119,7 +119,7 @@ SHAPES = {
 @pytest.mark.parametrize("strips", [False, True])
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_packed_scene_looks_like_its_file(
+def test_a_packed_scene_matches_its_file(
     kind: str, name: str, strips: bool, painters: Painters
 ) -> None:
     coded = make_scene(Case(1200, SHAPES[name], exponent=4, spread=0.2))
@@ -141,9 +141,7 @@ def test_a_packed_scene_looks_like_its_file(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_trained_scene_packed_as_pages_do_looks_like_its_file(
-    kind: str, painters: Painters
-) -> None:
+def test_a_packed_trained_scene_matches_its_file(kind: str, painters: Painters) -> None:
     scene = read_mgs(TRAINED)
     view = scene.views[0].resized(240, 160)
     expected = scene.decode().render(view).image
@@ -159,7 +157,7 @@ def test_a_trained_scene_packed_as_pages_do_looks_like_its_file(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_fastest_way_to_draw_is_found_and_remembered(kind: str, painters: Painters) -> None:
+def test_the_fastest_variant_is_measured_and_stored(kind: str, painters: Painters) -> None:
     painter = painters(kind, full_precision=False)
     code = """
     const { fastestVariant, knownVariant } = await import("/src/render/calibrate.js");
@@ -191,7 +189,9 @@ def test_the_fastest_way_to_draw_is_found_and_remembered(kind: str, painters: Pa
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_trained_scene_looks_the_same(kind: str, data_dir: Path, painters: Painters) -> None:
+def test_a_trained_scene_matches_the_reference(
+    kind: str, data_dir: Path, painters: Painters
+) -> None:
     splats = data_dir / "splats"
     scene = Scene(read_ply(splats / "playbot_125k_sh3pad.ply"), background=BACKGROUND)
     row = json.loads((splats / "playbot_cameras.json").read_text())[3]
@@ -206,7 +206,7 @@ def test_a_trained_scene_looks_the_same(kind: str, data_dir: Path, painters: Pai
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_trained_student_looks_the_same(kind: str, painters: Painters) -> None:
+def test_a_trained_student_matches_the_reference(kind: str, painters: Painters) -> None:
     scene, view = trained()
     reference = scene.render(view).image
     for full_precision, least in ((True, 75), (False, 50)):
@@ -218,7 +218,7 @@ def test_a_trained_student_looks_the_same(kind: str, painters: Painters) -> None
 
 @pytest.mark.parametrize("full_precision", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
-def test_huge_gaussians_near_the_eye_leave_numbers(
+def test_huge_gaussians_near_the_camera_give_finite_pixels(
     kind: str, full_precision: bool, painters: Painters, generator: torch.Generator
 ) -> None:
     inputs = random_scene(3000, seed=4)
@@ -240,7 +240,7 @@ def test_huge_gaussians_near_the_eye_leave_numbers(
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_scene_can_be_drawn_again_and_at_several_sizes(
+def test_a_scene_can_be_rendered_again_at_another_size(
     kind: str, renderer: str, painters: Painters
 ) -> None:
     painter = painters(kind, full_precision=True)
@@ -256,7 +256,7 @@ def test_a_scene_can_be_drawn_again_and_at_several_sizes(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_canvas_shows_the_picture_the_right_way_up(kind: str, painters: Painters) -> None:
+def test_the_canvas_is_not_flipped(kind: str, painters: Painters) -> None:
     painter = painters(kind, full_precision=False)
     view = camera().to(dtype=torch.float32)
     expected = painter.paint(view, as_scene(as_float32(BASE), "mobile_gs")).image
@@ -275,7 +275,7 @@ def test_the_canvas_shows_the_picture_the_right_way_up(kind: str, painters: Pain
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_numbers_that_arrive_later_are_drawn(kind: str, renderer: str, painters: Painters) -> None:
+def test_updated_gaussians_are_rendered(kind: str, renderer: str, painters: Painters) -> None:
     painter = painters(kind, full_precision=True)
     view = camera().to(dtype=torch.float32)
     scene = as_scene(as_float32(random_scene(3000, seed=2)), renderer)
@@ -296,7 +296,7 @@ def test_numbers_that_arrive_later_are_drawn(kind: str, renderer: str, painters:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_canvas_in_use_is_refused_with_a_sentence(kind: str, tab: Tab) -> None:
+def test_a_canvas_with_another_context_is_refused(kind: str, tab: Tab) -> None:
     code = """
     const Renderer = (await import(`/src/render/${kind.module}`))[kind.name];
     const canvas = document.createElement("canvas");
@@ -322,7 +322,7 @@ def test_a_canvas_in_use_is_refused_with_a_sentence(kind: str, tab: Tab) -> None
         ("EXT_float_blend", "cannot blend 32-bit floats"),
     ],
 )
-def test_a_gpu_that_lacks_something_is_refused(missing: str, message: str, tab: Tab) -> None:
+def test_a_gpu_without_a_needed_feature_is_refused(missing: str, message: str, tab: Tab) -> None:
     code = """
     const { WebGlRenderer } = await import("/src/render/webgl.js");
     const ask = WebGL2RenderingContext.prototype.getExtension;
@@ -339,7 +339,7 @@ def test_a_gpu_that_lacks_something_is_refused(missing: str, message: str, tab: 
 
 
 @pytest.mark.parametrize("size", [(0, 20), (100_000, 20)])
-def test_an_impossible_picture_is_refused(size: tuple[int, int], painters: Painters) -> None:
+def test_an_impossible_image_size_is_refused(size: tuple[int, int], painters: Painters) -> None:
     painter = painters("webgl", full_precision=True)
     view = camera().to(dtype=torch.float32)
     painter.paint(view, as_scene(as_float32(BASE), "mobile_gs"))
@@ -348,7 +348,7 @@ def test_an_impossible_picture_is_refused(size: tuple[int, int], painters: Paint
     assert "each side must lie between 1 and" in painter.tab.run(code, camera=impossible)
 
 
-def test_a_lost_context_is_told_and_can_come_back(tab: Tab) -> None:
+def test_a_lost_context_is_reported_and_can_be_restored(tab: Tab) -> None:
     painter = Painter(tab, KINDS["webgl"], full_precision=True)
     view = camera().to(dtype=torch.float32)
     expected = painter.paint(view, as_scene(as_float32(BASE), "mobile_gs"))
@@ -377,7 +377,7 @@ def test_a_lost_context_is_told_and_can_come_back(tab: Tab) -> None:
     torch.testing.assert_close(painter.paint(view), expected, rtol=0, atol=0)
 
 
-def test_a_renderer_that_is_not_needed_gives_its_canvas_back(tab: Tab) -> None:
+def test_a_destroyed_renderer_frees_its_canvas(tab: Tab) -> None:
     view = camera().to(dtype=torch.float32)
     pictures = []
     for _ in range(2):
@@ -387,7 +387,7 @@ def test_a_renderer_that_is_not_needed_gives_its_canvas_back(tab: Tab) -> None:
     torch.testing.assert_close(*pictures, rtol=0, atol=0)
 
 
-def test_what_a_page_complains_of_fails_its_test(chromium: Chromium) -> None:
+def test_console_errors_fail_the_test(chromium: Chromium) -> None:
     tab = chromium.tab()
     tab.run("console.error('something is wrong')")
     with pytest.raises(AssertionError, match="something is wrong"):

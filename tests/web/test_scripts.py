@@ -11,7 +11,7 @@ SCRIPTS = sorted(Path(__file__).parent.glob("*.test.js"))
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.name)
-def test_the_scripts_own_tests_pass(script: Path) -> None:
+def test_the_javascript_tests_pass(script: Path) -> None:
     command = [node_program(), "--test", str(script)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr

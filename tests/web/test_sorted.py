@@ -1,4 +1,4 @@
-"""Scenes that are blended sorted, in the browser: a .spz of another program, and a .mgs."""
+"""Sorted scenes in the browser: .spz files of another program, and a .mgs."""
 
 import subprocess
 from dataclasses import replace
@@ -19,7 +19,7 @@ from tests.support.viewer_page import RENDERERS, nearness, seen, visit
 
 @pytest.mark.parametrize("renderer", RENDERERS)
 @pytest.mark.parametrize("name", ["spz_v3.spz", "spz_v4.spz"])
-def test_a_spz_is_drawn_sorted(
+def test_a_spz_is_rendered_sorted(
     tab: Tab, served: Any, tmp_path: Path, name: str, renderer: str
 ) -> None:
     subprocess.run([node_program(), WEB / "plain.js", tmp_path / "made.ply"], check=True)
@@ -32,13 +32,13 @@ def test_a_spz_is_drawn_sorted(
     assert decibels > 42  # colours are rounded to steps of 1/38, harmonics to 1/16
 
 
-def test_a_cut_spz_gets_a_sentence(tab: Tab, served: Any) -> None:
+def test_a_cut_spz_shows_an_error(tab: Tab, served: Any) -> None:
     content = (WEB / "spz_v4.spz").read_bytes()
     assert "cut off" in visit(tab, served("scene.spz", content[:-100]))
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_a_mgs_that_says_so_is_drawn_sorted(tab: Tab, served: Any, renderer: str) -> None:
+def test_a_sorted_mgs_is_rendered_sorted(tab: Tab, served: Any, renderer: str) -> None:
     coded = replace(make_scene(Case(800, None, size=300)), blend="sorted")
     data = pack(coded)
     assert visit(tab, served("scene.mgs", data), f"renderer={renderer}") == "loaded"

@@ -1,4 +1,4 @@
-"""The viewer as a visitor meets it: a page in Chromium, from the server of `mobilegs view`."""
+"""The viewer's page in Chromium, served by `mobilegs view`."""
 
 import json
 import re
@@ -37,7 +37,7 @@ PLY_HEADER = "".join(
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_a_scene_looks_as_the_kernels_draw_it(tab: Tab, served: Any, renderer: str) -> None:
+def test_a_scene_matches_the_python_renderer(tab: Tab, served: Any, renderer: str) -> None:
     assert visit(tab, served("scene.mgs", MGS), f"renderer={renderer}") == "loaded"
     camera, pixels = seen(tab, 160, 120)
     expected = unpack(MGS).decode().render(camera).image
@@ -50,9 +50,7 @@ def test_a_scene_looks_as_the_kernels_draw_it(tab: Tab, served: Any, renderer: s
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_a_plain_scene_is_drawn_sorted(
-    tab: Tab, served: Any, renderer: str, tmp_path: Path
-) -> None:
+def test_a_ply_is_rendered_sorted(tab: Tab, served: Any, renderer: str, tmp_path: Path) -> None:
     some = unpack(MGS).decode().gaussians
     write_ply(tmp_path / "made.ply", some)
     content = (tmp_path / "made.ply").read_bytes()
@@ -71,7 +69,7 @@ def test_the_first_view_is_a_training_camera(tab: Tab, served: Any) -> None:
     torch.testing.assert_close(camera.viewmat[2, :3], trained.viewmat[2, :3], rtol=1e-4, atol=1e-4)
 
 
-def test_dragging_turns_around_what_is_looked_at(tab: Tab, served: Any) -> None:
+def test_dragging_orbits_the_target(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     before, _ = seen(tab, 64, 48)
     target = torch.tensor(
@@ -102,7 +100,7 @@ def test_dragging_turns_around_what_is_looked_at(tab: Tab, served: Any) -> None:
     torch.testing.assert_close(torch.tensor(eye), after.position, rtol=1e-3, atol=1e-3)
 
 
-def test_wheel_and_keys_move(tab: Tab, served: Any) -> None:
+def test_wheel_and_keys_move_the_camera(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     first, _ = seen(tab, 64, 48)
     tab.page.mouse.move(200, 200)
@@ -137,7 +135,7 @@ def test_wheel_and_keys_move(tab: Tab, served: Any) -> None:
     ],
     ids=["truncated", "damaged", "foreign", "empty", "ascii ply", "truncated ply", "other ply"],
 )
-def test_a_file_that_is_no_scene_gets_a_sentence(
+def test_a_malformed_file_shows_an_error(
     tab: Tab, served: Any, content: bytes, sentence: str
 ) -> None:
     said = visit(tab, served("scene.mgs", content))
@@ -145,14 +143,14 @@ def test_a_file_that_is_no_scene_gets_a_sentence(
     assert any(part in said for part in sentence.split("|")) and len(said) < 200
 
 
-def test_a_missing_scene_gets_a_sentence(tab: Tab, served: Any) -> None:
+def test_a_missing_scene_shows_an_error(tab: Tab, served: Any) -> None:
     server = served("scene.mgs", MGS)
     server.scenes["/scene"].unlink()
     assert "could not be loaded: the server says 404" in visit(tab, server)
-    tab.complaints.clear()  # the browser itself notes the 404
+    tab.ignore("status of 404")
 
 
-def test_a_browser_that_cannot_draw_gets_a_sentence(chromium: Chromium, served: Any) -> None:
+def test_a_browser_without_webgpu_and_webgl_shows_an_error(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(
         "Object.defineProperty(navigator, 'gpu', { get: () => undefined });"
@@ -168,9 +166,7 @@ def test_a_browser_that_cannot_draw_gets_a_sentence(chromium: Chromium, served: 
     ("file", "sentence"),
     [("src/viewer.js", "own files could not be loaded"), ("view.*sl", "missing on the server")],
 )
-def test_a_server_without_all_of_the_viewer_gets_a_sentence(
-    tab: Tab, file: str, sentence: str
-) -> None:
+def test_missing_files_of_the_viewer_show_an_error(tab: Tab, file: str, sentence: str) -> None:
     requested: list[str] = []
 
     def answer(route: Route) -> None:
@@ -185,15 +181,15 @@ def test_a_server_without_all_of_the_viewer_gets_a_sentence(
     said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
     print(said)
     assert sentence in said
-    tab.complaints.clear()  # the browser itself notes the 404
+    tab.ignore("status of 404")
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_the_bench_reports_what_it_measured(tab: Tab, served: Any, renderer: str) -> None:
+def test_the_benchmark_shows_its_report(tab: Tab, served: Any, renderer: str) -> None:
     server = served("scene.mgs", MGS)
     assert visit(tab, server, f"renderer={renderer}", "bench=2,96x64") == "loaded"
-    tab.page.get_by_role("dialog", name="Measured").wait_for(timeout=60_000)
-    found = json.loads(tab.page.get_by_label("the figures as JSON").input_value())
+    tab.page.get_by_role("dialog", name="Benchmark").wait_for(timeout=60_000)
+    found = json.loads(tab.page.get_by_label("Results as JSON").input_value())
     assert (found["width"], found["height"], found["gaussians"]) == (96, 64, 800)
     for rate in (found["cold"], found["steady"]):
         assert rate["frames"] > 0 and 0 < rate["milliseconds"] <= rate["milliseconds95"]
@@ -206,7 +202,7 @@ def test_the_bench_reports_what_it_measured(tab: Tab, served: Any, renderer: str
     assert found["passes"]["splat"] > 0 and found["sorted"] is False
 
 
-def test_a_key_that_ends_under_another_one_does_not_stick(tab: Tab, served: Any) -> None:
+def test_a_key_released_under_ctrl_does_not_stick(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     tab.page.focus("mobile-gs")
     for key, act in (("w", "down"), ("Control", "down"), ("w", "up"), ("Control", "up")):
@@ -217,7 +213,7 @@ def test_a_key_that_ends_under_another_one_does_not_stick(tab: Tab, served: Any)
     torch.testing.assert_close(seen(tab, 16, 16)[0].position, first.position)
 
 
-def test_a_bad_file_leaves_the_scene_that_is_shown(tab: Tab, served: Any, tmp_path: Path) -> None:
+def test_a_bad_file_keeps_the_shown_scene(tab: Tab, served: Any, tmp_path: Path) -> None:
     write_ply(tmp_path / "made.ply", unpack(MGS).decode().gaussians)
     visit(tab, served("scene.ply", (tmp_path / "made.ply").read_bytes()))
     tab.page.evaluate(
@@ -232,14 +228,14 @@ def test_a_bad_file_leaves_the_scene_that_is_shown(tab: Tab, served: Any, tmp_pa
     assert nearness(tab, lambda camera: scene.render(camera).image) > 45  # in the new order
 
 
-def test_an_address_that_is_none_gets_a_sentence(tab: Tab, served: Any) -> None:
+def test_a_malformed_address_shows_an_error(tab: Tab, served: Any) -> None:
     server = served("scene.mgs", MGS)
     tab.page.goto(server.address("127.0.0.1").replace("url=/scene", "url=http://[&scale=1"))
     said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
     assert "cannot be opened" in said
 
 
-def test_one_page_takes_one_device(chromium: Chromium, served: Any) -> None:
+def test_a_page_requests_one_device(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(
         """const { requestDevice } = GPUAdapter.prototype;

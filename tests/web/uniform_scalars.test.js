@@ -13,7 +13,7 @@ import { seal, smallScene } from "./write.js";
 const { fields, streams } = smallScene(300);
 const bytes = seal(fields, streams);
 
-test("there need be no WebAssembly", () => {
+test("everything works without WebAssembly", () => {
   const { scene } = openScene(bytes);
   const real = globalThis.WebAssembly;
   delete globalThis.WebAssembly;

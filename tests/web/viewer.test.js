@@ -11,7 +11,7 @@ import { Resolution } from "../../viewer/src/viewer/resolution.js";
 const near = (/** @type {number[]} */ a, /** @type {number[]} */ b) =>
   a.forEach((x, i) => assert.ok(Math.abs(x - b[i]) < 1e-9, `${a} is not ${b}`));
 
-test("a bench takes its seconds and its size from the address", () => {
+test("the benchmark's duration and size come from the URL", () => {
   const screen = { width: 700, height: 400 };
   assert.deepEqual(parsePlan("", screen), { seconds: 60, ...screen });
   assert.deepEqual(parsePlan("5", screen), { seconds: 5, ...screen });
@@ -20,7 +20,7 @@ test("a bench takes its seconds and its size from the address", () => {
   assert.deepEqual(parsePlan("nonsense", screen), { seconds: 60, ...screen });
 });
 
-test("a view matrix is a rotation that brings the target before the eye", () => {
+test("the view matrix puts the target on the z axis", () => {
   const pose = new Pose([1, 2, 3], [4, 1, -2], [0, -1, 0]);
   const m = pose.viewmat();
   const rows = [0, 4, 8].map((i) => m.slice(i, i + 3));
@@ -32,7 +32,7 @@ test("a view matrix is a rotation that brings the target before the eye", () => 
   assert.ok(rows[1][1] > 0); // y points down, away from the sky
 });
 
-test("an orbit keeps its distance, ends where it began, and never goes over the top", () => {
+test("an orbit keeps its distance and stops at the poles", () => {
   const pose = new Pose([0, 0, -3], [0, 0, 0], [0, -1, 0]);
   for (let i = 0; i < 100; i++) pose.orbit((2 * Math.PI) / 100, 0);
   near(pose.eye, [0, 0, -3]);
@@ -41,7 +41,7 @@ test("an orbit keeps its distance, ends where it began, and never goes over the 
   assert.ok(pose.eye[1] < -2.9 && pose.viewmat().every(Number.isFinite));
 });
 
-test("a pose survives the address", () => {
+test("a pose survives the URL", () => {
   const pose = new Pose([0.125, -2, 3], [0, 1, 0], [0, -1, 0]);
   const read = poseFromHash(`#${poseToHash(pose)}`);
   assert.deepEqual([read?.eye, read?.target], [pose.eye, pose.target]);
@@ -56,7 +56,7 @@ test("a pose survives the address", () => {
   }
 });
 
-test("cameras that look at one place give it as the target", () => {
+test("the target is the point that the cameras look at", () => {
   const target = [0.5, -0.25, 2];
   const views = [[4, 0, 0], [0, 1, -3], [-2, -1, 1]].map((eye) => {
     const pose = new Pose(/** @type {any} */ (eye), /** @type {any} */ (target), [0, -1, 0]);
@@ -66,7 +66,7 @@ test("cameras that look at one place give it as the target", () => {
   pose.target.forEach((x, i) => assert.ok(Math.abs(x - target[i]) < 0.02));
 });
 
-/** Frames of a device that takes so many milliseconds for a picture at full size, and `least` for any. */
+/** Frames of a device that takes `full` milliseconds at full size, and at least `least`. */
 function draw(resolution, full, least, frames) {
   const scales = [];
   for (let i = 0; i < frames; i++) {
@@ -76,7 +76,7 @@ function draw(resolution, full, least, frames) {
   return scales;
 }
 
-test("a slow device draws less while it moves, and all of it at rest", () => {
+test("a slow device lowers the resolution only during movements", () => {
   const resolution = new Resolution(null);
   assert.deepEqual(draw(resolution, 400, 16, 4), [1, 1, 0.5, 0.5]); // it is seen at once
   assert.deepEqual(resolution.size(100, 50, 1, true), { width: 50, height: 25 });
@@ -85,7 +85,7 @@ test("a slow device draws less while it moves, and all of it at rest", () => {
   assert.equal(resolution.scale, 1);
 });
 
-test("a device that nearly draws in time draws a little less", () => {
+test("a nearly fast enough device lowers the resolution a little", () => {
   const resolution = new Resolution(null);
   draw(resolution, 34, 16, 60);
   assert.equal(resolution.scale, 0.7); // 17 milliseconds
@@ -94,7 +94,7 @@ test("a device that nearly draws in time draws a little less", () => {
   assert.ok(late.filter((scale) => scale !== 0.7).length < 150, "it tries more pixels now and then, seldom");
 });
 
-test("a screen that shows thirty frames a second gets all pixels of them", () => {
+test("a 30 Hz screen keeps the full resolution", () => {
   const resolution = new Resolution(null);
   draw(resolution, 8, 33.3, 60);
   assert.equal(resolution.scale, 1);
@@ -102,19 +102,19 @@ test("a screen that shows thirty frames a second gets all pixels of them", () =>
   assert.ok(resolution.scale < 0.8);
 });
 
-test("one frame that takes long changes nothing", () => {
+test("one slow frame changes nothing", () => {
   const resolution = new Resolution(null);
   for (let i = 0; i < 200; i++) resolution.note(i % 20 === 7 ? 300 : 16.7);
   assert.equal(resolution.scale, 1);
 });
 
-test("a scale that was asked for stays", () => {
+test("a fixed scale stays", () => {
   const resolution = new Resolution(0.8);
   draw(resolution, 400, 400, 50);
   assert.equal(resolution.scale, 0.8);
 });
 
-test("the sky is above level cameras, however they are spread", () => {
+test("the up direction comes from level cameras", () => {
   const sky = /** @type {[number, number, number]} */ ([0.2, -0.9, 0.3]);
   const size = Math.hypot(...sky);
   const spreads = {
@@ -132,7 +132,7 @@ test("the sky is above level cameras, however they are spread", () => {
   }
 });
 
-test("colours are read as people write them", () => {
+test("CSS colours are parsed", () => {
   assert.deepEqual(colorOf("ff8000"), [1, 128 / 255, 0]);
   assert.deepEqual(colorOf(" #F80 "), [1, 136 / 255, 0]);
   for (const text of [null, "#12", "#12345", "#1234567"]) assert.equal(colorOf(text), null);
@@ -140,7 +140,7 @@ test("colours are read as people write them", () => {
   assert.equal(hexOf([-1, 2, 0]), "#00ff00");
 });
 
-test("two scenes have names that tell them apart, as short as can be", () => {
+test("names of two scenes are the shortest different ends of their paths", () => {
   assert.deepEqual(namesOf("http://x/a/scene.mgs", "b.ply"), ["scene.mgs", "b.ply"]);
   assert.deepEqual(namesOf("runs/a/scene.mgs", "runs/b/scene.mgs"), ["a/scene.mgs", "b/scene.mgs"]);
   assert.deepEqual(namesOf("/a.mgs", "/a.mgs"), ["a.mgs", "a.mgs"]);
@@ -148,39 +148,39 @@ test("two scenes have names that tell them apart, as short as can be", () => {
   assert.deepEqual(namesOf("a.mgs", ""), ["a.mgs", ""]);
 });
 
-test("of two arrivals, the state is the worse one, and the share the mean", () => {
-  const arrivals = new LoadProgress();
-  assert.deepEqual([arrivals.state, arrivals.busy, arrivals.sentence], ["", false, ""]);
-  arrivals.begin(0, "a.mgs");
-  arrivals.note(0, { share: 0.5 });
-  assert.deepEqual([arrivals.state, arrivals.share], ["loading", 0.5]);
-  arrivals.begin(1, "b.ply");
-  assert.ok(arrivals.busy && Number.isNaN(arrivals.share)); // of the other nothing is known
-  arrivals.fail(1, "it is broken", false);
-  assert.deepEqual([arrivals.state, arrivals.share, arrivals.busy], ["failed", 0.75, true]);
-  assert.equal(arrivals.sentence, "b.ply: it is broken");
-  arrivals.note(0, { share: 1, state: "loaded" });
-  assert.deepEqual([arrivals.state, arrivals.busy], ["failed", false]);
-  arrivals.begin(1);
-  assert.deepEqual([arrivals.state, arrivals.sentence], ["loaded", ""]);
-  arrivals.fail(0, "alone", false);
-  assert.equal(arrivals.sentence, "alone");
+test("two scenes have the worse state and the mean share", () => {
+  const progress = new LoadProgress();
+  assert.deepEqual([progress.state, progress.busy, progress.sentence], ["", false, ""]);
+  progress.begin(0, "a.mgs");
+  progress.note(0, { share: 0.5 });
+  assert.deepEqual([progress.state, progress.share], ["loading", 0.5]);
+  progress.begin(1, "b.ply");
+  assert.ok(progress.busy && Number.isNaN(progress.share)); // of the other nothing is known
+  progress.fail(1, "it is broken", false);
+  assert.deepEqual([progress.state, progress.share, progress.busy], ["failed", 0.75, true]);
+  assert.equal(progress.sentence, "b.ply: it is broken");
+  progress.note(0, { share: 1, state: "loaded" });
+  assert.deepEqual([progress.state, progress.busy], ["failed", false]);
+  progress.begin(1);
+  assert.deepEqual([progress.state, progress.sentence], ["loaded", ""]);
+  progress.fail(0, "alone", false);
+  assert.equal(progress.sentence, "alone");
 });
 
-test("what cannot take a scene's place leaves that its name, and is named itself", () => {
-  const arrivals = new LoadProgress();
+test("a failed scene is named in the error and keeps the previous name", () => {
+  const progress = new LoadProgress();
   for (const [side, name] of ["a.mgs", "b.ply"].entries()) {
-    arrivals.begin(side, name);
-    arrivals.note(side, { share: 1, state: "loaded" });
+    progress.begin(side, name);
+    progress.note(side, { share: 1, state: "loaded" });
   }
-  arrivals.begin(0, "photo.jpg");
-  assert.deepEqual(arrivals.names, ["photo.jpg", "b.ply"]);
-  arrivals.fail(0, "this is no scene", true);
-  assert.deepEqual(arrivals.names, ["a.mgs", "b.ply"]);
-  assert.equal(arrivals.sentence, "photo.jpg: this is no scene");
+  progress.begin(0, "photo.jpg");
+  assert.deepEqual(progress.names, ["photo.jpg", "b.ply"]);
+  progress.fail(0, "this is no scene", true);
+  assert.deepEqual(progress.names, ["a.mgs", "b.ply"]);
+  assert.equal(progress.sentence, "photo.jpg: this is no scene");
 });
 
-test("a field of view that is asked for lies between the width's and the height's", () => {
+test("the field of view lies between the width's and the height's", () => {
   const pose = new Pose([0, 0, -3], [0, 0, 0], [0, -1, 0]);
   assert.equal(cameraOf(pose, null, 200, 200, 0.1, 90).fx.toFixed(6), "100.000000");
   const view = { viewmat: new Float32Array(16), K: new Float32Array([80, 0, 0, 0, 90]), width: 100, height: 50 };
@@ -188,7 +188,7 @@ test("a field of view that is asked for lies between the width's and the height'
   near([cameraOf(pose, view, 400, 100, 0.1, 90).fx], [100]);
 });
 
-test("under a pixel lies the nearest centre that is drawn and not faint", () => {
+test("picking finds the nearest mean that is not faint", () => {
   const camera = { viewmat: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1], fx: 100, fy: 100, cx: 50, cy: 40 };
   const at = (means, logits) =>
     pointUnder(Float32Array.from(means.flat()), Float32Array.from(logits), { ...camera, near: 0.5 }, 50, 40);

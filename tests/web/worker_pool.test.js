@@ -12,7 +12,7 @@ import { layeredScene, seal, smallScene } from "./write.js";
 const COUNT = 100_000;
 const PARTS = ["shapes", "colors", "lobes"];
 
-/** Workers as the pool knows them, in this thread. */
+/** A stand-in for Worker that runs in this thread. */
 class Helper {
   static made = [];
   static brings = true;
@@ -48,7 +48,7 @@ const { fields, streams } = smallScene(COUNT);
 const bytes = seal(fields, streams);
 const expected = openScene(bytes).words;
 
-/** All words, as they are taken away in the end. @param {WorkerPool} pool */
+/** All packed words of a pool's results. @param {WorkerPool} pool */
 function wordsOf(pool) {
   const found = Object.fromEntries(PARTS.map((part) => [part, new Uint32Array(expected[part].length)]));
   for (const [from, packed] of pool.results) {
@@ -59,8 +59,8 @@ function wordsOf(pool) {
 
 for (const [name, Worker, brings] of [
   ["helpers do some of the rows", Helper, true],
-  ["what helpers do not bring is done without them", Helper, false],
-  ["there need be no helpers", undefined, true],
+  ["rows that helpers do not return are packed without them", Helper, false],
+  ["a pool works without helpers", undefined, true],
 ]) {
   test(name, async () => {
     Object.assign(Helper, { made: [], brings });
@@ -85,7 +85,7 @@ for (const [name, Worker, brings] of [
   });
 }
 
-test("a later stage is done again, and counts", async () => {
+test("a later stage replaces an earlier result", async () => {
   Object.assign(Helper, { made: [], brings: true });
   globalThis.Worker = Helper;
   const reader = new SceneReader();
@@ -107,7 +107,7 @@ test("a later stage is done again, and counts", async () => {
   assert.deepEqual(wordsOf(pool), expected);
 });
 
-test("what was done before there is room lies there under what is done later", async () => {
+test("early results are copied to the output and later ones replace them", async () => {
   globalThis.Worker = undefined;
   const reader = new SceneReader();
   const cut = bytes.length - 70_000; // lobes are missing
@@ -131,7 +131,7 @@ test("what was done before there is room lies there under what is done later", a
   assert.deepEqual(room, expected);
 });
 
-test("layers are done for themselves, and count from the first one on", async () => {
+test("levels are computed separately and counted from the first", async () => {
   Object.assign(Helper, { made: [], brings: true });
   globalThis.Worker = Helper;
   const sizes = [10_000, COUNT - 10_000];
@@ -145,7 +145,7 @@ test("layers are done for themselves, and count from the first one on", async ()
   pool.advance(1, COMPLETE);
   while (pool.results.length < Math.ceil(sizes[1] / 8192)) await new Promise((resolve) => setTimeout(resolve, 1));
   assert.equal(pool.levels, 0);
-  assert.ok(!pool.firstLevelReady); // for there is nothing of the first
+  assert.ok(!pool.firstLevelReady); // no row of the first level was packed
   assert.ok(pool.results.every(([from]) => from >= sizes[0]));
   pool.advance(0, COMPLETE);
   await pool.finish();
@@ -160,7 +160,7 @@ test("layers are done for themselves, and count from the first one on", async ()
   }
 });
 
-test("what goes wrong is told in the end", async () => {
+test("finish reports errors", async () => {
   globalThis.Worker = undefined;
   const reader = new SceneReader();
   reader.append(bytes);

@@ -1,7 +1,7 @@
-// Gaussians of which only the place has come, as dots.wgsl draws them. Its own vertex and fragment shader.
+// Vertex and fragment shader of dots, as in dots.wgsl.
 precision highp float;
 
-// as the struct of dots.wgsl: three rows | colour, near | side, least, pixel
+// the struct of dots.wgsl: three rows | colour, near | side, least, pixel
 uniform vec4 dots[5];
 
 #ifdef VERTEX
@@ -10,12 +10,12 @@ layout(location = 0) in vec3 mean;
 void main() {
   vec4 at = vec4(mean, 1.0);
   float depth = dot(dots[2], at);
-  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside of the image
   if (!(depth > dots[3].w)) return;
   float side = depth * clamp(dots[4].x / depth, dots[4].y, 4.0 * dots[4].y);
   int way = gl_VertexID % 3;
   vec2 corner = vec2(float(way & 1), float(way >> 1)) * 2.0 - 1.0;
-  if (gl_VertexID % 6 > 2) corner = -corner;  // the second triangle is the first one turned
+  if (gl_VertexID % 6 > 2) corner = -corner;  // the second triangle is the first one rotated
   vec2 place = vec2(dot(dots[0], at), dot(dots[1], at));
   gl_Position = vec4(place + side * dots[4].zw * corner, 0.0, depth);
 }

@@ -1,4 +1,4 @@
-// A sort-free scene as render/pack.js packs it and packed.wgsl reads it.
+// Reads packed scenes (render/pack.js), as packed.wgsl does.
 uniform usampler2D shapes;
 
 vec4 bytes_of(uint word) {
@@ -6,16 +6,16 @@ vec4 bytes_of(uint word) {
   return vec4(ivec4(w << 24, w << 16, w << 8, w) >> 24) / 127.0;
 }
 
-// A byte's scale: the exponent and three digits of a float, from 2^-16 on.
+// The scale of bytes: exponent and three mantissa bits of a float, from 2^-16 on.
 float scale_of(uint byte) { return uintBitsToFloat(((byte & 255u) + 888u) << 20); }
 
 Shape shape_of(int i) {
   uvec4 words = texelFetch(shapes, texel(i), 0);
   vec3 stored = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
   vec3 steps = vec3(uvec3(words.z, words.z >> 11, words.z >> 22) & uvec3(2047u, 2047u, 1023u));
-  // a float's bits are nearly its logarithm
+  // the bits of a float approximate its logarithm
   vec3 scales = uintBitsToFloat(uvec3(scale_bits.x + scale_bits.y * steps / vec3(2047.0, 2047.0, 1023.0)));
-  // the largest part of a unit quaternion is what the three others leave
+  // the largest component of a unit quaternion follows from the others
   int w = int(words.w);
   vec3 q = vec3(ivec3(w << 2, w << 12, w << 22) >> 22) * (0.7071067811865476 / 511.0);
   float rest = sqrt(max(0.0, 1.0 - dot(q, q)));
@@ -65,7 +65,7 @@ vec2 two(int word, float a, float b) {
   return a * pair.xy + b * pair.zw;
 }
 
-// Without a loop: an array with an index that varies lies in memory, not in registers.
+// Unrolled: arrays with a variable index are in memory, not in registers.
 vec2 lobes_along(int i, float basis[16]) {
   int first = (lobe_size + 2) / 2 * i;
   vec2 sloped = vec2(0.0);

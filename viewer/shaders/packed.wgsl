@@ -1,15 +1,14 @@
-// A sort-free scene as render/pack.js packs it: 52 bytes a Gaussian with lobes of degree 2, and 8
-// for what it looks like.
+// Reads packed scenes (render/pack.js): 52 bytes per Gaussian with lobes of degree 2, and 8 for its look.
 // x, y | z, two scales of lobes | scales, 11 + 11 + 10 bits | rotation
 @group(0) @binding(1) var<storage, read> shapes: array<vec4u>;
 // constant r, g | constant b, a scale, first coefficient | eight more
 @group(0) @binding(2) var<storage, read> colors: array<vec4u>;
-// constants | the other coefficients, logit and phi in turns, four a word
+// constants | the other coefficients, logit and phi alternating, four per word
 @group(0) @binding(3) var<storage, read> lobes: array<u32>;
 
 alias StoredLook = vec2u;  // r, g, b with an exponent | opacity, weight
 
-// A byte's scale: the exponent and three digits of a float, from 2^-16 on.
+// The scale of bytes: exponent and three mantissa bits of a float, from 2^-16 on.
 fn scale_of(byte: u32) -> f32 { return bitcast<f32>(((byte & 255u) + 888u) << 20u); }
 
 fn shape_of(i: u32) -> Shape {
@@ -17,10 +16,10 @@ fn shape_of(i: u32) -> Shape {
   let xy = unpack2x16float(words.x);
   let mean = view.frame.xyz + view.frame.w * vec3f(xy, unpack2x16float(words.y).x);
   let steps = vec3f(vec3u(words.z, words.z >> 11u, words.z >> 22u) & vec3u(2047u, 2047u, 1023u));
-  // a float's bits are nearly its logarithm
+  // the bits of a float approximate its logarithm
   let bits = view.scale_bits.x + view.scale_bits.y * steps / vec3f(2047.0, 2047.0, 1023.0);
   let scales = bitcast<vec3f>(vec3u(bits));
-  // the largest part of a unit quaternion is what the three others leave
+  // the largest component of a unit quaternion follows from the others
   let thirds = vec3i(bitcast<i32>(words.w << 2u), bitcast<i32>(words.w << 12u),
       bitcast<i32>(words.w << 22u)) >> vec3u(22u);
   let q = vec3f(thirds) * (0.7071067811865476 / 511.0);
@@ -57,7 +56,7 @@ fn two(word: u32, a: f32, b: f32) -> vec2f {
   return a * pair.xy + b * pair.zw;
 }
 
-// Without a loop: an array with an index that varies lies in memory, not in registers.
+// Unrolled: arrays with a variable index are in memory, not in registers.
 fn lobes_along(i: u32, basis: array<f32, 16>) -> vec2f {
   let first = (view.lobe_size + 2u) / 2u * i;
   var sloped = vec2f(0.0);

@@ -1,5 +1,5 @@
-// What every pass knows of the frame, and where Gaussians lie in textures. The numbers are those of
-// view.wgsl in the same order; vec3s are kept out, since some drivers lay them out wrongly.
+// Uniforms of the frame, and the place of Gaussians in textures. The numbers are those of view.wgsl in the
+// same order, without vec3, which some drivers lay out wrongly.
 precision highp float;
 precision highp int;
 precision highp sampler2D;

@@ -1,16 +1,16 @@
-/** Keeps an exported site on the device: it opens without a network, and anew after a change. */
+/** Keeps an exported site on the device: it opens offline, and loads again after a change. */
 
 const VERSION = "";
-/** With their SHA-256, or else a word that they hold. @type {Record<string, string>} */
+/** Files, each with its SHA-256 or with a text that it must contain. @type {Record<string, string>} */
 const FILES = {};
 
 const worker = /** @type {any} */ (self);
-// other sites of the same host have caches of their own, which are not ours to touch
+// other sites of the same host have their own caches
 const PREFIX = `mobilegs ${worker.registration.scope} `;
 const NAME = PREFIX + VERSION;
 
 /**
- * Puts a file into a cache, unless it is of another version: a site may be visited while it is uploaded.
+ * Put a file into a cache, unless it has another version: a site may be visited during an upload.
  *
  * @param {Cache} cache
  * @param {string} file
@@ -20,8 +20,8 @@ async function keep(cache, file) {
   const bytes = await response.arrayBuffer();
   const wanted = FILES[file];
   const found = wanted.length === 64 ? await hashOf(bytes) : new TextDecoder().decode(bytes);
-  if (!response.ok || !found.includes(wanted)) throw new Error(`${file} is of another version`);
-  // made anew: browsers open no page from a response that was redirected
+  if (!response.ok || !found.includes(wanted)) throw new Error(`${file} has another version`);
+  // a new response: browsers do not open pages from redirected responses
   const headers = { "Content-Type": response.headers.get("Content-Type") ?? "" };
   await cache.put(file, new Response(bytes, { headers }));
 }

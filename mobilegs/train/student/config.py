@@ -103,9 +103,9 @@ class LossConfig:
     depth_weight: float = 0.1
     """Weight of the scale-invariant log-depth distance to the teacher, at least 0."""
     virtual_view_every: int = 2
-    """Distil on a virtual view, between two training cameras, every so many steps, and not on the
-    photos' views. 0 distils on the photos' views in every step, as in the paper; so does any value
-    if no two cameras look at the same things."""
+    """Steps between two distillations on a virtual view, which lies between two training cameras.
+    0 distils on the photos' views in every step instead, as in the paper; so does any value if no
+    two cameras look at the same things."""
     overdraw_weight: float = 5e-5
     """Weight of the mean number of ellipses per pixel, which decides the time of a frame; at least
     0. Only scales receive its gradient. The paper has no such term."""
@@ -177,8 +177,8 @@ class QuantizationConfig:
     """Divisor of `step_sizes`, above 0, with `sq`. It also divides the weight of the rate term by
     its square, as the error of a step size in the image grows with the square."""
     rate_weight: float = 1e-3
-    """Lambda of the rate term at a quality of 1, at least 0, with `sq`: a bit per Gaussian adds so
-    much to the loss. Larger values give smaller files."""
+    """Lambda of the rate term at a quality of 1, at least 0, with `sq`: one bit per Gaussian adds
+    this much to the loss. Larger values give smaller files."""
     target_mb: float = 0.0
     """Size of the file in megabytes (10^6 bytes), with `sq`. Rate control changes all step sizes by
     one factor, up to 8 times in both directions. 0 switches rate control off."""
@@ -217,7 +217,7 @@ class QuantizationConfig:
 
     @property
     def bit_weight(self) -> float:
-        """Lambda of the rate term at this quality: a bit per Gaussian adds so much to the loss."""
+        """Lambda of the rate term at this quality: loss per bit per Gaussian."""
         return self.rate_weight / self.quality**2
 
 
@@ -233,11 +233,11 @@ class PruningConfig:
 
 @dataclass(frozen=True)
 class AblationConfig:
-    """Settings that only serve ablations: parts of the release that this project does otherwise."""
+    """Settings for ablations only: what the release does differently from this project."""
 
     start_opacity: float = 0.0
     """Opacity of all Gaussians at the start, below 1; 0 keeps the teacher's. (The release: 0.5.
-    With `lr.opacities=0` only the network tells opacities apart, as in the release.)"""
+    With `lr.opacities=0` only the network makes opacities differ, as in the release.)"""
     mask_depth: bool = True
     """Compare mean depths, in the pixels that student and teacher both cover. False compares sums
     of z in all pixels, as the release does."""
@@ -288,7 +288,7 @@ class StudentConfig:
     pruning: PruningConfig = field(default_factory=PruningConfig)
     """Removal of Gaussians."""
     ablation: AblationConfig = field(default_factory=AblationConfig)
-    """Settings that only serve ablations."""
+    """Settings for ablations only."""
     cache_mib: int = 2048
     """Memory for the teacher's images in MiB, at least 0. Images that do not fit are rendered again
     when they are needed."""

@@ -20,9 +20,9 @@ LOGIT_MAX = 60.0  # exp of larger logits exceeds float32
 class MaskConfig:
     """Masks as in MaskGaussian (Liu et al. 2025), but for blending without sorting.
 
-    Opacities are multiplied by random masks, which are near 1 with the probability of a Gaussian,
-    and near 0 otherwise. Masks between 0 and 1 let removed Gaussians receive gradients, for which
-    MaskGaussian has a rasteriser of its own. `lr.masks` is their learning rate.
+    Opacities are multiplied by random masks: near 1 with the Gaussian's probability, and near 0
+    otherwise. Masks are never exactly 0, so masked Gaussians still receive gradients;
+    MaskGaussian has a rasteriser of its own for that. `lr.masks` is their learning rate.
     """
 
     weight: float = 0.0
@@ -38,7 +38,8 @@ class MaskConfig:
     """Time at which masks end, 0 to 1: Gaussians with a probability below 0.5 are removed, and the
     others train on without masks."""
     min_probability: float = 0.05
-    """Probability, 0 to 1, below which Gaussians are removed before, whenever votes are counted."""
+    """Probability, 0 to 1, below which Gaussians are removed before `until`, each time that votes
+    prune."""
 
     def __post_init__(self) -> None:
         check(

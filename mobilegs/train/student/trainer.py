@@ -67,7 +67,7 @@ class Student:
             teacher: a scene, which gives the initial Gaussians and the targets of distillation.
             cameras: those of all training views, by their indices.
             extent: of the scene, in world units.
-            seed: of everything random.
+            seed: of all random choices.
             team: the processes that share the views of a step.
         """
         self.config = config
@@ -179,7 +179,8 @@ class Student:
     def quantized_scene(
         self, *, views: list[Camera] | None = None, meta: dict[str, MetaValue] | None = None
     ) -> QuantizedScene:
-        """Return the content of the file. If training has not quantised the model yet, this does.
+        """Return the content of the file. If training has not quantised the model yet, this call
+        quantises it.
 
         `views` and `meta` go into the file unchanged.
         """
@@ -340,7 +341,7 @@ class Student:
             )
 
     def _prune_by_masks(self) -> None:
-        """Remove what the masks' probabilities say, and end the masks at their time."""
+        """Remove Gaussians whose mask has a low probability; drop the masks at their `until`."""
         config, logits = self.config.pruning.masks, self.model.rows.tensors["masks"]
         if self.done >= round(config.until * self.steps):
             self.model.rows.drop("masks")
@@ -356,7 +357,7 @@ class Student:
     # --- rate control and learning rates
 
     def _control_rate(self) -> None:
-        """Bring the file nearer to `target_mb`, at `RATE_UPDATES` times while quantised."""
+        """Scale step sizes towards `target_mb`, `RATE_UPDATES` times in the quantised phase."""
         target_mb = self.config.quantization.target_mb
         quantized_steps = (1 - self.config.schedule.quantize_from) * self.steps
         every = max(1, round(quantized_steps / RATE_UPDATES))

@@ -1,4 +1,4 @@
-"""Make the conformance files of docs/format.md, and the numbers that a decoder must find in each.
+"""Make the conformance files of docs/reference/format.md, and the numbers a decoder must find.
 
     python -m tests.mgs.conformance.make
 

@@ -1,11 +1,13 @@
-/** Far Gaussians first, for scenes that are drawn sorted: a radix sort of the bits of the depths. */
+/** Sorts Gaussians by depth, the farthest first: a radix sort of float bits. */
 
 const BINS = 1 << 16;
 
 /**
+ * Return the order of rendering.
+ *
  * @param {Float32Array} means 3 each
- * @param {[number, number, number]} forward the direction of looking
- * @returns {Uint32Array<ArrayBuffer>} rows, the farthest first
+ * @param {[number, number, number]} forward the viewing direction
+ * @returns {Uint32Array<ArrayBuffer>} indices, the farthest first
  */
 export function backToFront(means, [fx, fy, fz]) {
   const count = means.length / 3;

@@ -1,4 +1,4 @@
-/** Plain 3DGS scenes in the layout of INRIA's `.ply`, to be drawn sorted. */
+/** Reads 3DGS scenes in INRIA's `.ply` layout, which are rendered sorted. */
 
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 
@@ -13,7 +13,7 @@ const TYPES = new Map([
 const NEEDED = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1"];
 NEEDED.push("scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
 
-/** Whether bytes begin as a PLY file does. @param {Uint8Array} bytes */
+/** True if bytes begin as a PLY file does. @param {Uint8Array} bytes */
 export function isPly(bytes) {
   return bytes[0] === 0x70 && bytes[1] === 0x6c && bytes[2] === 0x79;
 }
@@ -46,7 +46,7 @@ export function readPly(bytes) {
   const row = new Float32Array(places.length);
   for (let i = 0; i < rows; i++) {
     for (let k = 0; k < row.length; k++) row[k] = view.getFloat32(i * stride + places[k], true);
-    // what other tools write where a byte said fully opaque or a scale was 0
+    // other tools write infinities for opacities of 1 and scales of 0
     for (let k = 3; k < 6; k++) if (row[k] === -Infinity) row[k] = FLAT;
     if (Math.abs(row[10]) === Infinity) row[10] = Math.sign(row[10]) * SOLID;
     let sum = 0;
@@ -61,12 +61,12 @@ export function readPly(bytes) {
   return scene;
 }
 
-/** A word of the file, such that it can be shown. @param {string | undefined} word */
+/** A word of the file, for an error message. @param {string | undefined} word */
 function quoted(word = "") {
   return `'${word.slice(0, 40).replace(/[^\x20-\x7e]/g, "\ufffd")}'`;
 }
 
-/** A sorted scene without Gaussians, and room for some. @param {number} rows @param {number} shSize @returns {SceneData} */
+/** An empty sorted scene with memory for some Gaussians. @param {number} rows @param {number} shSize @returns {SceneData} */
 export function roomFor(rows, shSize) {
   return {
     count: 0,
@@ -86,10 +86,10 @@ export function roomFor(rows, shSize) {
 export function addRow(scene, row) {
   const [w, x, y, z] = [row[6], row[7], row[8], row[9]];
   const length = w * w + x * x + y * y + z * z;
-  if (!(length > 0)) return; // a rotation that is none
+  if (!(length > 0)) return; // not a rotation
   const s = 2 / length;
   const [a, b, c] = [Math.exp(row[3]), Math.exp(row[4]), Math.exp(row[5])];
-  // numbers beyond are finite, but what is made of them would not be
+  // larger numbers would overflow later
   if (!(a + b + c < 1e30 && Math.abs(row[10]) < 1e30)) return;
   const i = scene.count++;
   scene.shapes.set(
@@ -137,7 +137,7 @@ function parseHeader(bytes) {
   }
   const missing = NEEDED.filter((name) => !offsets.has(name));
   if (missing.length) {
-    throw new Error(`the .ply file is no Gaussian scene: it lacks ${missing.join(", ")} as floats`);
+    throw new Error(`the .ply file is not a Gaussian scene: it lacks ${missing.join(", ")} as floats`);
   }
   const start = end.index + end[0].length;
   if (start + rows * stride > bytes.length) {

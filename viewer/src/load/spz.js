@@ -1,9 +1,9 @@
 /**
- * Plain 3DGS scenes in Niantic's `.spz`, to be drawn sorted.
+ * Reads 3DGS scenes in Niantic's `.spz`, which are rendered sorted.
  *
  * Versions 1 to 3 are one gzip stream: a header, then all positions, all opacities, and so on.
  * Version 4 has its header in plain, and a Zstandard stream for each of these attributes. Axes are
- * RUB (y up, z backwards), ours RDF. The facts are those of github.com/nianticlabs/spz.
+ * RUB (y up, z backwards), ours RDF. The specification is github.com/nianticlabs/spz.
  */
 
 import { fromFloat16 } from "../mgs/float16.js";
@@ -21,7 +21,7 @@ import { decompressZstd } from "./zstd.js";
  * @property {number} streams of version 4
  * @property {number} table where version 4 says how long its streams are
  */
-/** What is stored of all Gaussians: positions, opacities, colours, scales, rotations, harmonics. @typedef {Uint8Array[]} Attributes */
+/** The stored attributes: positions, opacities, colours, scales, rotations, harmonics. @typedef {Uint8Array[]} Attributes */
 
 const MAGIC = 0x5053474e; // "NGSP"
 const COUNT_MAX = 1e7; // as the format's own readers had it
@@ -30,11 +30,11 @@ const HEADER_4 = 32;
 const COEFFICIENTS = [0, 3, 8, 15, 24]; // of a colour, by degree, without the constant
 const KEPT = 15; // of those; degree 4 is not drawn
 const COLOR = 0.15; // of the constant coefficient in a byte's range
-// of harmonics when y and z change their signs: what each is odd in
+// of harmonics when y and z change their signs: the parity of each
 const SIGNS = [-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1];
 const DAMAGED = "the .spz file is damaged or cut off";
 
-/** Whether bytes begin as an SPZ file does: with its name, or as gzip. @param {Uint8Array} bytes */
+/** True if bytes begin as an SPZ file does: with its name, or as gzip. @param {Uint8Array} bytes */
 export function isSpz(bytes) {
   const named = bytes[0] === 0x4e && bytes[1] === 0x47 && bytes[2] === 0x53 && bytes[3] === 0x50;
   return named || (bytes[0] === 0x1f && bytes[1] === 0x8b);
@@ -71,7 +71,7 @@ function parseHeader(bytes, size) {
   const count = view.getUint32(8, true);
   const [degree, fraction, flags, streams] = bytes.subarray(12, 16);
   if (count > COUNT_MAX) throw new Error(`the .spz file announces ${count} Gaussians, too many to be drawn`);
-  // no real scene comes near; a small file must not ask for much memory
+  // real scenes are far below this; a small file must not allocate much memory
   if (count > size) throw new Error(`the .spz file announces ${count} Gaussians in ${size} bytes: it is cut off`);
   if (degree > 4 || fraction > 24) throw new Error(DAMAGED);
   const extended = (flags & 2) !== 0;
@@ -86,7 +86,7 @@ function sizesOf({ version, count, degree }) {
 }
 
 /**
- * Decompresses as much as the header announces, and no more.
+ * Decompress no more than the header announces.
  *
  * @param {Uint8Array<ArrayBuffer>} bytes
  * @returns {Promise<{header: Header, content: Uint8Array}>}
@@ -116,7 +116,7 @@ async function gunzipped(bytes) {
   }
   if (header === null) throw new Error("this is not a .spz file");
   if (length > size) {
-    // what is wrong behind it does not matter any more
+    // errors after the content do not matter
     await reader.cancel().catch(() => {});
     if (!header.extended) throw new Error("the .spz file holds more than it announces");
   }
@@ -129,7 +129,7 @@ function unpacked(header, bytes) {
   const { streams, table, version } = header;
   const sizes = sizesOf(header);
   const end = table + 16 * streams;
-  const sent = sizes.filter((size) => size > 0).length; // what is empty has no stream
+  const sent = sizes.filter((size) => size > 0).length; // empty attributes have no stream
   if (version !== 4 || table < HEADER_4 || end > bytes.length || streams !== sent) throw new Error(DAMAGED);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   let [entry, at] = [table, end];

@@ -195,7 +195,7 @@ export class WorkerPool {
     this.#check();
   }
 
-  /** Whether every Gaussian of the first level has a result. */
+  /** True if every Gaussian of the first level has a result. */
   get firstLevelReady() {
     return this.#chunks.every(({ level }, chunk) => level > 0 || this.#done[chunk] > 0);
   }

@@ -1,11 +1,15 @@
-/** Zstandard frames (RFC 8878), without dictionaries: what no browser decompresses by itself. */
+/**
+ * Decompresses Zstandard frames (RFC 8878) without dictionaries. Browsers cannot do that themselves.
+ *
+ * It never allocates more than the announced size and a block, and refuses damaged frames.
+ */
 
 import { BackwardBits, fseTable, huffmanTable, onlySymbol, readFseTable, readHuffman } from "./zstd_entropy.js";
 
 /** @typedef {import("./zstd_entropy.js").Fse} Fse */
 /** @typedef {import("./zstd_entropy.js").Huffman} Huffman */
 /**
- * @typedef {object} Frame what blocks of a frame hand on
+ * @typedef {object} Frame what state that blocks of a frame share
  * @property {Huffman | null} huffman
  * @property {(Fse | null)[]} tables of literal lengths, offsets, match lengths
  * @property {number[]} recent the last three offsets
@@ -55,7 +59,7 @@ const KINDS = [
   },
 ];
 
-/** Bytes that grow as they are found, so that a claim alone takes no memory. */
+/** An output buffer that grows with its content, so that a false size allocates little. */
 class Output {
   length = 0;
   bytes;
@@ -67,10 +71,10 @@ class Output {
     this.bytes = new Uint8Array(Math.min(limit, BLOCK_MAX));
   }
 
-  /** Makes room for some more bytes. @param {number} count */
+  /** Reserve space for more bytes. @param {number} count */
   reserve(count) {
     const needed = this.length + count;
-    if (needed > this.#limit) throw new Error("the compressed data is more than was announced");
+    if (needed > this.#limit) throw new Error("the compressed data is longer than announced");
     if (needed <= this.bytes.length) return;
     const larger = new Uint8Array(Math.min(this.#limit, Math.max(needed, 2 * this.bytes.length)));
     larger.set(this.bytes.subarray(0, this.length));
@@ -91,7 +95,7 @@ class Output {
     this.length += count;
   }
 
-  /** Appends what lies some way back, which may run into what it appends. @param {number} offset @param {number} count */
+  /** Append earlier output; source and destination may overlap. @param {number} offset @param {number} count */
   repeat(offset, count) {
     if (!(offset > 0 && offset <= this.length)) throw new Error(DAMAGED);
     this.reserve(count);
@@ -104,10 +108,10 @@ class Output {
 }
 
 /**
- * What frames hold; checksums are not looked at.
+ * Decompress frames; checksums are ignored.
  *
  * @param {Uint8Array} bytes
- * @param {number} size how many bytes it has to become; never more memory is taken
+ * @param {number} size the decompressed size, which must be exact
  * @returns {Uint8Array<ArrayBuffer>}
  */
 export function decompressZstd(bytes, size) {
@@ -132,7 +136,7 @@ function readFrame(bytes, at, output) {
   if (!single) at += 1;
   const name = bytes.subarray(at, (at += [0, 1, 2, 4][flags & 3]));
   if (name.some((byte) => byte)) {
-    throw new Error("the compressed data needs a dictionary, which is not at hand");
+    throw new Error("the compressed data needs a dictionary, which is missing");
   }
   at += [single ? 1 : 0, 2, 4, 8][flags >> 6]; // the size, which is known
   /** @type {Frame} */

@@ -1,10 +1,10 @@
-/** Zstandard's entropy codes (RFC 8878, section 4): finite states (FSE) and Huffman's. */
+/** Zstandard's entropy codes (RFC 8878, section 4): FSE and Huffman. */
 
 const DAMAGED = "the compressed data is damaged or cut off";
 const HUFFMAN_MAX = 11; // bits of a code
 
 /**
- * A table of finite states: each is a symbol, and where to go with some more bits.
+ * An FSE table: for each state its symbol, the number of bits to read, and the base of the next state.
  *
  * @typedef {object} Fse
  * @property {number} accuracy bits of the first state
@@ -21,13 +21,13 @@ const HUFFMAN_MAX = 11; // bits of a code
  * @property {Uint8Array} bits that the code has
  */
 
-/** Bits that are taken from the end of the bytes; before their beginning there are zeros. */
+/** Reads bits from the end of the bytes; before the beginning there are zeros. */
 export class BackwardBits {
-  /** Bits that are left; fewer than none where more were taken than there are. */
+  /** Bits left; negative if more were read than exist. */
   left;
   #bytes;
 
-  /** @param {Uint8Array} bytes the last of which ends with a bit that only marks the end */
+  /** @param {Uint8Array} bytes the highest set bit of the last byte marks the end */
   constructor(bytes) {
     const last = bytes[bytes.length - 1];
     if (!last) throw new Error(DAMAGED);
@@ -42,7 +42,7 @@ export class BackwardBits {
     return this.#at(this.left, count);
   }
 
-  /** Decodes as many symbols as there is room for, which must be all. @param {Uint8Array} symbols @param {Huffman} huffman */
+  /** Fill `symbols`, which must use all bits. @param {Uint8Array} symbols @param {Huffman} huffman */
   decode(symbols, { width, symbols: names, bits }) {
     for (let i = 0; i < symbols.length; i++) {
       const pattern = this.#at(this.left - width, width);
@@ -126,7 +126,7 @@ export function readFseTable(bytes, start, accuracyMax, symbolsMax) {
   const shares = [];
   for (let left = 1 << accuracy; left > 0; ) {
     const width = 32 - Math.clz32(left + 1);
-    const spare = (1 << width) - 2 - left; // so many values need a bit less
+    const spare = (1 << width) - 2 - left; // number of values that take one bit less
     let value = take(width - 1);
     if (value >= spare) {
       if (take(1)) value += (1 << (width - 1)) - spare;

@@ -1,4 +1,4 @@
-/** Colour from position and latents. docs/format.md, section 7. */
+/** Decodes colours from positions and latents. docs/reference/format.md, section 7. */
 
 import { lookUp } from "./codebooks.js";
 import { fromFloat16 } from "./float16.js";
@@ -15,18 +15,18 @@ const HIDDEN = 64;
 const CONTEXT = 13;
 const SLOPE = 0.01;
 const LATENTS = 6;
-/** Columns that harmonics take while they are made: networks write some that are not needed. */
-export const SH_ROOM = 15;
+/** Columns of the harmonics' block: networks write some that are not needed. */
+export const SH_COLUMNS = 15;
 const { fround, sqrt } = Math;
 
-/** Colours that are linear in their latents: static ones first, of which there are three. */
+/** Decodes colours that are linear in their latents; the first three latents are static. */
 export class LinearDecoder {
   #memory;
   #latents;
   #layer;
   #sh;
 
-  /** @param {BlockMemory} memory @param {Block} sh what it writes: 12 columns of harmonics @param {Weights} weights */
+  /** @param {BlockMemory} memory @param {Block} sh the output: 12 columns of harmonics @param {Weights} weights */
   constructor(memory, sh, { static2, view2 }) {
     const latents = 3 + view2.length / 9;
     const matrix = new Float32Array(12 * latents);
@@ -41,9 +41,9 @@ export class LinearDecoder {
   }
 
   /**
-   * Writes the harmonics of some Gaussians, at most a block.
+   * Decode the harmonics of at most a block of Gaussians.
    *
-   * @param {Uint16Array} positions only their number counts
+   * @param {Uint16Array} positions only their count is used
    * @param {Codes} codes latents
    * @param {number} from the first of them in the codes
    */
@@ -53,7 +53,7 @@ export class LinearDecoder {
   }
 }
 
-/** Evaluates the networks of a file's colours, 9792 products per Gaussian. */
+/** Evaluates the colour networks: 9792 products per Gaussian. */
 export class AppearanceDecoder {
   #memory;
   #layers;
@@ -68,7 +68,7 @@ export class AppearanceDecoder {
 
   /**
    * @param {BlockMemory} memory
-   * @param {Block} sh what it writes
+   * @param {Block} sh the output
    * @param {Weights} weights
    * @param {number} exponent of positions
    */
@@ -86,7 +86,7 @@ export class AppearanceDecoder {
     this.#latents = memory.block(LATENTS);
     this.#encoded = memory.block(ENCODED);
     this.#hidden = memory.block(HIDDEN);
-    // the context, behind it the static or the view latents
+    // the context, followed by the static or the view latents
     this.#inputs = memory.block(CONTEXT + 3);
     this.#own = memory.part(this.#inputs, CONTEXT, 3);
     this.#sh = sh;
@@ -94,9 +94,9 @@ export class AppearanceDecoder {
   }
 
   /**
-   * Writes the harmonics of some Gaussians, at most a block.
+   * Decode the harmonics of at most a block of Gaussians.
    *
-   * @param {Uint16Array} positions the bits of the halves
+   * @param {Uint16Array} positions float16 bit patterns
    * @param {Codes} codes latents
    * @param {number} from the first of them in the codes
    */
@@ -117,7 +117,7 @@ export class AppearanceDecoder {
     memory.apply(view2, hidden, this.#degree1, 1);
   }
 
-  /** From the centre, but at least 1, in units of the radius. @param {Uint16Array} positions @param {number} place */
+  /** Distance from the centre in units of the radius, at least 1. @param {Uint16Array} positions @param {number} place */
   #distance(positions, place) {
     const x = fromFloat16(positions[place]) * this.#unit;
     const y = fromFloat16(positions[place + 1]) * this.#unit;
@@ -146,7 +146,7 @@ export class AppearanceDecoder {
 }
 
 /**
- * Sines of an axis from `at` on, and its cosines behind the sines of all.
+ * Write the sines of an axis from `at` on, and its cosines after the sines of all axes.
  *
  * From one octave to the next an angle doubles, which takes two products instead of a sine and
  * a cosine; in float64 the last octave is still right to 1e-11.
@@ -156,7 +156,7 @@ export class AppearanceDecoder {
  * @param {number} at
  */
 function writeOctaves(bent, encoded, at) {
-  // every rounding matters: the last octave multiplies by 2^15
+  // round as the reference does: the last octave multiplies by 2^15
   const unit = fround(fround(bent * 0.25) + 0.5);
   let sine = Math.sin(Math.PI * unit);
   let cosine = Math.cos(Math.PI * unit);

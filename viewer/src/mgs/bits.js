@@ -1,17 +1,17 @@
-/** Whole numbers packed into bits, lowest bit first. docs/format.md, section 4. */
+/** Reads integers from packed bits, lowest bit first. docs/reference/format.md, section 4. */
 
 import { SceneError } from "./error.js";
 
-/** A view for reading little-endian numbers. @param {Uint8Array} data */
+/** A DataView of the bytes. @param {Uint8Array} data */
 export function view(data) {
   return new DataView(data.buffer, data.byteOffset, data.byteLength);
 }
 
-/** Reads numbers of up to 24 bits, one after the other. */
+/** Reads integers of up to 24 bits. */
 export class BitReader {
   #data;
   #byte = 0;
-  // bits of that byte that have been taken, below 8
+  // bits of that byte that have been read, below 8
   #bit = 0;
 
   /** @param {Uint8Array} data */
@@ -19,16 +19,16 @@ export class BitReader {
     this.#data = data;
   }
 
-  /** Bits that have not been taken. */
+  /** Bits that have not been read. */
   get left() {
     return 8 * (this.#data.length - this.#byte) - this.#bit;
   }
 
-  /** The next `width` bits; the caller has seen that they are there. @param {number} width */
+  /** The next `width` bits; the caller checks that they exist. @param {number} width */
   take(width) {
     const data = this.#data;
     const at = this.#byte;
-    // what lies behind the end counts as 0
+    // bytes after the end count as 0
     const four = data[at] | (data[at + 1] << 8) | (data[at + 2] << 16) | (data[at + 3] << 24);
     const end = this.#bit + width;
     const found = (four >>> this.#bit) & ((1 << width) - 1);
@@ -37,14 +37,14 @@ export class BitReader {
     return found;
   }
 
-  /** Whether less than a byte is left, and nothing but zeros. */
+  /** True if less than a byte is left and its bits are zeros. */
   atEnd() {
     return this.left < 8 && this.#data[this.#byte] >>> this.#bit === 0;
   }
 }
 
 /**
- * A reader of exactly so many bits; what is left of the last byte must be 0.
+ * A reader of exactly `total` bits; the rest of the last byte must be 0.
  *
  * @param {Uint8Array} data
  * @param {number} total

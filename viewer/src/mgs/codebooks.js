@@ -1,4 +1,4 @@
-/** Indices, and the codebooks that they point into. docs/format.md, sections 4 and 6. */
+/** Codebooks and the indices into them. docs/reference/format.md, sections 4 and 6. */
 
 import { exactBits } from "./bits.js";
 import { SceneError } from "./error.js";
@@ -11,16 +11,16 @@ import { decodeRans } from "./rans.js";
 /** @typedef {import("./header.js").Scalar} Scalar */
 /**
  * @typedef {object} Books of an attribute
- * @property {number} length numbers of an entry
+ * @property {number} length numbers per entry
  * @property {Float32Array[]} books
- * @property {number[]} [middles] per book the entry that stands for what is not known yet; without, their mean
+ * @property {number[]} [middles] the neutral entry of each book; if undefined, the mean of the book
  */
 /** @typedef {Books & {columns: Uint16Array[]}} Codes per book, the entry of every Gaussian */
 
 // its exponential is finite in float32
 const LOG_SCALE_MAX = 80;
 
-/** Numbers in all codebooks. @param {Map<Attribute, Cut>} cuts */
+/** Count of numbers in all codebooks. @param {Map<Attribute, Cut>} cuts */
 export function bookNumbers(cuts) {
   let total = 0;
   for (const { count, size, length } of cuts.values()) total += count * size * length;
@@ -28,7 +28,7 @@ export function bookNumbers(cuts) {
 }
 
 /**
- * The codebooks of every attribute, out of one row of numbers.
+ * Split numbers into the codebooks of each attribute.
  *
  * @param {Float32Array} numbers
  * @param {Map<Attribute, Cut>} cuts
@@ -49,7 +49,7 @@ export function splitBooks(numbers, cuts) {
 }
 
 /**
- * Books whose entries are the multiples of a step that a column can hold.
+ * Codebooks of uniformly quantized attributes: the multiples of the step size.
  *
  * @param {Map<Attribute, Scalar>} scalars
  * @returns {Map<Attribute, Books>}
@@ -64,7 +64,7 @@ export function scalarBooks(scalars) {
 }
 
 /**
- * The indices in a stream, each below `size`.
+ * Decode the indices of a stream, each below `size`.
  *
  * @param {Stream} stream
  * @param {number} count
@@ -85,7 +85,7 @@ export function decodeIndices({ name, codec, data }, count, size) {
 }
 
 /**
- * Codes that give a block of Gaussians the mean of each book: what is drawn until their own come.
+ * Codes that give a block of Gaussians the neutral entry of each book, until their own codes arrive.
  *
  * @param {Books} books
  * @returns {Codes}
@@ -110,7 +110,7 @@ function meanEntry(book, length) {
 }
 
 /**
- * Writes numbers of some Gaussians, in columns.
+ * Look up the values of some Gaussians and write them in columns.
  *
  * @param {Codes} codes
  * @param {Float32Array} out

@@ -1,6 +1,6 @@
 /**
- * The container of a `.mgs`: magic, version, header, and a row of checked streams, from bytes
- * that arrive piece by piece. docs/format.md, section 1.
+ * The container of a `.mgs`, read while it arrives: magic, version, header and streams with checksums.
+ * docs/reference/format.md, section 1.
  */
 
 import { view } from "./bits.js";
@@ -32,15 +32,15 @@ const FOREIGN = [
   ["{", "a JSON text"],
 ];
 
-/** Cuts a file that arrives in pieces into its header and its streams. */
+/** Splits a file that arrives in pieces into its header and its streams. */
 export class ContainerReader {
-  /** Bytes that have arrived. */
+  /** Bytes received. */
   received = 0;
-  /** Bytes of the whole file, known with the header. */
+  /** Bytes of the whole file; Infinity before the header is complete. */
   total = Infinity;
   /** The header's fields, once it is complete. @type {Record<string, unknown> | null} */
   fields = null;
-  /** The table of contents, known with the header. @type {Row[]} */
+  /** The table of streams; empty before the header is complete. @type {Row[]} */
   table = [];
 
   /** @type {Uint8Array[]} */
@@ -50,11 +50,11 @@ export class ContainerReader {
   // row of the table
   #next = 0;
   #magic = false;
-  /** Bytes 8 to 19, once they are there. @type {Uint8Array | null} */
+  /** Bytes 8 to 19, once they are received. @type {Uint8Array | null} */
   #prefix = null;
 
   /**
-   * Takes in the next bytes of the file and returns the streams that they complete.
+   * Add the next bytes of the file; returns the streams that they complete.
    *
    * The pieces are kept, not copied: the caller must not change them afterwards.
    *
@@ -79,7 +79,7 @@ export class ContainerReader {
     return streams;
   }
 
-  /** To be called behind the last piece: throws if something is missing. */
+  /** Call after the last piece: throws a SceneError if bytes are missing. */
   end() {
     if (this.fields !== null) {
       const row = this.table[this.#next];
@@ -93,7 +93,7 @@ export class ContainerReader {
     throw new SceneError(`the .mgs file ends inside its ${where}: it has been cut short`);
   }
 
-  /** Goes as far as the bytes allow; whether header and table are known. */
+  /** Read the header as far as possible; returns whether it is complete. */
   #readHeader() {
     if (!this.#magic && this.#waiting >= MAGIC.length) {
       const start = this.#take(MAGIC.length);
@@ -120,7 +120,7 @@ export class ContainerReader {
       throw new SceneError("the header of the .mgs file is damaged (wrong checksum)");
     }
     this.fields = parseObject(text);
-    // all of a file of version 2 is one LOD level
+    // a file of version 2 is one LOD level
     if (view(prefix).getUint16(0, true) === 2) this.fields.layers = [this.fields.count];
     this.table = parseTable(this.fields.streams);
     this.total = this.table.reduce((sum, row) => sum + padded(row.bytes), PREFIX + text.length);
@@ -174,7 +174,7 @@ function checked(row, bytes) {
   return { name: row.name, codec: row.codec, data };
 }
 
-/** Bytes of the header, once the version is right. @param {Uint8Array} prefix */
+/** Check the version and return the bytes of the header. @param {Uint8Array} prefix */
 function headerLength(prefix) {
   const numbers = view(prefix);
   const major = numbers.getUint16(0, true);
@@ -182,7 +182,7 @@ function headerLength(prefix) {
   if (!MAJORS.includes(major)) {
     throw new SceneError(
       `the .mgs file is of version ${major}.${numbers.getUint16(2, true)}, this program reads ` +
-        `${MAJORS[0]}.x to ${MAJORS[1]}.x: reload the page, or make the file anew with this mobilegs`,
+        `${MAJORS[0]}.x to ${MAJORS[1]}.x: reload the page, or write the file again with this version of mobilegs`,
     );
   }
   if (length > HEADER_MAX) {
@@ -231,7 +231,7 @@ function parseTable(rows) {
   });
 }
 
-/** What else a file may be. @param {Uint8Array} start */
+/** The error message for a file of another format. @param {Uint8Array} start */
 function notOurs(start) {
   if (start.length === 0) return "the file is empty, not a .mgs scene";
   const same = MAGIC.findIndex((byte, i) => byte !== start[i]);

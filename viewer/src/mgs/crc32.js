@@ -1,6 +1,6 @@
-/** CRC-32 as zip and PNG have it. */
+/** CRC-32 of zip and PNG. */
 
-/** What a byte does to the checksum, then with one zero byte behind it, and so on up to seven. */
+/** Tables of slicing-by-8: a byte followed by 0 to 7 zero bytes. */
 const TABLES = new Int32Array(8 * 256);
 for (let i = 0; i < TABLES.length; i++) {
   let value = i < 256 ? i : TABLES[i - 256];
@@ -9,7 +9,7 @@ for (let i = 0; i < TABLES.length; i++) {
 }
 
 /**
- * The checksum of `data`, or of all that led to `before` followed by `data`.
+ * The checksum of `data`, or of the bytes with the checksum `before` followed by `data`.
  *
  * @param {Uint8Array} data
  * @param {number} [before]

@@ -1,6 +1,6 @@
-/** Codes of some Gaussians to what is drawn, as far as colours and lobes have come. */
+/** Decodes codes to blocks of Gaussians, with neutral values for attributes that have not arrived. */
 
-import { AppearanceDecoder, LinearDecoder, SH_ROOM } from "./appearance.js";
+import { AppearanceDecoder, LinearDecoder, SH_COLUMNS } from "./appearance.js";
 import { lookUp, meanCodes } from "./codebooks.js";
 import { C0, LobeDecoder } from "./lobes.js";
 import { BLOCK, BlockMemory } from "./block_memory.js";
@@ -15,22 +15,22 @@ import { fill } from "./gaussian_block.js";
 /** @typedef {import("./weights.js").Weights} Weights */
 /** @typedef {Record<"scale" | "rotation", Uint16Array[]> & Partial<Record<Attribute, Uint16Array[]>>} Columns */
 /**
- * @typedef {object} DecoderInputs what decoding takes; a message to another thread can hold it
+ * @typedef {object} DecoderInputs the shared data that decoding needs; can be sent to workers
  * @property {Header} header
  * @property {Map<Attribute, Books>} books
  * @property {Weights} appearance
- * @property {Weights} lobes nothing if the header says so
- * @property {Uint16Array} samples positions of Gaussians whose mean colour is the neutral one
+ * @property {Weights} lobes empty if the scene has none
+ * @property {Uint16Array} samples positions of the Gaussians whose mean colour is the neutral colour
  */
 /**
- * @typedef {object} QuantizedRows what a file holds of some Gaussians
- * @property {Uint16Array} positions 3 halves each
+ * @typedef {object} QuantizedRows the codes of some Gaussians
+ * @property {Uint16Array} positions 3 float16 bit patterns each
  * @property {Columns} columns of attributes that have come, scales and rotations at least, the
  *     entry in each book
  */
 
-const WIDTH = 1 / 3; // of a dot, in standard deviations
-const TURNED_NOWHERE = [1, 0, 0, 0];
+const DOT_WIDTH = 1 / 3; // of a dot, in standard deviations
+const IDENTITY = [1, 0, 0, 0];
 
 export class GaussianDecoder {
   #decoderInputs;
@@ -38,16 +38,16 @@ export class GaussianDecoder {
   #quats;
   #colors;
   #lobeDecoder;
-  /** What is decoded is written there. @type {Gaussians} */
+  /** The output block. @type {Gaussians} */
   #gaussians;
-  /** Colour and lobes, without the base opacity, as long as there are no others. */
+  /** Colour and lobes, without the base opacity, until their streams arrive. */
   #neutral;
-  /** What has codes, with the columns that are decoded. @type {Partial<Record<Attribute, Codes>>} */
+  /** Codes by attribute, with the columns of the current rows. @type {Partial<Record<Attribute, Codes>>} */
   #codes;
-  /** Standard deviations, as codes have their logarithms. */
-  #sizes;
-  /** Those of a Gaussian in between. */
-  #usual;
+  /** Codes of the standard deviations. */
+  #scales;
+  /** Mean standard deviations. */
+  #meanScales;
 
   /** @param {DecoderInputs} decoderInputs */
   constructor(decoderInputs) {
@@ -56,13 +56,13 @@ export class GaussianDecoder {
     const memory = this.#memory;
     this.#decoderInputs = decoderInputs;
     const degree = shape?.degree ?? 0;
-    const sh = memory.block(SH_ROOM);
+    const sh = memory.block(SH_COLUMNS);
     const blocks = {
       logScales: memory.block(3),
       scales: memory.block(3),
       quats: memory.block(4),
       sh: memory.part(sh, 0, 12),
-      // the last layer writes four columns at a time
+      // the last network layer writes four columns at a time
       lobes: memory.block(2 * (degree + 1) ** 2 + 2),
       words: memory.block(18),
     };
@@ -73,20 +73,20 @@ export class GaussianDecoder {
       : new AppearanceDecoder(memory, sh, decoderInputs.appearance, grid.exponent);
     memory.allocate();
     this.#codes = Object.fromEntries([...decoderInputs.books].map(([name, books]) => [name, { ...books, columns: [] }]));
-    this.#sizes = exponentials(this.#of("scale"));
-    this.#usual = exponentials(meanCodes(this.#of("scale")));
+    this.#scales = exponentials(this.#codesOf("scale"));
+    this.#meanScales = exponentials(meanCodes(this.#codesOf("scale")));
     const columns = Object.fromEntries(Object.entries(blocks).map(([name, { numbers }]) => [name, numbers]));
-    const scaleRange = rangeOf(this.#sizes);
+    const scaleRange = rangeOf(this.#scales);
     this.#gaussians = /** @type {any} */ ({ ...columns, count: 0, lobeDegree: degree, scaleRange, memory: memory.wasmMemory });
     this.#neutral = { sh: this.#meanColor(samples), lobes: [0, 1 / C0] };
     if (this.#lobeDecoder) this.#neutral.lobes = this.#meanLobes(this.#lobeDecoder);
   }
 
-  /** Of some Gaussians. @param {Uint16Array} samples */
+  /** The mean colour of some Gaussians. @param {Uint16Array} samples */
   #meanColor(samples) {
     const { sh } = this.#gaussians;
     const mean = new Float64Array(12);
-    const codes = meanCodes(this.#of("appearance"));
+    const codes = meanCodes(this.#codesOf("appearance"));
     for (let at = 0; at < samples.length; at += 3 * BLOCK) {
       const some = samples.subarray(at, at + 3 * BLOCK);
       this.#colors.decode(some, codes, 0);
@@ -97,19 +97,19 @@ export class GaussianDecoder {
     return mean;
   }
 
-  /** Of a Gaussian of which nothing is known. @param {LobeDecoder} decoder */
+  /** The lobes of a Gaussian with mean attributes. @param {LobeDecoder} decoder */
   #meanLobes(decoder) {
     const { scales, quats, sh, lobes } = this.#gaussians;
     const latents = this.#codes.lobes;
-    lookUp(this.#usual, scales, BLOCK, 0, BLOCK);
-    fill(quats, TURNED_NOWHERE);
+    lookUp(this.#meanScales, scales, BLOCK, 0, BLOCK);
+    fill(quats, IDENTITY);
     fill(sh, this.#neutral.sh);
     decoder.decode(latents ? meanCodes(latents) : null, 0, BLOCK);
     return Array.from({ length: lobes.length / BLOCK - 2 }, (_, i) => lobes[i * BLOCK]);
   }
 
   /**
-   * A block of Gaussians, in memory that the next call takes again.
+   * Decode a block of Gaussians. The next call overwrites the result.
    *
    * @param {QuantizedRows} rows
    * @param {number} [from] the first of them
@@ -128,21 +128,21 @@ export class GaussianDecoder {
     let all = true;
     for (const name of /** @type {Attribute[]} */ (Object.keys(codes))) {
       const found = columns[name];
-      if (found) this.#of(name).columns = found;
+      if (found) this.#codesOf(name).columns = found;
       else all = false;
     }
-    this.#sizes.columns = scale;
-    lookUp(this.#of("scale"), logScales, BLOCK, from, to);
-    lookUp(this.#sizes, scales, BLOCK, from, to);
+    this.#scales.columns = scale;
+    lookUp(this.#codesOf("scale"), logScales, BLOCK, from, to);
+    lookUp(this.#scales, scales, BLOCK, from, to);
     const scalar = header.scalars.get("rotation");
     if (scalar) decodeQuaternions(scalar, rotation, from, to, quats);
     else {
-      lookUp(this.#of("rotation"), quats, BLOCK, from, to);
+      lookUp(this.#codesOf("rotation"), quats, BLOCK, from, to);
       this.#memory.units(this.#quats, this.#quats);
     }
-    if (appearance) this.#colors.decode(positions, this.#of("appearance"), from);
+    if (appearance) this.#colors.decode(positions, this.#codesOf("appearance"), from);
     else fill(sh, this.#neutral.sh);
-    // hidden layers look at everything else
+    // hidden layers take all other attributes as input
     if (this.#lobeDecoder && all) this.#lobeDecoder.decode(codes.lobes ?? null, from, to);
     else fill(lobes, this.#neutral.lobes);
     if (codes.opacity) {
@@ -161,25 +161,25 @@ export class GaussianDecoder {
     return this.#gaussians.scaleRange;
   }
 
-  /** Of a Gaussian of which no more than its place is known: its colour, and about how wide it is. */
+  /** Colour and side of the dots that stand for Gaussians. */
   get neutral() {
     const color = /** @type {[number, number, number]} */ ([0, 1, 2].map((i) => 0.5 + C0 * this.#neutral.sh[i]));
-    const [a, b, c] = this.#usual.books.map(([size]) => size);
-    return { color, side: WIDTH * Math.cbrt(a * b * c) };
+    const [a, b, c] = this.#meanScales.books.map(([size]) => size);
+    return { color, side: DOT_WIDTH * Math.cbrt(a * b * c) };
   }
 
   /** @param {Attribute} name */
-  #of(name) {
+  #codesOf(name) {
     return /** @type {Codes} */ (this.#codes[name]);
   }
 }
 
 /**
- * Adds to the constant part of the opacity's lobe.
+ * Add base opacities to the constant coefficients of the opacity lobes.
  *
  * @param {Float32Array} lobes
  * @param {Float32Array} book
- * @param {Uint16Array | undefined} column nothing: what stands for all
+ * @param {Uint16Array | undefined} column undefined: the first entry for all
  * @param {number} from
  * @param {number} count
  */
@@ -187,12 +187,12 @@ function addOpacities(lobes, book, column, from, count) {
   for (let i = 0; i < count; i++) lobes[i] += book[column ? column[from + i] : 0] / C0;
 }
 
-/** Standard deviations in the place of their logarithms. @template {Books} T @param {T} codes @returns {T} */
+/** Codes whose books hold the exponentials. @template {Books} T @param {T} codes @returns {T} */
 function exponentials(codes) {
   return { ...codes, books: codes.books.map((book) => book.map(Math.exp)) };
 }
 
-/** The least and the largest number. @param {Books} books @returns {[number, number]} */
+/** Minimum and maximum. @param {Books} books @returns {[number, number]} */
 function rangeOf({ books }) {
   let range = /** @type {[number, number]} */ ([Infinity, -Infinity]);
   for (const book of books) {

@@ -1,4 +1,4 @@
-/** The numbers of a scene that the header carries as JSON. docs/format.md, section 2. */
+/** Parses the header of a `.mgs`. docs/reference/format.md, section 2. */
 
 import { SceneError } from "./error.js";
 
@@ -9,7 +9,7 @@ import { SceneError } from "./error.js";
 /** @typedef {{ center: Float32Array, radius: number, exponent: number }} PositionGrid of the positions */
 /** @typedef {{ degree: number, latents: number, hidden: number[] }} LobeShape */
 /**
- * @typedef {object} Weighting how much a Gaussian counts; docs/format.md, section 9
+ * @typedef {object} Weighting the weights of sort-free blending; docs/reference/format.md, section 9
  * @property {string} name
  * @property {number} exponent_max
  * @property {number} sigma
@@ -17,7 +17,7 @@ import { SceneError } from "./error.js";
  * @property {number} alpha_min
  */
 /**
- * @typedef {object} View a camera for a first look
+ * @typedef {object} View a training camera
  * @property {Float32Array} viewmat world to camera, 16 numbers row by row, OpenCV axes
  * @property {Float32Array} K camera to pixels, 9 numbers row by row
  * @property {number} width pixels
@@ -32,7 +32,7 @@ import { SceneError } from "./error.js";
  * @property {Map<Attribute, Scalar>} scalars in the file's order; none if there are cuts
  * @property {PositionGrid} grid
  * @property {string} colors `linear` or `networks`
- * @property {boolean} sorted whether Gaussians lie over one another, far ones first
+ * @property {boolean} sorted whether the scene is blended back to front
  * @property {LobeShape | null} lobes
  * @property {boolean} network
  * @property {Weighting} weighting
@@ -51,7 +51,7 @@ const CODE_MAX = 2 ** 14;
 const STEP_MIN = 1e-5;
 const STEP_MAX = 1e3;
 const LOG_SCALE_MAX = 80; // its exponential is finite in float32
-const ANGLE_MAX = 8; // radians; up to there float32 and float64 make the same quaternion of it
+const ANGLE_MAX = 8; // radians; up to this, float32 and float64 give the same quaternion
 const LATENTS_MAX = 32;
 const HIDDEN_MAX = 256;
 const HIDDEN_LAYERS = 3;
@@ -61,7 +61,7 @@ const META_MAX = 64;
 const TEXT_MAX = 4096;
 const WORLD_MIN = 1e-20;
 const WORLD_MAX = 1e20;
-// control characters, which a terminal obeys, and halves of a pair, which nothing prints
+// control characters and unpaired surrogates
 const UNSHOWN = /[\x00-\x1f\x7f-\x9f\p{Cs}]/u;
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 /** @type {[Attribute, number, number][]} */
@@ -71,9 +71,9 @@ const CUTS = [
   ["appearance", 3, 2],
   ["opacity", 1, 1],
 ];
-// latents of a colour: as many as the paper's, and as there are harmonics
+// latents of a colour: the number in the paper, and the number of harmonics
 const COLOR_LATENTS = [6, 12];
-/** @type {[Attribute, number][]} those of colours may be more, and lobes have as many as latents */
+/** @type {[Attribute, number][]} columns per attribute; colours may have more, lobes have one per latent */
 const COLUMNS = [
   ["scale", 3],
   ["rotation", 3],
@@ -82,7 +82,7 @@ const COLUMNS = [
 ];
 
 /**
- * The header's fields, each of the right type and in its range; others are ignored.
+ * Check type and range of each field; other fields are ignored.
  *
  * @param {Fields} fields
  * @param {number} bytes of the whole file
@@ -131,7 +131,7 @@ export function parseHeader(fields, bytes) {
     views: list(fields, "views").map(parseView),
     meta: parseMeta(object(fields, "meta")),
   };
-  // bytes of streams that nobody uses could be any, and entitle to nothing
+  // bytes of unused streams do not justify a count
   const names = usedStreams(header);
   const rows = /** @type {Row[]} */ (fields.streams).filter((row) => names.has(row.name));
   const used = rows.reduce((sum, row) => sum + row.bytes, 0);
@@ -147,8 +147,7 @@ export function parseHeader(fields, bytes) {
 }
 
 /**
- * Whether `text` is one that can be shown, of at most `longest` characters; beyond 16 bits each
- * counts once.
+ * Whether `text` is printable and has at most `longest` code points.
  *
  * @param {unknown} text
  * @param {number} longest
@@ -158,7 +157,7 @@ export function shortText(text, longest) {
   return text.length <= longest || [...text].length <= longest;
 }
 
-/** Names of the streams that a header has a use for. @param {Header} header */
+/** Names of the streams that a header needs. @param {Header} header */
 function usedStreams({ colors, lobes, network, cuts, scalars, lodSizes }) {
   const rows = ["positions"];
   for (const [name, { count }] of cuts) for (let i = 0; i < count; i++) rows.push(`${name}.${i}`);
@@ -250,7 +249,7 @@ function parseScalars(scalars, lobes, linear) {
       const least = integer(own, "least", -CODE_MAX, CODE_MAX);
       const size = integer(own, "size", 1, SIZE_MAX);
       const largest = integer({ size: least + size - 1 }, "size", least, CODE_MAX);
-      // products of a float32 value and a short number: exact
+      // the product of a float32 and a short integer is exact
       if (name === "scale" && largest * step > LOG_SCALE_MAX) throw broken("scalars.scale");
       const farthest = Math.max(-least, largest) + 0.5;
       if (name === "rotation" && farthest * step > ANGLE_MAX) throw broken("scalars.rotation");
@@ -268,7 +267,7 @@ function parseScalars(scalars, lobes, linear) {
 function parsePositionGrid(fields) {
   const center = floats(fields, "center", 3);
   const radius = Math.fround(number(fields, "radius"));
-  // both are float32 values: the nearest one to 1e20 lies above it
+  // the nearest float32 to 1e20 is larger
   if (center.some((value) => Math.abs(value) > Math.fround(WORLD_MAX))) throw broken("positions.center");
   if (radius < WORLD_MIN || radius > WORLD_MAX) throw broken("positions.radius");
   return { center, radius, exponent: integer(fields, "exponent", 0, 14) };

@@ -1,4 +1,4 @@
-/** Lobes, which tell opacity and weight by direction. docs/format.md, section 8. */
+/** Decodes lobes: opacity and weight as functions of the direction. docs/reference/format.md, section 8. */
 
 import { lookUp } from "./codebooks.js";
 import { BLOCK } from "./block_memory.js";
@@ -10,7 +10,7 @@ import { STATICS } from "./weights.js";
 /** @typedef {import("./block_memory.js").BlockMemory} BlockMemory */
 /** @typedef {import("./weights.js").Weights} Weights */
 /**
- * @typedef {object} Attributes what hidden layers look at
+ * @typedef {object} Attributes inputs of the hidden layers
  * @property {Block} sh 12 columns
  * @property {Block} scales standard deviations, 3 columns
  * @property {Block} quats 4 columns, of length 1, or 0
@@ -25,18 +25,18 @@ export class LobeDecoder {
   #layers;
   #lobes;
   #latents;
-  /** What goes into each layer. @type {Block[]} */
+  /** Inputs of each layer. @type {Block[]} */
   #inputs;
-  /** Where latents go: behind everything that goes into the first layer, and the last one. @type {Block[]} */
+  /** The parts of the inputs that hold latents: at the end of the first and of the last layer's input. @type {Block[]} */
   #behind;
-  /** What of the attributes is divided by its length. @type {[Block, Block][]} */
+  /** Attributes to normalise, and the outputs. @type {[Block, Block][]} */
   #lengths;
   #quats;
 
   /**
    * @param {BlockMemory} memory
    * @param {Attributes} attributes
-   * @param {Block} lobes what it writes
+   * @param {Block} lobes the output
    * @param {LobeShape} shape
    * @param {Weights} weights
    */
@@ -47,7 +47,7 @@ export class LobeDecoder {
     this.#memory = memory;
     this.#lobes = lobes;
     this.#layers = hidden.map((_, i) => memory.layer(weights[`weights.${i}`], inputs[i], weights[`offsets.${i}`]));
-    // missing if nothing is hidden
+    // undefined without hidden layers
     const heads = weights[`weights.${hidden.length}`];
     const matrix = joined(heads, width, weights.basis, latents, outputs);
     this.#layers.push(memory.layer(matrix, width + latents, weights.bias));
@@ -61,9 +61,9 @@ export class LobeDecoder {
   }
 
   /**
-   * Writes the lobes of some Gaussians, at most a block.
+   * Decode the lobes of at most a block of Gaussians.
    *
-   * @param {Codes | null} codes latents, if there are any
+   * @param {Codes | null} codes latents; null without any
    * @param {number} from the first of them in the codes
    * @param {number} to
    */
@@ -83,7 +83,7 @@ export class LobeDecoder {
 }
 
 /**
- * The last layer's matrix and the latents' directions side by side: both are added up.
+ * Join the last layer's matrix and the basis of the latents, whose products are summed.
  *
  * @param {Float32Array} heads row by row
  * @param {number} width

@@ -1,4 +1,4 @@
-/** Positions: halves in a grid, in Morton order, as differences. docs/format.md, section 5. */
+/** Decodes positions: float16 in a grid, as differences of Morton codes. docs/reference/format.md, section 5. */
 
 import { exactBits, view } from "./bits.js";
 import { SceneError } from "./error.js";
@@ -7,15 +7,15 @@ import { decodeRans } from "./rans.js";
 
 /** @typedef {import("./header.js").PositionGrid} PositionGrid */
 /**
- * Where Gaussians are: in the world, x, y, z each, or as a file stores it.
+ * Means of Gaussians: world units, 3 each, or as stored in a file.
  *
  * @typedef {Float32Array<ArrayBuffer> | {stored: Uint16Array<ArrayBuffer>, grid: PositionGrid}} StoredMeans
  */
 
 const CLASSES = 49;
-// codes have two digits of so many bits: 48 do not fit into bit operations
+// bits of each of a code's two digits: JavaScript's bit operations cannot hold all 48
 const DIGITS = 24;
-/** Of 12 bits those of each axis moved together: four of the first axis, 10 places on those of the others. */
+/** Of 12 bits those of each axis moved together: four of the first axis, 10 means on those of the others. */
 const THIRDS = Uint32Array.from({ length: 4096 }, (_, code) => {
   let found = 0;
   for (let bit = 0; bit < 12; bit++) found |= ((code >>> bit) & 1) << (10 * (bit % 3) + Math.floor(bit / 3));
@@ -23,7 +23,7 @@ const THIRDS = Uint32Array.from({ length: 4096 }, (_, code) => {
 });
 
 /**
- * The bits of the stored positions, three halves for each of `count` Gaussians.
+ * Decode the stored positions, three float16 bit patterns per Gaussian.
  *
  * @param {Uint8Array} data
  * @param {number} count
@@ -68,7 +68,7 @@ export function decodePositions(data, count) {
   return stored;
 }
 
-/** Every so many of them, so that there are at most `most`. @param {Uint16Array} positions @param {number} most */
+/** Every n-th position, so that there are at most `most`. @param {Uint16Array} positions @param {number} most */
 export function subsampled(positions, most) {
   const apart = 3 * Math.ceil(positions.length / 3 / most);
   if (apart <= 3) return positions;
@@ -96,7 +96,7 @@ export function toWorld(stored, { center, radius, exponent }) {
   return means;
 }
 
-/** In the world. @param {StoredMeans} places */
-export function worldMeans(places) {
-  return "stored" in places ? toWorld(places.stored, places.grid) : places;
+/** The means in world units. @param {StoredMeans} means */
+export function worldMeans(means) {
+  return "stored" in means ? toWorld(means.stored, means.grid) : means;
 }

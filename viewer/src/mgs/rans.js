@@ -1,4 +1,4 @@
-/** Static interleaved rANS, decoded by table look-ups. docs/format.md, section 4. */
+/** Static interleaved rANS, decoded by table look-ups. docs/reference/format.md, section 4. */
 
 import { BitReader, view } from "./bits.js";
 import { SceneError } from "./error.js";
@@ -101,7 +101,7 @@ function pull({ contexts, alphabet, symbols, spans }, states, first, words, coun
   const total = words.length / 2;
   // one more, which is read but not taken
   const all = new Uint16Array(total + 1);
-  // what runs browsers is little-endian
+  // every device with a browser is little-endian
   new Uint8Array(all.buffer).set(words);
   let word = 0;
   for (let step = 0; step <= short; step++) {

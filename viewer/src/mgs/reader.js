@@ -1,17 +1,17 @@
 /**
- * `.mgs` files: bytes to a scene, whole or while they arrive. docs/format.md is the specification.
+ * Reads `.mgs` files, whole or while they arrive. docs/reference/format.md is the specification.
  *
  *     const reader = new SceneReader();
  *     for each piece of the file:
- *       reader.append(piece);  // reader.header is there as soon as it can be
+ *       reader.append(piece);  // sets reader.header once it is complete
  *       while (reader.step());
  *     reader.end();
  *     const { decoderInputs, levels } = reader.decoder;
  *     for each level:
  *       new GaussianDecoder(decoderInputs).decode(level.rows(0, level.count));  // the first block of them
  *
- * A step takes some milliseconds; between two of them a caller may do something else. As soon as
- * a level has `positions`, its Gaussians can be drawn: what has not come yet is neutral.
+ * A step takes some milliseconds. A level can be rendered once it has `positions`: missing attributes have
+ * neutral values.
  */
 
 import { StreamDecoder } from "./stream_decoder.js";
@@ -22,25 +22,25 @@ import { parseHeader } from "./header.js";
 
 /** Reads a file in pieces. */
 export class SceneReader {
-  /** What the file says about itself, once that is complete. @type {Header | null} */
+  /** The header, once it is complete. @type {Header | null} */
   header = null;
-  /** What makes codes of its streams, from then on. @type {StreamDecoder | null} */
+  /** The decoder of its streams, once the header is complete. @type {StreamDecoder | null} */
   decoder = null;
 
   #container = new ContainerReader();
 
-  /** Bytes that have arrived. */
+  /** Bytes received. */
   get received() {
     return this.#container.received;
   }
 
-  /** Bytes of the whole file; Infinity as long as the header is not known. */
+  /** Bytes of the whole file; Infinity before the header is complete. */
   get total() {
     return this.#container.total;
   }
 
   /**
-   * Takes in the next bytes of the file, which the caller must not change afterwards.
+   * Add the next bytes of the file, which the caller must not change afterwards.
    *
    * @param {Uint8Array} piece
    */
@@ -54,15 +54,15 @@ export class SceneReader {
     for (const stream of streams) this.decoder?.accept(stream);
   }
 
-  /** To be called behind the last piece: throws if something is missing. */
+  /** Call after the last piece: throws a SceneError if bytes are missing. */
   end() {
     this.#container.end();
   }
 
   /**
-   * Decodes the next stream of which all bytes are there.
+   * Decode the next complete stream.
    *
-   * @returns {boolean} false: there is nothing to do before more bytes come
+   * @returns {boolean} false: more bytes are needed first
    */
   step() {
     return this.decoder?.step(this.received) ?? false;
@@ -70,12 +70,11 @@ export class SceneReader {
 }
 
 /**
- * Reads a file from a stream, such as the body of a response.
+ * Read a file from a stream, such as the body of a response.
  *
  * @param {ReadableStream<Uint8Array>} source
- * @param {(reader: SceneReader, waited: number) => void | Promise<void>} onStep called behind every
- *     piece and every step, and waited for; told how many milliseconds the bytes took, apart from
- *     everything else
+ * @param {(reader: SceneReader, waited: number) => void | Promise<void>} onStep called and awaited
+ *     after every piece and every step; `waited` is the total time spent waiting for bytes, milliseconds
  * @returns {Promise<SceneReader>} with everything
  */
 export async function readScene(source, onStep) {
@@ -92,7 +91,7 @@ export async function readScene(source, onStep) {
       while (reader.step());
     }
   } catch (error) {
-    // the first thing that went wrong is the one to tell
+    // report the first error, not one of the cancellation
     await pieces.cancel().catch(() => {});
     throw error;
   }

@@ -1,4 +1,4 @@
-/** Rotations as three angles, each as fine as its Gaussian needs. docs/format.md, section 6. */
+/** Rotations as three angles, each as fine as its Gaussian needs. docs/reference/format.md, section 6. */
 
 import { BitReader, exactBits } from "./bits.js";
 import { BLOCK } from "./block_memory.js";
@@ -7,18 +7,18 @@ import { BLOCK } from "./block_memory.js";
 
 /** Differences of log-scales from which on an angle has one more bit, in 256ths. */
 const LIMITS = [53, 210, 405, 600, 787, 970, 1151, 1329];
-/** How many bits more, by the difference in 256ths. */
+/** Number of refinement bits by the difference of log-scales in 256ths. */
 const FINER = Uint8Array.from({ length: 1330 }, (_, apart) => LIMITS.filter((limit) => limit <= apart).length);
-/** Where in its cell an angle lies, by its finer bits below a leading one: the middle is 0. */
+/** Position of an angle in its cell, by its refinement bits below a leading one: the middle is 0. */
 const PLACES = Float64Array.from({ length: 512 }, (_, bits) => (bits + 0.5) / 2 ** (31 - Math.clz32(bits)) - 1.5);
-/** Half of the angle, squared, up to which the series below are exact to 1e-9. */
+/** The squared half angle up to which the series below are exact to 1e-9. */
 const SERIES_MAX = 2.5;
 
 /** @param {number} a @param {number} b log-scales, float32 values */
 const refinementBits = (a, b) => FINER[Math.min(256 * Math.abs(Math.fround(a - b)), 1329) | 0];
 
 /**
- * The finer bits of all angles below a leading one, a column for each axis.
+ * Decode the refinement bits of all angles, each below a leading one, in a column per axis.
  *
  * @param {Uint8Array} data
  * @param {Float32Array[]} books of log-scales
@@ -40,7 +40,7 @@ export function decodeRefinements(data, books, columns) {
     const p = refinementBits(v, w);
     const q = refinementBits(u, w);
     const r = refinementBits(u, v);
-    // at most 24, which are zeros behind the end
+    // at most 24 bits; zeros after the end
     const all = bits.take(p + q + r);
     x[i] = (1 << p) | (all & ((1 << p) - 1));
     y[i] = (1 << q) | ((all >>> p) & ((1 << q) - 1));
@@ -52,10 +52,10 @@ export function decodeRefinements(data, books, columns) {
 }
 
 /**
- * Unit quaternions (w, x, y, z) of axis times angle, of at most a block of Gaussians.
+ * Unit quaternions (w, x, y, z) from rotation vectors, for at most a block of Gaussians.
  *
  * @param {Scalar} scalar
- * @param {Uint16Array[]} columns three of cells, then three of finer bits
+ * @param {Uint16Array[]} columns three of cells, then three of refinement bits
  * @param {number} from the first of them in the columns
  * @param {number} to
  * @param {Float32Array} quats in columns
@@ -66,7 +66,7 @@ export function decodeQuaternions({ step, columns: [{ least: a }, { least: b }, 
     const x = step * (cellsX[i] + a + PLACES[finerX[i]]);
     const y = step * (cellsY[i] + b + PLACES[finerY[i]]);
     const z = step * (cellsZ[i] + c + PLACES[finerZ[i]]);
-    // of half the angle: its square, its cosine, and half its sine by itself
+    // s: the squared half angle; its cosine; its sine divided by the angle
     const s = (x * x + y * y + z * z) / 4;
     let cosine = 1 + s * (-1 / 2 + s * (1 / 24 + s * (-1 / 720 + s * (1 / 40320 + s * (-1 / 3628800 + s * (1 / 479001600 - s / 87178291200))))));
     let share = 1 / 2 + s * (-1 / 12 + s * (1 / 240 + s * (-1 / 10080 + s * (1 / 725760 + s * (-1 / 79833600 + s / 12454041600)))));

@@ -1,4 +1,4 @@
-/** The streams of a file to codes, as tasks that run when what they need is there. */
+/** Decodes the streams of a file to codes, in tasks that run when their input has arrived. */
 
 import { bookNumbers, decodeIndices, scalarBooks, splitBooks } from "./codebooks.js";
 import { SceneError } from "./error.js";
@@ -18,27 +18,27 @@ import { NETWORK, colorShapes, lobeShapes, splitWeights, weightNumbers } from ".
 /** @typedef {import("./weights.js").Weights} Weights */
 /**
  * @typedef {object} Task
- * @property {string[]} after tasks that must be done
- * @property {number} room bytes that must have come before there may be arrays as long
- * @property {(stream: Stream) => void} read takes the stream of the task's name
+ * @property {string[]} after tasks that must be done before
+ * @property {number} minBytes bytes of the file that must be received before the task may allocate its arrays
+ * @property {(stream: Stream) => void} read decodes the stream of the task's name
  */
 
-// Gaussians whose mean colour is the neutral one
+// Gaussians whose mean colour stands for colours that are not decoded yet
 const SAMPLES = 256;
 const FLOATS = ["raw", "halves", "planes"];
 const INDICES = ["bits", "rans"];
-/** Attributes that are worth a picture of their own, the last of which needs all. @type {Attribute[][]} */
+/** Attributes by stage: each complete stage can be shown. @type {Attribute[][]} */
 const STAGES = [["scale", "rotation"], ["appearance", "opacity"], ["lobes"]];
-/** The stage at which there is everything. */
+/** The stage of a complete level. */
 export const COMPLETE = STAGES.length;
-/** The stage from which on colours are there: in one for all, a scene looks worse than its dots. */
+/** The first stage with colours. Scenes of one colour would look worse than dots. */
 export const COLORED = 2;
 
-/** Codes of the Gaussians of a level. */
+/** Codes of the Gaussians of an LOD level. */
 export class QuantizedLevel {
-  /** Three halves for each Gaussian, once they are known. @type {Uint16Array | null} */
+  /** Three float16 bit patterns per Gaussian, once decoded. @type {Uint16Array | null} */
   positions = null;
-  /** By attribute those that have come. @type {Map<Attribute, Uint16Array[]>} */
+  /** Decoded columns by attribute. @type {Map<Attribute, Uint16Array[]>} */
   columns = new Map();
 
   #header;
@@ -49,18 +49,18 @@ export class QuantizedLevel {
     this.count = count;
   }
 
-  /** How many of the `STAGES` are there, one after the other. */
+  /** The number of complete stages, from the first one on. */
   get stage() {
     const missing = STAGES.findIndex((names) => !names.every((name) => this.#has(name)));
     return missing < 0 ? COMPLETE : missing;
   }
 
   /**
-   * What has come of some Gaussians; there must be positions.
+   * The decoded codes of some Gaussians; positions must be decoded.
    *
    * @param {number} from
    * @param {number} to
-   * @param {"slice" | "subarray"} [how] for themselves, or where they lie
+   * @param {"slice" | "subarray"} [how] copies, or views
    * @returns {QuantizedRows}
    */
   rows(from, to, how = "slice") {
@@ -71,7 +71,7 @@ export class QuantizedLevel {
     return { positions: all[how](3 * from, 3 * to), columns: Object.fromEntries(columns) };
   }
 
-  /** Whether all of an attribute is there, or there is none. @param {Attribute} name */
+  /** True if all columns of an attribute are decoded, or the file has none. @param {Attribute} name */
   #has(name) {
     const { cuts, scalars } = this.#header;
     const finer = scalars.size && name === "rotation" ? 3 : 0;
@@ -80,18 +80,18 @@ export class QuantizedLevel {
   }
 }
 
-/** Decodes each stream once. */
+/** Decodes the streams of a file, each once. */
 export class StreamDecoder {
   /** @type {QuantizedLevel[]} */
   levels;
-  /** Weights of the view network, if there is one and it has come. @type {Weights | null} */
+  /** Weights of the view network, once decoded. @type {Weights | null} */
   network = null;
 
   #header;
   #table;
-  /** What is left to do, the most urgent first. @type {Map<string, Task>} */
+  /** Remaining tasks, the most urgent first. @type {Map<string, Task>} */
   #tasks = new Map();
-  /** Streams that wait for their task. @type {Map<string, Stream>} */
+  /** Received streams whose task has not run. @type {Map<string, Stream>} */
   #streams = new Map();
   /** @type {Map<Attribute, Books>} */
   #books = new Map();
@@ -120,10 +120,10 @@ export class StreamDecoder {
       });
     }
     const decoders = [...this.#tasks.keys()];
-    let room = 0;
+    let minBytes = 0;
     this.levels = lodSizes.map((count, i) => {
-      room += count;
-      return this.#planLevel(count, i ? `@${i}` : "", decoders, room);
+      minBytes += count;
+      return this.#planLevel(count, i ? `@${i}` : "", decoders, minBytes);
     });
   }
 
@@ -131,9 +131,9 @@ export class StreamDecoder {
    * @param {number} count Gaussians of the level
    * @param {string} end of its streams' names
    * @param {string[]} decoders tasks that come before all levels
-   * @param {number} room
+   * @param {number} minBytes
    */
-  #planLevel(count, end, decoders, room) {
+  #planLevel(count, end, decoders, minBytes) {
     const { cuts, scalars } = this.#header;
     const level = new QuantizedLevel(this.#header, count);
     const [positions, ...scales] = ["positions", "scale.0", "scale.1", "scale.2"].map((name) => name + end);
@@ -152,8 +152,8 @@ export class StreamDecoder {
     const place = ({ data }) => {
       level.positions = decodePositions(data, count);
     };
-    // a claim alone gets no memory: a Gaussian takes a byte that has arrived, if not its own
-    this.#plan(positions, ["morton-class"], decoders, place, room);
+    // a false count gets no memory: each Gaussian needs a received byte
+    this.#plan(positions, ["morton-class"], decoders, place, minBytes);
     for (const [name, { count: books, size }] of cuts) planIndices(name, Array(books).fill(size));
     for (const [name, { columns }] of scalars) planIndices(name, columns.map(({ size }) => size));
     if (scalars.size) {
@@ -166,21 +166,21 @@ export class StreamDecoder {
     return level;
   }
 
-  /** Takes in a stream; those that are not known are let go. @param {Stream} stream */
+  /** Add a stream; unknown ones are ignored. @param {Stream} stream */
   accept(stream) {
     if (this.#tasks.has(stream.name)) this.#streams.set(stream.name, stream);
   }
 
   /**
-   * Decodes the most urgent of the streams that are there.
+   * Decode the most urgent stream that is available.
    *
    * @param {number} received bytes of the file
-   * @returns {boolean} false: there is nothing to do before another stream comes
+   * @returns {boolean} false: another stream is needed first
    */
   step(received) {
-    for (const [name, { after, room, read }] of this.#tasks) {
+    for (const [name, { after, minBytes, read }] of this.#tasks) {
       const stream = this.#streams.get(name);
-      if (stream === undefined || received < room || after.some((other) => this.#tasks.has(other))) continue;
+      if (stream === undefined || received < minBytes || after.some((other) => this.#tasks.has(other))) continue;
       read(stream);
       this.#tasks.delete(name);
       this.#streams.delete(name);
@@ -189,7 +189,7 @@ export class StreamDecoder {
     return false;
   }
 
-  /** What decoding rows takes; there must be positions of the first level. @returns {DecoderInputs} */
+  /** The input of GaussianDecoder; positions of the first level must be decoded. @returns {DecoderInputs} */
   get decoderInputs() {
     const [{ count, positions }] = this.levels;
     const all = /** @type {Uint16Array} */ (positions);
@@ -206,9 +206,9 @@ export class StreamDecoder {
    * @param {string[]} codecs
    * @param {string[]} after
    * @param {(stream: Stream) => void} read
-   * @param {number} [room]
+   * @param {number} [minBytes]
    */
-  #plan(name, codecs, after, read, room = 0) {
+  #plan(name, codecs, after, read, minBytes = 0) {
     const row = this.#table.find((row) => row.name === name);
     if (row === undefined) throw new SceneError(`the .mgs file lacks its stream '${name}'`);
     if (!codecs.includes(row.codec)) {
@@ -217,7 +217,7 @@ export class StreamDecoder {
           "program does not know",
       );
     }
-    this.#tasks.set(name, { after, room, read });
+    this.#tasks.set(name, { after, minBytes, read });
   }
 
   /** @param {string} name @param {Shape[]} shapes @param {(weights: Weights) => void} take */

@@ -22,7 +22,7 @@ let compiled;
 /** @type {WeakMap<WebAssembly.Memory, Kernels>} */
 const instances = new WeakMap();
 
-/** A memory of at least so many bytes; null in browsers without WebAssembly. @param {number} bytes */
+/** A memory of at least `bytes` bytes; null in browsers without WebAssembly. @param {number} bytes */
 export function newMemory(bytes) {
   // pages of 64 KiB
   return typeof WebAssembly === "object" ? new WebAssembly.Memory({ initial: Math.ceil(bytes / 2 ** 16) }) : null;

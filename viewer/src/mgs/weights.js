@@ -1,4 +1,4 @@
-/** The matrices of the small networks, in the order of their streams. docs/format.md, 7 and 8. */
+/** Shapes of the networks' matrices, in the order of their streams. docs/reference/format.md, sections 7 and 8. */
 
 /** @typedef {import("./header.js").Header} Header */
 /** @typedef {import("./header.js").LobeShape} LobeShape */
@@ -16,7 +16,7 @@ const COLOR_NETWORKS = [
 ];
 
 /**
- * What makes colours, by what a header says of them: the stream, and its matrices.
+ * The stream of the colour decoder and the shapes of its matrices.
  *
  * @param {Header} header
  * @returns {[string, Shape[]]}
@@ -41,7 +41,7 @@ export const NETWORK = [
   ["opacity.bias", 1, 1],
 ];
 
-// inputs of a lobe decoder beside the latents
+// inputs of a lobe decoder other than the latents
 export const STATICS = 19;
 
 /**
@@ -59,13 +59,13 @@ export function lobeShapes({ degree, latents, hidden }) {
   return shapes;
 }
 
-/** Numbers in all matrices. @param {Shape[]} shapes */
+/** Count of numbers in all matrices. @param {Shape[]} shapes */
 export function weightNumbers(shapes) {
   return shapes.reduce((sum, [, rows, columns]) => sum + rows * columns, 0);
 }
 
 /**
- * The matrices by name, out of one row of numbers.
+ * Split numbers into matrices by name.
  *
  * @param {Float32Array} numbers
  * @param {Shape[]} shapes

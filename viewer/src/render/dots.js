@@ -1,7 +1,7 @@
 /**
- * The first picture of a scene: dots where some of its Gaussians are, when no more than that is known.
+ * Preview of a scene: dots at the means of some Gaussians, before other attributes have arrived.
  *
- * It has shaders of its own, which a device compiles far sooner than those of a scene.
+ * Its small shaders compile much faster than those of a scene.
  */
 
 /** @typedef {import("./types.js").Camera} Camera */
@@ -10,15 +10,15 @@
  * @property {Float32Array<ArrayBuffer>} means x, y, z of each, world units
  * @property {[number, number, number]} color of all, sRGB in [0, 1]
  * @property {number} side of each, world units
- * @property {[number, number, number]} background sRGB in [0, 1]; read for every frame
+ * @property {[number, number, number]} background sRGB in [0, 1]; read in every frame
  */
 
 export const DOT_BYTES = 80;
-const VERTICES = 6; // of a dot
-const LEAST = 1 / 500; // sides of far dots, in heights of the picture
+const VERTICES = 6; // per dot
+const LEAST = 1 / 500; // smallest side, as a share of the image's height
 
 /**
- * The struct of dots.wgsl, which dots.glsl has as vectors.
+ * The uniforms of dots.wgsl and dots.glsl.
  *
  * @param {Dots} dots
  * @param {Camera} camera
@@ -39,7 +39,7 @@ export function packDots({ color, side }, { viewmat, fx, fy, cx, cy, width, heig
   );
 }
 
-/** Each centre once for every vertex. @param {Dots} dots */
+/** Each mean, repeated for every vertex. @param {Dots} dots */
 export function verticesOf({ means }) {
   const all = new Float32Array(VERTICES * means.length);
   for (let i = 0, at = 0; i < means.length; i += 3) {

@@ -1,14 +1,14 @@
 /**
- * From what a `.mgs` file holds of each Gaussian to the words that packed.wgsl and packed.glsl read.
+ * Packs decoded Gaussians of a `.mgs` into the words that packed.wgsl and packed.glsl read.
  *
  * shapes, 4 words: x, y | z, two scales of lobes | sizes, 11 + 11 + 10 bits | rotation
  * colors, 4 words: constant r, g | constant b, a scale, first coefficient | eight more
  * lobes, 1 word and then 1 for two coefficients: constants | logit, phi, logit, phi ...
  *
- * Positions are the file's own halves, so are constants; the coefficients that depend on the
- * direction are bytes, 127 of which are a scale, of which an octave has eight; a rotation is the three smaller
- * parts of its quaternion in 10 bits each, behind the number of the largest. With lobes of degree 2
- * that is 52 bytes.
+ * Positions and constant coefficients are float16. Coefficients that depend on the direction are signed bytes
+ * in units of scale / 127; scales have eight values per octave. A rotation is the index of the largest
+ * component of its quaternion and the other three in 10 bits each. With lobes of degree 2 a Gaussian takes 52
+ * bytes.
  */
 
 import { toFloat16 } from "../mgs/float16.js";
@@ -26,19 +26,19 @@ import { kernelsIn } from "../mgs/wasm.js";
 
 const { fround } = Math;
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
-// logit of an opacity that nothing brings back
+// an opacity logit that no lobe can make visible
 const INVISIBLE = toFloat16(-1e4);
-// of standard deviations' bits
+// quantization levels of the standard deviations
 const STEPS = [2047, 2047, 1023];
-// no smaller part of a unit quaternion is above that root
+// the smaller components of a unit quaternion are at most sqrt(1/2)
 const TURN = fround(511 / Math.SQRT1_2);
-/** A scale's byte is its exponent and the first three digits behind it, less those of the least one. */
+/** The byte of a scale is its exponent and three mantissa bits, minus those of the smallest scale, 2^-16. */
 const LEAST_SCALE = 8 * (127 - 16);
 const BITS = new Uint32Array(1);
 const FLOAT = new Float32Array(BITS.buffer);
 
 /**
- * A scene without its numbers, which `packRows` gives.
+ * An empty packed scene for the results of `packRows`.
  *
  * @param {Header} header
  * @param {number} count
@@ -56,7 +56,7 @@ export function emptyScene({ sorted, weighting, background, grid, lobes }, count
       leastScaleBits: least,
       scaleBitsSpan: span,
     },
-    ...roomFor(degree, count),
+    ...emptyRows(degree, count),
     shSize: 4,
     lobeSize: (degree + 1) ** 2,
     sorted,
@@ -72,14 +72,14 @@ export function emptyScene({ sorted, weighting, background, grid, lobes }, count
 }
 
 /**
- * Decodes Gaussians and packs them.
+ * Decode and pack Gaussians.
  *
  * @param {GaussianDecoder} decoder
  * @param {QuantizedRows} rows
- * @param {PackedRows} [packed] room for them
+ * @param {PackedRows} [packed] the output
  * @returns {PackedRows}
  */
-export function packRows(decoder, rows, packed = roomFor(decoder.lobeDegree, rows.positions.length / 3)) {
+export function packRows(decoder, rows, packed = emptyRows(decoder.lobeDegree, rows.positions.length / 3)) {
   const count = rows.positions.length / 3;
   const stride = lobeStride(decoder.lobeDegree);
   const size = 4 * BLOCK;
@@ -96,24 +96,23 @@ export function packRows(decoder, rows, packed = roomFor(decoder.lobeDegree, row
 }
 
 /** @param {number} degree of lobes @param {number} count @returns {PackedRows} */
-const roomFor = (degree, count) => ({
+const emptyRows = (degree, count) => ({
   shapes: new Uint32Array(4 * count),
   colors: new Uint32Array(4 * count),
   lobes: new Uint32Array(lobeStride(degree) * count),
 });
 
-/** The bits of the least float of a range, and how far it reaches, as floats. @param {[number, number]} range */
+/** The bits of the smallest float of a range and the span of the bits, as floats. @param {[number, number]} range */
 function bitsOf(range) {
   const [least, largest] = range.map((value) => ((FLOAT[0] = value), fround(BITS[0])));
   return [least, largest - least];
 }
 
-/** Words of a Gaussian's lobes. @param {number} degree */
+/** Words per Gaussian for its lobes. @param {number} degree */
 const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
 
 /**
- * What makes the words of a block: shapes, then colours, then lobes. It looks anew at the numbers that lie there,
- * and does little else: engines compile what is called for every block, and that takes time, too.
+ * Return a function that packs the current content of a block: shapes, then colours, then lobes.
  *
  * @param {Gaussians} block
  * @param {boolean} [plain] without WebAssembly
@@ -130,7 +129,7 @@ export function packer(block, plain = false) {
   const [pairs, stride] = [(lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree)];
   return () => {
     if (kernels) kernels.pack(at0, at1, at2, at3, byteOffset, pairs, stride, least, grow);
-    else defined(block, words, least, grow);
+    else packReference(block, words, least, grow);
     const { count, positions } = block;
     for (let i = 0, at = 0; i < count; i++, at += 4) {
       words[at] = positions[3 * i] | (positions[3 * i + 1] << 16);
@@ -141,14 +140,14 @@ export function packer(block, plain = false) {
 }
 
 /**
- * All words of a block, but for positions.
+ * The reference in JavaScript: all words of a block except positions.
  *
  * @param {Gaussians} block
  * @param {Uint32Array} words
  * @param {number} least of scales' bits
  * @param {number} grow
  */
-function defined({ scales: sizes, quats, sh, lobes, lobeDegree }, words, least, grow) {
+function packReference({ scales: sizes, quats, sh, lobes, lobeDegree }, words, least, grow) {
   const size = 2 * (lobeDegree + 1) ** 2;
   const stride = lobeStride(lobeDegree);
   for (let i = 0; i < BLOCK; i++) {
@@ -165,7 +164,7 @@ function defined({ scales: sizes, quats, sh, lobes, lobeDegree }, words, least, 
     words[4 * i + 2] = all;
     const q = [0, 1, 2, 3].map((k) => quats[k * BLOCK + i]);
     words[4 * i + 3] = rotationWord(q);
-    // no rotation
+    // not a rotation
     if (!q.some(Boolean)) words[at] = INVISIBLE | (words[at] & 0xffff0000);
   }
 }
@@ -176,7 +175,7 @@ function rotationWord(quat) {
   for (let i = 1; i < 4; i++) {
     if (Math.abs(quat[i]) > Math.abs(quat[largest])) largest = i;
   }
-  // a quaternion and its negative are one turn
+  // a quaternion and its negative are the same rotation
   const sign = quat[largest] < 0 ? -TURN : TURN;
   let word = largest;
   for (let i = 0; i < 4; i++) {
@@ -207,7 +206,7 @@ function packColor(sh, i, words, at) {
  * @param {number} size columns
  * @param {Uint32Array} words
  * @param {number} at
- * @returns {number} both bytes of scales
+ * @returns {number} the bytes of both scales
  */
 function packLobes(lobes, i, size, words, at) {
   const value = (/** @type {number} */ column) => lobes[column * BLOCK + i];
@@ -222,14 +221,14 @@ function packLobes(lobes, i, size, words, at) {
 /** @param {number[]} bytes @param {number} at */
 const four = (bytes, at) => bytes[at] | (bytes[at + 1] << 8) | (bytes[at + 2] << 16) | (bytes[at + 3] << 24);
 
-/** The byte of a number that is divided by a scale. @param {number} scale @param {number} value */
+/** The byte of a number, in units of scale / 127. @param {number} scale @param {number} value */
 function rounded(scale, value) {
   BITS[0] = (scale + LEAST_SCALE) << 20;
   const large = fround(fround(127 / FLOAT[0]) * value);
   return fround(Math.min(Math.max(large, -127), 127) + 512.5) & 255;
 }
 
-/** The byte of the least scale that reaches all numbers: eight in an octave, from 2^-16 on. @param {number[]} numbers */
+/** The byte of the smallest scale that covers all numbers: eight per octave, from 2^-16 on. @param {number[]} numbers */
 function scaleOf(numbers) {
   FLOAT[0] = Math.max(0, ...numbers.map(Math.abs));
   return Math.min(Math.max(((BITS[0] + 0xfffff) >> 20) - LEAST_SCALE, 0), 255);

@@ -1,12 +1,12 @@
-/** What the renderers of this folder share: what they are given, and how they draw. */
+/** Types that the renderers share. */
 
 import { fromFloat16 } from "../mgs/float16.js";
 
 /**
- * A scene as GPUs take it. All numbers are finite.
+ * A scene in the layout of the shaders. All numbers are finite.
  *
- * Wide, parts are 32-bit floats. Packed, they are words that pack.js explains: a quarter of that,
- * for scenes that add up and have harmonics of degree 1.
+ * Wide parts are float32. Packed parts are words (see pack.js): a quarter of the size, for `.mgs` scenes,
+ * whose harmonics have degree 1.
  *
  * @typedef {object} SceneData
  * @property {number} count number of Gaussians, at least 0
@@ -18,17 +18,17 @@ import { fromFloat16 } from "../mgs/float16.js";
  * @property {Numbers} lobes wide, `2 lobeSize` each: harmonics, inside first for the opacity's
  *     logit, then for phi before its ReLU
  * @property {number} lobeSize coefficients of opacity and phi: 1, 4, 9 or 16
- * @property {boolean} sorted whether Gaussians lie over one another, far ones first, or add up
- * @property {Weighting} weighting of a scene that adds up
- * @property {[number, number, number]} background sRGB in [0, 1]; read for every frame, so that
- *     whoever gave it can change it
+ * @property {boolean} sorted whether Gaussians are blended back to front, or as weighted sums
+ * @property {Weighting} weighting of a sort-free scene
+ * @property {[number, number, number]} background sRGB in [0, 1]; read in every frame, so that
+ *     the owner can change it
  */
 
 /** @typedef {Float32Array<ArrayBuffer> | Uint32Array<ArrayBuffer>} Numbers */
 /** @typedef {"shapes" | "colors" | "lobes"} Part */
 
 /**
- * What turns packed numbers into the world's.
+ * Constants that convert packed numbers to world units.
  *
  * @typedef {object} Packing
  * @property {[number, number, number]} center of positions, world units
@@ -38,12 +38,12 @@ import { fromFloat16 } from "../mgs/float16.js";
  */
 
 /**
- * How much a Gaussian counts, as `render/sortfree.py` defines it.
+ * The weight of a Gaussian, as in `render/sortfree.py`.
  *
  * @typedef {object} Weighting
  * @property {number} index of the formula: 0 mobile_gs, 1 no_depth, 2 no_scale, 3 sort_free_gs
  * @property {number} exponentMax ceiling of the exponent
- * @property {number} sigma depth at which a Gaussian stops counting, world units
+ * @property {number} sigma depth from which on the weight of sort_free_gs is 0, world units
  * @property {number} backgroundWeight of the background in the mean
  * @property {number} [alphaMin] contributions below are dropped; sorted scenes have no other than 1/255
  */
@@ -63,11 +63,11 @@ import { fromFloat16 } from "../mgs/float16.js";
  */
 
 /**
- * Ways to the same picture; which one is faster depends on the device.
+ * Ways to render the same image; the fastest depends on the device.
  *
  * @typedef {object} Variant
- * @property {boolean} floats sums are 32-bit floats, not halves
- * @property {boolean} strips quads are an instance each, not 128 of them
+ * @property {boolean} floats sums are float32, not float16
+ * @property {boolean} strips one quad per instance, not 128
  */
 
 /** Words or floats of a Gaussian in each part. @param {SceneData} scene @returns {Record<Part, number>} */
@@ -76,7 +76,7 @@ export function strides({ packing, shSize, lobeSize }) {
   return { shapes: 12, colors: 3 * shSize, lobes: 2 * lobeSize };
 }
 
-/** The logit of the opacity's mean over all directions in the first packed word of its lobes. @param {number} word */
+/** The logit of the mean opacity, from the first packed word of the lobes. @param {number} word */
 export function meanLogit(word) {
   return fromFloat16(word & 0xffff);
 }

@@ -1,8 +1,8 @@
 /**
- * The renderer for browsers without WebGPU: WebGL2, and the same picture.
+ * The WebGL2 renderer, for browsers without WebGPU. It renders the same image.
  *
- * A frame has three passes, as `native.py` has them: project (a pixel a Gaussian, into textures),
- * splats (blended quads, in any order for a sort-free scene), resolve.
+ * A frame has three passes, as in WebGPU: project (one pixel per Gaussian, into textures), splat (blended
+ * quads, in any order for a sort-free scene), resolve.
  */
 
 import { strides } from "./types.js";
@@ -33,25 +33,25 @@ const FLOATS = {
   colors: ["RGB32F", "RGB", 3],
   lobes: ["RG32F", "RG", 2],
 };
-/** Halves move a picture of 66 dB by 0.1. @type {Record<Part, Input>} */
+/** Float16 inputs change an image of 66 dB by 0.1 dB. @type {Record<Part, Input>} */
 const HALVES = { ...FLOATS, colors: ["RGB16F", "RGB", 3], lobes: ["RG16F", "RG", 2] };
 /** @type {Input} */
 const ORDER = ["R32UI", "RED_INTEGER", 1];
 
-/** Draws a scene with WebGL2, which even browsers have that reach this page over plain http. */
+/** Renders with WebGL2, which also works on pages served over plain http. */
 export class WebGlRenderer {
-  /** The shaders that `create` is given, by file. */
+  /** Shader files that `create` needs. */
   static files = ["view", "wide", "packed", "whole", "project", "splat", "resolve", "dots"].map(
     (name) => `${name}.glsl`,
   );
 
-  /** How it draws; may be changed between frames. @type {Variant} */
+  /** The current variant; may be changed between frames. @type {Variant} */
   variant;
-  /** Why nothing is drawn any more, or null. @type {string | null} */
+  /** Why the renderer cannot continue, or null. @type {string | null} */
   lost = null;
-  /** Called with a sentence when the context is lost. @type {(sentence: string) => void} */
+  /** Called with a message when the context is lost. @type {(sentence: string) => void} */
   onLost = () => {};
-  /** Called when the context is back, but without a scene. @type {() => void} */
+  /** Called when the context is restored, without a scene. @type {() => void} */
   onRestored = () => {};
 
   #gl;
@@ -62,18 +62,18 @@ export class WebGlRenderer {
   #inputs = PACKED; // of the scene
   /** @type {WebGlDots | null} */
   #dots = null;
-  #sums = ""; // what the textures of the sums are for
+  #sums = ""; // size and format of the textures of the sums
   #timer;
 
   #onLost = (/** @type {Event} */ event) => {
-    event.preventDefault(); // or the context would never come back
+    event.preventDefault(); // otherwise the context is never restored
     this.#scene = this.#dots = null;
     this.lost = "the browser took the GPU away from this page: reload it if no picture returns";
     this.onLost(this.lost);
   };
 
   #onRestored = () => {
-    this.#scene = null; // one that was set in between has not arrived
+    this.#scene = null; // a scene set meanwhile was not uploaded
     this.#fixed = makeFixed(this.#gl);
     this.#sums = "";
     this.#timer.forget();
@@ -82,9 +82,9 @@ export class WebGlRenderer {
   };
 
   /**
-   * A renderer that draws into `canvas`, halves in batches unless `variant` says otherwise.
+   * Create a renderer for `canvas`; the default variant is float16 in batches.
    *
-   * Throws an Error with one sentence if the browser or its GPU cannot.
+   * Throws an Error with a message for visitors if the browser or its GPU cannot render.
    *
    * @param {HTMLCanvasElement | OffscreenCanvas} canvas
    * @param {Record<string, string>} shaders texts of `files`, by the name before the dot
@@ -104,7 +104,7 @@ export class WebGlRenderer {
       throw new Error("this GPU cannot draw into textures of floats");
     }
     if (floats && !blendsFloats(gl)) {
-      throw new Error("this GPU cannot blend 32-bit floats: draw with halves");
+      throw new Error("this GPU cannot blend 32-bit floats: use the variant halves");
     }
     if (gl.getParameter(gl.MAX_TEXTURE_SIZE) < ROW) {
       throw new Error(`this GPU's textures are less than ${ROW} pixels wide`);
@@ -113,7 +113,7 @@ export class WebGlRenderer {
   }
 
   /**
-   * Use `create`, which asks first what the GPU can do.
+   * Use `create`, which checks the GPU first.
    *
    * @param {WebGL2RenderingContext} gl
    * @param {Record<string, string>} shaders
@@ -130,7 +130,7 @@ export class WebGlRenderer {
   }
 
   /**
-   * Takes on a scene in the place of the one before, or after a `webglcontextrestored` event.
+   * Replace the scene, or set it again after a `webglcontextrestored` event.
    *
    * @param {SceneData} scene
    */
@@ -149,23 +149,23 @@ export class WebGlRenderer {
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
     });
     this.#check("textures of 32-bit numbers");
-    // the numbers are the GPU's now: a page on a phone cannot keep them as well
+    // the GPU has a copy now: drop the page's own, since phones have little memory
     this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
     if (!scene.sorted) return;
     this.#fixed.textures.upload("order", ORDER, Uint32Array.from({ length: scene.count }, (_, i) => i));
   }
 
-  /** Draws so many Gaussians of the scene that there is room for, the first ones. @param {number} count */
+  /** Render only the first Gaussians of the scene. @param {number} count */
   show(count) {
     if (this.#scene) this.#scene.count = count;
   }
 
   /**
-   * Writes new numbers over those of some Gaussians, for a scene that is still arriving.
+   * Replace the numbers of some Gaussians, while a scene is loading.
    *
    * @param {Part} part
-   * @param {number} from first Gaussian whose numbers changed
-   * @param {Numbers} numbers all of theirs, of that part
+   * @param {number} from first of the Gaussians
+   * @param {Numbers} numbers that part of all these Gaussians
    */
   update(part, from, numbers) {
     if (this.#scene === null) return;
@@ -173,14 +173,14 @@ export class WebGlRenderer {
     this.#fixed.textures.write(part, input, (strides(this.#scene)[part] / input[2]) * from, numbers);
   }
 
-  /** Dots that `drawDots` draws, or none any more; the scene stays. @param {Dots | null} dots */
+  /** Set the dots that `drawDots` renders; the scene stays. @param {Dots | null} dots */
   setDots(dots) {
     if (this.lost !== null) return;
     this.#dots ??= new WebGlDots(this.#gl, this.#shaders.dots);
     this.#dots.take(dots);
   }
 
-  /** Draws them into the canvas, which takes the camera's size. @param {Camera} camera */
+  /** Render the dots; the canvas gets the camera's size. @param {Camera} camera */
   drawDots(camera) {
     if (!this.#dots) return;
     this.#fit(camera);
@@ -188,20 +188,20 @@ export class WebGlRenderer {
   }
 
   /**
-   * The order of a sorted scene's Gaussians, far ones first; their own until it is known.
+   * Set the order of a sorted scene, the farthest Gaussian first.
    *
    * @param {Uint32Array<ArrayBuffer>} order
    */
   setOrder(order) {
     if (this.#scene === null) return;
     if (order.length !== this.#scene.count) {
-      throw new Error(`an order of ${order.length} Gaussians does not suit this scene`);
+      throw new Error(`an order of ${order.length} Gaussians does not fit this scene`);
     }
     this.#fixed.textures.write("order", ORDER, 0, order);
   }
 
   /**
-   * Draws into the canvas, which takes the camera's size. Without a scene nothing happens.
+   * Render into the canvas, which gets the camera's size. Does nothing without a scene.
    *
    * @param {Camera} camera
    */
@@ -214,7 +214,7 @@ export class WebGlRenderer {
     this.#timer.pass();
   }
 
-  /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
+  /** Render off screen and wait until it is done. @param {Camera} camera */
   async drawUnseen(camera) {
     const gl = this.#gl;
     if (this.#scene) this.#sum(this.#scene, camera);
@@ -223,24 +223,24 @@ export class WebGlRenderer {
     if (gl.isContextLost()) throw new Error("the graphics device was lost");
   }
 
-  /** Milliseconds of the last timed frame by pass; null where the device has no clock. */
+  /** Milliseconds by pass of the last timed frame; null where the device has no timer. */
   get milliseconds() {
     return this.#timer.milliseconds;
   }
 
-  /** Asks what each pass of a frame took, into `milliseconds`: of one that was drawn since it was first asked. */
+  /** Request the pass times of a frame, stored in `milliseconds`; frames are timed from the first call on. */
   async time() {
     if (this.lost === null) await this.#timer.time();
   }
 
-  /** Waits until everything that was asked for is drawn. */
+  /** Wait until all submitted work is rendered. */
   async finished() {
     this.#gl.bindFramebuffer(this.#gl.FRAMEBUFFER, null);
-    // the only wait that every browser keeps
+    // reading a pixel is the only wait that works in every browser
     this.#gl.readPixels(0, 0, 1, 1, this.#gl.RGBA, this.#gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 
-  /** The ways there are to draw. @returns {Variant[]} */
+  /** The variants that this device supports. @returns {Variant[]} */
   get variants() {
     return (blendsFloats(this.#gl) ? [false, true] : [false]).flatMap((floats) => [
       { floats, strips: false },
@@ -248,7 +248,7 @@ export class WebGlRenderer {
     ]);
   }
 
-  /** The device in words, as far as the browser tells. */
+  /** The name of the device, as far as the browser reveals it. */
   describe() {
     const gl = this.#gl;
     const told = gl.getExtension("WEBGL_debug_renderer_info");
@@ -256,7 +256,7 @@ export class WebGlRenderer {
   }
 
   /**
-   * The same picture as RGBA floats, `[height][width][4]`, the top row first.
+   * Render to RGBA floats, `[height][width][4]`, top row first.
    *
    * @param {Camera} camera
    * @returns {Promise<Float32Array>}
@@ -279,7 +279,7 @@ export class WebGlRenderer {
     return pixels;
   }
 
-  /** Gives back what the GPU holds. The renderer cannot be used any more. */
+  /** Free all resources; the renderer cannot be used afterwards. */
   destroy() {
     const gl = this.#gl;
     const { view, corners, quads, looks, sums, programs, textures } = this.#fixed;
@@ -294,7 +294,7 @@ export class WebGlRenderer {
     for (const framebuffer of [looks, sums]) gl.deleteFramebuffer(framebuffer);
     gl.deleteVertexArray(quads);
     for (const buffer of [view, corners]) gl.deleteBuffer(buffer);
-    // or it would count among those that a page may have, of which the oldest is taken away
+    // browsers limit the contexts of a page and drop the oldest one
     gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
@@ -306,7 +306,7 @@ export class WebGlRenderer {
   }
 
   /**
-   * The first two passes.
+   * Project and splat.
    *
    * @param {SceneData} scene
    * @param {Camera} camera
@@ -353,11 +353,11 @@ export class WebGlRenderer {
   }
 
   /**
-   * The last pass.
+   * Resolve the sums.
    *
    * @param {SceneData} scene
    * @param {WebGLFramebuffer | null} target
-   * @param {number} lastRow of the target if its rows count from below, or 0
+   * @param {number} lastRow of the target if its rows are counted from the bottom, or 0
    */
   #resolve(scene, target, lastRow) {
     const gl = this.#gl;
@@ -371,7 +371,7 @@ export class WebGlRenderer {
   }
 
   /**
-   * Textures for the sums of a picture, kept while its size stays.
+   * Allocate the textures of the sums when size or format change.
    *
    * @param {boolean} sorted
    * @param {Camera} camera
@@ -384,7 +384,7 @@ export class WebGlRenderer {
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (!(width > 0 && width <= most && height > 0 && height <= most)) {
       throw new Error(
-        `a picture of ${width}x${height} pixels cannot be drawn: each side must lie between 1 ` +
+        `an image of ${width}x${height} pixels cannot be rendered: each side must lie between 1 ` +
           `and ${most}`,
       );
     }

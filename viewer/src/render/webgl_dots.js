@@ -1,4 +1,4 @@
-/** Dots by WebGL2. */
+/** Renders dots with WebGL2. */
 
 import { packDots, verticesOf } from "./dots.js";
 import { linked } from "./webgl_program.js";
@@ -6,7 +6,7 @@ import { linked } from "./webgl_program.js";
 /** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
 
-/** Those of a scene that is about to come, by a program that stays. */
+/** The dots of a scene that is loading; the program is reused. */
 export class WebGlDots {
   #gl;
   /** @type {Dots | null} */
@@ -37,7 +37,7 @@ export class WebGlDots {
     gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
   }
 
-  /** Into the canvas. @param {Camera} camera */
+  /** Render into the canvas. @param {Camera} camera */
   draw(camera) {
     const [gl, dots] = [this.#gl, this.#dots];
     if (!dots) return;

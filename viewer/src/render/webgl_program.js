@@ -1,4 +1,4 @@
-/** What a WebGL2 context keeps for all scenes: the shaders of view/shaders as programs, and buffers. */
+/** The WebGL2 programs and buffers that all scenes share. */
 
 import { VIEW_BYTES } from "./view_uniforms.js";
 import { SAMPLERS, Textures } from "./webgl_textures.js";
@@ -6,33 +6,33 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
 /** @typedef {"project" | "splat" | "resolve"} Pass */
 /** @typedef {{sorted: boolean, packed: boolean, strips: boolean}} Kind of drawing */
 /**
- * What stays the same until the context is lost.
+ * Resources that live as long as the context.
  *
  * @typedef {object} Fixed
  * @property {WebGLBuffer} view the uniform block of view.glsl
  * @property {WebGLBuffer} corners of the quads of a batch
  * @property {WebGLVertexArrayObject} quads
- * @property {WebGLFramebuffer} looks what the first pass writes
- * @property {WebGLFramebuffer} sums what the second one writes
- * @property {Map<string, Record<Pass, WebGLProgram>>} programs by kind, once needed
+ * @property {WebGLFramebuffer} looks output of the project pass
+ * @property {WebGLFramebuffer} sums output of the splat pass
+ * @property {Map<string, Record<Pass, WebGLProgram>>} programs by kind, made at the first use
  * @property {Textures} textures
  */
 
-export const BATCH = 128; // quads of an instance, as in view.glsl
+export const BATCH = 128; // quads per instance, as in view.glsl
 const VIEW_BINDING = 0;
-/** Either lets a GPU draw packed scenes: the second knows halves alone, and there are phones that have no other. */
+/** Packed scenes need either extension. Some phones have only the second one, which is limited to float16. */
 export const TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
 
-/** Whether sums can be 32-bit floats. @param {WebGL2RenderingContext} gl */
+/** True if sums can be float32. @param {WebGL2RenderingContext} gl */
 export function blendsFloats(gl) {
   return ["EXT_color_buffer_float", "EXT_float_blend"].every((name) => gl.getExtension(name));
 }
 
 /** @param {WebGL2RenderingContext} gl @returns {Fixed} */
 export function makeFixed(gl) {
-  // a context that comes back has forgotten what it was asked for
+  // a restored context needs its extensions requested again
   for (const name of [...TARGETS, "EXT_float_blend"]) gl.getExtension(name);
-  // all corners carry the same values: Metal would pay for another convention than its own
+  // flat values are equal at all corners; on Metal another convention than its own is slow
   const convention = gl.getExtension("WEBGL_provoking_vertex");
   convention?.provokingVertexWEBGL(convention.FIRST_VERTEX_CONVENTION_WEBGL);
   gl.disable(gl.DITHER);
@@ -80,7 +80,7 @@ export function makePrograms(gl, shaders, { sorted, packed, strips }) {
   };
 }
 
-/** Throws what the GPU says if it refuses. @param {WebGL2RenderingContext} gl @param {string} vertex @param {string} fragment */
+/** Compile and link a program; throws an Error with the GPU's log. @param {WebGL2RenderingContext} gl @param {string} vertex @param {string} fragment */
 export function linked(gl, vertex, fragment) {
   const program = gl.createProgram();
   for (const [kind, text] of /** @type {[GLenum, string][]} */ ([
@@ -91,7 +91,7 @@ export function linked(gl, vertex, fragment) {
     gl.shaderSource(shader, `#version 300 es\n${text}`);
     gl.compileShader(shader);
     gl.attachShader(program, shader);
-    gl.deleteShader(shader); // as soon as the program goes
+    gl.deleteShader(shader); // with the program
   }
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {

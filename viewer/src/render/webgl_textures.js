@@ -1,13 +1,13 @@
-/** Numbers as textures of WebGL2, each in a unit of its own, so that nothing is ever bound anew. */
+/** WebGL2 textures that hold numbers. Each has its own unit and stays bound. */
 
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {"RGBA32F" | "RGB32F" | "RGB16F" | "RG32F" | "RG16F" | "R32UI" | "RGBA32UI"} Format */
 /** @typedef {"RGBA" | "RGB" | "RG" | "RED_INTEGER" | "RGBA_INTEGER"} Layout */
-/** @typedef {[Format, Layout, number]} Input how a texture is stored and given, numbers per texel */
+/** @typedef {[Format, Layout, number]} Input internal format, format, numbers per texel */
 
 export const ROW = 4096; // texels in a row of textures that hold Gaussians, as in view.glsl
 
-/** By the place in this list, the samplers' units. */
+/** Samplers in the order of their texture units. */
 export const SAMPLERS = [
   "shapes",
   "colors",
@@ -19,7 +19,7 @@ export const SAMPLERS = [
   "weight_sums",
 ];
 
-/** Those of a context. */
+/** The textures of a context. */
 export class Textures {
   #gl;
   /** @type {Map<string, WebGLTexture>} */
@@ -31,7 +31,7 @@ export class Textures {
   }
 
   /**
-   * A texture for one sampler, in the place of the one before.
+   * Create the texture of a sampler and delete the previous one.
    *
    * @param {string} name
    * @param {GLenum} format
@@ -51,7 +51,7 @@ export class Textures {
   }
 
   /**
-   * A new texture with all numbers of an input.
+   * Create a texture with all numbers of an input.
    *
    * @param {string} name
    * @param {Input} input
@@ -69,7 +69,7 @@ export class Textures {
   }
 
   /**
-   * Writes texels of an input, row by row, or whole rows at once.
+   * Write texels of an input: partial rows, then whole rows at once.
    *
    * @param {string} name
    * @param {Input} input
@@ -91,13 +91,13 @@ export class Textures {
     }
   }
 
-  /** Gives all of them back. */
+  /** Delete all textures. */
   destroy() {
     for (const texture of this.#all.values()) this.#gl.deleteTexture(texture);
   }
 }
 
-/** Width and height of the texture that holds so many texels. @param {number} texels */
+/** Width and height of a texture with at least `texels` texels. @param {number} texels */
 export function extent(texels) {
   const width = Math.max(1, Math.min(texels, ROW));
   return [width, Math.max(1, Math.ceil(texels / ROW))];

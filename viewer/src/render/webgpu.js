@@ -1,4 +1,4 @@
-/** Draws a scene with WebGPU: the shaders of view/shaders, as view/wgpu_renderer.py uses them. */
+/** The WebGPU renderer. It uses the shaders in the same way as mobilegs/view/wgpu_renderer.py. */
 
 import { strides } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, viewUniforms } from "./view_uniforms.js";
@@ -17,23 +17,23 @@ import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
  * @property {Kind} kind
  * @property {Record<Part, GPUBuffer>} parts
  * @property {GPUBuffer} looks
- * @property {GPUBuffer} batches those to be drawn
+ * @property {GPUBuffer} batches the visible ones
  * @property {GPUBuffer | null} order of a sorted scene
  */
 
 const LOOK_BYTES = { packed: 8, wide: 32 };
 const NOTHING = new Float32Array(0);
 
-/** Both ways of blending share the device. */
+/** Renders sort-free and sorted scenes with WebGPU. */
 export class WebGpuRenderer {
-  /** The shaders that `create` is given, by file. */
+  /** Shader files that `create` needs. */
   static files = ["view", "wide", "packed", "project", "splat", "resolve", "dots"].map((n) => `${n}.wgsl`);
 
-  /** How it draws; may be changed between frames. @type {Variant} */
+  /** The current variant; may be changed between frames. @type {Variant} */
   variant;
-  /** Why nothing is drawn any more, or null. @type {string | null} */
+  /** Why the renderer cannot continue, or null. @type {string | null} */
   lost = null;
-  /** Called once, with that sentence. @type {(sentence: string) => void} */
+  /** Called once with `lost`. @type {(sentence: string) => void} */
   onLost = () => {};
 
   #program;
@@ -56,8 +56,8 @@ export class WebGpuRenderer {
   /**
    * @param {HTMLCanvasElement | OffscreenCanvas} canvas
    * @param {Record<string, string>} shaders texts of `files`, by the name before the dot
-   * @param {Partial<Variant>} [variant] halves in batches unless it says otherwise
-   * @returns {Promise<WebGpuRenderer>} rejects with one sentence where the browser cannot
+   * @param {Partial<Variant>} [variant] default: float16 in batches
+   * @returns {Promise<WebGpuRenderer>} rejects with an error message where WebGPU is missing
    */
   static async create(canvas, shaders, { floats = false, strips = false } = {}) {
     const program = await Program.create(shaders, floats);
@@ -90,13 +90,13 @@ export class WebGpuRenderer {
     }
     this.#corners = program.filled(corners, use.INDEX);
     device.lost.then(({ reason }) => {
-      if (reason !== "destroyed") this.#end("the graphics device was lost: reload the page to go on");
+      if (reason !== "destroyed") this.#fail("the graphics device was lost: reload the page to go on");
     });
-    // shaders that the GPU refuses, and memory that it does not have, are told of in no other way
-    device.onuncapturederror = ({ error }) => this.#end(`this GPU cannot draw the scene: ${error.message}`);
+    // the only notice of refused shaders and of missing memory
+    device.onuncapturederror = ({ error }) => this.#fail(`this GPU cannot draw the scene: ${error.message}`);
   }
 
-  /** The ways there are to draw. @returns {Variant[]} */
+  /** The variants that this device supports. @returns {Variant[]} */
   get variants() {
     return (this.#program.blendsFloats ? [false, true] : [false]).flatMap((floats) => [
       { floats, strips: false },
@@ -104,13 +104,13 @@ export class WebGpuRenderer {
     ]);
   }
 
-  /** Milliseconds of the last timed frame by pass; null where the device has no clock. */
+  /** Milliseconds by pass of the last timed frame; null where the device has no timer. */
   get milliseconds() {
     return this.#program.milliseconds;
   }
 
   /**
-   * Takes on a scene in the place of the one before.
+   * Replace the scene.
    *
    * @param {SceneData} scene
    */
@@ -145,22 +145,22 @@ export class WebGpuRenderer {
       batches: list(Math.ceil(count / BATCH)),
       order: sorted ? list(count) : null,
     };
-    // the numbers are the GPU's now: a page on a phone cannot keep them as well
+    // the GPU has a copy now: drop the page's own, since phones have little memory
     this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
     if (sorted) this.setOrder(Uint32Array.from({ length: count }, (_, i) => i));
   }
 
-  /** Draws so many Gaussians of the scene that there is room for, the first ones. @param {number} count */
+  /** Render only the first Gaussians of the scene. @param {number} count */
   show(count) {
     if (this.#scene) this.#scene.count = count;
   }
 
   /**
-   * Writes new numbers over those of some Gaussians, for a scene that is still arriving.
+   * Replace the numbers of some Gaussians, while a scene is loading.
    *
    * @param {Part} part
-   * @param {number} from first Gaussian whose numbers changed
-   * @param {Numbers} numbers all of theirs, of that part
+   * @param {number} from first of the Gaussians
+   * @param {Numbers} numbers that part of all these Gaussians
    */
   update(part, from, numbers) {
     if (!this.#scene || !this.#uploaded || this.lost !== null) return;
@@ -168,19 +168,19 @@ export class WebGpuRenderer {
     this.#device.queue.writeBuffer(this.#uploaded.parts[part], start, numbers);
   }
 
-  /** Dots that `drawDots` draws, or none any more; the scene stays. @param {Dots | null} dots */
+  /** Set the dots that `drawDots` renders; the scene stays. @param {Dots | null} dots */
   setDots(dots) {
     this.#dots?.destroy();
     this.#dots = dots && new WebGpuDots(this.#program, dots, this.#format);
   }
 
-  /** Draws them into the canvas, which takes the camera's size. @param {Camera} camera */
+  /** Render the dots; the canvas gets the camera's size. @param {Camera} camera */
   drawDots(camera) {
     if (this.lost === null) this.#dots?.draw(camera, this.#fitted(camera));
   }
 
   /**
-   * The order of a sorted scene, far ones first.
+   * Set the order of a sorted scene, the farthest Gaussian first.
    *
    * @param {Uint32Array<ArrayBuffer>} order
    */
@@ -190,7 +190,7 @@ export class WebGpuRenderer {
   }
 
   /**
-   * Draws into the canvas, which takes the camera's size.
+   * Render into the canvas, which gets the camera's size.
    *
    * @param {Camera} camera
    */
@@ -199,7 +199,7 @@ export class WebGpuRenderer {
   }
 
   /**
-   * The picture as numbers: r, g, b and how much of the background is covered, top row first.
+   * Render to floats: r, g, b and the coverage of the background, top row first.
    *
    * @param {Camera} camera
    * @returns {Promise<Float32Array>}
@@ -228,7 +228,7 @@ export class WebGpuRenderer {
     return found;
   }
 
-  /** Draws where nobody sees it, and waits until that is done. @param {Camera} camera */
+  /** Render off screen and wait until it is done. @param {Camera} camera */
   async drawUnseen(camera) {
     const texture = this.#target(camera.width, camera.height, this.#format);
     this.#frame(camera, texture.createView(), this.#format);
@@ -237,23 +237,23 @@ export class WebGpuRenderer {
     if (this.lost !== null) throw new Error(this.lost);
   }
 
-  /** Waits until everything that was asked for is drawn. */
+  /** Wait until all submitted work is rendered. */
   async finished() {
     await this.#device.queue.onSubmittedWorkDone();
   }
 
-  /** The device in words, as far as the browser tells. */
+  /** The name of the device, as far as the browser reveals it. */
   describe() {
     const told = this.#device.adapterInfo; // not in all browsers
     return [told?.vendor, told?.architecture, told?.device, told?.description].filter(Boolean).join(" ");
   }
 
-  /** Asks what each pass of the last frame took, into `milliseconds`. */
+  /** Request the pass times of the last frame, stored in `milliseconds`. */
   async time() {
     if (this.lost === null) await this.#program.time();
   }
 
-  /** Gives back everything; the renderer cannot be used any more. */
+  /** Free all resources; the renderer cannot be used afterwards. */
   destroy() {
     this.#release();
     this.setDots(null);
@@ -262,7 +262,7 @@ export class WebGpuRenderer {
   }
 
   /** @param {string} sentence */
-  #end(sentence) {
+  #fail(sentence) {
     if (this.lost !== null) return;
     this.lost = sentence;
     this.onLost(sentence);
@@ -279,7 +279,7 @@ export class WebGpuRenderer {
     return [...Object.values(parts), looks, batches, ...(order ? [order] : [])];
   }
 
-  /** The canvas, of the camera's size. @param {Camera} camera */
+  /** Resize the canvas and return its texture. @param {Camera} camera */
   #fitted({ width, height }) {
     if (this.#canvas.width !== width) this.#canvas.width = width;
     if (this.#canvas.height !== height) this.#canvas.height = height;

@@ -1,4 +1,4 @@
-/** Dots by WebGPU. */
+/** Renders dots with WebGPU. */
 
 import { DOT_BYTES, packDots, verticesOf } from "./dots.js";
 
@@ -6,7 +6,7 @@ import { DOT_BYTES, packDots, verticesOf } from "./dots.js";
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./webgpu_program.js").Program} Program */
 
-/** Those of a scene that is about to come. */
+/** The dots of a scene that is loading. */
 export class WebGpuDots {
   #device;
   #dots;

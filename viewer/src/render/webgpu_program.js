@@ -1,4 +1,4 @@
-/** The graphics device, and the shaders of view/shaders as its pipelines. */
+/** The WebGPU device and its pipelines. */
 
 import { findAdapter } from "../assets.js";
 
@@ -9,9 +9,9 @@ import { findAdapter } from "../assets.js";
 export const BATCH = 128; // Gaussians, as in view.wgsl
 const PASSES = ["project", "splat", "resolve"];
 
-/** What all scenes share. */
+/** Device, shaders and pipelines that all scenes share. */
 export class Program {
-  /** Milliseconds of the last timed frame by pass; null where the device has no clock. @type {Record<string, number> | null} */
+  /** Milliseconds by pass of the last timed frame; null where the device has no timer. @type {Record<string, number> | null} */
   milliseconds = null;
   #shaders;
   /** @type {Map<string, GPUShaderModule>} */
@@ -23,15 +23,15 @@ export class Program {
 
   /**
    * @param {Record<string, string>} shaders WGSL by name
-   * @param {boolean} floats whether it must be able to blend 32-bit floats
-   * @returns {Promise<Program>} rejects with one sentence where the browser cannot
+   * @param {boolean} floats whether blending float32 is required
+   * @returns {Promise<Program>} rejects with an error message where WebGPU is missing
    */
   static async create(shaders, floats) {
     if (!("gpu" in navigator)) {
-      throw new Error("this browser has no WebGPU here; it may need https, or a newer version");
+      throw new Error("this browser has no WebGPU on this page: it may need https, or a newer version");
     }
     const adapter = await findAdapter();
-    if (adapter === null) throw new Error("this device gives WebGPU no graphics adapter");
+    if (adapter === null) throw new Error("WebGPU finds no graphics adapter on this device");
     /** @type {GPUFeatureName[]} */
     const wanted = ["timestamp-query", "float32-blendable"];
     const features = wanted.filter((name) => adapter.features.has(name));
@@ -64,14 +64,14 @@ export class Program {
     }
   }
 
-  /** Whether sums can be 32-bit floats. */
+  /** True if sums can be float32. */
   get blendsFloats() {
     return this.device.features.has("float32-blendable");
   }
 
   /** @param {Kind} kind @param {Variant} variant */
   project(kind, { strips }) {
-    return this.#kept(`project ${kind.packed} ${kind.sorted} ${strips}`, () =>
+    return this.#cached(`project ${kind.packed} ${kind.sorted} ${strips}`, () =>
       this.device.createComputePipeline({
         layout: "auto",
         compute: {
@@ -85,7 +85,7 @@ export class Program {
 
   /** @param {Kind} kind @param {Variant} variant */
   splat(kind, { floats, strips }) {
-    return this.#kept(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats}`, () => {
+    return this.#cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats}`, () => {
       /** @type {GPUBlendComponent} */
       const over = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
       /** @type {GPUBlendState} */
@@ -115,7 +115,7 @@ export class Program {
 
   /** @param {boolean} sorted @param {GPUTextureFormat} format of the target */
   resolve(sorted, format) {
-    return this.#kept(`resolve ${sorted} ${format}`, () => {
+    return this.#cached(`resolve ${sorted} ${format}`, () => {
       const module = this.#module("resolve", null);
       return this.device.createRenderPipeline({
         layout: "auto",
@@ -132,7 +132,7 @@ export class Program {
 
   /** @param {GPUTextureFormat} format of the target */
   dots(format) {
-    return this.#kept(`dots ${format}`, () => {
+    return this.#cached(`dots ${format}`, () => {
       const module = this.device.createShaderModule({ code: this.#shaders.dots, label: "dots" });
       /** @type {GPUVertexAttribute[]} */
       const attributes = [{ shaderLocation: 0, offset: 0, format: "float32x3" }];
@@ -145,7 +145,7 @@ export class Program {
   }
 
   /**
-   * A buffer that holds numbers.
+   * Create a buffer with given content.
    *
    * @param {Numbers | Uint16Array} numbers
    * @param {number} usage
@@ -160,7 +160,7 @@ export class Program {
   }
 
   /**
-   * What a pipeline reads and writes.
+   * Create the bind group of a pipeline.
    *
    * @param {GPURenderPipeline | GPUComputePipeline} pipeline
    * @param {Record<number, GPUBuffer | GPUTextureView>} resources by the number of their binding
@@ -175,7 +175,7 @@ export class Program {
     });
   }
 
-  /** Where a pass notes when it began and ended. @param {number} pass */
+  /** Timestamp writes of a pass. @param {number} pass */
   stamps(pass) {
     if (this.#clock === null) return undefined;
     return {
@@ -185,7 +185,7 @@ export class Program {
     };
   }
 
-  /** Asks what each pass of the last frame took, into `milliseconds`; not while it still asks. */
+  /** Request the pass times of the last frame, stored in `milliseconds`; ignored while a request is pending. */
   async time() {
     if (this.#clock === null || this.#clock.read.mapState !== "unmapped") return;
     const { queries, found, read } = this.#clock;
@@ -207,7 +207,7 @@ export class Program {
    * @param {() => T} make
    * @returns {T}
    */
-  #kept(key, make) {
+  #cached(key, make) {
     const found = /** @type {T | undefined} */ (this.#pipelines.get(key)) ?? make();
     this.#pipelines.set(key, found);
     return found;
@@ -225,7 +225,7 @@ export class Program {
 }
 
 /**
- * Resources by the number of their binding, from one on.
+ * Number resources by binding, from `first` on.
  *
  * @template T
  * @param {T[]} items

@@ -1,10 +1,10 @@
-/** Colours as people write them. */
+/** Parses and writes CSS colours. */
 
 /** @typedef {import("./vector.js").Vector} Vector */
 
 /**
  * @param {string | null} text `ffffff`, `#fff`, or any colour that CSS knows by name
- * @returns {Vector | null} sRGB in [0, 1]; null if it is none
+ * @returns {Vector | null} sRGB in [0, 1]; null if it is not a colour
  */
 export function colorOf(text) {
   const word = text?.trim().toLowerCase() ?? "";
@@ -22,11 +22,11 @@ export function hexOf(color) {
   return `#${color.map((x) => part(x).toString(16).padStart(2, "0")).join("")}`;
 }
 
-/** A colour of CSS as a browser writes it: `#rrggbb`, unless one can see through it. @param {string} word */
+/** A colour of CSS as a browser writes it: `#rrggbb`, unless it is transparent. @param {string} word */
 function named(word) {
   const context = word ? document.createElement("canvas").getContext("2d") : null;
   if (!context) return "";
-  // what is no colour leaves the one before
+  // an unknown colour leaves the previous one
   const [black, white] = ["#000000", "#ffffff"].map((before) => {
     context.fillStyle = before;
     context.fillStyle = word;

@@ -1,21 +1,21 @@
-/** Pointers, wheel and keys: what moves the pose. */
+/** Moves the pose by pointers, wheel and keys. */
 
 /** @typedef {import("./pose.js").Pose} Pose */
 /**
- * @typedef {object} Moved what input acts on
+ * @typedef {object} Target callbacks of the input
  * @property {() => Pose} pose
  * @property {() => "orbit" | "fly"} mode
- * @property {() => void} held somebody takes hold of it
- * @property {() => void} changed the pose is another one
- * @property {(x: number, y: number) => void} focus look at what lies there, in CSS pixels
+ * @property {() => void} held a pointer went down
+ * @property {() => void} changed the pose has changed
+ * @property {(x: number, y: number) => void} focus look at the point under a pixel, CSS pixels
  */
 
-const TURN = 0.006; // radians a pixel
-const WHEEL = 0.0012; // of the distance, a unit of the wheel
-const PINCH = 8; // units of a wheel that one of a trackpad is worth
-const SPEED = 0.9; // distances to the target in a second, when flying with keys
-const SHAKE = 6; // pixels that a finger moves when it taps
-const TAP = 0.03; // seconds that the shortest press counts
+const TURN = 0.006; // radians per pixel
+const WHEEL = 0.0012; // share of the distance per wheel unit
+const PINCH = 8; // wheel units per trackpad unit
+const SPEED = 0.9; // distances to the target per second, flying with keys
+const SHAKE = 6; // pixels that a finger may move in a tap
+const TAP = 0.03; // seconds that a short press counts for
 const FLYING = new Map([
   ["KeyW", [0, 0, 1]],
   ["KeyS", [0, 0, -1]],
@@ -31,25 +31,25 @@ const TURNING = new Map([
   ["ArrowDown", [0, 1]],
 ]);
 
-/** Listens on an element that can have the focus. */
+/** Listens to the events of an element that can have the focus. */
 export class Input {
   #element;
-  #moved;
+  #target;
   #stop = new AbortController();
-  /** Where each finger or the mouse is. @type {Map<number, {x: number, y: number}>} */
+  /** Position of each pointer. @type {Map<number, {x: number, y: number}>} */
   #pointers = new Map();
   /** @type {Set<string>} */
   #keys = new Set();
   #shift = false;
-  #pressed = { x: 0, y: 0, time: 0 }; // of the tap before, for a double tap
+  #pressed = { x: 0, y: 0, time: 0 }; // previous tap, to detect a double tap
 
   /**
    * @param {HTMLElement} element
-   * @param {Moved} moved
+   * @param {Target} target
    */
-  constructor(element, moved) {
+  constructor(element, target) {
     this.#element = element;
-    this.#moved = moved;
+    this.#target = target;
     const listen = (/** @type {string} */ kind, /** @type {(event: any) => void} */ act) =>
       element.addEventListener(kind, act, { signal: this.#stop.signal, passive: false });
     listen("pointerdown", (event) => this.#down(event));
@@ -63,15 +63,15 @@ export class Input {
     listen("blur", () => this.#keys.clear());
   }
 
-  /** Whether keys are held down that go on moving. */
+  /** True if movement keys are down. */
   get busy() {
     return this.#keys.size > 0;
   }
 
-  /** Moves by the keys that are down. @param {number} seconds since the last call */
+  /** Move by the keys that are down. @param {number} seconds since the last call */
   advance(seconds) {
     if (!this.busy) return;
-    const pose = this.#moved.pose();
+    const pose = this.#target.pose();
     const step = SPEED * pose.reach * seconds * (this.#shift ? 4 : 1);
     for (const key of this.#keys) {
       const way = FLYING.get(key);
@@ -79,7 +79,7 @@ export class Input {
       const turn = TURNING.get(key);
       if (turn) this.#turn(turn[0] * 1.5 * seconds, turn[1] * 1.5 * seconds);
     }
-    this.#moved.changed();
+    this.#target.changed();
   }
 
   destroy() {
@@ -88,8 +88,8 @@ export class Input {
 
   /** @param {number} across @param {number} down radians */
   #turn(across, down) {
-    const pose = this.#moved.pose();
-    if (this.#moved.mode() === "orbit") pose.orbit(across, down);
+    const pose = this.#target.pose();
+    if (this.#target.mode() === "orbit") pose.orbit(across, down);
     else pose.look(across, down);
   }
 
@@ -101,9 +101,9 @@ export class Input {
     const { x, y, time } = this.#pressed;
     const close = Math.hypot(event.offsetX - x, event.offsetY - y) < 20;
     const alone = this.#pointers.size === 1 && event.button === 0;
-    if (alone && close && event.timeStamp - time < 350) this.#moved.focus(event.offsetX, event.offsetY);
+    if (alone && close && event.timeStamp - time < 350) this.#target.focus(event.offsetX, event.offsetY);
     this.#pressed = { x: event.offsetX, y: event.offsetY, time: alone ? event.timeStamp : -Infinity };
-    this.#moved.held();
+    this.#target.held();
     event.preventDefault();
   }
 
@@ -116,7 +116,7 @@ export class Input {
     if (this.#pointers.size === 1) this.#drag(now.x - last.x, now.y - last.y, event);
     else if (this.#pointers.size === 2) this.#pinch(event.pointerId, now);
     this.#pointers.set(event.pointerId, now);
-    this.#moved.changed();
+    this.#target.changed();
   }
 
   /** @param {PointerEvent} event */
@@ -131,26 +131,26 @@ export class Input {
     else this.#turn(dx * TURN, dy * TURN);
   }
 
-  /** Two fingers: their distance goes near and far, their middle pans. @param {number} id @param {{x: number, y: number}} now */
+  /** Two fingers: their distance zooms, their middle pans. @param {number} id @param {{x: number, y: number}} now */
   #pinch(id, now) {
     const last = this.#pointers.get(id);
     const other = [...this.#pointers].find(([key]) => key !== id)?.[1];
     if (last === undefined || other === undefined) return;
     const before = Math.hypot(last.x - other.x, last.y - other.y);
     const after = Math.hypot(now.x - other.x, now.y - other.y);
-    if (this.#moved.mode() === "fly") this.#moved.pose().move(0, 0, 2 * (after - before) * this.#unit);
-    else if (before > 0 && after > 0) this.#moved.pose().dolly(before / after);
+    if (this.#target.mode() === "fly") this.#target.pose().move(0, 0, 2 * (after - before) * this.#unit);
+    else if (before > 0 && after > 0) this.#target.pose().dolly(before / after);
     this.#pan((now.x - last.x) / 2, (now.y - last.y) / 2);
   }
 
   /** @param {number} dx @param {number} dy pixels */
   #pan(dx, dy) {
-    this.#moved.pose().move(-dx * this.#unit, -dy * this.#unit, 0);
+    this.#target.pose().move(-dx * this.#unit, -dy * this.#unit, 0);
   }
 
-  /** What a pixel stands for. */
+  /** World units per pixel at the target. */
   get #unit() {
-    const { target, eye } = this.#moved.pose();
+    const { target, eye } = this.#target.pose();
     return Math.hypot(...target.map((value, k) => value - eye[k])) / Math.max(this.#element.clientHeight, 1);
   }
 
@@ -159,27 +159,27 @@ export class Input {
     if (this.#element.classList.contains("polite") && !event.ctrlKey && !event.metaKey) return;
     event.preventDefault();
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
-    // browsers tell of two fingers on a trackpad as of a wheel with Ctrl held, in small steps
+    // browsers report a pinch on a trackpad as a wheel with Ctrl, in small steps
     const amount = event.deltaY * lines * (event.ctrlKey ? PINCH : 1) * WHEEL;
-    const pose = this.#moved.pose();
-    if (this.#moved.mode() === "orbit") pose.dolly(Math.exp(amount));
+    const pose = this.#target.pose();
+    if (this.#target.mode() === "orbit") pose.dolly(Math.exp(amount));
     else pose.move(0, 0, -amount * pose.reach);
-    this.#moved.changed();
+    this.#target.changed();
   }
 
   /** @param {KeyboardEvent} event @param {boolean} down */
   #key(event, down) {
     const { code } = event;
     this.#shift = event.shiftKey;
-    // with Cmd held, the end of another key is never told
+    // with Cmd held, browsers send no keyup of other keys
     if (!down && code.startsWith("Meta")) this.#keys.clear();
     if (down && (event.ctrlKey || event.metaKey || event.altKey)) return;
     if (!FLYING.has(code) && !TURNING.has(code)) return;
     const fresh = down && !this.#keys.has(code);
     if (down) this.#keys.add(code);
     else this.#keys.delete(code);
-    if (fresh) this.advance(TAP); // a key may be up again before the next frame
-    this.#moved.changed();
+    if (fresh) this.advance(TAP); // the key may be released before the next frame
+    this.#target.changed();
     event.preventDefault();
   }
 }

@@ -43,7 +43,7 @@ export class LoadProgress {
     return order.find((state) => states.includes(state)) ?? "";
   }
 
-  /** Whether a scene is loading. */
+  /** True if a scene is loading. */
   get busy() {
     return this.#sides.some(({ state }) => state === "loading");
   }

@@ -1,4 +1,4 @@
-/** Where the viewer stands and looks, and the ways to move: orbit, look around, pan, dolly, fly. */
+/** The camera pose and its movements: orbit, look around, pan, dolly, fly. */
 
 import { cross, dot, length, minus, plus, turned, unit } from "./vector.js";
 
@@ -6,15 +6,15 @@ import { cross, dot, length, minus, plus, turned, unit } from "./vector.js";
 /** @typedef {import("../render/types.js").Camera} Camera */
 /** @typedef {import("./vector.js").Vector} Vector */
 
-const POLE = 0.02; // radians that a view keeps from straight up or down
-const TRUST = 0.02; // in the mean upward direction of cameras
-const NEAREST = 1e-3; // of the starting distance, that a dolly may come close to its target
+const POLE = 0.02; // smallest angle to straight up or down, radians
+const TRUST = 0.02; // weight of the cameras' mean upward direction
+const NEAREST = 1e-3; // smallest distance to the target, as a share of the first one
 
-/** An eye at a place, turned to a target, with a sky that stays where it is. */
+/** A camera pose: eye, target, and the world's up direction. */
 export class Pose {
   /**
    * @param {Vector} eye
-   * @param {Vector} target what an orbit goes around
+   * @param {Vector} target centre of the orbit
    * @param {Vector} up of the world
    */
   constructor(eye, target, up) {
@@ -25,7 +25,7 @@ export class Pose {
   }
 
   /**
-   * The pose of a training camera, whose target is where all of them look.
+   * The pose of a training camera; the target is the point that all cameras look at.
    *
    * @param {View[]} views at least one
    * @param {number} [index]
@@ -35,13 +35,13 @@ export class Pose {
     const up = skyOf(axes);
     const { eye, forward } = axes[index];
     const distance = dot(minus(meeting(axes), eye), forward);
-    // cameras that look outwards or in parallel meet nowhere, and one alone at a rounding: a step ahead
+    // lines of sight of outward or parallel cameras do not meet: look one step ahead
     const step = Math.max(...axes.map((other) => length(minus(other.eye, eye))), 0) || 1;
     return new Pose(eye, plus(eye, forward, distance > NEAREST * step ? distance : step), up);
   }
 
   /**
-   * A pose for a scene that does not say how it was taken: from aside, at most of it.
+   * A pose for a scene without cameras: from the side, with most of the scene in view.
    *
    * @param {Float32Array} means of Gaussians, 3 each
    */
@@ -73,20 +73,20 @@ export class Pose {
     return made;
   }
 
-  /** Turns around the target. @param {number} across radians @param {number} down radians */
+  /** Orbit around the target. @param {number} across radians @param {number} down radians */
   orbit(across, down) {
     const back = this.#swung(minus(this.eye, this.target), across, down);
     this.eye = plus(this.target, back);
   }
 
-  /** Turns the head. @param {number} across radians @param {number} down radians */
+  /** Rotate the camera at its place. @param {number} across radians @param {number} down radians */
   look(across, down) {
     const ahead = this.#swung(minus(this.eye, this.target), across, down);
     this.target = minus(this.eye, ahead);
   }
 
   /**
-   * Moves eye and target.
+   * Move eye and target.
    *
    * @param {number} right world units
    * @param {number} down
@@ -100,14 +100,14 @@ export class Pose {
     this.target = plus(this.target, step);
   }
 
-  /** Goes nearer or away. @param {number} factor of the distance to the target */
+  /** Change the distance to the target. @param {number} factor of the distance to the target */
   dolly(factor) {
     const back = minus(this.eye, this.target);
     const distance = Math.max(length(back) * factor, NEAREST * this.reach);
     this.eye = plus(this.target, unit(back), distance);
   }
 
-  /** Looks at another place from where it stands. @param {Vector} place */
+  /** Look at another point. @param {Vector} place */
   focus(place) {
     if (length(minus(place, this.eye)) > 0) this.target = place;
   }
@@ -129,8 +129,8 @@ export class Pose {
 }
 
 /**
- * A camera of the given size that shows about what a training camera shows: on a screen of another
- * shape, between all of its field and only what fills the screen.
+ * A camera of the given size with about the field of view of a training camera. For other aspect ratios it
+ * uses the geometric mean of fitting the whole image and filling the screen.
  *
  * @param {Pose} pose
  * @param {View | null} view whose field of view to take; 50 degrees without one
@@ -151,8 +151,8 @@ export function cameraOf(pose, view, width, height, near, fov = null) {
 }
 
 /**
- * The direction of the sky: people hold cameras level, so it is square to what is right of them.
- * Where all look the same way, that leaves a choice, and their mean upward direction decides.
+ * The up direction: cameras are held level, so it is perpendicular to their right axes. Where all look
+ * the same way, the mean upward direction decides.
  *
  * @param {{right: Vector, down: Vector}[]} axes
  * @returns {Vector}
@@ -160,7 +160,7 @@ export function cameraOf(pose, view, width, height, near, fov = null) {
 function skyOf(axes) {
   const mean = unit(axes.reduce((sum, { down }) => minus(sum, down), /** @type {Vector} */ ([0, 0, 0])));
   let up = mean;
-  // power iteration: what has most of `(1 + TRUST) - mean of r r^T + TRUST mean mean^T`
+  // power iteration: the largest eigenvector of `(1 + TRUST) - mean of r r^T + TRUST mean mean^T`
   for (let step = 0; step < 200; step++) {
     /** @type {Vector} */
     let next = plus([0, 0, 0], up, 1 + TRUST);
@@ -180,7 +180,7 @@ function axesOf({ viewmat: m }) {
 }
 
 /**
- * The place nearest to all lines of sight, by least squares.
+ * The point nearest to all lines of sight, by least squares.
  *
  * @param {{eye: Vector, forward: Vector}[]} axes
  * @returns {Vector}

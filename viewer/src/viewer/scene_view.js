@@ -46,7 +46,7 @@ export class SceneView {
   calibrated = Promise.resolve();
 
   name = ""; // of the renderer
-  /** Whether the renderer failed with this scene. */
+  /** True if the renderer failed with this scene. */
   broken = false;
 
   #storedMeans = /** @type {StoredMeans} */ (new Float32Array(0));

@@ -43,11 +43,11 @@ export class Viewer {
   pose = new Pose([0, 0, -3], [0, 0, 0], [0, -1, 0]);
   /** Field of view in degrees; null: that of the training cameras. @type {number | null} */
   fov = null;
-  /** Whether each pass is timed. */
+  /** True if each pass is timed. */
   timed = false;
-  /** Whether the scene rotates by itself; the first input stops it. */
+  /** True if the scene rotates by itself; the first input stops it. */
   turning = false;
-  /** Whether only `drawAndWait` renders. */
+  /** True if only `drawAndWait` renders. */
   measured = false;
 
   #listener;
