@@ -146,8 +146,10 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
         "comparison": (
             f"Bonsai, {student['photos']} held-back photos of {size}, {student['device']}, "
             f"{student['date']}. The browser ({viewer['browser']}, {viewer['plan']['size']}) draws "
-            "in software, and the `.ply` with the fastest of the other viewers measured. "
-            f"The student trained for {student['seconds'] / 60:.1f} minutes.",
+            "in software; its time for the `.ply` is that of the fastest other viewer measured. "
+            f"The student took {student['student_steps']:,} steps "
+            f"({student['seconds'] / 60:.1f} minutes), its teacher "
+            f"{student['teacher_steps']:,}.",
             comparison_rows(paper, results["compression"]["cells"], viewer["viewers"]),
         ),
         "quality": (

@@ -35,7 +35,7 @@ def test_early_messages_of_the_preloaded_worker_are_kept(chromium: Chromium, ser
     held: list[Any] = []
 
     def hold(route: Any) -> None:
-        if route.request.resource_type == "script" and not held:
+        if "origin" in route.request.headers and not held:  # the page's script, not the thread's
             held.append(route)
         else:
             route.continue_()
