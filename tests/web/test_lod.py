@@ -180,7 +180,7 @@ def test_a_file_cut_after_its_colours_is_shown_in_colour(tab: Tab, served: Any) 
     tab.page.keyboard.press("Escape")
     assert tab.page.evaluate(SHOWN) == sum(LOD_SIZES)  # the last layer lacks some of its lobes
     whole = unpack(data).decode()
-    assert nearness(tab, lambda camera: whole.render(camera).image) > 20
+    assert nearness(tab, lambda camera: whole.render(camera).image, enough=20) > 20
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
