@@ -77,7 +77,7 @@ def main() -> None:
     parser.add_argument(
         "--names", nargs="+", help="names of the files in the JSON; default: their paths"
     )
-    parser.add_argument("--json", type=Path, default=Path("fill.json"))
+    parser.add_argument("--json", type=Path, default=Path("overdraw.json"))
     options = parser.parse_args()
     dataset = load_capture(options.capture, downscale=options.downscale)
     cameras = [frame.camera for frame in dataset.test]

@@ -21,9 +21,9 @@
 /** @typedef {Uint8ClampedArray} Picture */
 
 const SAME = 50; // dB between pictures that count as one: our sums' order changes the last bit
-const QUIET = 1000; // milliseconds that a viewer has for another order before it may count as settled
-const REPEATS = 2; // pictures in a row that must be the same by then
-const PAUSE = 300; // milliseconds without a frame, in which workers and read-backs come to their end
+const QUIET = 1000; // milliseconds that a viewer gets to sort before its picture may count as settled
+const REPEATS = 2; // equal pictures in a row that a settled viewer must show
+const PAUSE = 300; // milliseconds without a frame, so that workers and read-backs finish
 const ASIDE = 30; // degrees of the turn before a picture: enough for every viewer to sort and colour again
 const PATIENCE = 60; // frames
 

@@ -275,8 +275,8 @@ def _field(config: Any, name: str, setting: str, recipe: Recipe) -> Any:
         raise InputError(f"'{setting}' names no setting: there is no '{name}' below a value")
     known = [f.name for f in fields(config)]
     if name not in known:
-        near = [path for path in _paths(recipe) if path.split(".")[-1] == name]
-        near = near or get_close_matches(name, known)
+        near = get_close_matches(name, known)
+        near = near or [path for path in _paths(recipe) if path.split(".")[-1] == name]
         hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}"
         raise InputError(f"'{setting}' names no setting, as there is no '{name}': {hint}")
     return getattr(config, name)

@@ -1,8 +1,8 @@
-// libFuzzer target for decode.h: any bytes, into outputs of just the sizes that it asks for.
+// libFuzzer target for decode.h: any bytes, into outputs of exactly the sizes that it names.
 //
-// An input is a byte `way`, a u32 `count`, a u16 `alphabet`, then the stream. With the highest bit of
-// `way` the lengths in a rANS stream are made to fit, so that what comes behind them is reached; with
-// the bit `WIDE` there may be so many numbers that they come from any number of lanes.
+// An input is a byte `way`, a u32 `count`, a u16 `alphabet`, then the stream. The highest bit of `way`
+// corrects the lengths in a rANS stream, so that the code after them runs. The bit `WIDE` allows counts
+// large enough for every number of lanes.
 #include <cstdlib>
 #include <cstring>
 #include <vector>
