@@ -130,8 +130,16 @@ def test_a_lost_device_shows_an_error_if_webgpu_is_required(
     assert "the graphics device was lost" in alert.inner_text()
     tab.page.mouse.wheel(0, 100)
     frames(tab, 10)
-    tab.page.evaluate("document.querySelector('mobile-gs').open('/scene?again')")
-    alert.wait_for(state="hidden")
+    tab.page.evaluate(
+        """() => {
+          const element = document.querySelector("mobile-gs");
+          const message = element.shadowRoot.querySelector(".message");
+          const observer = new MutationObserver(() => (window.vanished ||= message.hidden));
+          observer.observe(message, { attributes: true });
+          element.open("/scene?again");
+        }"""
+    )
+    tab.page.wait_for_function("window.vanished", timeout=20_000)  # if only for a moment
     alert.wait_for(timeout=10_000)  # another scene would not be seen either
     assert "the graphics device was lost" in alert.inner_text()
     tab.close()
