@@ -38,9 +38,13 @@ class Part:
     """Files or folders without which the part is left out."""
 
 
+def module_words(name: str, *words: object) -> tuple[str, ...]:
+    """Return the words that run a module."""
+    return ("-m", name, *(str(word) for word in words))
+
+
 def parts_of(out: Path, data: Path | None, steps: int) -> list[Part]:
     """All parts in their order. `data` holds the captures; without it there is nothing to train."""
-    module = lambda name, *words: ("-m", name, *(str(word) for word in words))  # noqa: E731
     capture = (data or Path("MOBILEGS_DATA")) / "bonsai"
     scene, teacher = out / "bonsai" / "scene.mgs", out / "bonsai" / "teacher.ply"
     files = ("--mgs", scene, "--ply", teacher)
@@ -51,24 +55,26 @@ def parts_of(out: Path, data: Path | None, steps: int) -> list[Part]:
     paper = ("--scenes", "full", "--rows", *PAPER_ROWS, "--runs", out / "paper", "--data", data)
     trained = (scene, teacher)
     return [
-        Part("tests", module("pytest", *tests, "tests/render/test_cuda.py")),
-        Part("kernels", module("bench.gpu.kernels", *kernels)),
-        Part("kernels-gsplat", module("bench.gpu.kernels", *kernels, "--by", "gsplat")),
+        Part("tests", module_words("pytest", *tests, "tests/render/test_cuda.py")),
+        Part("kernels", module_words("bench.gpu.kernels", *kernels)),
+        Part("kernels-gsplat", module_words("bench.gpu.kernels", *kernels, "--by", "gsplat")),
         Part(
             "train",
-            module("mobilegs", "train", capture, "-o", scene.parent, "--resume", *preset),
+            module_words("mobilegs", "train", capture, "-o", scene.parent, "--resume", *preset),
             (capture,),
         ),
-        Part("frames", module("bench.gpu.frames", *frames), (capture, *trained)),
+        Part("frames", module_words("bench.gpu.frames", *frames), (capture, *trained)),
         Part(
             "frames-gsplat",
-            module("bench.gpu.frames", *frames, "--by", "gsplat"),
+            module_words("bench.gpu.frames", *frames, "--by", "gsplat"),
             (capture, *trained),
         ),
-        Part("wgpu", module("bench.viewers.wgpu", *files, "--json", out / "wgpu.json"), trained),
+        Part(
+            "wgpu", module_words("bench.viewers.wgpu", *files, "--json", out / "wgpu.json"), trained
+        ),
         Part(
             "paper",
-            module("bench.paper.run", *paper, "--json", out / "paper.json"),
+            module_words("bench.paper.run", *paper, "--json", out / "paper.json"),
             (capture,),
         ),
     ]

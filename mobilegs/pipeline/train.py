@@ -70,7 +70,7 @@ class TrainRun:
     steps, as in the paper. demo: 2,000 and 3,400 steps, for small captures. Default: gpu if
     there is an NVIDIA GPU, otherwise cpu."""
     method: MethodName | None = None
-    """How the teacher is trained. 3dgs: clones, splits and prunes Gaussians and resets opacities.
+    """Training method of the teacher. 3dgs: clones, splits and prunes Gaussians, resets opacities.
     mini-splatting: the paper's method; restarts from surface points and keeps the most important
     Gaussians. mcmc: moves faint Gaussians and adds Gaussians up to --max-splats. Default:
     mini-splatting with the preset gpu, otherwise 3dgs without opacity resets."""

@@ -1,4 +1,4 @@
-"""How much each Gaussian contributes to a sorted image: the reference.
+"""Contributions of each Gaussian to a sorted image: the reference.
 
 The kernels are csrc/cpu_contributions.h and csrc/cuda_contributions.h.
 """

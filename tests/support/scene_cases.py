@@ -29,7 +29,7 @@ class Case:
     size: int = 37
     """Entries of each codebook."""
     skewed: bool = False
-    """Whether some entries are taken more often than others, and Gaussians come in pairs."""
+    """True: some entries are more frequent than others, and Gaussians come in pairs."""
     exponent: int = 11
     spread: float = 1.0
     steps: StepSizes | None = None

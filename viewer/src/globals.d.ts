@@ -1,4 +1,4 @@
-/** What the build defines in the bundle. */
+/** Names that the build defines in the bundle. */
 declare const SHADERS: Record<string, string>;
 declare const PACKAGE_VERSION: string;
 declare const bundle: () => void;

@@ -144,7 +144,7 @@ class StudentModel:
 
     @property
     def lobes_are_final(self) -> bool:
-        """Whether lobes have the representation of the file."""
+        """True once lobes have the representation of the file."""
         return self.view.kind in ("constant", "network") or self.lobe_decoder is not None
 
     @property

@@ -251,12 +251,12 @@ class Student:
 
     @property
     def _distils(self) -> bool:
-        """Whether the loss compares with the teacher at all."""
+        """True if the loss compares with the teacher."""
         return self.config.loss.distill_weight != 0 or self.config.loss.depth_weight != 0
 
     @property
     def _has_rate_term(self) -> bool:
-        """Whether the loss of the next step has a rate term."""
+        """True if the loss of the next step has a rate term."""
         schedule = self.config.schedule
         begins = min(schedule.rate_from, schedule.quantize_from)
         return self.config.quantization.method == "sq" and self.done >= begins * self.steps

@@ -79,7 +79,7 @@ class ViewDependence:
 
     @property
     def base(self) -> bool:
-        """Whether a base opacity is stored per Gaussian."""
+        """True if the file stores a base opacity per Gaussian."""
         return self.kind in ("constant", "network", "decoded", "free") or self.latents > 0
 
     @property
