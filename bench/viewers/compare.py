@@ -49,9 +49,9 @@ from urllib.parse import urlencode
 
 import numpy as np
 import torch
-from viewers.serve import Server
 
 from bench.viewers.chromium import launched
+from bench.viewers.serve import Server
 from mobilegs.camera import Camera, look_at
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.scene_file import open_scene

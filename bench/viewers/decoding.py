@@ -48,7 +48,7 @@ for _ in range(5):
     times.append(1000 * (time.perf_counter() - start))
 print(json.dumps(times))
 """
-WAYS = {"library": cpu.library, "definition": lambda: None}
+WAYS = {"library": cpu.library, "reference": lambda: None}
 
 
 def timed(run: Callable[[], Any]) -> dict[str, float]:
@@ -91,7 +91,7 @@ def measured(data: bytes, rounds: int) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for step in steps:
         times = {way: medians(rows[step, way][1:]) for way in WAYS}
-        slow, fast = times["definition"], times["library"]
+        slow, fast = times["reference"], times["library"]
         found[step] = times | {"ratio": {name: round(slow[name] / fast[name], 1) for name in fast}}
     found["pack"] = medians([timed(lambda: pack(coded)) for _ in range(2)])
     binding.decoders = cpu.library  # pyright: ignore[reportAttributeAccessIssue]

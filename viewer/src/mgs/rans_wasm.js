@@ -2,7 +2,7 @@
 
 import { kernelsIn, newMemory } from "./wasm.js";
 
-/** Where tables lie, in bytes: behind a state and a pointer for each of at most 256 lanes. */
+/** Offset of the tables in bytes, after a state and a pointer for each of at most 256 lanes. */
 const TABLES = 2048;
 
 /** Kept for the next stream. @type {WebAssembly.Memory | null | undefined} */
