@@ -24,7 +24,7 @@ TYPES = {
     ".wgsl": "text/plain",
     ".glsl": "text/plain",
 }
-SMALL = {"width": 640, "height": 400}  # a processor draws each of these pixels
+SMALL = {"width": 640, "height": 400}
 # warnings that tests cause on purpose: reading pixels back, and empty scenes
 MEANT = ("GPU stall due to ReadPixels", "count of 0 is unusual")
 BLANK = b"<!doctype html><meta charset=utf-8><link rel=icon href=data:,><title>test</title>"
@@ -169,9 +169,10 @@ class Chromium:
         self._browser = browser
         self._server = server
 
-    def tab(self) -> Tab:
-        """Open a page in a new browser context."""
-        return Tab(self._browser.new_page(viewport=SMALL), self._server)
+    def tab(self, device_pixel_ratio: float = 0.5) -> Tab:
+        """Open a page in a new browser context, with few pixels: a processor draws each of them."""
+        page = self._browser.new_page(viewport=SMALL, device_scale_factor=device_pixel_ratio)
+        return Tab(page, self._server)
 
     def foreign(self) -> Any:
         """Return a new playwright page for another server; the caller closes it."""

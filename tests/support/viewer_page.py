@@ -2,6 +2,7 @@
 
 import threading
 import time
+from base64 import b64decode
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -87,15 +88,18 @@ def seen(tab: Tab, width: int, height: int, side: int = 0) -> tuple[Camera, torc
         """async ([width, height, side]) => {
           const { viewer } = document.querySelector("mobile-gs");
           const camera = viewer.camera(width, height);
-          return { ...camera, pixels: Array.from(await viewer.pixels(camera, side)) };
+          const bytes = new Uint8Array(Float32Array.from(await viewer.pixels(camera, side)).buffer);
+          // as text: playwright takes a second to check a list of numbers
+          const text = Array.from(bytes, (byte) => String.fromCharCode(byte)).join("");
+          return { ...camera, pixels: btoa(text) };
         }""",
         [width, height, side],
     )
     k = [[found["fx"], 0, found["cx"]], [0, found["fy"], found["cy"]], [0, 0, 1]]
     viewmat = torch.tensor(found["viewmat"]).reshape(4, 4)
     camera = Camera(viewmat, torch.tensor(k), width, height, found["near"])
-    pixels = torch.tensor(found["pixels"]).reshape(height, width, 4)
-    return camera, pixels[..., :3]
+    pixels = np.frombuffer(b64decode(found["pixels"]), np.float32).reshape(height, width, 4)
+    return camera, torch.from_numpy(pixels[..., :3].copy())
 
 
 def nearness(

@@ -18,7 +18,7 @@ from mobilegs.mgs.codec import unpack
 from mobilegs.render import render_sorted
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
-from tests.support.browser import Tab
+from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, RENDERERS, SETTLED, nearness, screen, seen, still, visit
 
 OPEN = """(wishes) => Object.entries(wishes).forEach(([name, value]) =>
@@ -242,7 +242,8 @@ def test_a_comparison_can_be_ended_and_restarted(tab: Tab, served: Any, plain: P
     assert canvases.count() == 2 and handle.inner_text().split() == ["scene"] * 2
 
 
-def test_a_saved_picture_has_both_sides(tab: Tab, served: Any, plain: Path) -> None:
+def test_a_saved_picture_has_both_sides(chromium: Chromium, served: Any, plain: Path) -> None:
+    tab = chromium.tab(device_pixel_ratio=1)
     both(tab, served, plain)
     tab.page.get_by_role("slider").press("PageDown")
     with tab.page.expect_download() as saved:
@@ -254,3 +255,4 @@ def test_a_saved_picture_has_both_sides(tab: Tab, served: Any, plain: Path) -> N
     assert picture.shape == shown.shape
     for part in (slice(60, 200), slice(320, 600)):  # left and right of the handle
         assert np.abs(picture[60:300, part] - shown[60:300, part]).mean() < 1
+    tab.close()

@@ -103,7 +103,7 @@ def test_the_settings_change_the_viewer(tab: Tab, served: Any) -> None:
     canvas = tab.page.locator("mobile-gs canvas")
     for share in ("0.5", "1"):
         resolution.select_option(share)
-        width = round(float(share) * tab.page.viewport_size["width"])
+        width = round(float(share) * tab.page.evaluate("innerWidth * devicePixelRatio"))
         until(tab, lambda width=width: canvas.evaluate("(canvas) => canvas.width") == width)
     panel.get_by_label("Dragging").select_option("fly")
     tab.page.keyboard.press("r")  # a letter that chooses in a list does nothing else
@@ -147,8 +147,8 @@ def test_keyboard_focus_is_visible(tab: Tab, served: Any) -> None:
         for png in (before, tab.page.screenshot())
     ]
     changed = np.abs(around[0] - around[1]).max(axis=2) > 30
-    assert changed[:2].mean() > 0.9 and changed[:, :2].mean() > 0.9
-    assert not changed[20:60, 20:60].any()
+    assert changed[0].mean() > 0.9 and changed[:, 0].mean() > 0.9
+    assert not changed[10:30, 10:30].any()
 
 
 def test_alt_labels_the_canvas(tab: Tab, served: Any) -> None:

@@ -39,10 +39,12 @@ export function startPage() {
 
   let timer = 0;
   let shown = "";
+  const fragment = () => (element.viewer ? poseToHash(element.viewer.pose) : "");
   element.addEventListener("frame", () => {
+    shown ||= fragment(); // where the scene opened: a first drag may come at once
     clearTimeout(timer);
     timer = setTimeout(() => {
-      const text = element.viewer ? poseToHash(element.viewer.pose) : "";
+      const text = fragment();
       const moved = shown !== "" && text !== shown;
       shown = text;
       try {
