@@ -245,6 +245,15 @@ def harmonics(header: dict, streams: dict, u: np.ndarray, latents: np.ndarray) -
     if header.get("colors", "networks") == "linear":
         static2, view2 = matrices(streams["color-matrices"], (3, 3), (rest, view.shape[1]))
         return np.concatenate([static @ static2.T, view @ view2.T], axis=1)
+
+    def leaky(hidden: np.ndarray) -> np.ndarray:
+        return np.where(hidden > 0, hidden, np.float32(0.01) * hidden)
+
+    if header.get("colors") == "latent_networks":
+        shapes = ((128, 6), (3, 64), (rest, 64))
+        both1, static2, view2 = matrices(streams["color-networks"], *shapes)
+        hidden = leaky(latents @ both1.T)
+        return np.concatenate([hidden[:, :64] @ static2.T, hidden[:, 64:] @ view2.T], axis=1)
     shapes = ((64, 96), (13, 64), (64, 16), (3, 64), (64, 16), (rest, 64))
     weights = matrices(streams["appearance-decoder"], *shapes)
     context1, context2, static1, static2, view1, view2 = weights
@@ -257,8 +266,7 @@ def harmonics(header: dict, streams: dict, u: np.ndarray, latents: np.ndarray) -
     context = np.maximum(encoded @ context1.T, 0) @ context2.T
 
     def head(numbers: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        hidden = np.concatenate([context, numbers], axis=1) @ first.T
-        return np.where(hidden > 0, hidden, np.float32(0.01) * hidden) @ last.T
+        return leaky(np.concatenate([context, numbers], axis=1) @ first.T) @ last.T
 
     return np.concatenate([head(static, static1, static2), head(view, view1, view2)], axis=1)
 

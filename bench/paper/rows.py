@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+from mobilegs.train.recipes import PAPER, RELEASE
+
 # settings that take the presets' departures from the paper back: virtual views, the early rate
 # term, scalar quantisation, the overdraw term
 LATE_RATE_TERM = ("student.schedule.rate_from=1",)
@@ -154,14 +156,14 @@ THEIRS: dict[str, Row] = {
         "the paper's network in every frame, plus a base opacity per Gaussian",
         ("student.view_dependence.kind=network",),
     ),
-    "paper": Row(
+    "near-paper": Row(
         "main",
-        "the same, the paper's networks for colours, ellipses out to alpha = 1/255",
+        "the same, the release's networks for colours, ellipses out to alpha = 1/255",
         ("student.view_dependence.kind=network", "student.color.decoder=networks", FULL),
     ),
-    "release": Row(
+    "near-release": Row(
         "main",
-        "the published method with the release's errors, as far as settings reach",
+        "the release with its errors, but 8 or 12 votes per interval",
         (
             *NO_BASE,
             *FROZEN,
@@ -315,7 +317,70 @@ THEIRS: dict[str, Row] = {
     ),
 }
 
-ROWS = OURS | {
-    name: replace(row, settings=(*CODEBOOKS, *row.settings)) for name, row in THEIRS.items()
+# the paper's own model, and every line of its ablations
+PAPERS: dict[str, Row] = {
+    "paper": Row("paper", "the preset paper's choices"),
+    "paper-no-view-dependence": Row(
+        "paper",
+        "opacity and phi are constant per Gaussian",
+        (
+            "student.view_dependence.kind=free",
+            "student.view_dependence.degree=0",
+            "student.view_dependence.decoder_from=0.1",
+            "student.ablation.start_opacity=0",
+        ),
+    ),
+    "paper-no-quantization": Row(
+        "paper", "neither networks nor codebooks for colours and shapes", EXPLICIT, coded=False
+    ),
+    **{
+        f"paper-sh-{degree}": Row(
+            "paper", f"SH degree {degree}", (f"student.color.degree={degree}",)
+        )
+        for degree in (0, 2, 3)
+    },
+    "paper-no-depth-term": Row(
+        "paper", "w without phi / d^2", ("student.weighting.name=no_depth",)
+    ),
+    "paper-no-scale-term": Row(
+        "paper", "w without exp(s / d)", ("student.weighting.name=no_scale",)
+    ),
+    "paper-no-pruning": Row("paper", "no votes", NO_VOTES),
+    "paper-by-opacity": Row(
+        "paper",
+        "votes by opacity only, one pruning",
+        ("student.pruning.votes.criterion=opacity", *ONCE),
+    ),
+    "paper-by-scale": Row(
+        "paper",
+        "votes by scale only, one pruning",
+        ("student.pruning.votes.criterion=scale", *ONCE),
+    ),
+    **{
+        f"paper-vote-{share}": Row(
+            "paper",
+            f"votes below the {share} quantile",
+            (f"student.pruning.votes.quantile={share}",),
+        )
+        for share in (0.1, 0.4, 0.6)
+    },
+    **{
+        f"paper-codebook-{bits}": Row(
+            "paper",
+            f"2^{bits} entries in each codebook",
+            tuple(
+                f"student.quantization.codebooks.{name}={2**bits}"
+                for name in ("scale", "rotation", "appearance")
+            ),
+        )
+        for bits in (6, 8, 12)
+    },
 }
+
+ROWS = (
+    OURS
+    | {name: replace(row, settings=(*CODEBOOKS, *row.settings)) for name, row in THEIRS.items()}
+    | {name: replace(row, settings=(*PAPER, *row.settings)) for name, row in PAPERS.items()}
+    | {"release": Row("paper", "the preset release's choices", RELEASE)}
+)
 BASE = "codebooks"  # the row that the paper's tables start from

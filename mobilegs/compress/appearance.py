@@ -11,7 +11,7 @@ from torch.nn.functional import leaky_relu, linear
 from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.csrc import binding
 
-COLORS = ("linear", "networks")
+COLORS = ("linear", "networks", "latent_networks")
 OCTAVES = 16
 ENCODED = 2 * 3 * OCTAVES
 CONTEXT = 13
@@ -121,7 +121,7 @@ class LinearDecoder(nn.Module):
 
 
 class AppearanceDecoder(nn.Module):
-    """Networks from position and latents to harmonics (the paper's MLP_d and MLP_v, degree 1).
+    """Networks from position and latents to harmonics, as in the paper's release.
 
     | input | hidden | output |
     |---|---|---|
@@ -219,14 +219,89 @@ class AppearanceDecoder(nn.Module):
         return self.static1[:, CONTEXT:], self.view1[:, CONTEXT:]
 
 
-ColorDecoder = LinearDecoder | AppearanceDecoder
+class LatentDecoder(nn.Module):
+    """Networks from all latents to harmonics: the paper's Eq. 6.
+
+    `MLP_d` gives degree 0 and `MLP_v` the others, each from static and view latents together, with
+    64 hidden units and leaky ReLUs. There are no biases: 1,536 weights for degree 1,
+    Xavier-uniform at the start, rounded to float16, as a file stores them.
+
+    Attributes:
+        both1: the first layers, `[128, 6]`: 64 rows of `MLP_d`, then 64 of `MLP_v`.
+        static2, view2: the last layers, `[3, 64]` and `[9, 64]` for degree 1.
+    """
+
+    def __init__(self, generator: torch.Generator, degree: int = 1) -> None:
+        """Draw the weights from `generator`; `degree` is 0 to 3."""
+        super().__init__()
+        self.significand_bits = SIGNIFICAND_BITS  # of the weights; mode `sq` has fewer
+        self.degree = degree
+
+        def weights(networks: int, rows: int, columns: int) -> nn.Parameter:
+            bound = math.sqrt(6 / (rows + columns))
+            drawn = torch.rand(networks * rows, columns, generator=generator)
+            return nn.Parameter((2 * drawn - 1) * bound)
+
+        self.both1 = weights(2, HIDDEN, 2 * LATENTS)
+        self.static2 = weights(1, 3, HIDDEN)
+        self.view2 = weights(1, 3 * (degree + 1) ** 2 - 3, HIDDEN)
+
+    def forward(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n 3"],
+    ) -> Float[Tensor, "n k 3"]:
+        """Return the spherical harmonics of the colour; `positions` have no effect."""
+        first = round_float16(self.both1, self.significand_bits)
+        last = torch.block_diag(
+            *(round_float16(part, self.significand_bits) for part in (self.static2, self.view2))
+        )
+        hidden = leaky_relu(linear(torch.cat([static, view], dim=1), first), SLOPE, inplace=True)
+        return linear(hidden, last).unflatten(1, (-1, 3))
+
+    @torch.no_grad()
+    def decode(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n 3"],
+    ) -> Float[Tensor, "n k 3"]:
+        """Compute `forward` without gradients, in chunks that bound the memory."""
+        chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
+        return torch.cat([self(*chunk) for chunk in chunks])
+
+    @torch.no_grad()
+    def init_linear(self, directions: Float[Tensor, "d 3"]) -> None:
+        """Set the weights so that the output is `[static, directions @ view]`.
+
+        As in `AppearanceDecoder.init_linear`, six of the 64 units of a network make it linear.
+        """
+        pair = torch.cat([torch.eye(LATENTS), -torch.eye(LATENTS)]).to(self.both1)
+        for first, latents, last, out in (
+            (self.both1[:HIDDEN], slice(LATENTS), self.static2, torch.eye(3)),
+            (self.both1[HIDDEN:], slice(LATENTS, None), self.view2, directions),
+        ):
+            first[: 2 * LATENTS] = 0
+            first[: 2 * LATENTS, latents] = pair
+            last.zero_()
+            last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
+
+    @property
+    def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
+        """The matrices that static and view latents are multiplied by."""
+        return self.both1[:, :LATENTS], self.both1[:, LATENTS:]
+
+
+ColorDecoder = LinearDecoder | AppearanceDecoder | LatentDecoder
 
 
 def color_decoder(shape: ColorShape, generator: torch.Generator) -> ColorDecoder:
     """Return a decoder of a shape; `generator` draws the weights of networks."""
     if shape.colors == "linear":
         return LinearDecoder(shape.degree, shape.latents - LATENTS)
-    return AppearanceDecoder(generator, shape.degree)
+    networks = LatentDecoder if shape.colors == "latent_networks" else AppearanceDecoder
+    return networks(generator, shape.degree)
 
 
 def fit_appearance(
@@ -243,7 +318,7 @@ def fit_appearance(
     Static latents are the degree-0 coefficients, view latents the projection of the others on
     their principal directions (0 if there are none). Distances between latents are then distances
     between colours, as k-means needs. The decoder starts as the best linear map. Networks are then
-    regressed with Adam on random batches, so that they also use the position.
+    regressed with Adam on random batches, so that they also use their other inputs.
 
     Args:
         positions: normalised.

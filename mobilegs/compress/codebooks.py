@@ -31,6 +31,8 @@ CUTS: dict[Attribute, Cut] = {
     "appearance": Cut(3, 2),  # (s0, s1), (s2, v0), (v1, v2) of the static and view latents
     "opacity": Cut(1, 1),  # the base opacity's logit (this project; the paper stores none)
 }
+# one codebook for all three scales, and one for the quaternion
+JOINT_CUTS: dict[Attribute, Cut] = {**CUTS, "scale": Cut(1, 3), "rotation": Cut(1, 4)}
 
 
 @dataclass(frozen=True)
@@ -38,13 +40,25 @@ class CodebookSizes:
     """Number of entries in each codebook of an attribute, 1 to 4096."""
 
     scale: int = 64
-    """Of each of three codebooks, one per log-scale."""
+    """Of each of three codebooks, one per log-scale, or of one for all."""
     rotation: int = 512
-    """Of each of two codebooks, one per half of the quaternion."""
+    """Of each of two codebooks, one per half of the quaternion, or of one for all."""
     appearance: int = 1024
     """Of each of three codebooks, one per pair of the colour's six latents."""
     opacity: int = 64
     """Of the codebook of base opacities."""
+    joint_shapes: bool = False
+    """One codebook for the three log-scales and one for the quaternion: with the three pairs of
+    colour latents they are the paper's five groups. False cuts them into three and two parts, as
+    the release does."""
+
+    weight_by_size: bool = True
+    """Weight the k-means of scales by the apparent size of the Gaussians. The paper does not."""
+
+    @property
+    def cuts(self) -> dict[Attribute, Cut]:
+        """The cut of each attribute but `lobes`."""
+        return JOINT_CUTS if self.joint_shapes else CUTS
 
     def __post_init__(self) -> None:
         for name in CUTS:

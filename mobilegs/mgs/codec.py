@@ -42,7 +42,11 @@ from mobilegs.mgs.uniform_streams import (
 
 FILE_MAX = 1 << 32
 # stream of the colour decoder, by the header's field `colors`
-COLOR_STREAMS = {"linear": "color-matrices", "networks": "appearance-decoder"}
+COLOR_STREAMS = {
+    "linear": "color-matrices",
+    "networks": "appearance-decoder",
+    "latent_networks": "color-networks",
+}
 THREADS_MAX = 8  # each decodes one stream, which may take 3 MiB besides its output
 # counted over used streams; far above real scenes; keeps small files from using much memory
 GAUSSIANS_PER_BYTE = 1

@@ -74,6 +74,10 @@ def write_container(header: dict[str, Any], streams: list[Stream], *, major: int
 
 def _minor_increment(header: dict[str, Any]) -> int:
     """Return the increment of the minor version by the features that a header uses."""
+    books = header.get("codebooks", {})
+    joint = "scale" in books and (books["scale"]["count"] == 1 or books["rotation"]["count"] == 1)
+    if joint or header.get("colors") == "latent_networks":
+        return 4
     if "colors" not in header:
         return int("alpha_min" in header["weighting"])
     columns = header["scalars"]["appearance"]["least"] if "scalars" in header else ()

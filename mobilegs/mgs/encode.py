@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from mobilegs.compress.appearance import AppearanceDecoder, ColorDecoder
+from mobilegs.compress.appearance import AppearanceDecoder, ColorDecoder, LatentDecoder
 from mobilegs.compress.codebooks import Attribute, SubVectorCodebooks
 from mobilegs.compress.float16 import SIGNIFICAND_BITS, to_float16
 from mobilegs.compress.lobes import LobeDecoder
@@ -68,7 +68,7 @@ def encode_scene(
 
 def _weights(module: nn.Module) -> dict[str, Tensor]:
     bits = SIGNIFICAND_BITS
-    if isinstance(module, AppearanceDecoder | LobeDecoder):
+    if isinstance(module, AppearanceDecoder | LatentDecoder | LobeDecoder):
         bits = module.significand_bits
     return {
         name: _stored(value, bits if value.ndim == 2 else SIGNIFICAND_BITS)

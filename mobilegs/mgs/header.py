@@ -10,7 +10,7 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.compress.appearance import COLORS, ColorShape
-from mobilegs.compress.codebooks import CUTS, SIZE_MAX, Attribute, Cut
+from mobilegs.compress.codebooks import CUTS, JOINT_CUTS, SIZE_MAX, Attribute, Cut
 from mobilegs.compress.lobes import HIDDEN_LAYERS, HIDDEN_MAX, LATENTS_MAX, LobeShape
 from mobilegs.compress.uniform_quantizer import CODE_MAX, COLUMNS
 from mobilegs.errors import InputError
@@ -206,9 +206,11 @@ def _parse_cuts(fields: dict[str, Any], lobes: LobeShape | None) -> dict[Attribu
         if name == "opacity" and name not in fields and lobes is not None:
             continue
         book = _object(fields, name)
-        for part, value in (("count", cut.count), ("length", cut.length)):
-            _integer(book, part, value, value)
-        cuts[name] = cut
+        numbers = cut.count * cut.length
+        given = Cut(*(_integer(book, part, 1, numbers) for part in ("count", "length")))
+        if given not in (cut, JOINT_CUTS[name]):
+            raise _broken(name)
+        cuts[name] = given
     latents = 0 if lobes is None else lobes.latents
     if "lobes" in fields:
         book = _object(fields, "lobes")

@@ -14,6 +14,7 @@ from mobilegs.camera import NEAR, Camera
 from mobilegs.compress.appearance import LATENTS, ColorShape, color_decoder
 from mobilegs.compress.codebooks import (
     CUTS,
+    JOINT_CUTS,
     SIZE_MAX,
     Attribute,
     Cut,
@@ -101,9 +102,11 @@ class QuantizedScene:
     @property
     def cuts(self) -> dict[Attribute, Cut]:
         """With codebooks, the cut of each attribute, in the file's order."""
-        cuts: dict[Attribute, Cut] = {
-            name: cut for name, cut in CUTS.items() if name in self.codebooks
-        }
+        cuts: dict[Attribute, Cut] = {}
+        for name, cut in CUTS.items():
+            if name in self.codebooks:
+                joint = self.codebooks[name].shape[0] == 1
+                cuts[name] = JOINT_CUTS[name] if joint else cut
         if "lobes" in self.codebooks:
             count, _, length = self.codebooks["lobes"].shape
             cuts["lobes"] = Cut(count, length)
@@ -116,6 +119,8 @@ class QuantizedScene:
         degree = math.isqrt(len(view) // 3 + 1) - 1
         if "context1" in self.decoder:
             return ColorShape("networks", degree)
+        if "both1" in self.decoder:
+            return ColorShape("latent_networks", degree)
         return ColorShape("linear", degree, LATENTS + view.shape[1])
 
     def sorted(self) -> "QuantizedScene":

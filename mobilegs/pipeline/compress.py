@@ -42,6 +42,8 @@ VIEWS: dict[PresetName, tuple[int, int]] = {
     "demo": (48, 240),
     "cpu": (400, 640),
     "gpu": (400, 1280),
+    "paper": (400, 1280),
+    "release": (400, 1280),
 }
 
 

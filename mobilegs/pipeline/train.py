@@ -67,8 +67,9 @@ class TrainRun:
     preset: PresetName | None = None
     """Length and size of the training. cpu: 5,000 steps of the teacher and 5,000 of the student,
     about 7 minutes on two cores for photos of 400x267 (see --downscale). gpu: 30,000 and 30,000
-    steps, as in the paper. demo: 2,000 and 3,400 steps, for small captures. Default: gpu if
-    there is an NVIDIA GPU, otherwise cpu."""
+    steps. demo: 2,000 and 3,400 steps, for small captures. paper: the steps of gpu, with the
+    paper's choices in place of this project's. release: the same for the paper's published code,
+    errors included. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
     method: MethodName | None = None
     """Training method of the teacher. 3dgs: clones, splits and prunes Gaussians, resets opacities.
     mini-splatting: the paper's method; restarts from surface points and keeps the most important

@@ -1,4 +1,4 @@
-"""Recipes: all settings of a training, with presets for a CPU, a GPU, and the demo."""
+"""Recipes: all settings of a training, with presets: cpu, gpu, demo, paper and release."""
 
 import json
 import typing
@@ -20,7 +20,7 @@ from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.mini_splatting import MiniSplattingConfig
 from mobilegs.train.teacher.trainer import TeacherConfig
 
-PresetName = Literal["cpu", "gpu", "demo"]
+PresetName = Literal["cpu", "gpu", "demo", "paper", "release"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
 # Start of densification, later than in 3DGS: the demo's teacher reaches 28.60 dB, not 28.54.
 LATE_START = 0.02
@@ -116,6 +116,73 @@ def demo_recipe() -> Recipe:
     )
 
 
+# The paper's student, by its text; where the text is silent, by its release. Learning rates and
+# lengths are apart, so that shorter runs can have their own.
+PAPER = (
+    "student.weighting.exponent_max=80",
+    f"student.weighting.alpha_min={1 / 255}",
+    "student.color.decoder=latent_networks",
+    "student.view_dependence.kind=network",
+    "student.ablation.start_opacity=0.5",
+    "student.lr.opacities=0",
+    "student.loss.depth_weight=0.1",
+    "student.loss.virtual_view_every=0",
+    "student.loss.overdraw_weight=0",
+    "student.ablation.mask_depth=false",
+    "student.ablation.round_means=false",
+    "student.pruning.votes.votes_per_interval=1000",
+    f"student.pruning.votes.until={25 / 30}",
+    "student.views_per_step=3",
+    "student.quantization.method=nvq",
+    "student.quantization.codebooks.joint_shapes=true",
+    "student.quantization.codebooks.weight_by_size=false",
+    "student.quantization.codebooks.scale=1024",
+    "student.quantization.codebooks.rotation=1024",
+    "student.quantization.codebooks.appearance=1024",
+    "student.quantization.codebooks.opacity=1",
+    f"student.schedule.latents_from={5 / 30}",
+    f"student.schedule.quantize_from={5 / 30}",
+    "student.schedule.rate_from=1",
+    "student.schedule.reassign_every=0",
+)
+# The student of the release, with its errors as far as settings reach.
+RELEASE = (
+    *PAPER,
+    "student.color.decoder=networks",
+    "student.weighting.detached=true",
+    "student.loss.depth_weight=0.2",
+    "student.ablation.keep_moments=false",
+    "student.pruning.votes.until=0.8",
+    "student.views_per_step=1",
+    "student.quantization.codebooks.joint_shapes=false",
+    "student.quantization.codebooks.scale=64",
+    "student.quantization.codebooks.rotation=512",
+    f"student.schedule.quantize_from={29 / 30}",
+    "student.lr.codebooks=1e-8",
+    "student.lr.rotation_codebooks=1e-8",
+    "student.lr.color_codebooks=1e-8",
+    "student.lr.quantized_factor=0",
+)
+# Learning rates and the teacher of both: the release's constant rates, and Mini-Splatting itself.
+LONG = (
+    "teacher.min_views=0",
+    "teacher.init_splats=10000000",
+    "student.lr.means_max=1e9",
+    "student.lr.final_factor=1",
+    "student.lr.network=1e-3",
+)
+
+
+def paper_recipe() -> Recipe:
+    """Return the paper's recipe: 30,000 + 30,000 steps, its choices in place of this project's."""
+    return with_settings(gpu_recipe(), (*PAPER, *LONG))
+
+
+def release_recipe() -> Recipe:
+    """Return the recipe of the paper's release, with its errors as far as settings reach."""
+    return with_settings(gpu_recipe(), (*RELEASE, *LONG))
+
+
 # Former paths of settings. They stay for one version, so that the error can name the new path.
 FORMER = {
     "teacher.position_rate": "teacher.lr.means",
@@ -206,6 +273,8 @@ RECIPES: dict[PresetName, Callable[[], Recipe]] = {
     "cpu": cpu_recipe,
     "gpu": gpu_recipe,
     "demo": demo_recipe,
+    "paper": paper_recipe,
+    "release": release_recipe,
 }
 
 

@@ -1,7 +1,9 @@
 """The GPU script: it runs what is missing, stops in time, and keeps its figures."""
 
 import json
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -43,18 +45,29 @@ def test_a_part_without_its_files_is_left_out(
     assert not (tmp_path / "said").exists()
 
 
-def test_a_part_is_interrupted_when_the_time_is_up(tmp_path: Path) -> None:
+def test_a_part_is_interrupted_when_the_time_is_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     program = """
 import sys, time
 try:
+    open(sys.argv[2], "w").close()
     time.sleep(60)
 except KeyboardInterrupt:
     open(sys.argv[1], "w").write("checkpoint")
     sys.exit(130)
 """
-    slow = Part("train", ("-I", "-S", "-c", program, str(tmp_path / "saved")))
+    begun, waited = tmp_path / "begun", subprocess.Popen.wait
+
+    def wait(process: subprocess.Popen, seconds: float | None = None) -> int:
+        while not begun.exists():  # a busy machine takes its time to start Python
+            time.sleep(0.01)
+        return waited(process, seconds)
+
+    monkeypatch.setattr(subprocess.Popen, "wait", wait)
+    slow = Part("train", ("-I", "-S", "-c", program, str(tmp_path / "saved"), str(begun)))
     after = writes("frames", tmp_path / "said")
-    assert run_parts([slow, after], tmp_path, 3 / 60) == ["train", "frames"]
+    assert run_parts([slow, after], tmp_path, 1 / 60) == ["train", "frames"]
     assert (tmp_path / "saved").read_text() == "checkpoint"
     assert not (tmp_path / "said").exists()
     assert json.loads((tmp_path / "parts.json").read_text())[0]["exit"] == 130

@@ -11,6 +11,7 @@ from mobilegs.compress.appearance import (
     SLOPE,
     AppearanceDecoder,
     ColorShape,
+    LatentDecoder,
     LinearDecoder,
     color_decoder,
     contract,
@@ -157,3 +158,34 @@ def test_one_gaussian_without_view_dependence_is_fitted() -> None:
     sh[:, 0] = 0.7
     latents = fit_appearance(decoder, torch.zeros(1, 3), sh, generator=seeded(), steps=3)
     assert decoder.decode(torch.zeros(1, 3), *latents) == pytest.approx(sh, abs=0.05)
+
+
+def test_the_networks_of_all_latents_are_equation_6() -> None:
+    """Compare with numpy, written from the paper: both networks see static and view latents."""
+    decoder = LatentDecoder(seeded(), degree=2)
+    assert sum(p.numel() for p in LatentDecoder(seeded()).parameters()) == 1536
+    w = {name: p.detach().half().double().numpy() for name, p in decoder.named_parameters()}
+    static, view = torch.randn(2, 20, 3, generator=seeded(2)).double()
+    both = np.hstack([static.numpy(), view.numpy()])
+
+    def network(first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        hidden = both @ first.T
+        return np.where(hidden > 0, hidden, 0.01 * hidden) @ last.T
+
+    nowhere = torch.full((20, 3), torch.nan)
+    for found in (decoder.double()(nowhere, static, view), decoder.decode(nowhere, static, view)):
+        flat = found.detach().flatten(1).numpy()
+        np.testing.assert_allclose(flat[:, :3], network(w["both1"][:64], w["static2"]), rtol=1e-9)
+        np.testing.assert_allclose(flat[:, 3:], network(w["both1"][64:], w["view2"]), rtol=1e-9)
+
+
+def test_gradients_reach_the_networks_of_all_latents() -> None:
+    decoder = LatentDecoder(seeded()).double()
+    static, view = (torch.randn(5, 3, generator=seeded(i)).double() for i in (1, 2))
+    static.requires_grad_()
+    view.requires_grad_()
+    nowhere = torch.full((5, 3), torch.nan).double()
+    assert torch.autograd.gradcheck(lambda s, v: decoder(nowhere, s, v), (static, view))
+    decoder(nowhere, static, view).square().sum().backward()
+    for parameter in decoder.parameters():
+        assert parameter.grad is not None and parameter.grad.abs().max() > 0

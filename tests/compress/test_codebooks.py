@@ -1,5 +1,7 @@
 """Sub-vector codebooks."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
@@ -127,4 +129,4 @@ def test_a_module_runs_with_rounded_weights() -> None:
 @pytest.mark.parametrize("sizes", [{"scale": 0}, {"appearance": 4097}])
 def test_codebook_sizes_out_of_range_are_refused(sizes: dict[str, int]) -> None:
     with pytest.raises(InputError, match="codebook"):
-        CodebookSizes(**sizes)
+        replace(CodebookSizes(), **sizes)

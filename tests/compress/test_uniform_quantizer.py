@@ -149,7 +149,7 @@ def test_decorrelated_appearance_latents_decode_to_the_same_colours(
     degree: int, view_latents: int, colors: str
 ) -> None:
     g = seeded(3)
-    most = 3 if colors == "networks" else view_latents
+    most = view_latents if colors == "linear" else 3
     decoder = color_decoder(ColorShape(colors, degree, 3 + most), g)
     if colors == "linear":
         decoder.init_linear(torch.randn(3 * (degree + 1) ** 2 - 3, most, generator=g))

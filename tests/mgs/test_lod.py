@@ -6,6 +6,7 @@ import pytest
 import torch
 
 from mobilegs.compress.appearance import LATENTS
+from mobilegs.compress.codebooks import CUTS
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.errors import InputError
@@ -37,6 +38,9 @@ def rows_of(coded: QuantizedScene) -> list[tuple]:
 
 def minor(coded: QuantizedScene) -> int:
     """Return the least minor version 3.x that can hold a scene."""
+    joint = any(cut.length > 2 for name, cut in coded.cuts.items() if name in CUTS)
+    if joint or coded.color.colors == "latent_networks":
+        return 4
     if coded.color.latents > 2 * LATENTS:
         return 3
     if coded.color.colors == "linear":

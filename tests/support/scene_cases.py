@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import torch
 
 from mobilegs.compress.appearance import ColorShape, color_decoder
-from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
+from mobilegs.compress.codebooks import CUTS, JOINT_CUTS, Attribute, SubVectorCodebooks
 from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.compress.rotations import RotationQuantizer
 from mobilegs.compress.uniform_quantizer import StepSizes, UniformQuantizer
@@ -38,6 +38,8 @@ class Case:
     alpha_min: float = ALPHA_MIN
     colors: str = "networks"
     color_latents: int = 6
+    joint: bool = False
+    """One codebook for the three scales, and one for the quaternion."""
 
 
 CASES = {
@@ -66,6 +68,10 @@ CASES = {
     ),
     "one linear colour": Case(1, steps=StepSizes(), colors="linear"),
     "layers of one Gaussian": Case(8, network=True, layers=(1,) * 8),
+    "the paper's": Case(600, network=True, size=200, colors="latent_networks", joint=True),
+    "networks of latents, scalars": Case(
+        300, LobeShape(1, 2), steps=StepSizes(), colors="latent_networks", layers=(40, 260)
+    ),
 }
 
 
@@ -85,7 +91,8 @@ def scalar_codes(books: dict[Attribute, Quantizer], steps: StepSizes) -> dict[At
 def make_scene(case: Case, seed: int = 0) -> QuantizedScene:
     """Return the scene of a case, the same one for a given seed."""
     g = torch.Generator().manual_seed(seed)
-    cuts: dict[Attribute, tuple[int, int]] = {n: (c.count, c.length) for n, c in CUTS.items()}
+    given = JOINT_CUTS if case.joint else CUTS
+    cuts: dict[Attribute, tuple[int, int]] = {n: (c.count, c.length) for n, c in given.items()}
     if not case.opacity:
         del cuts["opacity"]
     colors = color_decoder(ColorShape(case.colors, latents=case.color_latents), g)

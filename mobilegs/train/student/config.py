@@ -133,8 +133,8 @@ class ScheduleConfig:
     regression_steps: int = 400
     """Steps of the regression that fits decoders to what they replace, at least 0."""
     reassign_every: int = 25
-    """Steps between two assignments to the nearest codebook entries, with `nvq`; at least 1. (With
-    `sq` every step rounds to the nearest multiples.)"""
+    """Steps between two assignments to the nearest codebook entries, with `nvq`. 0 keeps the first
+    assignment, as the release does. (With `sq` every step rounds to the nearest multiples.)"""
 
     def __post_init__(self) -> None:
         if not 0 <= self.latents_from <= self.quantize_from <= 1:
@@ -142,7 +142,7 @@ class ScheduleConfig:
                 "latents_from and quantize_from must rise in this order within 0 to 1, not "
                 f"{self.latents_from} and {self.quantize_from}"
             )
-        check(self, rate_from=FRACTION, regression_steps=NOT_NEGATIVE, reassign_every=COUNT)
+        check(self, rate_from=FRACTION, regression_steps=NOT_NEGATIVE, reassign_every=NOT_NEGATIVE)
 
 
 @dataclass(frozen=True)
@@ -152,8 +152,9 @@ class ColorConfig:
     degree: int = 1
     """Degree of the spherical harmonics, 0 to 3."""
     decoder: str = "linear"
-    """Decoder from latents to harmonics: `linear`, two matrices, or `networks`, the paper's MLPs,
-    whose input is also the position of the Gaussian."""
+    """Decoder from latents to harmonics: `linear`, two matrices; `latent_networks`, the two MLPs of
+    the paper's Eq. 6; or `networks`, those of its release, whose input is also the position of the
+    Gaussian."""
     latents: int = 6
     """Latents per Gaussian with `decoder=linear` and `sq`, at least 6: three for the constant part,
     the others for the view-dependent part. There are never more than harmonics. In all other cases

@@ -15,7 +15,6 @@ from torch import Tensor
 
 from mobilegs.compress.appearance import LATENTS, ColorDecoder, LinearDecoder
 from mobilegs.compress.codebooks import (
-    CUTS,
     Attribute,
     CodebookSizes,
     SubVectorCodebooks,
@@ -47,15 +46,16 @@ def fit_codebooks(
     generator: torch.Generator,
 ) -> dict[Attribute, Quantizer]:
     """Return codebooks for every attribute, by k-means."""
+    weights = apparent_size(values["scale"]) if sizes.weight_by_size else None
     found: dict[Attribute, Quantizer] = {}
     for name, value in values.items():
         size = view.codebook_size if name == "lobes" else getattr(sizes, name)
         found[name] = SubVectorCodebooks.fit(
             value,
-            length=view.subvector_length if name == "lobes" else CUTS[name].length,
+            length=view.subvector_length if name == "lobes" else sizes.cuts[name].length,
             size=min(size, len(value)),
             generator=generator,
-            weights=apparent_size(values["scale"]) if name == "scale" else None,
+            weights=weights if name == "scale" else None,
         )
     return found
 

@@ -146,7 +146,8 @@ class Student:
         self.done += 1
         if self.model.phase == "quantized":
             self._control_rate()
-            self.model.reassign(codebooks=self.done % config.schedule.reassign_every == 0)
+            every = config.schedule.reassign_every
+            self.model.reassign(codebooks=every > 0 and self.done % every == 0)
         self._count_votes(cameras)
         if self.votes.prunes_after(self.done):
             self._prune(self.votes.kept())

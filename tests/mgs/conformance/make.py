@@ -65,6 +65,10 @@ FILES = {
     "nvq_network_picture": Case(60, network=True, size=9, colors="linear"),
     "sq_picture": Case(60, LobeShape(2, 4), steps=StepSizes(lobes=0.3), colors="linear"),
     "sq_sorted_picture": Case(60, steps=StepSizes(), colors="linear"),
+    "nvq_latent_networks": Case(40, size=12, colors="latent_networks", joint=True, network=True),
+    "sq_latent_networks_layers": Case(
+        70, LobeShape(1, 2), steps=StepSizes(), colors="latent_networks"
+    ),
 }
 DEGREES = {"sq_degree_0": 0, "nvq_degree_2": 2, "sq_degree_3": 3}
 # all other files have no_depth

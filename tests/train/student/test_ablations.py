@@ -275,7 +275,7 @@ def test_every_row_of_the_papers_tables_is_a_different_recipe() -> None:
     assert recipes["quantized-3dgs"].teacher.densify.strategy == "clone_split"
 
 
-@pytest.mark.parametrize("row", ["no-base-opacity", "release"])
+@pytest.mark.parametrize("row", ["no-base-opacity", "near-release", "paper", "release"])
 def test_opacities_come_from_the_network_only(
     row: str, dataset: Dataset, make_student: MakeStudent
 ) -> None:
@@ -290,11 +290,11 @@ def test_opacities_come_from_the_network_only(
 
 def test_the_release_row_has_the_settings_of_all_rows_of_fixes() -> None:
     """Row `no-distillation` is an exception: it would be another method."""
-    settings = set(ROWS["release"].settings)
+    settings = set(ROWS["near-release"].settings)
     for name, row in ROWS.items():
         if row.table == "fixes" and name != "no-distillation":
             assert set(row.settings) <= settings, name
-    assert set(ROWS["paper"].settings) <= settings
+    assert set(ROWS["near-paper"].settings) <= settings
 
 
 def test_start_opacity_sets_all_opacities(make_student: MakeStudent) -> None:

@@ -53,7 +53,45 @@ export class LinearDecoder {
   }
 }
 
-/** Evaluates the colour networks: 9792 products per Gaussian. */
+/** Evaluates two networks of all latents: 1536 products per Gaussian. */
+export class LatentDecoder {
+  #memory;
+  #layers;
+  #latents;
+  #hidden;
+  #halves;
+  #sh;
+  #degree1;
+
+  /** @param {BlockMemory} memory @param {Block} sh the output @param {Weights} weights */
+  constructor(memory, sh, { both1, static2, view2 }) {
+    this.#memory = memory;
+    this.#layers = [memory.layer(both1, LATENTS), memory.layer(static2, HIDDEN), memory.layer(view2, HIDDEN)];
+    this.#latents = memory.block(LATENTS);
+    this.#hidden = memory.block(2 * HIDDEN);
+    this.#halves = [memory.part(this.#hidden, 0, HIDDEN), memory.part(this.#hidden, HIDDEN, HIDDEN)];
+    this.#sh = sh;
+    this.#degree1 = memory.part(sh, 3, 12);
+  }
+
+  /**
+   * Decode the harmonics of at most a block of Gaussians.
+   *
+   * @param {Uint16Array} positions only their count is used
+   * @param {Codes} codes latents
+   * @param {number} from the first of them in the codes
+   */
+  decode(positions, codes, from) {
+    const memory = this.#memory;
+    const [both1, static2, view2] = this.#layers;
+    lookUp(codes, this.#latents.numbers, BLOCK, from, from + positions.length / 3);
+    memory.apply(both1, this.#latents, this.#hidden, SLOPE);
+    memory.apply(static2, this.#halves[0], this.#sh, 1);
+    memory.apply(view2, this.#halves[1], this.#degree1, 1);
+  }
+}
+
+/** Evaluates the networks of position and latents: 9792 products per Gaussian. */
 export class AppearanceDecoder {
   #memory;
   #layers;

@@ -1,6 +1,6 @@
 /** Decodes codes to blocks of Gaussians, with neutral values for attributes that have not arrived. */
 
-import { AppearanceDecoder, LinearDecoder, SH_COLUMNS } from "./appearance.js";
+import { AppearanceDecoder, LatentDecoder, LinearDecoder, SH_COLUMNS } from "./appearance.js";
 import { lookUp, meanCodes } from "./codebooks.js";
 import { C0, LobeDecoder } from "./lobes.js";
 import { BLOCK, BlockMemory } from "./block_memory.js";
@@ -68,9 +68,10 @@ export class GaussianDecoder {
     };
     this.#quats = blocks.quats;
     this.#lobeDecoder = shape && new LobeDecoder(memory, blocks, blocks.lobes, shape, decoderInputs.lobes);
-    this.#colors = header.colors === "linear"
-      ? new LinearDecoder(memory, sh, decoderInputs.appearance)
-      : new AppearanceDecoder(memory, sh, decoderInputs.appearance, grid.exponent);
+    const { appearance } = decoderInputs;
+    if (header.colors === "linear") this.#colors = new LinearDecoder(memory, sh, appearance);
+    else if (header.colors === "latent_networks") this.#colors = new LatentDecoder(memory, sh, appearance);
+    else this.#colors = new AppearanceDecoder(memory, sh, appearance, grid.exponent);
     memory.allocate();
     this.#codes = Object.fromEntries([...decoderInputs.books].map(([name, books]) => [name, { ...books, columns: [] }]));
     this.#scales = exponentials(this.#codesOf("scale"));

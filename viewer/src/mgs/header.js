@@ -1,6 +1,7 @@
 /** Parses the header of a `.mgs`. docs/reference/format.md, section 2. */
 
 import { SceneError } from "./error.js";
+import { COLOR_STREAMS } from "./weights.js";
 
 /** @typedef {"scale" | "rotation" | "appearance" | "opacity" | "lobes"} Attribute */
 /** @typedef {{ count: number, length: number, size: number }} Cut books, of entries of numbers */
@@ -31,7 +32,7 @@ import { SceneError } from "./error.js";
  * @property {Map<Attribute, Cut>} cuts in the file's order; none if there are scalars
  * @property {Map<Attribute, Scalar>} scalars in the file's order; none if there are cuts
  * @property {PositionGrid} grid
- * @property {string} colors `linear` or `networks`
+ * @property {string} colors `linear`, `networks` or `latent_networks`
  * @property {boolean} sorted whether the scene is blended back to front
  * @property {LobeShape | null} lobes
  * @property {boolean} network
@@ -64,12 +65,12 @@ const WORLD_MAX = 1e20;
 // control characters and unpaired surrogates
 const UNSHOWN = /[\x00-\x1f\x7f-\x9f\p{Cs}]/u;
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
-/** @type {[Attribute, number, number][]} */
+/** @type {[Attribute, [count: number, length: number][]][]} the cuts that an attribute can have */
 const CUTS = [
-  ["scale", 3, 1],
-  ["rotation", 2, 2],
-  ["appearance", 3, 2],
-  ["opacity", 1, 1],
+  ["scale", [[3, 1], [1, 3]]],
+  ["rotation", [[2, 2], [1, 4]]],
+  ["appearance", [[3, 2]]],
+  ["opacity", [[1, 1]]],
 ];
 // latents of a colour: the number in the paper, and the number of harmonics
 const COLOR_LATENTS = [6, 12];
@@ -94,7 +95,7 @@ export function parseHeader(fields, bytes) {
     ["mode", fields.mode, "nvq", "sq"],
     ["blend", fields.blend, "sortfree", "sorted"],
     ["sh_degree", fields.sh_degree, 1],
-    ["colors", colors, "linear", "networks"],
+    ["colors", colors, "linear", "networks", "latent_networks"],
   ]) {
     if (!known.includes(value)) {
       throw new SceneError(
@@ -164,7 +165,7 @@ function usedStreams({ colors, lobes, network, cuts, scalars, lodSizes }) {
   for (const [name, { columns }] of scalars) rows.push(...columns.map((_, i) => `${name}.${i}`));
   if (scalars.size) rows.push("rotation-finer");
   const names = lodSizes.flatMap((_, i) => rows.map((name) => (i ? `${name}@${i}` : name)));
-  names.push(colors === "linear" ? "color-matrices" : "appearance-decoder");
+  names.push(COLOR_STREAMS[colors]);
   if (lobes) names.push("lobe-decoder");
   if (network) names.push("view-network");
   if (cuts.size) names.push("codebooks");
@@ -203,11 +204,12 @@ function parseLobes(fields) {
 function parseCuts(books, lobes) {
   /** @type {Map<Attribute, Cut>} */
   const cuts = new Map();
-  for (const [name, count, length] of CUTS) {
+  for (const [name, known] of CUTS) {
     if (name === "opacity" && !Object.hasOwn(books, name) && lobes !== null) continue;
     const book = object(books, name);
-    if (book.count !== count || book.length !== length) throw broken(`codebooks.${name}`);
-    cuts.set(name, { count, length, size: integer(book, "size", 1, SIZE_MAX) });
+    const cut = known.find(([count, length]) => book.count === count && book.length === length);
+    if (!cut) throw broken(`codebooks.${name}`);
+    cuts.set(name, { count: cut[0], length: cut[1], size: integer(book, "size", 1, SIZE_MAX) });
   }
   let latents = 0;
   if (Object.hasOwn(books, "lobes")) {

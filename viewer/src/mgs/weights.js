@@ -15,6 +15,15 @@ const COLOR_NETWORKS = [
   ["view2", 9, 64],
 ];
 
+/** @type {Shape[]} */
+const LATENT_NETWORKS = [["both1", 128, 6], ["static2", 3, 64], ["view2", 9, 64]];
+/** The stream of the colour decoder. @type {Record<string, string>} */
+export const COLOR_STREAMS = {
+  linear: "color-matrices",
+  networks: "appearance-decoder",
+  latent_networks: "color-networks",
+};
+
 /**
  * The stream of the colour decoder and the shapes of its matrices.
  *
@@ -22,9 +31,14 @@ const COLOR_NETWORKS = [
  * @returns {[string, Shape[]]}
  */
 export function colorShapes({ colors, scalars }) {
-  if (colors === "networks") return ["appearance-decoder", COLOR_NETWORKS];
   const latents = scalars.get("appearance")?.columns.length ?? 6;
-  return ["color-matrices", [["static2", 3, 3], ["view2", 9, latents - 3]]];
+  /** @type {Record<string, Shape[]>} */
+  const shapes = {
+    linear: [["static2", 3, 3], ["view2", 9, latents - 3]],
+    networks: COLOR_NETWORKS,
+    latent_networks: LATENT_NETWORKS,
+  };
+  return [COLOR_STREAMS[colors], shapes[colors]];
 }
 
 /** @type {Shape[]} */
