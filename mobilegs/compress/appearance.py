@@ -1,6 +1,7 @@
 """Colour decoders: matrices or networks from a few latents to spherical harmonics."""
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import torch
@@ -65,6 +66,26 @@ def encode_frequencies(unit: Float[Tensor, "n 3"]) -> Float[Tensor, "n 96"]:
     torch.sin(angles, out=encoded[:, : ENCODED // 2])
     torch.cos(angles, out=encoded[:, ENCODED // 2 :])
     return encoded
+
+
+def _xavier(generator: torch.Generator, networks: int, rows: int, columns: int) -> nn.Parameter:
+    """Draw the matrices of several networks, one below the other, Xavier-uniform."""
+    bound = math.sqrt(6 / (rows + columns))
+    return nn.Parameter((2 * torch.rand(networks * rows, columns, generator=generator) - 1) * bound)
+
+
+def _make_linear(
+    latents: Float[Tensor, "h 3"],
+    first: Float[Tensor, "h i"],
+    last: Float[Tensor, "o h"],
+    out: Float[Tensor, "o 3"],
+) -> None:
+    """Make a network the map `out` of its latents, whose columns of `first` are `latents`."""
+    pair = torch.cat([torch.eye(LATENTS), -torch.eye(LATENTS)]).to(first)
+    first[: 2 * LATENTS] = 0
+    latents[: 2 * LATENTS] = pair
+    last.zero_()
+    last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
 
 
 class LinearDecoder(nn.Module):
@@ -140,11 +161,7 @@ class AppearanceDecoder(nn.Module):
         self.significand_bits = SIGNIFICAND_BITS  # of the weights; mode `sq` has fewer
         self.degree = degree
 
-        def weights(rows: int, columns: int) -> nn.Parameter:
-            bound = math.sqrt(6 / (rows + columns))
-            drawn = torch.rand(rows, columns, generator=generator)
-            return nn.Parameter((2 * drawn - 1) * bound)
-
+        weights = partial(_xavier, generator, 1)
         self.context1 = weights(HIDDEN, ENCODED)
         self.context2 = weights(CONTEXT, HIDDEN)
         self.static1 = weights(HIDDEN, CONTEXT + LATENTS)
@@ -203,15 +220,8 @@ class AppearanceDecoder(nn.Module):
         `leaky(a) - leaky(-a) = (1 + slope) a`. Six of the 64 units form such pairs; the others
         keep random input weights, and their output weights are 0.
         """
-        for first, last, out in (
-            (self.static1, self.static2, torch.eye(3)),
-            (self.view1, self.view2, directions),
-        ):
-            pair = torch.cat([torch.eye(LATENTS), -torch.eye(LATENTS)]).to(first)
-            first[: 2 * LATENTS] = 0
-            first[: 2 * LATENTS, CONTEXT:] = pair
-            last.zero_()
-            last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
+        _make_linear(self.static1[:, CONTEXT:], self.static1, self.static2, torch.eye(3))
+        _make_linear(self.view1[:, CONTEXT:], self.view1, self.view2, directions)
 
     @property
     def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
@@ -237,14 +247,9 @@ class LatentDecoder(nn.Module):
         self.significand_bits = SIGNIFICAND_BITS  # of the weights; mode `sq` has fewer
         self.degree = degree
 
-        def weights(networks: int, rows: int, columns: int) -> nn.Parameter:
-            bound = math.sqrt(6 / (rows + columns))
-            drawn = torch.rand(networks * rows, columns, generator=generator)
-            return nn.Parameter((2 * drawn - 1) * bound)
-
-        self.both1 = weights(2, HIDDEN, 2 * LATENTS)
-        self.static2 = weights(1, 3, HIDDEN)
-        self.view2 = weights(1, 3 * (degree + 1) ** 2 - 3, HIDDEN)
+        self.both1 = _xavier(generator, 2, HIDDEN, 2 * LATENTS)
+        self.static2 = _xavier(generator, 1, 3, HIDDEN)
+        self.view2 = _xavier(generator, 1, 3 * (degree + 1) ** 2 - 3, HIDDEN)
 
     def forward(
         self,
@@ -277,15 +282,9 @@ class LatentDecoder(nn.Module):
 
         As in `AppearanceDecoder.init_linear`, six of the 64 units of a network make it linear.
         """
-        pair = torch.cat([torch.eye(LATENTS), -torch.eye(LATENTS)]).to(self.both1)
-        for first, latents, last, out in (
-            (self.both1[:HIDDEN], slice(LATENTS), self.static2, torch.eye(3)),
-            (self.both1[HIDDEN:], slice(LATENTS, None), self.view2, directions),
-        ):
-            first[: 2 * LATENTS] = 0
-            first[: 2 * LATENTS, latents] = pair
-            last.zero_()
-            last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
+        first = self.both1
+        _make_linear(first[:HIDDEN, :LATENTS], first[:HIDDEN], self.static2, torch.eye(3))
+        _make_linear(first[HIDDEN:, LATENTS:], first[HIDDEN:], self.view2, directions)
 
     @property
     def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
