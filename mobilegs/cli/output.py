@@ -101,6 +101,7 @@ PARTS = {
     "opacity": "opacity",
     "lobes": "view-dependent opacity and weight",
     "color-matrices": "networks and matrices",
+    "color-networks": "networks and matrices",
     "appearance-decoder": "networks and matrices",
     "lobe-decoder": "networks and matrices",
     "view-network": "networks and matrices",

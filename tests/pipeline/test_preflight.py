@@ -61,7 +61,7 @@ def test_a_misspelt_setting_gets_suggestions() -> None:
         "student.loss.ssim_weight=7",
         "student.lr.opacities=NaN",
         "student.lr.opacities=Infinity",
-        "student.schedule.reassign_every=0",
+        "student.schedule.reassign_every=-1",
         "student.pruning.votes.quantile=1.5",
         "student.pruning.votes.votes_per_interval=0",
         "student.pruning.masks.min_probability=2",
