@@ -13,6 +13,8 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # pyright would ask the network whether it is the newest
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+# each process that the tests start would compile every module again
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo test lint docs viewer drivers install clean
 .DELETE_ON_ERROR:
