@@ -10,7 +10,6 @@ date and the device. See README.md in this folder for the parts.
 import argparse
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -110,7 +109,7 @@ def run_part(part: Part, log: Path, seconds: float | None) -> int:
         try:
             return process.wait(seconds)
         except (subprocess.TimeoutExpired, KeyboardInterrupt) as error:
-            process.send_signal(signal.SIGINT)
+            process.terminate()  # programs in the background may ignore SIGINT
             try:
                 code = process.wait(GRACE_SECONDS)
             except subprocess.TimeoutExpired:

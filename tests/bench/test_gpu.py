@@ -49,13 +49,14 @@ def test_a_part_is_interrupted_when_the_time_is_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     program = """
-import sys, time
-try:
-    open(sys.argv[2], "w").close()
-    time.sleep(60)
-except KeyboardInterrupt:
+import signal, sys, time
+def stop(*_):
     open(sys.argv[1], "w").write("checkpoint")
     sys.exit(130)
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # as in the background of a script
+signal.signal(signal.SIGTERM, stop)
+open(sys.argv[2], "w").close()
+time.sleep(60)
 """
     begun, waited = tmp_path / "begun", subprocess.Popen.wait
 
