@@ -44,7 +44,7 @@ def timed(renderer: WgpuRenderer, views: list[Camera], frames: int) -> dict[str,
         renderer.render_into(target.create_view(), "rgba8unorm", views[frame % len(views)])
         _finish(device, target)
         row = {"frame": 1e3 * (time.perf_counter() - started)}
-        rows.append(row | (renderer.program.milliseconds() or {}))
+        rows.append(row | (renderer.milliseconds() or {}))
     return {
         name: round(statistics.median(row[name] for row in rows[WARM:]), 3)
         for name in ("frame", *PASSES)

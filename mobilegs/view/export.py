@@ -215,12 +215,6 @@ def poster_of(path: Path) -> Image.Image:
         scene, views = coded.decode(), coded.views or []
     else:
         scene, views = open_scene(path, torch.device("cpu")), []
-    if scene.network is not None:
-        raise InputError(
-            f"{path} needs a network for every Gaussian in every frame, which no viewer evaluates: "
-            "train with --set student.view_dependence.kind=fitted "
-            "student.view_dependence.decoder_from=0.35"
-        )
     if scene.weighting.name == "two_pass":
         raise InputError(f"{path} has the weighting 'two_pass', which no viewer renders")
     camera = views[0] if views else _side_view(scene)

@@ -3,7 +3,7 @@
 The shaders are those of the web viewer, from viewer/shaders.
 """
 
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from mobilegs.errors import InputError
 from mobilegs.view import assets
 
-PASSES = ("project", "splat", "resolve")
+PASSES = ("network", "project", "splat", "resolve")
 FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
 INSTALL = "pip install 'mobilegs[native]'"
 
@@ -54,7 +54,10 @@ class Program:
         sorted: True for alpha blending far to near, False for sums in any order.
         formats: texture formats of the sums.
         weight_scale: factor of the weights, which cancels in the image.
-        project, splat: the pipelines of the first two passes.
+        network: the pipeline of the paper's network, in float16 unless `full_precision` or the GPU
+            has none; made at its first use.
+        number: `f16` or `f32`, the numbers of the network's layers.
+        project, splat: the pipelines of the next two passes.
     """
 
     def __init__(self, blend_sorted: bool, full_precision: bool) -> None:
@@ -63,7 +66,9 @@ class Program:
         self.formats = [f"rgba{bits}float"] + ([] if blend_sorted else [f"r{bits}float"])
         self.weight_scale = 1.0 if full_precision else FLOAT16_SCALE
         found = adapter()
-        features = {"timestamp-query"} & set(found.features)
+        wanted = {"timestamp-query"} if full_precision else {"timestamp-query", "shader-f16"}
+        features = wanted & set(found.features)
+        self.number = "f16" if "shader-f16" in features else "f32"
         if full_precision:
             if "float32-blendable" not in found.features:
                 raise InputError(
@@ -79,6 +84,14 @@ class Program:
         if "timestamp-query" in features:
             self._queries = self.device.create_query_set(type="timestamp", count=2 * len(PASSES))
         self._make_pipelines()
+
+    @cached_property
+    def network(self) -> Any:
+        enable = "enable f16;\n" if self.number == "f16" else ""
+        code = f"{enable}alias Num = {self.number};\n{shader('wide', 'network')}"
+        module = self.device.create_shader_module(code=code)
+        stage = {"module": module, "entry_point": "evaluate_network"}
+        return self.device.create_compute_pipeline(layout="auto", compute=stage)
 
     def resolve(self, target_format: str) -> Any:
         """Return the pipeline of the last pass, into a texture of the given format."""
@@ -107,8 +120,8 @@ class Program:
             "end_of_pass_write_index": first + 1,
         }
 
-    def milliseconds(self) -> dict[str, float] | None:
-        """Return the time of each pass of the last frame; None if the device has no timestamps."""
+    def milliseconds(self, passes: tuple[str, ...]) -> dict[str, float] | None:
+        """Return the time of these passes of the last frame; None if the device has no timer."""
         import wgpu
 
         if self._queries is None:
@@ -120,7 +133,7 @@ class Program:
         self.device.queue.submit([encoder.finish()])
         stamps = np.frombuffer(self.device.queue.read_buffer(buffer), np.uint64).reshape(-1, 2)
         ticks = (stamps[:, 1] - stamps[:, 0]).astype(np.float64)  # nanoseconds
-        return dict(zip(PASSES, (1e-6 * ticks).tolist(), strict=True))
+        return {name: 1e-6 * float(ticks[PASSES.index(name)]) for name in passes}
 
     def _make_pipelines(self) -> None:
         constants = {"SORTED": self.sorted}

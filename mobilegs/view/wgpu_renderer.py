@@ -2,7 +2,8 @@
 
 A frame has three passes: project (compute, per Gaussian), splat (blended quads, in any order for a
 sort-free scene) and resolve (per pixel). The weight w is computed in project.wgsl, alpha in
-splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render.
+splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render. Before them, network.wgsl
+evaluates the paper's network in scenes that have one.
 """
 
 import struct
@@ -10,8 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from jaxtyping import Float, UInt32
+from jaxtyping import Float, Float32, UInt32
 from torch import Tensor
+from torch.nn.functional import pad
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
@@ -19,9 +21,11 @@ from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
-from mobilegs.view.wgpu_device import program
+from mobilegs.render.view_network import ViewNetwork, static_inputs
+from mobilegs.view.wgpu_device import PASSES, program
 
 BATCH = 128  # as in view.wgsl
+GAUSSIANS = 32  # of a work group of network.wgsl
 LOOK_BYTES = 32  # of wide.wgsl's StoredLook
 
 
@@ -49,18 +53,12 @@ class WgpuRenderer:
     def __init__(self, scene: Scene, *, full_precision: bool = False) -> None:
         """Upload a scene.
 
-        Sums are float16, which every GPU blends, or float32 with `full_precision`.
+        Sums are float16, which every GPU blends, and so are the numbers of a view network where the
+        GPU computes with them; float32 with `full_precision`.
 
         Raises InputError without a GPU, if it cannot blend 32-bit floats or its memory does not
-        hold the scene, and for scenes that the shaders do not support: with a view network or the
-        weighting `two_pass`.
+        hold the scene, and for the weighting `two_pass`, which the shaders do not support.
         """
-        if scene.network is not None:
-            raise InputError(
-                "shaders do not evaluate the scene's view network: train with --set "
-                "student.view_dependence.kind=fitted student.view_dependence.decoder_from=0.35, "
-                "or render with --renderer kernels"
-            )
         if scene.weighting.name == "two_pass":
             raise InputError(
                 "shaders do not render the weighting 'two_pass': use --renderer kernels"
@@ -97,6 +95,10 @@ class WgpuRenderer:
         depths = self._means @ camera.viewmat[2, :3].double().cpu().numpy()
         return np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
 
+    def milliseconds(self) -> dict[str, float] | None:
+        """Return the time of each pass of the last frame; None if the device has no timer."""
+        return self.program.milliseconds(PASSES if self._network else PASSES[1:])
+
     def render_into(
         self,
         target: Any,
@@ -119,6 +121,8 @@ class WgpuRenderer:
         queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0))
         sums = self._sums_of(camera.width, camera.height)
         encoder = device.create_command_encoder()
+        if self._network:
+            self._evaluate(encoder)
         self._project(encoder)
         self._splat(encoder, sums)
         self._resolve(encoder, sums, target, target_format)
@@ -133,7 +137,12 @@ class WgpuRenderer:
             )
 
     def _upload(
-        self, shapes: np.ndarray, colors: np.ndarray, lobes: np.ndarray, means: np.ndarray
+        self,
+        shapes: np.ndarray,
+        colors: np.ndarray,
+        lobes: np.ndarray,
+        inputs: np.ndarray | None,
+        means: np.ndarray,
     ) -> None:
         import wgpu
 
@@ -142,7 +151,8 @@ class WgpuRenderer:
         self._sizes = (colors.shape[1], lobes.shape[1])
         limits = device.limits
         most = min(limits["max-storage-buffer-binding-size"], limits["max-buffer-size"])
-        largest = max(shapes.nbytes, colors.nbytes, lobes.nbytes, LOOK_BYTES * self.count)
+        uploaded = [part for part in (shapes, colors, lobes, inputs) if part is not None]
+        largest = max(LOOK_BYTES * self.count, *(part.nbytes for part in uploaded))
         if largest > most:
             raise InputError(
                 f"{self.count:,} Gaussians need buffers of {largest >> 20} MiB, and this GPU "
@@ -172,6 +182,17 @@ class WgpuRenderer:
         self._to_splat = self._bind(
             self.program.splat, {0: self._view, 1: scene[0], 4: looks, 5: self._order}
         )
+        self._network = None
+        if inputs is not None and self.scene.network is not None:
+            number = np.float16 if self.program.number == "f16" else np.float32
+            read, weights = (
+                device.create_buffer_with_data(data=part, usage=use.STORAGE)
+                for part in (inputs, network_matrices(self.scene.network).astype(number))
+            )
+            self._network = self._bind(
+                self.program.network,
+                {0: self._view, 1: scene[0], 4: read, 5: weights, 6: scene[2]},
+            )
 
     def _bind(self, pipeline: Any, buffers: dict[int, Any], textures: tuple = ()) -> Any:
         entries: list[dict] = [
@@ -215,12 +236,20 @@ class WgpuRenderer:
             ALPHA_MIN if self.program.sorted else weighting.alpha_min,
         )
 
+    def _evaluate(self, encoder: Any) -> None:
+        self._compute(encoder, "network", self.program.network, self._network, GAUSSIANS)
+
     def _project(self, encoder: Any) -> None:
-        groups = -(-self.count // BATCH)
+        self._compute(encoder, "project", self.program.project, self._to_project, BATCH)
+
+    def _compute(
+        self, encoder: Any, name: str, pipeline: Any, resources: Any, group_size: int
+    ) -> None:
+        groups = -(-self.count // group_size)
         across = min(groups, 65535)
-        work = encoder.begin_compute_pass(timestamp_writes=self.program.stamps("project"))
-        work.set_pipeline(self.program.project)
-        work.set_bind_group(0, self._to_project)
+        work = encoder.begin_compute_pass(timestamp_writes=self.program.stamps(name))
+        work.set_pipeline(pipeline)
+        work.set_bind_group(0, resources)
         work.dispatch_workgroups(across, -(-groups // across))
         work.end()
 
@@ -262,17 +291,18 @@ _DRAWN = struct.Struct("<5I")  # project.wgsl's Drawn
 
 
 @torch.no_grad()
-def _rows(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return each Gaussian's half axes with mean, harmonics and lobes for the GPU, and its mean.
+def _rows(
+    scene: Scene,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None, np.ndarray]:
+    """Return arrays for the GPU by Gaussian: half axes with mean, harmonics, lobes; its mean.
 
-    Leaves out Gaussians with values that are not finite: shader compilers may assume that all
-    numbers are.
+    With a view network, the fourth array holds its inputs, and the lobes are those that it
+    replaces in each frame. Leaves out Gaussians with values that are not finite: shader compilers
+    may assume that all numbers are.
     """
     gaussians = scene.gaussians.to("cpu")
-    lobes = scene.lobes
-    if lobes is None:
-        lobes = constant_lobes(gaussians.logit_opacities)
-    lobes = lobes.detach().cpu()
+    constant = constant_lobes(gaussians.logit_opacities)
+    lobes = constant if scene.lobes is None else scene.lobes.detach().cpu()
     # columns are half axes
     axes = rotation_matrices(gaussians.quats) * gaussians.scales[:, None, :]
     shapes = torch.cat([axes.mT, gaussians.means[:, :, None]], dim=2)  # [n, 3, 4]
@@ -285,4 +315,35 @@ def _rows(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
             kept = torch.full((1, *tensor.shape[1:]), -100.0)
         return kept.contiguous().numpy()
 
-    return rows(shapes), rows(gaussians.sh), rows(lobes), rows(gaussians.means).astype(np.float64)
+    inputs = None
+    if scene.network is not None:
+        inputs = rows(torch.cat([static_inputs(gaussians), constant[:, 0, :1]], dim=1))
+    means = rows(gaussians.means).astype(np.float64)
+    return rows(shapes), rows(gaussians.sh), rows(lobes), inputs, means
+
+
+@torch.no_grad()
+def network_matrices(network: ViewNetwork) -> Float32[np.ndarray, "2497 4 4"]:
+    """Return the weights of a view network as network.wgsl reads them: `[matrix, output, input]`.
+
+    The 64-wide layer has no activation, so the two heads and it are one layer.
+    """
+    heads = torch.cat([network.opacity.weight, network.phi.weight]).double()  # [2, 64]
+    offsets = torch.cat([network.opacity.bias, network.phi.bias]).double()
+    offsets = offsets + heads @ network.hidden3.bias.double()
+    heads = heads @ network.hidden3.weight.double()  # [2, 128]
+    first = torch.cat([network.hidden1.weight, network.hidden1.bias[:, None]], dim=1)
+    layers = [
+        _blocks(pad(first, (0, 1))),
+        _blocks(pad(network.hidden2.bias[:, None], (0, 3))),
+        _blocks(network.hidden2.weight).transpose(0, 1),
+        _blocks(pad(heads, (0, 0, 0, 2))),
+        _blocks(pad(offsets[:, None], (0, 3, 0, 2))),
+    ]
+    return torch.cat([layer.reshape(-1, 4, 4).float() for layer in layers]).cpu().numpy()
+
+
+def _blocks(matrix: Float[Tensor, "o i"]) -> Float[Tensor, "a b 4 4"]:
+    """Cut a matrix of outputs by inputs into blocks of 4 by 4."""
+    outputs, inputs = matrix.shape
+    return matrix.reshape(outputs // 4, 4, inputs // 4, 4).transpose(1, 2)

@@ -204,7 +204,7 @@ class Window:
         return order
 
     def _figures(self, camera: Camera) -> str:
-        passes = self._renderer.program.milliseconds() or {}
+        passes = self._renderer.milliseconds() or {}
         words = [f"{camera.width} x {camera.height}"]
         if self._times:
             mean = sum(self._times) / len(self._times)

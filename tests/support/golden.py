@@ -6,6 +6,7 @@ renders all cases by the reference, in float64, to `golden.png` in this folder. 
 reference with that image, so that it does not change unnoticed.
 """
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +23,15 @@ from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.rendered import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
-from tests.support.scenes import SORTED, SORTFREE, as_float32, camera, random_scene
+from mobilegs.render.view_network import ViewNetwork
+from tests.support.scenes import (
+    SORTED,
+    SORTFREE,
+    as_float32,
+    camera,
+    near_threshold,
+    random_scene,
+)
 
 STORED = Path(__file__).with_name("golden.png")
 TRAINED = Path(__file__).with_name("trained.mgs")  # the student that `mobilegs demo` makes
@@ -154,6 +163,70 @@ def as_scene(inputs: dict[str, torch.Tensor], renderer: str) -> Scene:
     return Scene(
         gaussians, "sortfree", lobes=inputs["lobes"], weighting=weighting, background=BACKGROUND
     )
+
+
+# a view network on these Gaussians
+NETWORK_CASES = {
+    **{
+        f"degree {degree}": random_scene(90, degree=degree, seed=20 + degree) for degree in range(4)
+    },
+    "33 Gaussians": random_scene(33, seed=31),
+    "no Gaussian": random_scene(0),
+    "around the camera": random_scene(300, seed=8, spread=4.0),
+    "nothing in view": CASES["nothing in view"][0],
+    "zero size": CASES["zero size"][0],
+}
+
+
+def view_network(seed: int = 0) -> ViewNetwork:
+    """Return a network whose opacities and phi change much with the direction."""
+    generator = torch.Generator().manual_seed(seed)
+    network = ViewNetwork(generator).requires_grad_(False)
+    for name, value in network.named_parameters():
+        if "weight" in name:
+            wide = (3 / value.shape[1]) ** 0.5 * (2.0 if value.shape[0] > 1 else 3.0)
+            value.copy_((2 * torch.rand(value.shape, generator=generator) - 1) * wide)
+    return network
+
+
+def network_case(case: str) -> tuple[Scene, Camera]:
+    """Return a float32 scene with a view network, and a camera."""
+    scene = as_scene(as_float32(NETWORK_CASES[case]), "mobile_gs")
+    return with_network(scene), camera().to(dtype=torch.float32)
+
+
+def with_network(scene: Scene) -> Scene:
+    """Return the scene with a view network in place of lobes."""
+    return replace(scene, lobes=None, network=view_network())
+
+
+def sure_with_network(case: str) -> torch.Tensor:
+    """Return the pixels of a case where no rounding decides what is drawn, `[h, w]`."""
+    scene, view = network_case(case)
+    gaussians = scene.gaussians
+    offsets = gaussians.means - view.position
+    lobes = view_network()(gaussians, torch.nn.functional.normalize(offsets, dim=1))
+    inputs = {
+        "means": gaussians.means,
+        "quats": gaussians.quats,
+        "scales": gaussians.scales,
+        "opacities": gaussians.opacities,
+        "lobes": lobes,
+        "sh": gaussians.sh,
+    }
+    inputs = {name: value.double() for name, value in inputs.items()}
+    least = alpha_min_of("mobile_gs")
+    names = input_names("mobile_gs")
+    return ~near_threshold(
+        inputs, view.to(dtype=torch.float64), names=names, margin=1e-4, least=least
+    )
+
+
+def turned_around(view: Camera, angle: float) -> Camera:
+    """Return a camera that looks at the origin after a turn about the vertical axis, in radians."""
+    c, s = math.cos(angle), math.sin(angle)
+    turn = torch.tensor([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]])
+    return replace(view, viewmat=view.viewmat @ turn.to(view.viewmat))
 
 
 def trained() -> tuple[Scene, Camera]:

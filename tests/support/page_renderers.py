@@ -67,7 +67,10 @@ class Painter:
     def _in_javascript(self, scene: Scene) -> dict[str, Any]:
         """Return the scene as `SceneData` of types.js."""
         count = len(scene.gaussians.means)
-        shapes, colors, lobes, self._means = (rows[:count] for rows in _rows(scene))
+        shapes, colors, lobes, _, means = _rows(scene)
+        shapes, colors, lobes, self._means = (
+            rows[:count] for rows in (shapes, colors, lobes, means)
+        )
         self._sorted = scene.blend == "sorted"
         weighting = scene.weighting
         facts = {

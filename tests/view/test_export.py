@@ -241,14 +241,11 @@ def test_export_replaces_earlier_exports_but_no_other_folder(
 def test_scenes_that_the_viewer_does_not_support_are_refused(
     to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    network = tmp_path / "network.mgs"
-    network.write_bytes(pack(make_scene(Case(20, network=True))))
-    (tmp_path / "broken.mgs").write_bytes(network.read_bytes()[:100])
+    (tmp_path / "broken.mgs").write_bytes(pack(make_scene(Case(20)))[:100])
     twice = replace(make_scene(Case(20)), weighting=Weighting("two_pass"))
     (tmp_path / "two_pass.mgs").write_bytes(pack(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
     for name, sentence in (
-        ("network.mgs", "needs a network"),
         ("two_pass.mgs", "two_pass"),
         ("broken.mgs", "broken.mgs"),
         ("photo.jpg", "not a scene"),

@@ -11,7 +11,6 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.render.scene import Scene
-from mobilegs.render.view_network import ViewNetwork
 from mobilegs.view import wgpu_device
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 from tests.support.golden import (
@@ -19,13 +18,18 @@ from tests.support.golden import (
     BASE,
     CASES,
     INVALID,
+    NETWORK_CASES,
     SHADER_RENDERERS,
     alpha_min_of,
     as_scene,
     input_names,
     inputs_of,
+    network_case,
     render_reference,
+    sure_with_network,
     trained,
+    turned_around,
+    with_network,
     with_rows,
 )
 from tests.support.scenes import (
@@ -134,7 +138,7 @@ def test_a_scene_renders_at_several_sizes() -> None:
     small = renderer.render(view.resized(20, 16))
     assert first.image.shape == (37, 45, 3) and small.image.shape == (16, 20, 3)
     torch.testing.assert_close(renderer.render(view).image, first.image, rtol=0, atol=2e-6)
-    milliseconds = renderer.program.milliseconds()
+    milliseconds = renderer.milliseconds()
     if milliseconds is not None:
         assert set(milliseconds) == {"project", "splat", "resolve"}
         assert all(value >= 0 for value in milliseconds.values())
@@ -148,11 +152,42 @@ def test_an_impossible_image_size_is_refused(size: tuple[int, int]) -> None:
         renderer.render(view)
 
 
-def test_a_view_network_is_refused() -> None:
-    scene = as_scene(as_float32(BASE), "mobile_gs")
-    scene.lobes, scene.network = None, ViewNetwork(torch.Generator())
-    with pytest.raises(InputError, match="view network"):
-        WgpuRenderer(scene)
+@pytest.mark.parametrize("case", NETWORK_CASES)
+def test_a_view_network_agrees_with_the_reference(case: str) -> None:
+    scene, view = network_case(case)
+    expected, keep = scene.render(view), sure_with_network(case)
+    renderer = WgpuRenderer(scene, full_precision=True)
+    rendered = renderer.render(view)
+    assert renderer.program.number == "f32"
+    for name in ("image", "alpha"):
+        error = (getattr(rendered, name).double() - getattr(expected, name).double())[keep]
+        decibels = -10 * torch.log10(error.square().mean().clamp_min(1e-30)).item()
+        print(f"{name} {decibels:.1f} dB, max {error.abs().max().item():.1e}")
+        assert decibels >= 90, name
+    milliseconds = renderer.milliseconds()
+    assert milliseconds is None or set(milliseconds) == {"network", "project", "splat", "resolve"}
+
+
+def test_a_view_network_in_float16_is_accurate_enough() -> None:
+    scene = with_network(as_scene(random_scene(20_000, seed=3, spread=1.5), "mobile_gs"))
+    scene.gaussians.log_scales -= 1.5
+    view = camera(160, 107).to(dtype=torch.float32)
+    expected = scene.render(view).image
+    renderer = WgpuRenderer(scene)
+    decibels = psnr(renderer.render(view).image, expected)
+    print(f"{renderer.program.number} {decibels:.1f} dB")
+    assert decibels >= 50
+    constant = replace(scene, network=None)  # else the network could be left out unnoticed
+    assert psnr(WgpuRenderer(constant).render(view).image, expected) < 30
+
+
+def test_a_view_network_follows_the_camera() -> None:
+    scene, view = network_case("degree 1")
+    renderer = WgpuRenderer(scene, full_precision=True)
+    for angle in (0.0, 0.7, 2.5):
+        turned = turned_around(view, angle)
+        found, expected = renderer.render(turned).image, scene.render(turned).image
+        assert psnr(found, expected) > 60
 
 
 def test_the_weighting_two_pass_is_refused() -> None:

@@ -11,9 +11,11 @@ from playwright.sync_api import Route
 
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import unpack
+from mobilegs.mgs.codec import pack, unpack
 from mobilegs.render.scene import Scene
 from tests.support.browser import Chromium, Tab
+from tests.support.golden import view_network
+from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import (
     MGS,
     RENDERERS,
@@ -58,6 +60,18 @@ def test_a_ply_is_rendered_sorted(tab: Tab, served: Any, renderer: str, tmp_path
     scene = Scene(read_ply(tmp_path / "made.ply"))
     decibels = nearness(tab, lambda camera: scene.render(camera).image)
     print(f"{renderer}: {decibels:.1f} dB")
+    assert decibels > 45
+
+
+def test_a_scene_with_a_view_network_needs_webgpu(tab: Tab, served: Any) -> None:
+    coded = make_scene(Case(800, network=True, size=300, layers=(200, 600)))
+    coded.network = {name: value.half() for name, value in view_network().state_dict().items()}
+    server = served("network.mgs", pack(coded))
+    assert "takes WebGPU" in visit(tab, server, "renderer=webgl")
+    assert visit(tab, server, "renderer=webgpu") == "loaded"
+    scene = coded.decode()
+    decibels = nearness(tab, lambda camera: scene.render(camera).image)
+    print(f"{decibels:.1f} dB")
     assert decibels > 45
 
 

@@ -76,3 +76,9 @@ fn ellipse_of(shape: Shape) -> Ellipse {
 
 // Standard deviations out to which alpha is at least alpha_min.
 fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
+
+// False if a Gaussian of this opacity is nowhere on the picture.
+fn touches(ellipse: Ellipse, opacity: f32) -> bool {
+  let box = reach_of(opacity) * sqrt(ellipse.variance);
+  return !(any(ellipse.center + box < vec2f(0.5)) || any(ellipse.center - box > view.size - 0.5));
+}

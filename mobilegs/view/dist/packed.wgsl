@@ -1,6 +1,8 @@
 @group(0) @binding(1) var<storage, read> shapes: array<vec4u>;
 @group(0) @binding(2) var<storage, read> colors: array<vec4u>;
 @group(0) @binding(3) var<storage, read> lobes: array<u32>;
+@group(0) @binding(4) var<storage, read> inputs: array<u32>;
+@group(0) @binding(6) var<storage, read_write> seen: array<u32>;
 alias StoredLook = vec2u;
 fn scale_of(byte: u32) -> f32 { return bitcast<f32>(((byte & 255u) + 888u) << 20u); }
 fn shape_of(i: u32) -> Shape {
@@ -64,6 +66,19 @@ let word = shapes[i].y;
 return basis[0] * unpack2x16float(lobes[first]) +
 vec2f(scale_of(word >> 16u), scale_of(word >> 24u)) * sloped;
 }
+fn inputs_of(i: u32) -> array<vec4f, 5> {
+let at = 10u * i;
+let first = inputs[at];
+var pairs: array<vec2f, 9>;
+for (var k = 0u; k < 9u; k++) { pairs[k] = unpack2x16snorm(inputs[at + 1u + k]); }
+return array<vec4f, 5>(
+vec4f(unpack2x16snorm(first).y, pairs[0], pairs[1].x),
+vec4f(pairs[1].y, pairs[2], pairs[3].x),
+vec4f(pairs[3].y, pairs[4], pairs[5].x),
+vec4f(pairs[5].y, pairs[6], pairs[7].x),
+vec4f(pairs[7].y, pairs[8], unpack2x16float(first).x));
+}
+fn as_lobes(found: vec2f) -> u32 { return pack2x16float(clamp(found, vec2f(-6e4), vec2f(6e4))); }
 fn store(look: Look) -> StoredLook {
 let most = clamp(max(look.color.r, max(look.color.g, look.color.b)), 1e-4, 6e4);
 let exponent = floor(log2(most)) + 1.0;

@@ -52,9 +52,7 @@ let basis = harmonics(max(view.sh_size, view.lobe_size), away * inverseSqrt(dot(
 let seen = lobes_along(i, basis);
 let opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
 if (!(opacity > view.alpha_min)) { return look; }
-let box = reach_of(opacity) * sqrt(ellipse.variance);
-if (any(ellipse.center + box < vec2f(0.5))) { return look; }
-if (any(ellipse.center - box > view.size - 0.5)) { return look; }
+if (!touches(ellipse, opacity)) { return look; }
 let a = shape.axes;
 let largest = sqrt(max(dot(a[0], a[0]), max(dot(a[1], a[1]), dot(a[2], a[2]))));
 look.color = max(color_along(i, basis), vec3f(0.0));

@@ -59,3 +59,7 @@ out.determinant = dot(crossed, crossed) + BLUR * (out.variance.x + out.variance.
 return out;
 }
 fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
+fn touches(ellipse: Ellipse, opacity: f32) -> bool {
+let box = reach_of(opacity) * sqrt(ellipse.variance);
+return !(any(ellipse.center + box < vec2f(0.5)) || any(ellipse.center - box > view.size - 0.5));
+}

@@ -17,6 +17,7 @@ import { isSpz, readSpz } from "./spz.js";
 /** @typedef {import("../render/pack.js").PackedRows} PackedRows */
 /** @typedef {import("../mgs/positions.js").StoredMeans} StoredMeans */
 /** @typedef {import("../mgs/reader.js").SceneReader} SceneReader */
+/** @typedef {import("../mgs/weights.js").Weights} Weights */
 /** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
@@ -43,9 +44,6 @@ const SOON = 1500;
 /** Gaussians per received byte that memory may be allocated for, so that a false count in the header allocates little. */
 const ROOM = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
-const NETWORK =
-  "this scene needs a network for every Gaussian in every frame, which no viewer evaluates: train it " +
-  "with --set student.view_dependence.kind=fitted student.view_dependence.decoder_from=0.35";
 
 /** Means of the Gaussians of a sorted scene. */
 let means = new Float32Array(0);
@@ -89,6 +87,7 @@ class SceneSender {
   #levels;
   #pool;
   #own;
+  #network;
   /** Levels that the page shows; 0: dots of the first. */
   #shown = 0;
   /** The arrays that results are written to, until they are sent. @type {SceneData & PackedRows | null} */
@@ -100,9 +99,11 @@ class SceneSender {
    * @param {QuantizedLevel[]} levels
    * @param {WorkerPool} pool
    * @param {GaussianDecoder} own
+   * @param {Weights | null} network
    */
-  constructor(header, levels, pool, own) {
+  constructor(header, levels, pool, own, network) {
     this.#header = header;
+    this.#network = network;
     this.#levels = levels;
     this.#pool = pool;
     this.#own = own;
@@ -144,7 +145,12 @@ class SceneSender {
   allocate(received) {
     const { count } = this.#header;
     if (!this.#allocated && ROOM * received >= count) {
-      this.#scene = this.#pool.output = emptyScene(this.#header, count, this.#own.scaleRange);
+      this.#scene = this.#pool.output = emptyScene(
+        this.#header,
+        count,
+        this.#own.scaleRange,
+        this.#network,
+      );
       this.#allocated = true;
     }
     return this.#allocated;
@@ -181,13 +187,12 @@ async function loadMgs(source) {
   const onStep = async ({ header, decoder, received, total }, waited) => {
     send({ kind: "progress", received, total });
     if (header === null || decoder === null) return;
-    if (header.network) throw new Error(NETWORK);
     arrived = received;
     pool ??= new WorkerPool(header.lodSizes);
     const levels = (come = decoder.levels);
     const slow = waited * (total / received - 1) > SOON;
     if (levels[0].positions && !sender) {
-      sender = new SceneSender(header, levels, pool, pool.start(decoder));
+      sender = new SceneSender(header, levels, pool, pool.start(decoder), decoder.network);
       pool.spawn(); // after the first dots: starting helpers delays them
       timer = setInterval(() => sender?.send(arrived), SOON);
     }

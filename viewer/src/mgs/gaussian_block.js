@@ -13,6 +13,8 @@ import { BLOCK } from "./block_memory.js";
  * @property {Float32Array} sh harmonics of the colour: 12 columns, 4 coefficients of r, g, b each
  * @property {Float32Array} lobes harmonics for the opacity's logit and for phi, in pairs of columns,
  *     `(lobeDegree + 1)^2` of them, and two columns of zeros
+ * @property {Float32Array} statics inputs of the view network that do not depend on the view, at most 1 in size:
+ *     19 columns, as the lobe decoder's; none if the file has no network
  * @property {Float32Array} words output of packing, 18 columns
  * @property {number} lobeDegree 0 to 3; 0 if the file has no lobes: then they are constant
  * @property {WebAssembly.Memory | null} memory where all columns lie, for WebAssembly

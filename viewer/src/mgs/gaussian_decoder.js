@@ -5,6 +5,7 @@ import { lookUp, meanCodes } from "./codebooks.js";
 import { C0, LobeDecoder } from "./lobes.js";
 import { BLOCK, BlockMemory } from "./block_memory.js";
 import { decodeQuaternions } from "./rotations.js";
+import { STATICS, Statics } from "./statics.js";
 import { fill } from "./gaussian_block.js";
 
 /** @typedef {import("./codebooks.js").Books} Books */
@@ -38,6 +39,8 @@ export class GaussianDecoder {
   #quats;
   #colors;
   #lobeDecoder;
+  /** Inputs of the view network; null if the file has none. @type {Statics | null} */
+  #statics;
   /** The output block. @type {Gaussians} */
   #gaussians;
   /** Colour and lobes, without the base opacity, until their streams arrive. */
@@ -64,10 +67,12 @@ export class GaussianDecoder {
       sh: memory.part(sh, 0, 12),
       // the last network layer writes four columns at a time
       lobes: memory.block(2 * (degree + 1) ** 2 + 2),
+      statics: memory.block(header.network ? STATICS : 0),
       words: memory.block(18),
     };
     this.#quats = blocks.quats;
     this.#lobeDecoder = shape && new LobeDecoder(memory, blocks, blocks.lobes, shape, decoderInputs.lobes);
+    this.#statics = header.network ? new Statics(memory, blocks, blocks.statics) : null;
     const { appearance } = decoderInputs;
     if (header.colors === "linear") this.#colors = new LinearDecoder(memory, sh, appearance);
     else if (header.colors === "latent_networks") this.#colors = new LatentDecoder(memory, sh, appearance);
@@ -151,7 +156,13 @@ export class GaussianDecoder {
       const column = columns.opacity?.[0];
       addOpacities(lobes, book, column, from, count);
     }
+    this.#statics?.write();
     return gaussians;
+  }
+
+  /** True if the file has a view network. */
+  get network() {
+    return this.#statics !== null;
   }
 
   get lobeDegree() {

@@ -2,19 +2,14 @@
 
 import { lookUp } from "./codebooks.js";
 import { BLOCK } from "./block_memory.js";
-import { STATICS } from "./weights.js";
+import { STATICS, Statics } from "./statics.js";
 
 /** @typedef {import("./codebooks.js").Codes} Codes */
 /** @typedef {import("./header.js").LobeShape} LobeShape */
 /** @typedef {import("./block_memory.js").Block} Block */
 /** @typedef {import("./block_memory.js").BlockMemory} BlockMemory */
+/** @typedef {import("./statics.js").Attributes} Attributes */
 /** @typedef {import("./weights.js").Weights} Weights */
-/**
- * @typedef {object} Attributes inputs of the hidden layers
- * @property {Block} sh 12 columns
- * @property {Block} scales standard deviations, 3 columns
- * @property {Block} quats 4 columns, of length 1, or 0
- */
 
 // the constant harmonic
 export const C0 = 0.28209479177387814;
@@ -29,18 +24,17 @@ export class LobeDecoder {
   #inputs;
   /** The parts of the inputs that hold latents: at the end of the first and of the last layer's input. @type {Block[]} */
   #behind;
-  /** Attributes to normalise, and the outputs. @type {[Block, Block][]} */
-  #lengths;
-  #quats;
+  /** Inputs of the hidden layers; null without any. @type {Statics | null} */
+  #statics;
 
   /**
    * @param {BlockMemory} memory
-   * @param {Attributes} attributes
+   * @param {Attributes} attributes inputs of the hidden layers
    * @param {Block} lobes the output
    * @param {LobeShape} shape
    * @param {Weights} weights
    */
-  constructor(memory, { sh, scales, quats }, lobes, { degree, latents, hidden }, weights) {
+  constructor(memory, attributes, lobes, { degree, latents, hidden }, weights) {
     const outputs = 2 * (degree + 1) ** 2;
     const width = hidden.at(-1) ?? 0;
     const inputs = [STATICS + latents, ...hidden];
@@ -55,9 +49,7 @@ export class LobeDecoder {
     const widths = hidden.length ? [STATICS, ...hidden] : [0];
     this.#inputs = widths.map((width) => memory.block(Math.ceil(width / 4) * 4 + latents));
     this.#behind = [0, widths.length - 1].map((i) => memory.part(this.#inputs[i], widths[i], latents));
-    const statics = hidden.length ? this.#inputs[0] : memory.block(STATICS);
-    this.#lengths = [[sh, memory.part(statics, 0, 12)], [scales, memory.part(statics, 12, 3)]];
-    this.#quats = [quats, memory.part(statics, 15, 4)];
+    this.#statics = hidden.length ? new Statics(memory, attributes, this.#inputs[0]) : null;
   }
 
   /**
@@ -69,11 +61,7 @@ export class LobeDecoder {
    */
   decode(codes, from, to) {
     const [memory, inputs, last] = [this.#memory, this.#inputs, this.#layers.length - 1];
-    const [quats, copied] = this.#quats;
-    if (last > 0) {
-      for (const [attribute, unit] of this.#lengths) memory.units(attribute, unit);
-      copied.numbers.set(quats.numbers);
-    }
+    this.#statics?.write();
     if (codes) lookUp(codes, this.#latents.numbers, BLOCK, from, to);
     this.#behind[0].numbers.set(this.#latents.numbers);
     for (let i = 0; i < last; i++) memory.apply(this.#layers[i], inputs[i], inputs[i + 1], 0);

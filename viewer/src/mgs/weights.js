@@ -1,5 +1,7 @@
 /** Shapes of the networks' matrices, in the order of their streams. docs/reference/format.md, sections 7 and 8. */
 
+import { STATICS } from "./statics.js";
+
 /** @typedef {import("./header.js").Header} Header */
 /** @typedef {import("./header.js").LobeShape} LobeShape */
 /** @typedef {[name: string, rows: number, columns: number]} Shape of a matrix, row by row */
@@ -54,9 +56,6 @@ export const NETWORK = [
   ["opacity.weight", 1, 64],
   ["opacity.bias", 1, 1],
 ];
-
-// inputs of a lobe decoder other than the latents
-export const STATICS = 19;
 
 /**
  * @param {LobeShape} shape

@@ -4,16 +4,18 @@
  * shapes, 4 words: x, y | z, two scales of lobes | sizes, 11 + 11 + 10 bits | rotation
  * colors, 4 words: constant r, g | constant b, a scale, first coefficient | eight more
  * lobes, 1 word and then 1 for two coefficients: constants | logit, phi, logit, phi ...
+ * with a view network, 10 words: base opacity, first of its inputs | the other 18, two per word
  *
  * Positions and constant coefficients are float16. Coefficients that depend on the direction are signed bytes
  * in units of scale / 127; scales have eight values per octave. A rotation is the index of the largest
- * component of its quaternion and the other three in 10 bits each. With lobes of degree 2 a Gaussian takes 52
- * bytes.
+ * component of its quaternion and the other three in 10 bits each. Inputs of a network are multiples of 1 / 32767.
+ * With lobes of degree 2 a Gaussian takes 52 bytes.
  */
 
 import { toFloat16 } from "../mgs/float16.js";
 import { BLOCK } from "../mgs/block_memory.js";
 import { kernelsIn } from "../mgs/wasm.js";
+import { INPUT_WORDS, networkMatrices } from "./view_network.js";
 
 /** @typedef {import("../mgs/header.js").Header} Header */
 /** @typedef {import("../mgs/gaussian_decoder.js").GaussianDecoder} GaussianDecoder */
@@ -21,6 +23,7 @@ import { kernelsIn } from "../mgs/wasm.js";
 /** @typedef {import("../mgs/gaussian_block.js").Gaussians} Gaussians */
 /** @typedef {import("./types.js").Part} Part */
 /** @typedef {import("./types.js").SceneData} SceneData */
+/** @typedef {import("../mgs/weights.js").Weights} Weights */
 /** @typedef {Uint32Array<ArrayBuffer>} Words */
 /** @typedef {Record<Part, Words>} PackedRows */
 
@@ -43,9 +46,10 @@ const FLOAT = new Float32Array(BITS.buffer);
  * @param {Header} header
  * @param {number} count
  * @param {[number, number]} scaleRange of standard deviations
+ * @param {Weights | null} [network] weights of the view network
  * @returns {SceneData & PackedRows}
  */
-export function emptyScene({ sorted, weighting, background, grid, lobes }, count, scaleRange) {
+export function emptyScene({ sorted, weighting, background, grid, lobes }, count, scaleRange, network = null) {
   const degree = lobes?.degree ?? 0;
   const [least, span] = bitsOf(scaleRange);
   return {
@@ -56,7 +60,8 @@ export function emptyScene({ sorted, weighting, background, grid, lobes }, count
       leastScaleBits: least,
       scaleBitsSpan: span,
     },
-    ...emptyRows(degree, count),
+    ...emptyRows(network ? INPUT_WORDS : lobeStride(degree), count),
+    network: network && networkMatrices(network),
     shSize: 4,
     lobeSize: (degree + 1) ** 2,
     sorted,
@@ -79,9 +84,9 @@ export function emptyScene({ sorted, weighting, background, grid, lobes }, count
  * @param {PackedRows} [packed] the output
  * @returns {PackedRows}
  */
-export function packRows(decoder, rows, packed = emptyRows(decoder.lobeDegree, rows.positions.length / 3)) {
+export function packRows(decoder, rows, packed = emptyRows(strideOf(decoder), rows.positions.length / 3)) {
   const count = rows.positions.length / 3;
-  const stride = lobeStride(decoder.lobeDegree);
+  const stride = strideOf(decoder);
   const size = 4 * BLOCK;
   let pack;
   for (let from = 0; from < count; from += BLOCK) {
@@ -95,11 +100,11 @@ export function packRows(decoder, rows, packed = emptyRows(decoder.lobeDegree, r
   return packed;
 }
 
-/** @param {number} degree of lobes @param {number} count @returns {PackedRows} */
-const emptyRows = (degree, count) => ({
+/** @param {number} stride words per Gaussian for its lobes @param {number} count @returns {PackedRows} */
+const emptyRows = (stride, count) => ({
   shapes: new Uint32Array(4 * count),
   colors: new Uint32Array(4 * count),
-  lobes: new Uint32Array(lobeStride(degree) * count),
+  lobes: new Uint32Array(stride * count),
 });
 
 /** The bits of the smallest float of a range and the span of the bits, as floats. @param {[number, number]} range */
@@ -111,6 +116,9 @@ function bitsOf(range) {
 /** Words per Gaussian for its lobes. @param {number} degree */
 const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
 
+/** Words per Gaussian for its lobes, or for the inputs of the network. @param {{network: boolean, lobeDegree: number}} decoder */
+const strideOf = ({ network, lobeDegree }) => (network ? INPUT_WORDS : lobeStride(lobeDegree));
+
 /**
  * Return a function that packs the current content of a block: shapes, then colours, then lobes.
  *
@@ -119,17 +127,19 @@ const lobeStride = (degree) => ((degree + 1) ** 2 + 2) >> 1;
  * @returns {() => Words}
  */
 export function packer(block, plain = false) {
-  const { scales, quats, sh, lobes, lobeDegree, scaleRange, memory } = block;
+  const { scales, quats, sh, lobes, lobeDegree, statics, scaleRange, memory } = block;
   const { buffer, byteOffset, length } = block.words;
   const words = new Uint32Array(/** @type {ArrayBuffer} */ (buffer), byteOffset, length);
   const [least, span] = bitsOf(scaleRange);
   const grow = span > 0 ? fround(1 / span) : 0;
   const kernels = plain ? null : kernelsIn(memory);
   const [at0, at1, at2, at3] = [scales, quats, sh, lobes].map(({ byteOffset }) => byteOffset);
-  const [pairs, stride] = [(lobeDegree + 1) ** 2 - 1, lobeStride(lobeDegree)];
+  const network = statics.length > 0;
+  const [pairs, stride] = [(lobeDegree + 1) ** 2 - 1, strideOf({ network, lobeDegree })];
   return () => {
     if (kernels) kernels.pack(at0, at1, at2, at3, byteOffset, pairs, stride, least, grow);
-    else packReference(block, words, least, grow);
+    else packReference(block, words, stride, least, grow);
+    if (network) packInputs(statics, words);
     const { count, positions } = block;
     for (let i = 0, at = 0; i < count; i++, at += 4) {
       words[at] = positions[3 * i] | (positions[3 * i + 1] << 16);
@@ -144,12 +154,12 @@ export function packer(block, plain = false) {
  *
  * @param {Gaussians} block
  * @param {Uint32Array} words
+ * @param {number} stride words per Gaussian for its lobes
  * @param {number} least of scales' bits
  * @param {number} grow
  */
-function packReference({ scales: sizes, quats, sh, lobes, lobeDegree }, words, least, grow) {
+function packReference({ scales: sizes, quats, sh, lobes, lobeDegree }, words, stride, least, grow) {
   const size = 2 * (lobeDegree + 1) ** 2;
-  const stride = lobeStride(lobeDegree);
   for (let i = 0; i < BLOCK; i++) {
     const at = 8 * BLOCK + stride * i;
     const scales = packLobes(lobes, i, size, words, at);
@@ -166,6 +176,23 @@ function packReference({ scales: sizes, quats, sh, lobes, lobeDegree }, words, l
     words[4 * i + 3] = rotationWord(q);
     // not a rotation
     if (!q.some(Boolean)) words[at] = INVISIBLE | (words[at] & 0xffff0000);
+  }
+}
+
+/**
+ * Write the inputs of the view network behind the base opacity, in the place of phi.
+ *
+ * @param {Float32Array} statics in columns, at most 1 in size
+ * @param {Uint32Array} words
+ */
+function packInputs(statics, words) {
+  for (let i = 0; i < BLOCK; i++) {
+    const at = 8 * BLOCK + INPUT_WORDS * i;
+    words[at] = (words[at] & 0xffff) | (Math.round(32767 * statics[i]) << 16);
+    for (let word = 1; word < INPUT_WORDS; word++) {
+      const [low, high] = [2 * word - 1, 2 * word].map((k) => Math.round(32767 * statics[k * BLOCK + i]));
+      words[at + word] = (low & 0xffff) | (high << 16);
+    }
   }
 }
 

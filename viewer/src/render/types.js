@@ -1,6 +1,7 @@
 /** Types that the renderers share. */
 
 import { fromFloat16 } from "../mgs/float16.js";
+import { INPUT_WORDS } from "./view_network.js";
 
 /**
  * A scene in the layout of the shaders. All numbers are finite.
@@ -18,6 +19,8 @@ import { fromFloat16 } from "../mgs/float16.js";
  * @property {Numbers} lobes wide, `2 lobeSize` each: harmonics, inside first for the opacity's
  *     logit, then for phi before its ReLU
  * @property {number} lobeSize coefficients of opacity and phi: 1, 4, 9 or 16
+ * @property {Float32Array<ArrayBuffer> | null} [network] matrices of the view network of a packed scene
+ *     (view_network.js); then `lobes` holds its inputs that do not depend on the view (pack.js)
  * @property {boolean} sorted whether Gaussians are blended back to front, or as weighted sums
  * @property {Weighting} weighting of a sort-free scene
  * @property {[number, number, number]} background sRGB in [0, 1]; read in every frame, so that
@@ -71,8 +74,8 @@ import { fromFloat16 } from "../mgs/float16.js";
  */
 
 /** Words or floats of a Gaussian in each part. @param {SceneData} scene @returns {Record<Part, number>} */
-export function strides({ packing, shSize, lobeSize }) {
-  if (packing) return { shapes: 4, colors: 4, lobes: (lobeSize + 2) >> 1 };
+export function strides({ packing, shSize, lobeSize, network }) {
+  if (packing) return { shapes: 4, colors: 4, lobes: network ? INPUT_WORDS : (lobeSize + 2) >> 1 };
   return { shapes: 12, colors: 3 * shSize, lobes: 2 * lobeSize };
 }
 

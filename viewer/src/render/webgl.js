@@ -130,13 +130,20 @@ export class WebGlRenderer {
   }
 
   /**
-   * Replace the scene, or set it again after a `webglcontextrestored` event.
+   * Replace the scene, or set it again after a `webglcontextrestored` event. Throws an Error for a scene
+   * with a view network.
    *
    * @param {SceneData} scene
    */
   setScene(scene) {
     const gl = this.#gl;
     this.#scene = null;
+    if (scene.network) {
+      throw new Error(
+        "this scene needs a network for every Gaussian in every frame, which takes WebGPU: open it in a " +
+          "browser that has it",
+      );
+    }
     this.#inputs = scene.packing ? PACKED : this.variant.floats ? FLOATS : HALVES;
     const { shapes, colors, lobes } = scene;
     for (const [name, data] of Object.entries({ shapes, colors, lobes })) {

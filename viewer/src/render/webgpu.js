@@ -1,7 +1,9 @@
 /** The WebGPU renderer. It uses the shaders in the same way as mobilegs/view/wgpu_renderer.py. */
 
+import { toFloat16 } from "../mgs/float16.js";
 import { strides } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, viewUniforms } from "./view_uniforms.js";
+import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
 import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
 
@@ -19,6 +21,7 @@ import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
  * @property {GPUBuffer} looks
  * @property {GPUBuffer} batches the visible ones
  * @property {GPUBuffer | null} order of a sorted scene
+ * @property {{weights: GPUBuffer, lobes: GPUBuffer} | null} network weights, and results
  */
 
 const LOOK_BYTES = { packed: 8, wide: 32 };
@@ -27,7 +30,9 @@ const NOTHING = new Float32Array(0);
 /** Renders sort-free and sorted scenes with WebGPU. */
 export class WebGpuRenderer {
   /** Shader files that `create` needs. */
-  static files = ["view", "wide", "packed", "project", "splat", "resolve", "dots"].map((n) => `${n}.wgsl`);
+  static files = ["view", "wide", "packed", "network", "project", "splat", "resolve", "dots"].map(
+    (name) => `${name}.wgsl`,
+  );
 
   /** The current variant; may be changed between frames. @type {Variant} */
   variant;
@@ -117,7 +122,7 @@ export class WebGpuRenderer {
   setScene(scene) {
     this.#release();
     const { count, sorted } = scene;
-    const kind = { sorted, packed: scene.packing !== null };
+    const kind = { sorted, packed: scene.packing !== null, network: Boolean(scene.network) };
     const looks = LOOK_BYTES[kind.packed ? "packed" : "wide"] * Math.max(count, 1); // not empty
     const parts = { shapes: scene.shapes, colors: scene.colors, lobes: scene.lobes };
     const needed = Math.max(looks, ...Object.values(parts).map((part) => part.byteLength));
@@ -144,6 +149,9 @@ export class WebGpuRenderer {
       looks: this.#device.createBuffer({ size: looks, usage: use.STORAGE }),
       batches: list(Math.ceil(count / BATCH)),
       order: sorted ? list(count) : null,
+      network: scene.network
+        ? { weights: this.#program.filled(this.#weights(scene.network), use.STORAGE), lobes: list(count) }
+        : null,
     };
     // the GPU has a copy now: drop the page's own, since phones have little memory
     this.#scene = { ...scene, shapes: NOTHING, colors: NOTHING, lobes: NOTHING };
@@ -250,7 +258,7 @@ export class WebGpuRenderer {
 
   /** Request the pass times of the last frame, stored in `milliseconds`. */
   async time() {
-    if (this.lost === null) await this.#program.time();
+    if (this.lost === null && this.#uploaded) await this.#program.time(this.#uploaded.kind);
   }
 
   /** Free all resources; the renderer cannot be used afterwards. */
@@ -275,8 +283,8 @@ export class WebGpuRenderer {
 
   #buffers() {
     if (this.#uploaded === null) return [];
-    const { parts, looks, batches, order } = this.#uploaded;
-    return [...Object.values(parts), looks, batches, ...(order ? [order] : [])];
+    const { parts, looks, batches, order, network } = this.#uploaded;
+    return [...Object.values(parts), looks, batches, ...(order ? [order] : []), ...Object.values(network ?? {})];
   }
 
   /** Resize the canvas and return its texture. @param {Camera} camera */
@@ -310,12 +318,13 @@ export class WebGpuRenderer {
     queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0));
     const sums = this.#sumsFor(camera.width, camera.height, scene.sorted);
     const encoder = this.#device.createCommandEncoder();
+    this.#evaluate(encoder, scene.count, this.#uploaded);
     this.#project(encoder, scene.count, this.#uploaded);
     this.#splat(encoder, scene.count, this.#uploaded, sums);
     const pipeline = this.#program.resolve(scene.sorted, format);
     const resolving = encoder.beginRenderPass({
       colorAttachments: [{ view: target, loadOp: "clear", storeOp: "store" }],
-      timestampWrites: this.#program.stamps(2),
+      timestampWrites: this.#program.stamps("resolve"),
     });
     resolving.setPipeline(pipeline);
     resolving.setBindGroup(0, this.#program.bind(pipeline, { 0: this.#view, ...numbered(sums, 1) }));
@@ -324,15 +333,38 @@ export class WebGpuRenderer {
     queue.submit([encoder.finish()]);
   }
 
+  /** Numbers of the view network in the device's precision. @param {Float32Array<ArrayBuffer>} matrices */
+  #weights(matrices) {
+    return this.#program.number === "f16" ? Uint16Array.from(matrices, toFloat16) : matrices;
+  }
+
   /** @param {GPUCommandEncoder} encoder @param {number} count @param {Uploaded} uploaded */
-  #project(encoder, count, { kind, parts, looks, batches }) {
+  #evaluate(encoder, count, { kind, parts, network }) {
+    if (network === null) return;
+    const resources = { 0: this.#view, 1: parts.shapes, 4: parts.lobes, 5: network.weights, 6: network.lobes };
+    this.#compute(encoder, "network", this.#program.network(kind), resources, Math.ceil(count / GAUSSIANS));
+  }
+
+  /** @param {GPUCommandEncoder} encoder @param {number} count @param {Uploaded} uploaded */
+  #project(encoder, count, { kind, parts, looks, batches, network }) {
+    const lobes = network?.lobes ?? parts.lobes;
+    const all = [this.#view, parts.shapes, parts.colors, lobes, looks, batches, this.#drawn];
     const pipeline = this.#program.project(kind, this.variant);
-    const all = [this.#view, parts.shapes, parts.colors, parts.lobes, looks, batches, this.#drawn];
-    const groups = Math.ceil(count / BATCH);
+    this.#compute(encoder, "project", pipeline, numbered(all, 0), Math.ceil(count / BATCH));
+  }
+
+  /**
+   * @param {GPUCommandEncoder} encoder
+   * @param {"network" | "project"} name
+   * @param {GPUComputePipeline} pipeline
+   * @param {Record<number, GPUBuffer>} resources
+   * @param {number} groups
+   */
+  #compute(encoder, name, pipeline, resources, groups) {
     const across = Math.max(1, Math.min(groups, 65535));
-    const pass = encoder.beginComputePass({ timestampWrites: this.#program.stamps(0) });
+    const pass = encoder.beginComputePass({ timestampWrites: this.#program.stamps(name) });
     pass.setPipeline(pipeline);
-    pass.setBindGroup(0, this.#program.bind(pipeline, numbered(all, 0)));
+    pass.setBindGroup(0, this.#program.bind(pipeline, resources));
     pass.dispatchWorkgroups(across, Math.ceil(groups / across));
     pass.end();
   }
@@ -356,7 +388,7 @@ export class WebGpuRenderer {
         storeOp: "store",
         clearValue: clear[i],
       })),
-      timestampWrites: this.#program.stamps(1),
+      timestampWrites: this.#program.stamps("splat"),
     });
     pass.setPipeline(pipeline);
     const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order ?? batches };

@@ -4,10 +4,11 @@ import { findAdapter } from "../assets.js";
 
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Variant} Variant */
-/** @typedef {{sorted: boolean, packed: boolean}} Kind of a scene */
+/** @typedef {{sorted: boolean, packed: boolean, network: boolean}} Kind of a scene */
 
 export const BATCH = 128; // Gaussians, as in view.wgsl
-const PASSES = ["project", "splat", "resolve"];
+const PASSES = ["network", "project", "splat", "resolve"];
+/** @typedef {"network" | "project" | "splat" | "resolve"} Pass */
 
 /** Device, shaders and pipelines that all scenes share. */
 export class Program {
@@ -33,7 +34,7 @@ export class Program {
     const adapter = await findAdapter();
     if (adapter === null) throw new Error("WebGPU finds no graphics adapter on this device");
     /** @type {GPUFeatureName[]} */
-    const wanted = ["timestamp-query", "float32-blendable"];
+    const wanted = ["timestamp-query", "float32-blendable", "shader-f16"];
     const features = wanted.filter((name) => adapter.features.has(name));
     if (floats && !features.includes("float32-blendable")) {
       throw new Error("this device cannot blend 32-bit floats");
@@ -67,6 +68,21 @@ export class Program {
   /** True if sums can be float32. */
   get blendsFloats() {
     return this.device.features.has("float32-blendable");
+  }
+
+  /** The numbers that the view network computes with. @returns {"f16" | "f32"} */
+  get number() {
+    return this.device.features.has("shader-f16") ? "f16" : "f32";
+  }
+
+  /** The pipeline of the view network. @param {Kind} kind */
+  network(kind) {
+    return this.#cached(`network ${kind.packed}`, () =>
+      this.device.createComputePipeline({
+        layout: "auto",
+        compute: { module: this.#module("network", kind), entryPoint: "evaluate_network" },
+      }),
+    );
   }
 
   /** @param {Kind} kind @param {Variant} variant */
@@ -175,18 +191,23 @@ export class Program {
     });
   }
 
-  /** Timestamp writes of a pass. @param {number} pass */
+  /** Timestamp writes of a pass. @param {Pass} pass */
   stamps(pass) {
     if (this.#clock === null) return undefined;
+    const index = 2 * PASSES.indexOf(pass);
     return {
       querySet: this.#clock.queries,
-      beginningOfPassWriteIndex: 2 * pass,
-      endOfPassWriteIndex: 2 * pass + 1,
+      beginningOfPassWriteIndex: index,
+      endOfPassWriteIndex: index + 1,
     };
   }
 
-  /** Request the pass times of the last frame, stored in `milliseconds`; ignored while a request is pending. */
-  async time() {
+  /**
+   * Request the pass times of the last frame, stored in `milliseconds`; ignored while a request is pending.
+   *
+   * @param {Kind} kind of the scene
+   */
+  async time({ network }) {
     if (this.#clock === null || this.#clock.read.mapState !== "unmapped") return;
     const { queries, found, read } = this.#clock;
     const encoder = this.device.createCommandEncoder();
@@ -195,9 +216,8 @@ export class Program {
     this.device.queue.submit([encoder.finish()]);
     await read.mapAsync(GPUMapMode.READ);
     const stamps = new BigUint64Array(read.getMappedRange());
-    this.milliseconds = Object.fromEntries(
-      PASSES.map((name, i) => [name, Number(stamps[2 * i + 1] - stamps[2 * i]) / 1e6]),
-    );
+    const times = PASSES.map((name, i) => [name, Number(stamps[2 * i + 1] - stamps[2 * i]) / 1e6]);
+    this.milliseconds = Object.fromEntries(network ? times : times.slice(1));
     read.unmap();
   }
 
@@ -213,11 +233,13 @@ export class Program {
     return found;
   }
 
-  /** @param {"project" | "splat" | "resolve"} name @param {Kind | null} kind whose rows it reads */
+  /** @param {Pass} name @param {Kind | null} kind whose rows it reads */
   #module(name, kind) {
     const rows = kind === null ? "" : this.#shaders[kind.packed ? "packed" : "wide"];
     const key = `${name} ${kind?.packed}`;
-    const code = `${this.#shaders.view}\n${rows}\n${this.#shaders[name]}`;
+    const enabled = this.number === "f16" ? "enable f16;\n" : "";
+    const numbers = name === "network" ? `${enabled}alias Num = ${this.number};\n` : "";
+    const code = `${numbers}${this.#shaders.view}\n${rows}\n${this.#shaders[name]}`;
     const module = this.#modules.get(key) ?? this.device.createShaderModule({ code, label: name });
     this.#modules.set(key, module);
     return module;
