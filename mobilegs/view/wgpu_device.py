@@ -87,8 +87,12 @@ class Program:
 
     @cached_property
     def network(self) -> Any:
-        enable = "enable f16;\n" if self.number == "f16" else ""
-        code = f"{enable}alias Num = {self.number};\n{shader('wide', 'network')}"
+        return self.network_of(self.number, "wide")
+
+    def network_of(self, number: str, rows: str) -> Any:
+        """Return the pipeline of the network in `f16` or `f32`, for `wide` or `packed` scenes."""
+        enable = "enable f16;\n" if number == "f16" else ""
+        code = f"{enable}alias Num = {number};\n{shader(rows, 'network')}"
         module = self.device.create_shader_module(code=code)
         stage = {"module": module, "entry_point": "evaluate_network"}
         return self.device.create_compute_pipeline(layout="auto", compute=stage)

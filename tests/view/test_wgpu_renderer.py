@@ -181,6 +181,15 @@ def test_a_view_network_in_float16_is_accurate_enough() -> None:
     assert psnr(WgpuRenderer(constant).render(view).image, expected) < 30
 
 
+@pytest.mark.parametrize("rows", ["wide", "packed"])
+@pytest.mark.parametrize("number", ["f16", "f32"])
+def test_the_network_compiles_in_both_precisions(number: str, rows: str) -> None:
+    program = WgpuRenderer(network_case("degree 1")[0]).program
+    if number == "f16" and program.number != "f16":
+        pytest.skip("this GPU does not compute in float16")
+    assert program.network_of(number, rows) is not None
+
+
 def test_a_view_network_follows_the_camera() -> None:
     scene, view = network_case("degree 1")
     renderer = WgpuRenderer(scene, full_precision=True)

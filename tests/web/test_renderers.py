@@ -14,6 +14,7 @@ from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render.scene import Scene
+from mobilegs.view.wgpu_renderer import network_matrices
 from tests.support.browser import Chromium, Tab
 from tests.support.golden import (
     BACKGROUND,
@@ -173,6 +174,23 @@ def test_a_view_network_is_evaluated_in_each_frame(colors: str, painters: Painte
         assert decibels >= 50
     times = painter.tab.run("await renderer.time(); return renderer.milliseconds;")
     assert times is None or set(times) == {"network", "project", "splat", "resolve"}
+
+
+def test_both_languages_order_the_network_alike(tab: Tab) -> None:
+    network = view_network()
+    weights = {name: value.flatten().numpy() for name, value in network.state_dict().items()}
+    names = list(weights)
+    given = {f"w{i}": weights[name] for i, name in enumerate(names)}
+    found = tab.run(
+        f"""const {{ networkMatrices }} = await import("/src/render/view_network.js");
+        const all = [{", ".join(given)}];
+        return networkMatrices(Object.fromEntries(names.map((name, i) => [name, all[i]])));""",
+        names=names,
+        **given,
+    )
+    expected = network_matrices(network)
+    assert expected.shape == (2497, 4, 4) and len(np.unique(expected)) > 30_000
+    np.testing.assert_allclose(found.reshape(expected.shape), expected, rtol=1e-5, atol=1e-6)
 
 
 def test_webgl_refuses_a_view_network(painters: Painters) -> None:
