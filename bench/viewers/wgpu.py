@@ -3,8 +3,9 @@
     python -m bench.viewers.wgpu --mgs RUN/scene.mgs [--ply RUN/teacher.ply] [--json OUT]
         [--sizes 800x533 1600x1063] [--frames 30]
 
-The script draws the student sort-free, in float16 and in float32, and its sorted teacher, in
-turns, through the cameras in the student's file. The device times the passes (a software device
+The script draws the student sort-free, in float16 and in float32, the same Gaussians with the
+paper's network of random weights, and the sorted teacher, in turns, through the cameras in the
+student's file. The device times the passes (a software device
 may not). `frame` lasts from the call until the device has finished; for a sorted scene it
 includes the CPU's sort. Each picture is compared with that of the CPU kernels.
 """
@@ -14,6 +15,7 @@ import json
 import platform
 import statistics
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import torch
@@ -21,6 +23,7 @@ import torch
 from mobilegs.camera import Camera
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.mgs.codec import read_mgs
+from mobilegs.render.view_network import ViewNetwork
 from mobilegs.scene_file import open_scene
 from mobilegs.view.wgpu_device import PASSES, adapter
 from mobilegs.view.wgpu_renderer import WgpuRenderer
@@ -73,6 +76,12 @@ def main() -> None:
         "sort-free, halves": (student, False),
         "sort-free, floats": (student, True),
     }
+    # the time of a network does not depend on its weights
+    network = ViewNetwork(torch.Generator().manual_seed(0)).requires_grad_(False)
+    scenes["sort-free with the paper's network, halves"] = (
+        replace(student, lobes=None, network=network),
+        False,
+    )
     if options.ply:
         scenes["sorted, halves"] = (open_scene(options.ply, device=CPU), False)
     info = adapter().info
