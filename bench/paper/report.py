@@ -1,6 +1,7 @@
 """Write the tables and the plot of the paper's pages from the collected cells.
 
-docs/explanation/paper.md gets one line for each table of the paper, paper_tables.md every row.
+docs/explanation/paper.md gets one line for each table of the paper, then the tables line by line;
+paper_tables.md gets every row.
 
     python -m bench.paper.report [--json bench/results/paper.json]
 
@@ -25,7 +26,6 @@ PLOT = ROOT / "docs/images/paper.png"
 FEW = 3  # cells that need no plot
 COLUMNS = 3  # panels side by side
 SHOWN_DB = 7  # below the best row
-SHORT = "10000 + 1200 steps"
 SMALL = ("bonsai-400", "horns-250", "lego-200")
 TITLES = {
     "main": "Teacher and students",
@@ -36,45 +36,82 @@ TITLES = {
     "fixes": "Errors of the release, put back",
     "paper": "The paper's own model",
 }
-# PSNR against the whole method in the paper's tables, mean of Mip-NeRF 360 (27.12 dB). Its sorted
-# row (+0.14) is another thing than ours, which drops phi and lobes, too.
-PAPER_DELTAS = {
-    "no-view-dependence": -0.44,
-    "no-codes": 0.21,
-    "no-depth-term": -0.09,
-    "no-scale-term": -0.04,
-    "sh-0": -0.08,
-    "sh-2": 0.01,
-    "sh-3": 0.03,
-    "no-pruning": 0.10,
-    "by-opacity": -0.28,
-    "by-scale": -0.25,
-    "vote-0.1": 0.03,
-    "vote-0.4": -0.65,
-    "vote-0.6": -1.27,
-    "codebook-6": -1.60,
-    "codebook-8": -0.29,
-    "codebook-12": 0.03,
-    "sort-free-gs": -0.38,
-    "quantized-mini-splatting": -0.10,
-    "quantized-3dgs": -0.11,
-    "paper-no-view-dependence": -0.44,
-    "paper-no-quantization": 0.21,
-    "paper-no-depth-term": -0.09,
-    "paper-no-scale-term": -0.04,
-    "paper-sh-0": -0.08,
-    "paper-sh-2": 0.01,
-    "paper-sh-3": 0.03,
-    "paper-no-pruning": 0.10,
-    "paper-by-opacity": -0.28,
-    "paper-by-scale": -0.25,
-    "paper-vote-0.1": 0.03,
-    "paper-vote-0.4": -0.65,
-    "paper-vote-0.6": -1.27,
-    "paper-codebook-6": -1.60,
-    "paper-codebook-8": -0.29,
-    "paper-codebook-12": 0.03,
+
+
+class Line(NamedTuple):
+    """A line of a table of the paper, and the rows here that test it."""
+
+    about: str
+    paper: float
+    """PSNR against the paper's whole method, dB, mean of Mip-NeRF 360."""
+    more: str
+    """The paper's other figures of this line."""
+    rows: tuple[str, ...]
+    """Rows that test it, those of the paper's own model first."""
+
+
+# the tables of the paper, line by line; figures of a phone are in frames/s
+LINES: dict[str, tuple[Line, ...]] = {
+    "ablation": (
+        Line(
+            "without order independence",
+            0.14,
+            "684 frames/s, not 1125",
+            ("paper-no-order-independence", "no-order-independence"),
+        ),
+        Line(
+            "without view dependence",
+            -0.44,
+            "1227 frames/s",
+            ("paper-no-view-dependence", "no-view-dependence"),
+        ),
+        Line(
+            "without vector quantisation",
+            0.21,
+            "841 frames/s, 121 MB, not 4.6",
+            ("paper-no-quantization", "no-codes"),
+        ),
+        Line("w without depth term", -0.09, "", ("paper-no-depth-term", "no-depth-term")),
+        Line("w without scale term", -0.04, "", ("paper-no-scale-term", "no-scale-term")),
+        Line("SH of degree 0", -0.08, "3.6 MB", ("paper-sh-0", "sh-0")),
+        Line("SH of degree 2", 0.01, "7.3 MB", ("paper-sh-2", "sh-2")),
+        Line("SH of degree 3", 0.03, "9.6 MB", ("paper-sh-3", "sh-3")),
+    ),
+    "pruning": (
+        Line("no pruning", 0.10, "560k Gaussians, not 470k", ("paper-no-pruning", "no-pruning")),
+        Line(
+            "votes by opacity only",
+            -0.28,
+            "430k Gaussians",
+            ("paper-by-opacity", "by-opacity-once"),
+        ),
+        Line("votes by scale only", -0.25, "450k Gaussians", ("paper-by-scale", "by-scale-once")),
+        Line("vote quantile 0.1", 0.03, "550k Gaussians", ("paper-vote-0.1", "vote-0.1")),
+        Line("vote quantile 0.4", -0.65, "340k Gaussians", ("paper-vote-0.4", "vote-0.4")),
+        Line("vote quantile 0.6", -1.27, "180k Gaussians", ("paper-vote-0.6", "vote-0.6")),
+        Line(
+            "votes, on Mini-Splatting",
+            -0.03,
+            "470k Gaussians, not 580k",
+            ("mini-splatting-votes",),
+        ),
+        Line("MaskGaussian, on Mini-Splatting", -0.08, "840k Gaussians, not 1.21M", ("masks",)),
+    ),
+    "codebooks": (
+        Line("2^6 codewords", -1.60, "3.84 MB", ("paper-codebook-6", "codebook-6")),
+        Line("2^8 codewords", -0.29, "4.2 MB", ("paper-codebook-8", "codebook-8")),
+        Line("2^12 codewords", 0.03, "7.9 MB", ("paper-codebook-12", "codebook-12")),
+    ),
+    "rivals": (
+        Line("SortFreeGS", -0.38, "", ("sort-free-gs",)),
+        Line("GES", -0.10, "-0.14 in another table", ("two-pass",)),
+        Line("Mini-Splatting, coded", -0.10, "", ("quantized-mini-splatting",)),
+        Line("3DGS, coded", -0.11, "", ("quantized-3dgs",)),
+    ),
 }
+PAPER_DELTAS = {row: line.paper for lines in LINES.values() for line in lines for row in line.rows}
+ON_MINI_SPLATTING = ("mini-splatting-votes", "masks", "masks-votes")
+LONG = 10_000  # student steps from which on a comparison counts
 
 
 def base_of(name: str) -> str:
@@ -82,15 +119,20 @@ def base_of(name: str) -> str:
     return "paper" if ROWS[name].table == "paper" else BASE
 
 
+def claimed_base(name: str) -> str:
+    """Return the row that the paper compares a row with."""
+    return "mini-splatting-on" if name in ON_MINI_SPLATTING else base_of(name)
+
+
 class Claim(NamedTuple):
-    """A table or figure of the paper, and the rows that test it."""
+    """A table or figure of the paper, with the lines that test it."""
 
     about: str
     paper: str
-    """The paper's figure, in dB against its whole method unless stated otherwise."""
-    rows: tuple[str, ...] = ()
+    """The paper's figures, in dB against its whole method unless stated otherwise."""
+    lines: tuple[tuple[str, int], ...] = ()
+    """Keys of LINES, with the index of the line."""
     verdict: str = "not measured"
-    base: str = BASE
 
 
 NOT_RUN = "not run at full size, nor on a GPU"
@@ -99,59 +141,56 @@ CLAIMS = (
     Claim("figures of each scene", "bicycle 24.91 to bonsai 31.25 dB", verdict=NOT_RUN),
     Claim("phone (Snapdragon 8 Gen 3)", "127 frames/s cold, 74 steady; 0.83 W"),
     Claim("time by stage, and with and without sorting", "bicycle 134, 857 frames/s"),
-    Claim(
-        "without order independence",
-        "+0.14",
-        ("no-order-independence",),
-        "at 1,200 steps; at 5,000 no difference",
-    ),
-    Claim("without view dependence", "-0.44", ("no-view-dependence",), "yes, larger here"),
-    Claim("without vector quantisation", "+0.21", ("no-codes",), "yes"),
+    Claim("without order independence", "+0.14", (("ablation", 0),), "see below"),
+    Claim("without view dependence", "-0.44", (("ablation", 1),), "yes, larger here"),
+    Claim("without vector quantisation", "+0.21", (("ablation", 2),), "yes"),
     Claim(
         "w without depth term; without scale term",
         "-0.09; -0.04",
-        ("no-depth-term", "no-scale-term"),
+        (("ablation", 3), ("ablation", 4)),
         "no",
     ),
     Claim(
-        "SH of degree 0; 2; 3", "-0.08; +0.01; +0.03", ("sh-0", "sh-2", "sh-3"), "within the noise"
+        "SH of degree 0; 2; 3",
+        "-0.08; +0.01; +0.03",
+        (("ablation", 5), ("ablation", 6), ("ablation", 7)),
+        "within the noise",
     ),
-    Claim("no pruning", "+0.10", ("no-pruning",), "yes, larger here"),
+    Claim("no pruning", "+0.10", (("pruning", 0),), "yes, larger here"),
     Claim(
         "votes by opacity only; by scale only",
         "-0.28; -0.25",
-        ("by-opacity-once", "by-scale-once"),
+        (("pruning", 1), ("pruning", 2)),
         "not opacity; scale larger here",
     ),
     Claim(
         "vote quantile 0.1; 0.4; 0.6",
         "+0.03; -0.65; -1.27",
-        ("vote-0.1", "vote-0.4", "vote-0.6"),
+        (("pruning", 3), ("pruning", 4), ("pruning", 5)),
         "order yes; 0.6 leaves almost nothing",
     ),
     Claim(
         "votes; MaskGaussian, on Mini-Splatting",
         "-0.03; -0.08",
-        ("mini-splatting-votes", "masks"),
+        (("pruning", 6), ("pruning", 7)),
         "votes yes; masks lose more here",
-        "mini-splatting-on",
     ),
     Claim(
         "codebooks of 2^6; 2^8; 2^12 entries",
         "-1.60; -0.29; +0.03",
-        ("codebook-6", "codebook-8", "codebook-12"),
+        (("codebooks", 0), ("codebooks", 1), ("codebooks", 2)),
         "order yes, smaller here",
     ),
     Claim(
         "SortFreeGS; GES",
         "-0.38; -0.10 or -0.14",
-        ("sort-free-gs", "two-pass"),
+        (("rivals", 0), ("rivals", 1)),
         "sign yes; other forms of both",
     ),
     Claim(
         "coded Mini-Splatting; coded 3DGS",
         "-0.10; -0.11",
-        ("quantized-mini-splatting", "quantized-3dgs"),
+        (("rivals", 2), ("rivals", 3)),
         "no",
     ),
 )
@@ -352,31 +391,117 @@ def side_by_side(runs: dict[Run, list[dict]]) -> list[str]:
     return lines
 
 
+class Found(NamedTuple):
+    """A row's figures on one scene against its base, of the longest runs that have both."""
+
+    row: str
+    steps: int
+    psnr: float
+    """dB, mean over the runs."""
+    size: float
+    """Bytes, as a share of the base's."""
+
+
+def longest(cells: list[dict], scene: str, rows: Sequence[str]) -> Found | None:
+    """Return the figures of the longest runs of a scene; of equal ones, of the first row."""
+    best: Found | None = None
+    runs = {run: found for run, found in runs_of(cells).items() if run.scene == scene}
+    for name in rows:
+        pairs = []
+        for run, found in runs.items():
+            of_row, of_base = (
+                [cell for cell in found if cell["row"] == row] for row in (name, claimed_base(name))
+            )
+            value = difference(of_row, of_base)
+            if value is not None:
+                sizes = [mean(cell["bytes"] for cell in some) for some in (of_row, of_base)]
+                pairs.append((run.student_steps, value, sizes[0] / sizes[1]))
+        if not pairs:
+            continue
+        steps = max(pair[0] for pair in pairs)
+        values, ratios = zip(*(pair[1:] for pair in pairs if pair[0] == steps), strict=True)
+        if best is None or steps > best.steps:
+            best = Found(name, steps, mean(values), mean(ratios))
+    return best
+
+
+def steps_told(found: Sequence[Found | None]) -> str:
+    """Return the lengths of the runs behind some figures, in student steps."""
+    return "; ".join(f"{steps:,}" for steps in sorted({one.steps for one in found if one})) or "-"
+
+
 def claims(cells: list[dict]) -> list[str]:
     """Return a table with one line for each of the paper's: its figures, ours, the verdict."""
     rows = []
     for claim in CLAIMS:
-        measured = [
-            "; ".join(small_difference(cells, scene, row, claim.base) for row in claim.rows)
-            for scene in SMALL
+        lines = [LINES[key][index] for key, index in claim.lines]
+        found = [[longest(cells, scene, line.rows) for line in lines] for scene in SMALL]
+        told = [
+            "; ".join(signed(one and one.psnr) for one in of_scene) or "-" for of_scene in found
         ]
-        names = ", ".join(f"`{row}`" for row in claim.rows) or "-"
-        dashes = [text if claim.rows else "-" for text in measured]
-        rows.append([claim.about, claim.paper, names, *dashes, claim.verdict])
-    lines = table(["paper", "its figures", "row here", *SMALL, "agrees"], rows, words=3)
+        steps = steps_told([one for of_scene in found for one in of_scene])
+        rows.append([claim.about, claim.paper, *told, steps, claim.verdict])
+    lines = table(["paper", "its figures", *SMALL, "steps", "agrees"], rows, words=2)
     lines[1] = f"{lines[1].removesuffix('---: |')}--- |"
     return lines
 
 
-def small_difference(cells: list[dict], scene: str, row: str, base: str) -> str:
-    """Return a row's dB against `base` by the first teacher that has both, after 1,200 steps."""
-    runs = {run: found for run, found in runs_of(cells).items() if run.scene == scene}
-    for run, found in sorted(runs.items()):
-        pair = [[cell for cell in found if cell["row"] == name] for name in (row, base)]
-        value = difference(*pair) if run.title.startswith(SHORT) else None
-        if value is not None:
-            return signed(value)
-    return "-"
+def paper_table(cells: list[dict], key: str) -> list[str]:
+    """Return a table of the paper, line by line, with the same on the small captures."""
+    rows = []
+    for line in LINES[key]:
+        found = [longest(cells, scene, line.rows) for scene in SMALL]
+        names = sorted({one.row for one in found if one}, key=line.rows.index)
+        ratios = [one.size for one in found if one]
+        rows.append(
+            [
+                line.about,
+                ", ".join(f"`{name}`" for name in names or line.rows[:1]),
+                signed(line.paper),
+                line.more or "-",
+                *(signed(one and one.psnr) for one in found),
+                f"{100 * (mean(ratios) - 1):+.0f} %" if ratios else "-",
+                steps_told(found),
+            ]
+        )
+    headings = ["line", "row here", "paper, dB", "its other figures", *SMALL, "bytes", "steps"]
+    lines = table(headings, rows)
+    cut = lines[1].split(" | ")
+    cut[3] = "---"
+    return [lines[0], " | ".join(cut), *lines[2:]]
+
+
+LONG_ROWS = ("teacher", "ours", "ours-sorted", "paper", "paper-no-order-independence", "release")
+
+
+def long_runs(cells: list[dict]) -> list[str]:
+    """Return the figures of the long runs, the mean over teachers, or that there are none."""
+    rows = []
+    runs = {run: found for run, found in runs_of(cells).items() if run.student_steps >= LONG}
+    for scene, steps in sorted({(run.scene, run.student_steps) for run in runs}):
+        found = [cell for run in runs if run.scene == scene for cell in runs[run]]
+        found = [cell for cell in found if cell["student_steps"] in (0, steps)]
+        for name in LONG_ROWS:
+            some = [cell for cell in found if cell["row"] == name]
+            if not some:
+                continue
+            psnrs = [cell["psnr"] for cell in some]
+            rows.append(
+                [
+                    f"{scene}, {steps:,}",
+                    f"`{name}`",
+                    str(len(some)),
+                    number(psnrs, 2) + spread(psnrs),
+                    number([cell["ssim"] for cell in some], 4),
+                    number([cell.get("lpips_vgg") for cell in some], 3),
+                    number([cell["bytes"] / 1000 for cell in some], 0),
+                    number([cell["gaussians"] / 1000 for cell in some], 1),
+                ]
+            )
+    if not rows:
+        return ["No run of 10,000 student steps has been made yet."]
+    headings = ["scene, steps", "row", "runs", "PSNR", "SSIM", "LPIPS", "kB", "k Gaussians"]
+    return table(headings, rows)
 
 
 def sections(cells: list[dict]) -> list[str]:
@@ -409,7 +534,7 @@ def plot(cells: list[dict]) -> None:
     figure, axes = plt.subplots(
         lines, columns, figsize=(5 * columns, 3.8 * lines), squeeze=False, layout="constrained"
     )
-    looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*osD^v", strict=True)}
+    looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*osD^vP", strict=True)}
     for i, look in enumerate(looks.values()):
         look["color"] = f"C{i}"
     for axis in axes.flat[len(runs) :]:
@@ -445,6 +570,9 @@ def main() -> None:
         if cell["row"] in ROWS
     ]
     write(PAGE, "claims", claims(cells))
+    write(PAGE, "long", long_runs(cells))
+    for key in LINES:
+        write(PAGE, key, paper_table(cells, key))
     write(TABLES, "tables", sections(cells))
     plot(cells)
     print(f"{len(cells)} cells -> {PAGE}, {TABLES}, {PLOT}")

@@ -9,7 +9,7 @@ import pytest
 
 from mobilegs.train.recipes import PAPER, RECIPES, RELEASE, PresetName
 
-PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "paper.md"
+PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "paper_settings.md"
 
 
 def table() -> list[tuple[str, dict[str, str]]]:
