@@ -1,7 +1,7 @@
 """Write the tables and the plot of the paper's pages from the collected cells.
 
 docs/explanation/paper.md gets one line for each table of the paper, then the tables line by line;
-paper_tables.md gets every row.
+paper_settings.md gets what each departure of the default gains, paper_tables.md every row.
 
     python -m bench.paper.report [--json bench/results/paper.json]
 
@@ -21,6 +21,7 @@ from bench.paper.rows import BASE, ROWS
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/explanation/paper.md"
+SETTINGS = ROOT / "docs/explanation/paper_settings.md"
 TABLES = ROOT / "docs/explanation/paper_tables.md"
 PLOT = ROOT / "docs/images/paper.png"
 FEW = 3  # cells that need no plot
@@ -402,27 +403,28 @@ class Found(NamedTuple):
     """Bytes, as a share of the base's."""
 
 
+def against(cells: list[dict], scene: str, name: str, base: str) -> Found | None:
+    """Return the figures of a row against another one, of the longest runs that have both."""
+    pairs = []
+    for run, found in runs_of(cells).items():
+        if run.scene != scene:
+            continue
+        of_row, of_base = ([cell for cell in found if cell["row"] == row] for row in (name, base))
+        value = difference(of_row, of_base)
+        if value is not None:
+            sizes = [mean(cell["bytes"] for cell in some) for some in (of_row, of_base)]
+            pairs.append((run.student_steps, value, sizes[0] / sizes[1]))
+    if not pairs:
+        return None
+    steps = max(pair[0] for pair in pairs)
+    values, ratios = zip(*(pair[1:] for pair in pairs if pair[0] == steps), strict=True)
+    return Found(name, steps, mean(values), mean(ratios))
+
+
 def longest(cells: list[dict], scene: str, rows: Sequence[str]) -> Found | None:
     """Return the figures of the longest runs of a scene; of equal ones, of the first row."""
-    best: Found | None = None
-    runs = {run: found for run, found in runs_of(cells).items() if run.scene == scene}
-    for name in rows:
-        pairs = []
-        for run, found in runs.items():
-            of_row, of_base = (
-                [cell for cell in found if cell["row"] == row] for row in (name, claimed_base(name))
-            )
-            value = difference(of_row, of_base)
-            if value is not None:
-                sizes = [mean(cell["bytes"] for cell in some) for some in (of_row, of_base)]
-                pairs.append((run.student_steps, value, sizes[0] / sizes[1]))
-        if not pairs:
-            continue
-        steps = max(pair[0] for pair in pairs)
-        values, ratios = zip(*(pair[1:] for pair in pairs if pair[0] == steps), strict=True)
-        if best is None or steps > best.steps:
-            best = Found(name, steps, mean(values), mean(ratios))
-    return best
+    each = [against(cells, scene, name, claimed_base(name)) for name in rows]
+    return max((one for one in each if one), key=lambda one: one.steps, default=None)
 
 
 def steps_told(found: Sequence[Found | None]) -> str:
@@ -469,6 +471,120 @@ def paper_table(cells: list[dict], key: str) -> list[str]:
     cut = lines[1].split(" | ")
     cut[3] = "---"
     return [lines[0], " | ".join(cut), *lines[2:]]
+
+
+class Departure(NamedTuple):
+    """A choice of the default that is not the paper's."""
+
+    about: str
+    settings: str
+    why: str
+    rows: tuple[str, str] | None = None
+    """A row with the choice and one that differs in nothing else; None: not measured."""
+
+
+DEPARTURES = (
+    Departure(
+        "opacity and phi from lobes, decoded once when the file is opened",
+        "view_dependence.kind=latent",
+        "a dot product per frame instead of 38,000 multiplications",
+        ("codebooks", "network"),
+    ),
+    Departure(
+        "each Gaussian keeps a base opacity from the teacher",
+        "ablation.start_opacity=0, lr.opacities=0.01",
+        "a shared network has to learn them again otherwise",
+        ("network", "no-base-opacity"),
+    ),
+    Departure(
+        "ellipses end at 1/64",
+        "weighting.alpha_min=0.015625",
+        "a third less area, which takes most of a frame",
+        ("codebooks", "full-ellipses"),
+    ),
+    Departure(
+        "the exponent of w is at most 4",
+        "weighting.exponent_max=4",
+        "sums in float16; no flashes when the camera passes close to a Gaussian",
+    ),
+    Departure(
+        "distillation on virtual views",
+        "loss.virtual_view_every=2",
+        "between the photos there is nothing else to learn from",
+        ("late-rate-term", "paper-distillation"),
+    ),
+    Departure(
+        "overdraw term",
+        "loss.overdraw_weight=5e-5",
+        "fewer ellipses per pixel, which makes frames faster",
+        ("paper-distillation", "no-overdraw-term"),
+    ),
+    Departure(
+        "mean depths are compared, where both cover the pixel",
+        "ablation.mask_depth=true",
+        "a pixel covered in one image only says nothing about depth",
+        ("codebooks", "unmasked-depth"),
+    ),
+    Departure(
+        "two matrices make the colours",
+        "color.decoder=linear",
+        "smaller and faster to decode",
+        ("codebooks", "color-networks"),
+    ),
+    Departure(
+        "scalar quantisation with learned step sizes",
+        "quantization.method=sq, schedule.quantize_from=0.9",
+        "better and smaller at equal training",
+        ("no-overdraw-term", "codebooks"),
+    ),
+    Departure(
+        "a rate term before quantisation",
+        "schedule.rate_from=0.4",
+        "smaller files",
+        ("ours", "late-rate-term"),
+    ),
+    Departure(
+        "with codebooks: they learn, and indices are assigned again",
+        "schedule.reassign_every=25, lr.codebooks=0.001",
+        "a small codebook is used better",
+        ("codebooks", "frozen-codebooks"),
+    ),
+    Departure(
+        "means are rounded while training",
+        "ablation.round_means=true",
+        "the file's positions are those that were trained",
+        ("codebooks", "unrounded-means"),
+    ),
+    Departure(
+        "8 or 12 votes per interval",
+        "pruning.votes.votes_per_interval=12",
+        "a vote evaluates all Gaussians",
+    ),
+    Departure("one photo per step", "views_per_step=1", "more steps in the same time"),
+    Departure("learning rates fall", "lr.final_factor=0.3", "a run of any length ends settled"),
+)
+
+
+def departures(cells: list[dict]) -> list[str]:
+    """Return a table of the default's departures from the paper, with what each gains."""
+    rows = []
+    for one in DEPARTURES:
+        found = [one.rows and against(cells, scene, *one.rows) for scene in SMALL]
+        ratios = [each.size for each in found if each]
+        names = " - ".join(f"`{row}`" for row in one.rows) if one.rows else "not measured"
+        rows.append(
+            [
+                one.about,
+                ", ".join(f"`student.{setting}`" for setting in one.settings.split(", ")),
+                one.why,
+                names,
+                *(signed(each.psnr if each else None) for each in found),
+                f"{100 * (mean(ratios) - 1):+.0f} %" if ratios else "-",
+                steps_told([each or None for each in found]),
+            ]
+        )
+    headings = ["departure", "setting", "why", "rows", *SMALL, "bytes", "steps"]
+    return table(headings, rows, words=4)
 
 
 LONG_ROWS = ("teacher", "ours", "ours-sorted", "paper", "paper-no-order-independence", "release")
@@ -571,6 +687,7 @@ def main() -> None:
     ]
     write(PAGE, "claims", claims(cells))
     write(PAGE, "long", long_runs(cells))
+    write(SETTINGS, "departures", departures(cells))
     for key in LINES:
         write(PAGE, key, paper_table(cells, key))
     write(TABLES, "tables", sections(cells))

@@ -320,6 +320,11 @@ THEIRS: dict[str, Row] = {
 # the paper's own model, and every line of its ablations
 PAPERS: dict[str, Row] = {
     "paper": Row("paper", "the preset paper's choices"),
+    "paper-no-order-independence": Row(
+        "paper",
+        "blended sorted, the network's opacities kept, without phi",
+        ("student.blend=sorted",),
+    ),
     "paper-no-view-dependence": Row(
         "paper",
         "opacity and phi are constant per Gaussian",

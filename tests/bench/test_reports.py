@@ -5,6 +5,7 @@ import pytest
 from bench.paper import report as paper_report
 from bench.paper.report import Run
 from bench.studies import compression_report
+from mobilegs.train.recipes import RECIPES, with_settings
 
 
 def cell(row: str, scene: str = "a", seed: int = 0, psnr: float = 30.0, **more) -> dict:
@@ -102,3 +103,29 @@ def test_files_after_other_lengths_are_compared_apart() -> None:
     found = compression_report.runs_of(cells)
     assert list(found) == [("a", 2), ("a", 5)]
     assert found["a", 2] == {"plain": {"psnr": 1.0}, "sq": {}}
+
+
+def test_departures_are_the_defaults_and_not_the_papers() -> None:
+    default, paper = RECIPES["gpu"](), RECIPES["paper"]()
+    for departure in paper_report.DEPARTURES:
+        settings = [f"student.{setting}" for setting in departure.settings.split(", ")]
+        assert with_settings(default, settings) == default, departure
+        assert with_settings(paper, settings) != paper, departure
+
+
+def test_the_longest_runs_with_both_rows_count() -> None:
+    cells = [
+        cell(row, scene="horns-250", student_steps=steps, psnr=psnr, bytes=size)
+        for row, steps, psnr, size in (
+            ("codebooks", 100, 20.0, 100),
+            ("no-codes", 100, 21.0, 200),
+            ("codebooks", 200, 30.0, 100),
+            ("no-codes", 200, 30.5, 300),
+            ("codebooks", 300, 31.0, 100),
+        )
+    ]
+    found = paper_report.longest(cells, "horns-250", ("paper-no-quantization", "no-codes"))
+    assert found == paper_report.Found("no-codes", 200, 0.5, 3.0)
+    assert paper_report.longest(cells, "lego-200", ("no-codes",)) is None
+    [line] = [line for line in paper_report.claims(cells) if "vector quantisation" in line]
+    assert "| - | +0.50 | - | 200 |" in line
