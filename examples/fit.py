@@ -38,12 +38,12 @@ def main() -> None:
         "means": means + torch.tensor([0.0, 0.0, 1.0]),  # a slab, one unit in front of the camera
         "quats": torch.randn(count, 4),
         "log_scales": torch.full((count, 3), -0.5 * float(np.log(count)) - 1),
-        "lobes": torch.zeros(count, 1, 2) + torch.tensor([0.0, 1 / 0.28209479]),  # opacity phi = 1
+        "logit_opacities": torch.zeros(count),
         "sh": torch.zeros(count, 1, 3),
     }
     for value in parameters.values():
         value.requires_grad_()
-    lr = {"means": 1e-3, "quats": 1e-2, "log_scales": 1e-2, "lobes": 5e-2, "sh": 2e-2}
+    lr = {"means": 1e-3, "quats": 1e-2, "log_scales": 1e-2, "logit_opacities": 5e-2, "sh": 2e-2}
     groups = [{"params": [parameters[name]], "lr": lr[name]} for name in parameters]
     optimizer = torch.optim.Adam(groups, eps=1e-15)
 
@@ -52,7 +52,7 @@ def main() -> None:
             parameters["means"],
             parameters["quats"],
             parameters["log_scales"].exp(),
-            parameters["lobes"],
+            parameters["logit_opacities"].sigmoid(),
             parameters["sh"],
             camera=camera,
             background=torch.zeros(3),

@@ -19,7 +19,7 @@ from torch import Tensor
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
-INTERFACE = 1  # MGS_INTERFACE of decode.h
+INTERFACE = 2  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 LEVELS = {

@@ -30,7 +30,7 @@ struct View {
   int width, height;
   int weighting;
   int detached;   // 1: no gradient through w to depth and scale
-  int sh_size;    // coefficients per colour: 1, 4, 9 or 16
+  int sh_size;    // coefficients per colour: 1, 4, 9 or 16; 0: colours in their place
   int lobe_size;  // coefficients of opacity and phi, likewise; 0: sorted blending, with opacities
 };
 
@@ -40,7 +40,7 @@ struct alignas(64) Splat {
   float A, B, C;       // conic, 1 / px^2
   float opacity;
   float weight;        // w of sort-free blending
-  float r, g, b;       // colour, at least 0
+  float r, g, b;       // colour; from harmonics, at least 0
   float z;             // camera-space depth
   float reach;         // squared Mahalanobis radius at which alpha is alpha_min
   short x0, x1, y0, y1;  // pixels of the ellipse's box, [x0, x1) x [y0, y1); empty: not visible
@@ -61,7 +61,7 @@ MGS_FN short pixel(float a, int limit) { return (short)clamp(a, 0.0f, (float)lim
 // ---------------------------------------------------------------- weights
 // The weight w of sort-free blending, from depth d, largest scale s_max and phi >= 0.
 //   MOBILE_GS, paper Eq. 3: w = phi^2 + phi / d^2 + exp(s_max / d), the exponent clamped
-//   SORT_FREE_GS, Eq. 1:    w = max(0, 1 - d / sigma) phi
+//   SORT_FREE_GS, linear:   w = max(0, 1 - d / sigma) phi
 // Same formula: Weighting.weights in render/sortfree.py, weight_of in the viewer's project.wgsl and
 // project.glsl.
 MGS_FN float weight_of(const View& v, float d, float s_max, float phi) {
@@ -172,6 +172,8 @@ MGS_FN LobeValues evaluate_lobes(const View& view, const float* lobes, const flo
 }
 
 MGS_FN int larger(int a, int b) { return a > b ? a : b; }
+// Floats per Gaussian in `sh`: its harmonics, or its colour.
+MGS_FN int sh_floats(const View& view) { return 3 * larger(view.sh_size, 1); }
 
 // ---------------------------------------------------------------- projection
 // Perspective projection of a 3D Gaussian to a 2D one (3DGS, Eq. 5: Sigma' = J W Sigma W^T J^T), as
@@ -235,7 +237,8 @@ MGS_FN bool geometry_of(const View& view, const float* mean, const float* q, con
 MGS_FN float largest(const float* s) { return max_of(s[0], max_of(s[1], s[2])); }
 
 // Returns false, with an empty box, if the Gaussian cannot touch the image. Sort-free blending
-// takes opacity and phi from `lobes`; sorted blending (lobe_size 0) takes `opacity`.
+// takes opacity and phi from `lobes`; sorted blending (lobe_size 0) takes `opacity`. With sh_size 0
+// `sh` holds the colour, which is used as it is.
 MGS_FN bool project(const View& view, const float* mean, const float* q, const float* scale,
                     float opacity, const float* sh, const float* lobes, Splat& s) {
   s.x0 = s.x1 = s.y0 = s.y1 = 0;
@@ -271,10 +274,14 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
   s.reach = (2 / LOG2_E) * (s.log2_opacity - log2f(view.alpha_min));  // 2 ln(o / alpha_min)
   s.weight = weight_of(view, g.z, largest(scale), max_of(lobe.raw_phi, 0.0f));
 
-  float color[3] = {0.5f, 0.5f, 0.5f};
+  bool given = view.sh_size == 0;
+  float color[3];
+  for (int k = 0; k < 3; k++) color[k] = given ? sh[k] : 0.5f;
   FOR_EACH_SH(i, view.sh_size)
     for (int k = 0; k < 3; k++) color[k] += basis[i] * sh[3 * i + k];
-  s.r = max_of(color[0], 0.0f), s.g = max_of(color[1], 0.0f), s.b = max_of(color[2], 0.0f);
+  s.r = given ? color[0] : max_of(color[0], 0.0f);
+  s.g = given ? color[1] : max_of(color[1], 0.0f);
+  s.b = given ? color[2] : max_of(color[2], 0.0f);
   // one test finds every value that is not finite: only for finite x is x - x 0
   float check = s.A + s.B + s.C + s.x + s.y + s.weight + color[0] + color[1] + color[2] + opacity;
   check += scale[0] + scale[1] + scale[2] + lobe.logit + lobe.raw_phi;
@@ -320,7 +327,11 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   LobeValues lobe = evaluate_lobes(view, lobes, basis);
   WeightGrad gw = weight_adjoint(view, s.z, largest(scale), max_of(lobe.raw_phi, 0.0f), d.weight);
   if (view.detached) gw.d = gw.s_max = 0;
-  float gc[3] = {s.r > 0 ? d.r : 0.0f, s.g > 0 ? d.g : 0.0f, s.b > 0 ? d.b : 0.0f};
+  bool given = view.sh_size == 0;
+  float gc[3] = {given || s.r > 0 ? d.r : 0.0f, given || s.g > 0 ? d.g : 0.0f,
+                 given || s.b > 0 ? d.b : 0.0f};
+  for (int k = 0; k < 3; k++)
+    if (given) g_sh[k] = gc[k];
   // 1 - o computed as a sigmoid: near o = 1 the difference would lose its digits
   float g_logit = d.opacity * s.opacity / (1 + expf(lobe.logit));
   float g_phi = lobe.raw_phi > 0 ? gw.phi : 0.0f;

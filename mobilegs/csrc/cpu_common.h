@@ -144,7 +144,7 @@ void project_all(const View& view, int n, const Inputs& in, Splat* splats, float
 #pragma omp parallel for schedule(static)
   for (int64 i = 0; i < n; i++) {
     bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                         in.opacities ? in.opacities[i] : 0.0f, in.sh + 3 * view.sh_size * i,
+                         in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
                          in.lobes + 2 * view.lobe_size * i, splats[i]);
     radii[i] = shown ? radius_of(splats[i]) : 0.0f;
   }
@@ -154,9 +154,9 @@ void project_all(const View& view, int n, const Inputs& in, Splat* splats, float
 void write_gradients(const View& view, int64 i, const Inputs& in, const Splat& s,
                      const SplatGrad& d, const Gradients& out) {
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                  in.sh + 3 * view.sh_size * i, in.lobes + 2 * view.lobe_size * i, s, d,
+                  in.sh + sh_floats(view) * i, in.lobes + 2 * view.lobe_size * i, s, d,
                   out.means + 3 * i, out.quats + 4 * i, out.scales + 3 * i,
-                  out.opacities ? out.opacities + i : nullptr, out.sh + 3 * view.sh_size * i,
+                  out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
                   out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
@@ -165,7 +165,7 @@ void write_gradients(const View& view, int64 i, const Inputs& in, const Splat& s
 void write_zero_gradients(const View& view, int64 i, const Gradients& out) {
   auto zero = [](float* p, int count) { std::memset(p, 0, sizeof(float) * count); };
   zero(out.means + 3 * i, 3), zero(out.quats + 4 * i, 4), zero(out.scales + 3 * i, 3);
-  zero(out.sh + 3 * view.sh_size * i, 3 * view.sh_size);
+  zero(out.sh + sh_floats(view) * i, sh_floats(view));
   if (out.opacities) out.opacities[i] = 0;
   if (out.lobes) zero(out.lobes + 2 * view.lobe_size * i, 2 * view.lobe_size);
   if (out.screen) out.screen[2 * i] = out.screen[2 * i + 1] = 0;

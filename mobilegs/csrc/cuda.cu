@@ -21,7 +21,7 @@ mgs_project(PARAM View view, int n, PARAM Inputs in, Splat* splats, float* radii
   if (i >= n) return;
   Splat s = {};
   bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                      in.opacities ? in.opacities[i] : 0.0f, in.sh + 3 * view.sh_size * i,
+                      in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
                       in.lobes + 2 * view.lobe_size * i, s);
   int across = tiles_across(view), touched = 0, center_tile = tile_count(view);
   if (shown) {
@@ -107,7 +107,7 @@ mgs_write_gradients(PARAM View view, int n, PARAM Inputs in, const Splat* splats
   if (!visible(s)) {
     for (int k = 0; k < 3; k++) out.means[3 * i + k] = out.scales[3 * i + k] = 0;
     for (int k = 0; k < 4; k++) out.quats[4 * i + k] = 0;
-    for (int k = 0; k < 3 * view.sh_size; k++) out.sh[3 * view.sh_size * i + k] = 0;
+    for (int k = 0; k < sh_floats(view); k++) out.sh[sh_floats(view) * i + k] = 0;
     for (int k = 0; k < 2 * view.lobe_size; k++) out.lobes[2 * view.lobe_size * i + k] = 0;
     if (out.opacities) out.opacities[i] = 0;
     if (out.screen) out.screen[2 * i] = out.screen[2 * i + 1] = 0;
@@ -115,9 +115,9 @@ mgs_write_gradients(PARAM View view, int n, PARAM Inputs in, const Splat* splats
   }
   SplatGrad d = splat_grad(load_sums(totals + i * SUMS), s, sortfree);
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                  in.sh + 3 * view.sh_size * i, in.lobes + 2 * view.lobe_size * i, s, d,
+                  in.sh + sh_floats(view) * i, in.lobes + 2 * view.lobe_size * i, s, d,
                   out.means + 3 * i, out.quats + 4 * i, out.scales + 3 * i,
-                  out.opacities ? out.opacities + i : nullptr, out.sh + 3 * view.sh_size * i,
+                  out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
                   out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }

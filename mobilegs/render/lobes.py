@@ -43,3 +43,18 @@ def constant_lobes(
     """Return lobes of degree 0, which are the same in every direction."""
     raw_phi = torch.as_tensor(raw_phi, dtype=logits.dtype, device=logits.device)
     return torch.stack([logits, raw_phi.expand_as(logits)], dim=1)[:, None, :] / C0
+
+
+def opacity_lobes(opacities: Float[Tensor, "n"]) -> Float[Tensor, "n 1 2"]:
+    """Return lobes of degree 0 with these opacities, in [0, 1], and phi = 1.
+
+    The logits of 0 and 1 are infinite: opacities nearer to them than 1e-7 move to that distance,
+    and keep their gradient. Raises InputError for opacities outside [0, 1].
+    """
+    if bool(((opacities < 0) | (opacities > 1)).any()):
+        raise InputError(
+            f"opacities lie between {opacities.min():.3g} and {opacities.max():.3g}: [0, 1] was "
+            "expected; logits need a sigmoid"
+        )
+    inside = opacities + (opacities.clamp(1e-7, 1 - 1e-7) - opacities).detach()
+    return constant_lobes(inside.logit())

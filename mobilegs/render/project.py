@@ -148,6 +148,8 @@ def pair_alphas(
     below `alpha_min`. Where alpha is clamped to 0.99 its gradient is 0.
     """
     like = projected.means2d
+    # 0 times an opacity that is not finite would reach the gradient of the pose
+    opacities = torch.where(projected.visible, opacities, 0.0)
     ys, xs = torch.meshgrid(
         torch.arange(camera.height, dtype=like.dtype, device=like.device) + 0.5,
         torch.arange(camera.width, dtype=like.dtype, device=like.device) + 0.5,

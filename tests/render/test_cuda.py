@@ -38,6 +38,18 @@ def test_the_cuda_kernel_agrees_with_the_reference(case, renderer):
 
 
 @pytest.mark.parametrize("renderer", BOTH)
+@pytest.mark.parametrize("channels", [1, 3, 5])
+def test_colors_in_place_of_harmonics_agree(channels, renderer):
+    compare_with_reference("several tiles", renderer, device="cuda", channels=channels)
+
+
+@pytest.mark.parametrize("renderer", BOTH)
+@pytest.mark.parametrize("case", ["both of degree 3", "around the camera"])
+def test_gradients_of_the_pose_agree(case, renderer):
+    compare_with_reference(case, renderer, device="cuda", pose=True)
+
+
+@pytest.mark.parametrize("renderer", BOTH)
 @pytest.mark.parametrize("bad", INVALID)
 def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
     view, scene = camera(), as_float32(BASE)

@@ -68,6 +68,19 @@ def test_the_cuda_kernel_agrees_for_every_weighting(renderer):
     compare_with_reference("several tiles", renderer)
 
 
+@pytest.mark.parametrize("renderer", EVERYTHING)
+@pytest.mark.parametrize("channels", [3, 4])
+@pytest.mark.parametrize("case", ["several tiles", "nothing in view", "empty scene"])
+def test_colors_in_place_of_harmonics_agree(case, channels, renderer):
+    compare_with_reference(case, renderer, channels=channels)
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+@pytest.mark.parametrize("case", ["both of degree 3", "around the camera"])
+def test_gradients_of_the_pose_agree(case, renderer):
+    compare_with_reference(case, renderer, pose=True)
+
+
 def render_all(scene, view, renderer, **options):
     render, more = RENDERERS[renderer]
     given = {"cotangents": cotangents(view), "backend": "kernel", **more, **options}

@@ -6,14 +6,29 @@ from tests.support.golden import DETACHED, RENDERERS, alpha_min_of, input_names,
 from tests.support.scenes import assert_close, cotangents, near_threshold, render_with_grads
 
 
-def compare_with_reference(case: str, renderer: str, *, device: str = "cpu") -> None:
-    """Compare every output and every gradient of a golden case, by name."""
+def compare_with_reference(
+    case: str,
+    renderer: str,
+    *,
+    device: str = "cpu",
+    channels: int | None = None,
+    pose: bool = False,
+) -> None:
+    """Compare every output and every gradient of a golden case, by name.
+
+    `channels` takes random colours of so many in place of harmonics, `pose` adds the gradient of
+    the camera's pose.
+    """
     scene, view = inputs_of(case)
     render, options = (RENDERERS | DETACHED)[renderer]
     avoid = near_threshold(scene, view, names=input_names(renderer), least=alpha_min_of(renderer))
     assert avoid.sum() <= 0.02 * avoid.numel() + 1
-    tangents = cotangents(view, avoid=avoid)
-    given = {"cotangents": tangents, **options}
+    tangents = cotangents(view, avoid=avoid, channels=channels or 3)
+    if channels:
+        generator = torch.Generator().manual_seed(channels)
+        colors = torch.randn(len(scene["means"]), channels, generator=generator)
+        scene["colors"] = 2 * colors.double()
+    given = {"cotangents": tangents, "pose": pose, **options}
     expected = render_with_grads(
         render, scene, view, dtype=torch.float64, backend="reference", **given
     )

@@ -53,15 +53,16 @@ def kernel_view(
 ) -> KernelView:
     """Return the struct for one image.
 
-    `sh_size` and `lobe_size` are coefficients per colour and lobe; `lobe_size` is 0 for sorted
-    blending. Raises InputError for sizes that the kernels do not support.
+    `sh_size` and `lobe_size` are coefficients per colour and lobe. `sh_size` is 0 for colours in
+    place of harmonics, `lobe_size` is 0 for sorted blending. Raises InputError for sizes and
+    weightings that the kernels do not support.
     """
     if not (0 < camera.width <= SIZE_MAX and 0 < camera.height <= SIZE_MAX):
         raise InputError(
             f"an image of {camera.width}x{camera.height} pixels cannot be rendered: "
             f"each side must lie between 1 and {SIZE_MAX}"
         )
-    if sh_size not in (1, 4, 9, 16):
+    if sh_size not in (0, 1, 4, 9, 16):
         raise InputError(f"{sh_size} spherical harmonics per colour: use 1, 4, 9 or 16")
     if lobe_size not in (0, 1, 4, 9, 16):
         raise InputError(f"{lobe_size} spherical harmonics per lobe: use 1, 4, 9 or 16")
@@ -81,7 +82,7 @@ def kernel_view(
     view.background_weight = weighting.background_weight
     view.alpha_min = weighting.alpha_min if lobe_size else ALPHA_MIN
     view.width, view.height = camera.width, camera.height
-    view.weighting, view.detached = WEIGHTINGS.index(weighting.name), weighting.detached
+    view.weighting, view.detached = weighting.index, weighting.detached
     view.sh_size, view.lobe_size = sh_size, lobe_size
     return view
 
@@ -91,13 +92,15 @@ def validate_inputs(
 ) -> None:
     """Raise InputError for tensors whose memory a kernel must not read or write.
 
-    `inputs` lists means, quats, scales, opacities, sh and lobes; either the opacities or the lobes
-    are None. All tensors must be float32 on the device of the means, with one row per Gaussian.
+    `inputs` lists means, quats, scales, opacities, sh or colours, and lobes; either the opacities
+    or the lobes are None. All tensors must be float32 on the device of the means, with one row per
+    Gaussian.
     """
     means = inputs[0]
     assert means is not None
     count = len(means)
-    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, view.sh_size, 3)]
+    colors = (count, view.sh_size, 3) if view.sh_size else (count, 3)
+    shapes = [(count, 3), (count, 4), (count, 3), (count,), colors]
     shapes += [(count, view.lobe_size, 2), (count, 2)]
     if (inputs[3] is None) == (inputs[5] is None) or (inputs[5] is None) == (view.lobe_size > 0):
         raise InputError("sorted blending needs opacities and no lobes, sort-free blending lobes")

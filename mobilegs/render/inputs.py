@@ -1,0 +1,50 @@
+"""The tensors of one call of a renderer, and the check of their shapes."""
+
+from typing import NamedTuple
+
+from jaxtyping import Float
+from torch import Tensor
+
+from mobilegs.errors import InputError
+
+
+class RenderInputs(NamedTuple):
+    """Gaussians as a renderer takes them.
+
+    Attributes:
+        means, quats, scales: as in `render_sorted`.
+        opacities: of sorted blending, `[n]`, or None.
+        colors: spherical harmonics, `[n, (degree + 1)^2, 3]`, or colours of d channels, `[n, d]`.
+        lobes: of sort-free blending, `[n, m, 2]`, or None.
+    """
+
+    means: Float[Tensor, "n 3"]
+    quats: Float[Tensor, "n 4"]
+    scales: Float[Tensor, "n 3"]
+    opacities: Float[Tensor, "n"] | None
+    colors: Float[Tensor, "n k 3"] | Float[Tensor, "n d"]
+    lobes: Float[Tensor, "n m 2"] | None
+
+
+def colors_of(sh: Tensor | None, colors: Tensor | None, count: int) -> Tensor:
+    """Return the one that is given of `sh` and `colors`, for `count` Gaussians.
+
+    Raises InputError if it is not exactly one, or has another shape than in `RenderInputs`.
+    """
+    if sh is not None and colors is not None:
+        raise InputError("both sh and colors are given: give one of them")
+    if colors is not None:
+        if colors.ndim != 2 or len(colors) != count or colors.shape[1] == 0:
+            raise InputError(
+                f"colors have shape {list(colors.shape)}: [n, d] was expected, for {count} "
+                "Gaussians and any number d of channels"
+            )
+        return colors
+    if sh is None:
+        raise InputError("no colours are given: give sh [n, (degree + 1)^2, 3] or colors [n, d]")
+    if sh.ndim != 3 or sh.shape[0] != count or sh.shape[1] not in (1, 4, 9, 16) or sh.shape[2] != 3:
+        raise InputError(
+            f"sh have shape {list(sh.shape)}: [n, k, 3] was expected, for {count} Gaussians and "
+            "k = 1, 4, 9 or 16; give evaluated colours as colors=[n, d]"
+        )
+    return sh
