@@ -37,8 +37,8 @@ def main() -> None:
     given = options.parse_args()
 
     scene = open_scene(given.scene)
-    if scene.blend != "sorted":  # other viewers of these formats sort Gaussians
-        raise InputError(f"{given.scene} is blended without sorting: give its teacher.ply")
+    if not scene.is_plain:  # viewers of these formats sort Gaussians of one opacity each
+        raise InputError(f"{given.scene} is not plain 3DGS: give its teacher.ply")
     kept = middle(scene.gaussians, given.keep)
     print(f"{len(kept):,} of {len(scene.gaussians):,} Gaussians, degree {kept.sh_degree}")
     given.folder.mkdir(parents=True, exist_ok=True)

@@ -19,7 +19,7 @@ class Camera:
     """A pinhole camera without distortion.
 
     Attributes:
-        viewmat: world-to-camera transform, `[4, 4]`, OpenCV axes.
+        viewmat: world-to-camera transform, `[4, 4]`, OpenCV axes; may require gradients.
         K: intrinsics in pixels, `[3, 3]`: focal lengths on the diagonal, principal point in the
             last column, measured from the image's corner (`cx = width / 2` is the centre).
         width, height: size of the image in pixels.

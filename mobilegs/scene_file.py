@@ -14,6 +14,7 @@ from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz, write_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
+from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.render.scene import Scene
 
 Device = Literal["auto", "cpu", "cuda"]
@@ -75,11 +76,16 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
 def inspect_scene(path: Path) -> dict[str, Any]:
     """Report the content of a scene file as JSON-ready values; for a .mgs see `mgs.codec.inspect`.
 
+    `streams` of a .mgs also list `huffman_bytes` (`mgs.huffman`), None if a stream has no indices.
+
     Raises:
         InputError: as `open_scene`.
     """
     if path.suffix.lower() == ".mgs":
-        return {"file": str(path), **inspect_mgs(path)}
+        found, huffman = inspect_mgs(path), huffman_bytes(read_mgs(path))
+        for row in found["streams"]:
+            row["huffman_bytes"] = huffman.get(row["name"])
+        return {"file": str(path), **found}
     gaussians = open_scene(path, torch.device("cpu")).gaussians
     size = size_of(path)
     return {

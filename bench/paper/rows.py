@@ -260,12 +260,25 @@ THEIRS: dict[str, Row] = {
     # ---- rivals
     "sort-free-gs": Row(
         "rivals",
-        "weights of SortFreeGS, with learned sigma and background weight",
+        "weights of SortFreeGS, linear form, with learned sigma and background weight",
         ("student.weighting.name=sort_free_gs", "student.weighting.background_weight=0.1"),
+    ),
+    "sort-free-gs-printed": Row(
+        "rivals",
+        "Eq. 1 as printed: w = exp(-sigma d^beta), sigma and beta of each Gaussian learned, "
+        "opacity as free lobes; neither networks nor codebooks",
+        (
+            *EXPLICIT,
+            "student.weighting.name=exponential",
+            "student.weighting.background_weight=0.1",
+            "student.view_dependence.kind=free",
+            "student.view_dependence.decoder_from=1",
+        ),
+        coded=False,
     ),
     "two-pass": Row(
         "rivals",
-        "two passes after GES: surfaces, then everything not behind them",
+        "stand-in for GES: surfaces of the same Gaussians, then everything not behind them",
         ("student.weighting.name=two_pass",),
     ),
     "quantized-3dgs": Row(

@@ -55,7 +55,9 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import read_mgs, write_mgs
+from mobilegs.mgs.codec import inspect_mgs, read_mgs, write_mgs
+from mobilegs.mgs.huffman import huffman_bytes
+from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import choose_device
 from mobilegs.train.distributed import Team
@@ -133,9 +135,23 @@ def float_bytes(scene: Scene) -> int:
     numbers = sum(tensor.numel() for tensor in scene.gaussians.tensors().values())
     if scene.lobes is not None:  # they hold the opacity, too
         numbers += scene.lobes.numel() - len(scene.gaussians)
+    if scene.attenuation is not None:  # takes the place of phi
+        numbers += scene.attenuation.numel()
+        if scene.lobes is not None:
+            numbers -= scene.lobes[..., 1].numel()
     if scene.network is not None:
         numbers += sum(parameter.numel() for parameter in scene.network.parameters())
     return 4 * numbers
+
+
+def index_bytes(path: Path, coded: QuantizedScene) -> dict[str, int]:
+    """Return the bytes of the indices in a file, and those that Huffman codes would take."""
+    huffman = huffman_bytes(coded)
+    rows = inspect_mgs(path)["streams"]
+    return {
+        "index_bytes": sum(row["bytes"] for row in rows if row["name"] in huffman),
+        "huffman_bytes": sum(huffman.values()),
+    }
 
 
 @torch.inference_mode()
@@ -192,7 +208,9 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
     if row.coded:
         path = folder / "scene.mgs"
         write_mgs(path, stage.quantized_scene(views=cameras[:1]))
-        scene, size = read_mgs(path).decode(work.team.device), path.stat().st_size
+        coded, size = read_mgs(path), path.stat().st_size
+        of |= index_bytes(path, coded)
+        scene = coded.decode(work.team.device)
     else:
         scene = stage.scene()
         size = float_bytes(scene)

@@ -171,13 +171,17 @@ def _topics(found: dict[str, Any]) -> dict[str, str]:
         "quantisation": QUANTIZERS[found["mode"]],
     }
     shape = found["lobes"]
+    depends = "view-dependent" if sorts else "view-dependent, with the weight"
     if shape is not None:
         topics["opacity"] = (
-            f"view-dependent, with the weight: lobes of degree {shape['degree']}, decoded on "
+            f"{depends}: lobes of degree {shape['degree']}, decoded on "
             f"loading from {shape['latents']} latents"
         )
     elif found["network"]:
-        topics["opacity"] = "view-dependent, with the weight: a network, evaluated for every view"
+        topics["opacity"] = f"{depends}: a network, evaluated for every view"
+    indices = [row for row in found["streams"] if row["huffman_bytes"] is not None]
+    taken, huffman = (sum(row[key] for row in indices) for key in ("bytes", "huffman_bytes"))
+    topics["indices"] = f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}"
     if "layers" in found:
         topics["LOD levels"] = " + ".join(f"{n:,}" for n in found["layers"]) + " Gaussians"
     topics["cameras"] = f"{found['views']} for a first look"

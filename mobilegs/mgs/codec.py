@@ -31,6 +31,7 @@ from mobilegs.mgs.streams import (
     decode_indices,
     encode_float16,
     encode_indices,
+    in_level,
     index_width,
 )
 from mobilegs.mgs.uniform_streams import (
@@ -75,7 +76,7 @@ def pack(scene: QuantizedScene) -> bytes:
         level = scene.select(rows)
         positions = Stream("positions", "morton-class", encode_positions(level.positions))
         codes = encode_columns(level, codings) if scene.step_sizes else _encode_indices(level)
-        streams += [replace(s, name=_in_level(s.name, number)) for s in (positions, *codes)]
+        streams += [replace(s, name=in_level(s.name, number)) for s in (positions, *codes)]
     content = sum(len(stream.data) for stream in streams)
     if len(scene) > GAUSSIANS_PER_BYTE * content:
         raise InputError(f"{len(scene)} Gaussians in {content} bytes: they are all the same")
@@ -105,11 +106,6 @@ def _decode_indices(
             found[:, i] = column
 
 
-def _in_level(name: str, number: int) -> str:
-    """Return the name of a stream in the LOD level `number`."""
-    return f"{name}@{number}" if number else name
-
-
 def _decode_rows(
     header: Header, stream: Callable[[str], Stream]
 ) -> tuple[Tensor, dict[Attribute, Tensor]]:
@@ -131,7 +127,7 @@ def _decode_rows(
             start += size
 
             def stream_of(name: str, number: int = number) -> Stream:
-                return stream(_in_level(name, number))
+                return stream(in_level(name, number))
 
             coded = stream_of("positions")
             if coded.codec != "morton-class":
@@ -339,8 +335,8 @@ def _raw_bytes(header: Header, streams: Mapping[str, Stream]) -> dict[str, int]:
     if header.cuts:
         raw["codebooks"] = float16_bytes(_codebook_shapes(header))
     for number, size in enumerate(header.lod_sizes or (header.count,)):
-        raw |= {_in_level(name, number): n for name, n in _raw_rows(header, size).items()}
-        refinement = _in_level(REFINEMENT, number)
+        raw |= {in_level(name, number): n for name, n in _raw_rows(header, size).items()}
+        refinement = in_level(REFINEMENT, number)
         if header.codings and refinement in streams:
             raw[refinement] = len(streams[refinement].data)  # has no entropy coder
     return raw

@@ -76,7 +76,9 @@ def _minor_increment(header: dict[str, Any]) -> int:
     """Return the increment of the minor version by the features that a header uses."""
     books = header.get("codebooks", {})
     joint = "scale" in books and (books["scale"]["count"] == 1 or books["rotation"]["count"] == 1)
-    if joint or header.get("colors") == "latent_networks":
+    by_direction = header["network"] or header["lobes"] is not None
+    sorted_by_direction = header["blend"] == "sorted" and by_direction
+    if joint or sorted_by_direction or header.get("colors") == "latent_networks":
         return 4
     if "colors" not in header:
         return int("alpha_min" in header["weighting"])

@@ -17,7 +17,6 @@ from mobilegs.errors import InputError
 from mobilegs.mgs.limits import (
     SIDE_MAX,
     VIEWS_MAX,
-    check_blend,
     check_meta,
     check_ranges,
     check_views,
@@ -160,7 +159,6 @@ def parse_header(fields: dict[str, Any]) -> Header:
         raise InputError(
             "the .mgs file has both lobes and a view network: only one of them is allowed"
         )
-    check_blend(fields["blend"], by_direction=network or lobes is not None)
     count = _integer(fields, "count", 1, COUNT_MAX)
     header = Header(
         count=count,

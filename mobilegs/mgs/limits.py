@@ -11,6 +11,7 @@ from mobilegs.errors import InputError
 from mobilegs.mgs.container import short_text
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render import Weighting
+from mobilegs.render.sortfree import WEIGHTINGS
 
 VIEWS_MAX = 64
 SIDE_MAX = 1 << 16  # of a view, in pixels
@@ -29,16 +30,15 @@ def check_ranges(
         raise InputError(f"the scene's near plane {near} is out of range")
     if not ((background >= 0) & (background <= 1)).all():
         raise InputError("the scene's background colour lies outside of [0, 1]")
+    if weighting.name not in WEIGHTINGS:
+        raise InputError(
+            f"a .mgs file cannot hold the weighting '{weighting.name}': use one of "
+            f"{', '.join(WEIGHTINGS)}"
+        )
     if not 0 < weighting.sigma <= WORLD_MAX or weighting.background_weight < 0:
         raise InputError(
             "the scene's weighting needs a sigma above 0 and a background weight of at least 0"
         )
-
-
-def check_blend(blend: str, *, by_direction: bool) -> None:
-    """Raise `InputError` if a scene with lobes or a view network is blended sorted."""
-    if blend == "sorted" and by_direction:
-        raise InputError("the scene is blended sorted, but has lobes or a view network")
 
 
 def check_views(views: list[Camera]) -> None:

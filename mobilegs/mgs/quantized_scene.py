@@ -26,7 +26,7 @@ from mobilegs.compress.uniform_quantizer import CODE_MAX, COLUMNS, column_ranges
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.limits import check_blend, check_meta, check_ranges, check_views
+from mobilegs.mgs.limits import check_meta, check_ranges, check_views
 from mobilegs.mgs.positions import PositionGrid, morton_codes
 from mobilegs.render import Weighting
 from mobilegs.render.scene import Scene
@@ -66,8 +66,7 @@ class QuantizedScene:
         lobe_decoder: its weights; empty without one.
         network: weights of the view network, which gives opacity and phi per view; None without
             one. Without lobes and network, phi is 1 and the opacity is the base opacity.
-        blend, weighting, background, near: as in `Scene`; the background lies in [0, 1]. A scene
-            that is blended sorted has neither lobes nor a network.
+        blend, weighting, background, near: as in `Scene`; the background lies in [0, 1].
         views: cameras for a first look; their near plane becomes `near`.
         meta: notes for people. They hold no times, so that equal scenes are equal files.
     """
@@ -234,7 +233,6 @@ class QuantizedScene:
             self._check_multiples(name) if self.step_sizes else self._check_indices(name)
         if shape is not None and self.network is not None:
             raise InputError("the scene has both lobes and a view network: remove one of them")
-        check_blend(self.blend, by_direction=shape is not None or self.network is not None)
         if "view2" not in self.decoder or self.color.degree not in SH_DEGREES:
             raise InputError("the colour decoder does not give harmonics of degree 0 to 3")
         if not 2 * LATENTS <= self.color.latents <= self.color.latents_max:

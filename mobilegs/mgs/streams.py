@@ -11,6 +11,11 @@ from mobilegs.mgs.bits import pack_bits, unpack_short
 from mobilegs.mgs.container import Stream
 
 
+def in_level(name: str, number: int) -> str:
+    """Return the name of a stream in the LOD level `number`."""
+    return f"{name}@{number}" if number else name
+
+
 def index_width(size: int) -> int:
     """Return the bits of an index below `size`; 0 if `size` is 1."""
     return (size - 1).bit_length()

@@ -60,6 +60,17 @@ def attribute_codings(scene: QuantizedScene) -> dict[Attribute, AttributeCoding]
     return codings
 
 
+def column_symbols(
+    level: QuantizedScene, name: Attribute, coding: AttributeCoding
+) -> list[UInt16[np.ndarray, "n"]]:
+    """Return the symbols of an attribute's columns in one LOD level: codes above the least."""
+    codes = level.cells if name == "rotation" else level.indices[name]
+    return [
+        (codes[:, i] - column.least).numpy().astype(np.uint16)
+        for i, column in enumerate(coding.columns)
+    ]
+
+
 def encode_columns(
     level: QuantizedScene, codings: Mapping[Attribute, AttributeCoding]
 ) -> list[Stream]:
@@ -69,9 +80,8 @@ def encode_columns(
     """
     streams: list[Stream] = []
     for name, coding in codings.items():
-        codes = level.cells if name == "rotation" else level.indices[name]
-        for i, column in enumerate(coding.columns):
-            symbols = (codes[:, i] - column.least).numpy().astype(np.uint16)
+        for i, symbols in enumerate(column_symbols(level, name, coding)):
+            column = coding.columns[i]
             streams.append(encode_indices(f"{name}.{i}", symbols, column.size))
         if name == "rotation":
             widths = level.refinement_bits.flatten().numpy().astype(np.int64)

@@ -62,6 +62,11 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
         if source is not None and output.exists() and output.samefile(source):
             raise InputError(f"{output} is {what} and would be overwritten: give another name")
     if opened.blend == "sorted":
+        if not opened.is_plain:
+            raise InputError(
+                f"{scene} has opacities that depend on the view, which a .{kind} cannot hold: "
+                "export another scene, such as the teacher.ply of its run"
+            )
         _validate_no_refit(run, f"{scene} is already made for sorted blending")
         return write_gaussians(output, opened.gaussians, kind), ""
     if teacher is not None and not run.refit:

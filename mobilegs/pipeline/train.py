@@ -22,6 +22,7 @@ from mobilegs.mgs.codec import read_mgs, write_mgs
 from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
 from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.scene_file import read_gaussians
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
@@ -37,6 +38,7 @@ from mobilegs.train.recipes import (
 )
 from mobilegs.train.run_dir import Checkpoint, RunDir, capture_fingerprint, same_capture
 from mobilegs.train.stage import Stage
+from mobilegs.train.student.config import NO_FILE
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 
@@ -315,7 +317,8 @@ def measure(job: Job, teacher: Scene, lpips: LpipsSuite | None) -> None:
 def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
     """Return the recipe of a new run: that of the preset, or `recipe`, changed by the options.
 
-    Raises InputError for options that contradict each other or are out of range.
+    Raises InputError for options that contradict each other or are out of range, and for students
+    that no file can hold.
     """
     if not 0 <= run.seed < 1 << 32:
         raise InputError(f"the seed must be between 0 and {(1 << 32) - 1}, not {run.seed}")
@@ -337,7 +340,10 @@ def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
             replace(recipe.teacher, views_per_step=run.views_per_step),
             replace(recipe.student, views_per_step=run.views_per_step),
         )
-    return with_settings(recipe, chain(*run.settings))
+    recipe = with_settings(recipe, chain(*run.settings))
+    if recipe.student.weighting.name == EXPONENTIAL:
+        raise InputError(NO_FILE)
+    return recipe
 
 
 def validate_views_per_step(run: TrainRun, recipe: Recipe, world_size: int) -> None:

@@ -10,7 +10,8 @@ from torch.nn.functional import normalize
 from mobilegs.camera import NEAR, Camera
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, Weighting, render_sorted, render_sortfree, visible_rows
-from mobilegs.render.lobes import constant_lobes
+from mobilegs.render.lobes import constant_lobes, evaluate_lobes
+from mobilegs.render.sortfree import exponential_lobes
 from mobilegs.render.view_network import ViewNetwork
 
 BLENDS = ("sortfree", "sorted")
@@ -21,15 +22,17 @@ class Scene:
     """Gaussians with all that a renderer needs.
 
     Attributes:
-        gaussians: the Gaussians. In a sort-free scene, their opacity logits are the base to which
-            the network adds, or the mean of the lobes over all directions.
-        blend: `sorted` for a plain 3DGS scene, `sortfree` for a student. Neither looks right when
-            rendered as the other.
-        lobes: view-dependent opacity and phi of a sort-free scene, `[n, m, 2]`
-            (`render/lobes.py`).
-        network: the view network of a sort-free scene without lobes, evaluated in every view.
-            Without lobes and network, phi = 1 and the opacity does not depend on the direction.
+        gaussians: the Gaussians. Their opacity logits are the base to which the network adds, or
+            the mean of the lobes over all directions.
+        blend: `sorted` for a scene blended in the order of depth, as in 3DGS, `sortfree` for one
+            without order. Neither looks right when rendered as the other.
+        lobes: view-dependent opacity and phi, `[n, m, 2]` (`render/lobes.py`). Sorted blending
+            does not use phi.
+        network: the view network of a scene without lobes, evaluated in every view. Without lobes
+            and network, phi = 1 and the opacity does not depend on the direction.
         weighting: the weights of sort-free blending.
+        attenuation: `log(sigma)` and `log(beta)` of the weighting `exponential`, `[n, 2]`
+            (`exponential_weights`); None for all others.
         background: sRGB in [0, 1], `[3]`.
         near: near plane with which the scene was trained, in world units.
     """
@@ -41,26 +44,50 @@ class Scene:
     weighting: Weighting = field(default_factory=Weighting)
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
     near: float = NEAR
+    attenuation: Float[Tensor, "n 2"] | None = None
+
+    @property
+    def is_plain(self) -> bool:
+        """True for plain 3DGS: blended sorted, with one opacity per Gaussian."""
+        return self.blend == "sorted" and self.lobes is None and self.network is None
 
     def render(self, camera: Camera, *, depth: bool = False) -> Rendered:
         """Render from `camera`, with the camera's near plane. `depth` adds the depth image."""
-        gaussians = self.gaussians
+        gaussians, lobes = self.gaussians, self.lobes
+        if self.network is None:
+            return self._blend(gaussians, lobes, self.attenuation, camera, depth)
+        # the network takes longer than rendering: evaluate it for visible Gaussians only
+        shapes = (gaussians.means, gaussians.quats, gaussians.scales)
+        rows = visible_rows(*shapes, camera=camera)
+        visible = gaussians.select(rows)
+        lobes = self.network(visible, normalize(visible.means - camera.position, dim=1))
+        attenuation = None if self.attenuation is None else self.attenuation[rows]
+        rendered = self._blend(visible, lobes, attenuation, camera, depth)
+        radii = torch.zeros_like(gaussians.means[:, 0])
+        return rendered._replace(radii=radii.index_copy(0, rows, rendered.radii))
+
+    def _blend(
+        self,
+        gaussians: Gaussians,
+        lobes: Float[Tensor, "n m 2"] | None,
+        attenuation: Float[Tensor, "n 2"] | None,
+        camera: Camera,
+        depth: bool,
+    ) -> Rendered:
         options = {"camera": camera, "background": self.background, "depth": depth}
         shapes = (gaussians.means, gaussians.quats, gaussians.scales)
         if self.blend == "sorted":
-            return render_sorted(*shapes, gaussians.opacities, gaussians.sh, **options)
-        options["weighting"] = self.weighting
-        if self.network is None:
-            lobes = self.lobes
-            if lobes is None:
-                lobes = constant_lobes(gaussians.logit_opacities)
-            return render_sortfree(*shapes, lobes, gaussians.sh, **options)
-        # the network takes longer than rendering: evaluate it for visible Gaussians only
-        rows = visible_rows(*shapes, camera=camera)
-        visible = gaussians.select(rows)
-        directions = normalize(visible.means - camera.position, dim=1)
-        lobes = self.network(visible, directions)
-        shapes = (visible.means, visible.quats, visible.scales)
-        rendered = render_sortfree(*shapes, lobes, visible.sh, **options)
-        radii = torch.zeros_like(gaussians.means[:, 0])
-        return rendered._replace(radii=radii.index_copy(0, rows, rendered.radii))
+            opacities = gaussians.opacities
+            if lobes is not None:
+                directions = normalize(gaussians.means - camera.position, dim=1)
+                opacities, _ = evaluate_lobes(lobes, directions)
+            return render_sorted(*shapes, opacities, gaussians.sh, **options)
+        if lobes is None:
+            lobes = constant_lobes(gaussians.logit_opacities)
+        weighting = self.weighting
+        if attenuation is not None:
+            lobes, weighting = exponential_lobes(
+                lobes, gaussians.means, attenuation, weighting, camera=camera
+            )
+        options["weighting"] = weighting
+        return render_sortfree(*shapes, lobes, gaussians.sh, **options)

@@ -43,12 +43,13 @@ def with_weighting_gradients(
     means: Float[Tensor, "n 3"],
     camera: Camera,
     *,
-    sigma: Float[Tensor, ""],
+    sigma: Float[Tensor, ""] | None = None,
     background_weight: Float[Tensor, ""] | None = None,
 ) -> Float[Tensor, "n m 2"]:
     """Return `lobes` unchanged; the backward pass also gives `sigma` and the weight gradients.
 
     This serves `sort_free_gs`: its image depends on both, but its renderers take them as constants.
+    None for `sigma` stands for an infinite one, with which w = phi.
     """
     means = means.detach()
     directions = normalize(means - camera.position, dim=1)
@@ -62,8 +63,8 @@ def with_weighting_gradients(
 class _WeightingGradients(torch.autograd.Function):
     """The gradients of `with_weighting_gradients`.
 
-    With `w = max(0, 1 - d / sigma) phi` (SortFreeGS, Eq. 1), `dL/dw` follows from `dL/dphi` and
-    gives `dL/dsigma`. The image does not change if all weights and the background's grow by one
+    With `w = max(0, 1 - d / sigma) phi` (SortFreeGS), `dL/dw` follows from `dL/dphi` and gives
+    `dL/dsigma`. The image does not change if all weights and the background's grow by one
     factor, so `b dL/db = -sum(phi dL/dphi)`.
     """
 
@@ -71,7 +72,7 @@ class _WeightingGradients(torch.autograd.Function):
     def forward(
         ctx: FunctionCtx,
         lobes: Float[Tensor, "n m 2"],
-        sigma: Float[Tensor, ""],
+        sigma: Float[Tensor, ""] | None,
         background_weight: Float[Tensor, ""] | None,
         depths: Float[Tensor, "n"],
         phi: Float[Tensor, "n"],
@@ -83,9 +84,11 @@ class _WeightingGradients(torch.autograd.Function):
     def backward(ctx: FunctionCtx, grad: Tensor) -> tuple[Tensor | None, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
         sigma, background_weight, depths, phi = ctx.saved_tensors  # pyright: ignore[reportAttributeAccessIssue]
         by_phi = phi * grad[:, 0, 1] / C0  # phi dL/dphi: the constant lobe has the weight C0
-        depth_factor = 1 - depths / sigma
-        counts = depth_factor > 0
-        by_factor = torch.where(counts, by_phi / torch.where(counts, depth_factor, 1.0), 0.0)
-        to_sigma = (by_factor * depths).sum() / sigma**2
+        to_sigma = None
+        if sigma is not None:
+            depth_factor = 1 - depths / sigma
+            counts = depth_factor > 0
+            by_factor = torch.where(counts, by_phi / torch.where(counts, depth_factor, 1.0), 0.0)
+            to_sigma = (by_factor * depths).sum() / sigma**2
         to_background = None if background_weight is None else -by_phi.sum() / background_weight
         return grad, to_sigma, to_background, None, None

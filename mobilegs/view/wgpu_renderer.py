@@ -20,7 +20,7 @@ from mobilegs.errors import InputError
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
-from mobilegs.render.sortfree import WEIGHTINGS
+from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.render.view_network import ViewNetwork, static_inputs
 from mobilegs.view.wgpu_device import PASSES, program
 
@@ -57,11 +57,12 @@ class WgpuRenderer:
         GPU computes with them; float32 with `full_precision`.
 
         Raises InputError without a GPU, if it cannot blend 32-bit floats or its memory does not
-        hold the scene, and for the weighting `two_pass`, which the shaders do not support.
+        hold the scene, and for the weightings `two_pass` and `exponential`, which shaders lack.
         """
-        if scene.weighting.name == "two_pass":
+        if scene.weighting.name in ("two_pass", EXPONENTIAL):
             raise InputError(
-                "shaders do not render the weighting 'two_pass': use --renderer kernels"
+                f"shaders do not render the weighting '{scene.weighting.name}': use --renderer "
+                "kernels, or Scene.render"
             )
         self.scene = scene
         self.program = program(scene.blend == "sorted", full_precision)
@@ -232,7 +233,7 @@ class WgpuRenderer:
             weighting.exponent_max,
             *(camera.width, camera.height, weighting.sigma, weighting.background_weight),
             self.program.weight_scale,
-            *(self.count, *self._sizes, WEIGHTINGS.index(weighting.name)),
+            *(self.count, *self._sizes, weighting.index),
             ALPHA_MIN if self.program.sorted else weighting.alpha_min,
         )
 

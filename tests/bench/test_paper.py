@@ -24,7 +24,15 @@ from bench.paper.rows import ROWS
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES
 
-SOME = ("teacher", "ours", "codebooks", "no-codes", "masks-votes", "two-pass")
+SOME = (
+    "teacher",
+    "ours",
+    "codebooks",
+    "no-codes",
+    "masks-votes",
+    "sort-free-gs-printed",
+    "two-pass",
+)
 Bench = Callable[..., dict[str, dict]]
 
 
@@ -54,6 +62,10 @@ def test_rows_become_cells_and_cells_a_table(bench: Bench, tmp_path: Path) -> No
         assert cell["psnr"] > 10 and cell["gaussians"] > 50 and cell["frame_ms"] > 0
     [coded] = tmp_path.glob("runs/blobs/ours-*/scene.mgs")
     assert cells["ours 0"]["bytes"] == coded.stat().st_size < cells["no-codes 0"]["bytes"]
+    for row in ("ours", "codebooks"):
+        cell = cells[f"{row} 0"]
+        assert 0 < cell["index_bytes"] < cell["bytes"] and cell["huffman_bytes"] > 0
+    assert "huffman_bytes" not in cells["no-codes 0"]
 
     written = {path: path.stat().st_mtime_ns for path in tmp_path.glob("runs/*/*/cell.json")}
     again = bench("--rows", "teacher", "ours", "--seeds", "0", "1")

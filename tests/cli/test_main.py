@@ -255,6 +255,7 @@ def test_info_counts_a_ply(scene: Path, capsys: pytest.CaptureFixture[str]) -> N
         ("nvq_network", ["a network, evaluated for every view", "codebooks (nvq)", "codebooks"]),
         ("nvq_constant", ["the same from all directions", "2.1 of the format"]),
         ("sq_sorted", ["in order of depth", "generator"]),
+        ("sq_sorted_lobes_picture", ["in order of depth", "view-dependent: lobes of degree 2"]),
     ],
 )
 def test_info_describes_a_file(
@@ -265,6 +266,19 @@ def test_info_describes_a_file(
     text = " ".join(capsys.readouterr().out.split())
     assert all(sentence in text for sentence in sentences), text
     assert "unused streams" not in text and "header" in text
+
+
+def test_info_counts_huffman_codes_beside_the_indices(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["info", str(CONFORMANCE / "sq_layers.mgs")]
+    assert main([*words, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["streams"]
+    indices = [row for row in rows if "." in row["name"]]
+    assert [row for row in rows if row["huffman_bytes"] is not None] == indices
+    taken, huffman = (sum(row[key] for row in indices) for key in ("bytes", "huffman_bytes"))
+    assert 0 < huffman != taken
+    assert main(words) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}" in text
 
 
 def test_info_counts_unused_streams_separately(

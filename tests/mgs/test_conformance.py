@@ -151,6 +151,8 @@ def test_the_files_cover_every_codec_version_and_mode() -> None:
     assert {(report["mode"], report["blend"]) for report in reports} >= {
         *(("nvq", "sortfree"), ("sq", "sortfree"), ("sq", "sorted"))
     }
+    report = inspect(FILES["sq_sorted_lobes_picture"])
+    assert (report["version"], report["blend"]) == ("2.5", "sorted") and report["lobes"]
     assert {report["sh_degree"] for report in reports} == {0, 1, 2, 3}
 
 
@@ -167,9 +169,12 @@ def test_one_file_is_like_trained_ones() -> None:
 def test_listed_opacities_and_pixels_differ() -> None:
     written = {name: expected(name) for name in FILES}
     pictures = {name for name, found in written.items() if "picture" in found}
-    assert pictures == {"nvq_network_picture", "sq_picture", "sq_sorted_picture"}
+    assert pictures == {
+        *("nvq_network_picture", "sq_picture", "sq_sorted_picture", "sq_sorted_lobes_picture")
+    }
     for name in pictures:
         picture = torch.tensor(written[name]["picture"])
         assert (picture[:, None] - picture).abs().sum(2).fill_diagonal_(1).min() > 1000 * DRAWN
-    opacity, phi = (torch.tensor(written["nvq_network_picture"][p]) for p in ("opacity", "phi"))
-    assert opacity.std(1).min() > 1000 * SEEN and phi.std(1).max() > 1000 * SEEN
+    for name in ("nvq_network_picture", "sq_sorted_lobes_picture"):
+        opacity, phi = (torch.tensor(written[name][part]) for part in ("opacity", "phi"))
+        assert opacity.std(1).min() > 1000 * SEEN and phi.std(1).max() > 1000 * SEEN

@@ -161,7 +161,6 @@ def _set(*path: str | int, to: Any) -> Callable[[dict[str, Any]], None]:
         (_set("views", 0, "K", 0, to=-5.0), "focal length"),
         (_set("views", 1, "K", 8, to=2.0), "matrices are not those of a camera"),
         (_set("views", 1, "viewmat", 12, to=0.5), "matrices are not those of a camera"),
-        (_set("blend", to="sorted"), "blended sorted, but has lobes"),
     ],
 )
 def test_numbers_out_of_range_are_refused_from_the_header(

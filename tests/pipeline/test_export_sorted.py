@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from mobilegs.cli.main import main
+from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
@@ -54,6 +55,17 @@ def test_a_mgs_that_is_blended_sorted_is_exported(tmp_path: Path) -> None:
     found, made = read_ply(there), read_mgs(path).decode(CPU).gaussians
     for name, value in found.tensors().items():
         assert torch.equal(value, made.tensors()[name]), name
+
+
+def test_a_sorted_mgs_with_opacities_by_direction_is_not_converted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, there = tmp_path / "scene.mgs", tmp_path / "there.ply"
+    for case in (Case(20, LobeShape(1, 2)), Case(20, network=True)):
+        path.write_bytes(pack(replace(make_scene(case), blend="sorted")))
+        said = refusal(capsys, "export", path, "--to", "ply", "-o", there)
+        assert "opacities that depend on the view" in said and "teacher.ply" in said
+        assert not there.exists()
 
 
 def test_the_teacher_is_exported_for_a_student_in_its_run(

@@ -117,8 +117,8 @@ def test_settings_are_validated_together() -> None:
 def test_an_invalid_student_is_refused_before_the_teacher_trains(
     capture: Path, tmp_path: Path
 ) -> None:
-    run = TrainRun(capture, tmp_path / "run", settings=(("student.blend=sorted",),))
-    with pytest.raises(InputError, match=r"set view_dependence\.kind=constant"):
+    run = TrainRun(capture, tmp_path / "run", settings=(("student.ablation.lobe_decay=0.1",),))
+    with pytest.raises(InputError, match=r"set view_dependence\.kind=free"):
         train_run(run)
     assert not (tmp_path / "run").exists()
 

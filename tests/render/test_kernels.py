@@ -49,6 +49,7 @@ def test_every_built_instruction_set_agrees(level, monkeypatch):
     for case in ("random, degree 3", "several tiles", "around the camera"):
         for renderer in ("sorted", "mobile_gs", "two_pass"):
             compare_with_reference(case, renderer)
+            compare_with_reference(case, renderer, channels=3)
 
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])

@@ -15,32 +15,19 @@ from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import rgb_to_sh0, sh_basis, sh_colors
-from tests.support.scenes import SORTED, SORTFREE, camera, near_threshold, random_scene
+from tests.support.scenes import SORTED, SORTFREE, camera, gradcheck_scene, random_scene
 
 BACKGROUND = torch.tensor([0.1, 0.2, 0.35], dtype=torch.float64)
 
 
-def _gradcheck_scene(
-    names: tuple[str, ...], *, degree: int = 1, lobe_degree: int = 2
-) -> tuple[list[torch.Tensor], Camera]:
-    """Return four Gaussians on 9x7 pixels, with no alpha within a finite difference of 1/255."""
-    view = camera(9, 7)
-    for seed in range(100):
-        scene = random_scene(4, degree=degree, lobe_degree=lobe_degree, seed=seed, spread=0.6)
-        scene["scales"] = scene["scales"] * 2 + 0.1
-        if not near_threshold(scene, view, names=names, margin=1e-3).any():
-            return [scene[name].requires_grad_() for name in names], view
-    raise AssertionError("every scene has an alpha near the threshold")
-
-
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
 def test_projection_passes_gradcheck(degree):
-    inputs, view = _gradcheck_scene(SORTED, degree=degree)
+    inputs, view = gradcheck_scene(SORTED, degree=degree)
     assert torch.autograd.gradcheck(lambda *x: project(*x, camera=view)[:4], inputs)
 
 
 def test_sorted_blending_passes_gradcheck():
-    inputs, view = _gradcheck_scene(SORTED)
+    inputs, view = gradcheck_scene(SORTED)
 
     def render(*x):
         rendered = render_sorted(*x, camera=view, background=BACKGROUND, depth=True)
@@ -52,7 +39,7 @@ def test_sorted_blending_passes_gradcheck():
 
 @pytest.mark.parametrize("name", WEIGHTINGS)
 def test_sortfree_blending_passes_gradcheck(name):
-    inputs, view = _gradcheck_scene(SORTFREE)
+    inputs, view = gradcheck_scene(SORTFREE)
     weighting = Weighting(name, sigma=6.0, background_weight=0.4)
 
     def render(*x):
@@ -65,7 +52,7 @@ def test_sortfree_blending_passes_gradcheck(name):
 
 
 def test_a_detached_weight_is_a_constant_for_depth_and_scale(monkeypatch):
-    inputs, view = _gradcheck_scene(SORTFREE, lobe_degree=0)  # phi does not depend on positions
+    inputs, view = gradcheck_scene(SORTFREE, lobe_degree=0)  # phi does not depend on positions
 
     def grads(weighting):
         options = {"camera": view, "background": BACKGROUND, "weighting": weighting}
@@ -84,7 +71,7 @@ def test_a_detached_weight_is_a_constant_for_depth_and_scale(monkeypatch):
 
 @pytest.mark.parametrize("lobe_degree", [0, 1, 3])
 def test_lobes_of_every_degree_pass_gradcheck(lobe_degree):
-    inputs, view = _gradcheck_scene(SORTFREE, degree=0, lobe_degree=lobe_degree)
+    inputs, view = gradcheck_scene(SORTFREE, degree=0, lobe_degree=lobe_degree)
     assert torch.autograd.gradcheck(
         lambda *x: render_sortfree(*x, camera=view, background=BACKGROUND).image, inputs
     )

@@ -1,5 +1,7 @@
 """Small random scenes and cameras, and comparisons of tensors and gradients."""
 
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
@@ -101,14 +103,43 @@ def near_threshold(
     return doubtful.any(1).reshape(view.height, view.width)
 
 
-def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device="cpu", **options):
-    """Render on `device`. Returns image, alpha and depth, and the gradient of every input."""
+def gradcheck_scene(
+    names: tuple[str, ...], *, degree: int = 1, lobe_degree: int = 2
+) -> tuple[list[Tensor], Camera]:
+    """Return four Gaussians on 9x7 pixels, with no alpha within a finite difference of 1/255."""
+    view = camera(9, 7)
+    for seed in range(100):
+        scene = random_scene(4, degree=degree, lobe_degree=lobe_degree, seed=seed, spread=0.6)
+        scene["scales"] = scene["scales"] * 2 + 0.1
+        if not near_threshold(scene, view, names=names, margin=1e-3).any():
+            return [scene[name].requires_grad_() for name in names], view
+    raise AssertionError("every scene has an alpha near the threshold")
+
+
+def render_with_grads(
+    render, scene, view, *, dtype, backend, cotangents, device="cpu", pose=False, **options
+):
+    """Render on `device`. Returns image, alpha and depth, and the gradient of every input.
+
+    `colors` in the scene take the place of `sh`. `pose` adds the gradient of the camera's pose.
+    """
     leaves = {k: v.detach().to(device, dtype, copy=True).requires_grad_() for k, v in scene.items()}
     names = SORTFREE if "weighting" in options else SORTED
+    view = view.to(dtype=dtype)
+    background = torch.tensor([0.1, 0.2, 0.35], dtype=dtype, device=device)
+    if "colors" in scene:
+        names = (*names[:-1], "colors")
+        channels = scene["colors"].shape[1]
+        background = background.repeat(channels)[:channels]
+        options["colors"] = leaves["colors"]
+    positional = [leaves[name] for name in names if name != "colors"]
+    if pose:
+        leaves["viewmat"] = view.viewmat.clone().requires_grad_()
+        view, names = replace(view, viewmat=leaves["viewmat"]), (*names, "viewmat")
     rendered = render(
-        *[leaves[name] for name in names],
-        camera=view.to(dtype=dtype),
-        background=torch.tensor([0.1, 0.2, 0.35], dtype=dtype, device=device),
+        *positional,
+        camera=view,
+        background=background,
         depth=True,
         backend=backend,
         **options,
@@ -126,15 +157,18 @@ def render_with_grads(render, scene, view, *, dtype, backend, cotangents, device
     return outputs, {name: value.double().cpu() for name, value in grads.items()}
 
 
-def cotangents(view: Camera, *, seed: int = 7, avoid: Tensor | None = None) -> dict[str, Tensor]:
+def cotangents(
+    view: Camera, *, seed: int = 7, avoid: Tensor | None = None, channels: int = 3
+) -> dict[str, Tensor]:
     """Return random dL/d of the outputs, zero at the pixels to avoid."""
     generator = torch.Generator().manual_seed(seed)
     keep = torch.ones(view.height, view.width, dtype=torch.float64)
     if avoid is not None:
         keep[avoid] = 0
     shape = (view.height, view.width)
+    colors = torch.randn(*shape, channels, generator=generator, dtype=torch.float64)
     return {
-        "image": torch.randn(*shape, 3, generator=generator, dtype=torch.float64) * keep[..., None],
+        "image": colors * keep[..., None],
         "alpha": torch.randn(shape, generator=generator, dtype=torch.float64) * keep,
         "depth": 0.1 * torch.randn(shape, generator=generator, dtype=torch.float64) * keep,
     }

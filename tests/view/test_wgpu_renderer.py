@@ -10,6 +10,7 @@ import torch
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
+from mobilegs.render import Weighting
 from mobilegs.render.scene import Scene
 from mobilegs.view import wgpu_device
 from mobilegs.view.wgpu_renderer import WgpuRenderer
@@ -76,6 +77,16 @@ def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad: str, render
     torch.testing.assert_close(
         broken.render(view).image, expected.render(view).image, rtol=0, atol=2e-6
     )
+
+
+@pytest.mark.parametrize("by", ["lobes", "network"])
+def test_a_sorted_scene_has_the_opacities_of_its_lobes_or_network(by: str) -> None:
+    scene = replace(as_scene(as_float32(BASE), "mobile_gs"), blend="sorted")
+    scene = with_network(scene) if by == "network" else scene
+    view = camera().to(dtype=torch.float32)
+    found = WgpuRenderer(scene, full_precision=True).render(view).image
+    assert psnr(found, scene.render(view).image) > 75
+    assert psnr(found, replace(scene, lobes=None, network=None).render(view).image) < 40
 
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
@@ -202,6 +213,12 @@ def test_a_view_network_follows_the_camera() -> None:
 def test_the_weighting_two_pass_is_refused() -> None:
     with pytest.raises(InputError, match="two_pass"):
         WgpuRenderer(as_scene(as_float32(BASE), "two_pass"))
+
+
+def test_the_weighting_exponential_is_refused() -> None:
+    scene = replace(as_scene(as_float32(BASE), "mobile_gs"), weighting=Weighting("exponential"))
+    with pytest.raises(InputError, match="exponential"):
+        WgpuRenderer(scene)
 
 
 def test_without_a_gpu_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,16 +2,19 @@
 
 import subprocess
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.render.scene import Scene
 from tests.support.browser import Tab
+from tests.support.golden import view_network
 from tests.support.node import WEB, node_program
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import RENDERERS, nearness, seen, visit
@@ -37,9 +40,22 @@ def test_a_cut_spz_shows_an_error(tab: Tab, served: Any) -> None:
     assert "cut off" in visit(tab, served("scene.spz", content[:-100]))
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
-def test_a_sorted_mgs_is_rendered_sorted(tab: Tab, served: Any, renderer: str) -> None:
-    coded = replace(make_scene(Case(800, None, size=300)), blend="sorted")
+SORTED = {
+    "constant": Case(800, size=300),
+    "lobes": Case(800, LobeShape(2, 6), size=300),
+    "network": Case(800, network=True, size=300),
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "renderer"),
+    [*product(("constant", "lobes"), RENDERERS), ("network", "webgpu")],
+)
+def test_a_sorted_mgs_is_rendered_sorted(tab: Tab, served: Any, kind: str, renderer: str) -> None:
+    coded = replace(make_scene(SORTED[kind]), blend="sorted")
+    if kind == "network":  # whose opacities change much with the direction
+        weights = view_network().named_parameters()
+        coded = replace(coded, network={name: value.half() for name, value in weights})
     data = pack(coded)
     assert visit(tab, served("scene.mgs", data), f"renderer={renderer}") == "loaded"
     scene = unpack(data).decode()

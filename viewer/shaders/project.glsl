@@ -28,7 +28,7 @@ void harmonics(int size, vec3 d, out float b[16]) {
 }
 
 // The weight w of sort-free blending (paper Eq. 3): w = phi^2 + phi / d^2 + exp(s_max / d), the exponent
-// clamped; 3 is SortFreeGS (Eq. 1). Same formula: Weighting.weights in mobilegs/render/sortfree.py,
+// clamped; 3 is the linear form of SortFreeGS. Same formula: Weighting.weights in mobilegs/render/sortfree.py,
 // weight_of in csrc/core.h (CPU and CUDA) and in project.wgsl.
 float weight_of(float depth, float largest, float phi) {
   if (weighting == 3) { return max(0.0, 1.0 - depth / size.z) * phi; }

@@ -45,7 +45,7 @@ fn harmonics(size: u32, d: vec3f) -> array<f32, 16> {
 }
 
 // The weight w of sort-free blending (paper Eq. 3): w = phi^2 + phi / d^2 + exp(s_max / d), the exponent
-// clamped; 3 is SortFreeGS (Eq. 1). Same formula: Weighting.weights in mobilegs/render/sortfree.py,
+// clamped; 3 is the linear form of SortFreeGS. Same formula: Weighting.weights in mobilegs/render/sortfree.py,
 // weight_of in csrc/core.h (CPU and CUDA) and in project.glsl.
 fn weight_of(depth: f32, largest: f32, phi: f32) -> f32 {
   if (view.weighting == 3u) { return max(0.0, 1.0 - depth / view.sigma) * phi; }

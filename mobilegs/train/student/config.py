@@ -11,6 +11,7 @@ from mobilegs.mgs.container import STREAMS_MAX
 from mobilegs.mgs.quantized_scene import LOD_LEVELS_MAX
 from mobilegs.render import Weighting
 from mobilegs.render.scene import BLENDS
+from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig
@@ -26,6 +27,10 @@ from mobilegs.validation import (
 )
 
 METHODS = ("nvq", "sq")
+NO_FILE = (
+    "a .mgs file cannot hold sigma and beta of weighting.name=exponential: train and measure such "
+    "a student with bench/paper/run.py (row sort-free-gs-printed), or use another weighting"
+)
 # Streams of a file with `sq`: one per decoder; and in every LOD level the positions, three scales,
 # three rotations and their finer bits, and the opacity.
 NETWORK_STREAMS, ATTRIBUTE_STREAMS = 2, 9
@@ -57,7 +62,8 @@ class StudentLearningRates:
     sh_rest: float = 1.25e-4
     """Learning rate of the view-dependent part of the colour, until `schedule.latents_from`."""
     weighting: float = 0.01
-    """Learning rate of the logarithms of the weighting's parameters (`sort_free_gs`)."""
+    """Learning rate of the logarithms of the weighting's parameters (`sort_free_gs`,
+    `exponential`)."""
     network: float = 1e-3
     """Learning rate of the networks that give opacity and weight."""
     color_latents: float = 2.5e-3
@@ -268,12 +274,17 @@ class StudentConfig:
     """Photos per step, at least 1. Their losses are summed, not averaged, as in the release: Adam,
     whose steps do not depend on the scale of the gradients, mostly cancels the factor."""
     blend: str = "sortfree"
-    """`sortfree`, or `sorted`: blend in the order of depth, as the teacher does. `sorted` gives a
-    quantised 3DGS scene, and needs `view_dependence.kind=constant`."""
+    """`sortfree`, or `sorted`: blend in the order of depth, as the teacher does. `sorted` keeps the
+    view-dependent opacity of `view_dependence` but not phi, which then learns nothing; with
+    `view_dependence.kind=constant` it gives a quantised 3DGS scene."""
     weighting: Weighting = field(default_factory=lambda: Weighting(alpha_min=1 / 64))
     """Weights that replace the order of depth, and the alpha at which ellipses end: at 1/64 they
     are a third smaller than at the paper's 1/255. With `sort_free_gs`, sigma (here in extents of
-    the scene) and the background's weight are initial values, and learn; a weight of 0 stays 0."""
+    the scene) and the background's weight are initial values, and learn; a weight of 0 stays 0.
+    `exponential` starts with `exp(-d / sigma)` for all Gaussians, and learns sigma and beta of each
+    and the background's weight, which must be above 0. It needs `view_dependence.kind=constant`,
+    `network`, or `free` with `decoder_from=1`, and a student that is never quantised
+    (`schedule.latents_from=1 schedule.quantize_from=1`)."""
     color: ColorConfig = field(default_factory=ColorConfig)
     """Representation of the colours."""
     view_dependence: ViewDependence = field(default_factory=ViewDependence)
@@ -297,22 +308,17 @@ class StudentConfig:
     def __post_init__(self) -> None:
         check(self, steps=COUNT, views_per_step=COUNT, cache_mib=NOT_NEGATIVE)
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
-        self._check_blend()
+        if self.blend not in BLENDS:
+            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
         self._check_lobes()
+        if self.weighting.name == EXPONENTIAL:
+            self._check_exponential()
         levels = self.quantization.lod_levels
         if levels > self.max_lod_levels:
             raise InputError(
                 f"{levels} lod_levels with {self.color_shape.latents} latents of colours and those "
                 "of lobes need more streams than a file may have: at most "
                 f"{self.max_lod_levels} levels are possible"
-            )
-
-    def _check_blend(self) -> None:
-        if self.blend not in BLENDS:
-            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
-        if self.blend == "sorted" and self.view_dependence.kind != "constant":
-            raise InputError(
-                "blend=sorted has no view dependence: set view_dependence.kind=constant too"
             )
 
     def _check_lobes(self) -> None:
@@ -327,6 +333,30 @@ class StudentConfig:
             raise InputError(
                 "ablation.lobe_decay needs lobes that are free at first: set "
                 "view_dependence.kind=free and view_dependence.decoder_from"
+            )
+
+    def _check_exponential(self) -> None:
+        view, schedule = self.view_dependence, self.schedule
+        if self.blend == "sorted":
+            raise InputError(
+                "blend=sorted has no weights: leave out weighting.name=exponential, or blend=sorted"
+            )
+        if self.weighting.background_weight == 0:
+            raise InputError(
+                "weighting.name=exponential learns the background's weight, whose initial value "
+                "must be above 0: set weighting.background_weight=0.1"
+            )
+        if schedule.latents_from < 1:  # quantize_from is not less
+            raise InputError(
+                "the codes of weighting.name=exponential have no file: set "
+                "schedule.latents_from=1 and schedule.quantize_from=1"
+            )
+        free = view.kind == "free" and view.decoder_from == 1
+        if not free and view.kind not in ("constant", "network"):
+            raise InputError(
+                "weighting.name=exponential takes opacities without a decoder: set "
+                "view_dependence.kind=constant, network, or free with "
+                "view_dependence.decoder_from=1"
             )
 
     @property

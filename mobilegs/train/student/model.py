@@ -27,6 +27,7 @@ from mobilegs.mgs.encode import Quantizer
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
+from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.autograd_ops import take_rows
@@ -84,7 +85,8 @@ class StudentModel:
             generator: initialises networks.
             blend, color: of the scene.
             weighting: with `sort_free_gs`, sigma and a background weight above 0 are initial values
-                and learn.
+                and learn. With `exponential`, all Gaussians start with the weight
+                `exp(-d / weighting.sigma)`, and the background weight learns.
             round_means: render and decode with means as the file rounds them.
             step_sizes: initial ones of uniform quantisers; None quantises by codebooks.
             canonical_rotations: start with the smallest of the 24 equivalent rotations, as uniform
@@ -120,11 +122,17 @@ class StudentModel:
         self.grid: PositionGrid | None = None
         self.lrs = dict(lrs)
         self.shared = NamedAdam({}, {})
-        if weighting.name == "sort_free_gs" and blend == "sortfree":
-            for name in ("sigma", "background_weight"):
-                if (start := getattr(weighting, name)) > 0:
-                    log = torch.tensor(start, device=device).log()
-                    self.shared.add(f"weighting.{name}", log, lrs["weighting"])
+        learned: tuple[str, ...] = ()
+        if weighting.name == EXPONENTIAL:
+            learned = ("background_weight",)
+            start = torch.tensor([1 / weighting.sigma, 1.0], device=device).log()
+            tensors["attenuation"] = start.repeat(len(teacher), 1)
+        elif weighting.name == "sort_free_gs" and blend == "sortfree":
+            learned = ("sigma", "background_weight")
+        for name in learned:
+            if (start := getattr(weighting, name)) > 0:
+                log = torch.tensor(start, device=device).log()
+                self.shared.add(f"weighting.{name}", log, lrs["weighting"])
         if view.kind in ("network", "fitted"):
             self.network = ViewNetwork(generator).to(device)
             self._optimize("network", self.network)
@@ -146,6 +154,11 @@ class StudentModel:
     def lobes_are_final(self) -> bool:
         """True once lobes have the representation of the file."""
         return self.view.kind in ("constant", "network") or self.lobe_decoder is not None
+
+    @property
+    def attenuation(self) -> Float[Tensor, "n 2"] | None:
+        """`log(sigma)` and `log(beta)` of the weighting `exponential`; None for all others."""
+        return self.rows.tensors.get("attenuation")
 
     @property
     def weighting(self) -> Weighting:

@@ -3,11 +3,14 @@
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
+from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, render_sorted, render_sortfree, visible_rows
+from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN
+from mobilegs.render.sortfree import exponential_lobes
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.autograd_ops import take_rows, with_weighting_gradients
 from mobilegs.train.student.mask_pruning import mask_lobes
@@ -41,16 +44,12 @@ class SharedDecode:
         union, self.rows = merge_rows(rows_in_view(model, cameras), len(model))
         gaussians, lobe_inputs = model.gaussians(union)
         self.decoded = gaussians.tensors()
-        if model.blend == "sorted":
-            opacities = gaussians.opacities
-            self.decoded["opacities"] = (
-                opacities if masks is None else opacities * take_rows(masks, union)
-            )
-            del self.decoded["logit_opacities"]
-        elif model.network is None:
+        if model.network is None:
             self.decoded["lobes"] = model.lobes(gaussians, lobe_inputs, None)
             del self.decoded["logit_opacities"]  # the lobes contain them
-        if masks is not None and model.blend != "sorted":
+        if model.attenuation is not None:
+            self.decoded["attenuation"] = take_rows(model.attenuation, union)
+        if masks is not None:
             self.decoded["masks"] = take_rows(masks, union)
         self.detached = {name: t.detach().requires_grad_() for name, t in self.decoded.items()}
 
@@ -78,28 +77,35 @@ class SharedDecode:
         }
         model, options = self.model, {"camera": camera, "background": background, "depth": depth}
         shapes = (picked["means"], picked["quats"], picked["log_scales"].exp())
-        if model.blend == "sorted":
-            return render_sorted(*shapes, picked["opacities"], picked["sh"], **options)
         lobes, masks = picked.get("lobes"), picked.pop("masks", None)
+        attenuation = picked.pop("attenuation", None)
         if lobes is None:
             lobes = model.lobes(Gaussians(**picked), picked["means"][:, :0], camera)
         if masks is not None:
             lobes = mask_lobes(lobes, masks, picked["means"], camera)
+        if model.blend == "sorted":  # without phi
+            directions = normalize(picked["means"] - camera.position, dim=1)
+            opacities, _ = evaluate_lobes(lobes, directions)
+            return render_sorted(*shapes, opacities, picked["sh"], **options)
+        weighting = model.weighting
+        if attenuation is not None:
+            lobes, weighting = exponential_lobes(
+                lobes, picked["means"], attenuation, weighting, camera=camera
+            )
         if logs := model.weighting_logs():
             weights = {name: log.exp() for name, log in logs.items()}
             lobes = with_weighting_gradients(lobes, picked["means"], camera, **weights)
-        return render_sortfree(*shapes, lobes, picked["sh"], weighting=model.weighting, **options)
+        return render_sortfree(*shapes, lobes, picked["sh"], weighting=weighting, **options)
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:
         """Return the ellipses per pixel of camera `number`, differentiable for the scales.
 
         It uses opacities without their view dependence, which is accurate enough for an area.
         """
-        leaves, alpha_min = self.detached, self.model.weighting.alpha_min
+        leaves, model = self.detached, self.model
+        alpha_min = ALPHA_MIN if model.blend == "sorted" else model.weighting.alpha_min
         with torch.no_grad():
-            if "opacities" in leaves:
-                opacities, alpha_min = leaves["opacities"], ALPHA_MIN
-            elif "lobes" in leaves:
+            if "lobes" in leaves:
                 opacities = torch.sigmoid(C0 * leaves["lobes"][:, 0, 0])
             else:
                 opacities = torch.sigmoid(leaves["logit_opacities"])

@@ -9,11 +9,13 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.compress.uniform_quantizer import COLUMNS
 from mobilegs.data.dataset import View
+from mobilegs.errors import InputError
 from mobilegs.mgs.codec import pack
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.quantized_scene import MetaValue, QuantizedScene
 from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.losses import (
@@ -26,7 +28,7 @@ from mobilegs.train.losses import (
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student import quantization
-from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.config import NO_FILE, StudentConfig
 from mobilegs.train.student.distill import TeacherImages, release_depth
 from mobilegs.train.student.model import Phase, StudentModel
 from mobilegs.train.student.position_grid import choose_grid
@@ -94,7 +96,7 @@ class Student:
             opacities = torch.full_like(gaussians.logit_opacities, config.ablation.start_opacity)
             gaussians = replace(gaussians, logit_opacities=opacities.logit())
         weighting = config.weighting
-        if weighting.name == "sort_free_gs":
+        if weighting.name in ("sort_free_gs", EXPONENTIAL):
             weighting = replace(weighting, sigma=weighting.sigma * extent)
         self.model = StudentModel(
             gaussians,
@@ -167,6 +169,7 @@ class Student:
             if model.network is None and model.view.kind != "constant":
                 lobes = model.lobes(gaussians, lobe_inputs, None).detach()
                 gaussians = replace(gaussians, logit_opacities=C0 * lobes[:, 0, 0])
+        attenuation = model.attenuation
         return Scene(
             gaussians,
             model.blend,
@@ -175,6 +178,7 @@ class Student:
             weighting=model.weighting,
             background=self.background,
             near=self.near,
+            attenuation=None if attenuation is None else attenuation.detach(),
         )
 
     def quantized_scene(
@@ -183,8 +187,11 @@ class Student:
         """Return the content of the file. If training has not quantised the model yet, this call
         quantises it.
 
-        `views` and `meta` go into the file unchanged.
+        `views` and `meta` go into the file unchanged. Raises InputError for the weighting
+        `exponential`, which files cannot hold.
         """
+        if self.config.weighting.name == EXPONENTIAL:
+            raise InputError(NO_FILE)
         self._enter("quantized")
         model = self.model
         assert model.decoder is not None and model.grid is not None
@@ -389,6 +396,7 @@ class Student:
             "static": lr.color_latents,
             "view": lr.color_latents,
             "weighting": lr.weighting,
+            "attenuation": lr.weighting,
             "masks": lr.masks,
             "network": lr.network,
             "decoder": lr.color_decoder,

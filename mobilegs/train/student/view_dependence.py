@@ -41,7 +41,7 @@ class ViewDependence:
 
     Lobes are spherical harmonics of the direction. With `free`, `projected` and `latent` they are
     free until `decoder_from`, and the basis begins with their principal directions; if that is 0,
-    the basis begins at random.
+    the basis begins at random. With `blend=sorted` phi is not used and learns nothing.
     """
 
     kind: str = "latent"

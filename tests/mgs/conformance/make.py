@@ -65,6 +65,9 @@ FILES = {
     "nvq_network_picture": Case(60, network=True, size=9, colors="linear"),
     "sq_picture": Case(60, LobeShape(2, 4), steps=StepSizes(lobes=0.3), colors="linear"),
     "sq_sorted_picture": Case(60, steps=StepSizes(), colors="linear"),
+    "sq_sorted_lobes_picture": Case(
+        60, LobeShape(2, 4), steps=StepSizes(lobes=0.3), colors="linear"
+    ),
     "nvq_latent_networks": Case(40, size=12, colors="latent_networks", joint=True, network=True),
     "sq_latent_networks_layers": Case(
         70, LobeShape(1, 2), steps=StepSizes(), colors="latent_networks"
@@ -104,7 +107,7 @@ def made(name: str) -> QuantizedScene:
         codes = morton_codes(scene.positions)[::2] & ~np.uint64(1)
         pairs = np.sort(np.concatenate([codes, codes + np.uint64(1)]))
         scene = replace(scene, positions=positions_from_morton(pairs))
-    if name in ("sq_sorted", "sq_degree_3", "sq_sorted_picture"):
+    if name.startswith("sq_sorted") or name == "sq_degree_3":
         scene = replace(scene, blend="sorted")
     if name.endswith("layers"):
         views = [view for view in scene.views for view in (view, view.resized(90, 60))]

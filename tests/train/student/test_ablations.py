@@ -28,6 +28,8 @@ SORT_FREE_GS = Weighting("sort_free_gs", sigma=3.0, background_weight=0.5)
 FORMS: dict[str, StudentConfig] = {
     "sorted": replace(STUDENT, blend="sorted", view_dependence=CONSTANT),
     "sorted-3": changed(STUDENT, blend="sorted", view_dependence=CONSTANT, color={"degree": 3}),
+    "sorted, lobes": replace(STUDENT, blend="sorted"),
+    "sorted, network": replace(STUDENT, blend="sorted", view_dependence=ViewDependence("network")),
     "masks": changed(STUDENT, pruning={"masks": MaskConfig(weight=0.1)}),
     "sorted, masks": changed(
         STUDENT, blend="sorted", view_dependence=CONSTANT, pruning={"masks": MaskConfig(weight=0.1)}
@@ -59,6 +61,12 @@ FORMS: dict[str, StudentConfig] = {
         blend="sorted",
         view_dependence=CONSTANT,
         color={"degree": 2},
+    ),
+    "sq, sorted, free lobes": changed(
+        STUDENT,
+        quantization={"method": "sq"},
+        blend="sorted",
+        view_dependence=ViewDependence("free", decoder_from=0.3),
     ),
     "release": changed(
         STUDENT,
@@ -123,7 +131,8 @@ def test_keep_moments_false_resets_adam(dataset: Dataset, make_student: MakeStud
 
 
 @pytest.mark.parametrize(
-    "form", ["sorted", "masks", "sort_free_gs", "sh-0", "sh-3", "release", "sq"]
+    "form",
+    ["sorted", "sorted, network", "masks", "sort_free_gs", "sh-0", "sh-3", "release", "sq"],
 )
 def test_every_form_resumes_to_the_same_bytes(
     form: str, dataset: Dataset, make_student: MakeStudent
@@ -156,9 +165,20 @@ def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
     torch.testing.assert_close(rendered.image, expected.image, atol=1e-5, rtol=0)
 
 
-def test_sorted_blending_with_a_view_dependence_is_refused(make_student: MakeStudent) -> None:
-    with pytest.raises(InputError, match=r"view_dependence\.kind=constant"):
-        make_student(replace(STUDENT, blend="sorted"))
+def test_a_sorted_student_learns_opacities_by_direction_and_no_phi(
+    dataset: Dataset, make_student: MakeStudent
+) -> None:
+    student = make_student(FORMS["sorted, network"])
+    train(student, dataset, 40)
+    network = student.model.network
+    assert network is not None
+    assert network.opacity.weight.abs().max() > 1e-3
+    assert not network.phi.weight.any() and network.phi.bias == 1  # as at the start
+    opacities = [student.model.opacities_and_scales(camera)[0] for camera in cameras()[:2]]
+    assert (opacities[0] - opacities[1]).abs().max() > 1e-3
+
+
+def test_unknown_blendings_and_degrees_are_refused() -> None:
     with pytest.raises(InputError, match="unknown blend 'alpha'"):
         replace(STUDENT, blend="alpha")
     with pytest.raises(InputError, match="degree must be at least 0 and at most 3, not 4"):
@@ -270,6 +290,8 @@ def test_every_row_of_the_papers_tables_is_a_different_recipe() -> None:
     assert all(several.count(recipe) == 1 for recipe in several)
     assert recipes["codebook-10"] == recipes["codebooks"]
     assert recipes["no-order-independence"].student.blend == "sorted"
+    paper, sorts = recipes["paper"].student, recipes["paper-no-order-independence"].student
+    assert sorts == replace(paper, blend="sorted") and sorts.view_dependence.kind == "network"
     assert recipes["vote-0.4"].student.pruning.votes.quantile == 0.4
     assert recipes["codebook-12"].student.quantization.codebooks.appearance == 4096
     assert recipes["quantized-3dgs"].teacher.densify.strategy == "clone_split"

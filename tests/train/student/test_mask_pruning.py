@@ -24,6 +24,7 @@ from tests.support.tiny import STUDENT, cameras, changed, grad_of, train
 MakeStudent = Callable[..., Student]
 KINDS = {
     "sorted": replace(STUDENT, blend="sorted", view_dependence=ViewDependence("constant")),
+    "sorted, network": replace(STUDENT, blend="sorted", view_dependence=ViewDependence("network")),
     "lobes from latents": STUDENT,
     "free lobes": replace(STUDENT, view_dependence=ViewDependence("free", decoder_from=0.6)),
     "network": replace(STUDENT, view_dependence=ViewDependence("network")),

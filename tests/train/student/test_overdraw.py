@@ -94,12 +94,13 @@ def test_a_gaussian_counts_at_most_the_image_and_not_from_behind() -> None:
     assert nothing.item() == 0
 
 
-@pytest.mark.parametrize("kind", ["constant", "network", "latent", "sorted"])
+@pytest.mark.parametrize("kind", ["constant", "network", "latent", "sorted", "sorted latent"])
 def test_overdraw_of_a_shared_decode_is_that_of_each_camera(
     make_student: Callable[..., Student], kind: str
 ) -> None:
-    config = with_kind("constant" if kind == "sorted" else kind)
-    student = make_student(replace(config, blend="sorted" if kind == "sorted" else "sortfree"))
+    config = with_kind("constant" if kind == "sorted" else kind.removeprefix("sorted "))
+    blend = "sorted" if kind.startswith("sorted") else "sortfree"
+    student = make_student(replace(config, blend=blend))
     shared = SharedDecode(student.model, cameras()[:3])
     found = [shared.overdraw(number) for number in range(3)]
     for number, camera in enumerate(cameras()[:3]):

@@ -110,10 +110,6 @@ export function parseHeader(fields, bytes) {
   if (network && lobes !== null) {
     throw new SceneError("the .mgs file has lobes and a view network: it can have one of them");
   }
-  const sorted = fields.blend === "sorted";
-  if (sorted && (network || lobes !== null)) {
-    throw new SceneError("the .mgs file is blended sorted, but has lobes or a view network");
-  }
   const plain = fields.mode === "sq";
   const count = integer(fields, "count", 1, COUNT_MAX);
   const header = {
@@ -123,7 +119,7 @@ export function parseHeader(fields, bytes) {
     scalars: plain ? parseScalars(object(fields, "scalars"), lobes, colors === "linear") : new Map(),
     grid: parsePositionGrid(object(fields, "positions")),
     colors: /** @type {string} */ (colors),
-    sorted,
+    sorted: fields.blend === "sorted",
     lobes,
     network,
     weighting: parseWeighting(object(fields, "weighting")),
