@@ -25,6 +25,11 @@ settings.register_profile("mobilegs", deadline=None, derandomize=True)
 settings.load_profile("mobilegs")
 
 
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Return one process more than there are cores: tests of pages wait for the browser."""
+    return (os.cpu_count() or 1) + 1
+
+
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """The folder of real captures and scenes that `MOBILEGS_DATA` names."""

@@ -147,6 +147,10 @@ class Tab:
             return np.frombuffer(self._server.arrays.pop("found"), found["kind"])
         return found
 
+    def share(self, name: str, content: bytes) -> None:
+        """Serve bytes at `/arrays/` and the name."""
+        self._server.arrays[name] = content
+
     def ignore(self, part: str) -> None:
         """Ignore complaints that contain a text, whether they came already or come later."""
         self._ignored.append(part)

@@ -101,7 +101,7 @@ function someBlock(lobeDegree, change) {
   }
   change(parts);
   const positions = Uint16Array.from({ length: 3 * BLOCK }, () => 65536 * random());
-  return { ...parts, count: BLOCK, positions, lobeDegree, scaleRange: [Math.exp(-2), Math.exp(2)], memory: memory.wasmMemory };
+  return { ...parts, count: BLOCK, positions, lobeDegree, statics: new Float32Array(0), scaleRange: [Math.exp(-2), Math.exp(2)], memory: memory.wasmMemory };
 }
 
 const CHANGES = {

@@ -171,3 +171,30 @@ test("a scene that was loading when the context was lost arrives as a new one", 
   assert.deepEqual(log.map((line) => line.split(" ")[0]), ["arrived", "broken", "arrived"]);
   assert.equal(view.count, 5);
 });
+
+test("sort waits for the order of its camera, also after an earlier request", async () => {
+  const { view, log, asked } = await begun();
+  const worker = asked("first");
+  const sorted = scene(7);
+  sorted.data.sorted = true;
+  for (const part of [sorted, done(100)]) await worker.says(part);
+  assert.ok(!worker.ended);
+  const order = () => ({ kind: "order", order: Uint32Array.from([0, 1, 2, 3, 4, 5, 6]) });
+  const looking = (...forward) => ({ viewmat: [1, 0, 0, 0, 0, 1, 0, 0, ...forward, 0, 0, 0, 0, 1], width: 9, height: 9 });
+  view.draw(looking(0, 0, 1)); // does not wait
+  assert.deepEqual(worker.request, { forward: [0, 0, 1] });
+  let took = null;
+  const waiting = view.sort(looking(0, 0.001, 1)).then((milliseconds) => (took = milliseconds));
+  await worker.says(order()); // of the first camera
+  assert.equal(took, null);
+  assert.deepEqual(worker.request, { forward: [0, 0.001, 1] }); // though the direction is nearly the same
+  await worker.says(order());
+  await waiting;
+  assert.ok(took >= 0);
+
+  const lost = assert.rejects(view.sort(looking(1, 0, 0)), /another scene was opened/);
+  await asked("second").says(scene(5));
+  await lost;
+  assert.equal(await view.sort(looking(1, 0, 0)), null); // it is not sorted
+  assert.deepEqual(log.filter((line) => line === "ordered").length, 2);
+});

@@ -1,6 +1,5 @@
 """The viewer's page in Chromium, served by `mobilegs view`."""
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -196,24 +195,6 @@ def test_missing_files_of_the_viewer_show_an_error(tab: Tab, file: str, sentence
     print(said)
     assert sentence in said
     tab.ignore("status of 404")
-
-
-@pytest.mark.parametrize("renderer", RENDERERS)
-def test_the_benchmark_shows_its_report(tab: Tab, served: Any, renderer: str) -> None:
-    server = served("scene.mgs", MGS)
-    assert visit(tab, server, f"renderer={renderer}", "bench=2,96x64") == "loaded"
-    tab.page.get_by_role("dialog", name="Benchmark").wait_for(timeout=60_000)
-    found = json.loads(tab.page.get_by_label("Results as JSON").input_value())
-    assert (found["width"], found["height"], found["gaussians"]) == (96, 64, 800)
-    for rate in (found["cold"], found["steady"]):
-        assert rate["frames"] > 0 and 0 < rate["milliseconds"] <= rate["milliseconds95"]
-        assert rate["fps"] > 0
-    assert found["renderer"] == {"webgpu": "WebGPU", "webgl": "WebGL2"}[renderer]
-    assert found["adapter"] and "Chrome" in found["browser"] and found["viewer"]
-    assert found["file_bytes"] == len(MGS) and found["interrupted"] is False
-    assert set(found["passes"]) == {"project", "splat", "resolve"}
-    assert all(0 <= took < 10_000 for took in found["passes"].values())
-    assert found["passes"]["splat"] > 0 and found["sorted"] is False
 
 
 def test_a_key_released_under_ctrl_does_not_stick(tab: Tab, served: Any) -> None:

@@ -280,8 +280,9 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const text = JSON.stringify(figures, null, 1);
     const panel = this.#part("report");
     /** @type {HTMLTextAreaElement} */ (panel.querySelector("textarea")).value = text;
-    const { cold, steady, interrupted } = /** @type {any} */ (figures);
-    const words = `${cold.fps} frames/s cold, ${steady.fps} steady`;
+    const scenes = /** @type {import("./viewer/bench.js").Measured[]} */ (figures.scenes);
+    const interrupted = scenes.some((one) => one.interrupted);
+    const words = scenes.map(({ cold, steady }) => `${cold.fps} frames/s cold, ${steady.fps} steady`).join(" | ");
     /** @type {HTMLElement} */ (panel.querySelector("h2")).textContent =
       interrupted ? "The page was hidden during the measurement: measure again" : words;
     /** @type {HTMLElement} */ (panel.querySelector("[data-act=share]")).hidden = !navigator.share;

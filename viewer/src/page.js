@@ -56,45 +56,70 @@ export function startPage() {
   });
 
   const bench = parameters.get("bench");
-  if (bench !== null) {
-    element.addEventListener("load", async (event) => {
-      const { viewer } = element;
-      if (!viewer) return;
-      await viewer.calibrated;
-      const screen = {
-        width: Math.round(innerWidth * devicePixelRatio),
-        height: Math.round(innerHeight * devicePixelRatio),
-      };
-      const { milliseconds, bytes } = /** @type {CustomEvent} */ (event).detail;
-      let found;
-      let interrupted = document.hidden; // browsers render nothing in hidden pages
-      const onHidden = () => (interrupted ||= document.hidden);
-      document.addEventListener("visibilitychange", onHidden);
-      // keep the screen on; pages served over plain http may not
-      const awake = await navigator.wakeLock?.request("screen").catch(() => null);
-      try {
-        found = await runBench(viewer, parsePlan(bench, screen), (share) => element.progress(0, share));
-      } catch (error) {
-        element.failed(0, `the frame rate cannot be measured: ${/** @type {Error} */ (error).message}`);
-        return;
-      } finally {
-        document.removeEventListener("visibilitychange", onHidden);
-        void awake?.release();
-      }
-      element.loaded(0, milliseconds, bytes);
-      element.report({
+  if (bench !== null) void measure(element, bench, parameters.getAll("url").slice(1));
+}
+
+/**
+ * Measure the scene that the page opens, then others, and show one report.
+ *
+ * @param {import("./element.js").MobileGs} element
+ * @param {string} bench value of the URL parameter
+ * @param {string[]} others addresses of the other scenes
+ */
+async function measure(element, bench, others) {
+  const screen = {
+    width: Math.round(innerWidth * devicePixelRatio),
+    height: Math.round(innerHeight * devicePixelRatio),
+  };
+  const plan = parsePlan(bench, screen);
+  const scenes = [];
+  let awake;
+  for (const url of [null, ...others]) {
+    const loading = loaded(element);
+    if (url !== null) element.setAttribute("src", url);
+    const file = await loading;
+    const { viewer } = element;
+    if (!file || !viewer) return; // the page shows why
+    await viewer.calibrated;
+    // keep the screen on; pages served over plain http may not
+    awake ??= await navigator.wakeLock?.request("screen").catch(() => null);
+    try {
+      const found = await runBench(viewer, plan, (share) => element.progress(0, share));
+      scenes.push({
         scene: element.getAttribute("src") ?? "own",
-        date: new Date().toISOString(),
         gaussians: viewer.count,
-        file_bytes: bytes,
-        milliseconds_to_load: Math.round(milliseconds),
-        interrupted,
-        ...found,
+        file_bytes: file.bytes,
+        milliseconds_to_load: Math.round(file.milliseconds),
         ...viewer.device,
-        viewer: version(),
-        browser: navigator.userAgent,
-        device_pixel_ratio: devicePixelRatio,
+        ...found,
       });
-    }, { once: true });
+    } catch (error) {
+      void awake?.release();
+      element.failed(0, `the frame rate cannot be measured: ${/** @type {Error} */ (error).message}`);
+      return;
+    }
+    element.loaded(0, file.milliseconds, file.bytes);
   }
+  void awake?.release();
+  element.report({
+    date: new Date().toISOString(),
+    ...plan,
+    viewer: version(),
+    browser: navigator.userAgent,
+    device_pixel_ratio: devicePixelRatio,
+    scenes,
+  });
+}
+
+/**
+ * Wait until a scene is loaded; null if that fails.
+ *
+ * @param {import("./element.js").MobileGs} element
+ * @returns {Promise<{milliseconds: number, bytes: number} | null>}
+ */
+function loaded(element) {
+  return new Promise((resolve) => {
+    element.addEventListener("load", (event) => resolve(/** @type {CustomEvent} */ (event).detail), { once: true });
+    element.addEventListener("error", () => resolve(null), { once: true });
+  });
 }

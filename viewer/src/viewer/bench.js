@@ -1,8 +1,9 @@
 /**
  * Benchmark: renders a fixed camera path at a fixed size and waits for every frame.
  *
- * It reports two rates, since phones slow down as they heat up: cold, from the first seconds, and steady,
- * from the last ones. Both count whole frames and do not depend on the screen's refresh rate.
+ * A frame of a sorted scene has the order of its own camera: sorting is part of the frame, and timed
+ * apart. Phones slow down as they heat up, so rates are reported for the first seconds (cold), the last
+ * ones (steady), and each second. They count whole frames and do not depend on the screen's refresh rate.
  */
 
 import { Pose } from "./pose.js";
@@ -10,12 +11,34 @@ import { minus, plus } from "./vector.js";
 
 /** @typedef {import("./viewer.js").Viewer} Viewer */
 /** @typedef {{seconds: number, width: number, height: number}} Plan */
-/** @typedef {{frames: number, fps: number, milliseconds: number, milliseconds95: number}} Rate */
+/** @typedef {{from: number, to: number, order: number | null}} Frame milliseconds, since the start and of sorting */
+/** @typedef {{from: number, to: number, passes: Record<string, number>}} Sample of the passes of a frame */
+/** @typedef {{percent: number, charging: boolean}} Battery */
+/**
+ * @typedef {object} Rate frames of a part of the run; times are milliseconds
+ * @property {number} frames
+ * @property {number} fps
+ * @property {number} milliseconds median of a frame
+ * @property {number} milliseconds95 that one frame in twenty exceeds
+ * @property {number | null} order median of sorting, which is part of the frame; null: not sorted
+ * @property {Record<string, number> | null} passes medians on the GPU; null where it has no timer
+ */
+/**
+ * @typedef {object} Measured
+ * @property {number} path frames until the path repeats
+ * @property {Rate} cold
+ * @property {Rate} steady
+ * @property {Rate} whole
+ * @property {(number | null)[]} fps_by_second null: no frame ended in that second
+ * @property {{start: Battery, end: Battery} | null} battery null where the browser does not tell
+ * @property {boolean} interrupted whether the page was hidden
+ */
 
 const BETWEEN = 40; // frames from one training camera to the next
 const TURN = 480; // frames of an orbit around a scene without cameras
 const WARM = 10; // frames that are not counted, while shaders are compiled
-const SPAN = 10; // most seconds that each rate is measured over
+const SPAN = 10; // most seconds that the cold and the steady rate are measured over
+const PAUSE = 250; // milliseconds between two samples of the passes
 
 /**
  * Parse the URL parameter `bench`: `60`, or `60,1600x1063`.
@@ -33,8 +56,12 @@ export function parsePlan(text, screen) {
   };
 }
 
+/** Frames until the path repeats. @param {Viewer} viewer */
+const pathOf = ({ views }) => (views.length < 2 ? TURN : BETWEEN * views.length);
+
 /**
- * The pose of a frame: along the training cameras, or around the scene.
+ * The pose of a frame: along the training cameras, or around the scene. It depends on the frame's number
+ * alone, not on time.
  *
  * @param {Viewer} viewer
  * @param {Pose} start
@@ -61,71 +88,101 @@ function poseAt(viewer, start, frame) {
  * @param {Viewer} viewer with a complete scene
  * @param {Plan} plan
  * @param {(share: number) => void} progress
+ * @returns {Promise<Measured>}
  */
 export async function runBench(viewer, plan, progress) {
   const start = viewer.pose.copy();
+  let interrupted = document.hidden; // browsers render nothing in hidden pages
+  const onHidden = () => (interrupted ||= document.hidden);
+  document.addEventListener("visibilitychange", onHidden);
   viewer.measured = true;
   try {
-    return await measure(viewer, start, plan, progress);
+    const before = await battery();
+    const found = await measure(viewer, start, plan, progress);
+    const after = await battery();
+    return { ...found, battery: before && after && { start: before, end: after }, interrupted };
   } finally {
+    document.removeEventListener("visibilitychange", onHidden);
     viewer.measured = false;
     viewer.place(start);
   }
 }
 
+/** @returns {Promise<Battery | null>} */
+async function battery() {
+  const found = await /** @type {any} */ (navigator).getBattery?.().catch(() => null);
+  return found ? { percent: Math.round(100 * found.level), charging: found.charging } : null;
+}
+
 /** @param {Viewer} viewer @param {Pose} start @param {Plan} plan @param {(share: number) => void} progress */
 async function measure(viewer, start, { seconds, width, height }, progress) {
-  /** @type {{at: number, duration: number}[]} */
+  /** @type {Frame[]} */
   const frames = [];
-  const draw = async (/** @type {number} */ frame) => {
+  /** @type {Sample[]} */
+  const samples = [];
+  for (let frame = 0; frame < WARM; frame++) {
     viewer.pose = poseAt(viewer, start, frame);
     await viewer.drawAndWait(width, height);
-  };
-  for (let frame = 0; frame < WARM; frame++) await draw(frame);
-  /** @type {Record<string, number>[]} */
-  const passes = [];
+  }
+  await viewer.passes(); // some timers start with the first request
   const began = performance.now();
-  for (let frame = WARM, at = 0; at < 1000 * seconds; frame++) {
-    const before = performance.now();
-    await draw(frame);
-    const now = performance.now();
-    at = now - began;
-    frames.push({ at, duration: now - before });
-    progress(Math.min(1, at / (1000 * seconds)));
+  let sampled = 0;
+  for (let frame = WARM, to = 0; to < 1000 * seconds; frame++) {
+    viewer.pose = poseAt(viewer, start, frame);
+    const from = performance.now() - began;
+    const order = await viewer.drawAndWait(width, height);
+    to = performance.now() - began;
+    frames.push({ from, to, order });
+    progress(Math.min(1, to / (1000 * seconds)));
+    if (to - sampled < PAUSE) continue;
+    const passes = await viewer.passes();
+    if (passes) samples.push({ from, to, passes: { ...passes } });
     // let the page handle events and show the progress
-    if ((frame - WARM) % 30 !== 0) continue;
-    const found = await viewer.passes();
-    if (found) passes.push(found);
     await new Promise((resolve) => requestAnimationFrame(resolve));
+    sampled = performance.now() - began;
   }
   const span = 1000 * Math.min(SPAN, seconds / 2);
-  const end = frames[frames.length - 1].at;
+  const end = frames[frames.length - 1].to;
+  const rate = (/** @type {(one: {from: number, to: number}) => boolean} */ within) =>
+    rateOf(frames.filter(within), samples.filter(within));
   return {
-    width,
-    height,
-    seconds,
-    cold: rateOf(frames.filter(({ at }) => at <= span)),
-    steady: rateOf(frames.filter(({ at }) => at > end - span)),
-    passes: passes.length ? mediansOf(passes) : null,
+    path: pathOf(viewer),
+    cold: rate(({ from }) => from < span),
+    steady: rate(({ to }) => to > end - span),
+    whole: rate(() => true),
+    fps_by_second: Array.from({ length: seconds }, (_, second) =>
+      // the last frame ends after the last second
+      fpsOf(frames.filter(({ to }) => Math.min(Math.floor(to / 1000), seconds - 1) === second)),
+    ),
   };
 }
 
-/** Milliseconds of each pass. @param {Record<string, number>[]} found */
-function mediansOf(found) {
-  const median = (/** @type {number[]} */ values) => values.sort((a, b) => a - b)[values.length >> 1];
-  return Object.fromEntries(Object.keys(found[0]).map((pass) => [pass, median(found.map((one) => one[pass]))]));
+const round = (/** @type {number} */ value) => Number(value.toFixed(2));
+
+/** Frames per second of drawing; null without frames. @param {Frame[]} frames */
+function fpsOf(frames) {
+  const total = frames.reduce((sum, { from, to }) => sum + to - from, 0);
+  return frames.length ? round((1000 * frames.length) / total) : null;
 }
 
-/** @param {{duration: number}[]} frames @returns {Rate} */
-function rateOf(frames) {
-  const times = frames.map(({ duration }) => duration).sort((a, b) => a - b);
-  const total = times.reduce((sum, time) => sum + time, 0);
-  const at = (/** @type {number} */ share) => times[Math.floor(share * (times.length - 1))] ?? NaN;
-  const round = (/** @type {number} */ value) => Number(value.toFixed(2));
+/** The value that a share of the values does not exceed. @param {number[]} values @param {number} share */
+function quantile(values, share) {
+  const sorted = values.slice().sort((a, b) => a - b);
+  return round(sorted[Math.floor(share * (sorted.length - 1))] ?? NaN);
+}
+
+/** @param {Frame[]} frames @param {Sample[]} samples @returns {Rate} */
+function rateOf(frames, samples) {
+  const times = frames.map(({ from, to }) => to - from);
+  const orders = frames.flatMap(({ order }) => order ?? []);
+  const names = [...new Set(samples.flatMap(({ passes }) => Object.keys(passes)))];
+  const medianOf = (/** @type {string} */ name) => quantile(samples.flatMap(({ passes }) => passes[name] ?? []), 0.5);
   return {
     frames: times.length,
-    fps: round((1000 * times.length) / total),
-    milliseconds: round(at(0.5)),
-    milliseconds95: round(at(0.95)),
+    fps: fpsOf(frames) ?? NaN,
+    milliseconds: quantile(times, 0.5),
+    milliseconds95: quantile(times, 0.95),
+    order: orders.length ? quantile(orders, 0.5) : null,
+    passes: names.length ? Object.fromEntries(names.map((name) => [name, medianOf(name)])) : null,
   };
 }

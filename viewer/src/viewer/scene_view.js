@@ -75,6 +75,8 @@ export class SceneView {
   #chosen = null;
   #drawn = [0, 0, 0];
   #sortSchedule = new SortSchedule();
+  /** The call of `sort` that waits for the worker. @type {{resolve: () => void, reject: (reason: Error) => void} | null} */
+  #waiting = null;
   #timing = false;
   #dots = false; // whether only dots can be rendered yet
   #warm = false; // whether the shaders are compiled, or being compiled
@@ -161,6 +163,37 @@ export class SceneView {
     this.#loading = this.#latest = worker;
   }
 
+  /**
+   * Sort a sorted scene for exactly this camera, and upload the order.
+   *
+   * Throws an Error if the scene or the renderer is lost meanwhile.
+   *
+   * @param {Camera} camera
+   * @returns {Promise<number | null>} milliseconds from the request to the uploaded order; null: the
+   *     scene is not sorted
+   */
+  async sort(camera) {
+    if (this.#sortSchedule.by === "") return null;
+    if (this.broken) throw new Error("the renderer was lost"); // then orders are ignored
+    if (this.#sortSchedule.pending) await this.#order(); // that of an earlier camera
+    const began = performance.now();
+    this.#sortSchedule.invalidate();
+    this.#requestOrder(camera);
+    if (this.#sortSchedule.pending) await this.#order();
+    return performance.now() - began;
+  }
+
+  /** Wait for the worker's next order. @returns {Promise<void>} */
+  #order() {
+    return new Promise((resolve, reject) => (this.#waiting = { resolve, reject }));
+  }
+
+  /** No order will come. @param {string} sentence */
+  #abandon(sentence) {
+    this.#waiting?.reject(new Error(sentence));
+    this.#waiting = null;
+  }
+
   /** Render; throws an Error if it cannot. @param {Camera} camera the scene's near plane replaces its own */
   draw(camera) {
     if (this.#worker === null) return;
@@ -240,12 +273,14 @@ export class SceneView {
   get device() {
     const { floats, strips } = this.#renderer?.variant ?? { floats: false, strips: false };
     const variant = `${floats ? "floats" : "halves"}, ${strips ? "strips" : "batches"}`;
-    const sorted = this.#sortSchedule.by !== "";
-    return { renderer: this.name, adapter: this.#renderer?.describe() ?? "", variant, sorted };
+    const { by } = this.#sortSchedule;
+    const adapter = this.#renderer?.describe() ?? "";
+    return { renderer: this.name, adapter, variant, sorted: by !== "", sorted_by: by || null };
   }
 
   destroy() {
     this.#destroyed = this.broken = true;
+    this.#abandon("the renderer was lost");
     this.#loading?.terminate();
     this.#worker?.terminate();
     this.#renderer?.destroy();
@@ -255,6 +290,7 @@ export class SceneView {
   /** @param {string} sentence */
   #break(sentence) {
     this.broken = true;
+    this.#abandon(sentence);
     this.#listener.broken(sentence);
   }
 
@@ -281,6 +317,7 @@ export class SceneView {
   /** @param {string} sentence @param {Worker} worker */
   #fail(sentence, worker) {
     const kept = worker === this.#loading && this.#shown !== null;
+    if (worker === this.#worker) this.#abandon(sentence);
     if (worker === this.#loading) {
       this.#loading = null;
       this.request = this.#shown;
@@ -328,7 +365,10 @@ export class SceneView {
    * @param {() => void} give
    */
   #replace(worker, background, give) {
-    if (worker !== this.#worker) this.#worker?.terminate();
+    if (worker !== this.#worker) {
+      this.#worker?.terminate();
+      this.#abandon("another scene was opened");
+    }
     this.#worker = worker;
     if (worker === this.#loading) {
       this.#reloaded = this.request === this.#shown && this.count > 0;
@@ -380,6 +420,8 @@ export class SceneView {
   #takeOrder(order) {
     this.#sortSchedule.received();
     this.#renderer?.setOrder(order);
+    this.#waiting?.resolve();
+    this.#waiting = null;
     this.#listener.ordered();
   }
 

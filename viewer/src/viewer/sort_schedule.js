@@ -26,6 +26,11 @@ export class SortSchedule {
     this.#direction = null;
   }
 
+  /** True while the worker sorts. */
+  get pending() {
+    return this.#pending;
+  }
+
   /** The worker has sent an order. */
   received() {
     this.#pending = false;

@@ -215,11 +215,22 @@ export class Viewer {
     this.redraw();
   }
 
-  /** Render a frame of a given size and wait for it; throws an Error if it cannot. @param {number} width @param {number} height */
+  /**
+   * Render a frame of a given size, a sorted scene in the order of its camera, and wait for it.
+   *
+   * Throws an Error if it cannot.
+   *
+   * @param {number} width
+   * @param {number} height
+   * @returns {Promise<number | null>} milliseconds of sorting; null: the scene is not sorted
+   */
   async drawAndWait(width, height) {
-    this.#first.draw(this.camera(width, height));
+    const camera = this.camera(width, height);
+    const order = await this.#first.sort(camera);
+    this.#first.draw(camera);
     await this.finished();
     if (this.#first.broken) throw new Error("the renderer was lost");
+    return order;
   }
 
   /** Wait until all submitted work is rendered. */
