@@ -25,12 +25,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import date
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from bench.phone_scenes import FOLDER, MANIFEST, file_entry
 from bench.phone_schema import measurement_problems
+from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 from mobilegs.view.serve import Server
 
@@ -301,7 +303,11 @@ class ChromeTab:
                         "Chrome on the phone does not answer: unlock the phone and open Chrome"
                     ) from None
                 time.sleep(0.5)
-        self._socket = connect(f"ws://127.0.0.1:{port}/devtools/page/{self._id}", max_size=None)
+        address = f"ws://127.0.0.1:{port}/devtools/page/{self._id}"
+        try:
+            self._socket = connect(address, max_size=None)
+        except self._failures as error:
+            raise InputError(f"Chrome on the phone refuses DevTools: {error}") from None
         self._numbers = itertools.count(1)
         self.send("Page.enable")
         self.send("Page.addScriptToEvaluateOnNewDocument", source=LISTEN)
@@ -470,7 +476,7 @@ def bench(tab: ChromeTab, meter: Meter, page: str, plan: str, seconds: int) -> A
 
 
 def measure(adb: Adb, scenes: list[Path], seconds: int, size: str | None) -> dict[str, Any]:
-    """Measure scenes on the selected phone; return the measurement, valid by the schema.
+    """Measure scenes on the selected phone; return the measurement.
 
     Raises InputError if the phone is charged, hides its battery's current, or Chrome fails.
     """
@@ -518,10 +524,14 @@ def measure(adb: Adb, scenes: list[Path], seconds: int, size: str | None) -> dic
             }
         )
     found = {"format": 1, "phone": phone, "files": files, "report": measured, "power": power}
-    wrong = measurement_problems(found)
-    if wrong:
-        raise InputError(f"the measurement does not fit its schema: {wrong[0]}")
     return found
+
+
+def require_packages() -> None:
+    """Raise InputError if a package that is needed at the end is missing."""
+    missing = [name for name in ("jsonschema", "websockets") if find_spec(name) is None]
+    if missing:
+        raise InputError(f"{', '.join(missing)} is not installed: pip install 'mobilegs[bench]'")
 
 
 def main() -> None:
@@ -541,6 +551,7 @@ def main() -> None:
     if options.seconds < 2 or not re.fullmatch(r"\d+x\d+", options.size or "1x1"):
         parser.error("--seconds must be 2 or more, and --size like 1600x1063")
     try:
+        require_packages()
         adb = Adb(options.record)
         adb.select(options.serial)
         found = measure(adb, options.scenes, options.seconds, options.size)
@@ -550,10 +561,14 @@ def main() -> None:
     model = re.sub(r"\W+", "-", found["phone"]["model"].lower()).strip("-")
     name = f"{model}-{date.today().isoformat()}.json"
     output = options.output or FOLDER / "measurements" / name
-    output.write_text(json.dumps(found, indent=1) + "\n")
+    atomic_write(output, json.dumps(found, indent=1) + "\n")
     for file, one in zip(found["files"], found["power"]["scenes"], strict=True):
         print(f"{file['name']}: {one['net_watts']:.2f} W above a blank page")
     print(f"written to {output}")
+    wrong = measurement_problems(found)
+    if wrong:
+        print(f"error: {output} does not fit its schema: {wrong[0]}", file=sys.stderr)
+        raise SystemExit(1)
 
 
 if __name__ == "__main__":

@@ -67,11 +67,11 @@ def test_dots_are_squares_at_the_means(kind: str, side: float, painters: Painter
     places = (seen[:, :2] / seen[:, 2:]) @ torch.diag(view.K.diagonal()[:2]) + view.K[:2, 2]
     least = SMALLEST * view.height
     sides = (view.K[1, 1] * side / seen[:, 2]).clamp(least, GROWTH * least)
-    y, x = torch.meshgrid(
-        *(torch.arange(n) + 0.5 for n in (view.height, view.width)), indexing="ij"
-    )
-    apart = torch.stack([x, y], -1)[:, :, None] - places  # from each pixel to each dot
-    beyond = (apart.abs().amax(-1) - sides / 2).amin(-1).numpy()
+    columns, rows = (np.arange(n) + 0.5 for n in (view.width, view.height))
+    beyond = np.full((view.height, view.width), np.inf)  # from each pixel to the nearest dot
+    for (x, y), wide in zip(places.numpy(), sides.numpy(), strict=True):
+        apart = np.maximum(np.abs(columns - x), np.abs(rows - y)[:, None])
+        np.minimum(beyond, apart - wide / 2, out=beyond)
     assert (beyond < 0).sum() > 100
     for which, color in ((beyond < -SNAP, COLOR), (beyond > SNAP, BACKDROP)):
         np.testing.assert_allclose(pixels[which] - np.array(color), 0, atol=0.003)
