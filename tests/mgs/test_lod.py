@@ -51,7 +51,7 @@ def minor(coded: QuantizedScene) -> int:
 @pytest.mark.parametrize("name", MANY)
 def test_a_scene_in_lod_levels_round_trips_with_the_same_gaussians(name: str) -> None:
     whole = make_scene(CASES[name])
-    for count in (2, 3):
+    for count in (2, 3) if len(whole) < 5000 else (3,):
         coded = in_levels(whole, count)
         data = pack(coded)
         found = unpack(data)

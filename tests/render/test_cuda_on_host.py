@@ -91,7 +91,7 @@ def render_all(scene, view, renderer, **options):
 @pytest.mark.parametrize("renderer", EVERYTHING)
 def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
     # several batches per tile, boxes for a whole block, tiles that finish before their lists end
-    scene, view = as_float32(random_scene(1500, seed=11)), camera(120, 90)
+    scene, view = as_float32(random_scene(1500, seed=11)), camera(96, 72)
     scene["scales"][:3] = 3.0
     scene["opacities"][3:60] = 1.0
     scene["lobes"][3:60] = isotropic_lobes(1 - 1e-15)
