@@ -1,7 +1,7 @@
 // The arithmetic of both renderers, shared by the CPU and CUDA kernels: weights, spherical
 // harmonics, lobes, projection, and their adjoints, for one Gaussian. pairs.h has the arithmetic of
 // one Gaussian at one pixel. The reference is mobilegs/render: project.py, sorted.py, sortfree.py,
-// lobes.py; tests compare every output and gradient with it.
+// lobes.py, levels.py; tests compare every output and gradient with it.
 #pragma once
 #include "lanes.h"
 
@@ -9,7 +9,8 @@
 #define ALPHA_MAX 0.99f
 #define TRANSMITTANCE_MIN 1e-4f
 #define WEIGHT_MIN 1e-12f
-#define BLUR 0.3f
+#define LEVELS 4
+#define WEIGHT_UNIT 10.0f
 #define SURFACE_ALPHA 0.5f
 #define SURFACE_MARGIN 0.05f
 #define NO_SURFACE 3e38f  // beyond every depth
@@ -27,30 +28,71 @@ struct View {
   float background[3];
   float exponent_max, sigma, background_weight;  // of the weighting
   float alpha_min;                               // alphas below are dropped
+  float blur;                                    // px^2 added to both variances
+  float level_sigma;                             // of render/levels.py; 0: one level
   int width, height;
   int weighting;
   int detached;   // 1: no gradient through w to depth and scale
   int sh_size;    // coefficients per colour: 1, 4, 9 or 16; 0: colours in their place
   int lobe_size;  // coefficients of opacity and phi, likewise; 0: sorted blending, with opacities
+  int antialiased;  // 1: the opacity is compensated for the blur
+  int soft_edge;    // 1: alpha_min is subtracted from alpha
 };
 
-// One projected Gaussian, in one cache line.
+// The target of a level (render/levels.py); its tiles and pixels are numbered after those of finer
+// levels.
+struct Grid {
+  int width, height, across, tiles;  // across: tiles in a row
+  int first_tile;
+  int64 first_pixel;
+};
+
+MGS_FN int level_count(const View& v) { return v.level_sigma > 0 ? LEVELS : 1; }
+
+MGS_FN Grid grid_of(const View& v, int level) {
+  Grid g = {v.width, v.height, 0, 0, 0, 0};
+  for (int l = 0;; l++) {
+    g.across = (g.width + TILE - 1) / TILE;
+    g.tiles = g.across * ((g.height + TILE - 1) / TILE);
+    if (l == level) return g;
+    g.first_tile += g.tiles;
+    g.first_pixel += (int64)g.width * g.height;
+    int shorter = l == 0 ? 0 : 1;
+    g.width = (g.width - shorter) / 2 + 2, g.height = (g.height - shorter) / 2 + 2;
+  }
+}
+
+// The grid with a tile, by the tile's number.
+MGS_FN Grid grid_of_tile(const View& v, int tile) {
+  Grid g = grid_of(v, 0);
+  for (int l = 1; l < level_count(v) && tile >= g.first_tile + g.tiles; l++) g = grid_of(v, l);
+  return g;
+}
+
+// The number of pixels of all levels.
+MGS_FN int64 pixel_count(const View& v) {
+  Grid last = grid_of(v, level_count(v) - 1);
+  return last.first_pixel + (int64)last.width * last.height;
+}
+
+// One projected Gaussian, in one cache line; its pixels are those of its level.
 struct alignas(64) Splat {
   float x, y;          // projected mean (means2d), pixels
   float A, B, C;       // conic, 1 / px^2
-  float opacity;
+  float log2_opacity;  // compensations included
   float weight;        // w of sort-free blending
   float r, g, b;       // colour; from harmonics, at least 0
   float z;             // camera-space depth
   float reach;         // squared Mahalanobis radius at which alpha is alpha_min
   short x0, x1, y0, y1;  // pixels of the ellipse's box, [x0, x1) x [y0, y1); empty: not visible
   float det;             // of the conic, from a sum of squares: A C - B^2 would cancel
-  float log2_opacity;
+  int level;
 };
 
-// dL/d of the fields of a Splat that pixels read.
+// dL/d of the fields of a Splat that pixels read; x and y in pixels of the image. `log_opacity` is
+// dL/d ln o, `log_compensation` that of the factor of an antialiased footprint.
 struct SplatGrad {
-  float x, y, A, B, C, opacity, weight, r, g, b, z;
+  float x, y, A, B, C, log_opacity, log_compensation, weight, r, g, b, z;
 };
 
 MGS_FN float square(float a) { return a * a; }
@@ -234,6 +276,61 @@ MGS_FN bool geometry_of(const View& view, const float* mean, const float* q, con
   return true;
 }
 
+// The 2D covariance before the blur, its determinant, and both after it. The determinants are sums
+// of squares (Cauchy-Binet), which cannot cancel.
+struct Covariance {
+  float c[3];  // cross product of px and py
+  float det_before, var_x, var_y, cov, det;
+};
+
+MGS_FN Covariance covariance_of(const View& view, const Geometry& g) {
+  Covariance s;
+  s.var_x = s.var_y = view.blur, s.cov = 0;
+  for (int n = 0; n < 3; n++) {
+    s.var_x += g.px[n] * g.px[n];
+    s.var_y += g.py[n] * g.py[n];
+    s.cov += g.px[n] * g.py[n];
+  }
+  s.c[0] = g.px[1] * g.py[2] - g.px[2] * g.py[1];
+  s.c[1] = g.px[2] * g.py[0] - g.px[0] * g.py[2];
+  s.c[2] = g.px[0] * g.py[1] - g.px[1] * g.py[0];
+  s.det_before = s.c[0] * s.c[0] + s.c[1] * s.c[1] + s.c[2] * s.c[2];
+  s.det = s.det_before + view.blur * (s.var_x + s.var_y - view.blur);
+  return s;
+}
+
+// The level of a Gaussian of weight w: choose_levels in render/levels.py.
+MGS_FN int level_of(const View& view, const Covariance& s, float w) {
+  if (!(view.level_sigma > 0)) return 0;
+  float skew = 0.5f * (s.var_x - s.var_y);
+  float larger = 0.5f * (s.var_x + s.var_y) + sqrtf(skew * skew + s.cov * s.cov);
+  float needed = square(view.level_sigma) * sqrtf(max_of(w * (1 / WEIGHT_UNIT), 1.0f));
+  float share = s.det / (larger * needed);
+  return (share >= 4) + (share >= 16) + (share >= 64);
+}
+
+// The covariance at a level, in its pixels: less what enlarging adds (at_level in
+// render/levels.py). Returns ln of the opacity's factor.
+MGS_FN float to_level(Covariance& s, int level) {
+  float side = (float)(1 << level), area = side * side, spread = 0.25f * (area - 1);
+  float det = s.det - spread * (s.var_x + s.var_y) + spread * spread;
+  float log_factor = 0.5f * logf(s.det / det);
+  s.var_x = (s.var_x - spread) / area, s.var_y = (s.var_y - spread) / area;
+  s.cov /= area, s.det = det / (area * area);
+  return log_factor;
+}
+
+// Sets a splat's box in an image of width x height; false, with an empty box, if it misses it.
+MGS_FN bool set_box(Splat& s, float rx, float ry, int width, int height) {
+  s.x0 = pixel(ceilf(s.x - rx - 0.5f), width);
+  s.x1 = pixel(floorf(s.x + rx - 0.5f) + 1, width);
+  s.y0 = pixel(ceilf(s.y - ry - 0.5f), height);
+  s.y1 = pixel(floorf(s.y + ry - 0.5f) + 1, height);
+  if (s.x1 > s.x0 && s.y1 > s.y0) return true;
+  s.x0 = s.x1 = s.y0 = s.y1 = 0;
+  return false;
+}
+
 MGS_FN float largest(const float* s) { return max_of(s[0], max_of(s[1], s[2])); }
 
 // Returns false, with an empty box, if the Gaussian cannot touch the image. Sort-free blending
@@ -242,7 +339,7 @@ MGS_FN float largest(const float* s) { return max_of(s[0], max_of(s[1], s[2])); 
 MGS_FN bool project(const View& view, const float* mean, const float* q, const float* scale,
                     float opacity, const float* sh, const float* lobes, Splat& s) {
   s.x0 = s.x1 = s.y0 = s.y1 = 0;
-  s.z = 0;
+  s.z = 0, s.level = 0;
   Geometry g = {};
   if (!geometry_of(view, mean, q, scale, g)) return false;
   float basis[16];
@@ -254,22 +351,10 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
     opacity = 1 / (1 + expf(-lobe.logit));
   }
   if (!(opacity > view.alpha_min)) return false;
-  float var_x = BLUR, var_y = BLUR, cov = 0;
-  for (int n = 0; n < 3; n++) {
-    var_x += g.px[n] * g.px[n];
-    var_y += g.py[n] * g.py[n];
-    cov += g.px[n] * g.py[n];
-  }
-  // Cauchy-Binet: the determinant as a sum of squares cannot cancel
-  float c0 = g.px[1] * g.py[2] - g.px[2] * g.py[1], c1 = g.px[2] * g.py[0] - g.px[0] * g.py[2];
-  float c2 = g.px[0] * g.py[1] - g.px[1] * g.py[0];
-  float det = c0 * c0 + c1 * c1 + c2 * c2 + BLUR * (var_x + var_y - BLUR);
-  float inverse_det = 1 / det;
-  s.det = inverse_det;
-  s.A = var_y * inverse_det, s.B = -cov * inverse_det, s.C = var_x * inverse_det;
+  Covariance cov = covariance_of(view, g);
+  if (view.antialiased && !(cov.det_before > 0)) return false;
   s.x = view.focal[0] * g.tx + view.center[0], s.y = view.focal[1] * g.ty + view.center[1];
   s.z = g.z;
-  s.opacity = opacity;
   s.log2_opacity = log2f(opacity);
   s.reach = (2 / LOG2_E) * (s.log2_opacity - log2f(view.alpha_min));  // 2 ln(o / alpha_min)
   s.weight = weight_of(view, g.z, largest(scale), max_of(lobe.raw_phi, 0.0f));
@@ -282,22 +367,39 @@ MGS_FN bool project(const View& view, const float* mean, const float* q, const f
   s.r = given ? color[0] : max_of(color[0], 0.0f);
   s.g = given ? color[1] : max_of(color[1], 0.0f);
   s.b = given ? color[2] : max_of(color[2], 0.0f);
+  float compensation =
+      view.antialiased ? 0.5f * LOG2_E * logf(cov.det_before / cov.det) : 0.0f;  // log2
+  float rx = sqrtf(s.reach * cov.var_x), ry = sqrtf(s.reach * cov.var_y);
+  int level = level_of(view, cov, s.weight);
+  float center_x = s.x, center_y = s.y;
+  if (level > 0) {
+    float factor = to_level(cov, level), inverse_side = 1.0f / (1 << level);
+    s.log2_opacity += LOG2_E * factor;
+    s.reach += 2 * factor;
+    s.x = s.x * inverse_side + 1, s.y = s.y * inverse_side + 1;
+  }
+  float inverse_det = 1 / cov.det;
+  s.log2_opacity += compensation;
+  s.det = inverse_det;
+  s.A = cov.var_y * inverse_det, s.B = -cov.cov * inverse_det, s.C = cov.var_x * inverse_det;
   // one test finds every value that is not finite: only for finite x is x - x 0
-  float check = s.A + s.B + s.C + s.x + s.y + s.weight + color[0] + color[1] + color[2] + opacity;
-  check += scale[0] + scale[1] + scale[2] + lobe.logit + lobe.raw_phi;
+  float check = s.A + s.B + s.C + s.x + s.y + s.weight + color[0] + color[1] + color[2];
+  check += scale[0] + scale[1] + scale[2] + lobe.logit + lobe.raw_phi + s.log2_opacity;
   if (!(check - check == 0)) return false;
-  float rx = sqrtf(s.reach * var_x), ry = sqrtf(s.reach * var_y);
-  s.x0 = pixel(ceilf(s.x - rx - 0.5f), view.width);
-  s.x1 = pixel(floorf(s.x + rx - 0.5f) + 1, view.width);
-  s.y0 = pixel(ceilf(s.y - ry - 0.5f), view.height);
-  s.y1 = pixel(floorf(s.y + ry - 0.5f) + 1, view.height);
-  if (s.x1 > s.x0 && s.y1 > s.y0) return true;
-  s.x0 = s.x1 = s.y0 = s.y1 = 0;
-  return false;
+  if (level == 0) return set_box(s, rx, ry, view.width, view.height);
+  // not in the image: not in the border of a coarse target either
+  Splat whole;
+  whole.x = center_x, whole.y = center_y;
+  if (!set_box(whole, rx, ry, view.width, view.height)) return false;
+  Grid grid = grid_of(view, level);
+  s.level = level;
+  return set_box(s, sqrtf(s.reach * cov.var_x), sqrtf(s.reach * cov.var_y), grid.width,
+                 grid.height);
 }
 
+// In pixels of the image.
 MGS_FN float radius_of(const Splat& s) {
-  return sqrtf(s.reach / s.det * max_of(s.A, s.C));
+  return (float)(1 << s.level) * sqrtf(s.reach / s.det * max_of(s.A, s.C));
 }
 
 // Gradient of the rotation matrix (row by row) back to a quaternion of any length.
@@ -316,7 +418,7 @@ MGS_FN void quaternion_adjoint(const float* q, float inverse_length, const float
 // Adjoint of project for a visible Gaussian. Writes every gradient once: that of the opacity for
 // sorted blending, of the lobes for sort-free blending.
 MGS_FN void project_adjoint(const View& view, const float* mean, const float* q, const float* scale,
-                            const float* sh, const float* lobes, const Splat& s,
+                            float opacity, const float* sh, const float* lobes, const Splat& s,
                             const SplatGrad& d, float* g_mean, float* g_quat, float* g_scale,
                             float* g_opacity, float* g_sh, float* g_lobes) {
   // direction-dependent terms come first: their registers are free before the geometry needs them
@@ -333,7 +435,7 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   for (int k = 0; k < 3; k++)
     if (given) g_sh[k] = gc[k];
   // 1 - o computed as a sigmoid: near o = 1 the difference would lose its digits
-  float g_logit = d.opacity * s.opacity / (1 + expf(lobe.logit));
+  float g_logit = d.log_opacity / (1 + expf(lobe.logit));
   float g_phi = lobe.raw_phi > 0 ? gw.phi : 0.0f;
   FOR_EACH_SH(i, size) inner[i] = 0;
   FOR_EACH_SH(i, view.sh_size) {
@@ -344,7 +446,7 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
     inner[i] += g_logit * lobes[2 * i] + g_phi * lobes[2 * i + 1];
     g_lobes[2 * i] = basis[i] * g_logit, g_lobes[2 * i + 1] = basis[i] * g_phi;
   }
-  if (g_opacity) *g_opacity = d.opacity;
+  if (g_opacity) *g_opacity = d.log_opacity / opacity;
   sh_basis_adjoint(size, direction.x, direction.y, direction.z, inner, g_dir);
   float along = g_dir[0] * direction.x + g_dir[1] * direction.y + g_dir[2] * direction.z;
   const float towards[3] = {(g_dir[0] - along * direction.x) * direction.inverse_distance,
@@ -361,12 +463,33 @@ MGS_FN void project_adjoint(const View& view, const float* mean, const float* q,
   float m10 = half_b * s.A + d.C * s.B, m11 = half_b * s.B + d.C * s.C;
   float g_xx = -(s.A * m00 + s.B * m10), g_yy = -(s.B * m01 + s.C * m11);
   float g_xy = -(s.A * m01 + s.B * m11) - (s.B * m00 + s.C * m10);
+  float along_cross = 0;  // dL/d of px x py, by that product
+  Covariance cov;
+  if (s.level > 0 || view.antialiased) {
+    cov = covariance_of(view, g);
+    // of 1/2 ln det S, to which both factors of the opacity belong
+    float share = (s.level > 0 ? d.log_opacity : 0.0f) -
+                  (view.antialiased ? d.log_compensation : 0.0f);
+    share *= 0.5f / cov.det;
+    // at a level, dL/d of the covariance in its pixels, and the factor's -1/2 ln det S'
+    float level_share = s.level > 0 ? 0.5f * d.log_opacity : 0.0f;
+    float inverse_area = 1.0f / (1 << 2 * s.level);
+    g_xx = share * cov.var_y + inverse_area * (g_xx - level_share * s.A);
+    g_yy = share * cov.var_x + inverse_area * (g_yy - level_share * s.C);
+    g_xy = -2 * share * cov.cov + inverse_area * (g_xy - 2 * level_share * s.B);
+    if (view.antialiased) along_cross = d.log_compensation / cov.det_before;
+  }
 
   int largest_axis =
       scale[0] >= scale[1] ? (scale[0] >= scale[2] ? 0 : 2) : (scale[1] >= scale[2] ? 1 : 2);
   float g_u = 0, g_v = 0, g_z = d.z + gw.d, g_m[9];
   for (int n = 0; n < 3; n++) {
     float gp = 2 * g_xx * g.px[n] + g_xy * g.py[n], gq = g_xy * g.px[n] + 2 * g_yy * g.py[n];
+    if (view.antialiased) {
+      int i = (n + 1) % 3, j = (n + 2) % 3;
+      gp += along_cross * (g.py[i] * cov.c[j] - g.py[j] * cov.c[i]);
+      gq += along_cross * (cov.c[i] * g.px[j] - cov.c[j] * g.px[i]);
+    }
     g_z -= (gp * g.px[n] + gq * g.py[n]) * inverse_z;
     float ax = gp * jx, ay = gq * jy, az = -ax * g.u - ay * g.v;  // towards the scaled axis
     g_scale[n] = ax * g.axes[n] + ay * g.axes[3 + n] + az * g.axes[6 + n];

@@ -39,10 +39,20 @@ struct Buffer {
   T& operator[](size_t i) const { return memory[i]; }
 };
 
+// The tiles of all levels.
 struct Tiles {
-  int across, count;
-  explicit Tiles(const View& v)
-      : across((v.width + TILE - 1) / TILE), count(across * ((v.height + TILE - 1) / TILE)) {}
+  int levels, across, count;  // across: of level 0
+  Grid grids[LEVELS];
+  explicit Tiles(const View& v) : levels(level_count(v)) {
+    for (int l = 0; l < levels; l++) grids[l] = grid_of(v, l);
+    across = grids[0].across;
+    count = grids[levels - 1].first_tile + grids[levels - 1].tiles;
+  }
+  const Grid& grid_of_tile(int tile) const {
+    int level = levels - 1;
+    while (tile < grids[level].first_tile) level--;
+    return grids[level];
+  }
 };
 
 // The Gaussians that each tile visits, in the given order.
@@ -70,7 +80,8 @@ Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* o
     for (int64 i = from; i < to; i++) {
       int id = order ? (*order)[i] : (int)i;
       if (!visible(splats[id])) continue;
-      for_tiles(splats[id], tiles.across, [&](int tile) { next_entry[tile]++; });
+      const Splat& s = splats[id];
+      for_tiles(s, tiles.grids[s.level], [&](int tile) { next_entry[tile]++; });
     }
 #pragma omp barrier
 #pragma omp single
@@ -90,7 +101,8 @@ Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* o
     for (int64 i = from; i < to; i++) {
       int id = order ? (*order)[i] : (int)i;
       if (!visible(splats[id])) continue;
-      for_tiles(splats[id], tiles.across, [&](int tile) { bins.ids[next_entry[tile]++] = id; });
+      const Splat& s = splats[id];
+      for_tiles(s, tiles.grids[s.level], [&](int tile) { bins.ids[next_entry[tile]++] = id; });
     }
   }
   return bins;
@@ -154,9 +166,9 @@ void project_all(const View& view, int n, const Inputs& in, Splat* splats, float
 void write_gradients(const View& view, int64 i, const Inputs& in, const Splat& s,
                      const SplatGrad& d, const Gradients& out) {
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                  in.sh + sh_floats(view) * i, in.lobes + 2 * view.lobe_size * i, s, d,
-                  out.means + 3 * i, out.quats + 4 * i, out.scales + 3 * i,
-                  out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
+                  in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
+                  in.lobes + 2 * view.lobe_size * i, s, d, out.means + 3 * i, out.quats + 4 * i,
+                  out.scales + 3 * i, out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
                   out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
@@ -173,7 +185,7 @@ void write_zero_gradients(const View& view, int64 i, const Gradients& out) {
 
 MGS_FN Sums<float> reduce(const Sums<vfloat>& v) {
   return {sum_of(v.r),  sum_of(v.g),  sum_of(v.b),   sum_of(v.z),   sum_of(v.w),  sum_of(v.q),
-          sum_of(v.qx), sum_of(v.qy), sum_of(v.qxx), sum_of(v.qxy), sum_of(v.qyy)};
+          sum_of(v.qx), sum_of(v.qy), sum_of(v.qxx), sum_of(v.qxy), sum_of(v.qyy), sum_of(v.c)};
 }
 
 void add(Sums<float>& total, const Sums<float>& part) {

@@ -23,15 +23,16 @@ mgs_project(PARAM View view, int n, PARAM Inputs in, Splat* splats, float* radii
   bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
                       in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
                       in.lobes + 2 * view.lobe_size * i, s);
-  int across = tiles_across(view), touched = 0, center_tile = tile_count(view);
+  int touched = 0, tile = tile_count(view);
   if (shown) {
-    for_tiles(s, across, [&](int) { touched++; });
-    center_tile = (s.y0 + s.y1 - 1) / 2 / TILE * across + (s.x0 + s.x1 - 1) / 2 / TILE;
+    Grid grid = grid_of(view, s.level);
+    for_tiles(s, grid, [&](int) { touched++; });
+    tile = center_tile(s, grid);
   }
   splats[i] = s;
   radii[i] = shown ? radius_of(s) : 0.0f;
   counts[i] = touched;
-  center_tiles[i] = center_tile;
+  center_tiles[i] = tile;
 }
 
 // One thread per Gaussian, in `order`, or by index if it is null. Writes its tiles and its index to
@@ -46,7 +47,7 @@ mgs_fill(PARAM View view, int n, const Splat* splats, const int64* order, const 
   int64 i = order ? order[k] : k, slot = k ? ends[k - 1] : 0, end = ends[k];
   if (slot == end) return;
   Splat s = splats[i];
-  for_tiles(s, tiles_across(view), [&](int tile) {
+  for_tiles(s, grid_of(view, s.level), [&](int tile) {
     if (slot == end) return;
     tiles[slot] = tile;
     ids[slot++] = (int)i;
@@ -68,7 +69,7 @@ mgs_sorted_gather(int n, const int64* order, const int64* ends, const float* slo
     Sums<float> more = load_sums(slot_sums + slot * SUMS);
     sums.r += more.r, sums.g += more.g, sums.b += more.b, sums.z += more.z, sums.w += more.w;
     sums.q += more.q, sums.qx += more.qx, sums.qy += more.qy;
-    sums.qxx += more.qxx, sums.qxy += more.qxy, sums.qyy += more.qyy;
+    sums.qxx += more.qxx, sums.qxy += more.qxy, sums.qyy += more.qyy, sums.c += more.c;
   }
   Total total = add_lanes(sums);
   if (total.component >= 0) totals[order[k] * SUMS + total.component] = total.value;
@@ -115,9 +116,9 @@ mgs_write_gradients(PARAM View view, int n, PARAM Inputs in, const Splat* splats
   }
   SplatGrad d = splat_grad(load_sums(totals + i * SUMS), s, sortfree);
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                  in.sh + sh_floats(view) * i, in.lobes + 2 * view.lobe_size * i, s, d,
-                  out.means + 3 * i, out.quats + 4 * i, out.scales + 3 * i,
-                  out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
+                  in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
+                  in.lobes + 2 * view.lobe_size * i, s, d, out.means + 3 * i, out.quats + 4 * i,
+                  out.scales + 3 * i, out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
                   out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
@@ -166,6 +167,25 @@ KERNEL(THREADS, 4)
 mgs_sortfree_pixels_depth(PARAM View view, const float* sums, PARAM OutputGradients in,
                           float4* colors, float2* others) {
   sortfree_pixels<true>(view, sums, in, colors, others);
+}
+
+// One thread per pixel of the finer or, in the backward pass, of the coarser level.
+KERNEL(THREADS, 4)
+mgs_add_enlarged(PARAM View view, int level, PARAM Outputs out) {
+  add_enlarged<false>(view, level, out);
+}
+KERNEL(THREADS, 4)
+mgs_add_enlarged_depth(PARAM View view, int level, PARAM Outputs out) {
+  add_enlarged<true>(view, level, out);
+}
+KERNEL(THREADS, 4)
+mgs_reduce_gradients(PARAM View view, int level, const float* own, float4* colors,
+                     float2* others) {
+  reduce_gradients(view, level, own, colors, others);
+}
+KERNEL(THREADS, 4)
+mgs_finish_gradients(PARAM View view, const float* sums, float2* others) {
+  finish_gradients(view, sums, others);
 }
 
 // One warp per Gaussian.

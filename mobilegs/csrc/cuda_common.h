@@ -9,7 +9,7 @@ constexpr unsigned ALL = 0xffffffffu;
 constexpr int THREADS = 256;       // threads of most kernels and of a tile, one per pixel
 constexpr int WALK_THREADS = 128;    // threads of a tile's sorted backward pass, two pixels each
 constexpr int WALK_BATCH = 64;  // entries that they load at a time
-constexpr int SUMS = 12;        // floats per Gaussian or entry: 11 sums, in three float4
+constexpr int SUMS = 12;        // floats per Gaussian or entry, in three float4
 constexpr int64 LARGE = 8192;   // pixels of a box above which a block takes the Gaussian
 
 // Sorted blending has opacities, sort-free blending lobes; the other is null.
@@ -25,8 +25,9 @@ struct Lists {
   const int* ids;       // [entries] Gaussians
   const int64* slots;   // [entries] slot of the entry, by Gaussian
 };
-// `sums` are planes of h w floats: r, g, b, w, T (sorted: r, g, b, T), then z for the depth image,
-// then the depth limits of TWO_PASS.
+// `sums` are planes of one float per pixel of all levels: r, g, b, w, T (sorted: r, g, b, T), then z
+// for the depth image, then the depth limits of TWO_PASS; with levels, last T of each level's own
+// Gaussians.
 struct Outputs {
   float* sums;
   float *image, *alpha, *depth;
@@ -39,12 +40,14 @@ MGS_FN int64 global_thread() { return (int64)blockIdx.x * blockDim.x + threadIdx
 MGS_FN int lane_of_thread() { return threadIdx.x % WARP; }
 MGS_FN int warp_of_thread() { return threadIdx.x / WARP; }
 MGS_FN bool visible(const Splat& s) { return s.x1 > s.x0; }
-MGS_FN int tiles_across(const View& v) { return (v.width + TILE - 1) / TILE; }
-MGS_FN int tile_count(const View& v) { return tiles_across(v) * ((v.height + TILE - 1) / TILE); }
+MGS_FN int tile_count(const View& v) {
+  Grid last = grid_of(v, level_count(v) - 1);
+  return last.first_tile + last.tiles;
+}
 
 // ---------------------------------------------------------------- sums over a warp
-// Adds the eleven sums of all lanes of a warp: each lane gets the total of one `component`, or none
-// (-1). Halving the components with the lanes takes 13 shuffles; one component after the other, 55.
+// Adds the twelve sums of all lanes of a warp: each lane gets the total of one `component`, or none
+// (-1). Halving the components with the lanes takes 13 shuffles; one component after the other, 60.
 struct Total {
   float value;
   int component;
@@ -61,7 +64,7 @@ MGS_FN void fold(float* v, int offset) {
 }
 
 MGS_FN Total add_lanes(const Sums<float>& s) {
-  float v[SUMS] = {s.r, s.g, s.b, s.z, s.w, s.q, s.qx, s.qy, s.qxx, s.qxy, s.qyy, 0.0f};
+  float v[SUMS] = {s.r, s.g, s.b, s.z, s.w, s.q, s.qx, s.qy, s.qxx, s.qxy, s.qyy, s.c};
   fold<6>(v, 16);
   fold<3>(v, 8);
   fold<2>(v, 4);  // the last of the four is unused
@@ -76,7 +79,7 @@ MGS_FN Total add_lanes(const Sums<float>& s) {
 MGS_FN Sums<float> load_sums(const float* p) {
   const float4* q = (const float4*)p;
   float4 a = q[0], b = q[1], c = q[2];
-  return {a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z};
+  return {a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w};
 }
 
 // ---------------------------------------------------------------- tiles
@@ -87,17 +90,19 @@ struct Batch {
   float4 falloff[COUNT];  // c of a Row without its dy^2, log2 opacity, weight, least of a Row
   float4 color[COUNT];    // r, g, b, z
   short4 box[COUNT];      // x0, x1, y0, y1
+  float edge[COUNT];      // of sort-free blending: what a soft edge subtracts
 };
 
 // Writes one entry; `weighted` multiplies colour and depth by w, for sort-free blending.
 template <int COUNT>
-MGS_FN void stage(Batch<COUNT>& batch, int k, const Splat& s, bool weighted) {
+MGS_FN void stage(const View& view, Batch<COUNT>& batch, int k, const Splat& s, bool weighted) {
   Row line = row_of(s, 1.0f);
   float w = weighted ? s.weight : 1.0f;
   batch.place[k] = make_float4(s.x, s.y, line.a, line.b);
   batch.falloff[k] = make_float4(-0.5f * LOG2_E * s.C, s.log2_opacity, s.weight, line.least);
   batch.color[k] = make_float4(w * s.r, w * s.g, w * s.b, w * s.z);
   batch.box[k] = make_short4(s.x0, s.x1, s.y0, s.y1);
+  if (view.lobe_size) batch.edge[k] = edge_of(view, s);
 }
 
 // One bit for each of the 32 entries from `base` on: 1 if it touches the w x h pixels at (x, y).
@@ -113,7 +118,7 @@ MGS_FN unsigned touching(const Batch<COUNT>& batch, int base, int count, int x, 
   return __ballot_sync(ALL, touches);
 }
 
-// Alpha of one entry at (dx, dy) from its mean, before its clamp to ALPHA_MAX.
+// Alpha of one entry at (dx, dy) from its mean, as pair_alpha returns it.
 MGS_FN float alpha_at(const float4& place, const float4& falloff, float dx, float dy) {
   Row line = {place.z, place.w * dy, falloff.x * dy * dy + falloff.y, falloff.w};
   return pair_alpha(dx, line);
@@ -123,25 +128,24 @@ MGS_FN float alpha_at(const float4& place, const float4& falloff, float dx, floa
 struct ThreadPixel {
   int patch_x, patch_y, x, y;
   bool inside;
+  int64 at;  // among the pixels of all levels
 };
 
 MGS_FN ThreadPixel thread_pixel(const View& view, int patch_x, int patch_y) {
-  int across = tiles_across(view), lane = lane_of_thread();
+  Grid grid = grid_of_tile(view, blockIdx.x);
+  int tile = blockIdx.x - grid.first_tile, lane = lane_of_thread();
   ThreadPixel here;
-  here.patch_x = blockIdx.x % across * TILE + patch_x;
-  here.patch_y = blockIdx.x / across * TILE + patch_y;
+  here.patch_x = tile % grid.across * TILE + patch_x;
+  here.patch_y = tile / grid.across * TILE + patch_y;
   here.x = here.patch_x + lane % 8, here.y = here.patch_y + lane / 8;
-  here.inside = here.x < view.width && here.y < view.height;
+  here.inside = here.x < grid.width && here.y < grid.height;
+  here.at = grid.first_pixel + (int64)here.y * grid.width + here.x;
   return here;
 }
 
 MGS_FN ThreadPixel thread_pixel(const View& view) {
   int warp = warp_of_thread();
   return thread_pixel(view, warp % 2 * 8, warp / 2 * 4);
-}
-
-MGS_FN int64 index_of(const View& view, const ThreadPixel& here) {
-  return (int64)here.y * view.width + here.x;
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ MGS_FN void measure_contributions(const View& view, const Splat* splats, const L
     // also a barrier: all threads have read the previous batch
     if (!__syncthreads_or(t >= TRANSMITTANCE_MIN)) break;
     if ((int)threadIdx.x < count)
-      stage(batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
+      stage(view, batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
     for (int k = lane_of_thread(); k < count; k += WARP)
       parts[warp_of_thread()][k] = make_float2(0, 0);
     __syncthreads();
@@ -55,8 +55,8 @@ MGS_FN void measure_contributions(const View& view, const Splat* splats, const L
     }
   }
   if (!here.inside) return;
-  winner[index_of(view, here)] = best_id;
-  alpha[index_of(view, here)] = 1 - t;
+  winner[here.at] = best_id;
+  alpha[here.at] = 1 - t;
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ MGS_FN void sorted_forward(const View& view, const Splat* splats, const Lists& l
     // also a barrier: all threads have read the previous batch
     if (!__syncthreads_or(t >= TRANSMITTANCE_MIN)) break;
     if ((int)threadIdx.x < count)
-      stage(batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
+      stage(view, batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
       if (!__any_sync(ALL, t >= TRANSMITTANCE_MIN)) break;
@@ -36,7 +36,7 @@ MGS_FN void sorted_forward(const View& view, const Splat* splats, const Lists& l
     }
   }
   if (!here.inside) return;
-  int64 at = index_of(view, here), plane = (int64)view.width * view.height;
+  int64 at = here.at, plane = pixel_count(view);
   const float values[5] = {r, g, b, t, z};
   UNROLL
   for (int k = 0; k < (DEPTH ? 5 : 4); k++) out.sums[k * plane + at] = values[k];
@@ -59,7 +59,7 @@ MGS_FN Walk start_walk(const View& view, const ThreadPixel& here, const float* s
                        const OutputGradients& in) {
   Walk w = {here.x + 0.5f, here.y + 0.5f, 0, 0, 0, 0, 0, 0};
   if (!here.inside) return w;
-  int64 at = index_of(view, here), plane = (int64)view.width * view.height;
+  int64 at = here.at, plane = pixel_count(view);
   const float *p = sums + at, *g = in.image + 3 * at;
   float t = p[3 * plane];
   w.t = 1, w.r = g[0], w.g = g[1], w.b = g[2];
@@ -141,7 +141,7 @@ MGS_FN void sorted_backward(const View& view, const Splat* splats, const Lists& 
     int count = end - e < WALK_BATCH ? (int)(end - e) : WALK_BATCH;
     if (!__syncthreads_or(open)) break;
     if ((int)threadIdx.x < count)
-      stage(batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
+      stage(view, batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
     __syncthreads();
     open = walk_batch<DEPTH>(batch, count, upper, walks, parts[warp], reached[warp]);
     __syncthreads();

@@ -26,9 +26,15 @@ MGS_FN void row_span(const Splat& s, float y_first, float y_last, float& left, f
   right += s.x;
 }
 
-// Calls visit(tile) for every tile that the ellipse of a visible splat may touch.
+// The tile of the box's centre of a visible splat; `grid` is its level's.
+MGS_FN int center_tile(const Splat& s, const Grid& grid) {
+  return grid.first_tile + (s.y0 + s.y1 - 1) / 2 / TILE * grid.across + (s.x0 + s.x1 - 1) / 2 / TILE;
+}
+
+// Calls visit(tile) for every tile that the ellipse of a visible splat may touch. `grid` is its
+// level's.
 template <class F>
-MGS_FN void for_tiles(const Splat& s, int tiles_x, F visit) {
+MGS_FN void for_tiles(const Splat& s, const Grid& grid, F visit) {
   for (int ty = s.y0 / TILE; ty <= (s.y1 - 1) / TILE; ty++) {
     float left, right;
     int y_first = s.y0 > ty * TILE ? s.y0 : ty * TILE;
@@ -37,7 +43,8 @@ MGS_FN void for_tiles(const Splat& s, int tiles_x, F visit) {
     float first = max_of((float)s.x0, ceilf(left - 0.51f));
     float last = min_of((float)(s.x1 - 1), floorf(right - 0.49f));
     if (!(first <= last)) continue;
-    for (int tx = (int)first / TILE; tx <= (int)last / TILE; tx++) visit(ty * tiles_x + tx);
+    for (int tx = (int)first / TILE; tx <= (int)last / TILE; tx++)
+      visit(grid.first_tile + ty * grid.across + tx);
   }
 }
 
@@ -49,7 +56,7 @@ struct Row {
   float a, b, c, least;
 };
 
-// log2 of alpha_min.
+// log2 of the compensated alpha_min.
 MGS_FN float least_of(const Splat& s) { return s.log2_opacity - 0.5f * LOG2_E * s.reach; }
 
 MGS_FN Row row_of(const Splat& s, float dy) {
@@ -61,18 +68,30 @@ MGS_FN Row row_of(const Splat& s, float dy) {
   return row;
 }
 
-// Alpha before its clamp to ALPHA_MAX; 0 below alpha_min.
+// What a soft edge subtracts from alpha.
+MGS_FN float edge_of(const View& view, const Splat& s) {
+  return view.soft_edge ? exp2f(least_of(s)) : 0.0f;
+}
+
+// Alpha before the edge is subtracted and before its clamp to ALPHA_MAX; 0 below alpha_min.
 template <class V>
 MGS_FN V pair_alpha(V dx, const Row& row) {
   V exponent = dx * (dx * row.a + row.b) + row.c;
   return select(exponent < row.least, splat_value(exponent, 0.0f), exp2_of(exponent));
 }
 
+// Alpha from what pair_alpha returns.
+template <class V>
+MGS_FN V finish_alpha(V raw, float edge) {
+  return min_of(max_of(raw - edge, splat_value(raw, 0.0f)), splat_value(raw, ALPHA_MAX));
+}
+
 // Sums over the pixels of one Gaussian, from which its gradients follow.
 template <class V>
 struct Sums {
   V r, g, b, z, w;              // dL/d colour, depth and weight
-  V q, qx, qy, qxx, qxy, qyy;   // alpha dL/dalpha, and its moments in dx and dy
+  V q, qx, qy, qxx, qxy, qyy;   // raw alpha dL/dalpha, and its moments in dx and dy
+  V c;                          // alpha dL/dalpha, which differs at a soft edge
 };
 
 template <class V>
@@ -86,12 +105,12 @@ MGS_FN void add_moments(Sums<V>& sums, V gq, V dx, float dy) {
   sums.qyy += gy * dy;
 }
 
-// Adjoint of one sort-free pair; `raw` is alpha before its clamp. g_r, g_g, g_b, g_z and g_w are
+// Adjoint of one sort-free pair; `raw` is what pair_alpha returns. g_r, g_g, g_b, g_z and g_w are
 // dL/d of the pixel's sums, g_t is T dL/dT.
 template <bool DEPTH, class V>
-MGS_FN void sortfree_pair_adjoint(Sums<V>& sums, const Splat& s, V raw, V dx, float dy, V g_r, V g_g,
-                                  V g_b, V g_z, V g_w, V g_t) {
-  V alpha = min_of(raw, splat_value(raw, ALPHA_MAX));
+MGS_FN void sortfree_pair_adjoint(Sums<V>& sums, const Splat& s, V raw, float edge, V dx, float dy,
+                                  V g_r, V g_g, V g_b, V g_z, V g_w, V g_t) {
+  V alpha = finish_alpha(raw, edge);
   sums.r += alpha * g_r;
   sums.g += alpha * g_g;
   sums.b += alpha * g_b;
@@ -102,7 +121,9 @@ MGS_FN void sortfree_pair_adjoint(Sums<V>& sums, const Splat& s, V raw, V dx, fl
     inner += g_z * s.z;
   }
   V g_alpha = inner * s.weight - g_t * reciprocal(1.0f - alpha);
-  add_moments(sums, select(raw > ALPHA_MAX, splat_value(raw, 0.0f), g_alpha * alpha), dx, dy);
+  g_alpha = select(raw > ALPHA_MAX + edge, splat_value(raw, 0.0f), g_alpha);
+  sums.c += g_alpha * alpha;
+  add_moments(sums, g_alpha * raw, dx, dy);
 }
 
 // Returns the gradient of the splat from its finished sums.
@@ -112,9 +133,11 @@ MGS_FN SplatGrad splat_grad(const Sums<float>& sums, const Splat& s, bool sortfr
   d.r = share * sums.r, d.g = share * sums.g, d.b = share * sums.b, d.z = share * sums.z;
   d.weight =
       sortfree ? s.r * sums.r + s.g * sums.g + s.b * sums.b + s.z * sums.z + sums.w : 0.0f;
-  d.opacity = sums.q / s.opacity;
-  d.x = s.A * sums.qx + s.B * sums.qy;
-  d.y = s.B * sums.qx + s.C * sums.qy;
+  float inverse_side = 1.0f / (1 << s.level);
+  d.log_opacity = sums.q;
+  d.log_compensation = sortfree ? sums.c : sums.q;
+  d.x = (s.A * sums.qx + s.B * sums.qy) * inverse_side;
+  d.y = (s.B * sums.qx + s.C * sums.qy) * inverse_side;
   d.A = -0.5f * sums.qxx, d.B = -sums.qxy, d.C = -0.5f * sums.qyy;
   return d;
 }
@@ -124,7 +147,7 @@ struct Pixel {
   float r, g, b, z, w, t;
 };
 
-// dL/d of the sums of one pixel; the result's t is T dL/dT.
+// dL/d of the sums of one pixel, T included.
 MGS_FN Pixel sortfree_pixel_adjoint(const View& view, const Pixel& p, const float* g_image,
                                     float g_alpha, float g_depth) {
   Pixel d = {0, 0, 0, 0, 0, 0};
@@ -151,7 +174,7 @@ MGS_FN Pixel sortfree_pixel_adjoint(const View& view, const Pixel& p, const floa
       }
     }
   }
-  d.t = -g_s * p.t;
+  d.t = -g_s;
   return d;
 }
 

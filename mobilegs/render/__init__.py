@@ -23,18 +23,19 @@ from mobilegs.render import contributions as contributions_reference
 from mobilegs.render import sorted as sorted_reference
 from mobilegs.render import sortfree as sortfree_reference
 from mobilegs.render.contributions import Contributions
-from mobilegs.render.inputs import RenderInputs, colors_of
+from mobilegs.render.inputs import RenderInputs, RenderSettings, colors_of, validate_settings
 from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.kernel_view import kernel_view
 from mobilegs.render.lobes import lobe_degree, opacity_lobes
 from mobilegs.render.pose import carried_by_gaussians, rigid
-from mobilegs.render.project import project
+from mobilegs.render.project import CLASSIC, Footprint, project
 from mobilegs.render.rendered import Rendered
 from mobilegs.render.sortfree import Weighting
 from mobilegs.spherical_harmonics import rgb_to_sh0
 
 __all__ = [
     "Contributions",
+    "Footprint",
     "Rendered",
     "Weighting",
     "measure_contributions",
@@ -68,6 +69,7 @@ def render_sorted(
     camera: Camera | Sequence[Camera],
     background: Float[Tensor, "d"] | None = None,
     colors: Float[Tensor, "n d"] | None = None,
+    footprint: Footprint = CLASSIC,
     depth: bool = False,
     screen_grads: Float[Tensor, "*c n 2"] | None = None,
     backend: Backend = "auto",
@@ -89,6 +91,7 @@ def render_sorted(
         background: sRGB in [0, 1], `[3]`, or as many channels as `colors`; black by default.
         colors: colours or features in place of `sh`, `[n, d]` with any d: used as they are, any
             finite number. The image is `[h, w, d]`. The kernels render three channels at a time.
+        footprint: how a Gaussian covers pixels: blur and antialiasing; by default that of 3DGS.
         depth: also render the depth image.
         screen_grads: if given, the backward pass overwrites it with the gradient of each mean's
             position in the image, in 1 / px, `[n, 2]` or, for several cameras, `[c, n, 2]`,
@@ -97,11 +100,13 @@ def render_sorted(
             code in any precision; `auto` takes the kernel for float32, else the reference.
 
     Raises InputError for shapes, types or devices that do not belong together, for cameras of
-    several sizes, and for a `K` or, with the kernels, a `background` that requires gradients: these
-    have none.
+    several sizes, for a soft edge, and for a `K` or, with the kernels, a `background` that requires
+    gradients: these have none.
     """
     inputs = RenderInputs(means, quats, scales, opacities, colors_of(sh, colors, len(means)), None)
-    return _render(inputs, camera, background, Weighting(), depth, screen_grads, backend)
+    settings = RenderSettings(footprint=footprint)
+    validate_settings(settings, sortfree=False)
+    return _render(inputs, camera, background, settings, depth, screen_grads, backend)
 
 
 def render_sortfree(
@@ -115,6 +120,8 @@ def render_sortfree(
     background: Float[Tensor, "d"] | None = None,
     colors: Float[Tensor, "n d"] | None = None,
     weighting: Weighting = Weighting(),  # noqa: B008 - frozen
+    footprint: Footprint = CLASSIC,
+    level_sigma: float = 0.0,
     depth: bool = False,
     screen_grads: Float[Tensor, "*c n 2"] | None = None,
     backend: Backend = "auto",
@@ -126,9 +133,18 @@ def render_sortfree(
     `[n, (degree + 1)^2, 2]`, or opacities in [0, 1], `[n]`, with phi = 1: 0 and 1, which have no
     finite logit, count as 1e-7 and 1 - 1e-7. All other arguments are those of `render_sorted`.
 
-    Raises InputError as `render_sorted` does, and for opacities outside [0, 1].
+    With a `level_sigma` of 0.6 or more, Gaussians that are smooth in the pixels of a target of a
+    half, a quarter or an eighth of the image's size are added up there (`render/levels.py`): those
+    whose smaller standard deviation is at least `level_sigma` such pixels, or more if their w is
+    above 10. The image is nearly the same, and has a third to a half of the fragments, at twice the
+    size a quarter. 0, the default, adds up all at full size.
+
+    Raises InputError as `render_sorted` does, for opacities outside [0, 1], for another
+    `level_sigma`, and for one above 0 with the weighting `two_pass`.
     """
     count = len(means)
+    settings = RenderSettings(weighting, footprint, level_sigma)
+    validate_settings(settings, sortfree=True)
     if lobes.ndim == 1:
         lobes = opacity_lobes(lobes)
     if lobes.ndim != 3 or len(lobes) != count or lobes.shape[2] != 2:
@@ -138,14 +154,14 @@ def render_sortfree(
         )
     lobe_degree(lobes)
     inputs = RenderInputs(means, quats, scales, None, colors_of(sh, colors, count), lobes)
-    return _render(inputs, camera, background, weighting, depth, screen_grads, backend)
+    return _render(inputs, camera, background, settings, depth, screen_grads, backend)
 
 
 def _render(
     inputs: RenderInputs,
     camera: Camera | Sequence[Camera],
     background: Tensor | None,
-    weighting: Weighting,
+    settings: RenderSettings,
     depth: bool,
     screen_grads: Tensor | None,
     backend: Backend,
@@ -164,7 +180,7 @@ def _render(
             f"screen_grads of {channels} channels: render three of them, with screen_grads, apart "
             "from the others"
         )
-    options = (background, weighting, depth)
+    options = (background, settings, depth)
     if isinstance(camera, Camera):
         return _render_view(inputs, camera, *options, screen_grads, backend)
     cameras = list(camera)
@@ -202,7 +218,7 @@ def _render_view(
     inputs: RenderInputs,
     camera: Camera,
     background: Tensor,
-    weighting: Weighting,
+    settings: RenderSettings,
     depth: bool,
     screen_grads: Tensor | None,
     backend: Backend,
@@ -225,7 +241,7 @@ def _render_view(
             if backend == "kernel":
                 inputs, camera = carried_by_gaussians(inputs, camera)
     colors = inputs.colors
-    options = (camera, weighting)
+    options = (camera, settings)
     if colors.ndim == 3 or colors.shape[1] == 3:
         return render(inputs, background, *options, depth, screen_grads)
     channels = colors.shape[1]
@@ -245,7 +261,7 @@ def _render_kernel(
     inputs: RenderInputs,
     background: Tensor,
     camera: Camera,
-    weighting: Weighting,
+    settings: RenderSettings,
     depth: bool,
     screen_grads: Tensor | None,
 ) -> Rendered:
@@ -253,7 +269,7 @@ def _render_kernel(
     view = kernel_view(
         camera,
         background,
-        weighting,
+        settings,
         sh_size=colors.shape[1] if colors.ndim == 3 else 0,
         lobe_size=0 if lobes is None else lobes.shape[1],
     )
@@ -264,7 +280,7 @@ def _render_reference(
     inputs: RenderInputs,
     background: Tensor,
     camera: Camera,
-    weighting: Weighting,
+    settings: RenderSettings,
     depth: bool,
     screen_grads: Tensor | None,
 ) -> Rendered:
@@ -275,7 +291,7 @@ def _render_reference(
         known = torch.cat([colors, background[None]]).detach()
         shift = 1 - torch.where(known.isfinite(), known, 0.0).amin(0)
         colors, background = rgb_to_sh0(colors + shift)[:, None, :], background + shift
-    options = {"camera": camera, "background": background}
+    options = {"camera": camera, "background": background, "footprint": settings.footprint}
     if lobes is None:
         assert opacities is not None
         rendered = sorted_reference.render_sorted(
@@ -283,7 +299,14 @@ def _render_reference(
         )
     else:
         rendered = sortfree_reference.render_sortfree(
-            means, quats, scales, lobes, colors, weighting=weighting, **options
+            means,
+            quats,
+            scales,
+            lobes,
+            colors,
+            weighting=settings.weighting,
+            level_sigma=settings.level_sigma,
+            **options,
         )
     image = rendered.image - shift
     return rendered._replace(image=image, depth=rendered.depth if depth else None)
@@ -297,6 +320,7 @@ def measure_contributions(
     opacities: Float[Tensor, "n"],
     *,
     camera: Camera,
+    footprint: Footprint = CLASSIC,
     backend: Backend = "auto",
 ) -> Contributions:
     """Return how much each Gaussian contributes to a sorted image, without gradients.
@@ -305,10 +329,11 @@ def measure_contributions(
     """
     if _resolve(backend, means) == "reference":
         return contributions_reference.measure_contributions(
-            means, quats, scales, opacities, camera=camera
+            means, quats, scales, opacities, camera=camera, footprint=footprint
         )
     black = torch.zeros_like(means[:, None, :])
-    view = kernel_view(camera, black.new_zeros(3), Weighting(), sh_size=1, lobe_size=0)
+    settings = RenderSettings(footprint=footprint)
+    view = kernel_view(camera, black.new_zeros(3), settings, sh_size=1, lobe_size=0)
     kernels = cuda if means.is_cuda else cpu
     return kernels.measure_contributions(view, means, quats, scales, opacities, black)
 
@@ -320,14 +345,17 @@ def visible_rows(
     scales: Float[Tensor, "n 3"],
     *,
     camera: Camera,
+    footprint: Footprint = CLASSIC,
 ) -> Int[Tensor, "m"]:
     """Return the indices of the Gaussians that could touch the image if they were opaque."""
     ones = torch.ones_like(means[:, 0])
     black = torch.zeros_like(means[:, None, :])
     if _resolve("auto", means) == "reference":
-        visible = project(means, quats, scales, ones, black, camera=camera).visible
+        shapes = (means, quats, scales, ones, black)
+        visible = project(*shapes, camera=camera, footprint=footprint).visible
     else:
-        view = kernel_view(camera, black.new_zeros(3), Weighting(), sh_size=1, lobe_size=0)
+        settings = RenderSettings(footprint=footprint)
+        view = kernel_view(camera, black.new_zeros(3), settings, sh_size=1, lobe_size=0)
         kernels = cuda if means.is_cuda else cpu
         visible = kernels.project_radii(view, means, quats, scales, ones, black) > 0
     return visible.nonzero()[:, 0]

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.render.project import project
+from mobilegs.render.project import CLASSIC, Footprint, project
 from mobilegs.render.sorted import blend
 
 NO_WINNER = -1
@@ -45,15 +45,16 @@ def measure_contributions(
     opacities: Float[Tensor, "n"],
     *,
     camera: Camera,
+    footprint: Footprint = CLASSIC,
 ) -> Contributions:
     """Return the statistics from which Mini-Splatting (Fang and Wang 2024) computes importance.
 
     Shapes and units as in `render_sorted`.
     """
     black = torch.zeros_like(means[:, None, :])
-    blending = blend(
-        project(means, quats, scales, opacities, black, camera=camera), opacities, camera
-    )
+    shapes = (means, quats, scales, opacities, black)
+    projected = project(*shapes, camera=camera, footprint=footprint)
+    blending = blend(projected, opacities, camera)
     shares, order = blending.weights, blending.order  # [pixels, n], front first
     count, size = len(means), (camera.height, camera.width)
     weights, touched = torch.zeros_like(opacities), torch.zeros_like(order, dtype=torch.int32)

@@ -1,4 +1,4 @@
-"""The tensors of one call of a renderer, and the check of their shapes."""
+"""The arguments of one call of a renderer, and the check of their shapes."""
 
 from typing import NamedTuple
 
@@ -6,6 +6,10 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.errors import InputError
+from mobilegs.render.project import CLASSIC, Footprint
+from mobilegs.render.sortfree import Weighting
+
+LEVEL_SIGMA_MIN = 0.6  # below, a Gaussian is narrower than what enlarging adds
 
 
 class RenderInputs(NamedTuple):
@@ -24,6 +28,32 @@ class RenderInputs(NamedTuple):
     opacities: Float[Tensor, "n"] | None
     colors: Float[Tensor, "n k 3"] | Float[Tensor, "n d"]
     lobes: Float[Tensor, "n m 2"] | None
+
+
+class RenderSettings(NamedTuple):
+    """How a renderer blends, besides Gaussians, camera and background.
+
+    Attributes:
+        weighting: of sort-free blending.
+        footprint: how a Gaussian covers pixels.
+        level_sigma: smallest standard deviation, in pixels of its target, of a Gaussian that
+            sort-free blending adds up in a smaller target (`render/levels.py`); 0: none is.
+    """
+
+    weighting: Weighting = Weighting()
+    footprint: Footprint = CLASSIC
+    level_sigma: float = 0.0
+
+
+def validate_settings(settings: RenderSettings, *, sortfree: bool) -> None:
+    """Raise InputError for settings that a renderer does not support."""
+    sigma = settings.level_sigma
+    if sigma != 0 and not LEVEL_SIGMA_MIN <= sigma <= 100:
+        raise InputError(f"level_sigma must be 0 or lie in [{LEVEL_SIGMA_MIN}, 100], not {sigma}")
+    if sigma and settings.weighting.name == "two_pass":
+        raise InputError("the weighting 'two_pass' has no levels: use level_sigma=0")
+    if settings.footprint.soft_edge and not sortfree:
+        raise InputError("sorted blending has no soft edge: use a footprint without it")
 
 
 def colors_of(sh: Tensor | None, colors: Tensor | None, count: int) -> Tensor:

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.render.project import Projected, pair_alphas, project
+from mobilegs.render.project import CLASSIC, Footprint, Projected, pair_alphas, project
 from mobilegs.render.rendered import Rendered
 
 TRANSMITTANCE_MIN = 1e-4  # a pixel is finished once its transmittance is below this (3DGS)
@@ -36,7 +36,8 @@ def blend(projected: Projected, opacities: Float[Tensor, "n"], camera: Camera) -
     Gaussians behind a transmittance of less than 1e-4 have weight 0.
     """
     order = torch.argsort(projected.depths, stable=True)
-    alphas = pair_alphas(projected, opacities, camera)[:, order]  # [pixels, n]
+    size = (camera.height, camera.width)
+    alphas = pair_alphas(projected, opacities, size)[:, order]  # [pixels, n]
     ones = alphas.new_ones(alphas.shape[0], 1)
     passed = torch.cumprod(1 - alphas, dim=1)
     before = torch.cat([ones, passed], dim=1)[:, :-1]
@@ -55,13 +56,15 @@ def render_sorted(
     *,
     camera: Camera,
     background: Float[Tensor, "3"],
+    footprint: Footprint = CLASSIC,
 ) -> Rendered:
     """Blend front to back: `C = sum(c a T) + T_end bg` (3DGS, Eq. 3).
 
     Gaussians are ordered by the depth of their means. `depth` is `sum(z a T)`. Shapes and units as
     in `mobilegs.render_sorted`.
     """
-    projected = project(means, quats, scales, opacities, sh, camera=camera)
+    shapes = (means, quats, scales, opacities, sh)
+    projected = project(*shapes, camera=camera, footprint=footprint)
     order, weights, transmittance = blend(projected, opacities, camera)
     image = weights @ projected.colors[order] + transmittance[:, -1:] * background
     depth = weights @ projected.depths[order]

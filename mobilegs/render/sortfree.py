@@ -19,8 +19,16 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
+from mobilegs.render.levels import at_level, choose_levels, enlarge, level_sizes
 from mobilegs.render.lobes import evaluate_lobes
-from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
+from mobilegs.render.project import (
+    ALPHA_MIN,
+    CLASSIC,
+    Footprint,
+    Projected,
+    pair_alphas,
+    project,
+)
 from mobilegs.render.rendered import Rendered
 from mobilegs.spherical_harmonics import C0
 
@@ -184,6 +192,8 @@ def render_sortfree(
     camera: Camera,
     background: Float[Tensor, "3"],
     weighting: Weighting = Weighting(),
+    footprint: Footprint = CLASSIC,
+    level_sigma: float = 0.0,
 ) -> Rendered:
     """Blend in any order: `C = (1 - T) sum(c a w) / sum(a w) + T bg`, `T = prod(1 - a)` (Eq. 2).
 
@@ -195,43 +205,66 @@ def render_sortfree(
     what `exponential_lobes` returns, its weights are those of Eq. 1, too. With `two_pass`, only
     Gaussians up to the pixel's surface (`surface_limits`) count where it has one: there T = 0 and
     `C = sum(c a) / sum(a)`. A Gaussian with a lobe that is not finite is left out.
+
+    With a `level_sigma` above 0, the sums of large Gaussians are added up in smaller targets
+    (`render/levels.py`), for every weighting but `two_pass`.
     """
     valid = lobes.flatten(1).isfinite().all(1) & means.isfinite().all(1)
     valid &= (means.detach() != camera.position).any(1)  # without a viewing direction
     offsets = torch.where(valid[:, None], means - camera.position, 1.0)
     directions = torch.nn.functional.normalize(offsets, dim=1)
     opacities, phi = evaluate_lobes(torch.where(valid[:, None, None], lobes, 0.0), directions)
-    projected = project(
-        means, quats, scales, opacities, sh, camera=camera, alpha_min=weighting.alpha_min
-    )
+    shapes = (means, quats, scales, opacities, sh)
+    alpha_min = weighting.alpha_min
+    projected = project(*shapes, camera=camera, alpha_min=alpha_min, footprint=footprint)
     projected = projected._replace(visible=projected.visible & valid)
-    alphas = pair_alphas(projected, opacities, camera, weighting.alpha_min)  # [pixels, n]
-    log_transmittance = torch.log1p(-alphas).sum(1, keepdim=True)
-    transmittance = torch.exp(log_transmittance)  # T [pixels, 1]
-    if weighting.name == "two_pass":
-        limits = surface_limits(alphas, projected.depths)
-        alphas = torch.where(projected.depths <= limits, alphas, 0.0)
-        transmittance = torch.where(limits.isinf(), transmittance, 0.0)
     s_max = scales.max(dim=1).values if len(scales) else scales.sum(1)
     s_max = torch.where(projected.visible, s_max, 0.0)
-    aw = alphas * torch.where(
-        projected.visible, weighting.weights(projected.depths, s_max, phi), 0.0
-    )
-    total = aw.sum(1, keepdim=True)
+    weights = torch.where(projected.visible, weighting.weights(projected.depths, s_max, phi), 0.0)
+    sizes = level_sizes(camera.height, camera.width)
+    levels = choose_levels(projected, weights, level_sigma)
+    sums, radii = None, projected.radii.amax(1) * projected.visible
+    for level in reversed(range(len(sizes) if level_sigma else 1)):
+        size, chosen = sizes[level], levels == level
+        part, faded = at_level(projected, opacities, level, chosen, size=size, alpha_min=alpha_min)
+        alphas = pair_alphas(part, faded, size, alpha_min, soft_edge=footprint.soft_edge)
+        own = _sums(alphas, part, weights, two_pass=weighting.name == "two_pass")
+        own = own.reshape(*size, -1)
+        if sums is not None:
+            above = enlarge(sums, size, to_image=level == 0)
+            own = torch.cat([own[..., :-1] + above[..., :-1], own[..., -1:] * above[..., -1:]], 2)
+        sums = own
+        radii = torch.where(chosen, 2**level * part.radii.amax(1) * part.visible, radii)
+    assert sums is not None
+    color, depth, total, transmittance = sums.flatten(0, 1).split([3, 1, 1, 1], dim=1)
     touched = total > WEIGHT_MIN
     safe = torch.where(touched, total, 1.0)
-    color, depth = aw @ projected.colors, aw @ projected.depths
     if weighting.name == "sort_free_gs":
         behind = weighting.background_weight
         image = (behind * background + color) / torch.where(touched, total + behind, 1.0)
     else:
         image = (1 - transmittance) * color / safe + transmittance * background
     image = torch.where(touched, image, background.expand_as(image))
-    depth = torch.where(touched, (1 - transmittance) * depth[:, None] / safe, 0.0)
+    depth = torch.where(touched, (1 - transmittance) * depth / safe, 0.0)
     size = (camera.height, camera.width)
     return Rendered(
-        image.reshape(*size, 3),
-        (1 - transmittance).reshape(size),
-        depth.reshape(size),
-        projected.radii.amax(1) * projected.visible,
+        image.reshape(*size, 3), (1 - transmittance).reshape(size), depth.reshape(size), radii
     )
+
+
+def _sums(
+    alphas: Float[Tensor, "pixels n"],
+    projected: Projected,
+    weights: Float[Tensor, "n"],
+    *,
+    two_pass: bool,
+) -> Float[Tensor, "pixels 6"]:
+    """Return `sum(c a w)`, `sum(z a w)`, `sum(a w)` and T of each pixel."""
+    transmittance = torch.exp(torch.log1p(-alphas).sum(1, keepdim=True))
+    if two_pass:
+        limits = surface_limits(alphas, projected.depths)
+        alphas = torch.where(projected.depths <= limits, alphas, 0.0)
+        transmittance = torch.where(limits.isinf(), transmittance, 0.0)
+    aw = alphas * weights
+    color, depth = aw @ projected.colors, aw @ projected.depths[:, None]
+    return torch.cat([color, depth, aw.sum(1, keepdim=True), transmittance], dim=1)

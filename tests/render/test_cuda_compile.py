@@ -16,7 +16,7 @@ REPORT = re.compile(
     r"Used (\d+) registers",
     re.DOTALL,
 )
-KERNELS = 21
+KERNELS = 25
 
 
 def resources(log: str) -> dict[str, dict[str, int]]:

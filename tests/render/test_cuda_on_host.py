@@ -8,7 +8,8 @@ import torch
 
 import mobilegs.render
 from mobilegs.errors import InputError
-from mobilegs.render import Weighting, render_sorted
+from mobilegs.render import render_sorted
+from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.kernel_view import kernel_view
 from tests.support.contributions import compare_case, kernel_inputs
@@ -19,9 +20,9 @@ from tests.support.golden import (
     DETACHED,
     INVALID,
     RENDERERS,
-    alpha_min_of,
     input_names,
     isotropic_lobes,
+    settings_of,
     with_rows,
 )
 from tests.support.kernels import compare_with_reference
@@ -35,7 +36,7 @@ from tests.support.scenes import (
     render_with_grads,
 )
 
-EVERYTHING = ["sorted", "mobile_gs", "two_pass"]
+EVERYTHING = ["sorted", "mobile_gs", "two_pass", "all"]
 
 
 @pytest.fixture(scope="session")
@@ -95,7 +96,9 @@ def test_long_lists_agree_with_the_cpu_kernels(renderer, monkeypatch):
     scene["scales"][:3] = 3.0
     scene["opacities"][3:60] = 1.0
     scene["lobes"][3:60] = isotropic_lobes(1 - 1e-15)
-    unsure = near_threshold(scene, view, names=input_names(renderer), least=alpha_min_of(renderer))
+    unsure = near_threshold(
+        scene, view, names=input_names(renderer), settings=settings_of(renderer)
+    )
     tangents = cotangents(view, avoid=unsure)
     found = render_all(scene, view, renderer, cotangents=tangents)
     monkeypatch.undo()
@@ -197,7 +200,7 @@ def test_every_kernel_is_executed(kernels):
 def test_radii_are_the_same_as_on_the_cpu():
     scene, view = as_float32(random_scene(300, seed=14, spread=4.0)), camera()
     flat = [scene[name].float() for name in SORTED]
-    given = kernel_view(view, torch.zeros(3), Weighting(), sh_size=4, lobe_size=0)
+    given = kernel_view(view, torch.zeros(3), RenderSettings(), sh_size=4, lobe_size=0)
     expected = cpu.project_radii(given, *flat)
     assert (expected == 0).any() and (expected > 0).any()
     torch.testing.assert_close(cuda.project_radii(given, *flat), expected, rtol=1e-5, atol=1e-5)

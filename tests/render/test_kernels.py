@@ -6,7 +6,8 @@ import torch
 from mobilegs.camera import Camera
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
-from mobilegs.render import Weighting, render_sorted, render_sortfree
+from mobilegs.render import render_sorted, render_sortfree
+from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.kernels import cpu
 from mobilegs.render.kernels.kernel_view import kernel_view
 from tests.support.golden import (
@@ -15,8 +16,8 @@ from tests.support.golden import (
     DETACHED,
     INVALID,
     RENDERERS,
-    alpha_min_of,
     input_names,
+    settings_of,
     with_rows,
 )
 from tests.support.kernels import compare_with_reference
@@ -47,7 +48,7 @@ def test_every_built_instruction_set_agrees(level, monkeypatch):
     library = cpu.library(level)
     monkeypatch.setattr(cpu, "library", lambda: library)
     for case in ("random, degree 3", "several tiles", "around the camera"):
-        for renderer in ("sorted", "mobile_gs", "two_pass"):
+        for renderer in ("sorted", "mobile_gs", "two_pass", "all"):
             compare_with_reference(case, renderer)
             compare_with_reference(case, renderer, channels=3)
 
@@ -103,7 +104,7 @@ def test_permuting_the_gaussians_leaves_the_sortfree_image_unchanged():
     torch.testing.assert_close(first.alpha, second.alpha, rtol=0, atol=2e-6)
 
 
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass", "all"])
 def test_results_do_not_depend_on_the_number_of_threads(renderer):
     scene, view = random_scene(3000, seed=3), camera(160, 120)
     render, options = RENDERERS[renderer]
@@ -123,11 +124,11 @@ def test_results_do_not_depend_on_the_number_of_threads(renderer):
 
 def test_screen_gradients_are_those_of_the_projected_means():
     scene, view = as_float32(random_scene(50, seed=4)), camera()
-    for renderer in ("sorted", "mobile_gs"):
+    for renderer in ("sorted", "mobile_gs", "all"):
         render, options = RENDERERS[renderer]
         names = input_names(renderer)
         tangents = cotangents(
-            view, avoid=near_threshold(scene, view, names=names, least=alpha_min_of(renderer))
+            view, avoid=near_threshold(scene, view, names=names, settings=settings_of(renderer))
         )
         leaves = {name: scene[name].float().requires_grad_() for name in names}
         screen = torch.full((50, 2), float("nan"))
@@ -179,7 +180,7 @@ def test_an_image_too_large_for_the_kernels_is_refused():
 )
 def test_inputs_of_the_wrong_shape_or_type_are_refused(name, change, message):
     scene: dict = {k: v.float() for k, v in BASE.items()}
-    view = kernel_view(camera(), torch.zeros(3), Weighting(), sh_size=4, lobe_size=9)
+    view = kernel_view(camera(), torch.zeros(3), RenderSettings(), sh_size=4, lobe_size=9)
     scene[name] = change(scene[name])
     scene["opacities"] = None
     with pytest.raises(InputError, match=message):

@@ -4,10 +4,10 @@ import torch
 
 from mobilegs.camera import Camera
 from mobilegs.render.contributions import Contributions, measure_contributions
+from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.kernels.kernel_view import KernelView, kernel_view
 from mobilegs.render.project import pair_alphas, project
 from mobilegs.render.sorted import TRANSMITTANCE_MIN, blend
-from mobilegs.render.sortfree import Weighting
 from tests.support.golden import inputs_of
 from tests.support.scenes import SORTED
 
@@ -16,16 +16,19 @@ def kernel_inputs(scene: dict, view: Camera) -> tuple[KernelView, list[torch.Ten
     """Return the inputs of the kernels: camera struct; means, quats, scales, opacities, sh."""
     flat = [scene[name].float() for name in SORTED[:4]]
     black = torch.zeros_like(flat[0])[:, None]
-    return kernel_view(view, torch.zeros(3), Weighting(), sh_size=1, lobe_size=0), [*flat, black]
+    return kernel_view(view, torch.zeros(3), RenderSettings(), sh_size=1, lobe_size=0), [
+        *flat,
+        black,
+    ]
 
 
 def doubtful_pairs(scene: dict, view: Camera) -> torch.Tensor:
     """Return the pairs `[pixels, n]` that rounding may change: alpha near 1/255 or T near 1e-4."""
-    o = scene["opacities"]
+    o, size = scene["opacities"], (view.height, view.width)
     projected = project(*[scene[name] for name in SORTED], camera=view)
-    faint = [pair_alphas(projected, o * (1 + sign * 2e-5), view) > 0 for sign in (1, -1)]
+    faint = [pair_alphas(projected, o * (1 + sign * 2e-5), size) > 0 for sign in (1, -1)]
     order = torch.argsort(projected.depths, stable=True)
-    alphas = pair_alphas(projected, o, view)
+    alphas = pair_alphas(projected, o, size)
     passed = torch.cumprod(1 - alphas[:, order], dim=1)
     before = torch.cat([torch.ones_like(passed[:, :1]), passed], dim=1)[:, :-1]
     dim = torch.zeros_like(faint[0])

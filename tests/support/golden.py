@@ -17,9 +17,9 @@ from PIL import Image
 from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import read_mgs
-from mobilegs.render import Weighting, render_sorted, render_sortfree
+from mobilegs.render import Footprint, Weighting, render_sorted, render_sortfree
+from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.lobes import constant_lobes
-from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.rendered import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
@@ -44,24 +44,34 @@ for _name in WEIGHTINGS:
     RENDERERS[_name] = (render_sortfree, {"weighting": _weighting})
 _weighting = Weighting(exponent_max=1.5, alpha_min=1 / 20)
 RENDERERS["small ellipses"] = (render_sortfree, {"weighting": _weighting})
+_weighting = Weighting(exponent_max=1.5)
+_antialiased = Footprint(0.1, antialiased=True)
+RENDERERS["sorted, antialiased"] = (render_sorted, {"footprint": _antialiased})
+for _name, _footprint, _sigma in (
+    ("antialiased", _antialiased, 0.0),
+    ("soft edge", Footprint(soft_edge=True), 0.0),
+    ("levels", Footprint(), 1.0),
+    ("all", Footprint(0.1, antialiased=True, soft_edge=True), 0.8),
+):
+    _options = {"weighting": _weighting, "footprint": _footprint, "level_sigma": _sigma}
+    RENDERERS[_name] = (render_sortfree, _options)
 # the same images with other gradients
 DETACHED = {
     f"{name} detached": (render, {"weighting": replace(options["weighting"], detached=True)})
     for name, (render, options) in RENDERERS.items()
     if name in ("mobile_gs", "sort_free_gs")
 }
-SHADER_RENDERERS = [name for name in RENDERERS if name != "two_pass"]
+SHADER_RENDERERS = ["sorted", *WEIGHTINGS[:-1], "small ellipses"]
 
 
 def input_names(renderer: str) -> tuple[str, ...]:
     """Return the names of a renderer's tensors, in the order of its parameters."""
-    return SORTED if renderer == "sorted" else SORTFREE
+    return SORTED if renderer.startswith("sorted") else SORTFREE
 
 
-def alpha_min_of(renderer: str) -> float:
-    """Return the alpha at which a renderer's ellipses end."""
-    options = RENDERERS[renderer.removesuffix(" detached")][1]
-    return options["weighting"].alpha_min if options else ALPHA_MIN
+def settings_of(renderer: str) -> RenderSettings:
+    """Return the settings of a renderer."""
+    return RenderSettings(**RENDERERS[renderer.removesuffix(" detached")][1])
 
 
 def isotropic_lobes(opacity: float, phi: float = 1.0) -> torch.Tensor:
@@ -99,6 +109,7 @@ CASES = {
     "both of degree 0": (random_scene(70, degree=0, lobe_degree=0, seed=11), camera()),
     "both of degree 3": (random_scene(70, degree=3, lobe_degree=3, seed=12), camera()),
     "several tiles": (random_scene(150, seed=5), camera(83, 50)),
+    "large": (random_scene(60, seed=15, spread=0.8, size=2.5), camera(83, 50)),
     "one pixel": (random_scene(40, seed=6, spread=0.3), camera(1, 1)),
     "one Gaussian": (random_scene(1, seed=9, spread=0.1), camera()),
     "empty scene": (random_scene(0), camera()),
@@ -215,10 +226,9 @@ def sure_with_network(case: str) -> torch.Tensor:
         "sh": gaussians.sh,
     }
     inputs = {name: value.double() for name, value in inputs.items()}
-    least = alpha_min_of("mobile_gs")
-    names = input_names("mobile_gs")
+    names, settings = input_names("mobile_gs"), settings_of("mobile_gs")
     return ~near_threshold(
-        inputs, view.to(dtype=torch.float64), names=names, margin=1e-4, least=least
+        inputs, view.to(dtype=torch.float64), names=names, margin=1e-4, settings=settings
     )
 
 

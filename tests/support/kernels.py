@@ -2,7 +2,7 @@
 
 import torch
 
-from tests.support.golden import DETACHED, RENDERERS, alpha_min_of, input_names, inputs_of
+from tests.support.golden import DETACHED, RENDERERS, input_names, inputs_of, settings_of
 from tests.support.scenes import assert_close, cotangents, near_threshold, render_with_grads
 
 
@@ -21,7 +21,8 @@ def compare_with_reference(
     """
     scene, view = inputs_of(case)
     render, options = (RENDERERS | DETACHED)[renderer]
-    avoid = near_threshold(scene, view, names=input_names(renderer), least=alpha_min_of(renderer))
+    names, settings = input_names(renderer), settings_of(renderer)
+    avoid = near_threshold(scene, view, names=names, settings=settings)
     assert avoid.sum() <= 0.02 * avoid.numel() + 1
     tangents = cotangents(view, avoid=avoid, channels=channels or 3)
     if channels:

@@ -7,6 +7,8 @@ from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
+from mobilegs.render.inputs import RenderSettings
+from mobilegs.render.levels import LEVELS, at_level, choose_levels, enlarge, level_sizes
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
 from mobilegs.render.sortfree import SURFACE_ALPHA, surface_limits
@@ -52,9 +54,18 @@ def camera_from_json(row: dict) -> Camera:
 
 
 def random_scene(
-    count: int, *, degree: int = 1, lobe_degree: int = 2, seed: int = 0, spread: float = 1.0
+    count: int,
+    *,
+    degree: int = 1,
+    lobe_degree: int = 2,
+    seed: int = 0,
+    spread: float = 1.0,
+    size: float = 1.0,
 ) -> dict[str, Tensor]:
-    """Return the inputs of both renderers for `count` Gaussians around the origin, float64."""
+    """Return the inputs of both renderers for `count` Gaussians around the origin, float64.
+
+    The median scale is 0.11 times `size`.
+    """
     generator = torch.Generator().manual_seed(seed)
 
     def normal(*shape: int) -> Tensor:
@@ -66,7 +77,7 @@ def random_scene(
     return {
         "means": means,
         "quats": quats,
-        "scales": torch.exp(0.7 * normal(count, 3) - 2.2),
+        "scales": size * torch.exp(0.7 * normal(count, 3) - 2.2),
         "opacities": torch.sigmoid(1.5 * normal(count)),
         "sh": torch.cat([normal(count, 1, 3), 0.3 * normal(count, (degree + 1) ** 2 - 1, 3)], 1),
         "lobes": lobes,
@@ -84,23 +95,52 @@ def near_threshold(
     *,
     names: tuple[str, ...],
     margin: float = 2e-5,
-    least: float = ALPHA_MIN,
+    settings: RenderSettings = RenderSettings(),  # noqa: B008 - immutable
 ) -> Tensor:
     """Return the pixels `[h, w]` that rounding may change.
 
-    An alpha is close to `least` or to that of a surface, or a depth close to a surface's limit.
+    An alpha is close to the lowest one or to that of a surface, a depth close to a surface's limit,
+    or a Gaussian of the pixel close to the next level.
     """
-    o = scene["opacities"]
+    o, phi, least = scene["opacities"], torch.ones_like(scene["opacities"]), ALPHA_MIN
     if names == SORTFREE:
         offsets = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
-        o = evaluate_lobes(scene["lobes"], offsets)[0]
+        o, phi = evaluate_lobes(scene["lobes"], offsets)
+        least = settings.weighting.alpha_min
     shapes = [scene[name] for name in SORTED[:3]]
-    projected = project(*[*shapes, o, scene["sh"]], camera=view, alpha_min=least)
-    low, high = (pair_alphas(projected, o * (1 + m), view, least) for m in (-margin, margin))
-    doubtful = ((low > 0) != (high > 0)) | ((low >= SURFACE_ALPHA) != (high >= SURFACE_ALPHA))
-    limits = surface_limits(high, projected.depths)
-    doubtful |= (high > 0) & ((projected.depths / limits - 1).abs() < 1e-6)
-    return doubtful.any(1).reshape(view.height, view.width)
+    projected = project(
+        *[*shapes, o, scene["sh"]], camera=view, alpha_min=least, footprint=settings.footprint
+    )
+    weights = settings.weighting.weights(projected.depths, scene["scales"].amax(1), phi)
+    weights = torch.where(projected.visible, weights, 0.0)
+    sizes = level_sizes(view.height, view.width)
+    low_level, high_level = (
+        choose_levels(projected, weights, settings.level_sigma * (1 + m)) for m in (margin, -margin)
+    )
+    found = torch.zeros(*sizes[-1], 1, dtype=torch.float64)
+    for level in reversed(range(LEVELS)):
+        doubtful = torch.zeros(sizes[level], dtype=torch.bool)
+        same = torch.equal(low_level, high_level)
+        for levels in (low_level,) if same else (low_level, high_level):
+            if not (levels == level).any():
+                continue
+            part, faded = at_level(
+                projected, o, level, levels == level, size=sizes[level], alpha_min=least
+            )
+            low, high = (
+                pair_alphas(part, faded * (1 + m), sizes[level], least) for m in (-margin, margin)
+            )
+            unsure = (low > 0) != (high > 0)
+            unsure |= (high > 0) & (low_level != high_level)
+            if settings.weighting.name == "two_pass":
+                unsure |= (low >= SURFACE_ALPHA) != (high >= SURFACE_ALPHA)
+                limits = surface_limits(high, part.depths)
+                unsure |= (high > 0) & ((part.depths / limits - 1).abs() < 1e-6)
+            doubtful |= unsure.any(1).reshape(sizes[level])
+        if level < LEVELS - 1:
+            found = enlarge(found, sizes[level], to_image=level == 0)
+        found = ((found > 0) | doubtful[..., None]).double()
+    return found[..., 0] > 0
 
 
 def gradcheck_scene(

@@ -21,12 +21,12 @@ from tests.support.golden import (
     INVALID,
     NETWORK_CASES,
     SHADER_RENDERERS,
-    alpha_min_of,
     as_scene,
     input_names,
     inputs_of,
     network_case,
     render_reference,
+    settings_of,
     sure_with_network,
     trained,
     turned_around,
@@ -52,7 +52,7 @@ def test_the_gpu_agrees_with_the_reference(case: str, renderer: str) -> None:
     rendered = WgpuRenderer(as_scene(inputs, renderer), full_precision=True).render(view)
     expected = render_reference(case, renderer)
     keep = ~near_threshold(
-        inputs, view, names=input_names(renderer), margin=1e-4, least=alpha_min_of(renderer)
+        inputs, view, names=input_names(renderer), margin=1e-4, settings=settings_of(renderer)
     )
     for name, found in {"image": rendered.image, "alpha": rendered.alpha}.items():
         error = (found.double() - getattr(expected, name))[keep]

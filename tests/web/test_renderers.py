@@ -22,11 +22,11 @@ from tests.support.golden import (
     CASES,
     SHADER_RENDERERS,
     TRAINED,
-    alpha_min_of,
     as_scene,
     input_names,
     inputs_of,
     render_reference,
+    settings_of,
     trained,
     turned_around,
     view_network,
@@ -46,8 +46,8 @@ from tests.support.scenes import (
 def sure(case: str, renderer: str) -> torch.Tensor:
     """The pixels of a case where no rounding decides what is drawn."""
     inputs, view = inputs_of(case)
-    names, least = input_names(renderer), alpha_min_of(renderer)
-    return ~near_threshold(inputs, view, names=names, margin=1e-4, least=least)
+    names, settings = input_names(renderer), settings_of(renderer)
+    return ~near_threshold(inputs, view, names=names, margin=1e-4, settings=settings)
 
 
 definition = cache(render_reference)

@@ -75,7 +75,7 @@ class CpuRaster(torch.autograd.Function):
             sums = torch.empty(padded[0] * padded[1] * (4 + depth))
             run = native.mgs_sorted_forward
         else:
-            sums = torch.empty(shape[0] * shape[1] * (5 + depth + view.two_pass))
+            sums = torch.empty(view.pixels * (5 + depth + view.two_pass + (view.levels > 1)))
             run = native.mgs_sortfree_forward
         outputs = [address(t) for t in (splats, radii, sums, image, alpha, depths)]
         bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(inputs)), *outputs)

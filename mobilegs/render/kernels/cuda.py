@@ -189,7 +189,8 @@ def _blocks(count: int, per_block: int = THREADS) -> int:
 
 
 def _tiles(view: KernelView) -> int:
-    return _blocks(view.width, TILE) * _blocks(view.height, TILE)
+    """Return the number of tiles of all levels."""
+    return sum(_blocks(height, TILE) * _blocks(width, TILE) for height, width in view.sizes)
 
 
 def _project(kernels: Kernels, view: KernelView, inputs: list[Tensor | None]) -> tuple[Tensor, ...]:
@@ -264,7 +265,8 @@ class CudaRaster(torch.autograd.Function):
         inputs = [None if t is None else t.detach().contiguous() for t in inputs]
         image, alpha = means.new_empty(*shape, 3), means.new_empty(shape)
         depths = means.new_empty(shape) if depth else None
-        sums = means.new_empty((4 if lobes is None else 5) + depth + view.two_pass, *shape)
+        planes = (4 if lobes is None else 5) + depth + view.two_pass + (view.levels > 1)
+        sums = means.new_empty(planes, view.pixels)
         with kernels.current():
             splats, radii, touched, center_tiles = _project(kernels, view, inputs)
             lists = _Lists(kernels, view, splats, touched, by_depth=lobes is None)
@@ -276,6 +278,11 @@ class CudaRaster(torch.autograd.Function):
                 kernels.launch("mgs_surfaces", _tiles(view), THREADS, *common, limits)
                 arguments.append(limits)
             kernels.launch(_suffixed(name, depth), _tiles(view), THREADS, *arguments)
+            for level in reversed(range(view.levels - 1)):
+                height, width = view.sizes[level]
+                arguments = [view, ctypes.c_int(level), _pointers(sums, image, alpha, depths)]
+                name = _suffixed("mgs_add_enlarged", depth)
+                kernels.launch(name, _blocks(height * width), THREADS, *arguments)
         ctx.lists, ctx.center_tiles = (lists, None) if lobes is None else (None, center_tiles)
         ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
         ctx.save_for_backward(*inputs, splats, sums)
@@ -311,12 +318,18 @@ def _gather_sortfree(
 ) -> Tensor:
     """Return each Gaussian's sums over its pixels; those of invisible ones are undefined."""
     view, count = ctx.view, len(splats)
-    pixels = view.height * view.width
-    colors, others = sums.new_empty(pixels, 4), sums.new_empty(pixels, 2)
+    colors, others = sums.new_empty(view.pixels, 4), sums.new_empty(view.pixels, 2)
     totals = sums.new_empty(count, SUMS)
     arguments = [view, _pointer(sums), out_grads, _pointer(colors), _pointer(others)]
     name = _suffixed("mgs_sortfree_pixels", ctx.depth)
-    kernels.launch(name, _blocks(pixels), THREADS, *arguments)
+    kernels.launch(name, _blocks(view.height * view.width), THREADS, *arguments)
+    for level, (height, width) in enumerate(view.sizes[1:]):
+        arguments = [view, ctypes.c_int(level), _pointer(sums[-1])]
+        arguments += [_pointer(colors), _pointer(others)]
+        kernels.launch("mgs_reduce_gradients", _blocks(height * width), THREADS, *arguments)
+    if view.levels > 1:
+        arguments = [view, _pointer(sums), _pointer(others)]
+        kernels.launch("mgs_finish_gradients", _blocks(view.pixels), THREADS, *arguments)
     # neighbours in the image then read the same pixels from the cache
     order = torch.sort(ctx.center_tiles, stable=True).indices
     pixel_grads = _pointers(colors, others, sums[-1] if view.two_pass else None)

@@ -6,15 +6,17 @@ import torch
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
+from mobilegs.render.inputs import RenderSettings
+from mobilegs.render.levels import LEVELS, level_sizes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits
-from mobilegs.render.sortfree import WEIGHTINGS, Weighting
+from mobilegs.render.sortfree import WEIGHTINGS
 
 SPLAT_BYTES = 64
 SIZE_MAX = 32767  # pixel boxes are 16-bit
 
 
 class KernelView(ctypes.Structure):
-    """Camera, background and weighting; mirrors `View` in csrc/core.h field by field."""
+    """Camera, background and settings; mirrors `View` in csrc/core.h field by field."""
 
     _fields_ = [
         ("rotation", ctypes.c_float * 9),
@@ -29,12 +31,16 @@ class KernelView(ctypes.Structure):
         ("sigma", ctypes.c_float),
         ("background_weight", ctypes.c_float),
         ("alpha_min", ctypes.c_float),
+        ("blur", ctypes.c_float),
+        ("level_sigma", ctypes.c_float),
         ("width", ctypes.c_int),
         ("height", ctypes.c_int),
         ("weighting", ctypes.c_int),
         ("detached", ctypes.c_int),
         ("sh_size", ctypes.c_int),
         ("lobe_size", ctypes.c_int),
+        ("antialiased", ctypes.c_int),
+        ("soft_edge", ctypes.c_int),
     ]
 
     @property
@@ -42,11 +48,26 @@ class KernelView(ctypes.Structure):
         """True for the weighting `two_pass`, which keeps each pixel's surface as one more sum."""
         return WEIGHTINGS[self.weighting] == "two_pass"
 
+    @property
+    def levels(self) -> int:
+        """Number of targets of sort-free blending (`render/levels.py`)."""
+        return LEVELS if self.level_sigma > 0 else 1
+
+    @property
+    def sizes(self) -> list[tuple[int, int]]:
+        """Height and width of all targets, that of the image first."""
+        return level_sizes(self.height, self.width)[: self.levels]
+
+    @property
+    def pixels(self) -> int:
+        """Number of pixels of all targets."""
+        return sum(height * width for height, width in self.sizes)
+
 
 def kernel_view(
     camera: Camera,
     background: torch.Tensor,
-    weighting: Weighting,
+    settings: RenderSettings,
     *,
     sh_size: int,
     lobe_size: int,
@@ -66,6 +87,7 @@ def kernel_view(
         raise InputError(f"{sh_size} spherical harmonics per colour: use 1, 4, 9 or 16")
     if lobe_size not in (0, 1, 4, 9, 16):
         raise InputError(f"{lobe_size} spherical harmonics per lobe: use 1, 4, 9 or 16")
+    weighting, footprint = settings.weighting, settings.footprint
     viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
     rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
     view = KernelView()
@@ -81,6 +103,8 @@ def kernel_view(
     view.sigma = weighting.sigma
     view.background_weight = weighting.background_weight
     view.alpha_min = weighting.alpha_min if lobe_size else ALPHA_MIN
+    view.blur, view.level_sigma = footprint.blur, settings.level_sigma
+    view.antialiased, view.soft_edge = footprint.antialiased, footprint.soft_edge
     view.width, view.height = camera.width, camera.height
     view.weighting, view.detached = weighting.index, weighting.detached
     view.sh_size, view.lobe_size = sh_size, lobe_size
