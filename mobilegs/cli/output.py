@@ -179,6 +179,12 @@ def _topics(found: dict[str, Any]) -> dict[str, str]:
         )
     elif found["network"]:
         topics["opacity"] = f"{depends}: a network, evaluated for every view"
+    if "footprint" in found:
+        footprint = found["footprint"]
+        parts = [f"blur of {footprint['blur']:g} px^2"]
+        parts += ["antialiased"] if footprint["antialiased"] else []
+        parts += ["soft edges"] if footprint["soft_edge"] else []
+        topics["footprint"] = ", ".join(parts)
     indices = [row for row in found["streams"] if row["huffman_bytes"] is not None]
     taken, huffman = (sum(row[key] for row in indices) for key in ("bytes", "huffman_bytes"))
     topics["indices"] = f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}"

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import repeat
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,7 @@ from mobilegs.mgs.uniform_streams import (
     decode_columns,
     encode_columns,
 )
+from mobilegs.render.project import CLASSIC
 
 FILE_MAX = 1 << 32
 # stream of the colour decoder, by the header's field `colors`
@@ -80,7 +81,9 @@ def pack(scene: QuantizedScene) -> bytes:
     content = sum(len(stream.data) for stream in streams)
     if len(scene) > GAUSSIANS_PER_BYTE * content:
         raise InputError(f"{len(scene)} Gaussians in {content} bytes: they are all the same")
-    return write_container(header_fields(scene), streams, major=3 if scene.lod_sizes else 2)
+    fields = header_fields(scene)
+    major = 4 if "footprint" in fields else 3 if scene.lod_sizes else 2
+    return write_container(fields, streams, major=major)
 
 
 def _encode_indices(level: QuantizedScene) -> list[Stream]:
@@ -185,6 +188,7 @@ def unpack(data: bytes) -> QuantizedScene:
         step_sizes={name: coding.step_size for name, coding in header.codings.items()},
         blend=header.blend,
         weighting=header.weighting,
+        footprint=header.footprint,
         background=header.background,
         near=header.near,
         views=header.views,
@@ -245,6 +249,7 @@ def inspect(data: bytes) -> dict[str, Any]:
         "views": len(header.views),
         "near": header.near,
         "weighting": weighting_fields(header.weighting),
+        **({"footprint": asdict(header.footprint)} if header.footprint != CLASSIC else {}),
         "meta": header.meta,
     }
 

@@ -11,8 +11,8 @@ from mobilegs.compress.appearance import LATENTS
 from mobilegs.errors import InputError
 
 MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: a transfer in text mode damages it
-MAJORS = (2, 3)
-MINOR = {2: 1, 3: 0}  # the least that a writer gives; `_minor_increment` adds to it
+MAJORS = (2, 3, 4)
+MINOR = {2: 1, 3: 0, 4: 0}  # the least that a writer gives; `_minor_increment` adds to it
 PREFIX = struct.Struct("<8sHHII")  # magic, major, minor, bytes of header, CRC-32
 VERSION = struct.Struct("<HH")  # at byte 8
 HEADER_MAX = 1 << 20
@@ -65,7 +65,7 @@ def write_container(header: dict[str, Any], streams: list[Stream], *, major: int
     text += b" " * (-(PREFIX.size + len(text)) % 8)
     if len(text) > HEADER_MAX:
         raise InputError(f"the header has {len(text)} bytes: shorten the scene's notes")
-    minor = MINOR[major] + _minor_increment(header)
+    minor = MINOR[major] + (_minor_increment(header) if major < 4 else 0)
     head = PREFIX.pack(MAGIC, major, minor, len(text), 0)
     head = PREFIX.pack(MAGIC, major, minor, len(text), _checksum(head, text))
     padded = (bytes(stream.data) + bytes(-len(stream.data) % 8) for stream in streams)
@@ -89,7 +89,8 @@ def _minor_increment(header: dict[str, Any]) -> int:
 def read_container(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
     """Return the header without its table, and the streams by name, with checked checksums.
 
-    The field `layers` is None in files of version 2, which have no LOD levels.
+    The field `layers` is None in files without LOD levels: all of version 2, some of version 4.
+    `footprint` is None in files before version 4.
 
     Raises:
         InputError: this is not a `.mgs`, has an unknown version, or is damaged.
@@ -102,10 +103,16 @@ def read_container(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
         raise InputError("the header of the .mgs file is not valid JSON") from None
     if not isinstance(header, dict):
         raise InputError("the header of the .mgs file is not a JSON object")
-    if VERSION.unpack_from(data, 8)[0] == 2:
+    major = VERSION.unpack_from(data, 8)[0]
+    if major == 2:
         header["layers"] = None
-    elif header.get("layers") is None:
-        raise InputError("the header of the .mgs file lacks the field 'layers'")
+    elif major == 4:
+        header.setdefault("layers")
+    if major < 4:
+        header["footprint"] = None
+    for name, since in (("layers", 3), ("footprint", 4)):
+        if major == since and header.get(name) is None:
+            raise InputError(f"the header of the .mgs file lacks the field '{name}'")
     table = header.pop("streams", None)
     if not isinstance(table, list) or len(table) > STREAMS_MAX:
         raise InputError("the header of the .mgs file lacks a table of streams")

@@ -17,6 +17,7 @@ from mobilegs.errors import InputError
 from mobilegs.mgs.limits import (
     SIDE_MAX,
     VIEWS_MAX,
+    check_footprint,
     check_meta,
     check_ranges,
     check_views,
@@ -35,8 +36,8 @@ from mobilegs.mgs.quantized_scene import (
     QuantizedScene,
 )
 from mobilegs.mgs.uniform_streams import AttributeCoding, Column, attribute_codings
-from mobilegs.render import Weighting
-from mobilegs.render.project import ALPHA_MIN
+from mobilegs.render import Footprint, Weighting
+from mobilegs.render.project import ALPHA_MIN, CLASSIC
 from mobilegs.render.scene import BLENDS
 from mobilegs.render.sortfree import WEIGHTINGS
 
@@ -61,6 +62,7 @@ class Header:
     color: ColorShape
     blend: str
     weighting: Weighting
+    footprint: Footprint
     background: Tensor
     near: float
     views: list[Camera]
@@ -76,6 +78,7 @@ def header_fields(scene: QuantizedScene) -> dict[str, Any]:
         **({"colors": scene.color.colors} if scene.color.colors != "networks" else {}),
         **_code_fields(scene),
         "count": len(scene),
+        **({"footprint": asdict(scene.footprint)} if scene.footprint != CLASSIC else {}),
         **({"layers": list(scene.lod_sizes)} if scene.lod_sizes else {}),
         "lobes": lobe_fields(scene.lobe_shape),
         "meta": scene.meta,
@@ -176,12 +179,14 @@ def parse_header(fields: dict[str, Any]) -> Header:
         color=color,
         blend=fields["blend"],
         weighting=_parse_weighting(_object(fields, "weighting")),
+        footprint=_parse_footprint(fields),
         background=_floats(fields, "background", 3),
         near=near,
         views=[_parse_view(view, near) for view in views],
         meta=meta,
     )
     check_ranges(header.grid, header.weighting, header.background, header.near)
+    check_footprint(header.footprint, header.blend)
     check_views(header.views)
     return header
 
@@ -309,6 +314,17 @@ def _parse_weighting(fields: dict[str, Any]) -> Weighting:
         sigma=_number(fields, "sigma"),
         background_weight=_number(fields, "background_weight"),
         alpha_min=_number(fields, "alpha_min") if "alpha_min" in fields else ALPHA_MIN,
+    )
+
+
+def _parse_footprint(fields: dict[str, Any]) -> Footprint:
+    if fields["footprint"] is None:
+        return CLASSIC
+    given = _object(fields, "footprint")
+    return Footprint(
+        _number(given, "blur"),
+        antialiased=_field(given, "antialiased", bool),
+        soft_edge=_field(given, "soft_edge", bool),
     )
 
 

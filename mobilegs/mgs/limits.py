@@ -10,7 +10,7 @@ from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import short_text
 from mobilegs.mgs.positions import PositionGrid
-from mobilegs.render import Weighting
+from mobilegs.render import Footprint, Weighting
 from mobilegs.render.sortfree import WEIGHTINGS
 
 VIEWS_MAX = 64
@@ -39,6 +39,12 @@ def check_ranges(
         raise InputError(
             "the scene's weighting needs a sigma above 0 and a background weight of at least 0"
         )
+
+
+def check_footprint(footprint: Footprint, blend: str) -> None:
+    """Raise `InputError` unless scenes of this blending can have the footprint."""
+    if footprint.soft_edge and blend == "sorted":
+        raise InputError("a scene that is blended sorted cannot have a footprint with a soft edge")
 
 
 def check_views(views: list[Camera]) -> None:

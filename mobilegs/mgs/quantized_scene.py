@@ -26,9 +26,10 @@ from mobilegs.compress.uniform_quantizer import CODE_MAX, COLUMNS, column_ranges
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.limits import check_meta, check_ranges, check_views
+from mobilegs.mgs.limits import check_footprint, check_meta, check_ranges, check_views
 from mobilegs.mgs.positions import PositionGrid, morton_codes
-from mobilegs.render import Weighting
+from mobilegs.render import Footprint, Weighting
+from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
@@ -66,7 +67,8 @@ class QuantizedScene:
         lobe_decoder: its weights; empty without one.
         network: weights of the view network, which gives opacity and phi per view; None without
             one. Without lobes and network, phi is 1 and the opacity is the base opacity.
-        blend, weighting, background, near: as in `Scene`; the background lies in [0, 1].
+        blend, weighting, footprint, background, near: as in `Scene`; the background lies in
+            [0, 1].
         views: cameras for a first look; their near plane becomes `near`.
         meta: notes for people. They hold no times, so that equal scenes are equal files.
     """
@@ -83,6 +85,7 @@ class QuantizedScene:
     lod_sizes: tuple[int, ...] = ()
     blend: str = "sortfree"
     weighting: Weighting = field(default_factory=Weighting)
+    footprint: Footprint = CLASSIC
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
     near: float = NEAR
     views: list[Camera] = field(default_factory=list)
@@ -196,6 +199,7 @@ class QuantizedScene:
             lobes=lobes,
             network=network,
             weighting=self.weighting,
+            footprint=self.footprint,
             background=self.background.to(device),
             near=self.near,
         )
@@ -218,6 +222,7 @@ class QuantizedScene:
             exponent = self.grid.exponent
             raise InputError(f"the exponent of positions is {exponent}: 0 to 14 are allowed")
         check_ranges(self.grid, self.weighting, self.background, self.near)
+        check_footprint(self.footprint, self.blend)
         shape = self.lobe_shape
         needed: list[Attribute] = ["scale", "rotation", "appearance"]
         if shape is None:
@@ -350,6 +355,7 @@ def scenes_equal(a: QuantizedScene, b: QuantizedScene) -> bool:
             scene.near,
             scene.blend,
             scene.weighting,
+            scene.footprint,
             [(view.width, view.height) for view in scene.views],
             {name: (type(value), value) for name, value in scene.meta.items()},
             scene.lobe_shape,

@@ -9,8 +9,16 @@ from torch.nn.functional import normalize
 
 from mobilegs.camera import NEAR, Camera
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import Rendered, Weighting, render_sorted, render_sortfree, visible_rows
+from mobilegs.render import (
+    Footprint,
+    Rendered,
+    Weighting,
+    render_sorted,
+    render_sortfree,
+    visible_rows,
+)
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
+from mobilegs.render.project import CLASSIC
 from mobilegs.render.sortfree import exponential_lobes
 from mobilegs.render.view_network import ViewNetwork
 
@@ -33,6 +41,7 @@ class Scene:
         weighting: the weights of sort-free blending.
         attenuation: `log(sigma)` and `log(beta)` of the weighting `exponential`, `[n, 2]`
             (`exponential_weights`); None for all others.
+        footprint: how a Gaussian covers pixels.
         background: sRGB in [0, 1], `[3]`.
         near: near plane with which the scene was trained, in world units.
     """
@@ -45,24 +54,32 @@ class Scene:
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
     near: float = NEAR
     attenuation: Float[Tensor, "n 2"] | None = None
+    footprint: Footprint = CLASSIC
 
     @property
     def is_plain(self) -> bool:
         """True for plain 3DGS: blended sorted, with one opacity per Gaussian."""
         return self.blend == "sorted" and self.lobes is None and self.network is None
 
-    def render(self, camera: Camera, *, depth: bool = False) -> Rendered:
-        """Render from `camera`, with the camera's near plane. `depth` adds the depth image."""
+    def render(self, camera: Camera, *, depth: bool = False, level_sigma: float = 0.0) -> Rendered:
+        """Render from `camera`, with the camera's near plane.
+
+        `depth` adds the depth image. `level_sigma`, as in `render_sortfree`, has no effect on
+        scenes that are blended sorted and on the weighting `two_pass`.
+        """
         gaussians, lobes = self.gaussians, self.lobes
+        if self.weighting.name == "two_pass":
+            level_sigma = 0.0
+        options = {"camera": camera, "depth": depth, "level_sigma": level_sigma}
         if self.network is None:
-            return self._blend(gaussians, lobes, self.attenuation, camera, depth)
+            return self._blend(gaussians, lobes, self.attenuation, **options)
         # the network takes longer than rendering: evaluate it for visible Gaussians only
         shapes = (gaussians.means, gaussians.quats, gaussians.scales)
-        rows = visible_rows(*shapes, camera=camera)
+        rows = visible_rows(*shapes, camera=camera, footprint=self.footprint)
         visible = gaussians.select(rows)
         lobes = self.network(visible, normalize(visible.means - camera.position, dim=1))
         attenuation = None if self.attenuation is None else self.attenuation[rows]
-        rendered = self._blend(visible, lobes, attenuation, camera, depth)
+        rendered = self._blend(visible, lobes, attenuation, **options)
         radii = torch.zeros_like(gaussians.means[:, 0])
         return rendered._replace(radii=radii.index_copy(0, rows, rendered.radii))
 
@@ -71,10 +88,13 @@ class Scene:
         gaussians: Gaussians,
         lobes: Float[Tensor, "n m 2"] | None,
         attenuation: Float[Tensor, "n 2"] | None,
+        *,
         camera: Camera,
         depth: bool,
+        level_sigma: float,
     ) -> Rendered:
         options = {"camera": camera, "background": self.background, "depth": depth}
+        options["footprint"] = self.footprint
         shapes = (gaussians.means, gaussians.quats, gaussians.scales)
         if self.blend == "sorted":
             opacities = gaussians.opacities
@@ -89,5 +109,5 @@ class Scene:
             lobes, weighting = exponential_lobes(
                 lobes, gaussians.means, attenuation, weighting, camera=camera
             )
-        options["weighting"] = weighting
+        options |= {"weighting": weighting, "level_sigma": level_sigma}
         return render_sortfree(*shapes, lobes, gaussians.sh, **options)

@@ -143,7 +143,7 @@ def test_the_files_cover_every_codec_version_and_mode() -> None:
     codecs = {row["codec"] for report in reports for row in report["streams"]}
     assert codecs == {"raw", "halves", "planes", "morton-class", "bits", "rans"}
     versions = {report["version"] for report in reports}
-    minor = {2: range(1, 6), 3: range(5)}
+    minor = {2: range(1, 6), 3: range(5), 4: range(1)}
     assert versions == {f"{major}.{each}" for major in minor for each in minor[major]}
     weightings = {unpack(data).weighting.name for data in FILES.values()}
     assert weightings == {"mobile_gs", "no_depth", "no_scale", "sort_free_gs"}  # what viewers show
@@ -170,7 +170,8 @@ def test_listed_opacities_and_pixels_differ() -> None:
     written = {name: expected(name) for name in FILES}
     pictures = {name for name, found in written.items() if "picture" in found}
     assert pictures == {
-        *("nvq_network_picture", "sq_picture", "sq_sorted_picture", "sq_sorted_lobes_picture")
+        *("nvq_network_picture", "sq_picture", "sq_sorted_picture", "sq_sorted_lobes_picture"),
+        *("sq_footprint_picture", "sq_sorted_footprint_picture"),
     }
     for name in pictures:
         picture = torch.tensor(written[name]["picture"])

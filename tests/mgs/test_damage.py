@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from mobilegs.errors import InputError
 from mobilegs.mgs import rans
 from mobilegs.mgs.bits import pack_bits
-from mobilegs.mgs.codec import inspect, inspect_mgs, read_mgs, unpack
+from mobilegs.mgs.codec import inspect, inspect_mgs, pack, read_mgs, unpack
 from mobilegs.mgs.container import PREFIX
 from mobilegs.mgs.quantized_scene import scenes_equal
+from mobilegs.render.project import CLASSIC, Footprint
 from tests.support.mgs_parts import Parts, Piece, parse_parts
 from tests.support.node import refusals
 from tests.support.quantized_scenes import join, places, split
@@ -80,8 +81,32 @@ def test_foreign_files_are_recognised(start: bytes, sentence: str) -> None:
 
 def test_an_unknown_major_version_is_refused_by_name(data: bytes) -> None:
     header, body = split(data)
-    with pytest.raises(InputError, match=r"version 4\.0"):
+    with pytest.raises(InputError, match=r"version 5\.0, this program reads 2\.x to 4\.x"):
+        unpack(join(header, body, version=(5, 0)))
+
+
+def test_only_version_4_has_a_footprint(data: bytes) -> None:
+    header, body = split(data)
+    footprint = {"blur": 0.1, "antialiased": True, "soft_edge": True}
+    found = unpack(join({**header, "footprint": footprint}, body, version=(4, 0)))
+    assert found.footprint == Footprint(0.1, antialiased=True, soft_edge=True)
+    assert unpack(pack(found)).footprint == found.footprint
+    assert inspect(pack(found))["footprint"] == footprint
+    for other in (footprint, None, "x"):
+        ignored = unpack(join({**header, "footprint": other}, body, version=(2, 1)))
+        assert scenes_equal(ignored, unpack(data)) and ignored.footprint == CLASSIC
+    with pytest.raises(InputError, match="lacks the field 'footprint'"):
         unpack(join(header, body, version=(4, 0)))
+    for name, value in (
+        *(("blur", 0), ("blur", 4.1), ("blur", "x"), ("blur", None), ("antialiased", 1)),
+        *(("soft_edge", None), ("soft_edge", "true")),
+    ):
+        wrong = {**header, "footprint": {**footprint, name: value}}
+        with pytest.raises(InputError, match=name):
+            unpack(join(wrong, body, version=(4, 0)))
+    given = {**header, "footprint": footprint, "blend": "sorted"}
+    with pytest.raises(InputError, match="cannot have a footprint with a soft edge"):
+        unpack(join(given, body, version=(4, 0)))
 
 
 def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
@@ -206,6 +231,8 @@ def test_a_false_count_is_refused_by_the_decoders_in_little_memory(
     parts.header["count"] = count
     parts.piece("lobes.2").data += bytes(count)  # enough bytes for this count
     crafted = parts.to_bytes()
+    with pytest.raises(InputError):
+        unpack(crafted)  # what is imported at first use does not count
     tracemalloc.start()
     try:
         with pytest.raises(InputError, match=DECODERS[codec]):

@@ -12,8 +12,8 @@ from mobilegs.compress.uniform_quantizer import StepSizes, UniformQuantizer
 from mobilegs.mgs.encode import Quantizer, encode_scene
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene
-from mobilegs.render import Weighting
-from mobilegs.render.project import ALPHA_MIN
+from mobilegs.render import Footprint, Weighting
+from mobilegs.render.project import ALPHA_MIN, CLASSIC
 from mobilegs.render.view_network import ViewNetwork
 from tests.support.quantized_scenes import camera
 
@@ -40,6 +40,7 @@ class Case:
     color_latents: int = 6
     joint: bool = False
     """One codebook for the three scales, and one for the quaternion."""
+    footprint: Footprint = CLASSIC
 
 
 CASES = {
@@ -71,6 +72,10 @@ CASES = {
     "the paper's": Case(600, network=True, size=200, colors="latent_networks", joint=True),
     "networks of latents, scalars": Case(
         300, LobeShape(1, 2), steps=StepSizes(), colors="latent_networks", layers=(40, 260)
+    ),
+    "antialiased": Case(70, LobeShape(1, 2), footprint=Footprint(0.1, antialiased=True)),
+    "soft edges, layers": Case(
+        90, steps=StepSizes(), layers=(30, 60), footprint=Footprint(soft_edge=True)
     ),
 }
 
@@ -136,6 +141,7 @@ def make_scene(case: Case, seed: int = 0) -> QuantizedScene:
             background_weight=1.5,
             alpha_min=case.alpha_min,
         ),
+        footprint=case.footprint,
         background=torch.tensor([0.1, 0.5, 1.0]),
         near=0.05,
         views=[camera(), camera().resized(64, 48)],

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { SceneError } from "../../viewer/src/mgs/error.js";
-import { parseHeader } from "../../viewer/src/mgs/header.js";
+import { CLASSIC, parseHeader } from "../../viewer/src/mgs/header.js";
 import { smallScene } from "./write.js";
 
 const DEEP = JSON.parse("[".repeat(5000) + "]".repeat(5000));
@@ -20,7 +20,7 @@ function put(fields, path, value) {
 function smallFields() {
   const { fields, streams } = smallScene();
   const table = streams.map(([name, codec, data]) => ({ name, codec, bytes: data.length, crc32: 0 }));
-  return { ...fields, layers: [40], streams: table };
+  return { ...fields, footprint: CLASSIC, layers: [40], streams: table };
 }
 
 function paths(fields) {
@@ -77,7 +77,7 @@ test("the count is limited by the bytes of the streams that are used", () => {
   const used = fields.streams.reduce((sum, { bytes }) => sum + bytes, 0);
   const idle = ["spare", "", "view-network", "rotation-finer", "scale.3", "positions@1", "scale.0@0"];
   const streams = [...fields.streams, ...idle.map((name) => ({ name, codec: "raw", bytes: 1e6, crc32: 0 }))];
-  const opens = (count) => () => parseHeader({ ...fields, count, layers: [count], streams }, 8e6);
+  const opens = (count) => () => parseHeader({ ...fields, count, footprint: CLASSIC, layers: [count], streams }, 8e6);
   assert.doesNotThrow(opens(used));
   const refused = new RegExp(`claims ${used + 1} Gaussians in ${used} of its 8000000 bytes`);
   assert.throws(opens(used + 1), refused);

@@ -235,14 +235,14 @@ test("each stream of a level must exist once; others are ignored", () => {
   assert.deepEqual(wordsOf(openScene(seal(fields, [...streams, ...more], 3))), COARSER[3]);
 });
 
-test("version 2 ignores the field layers; versions after 3 are refused", () => {
+test("version 2 ignores the field layers; versions after 4 are refused", () => {
   const [first] = alone;
   const expected = openScene(seal(first.fields, first.streams));
   for (const layers of [null, [], [1, 2], "x"]) {
     assert.deepEqual(openScene(seal({ ...first.fields, layers }, first.streams)), expected);
   }
   assert.throws(() => openScene(seal(first.fields, first.streams, 3)), /'layers'/);
-  for (const major of [1, 4]) {
-    assert.throws(() => openScene(seal(fields, [...shared, ...own.flat()], major)), /reads 2\.x to 3\.x/);
+  for (const major of [1, 5]) {
+    assert.throws(() => openScene(seal(fields, [...shared, ...own.flat()], major)), /reads 2\.x to 4\.x/);
   }
 });

@@ -24,6 +24,7 @@ from mobilegs.mgs.lod import with_lod_levels
 from mobilegs.mgs.positions import morton_codes, positions_from_morton
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.mgs.rans import lane_count
+from mobilegs.render import Footprint
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.scene import Scene
 from tests.support.scene_cases import Case, make_scene
@@ -72,6 +73,19 @@ FILES = {
     "sq_latent_networks_layers": Case(
         70, LobeShape(1, 2), steps=StepSizes(), colors="latent_networks"
     ),
+    "sq_footprint_picture": Case(
+        60,
+        LobeShape(2, 4),
+        steps=StepSizes(lobes=0.3),
+        colors="linear",
+        footprint=Footprint(0.1, antialiased=True, soft_edge=True),
+    ),
+    "sq_sorted_footprint_picture": Case(
+        60, steps=StepSizes(), colors="linear", footprint=Footprint(0.2, antialiased=True)
+    ),
+    "nvq_footprint_layers": Case(
+        70, LobeShape(1, 2), size=8, colors="linear", footprint=Footprint(soft_edge=True)
+    ),
 }
 DEGREES = {"sq_degree_0": 0, "nvq_degree_2": 2, "sq_degree_3": 3}
 # all other files have no_depth
@@ -81,6 +95,7 @@ WEIGHTINGS = {
     "nvq_linear_layers": "sort_free_gs",
     "sq_trained": "mobile_gs",
     "sq_picture": "mobile_gs",
+    "sq_footprint_picture": "mobile_gs",
     "nvq_network_picture": "no_scale",
 }
 ALIKE = 0.97  # share of equal Gaussians in the large file; the others are of one of `KINDS`

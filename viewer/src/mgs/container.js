@@ -6,13 +6,13 @@
 import { view } from "./bits.js";
 import { crc32 } from "./crc32.js";
 import { SceneError } from "./error.js";
-import { shortText } from "./header.js";
+import { CLASSIC, shortText } from "./header.js";
 
 /** @typedef {{ name: string, codec: string, data: Uint8Array }} Stream a piece of the file */
 /** @typedef {{ name: string, codec: string, bytes: number, crc32: number }} Row of the table */
 
 const MAGIC = [0x4d, 0x47, 0x53, 0x1a, 0x0d, 0x0a, 0x00, 0x01];
-const MAJORS = [2, 3];
+const MAJORS = [2, 3, 4];
 // bytes before the header
 const PREFIX = 20;
 const HEADER_MAX = 2 ** 20;
@@ -120,8 +120,12 @@ export class ContainerReader {
       throw new SceneError("the header of the .mgs file is damaged (wrong checksum)");
     }
     this.fields = parseObject(text);
-    // a file of version 2 is one LOD level
-    if (view(prefix).getUint16(0, true) === 2) this.fields.layers = [this.fields.count];
+    const major = view(prefix).getUint16(0, true);
+    // a file without LOD levels has one
+    if (major === 2 || (major === 4 && this.fields.layers === undefined)) {
+      this.fields.layers = [this.fields.count];
+    }
+    if (major < 4) this.fields.footprint = CLASSIC;
     this.table = parseTable(this.fields.streams);
     this.total = this.table.reduce((sum, row) => sum + padded(row.bytes), PREFIX + text.length);
     if (this.total > FILE_MAX) {
@@ -182,7 +186,7 @@ function headerLength(prefix) {
   if (!MAJORS.includes(major)) {
     throw new SceneError(
       `the .mgs file is of version ${major}.${numbers.getUint16(2, true)}, this program reads ` +
-        `${MAJORS[0]}.x to ${MAJORS[1]}.x: reload the page, or write the file again with this version of mobilegs`,
+        `${MAJORS[0]}.x to ${MAJORS[2]}.x: reload the page, or write the file again with this version of mobilegs`,
     );
   }
   if (length > HEADER_MAX) {

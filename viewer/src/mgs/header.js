@@ -18,6 +18,12 @@ import { COLOR_STREAMS } from "./weights.js";
  * @property {number} alpha_min
  */
 /**
+ * @typedef {object} Footprint how a Gaussian covers pixels; docs/reference/format.md, section 9
+ * @property {number} blur px^2
+ * @property {boolean} antialiased
+ * @property {boolean} soft_edge
+ */
+/**
  * @typedef {object} View a training camera
  * @property {Float32Array} viewmat world to camera, 16 numbers row by row, OpenCV axes
  * @property {Float32Array} K camera to pixels, 9 numbers row by row
@@ -37,6 +43,7 @@ import { COLOR_STREAMS } from "./weights.js";
  * @property {LobeShape | null} lobes
  * @property {boolean} network
  * @property {Weighting} weighting
+ * @property {Footprint} footprint
  * @property {Float32Array} background sRGB in [0, 1]
  * @property {number} near world units
  * @property {View[]} views
@@ -44,6 +51,9 @@ import { COLOR_STREAMS } from "./weights.js";
  */
 /** @typedef {Record<string, unknown>} Fields */
 /** @typedef {import("./container.js").Row} Row */
+
+/** The footprint of files that name none, that of 3DGS. @type {Readonly<Footprint>} */
+export const CLASSIC = Object.freeze({ blur: 0.3, antialiased: false, soft_edge: false });
 
 const COUNT_MAX = 2 ** 26;
 const LOD_LEVELS_MAX = 8;
@@ -123,6 +133,7 @@ export function parseHeader(fields, bytes) {
     lobes,
     network,
     weighting: parseWeighting(object(fields, "weighting")),
+    footprint: parseFootprint(object(fields, "footprint")),
     background: floats(fields, "background", 3),
     near: number(fields, "near"),
     views: list(fields, "views").map(parseView),
@@ -137,6 +148,7 @@ export function parseHeader(fields, bytes) {
       `the .mgs file claims ${count} Gaussians in ${used} of its ${bytes} bytes: it is damaged`,
     );
   }
+  if (header.footprint.soft_edge && header.sorted) throw broken("footprint.soft_edge");
   if (header.background.some((value) => value < 0 || value > 1)) throw broken("background");
   if (!(header.near > 0 && header.near <= WORLD_MAX)) throw broken("near");
   if (header.views.length > VIEWS_MAX) throw broken("views");
@@ -295,6 +307,19 @@ function parseWeighting(fields) {
   if (weighting.background_weight < 0) throw broken("background_weight");
   if (!(weighting.alpha_min >= 1e-4 && weighting.alpha_min <= 0.1)) throw broken("alpha_min");
   return weighting;
+}
+
+/**
+ * @param {Fields} fields
+ * @returns {Footprint}
+ */
+function parseFootprint(fields) {
+  const { antialiased, soft_edge } = fields;
+  if (typeof antialiased !== "boolean") throw broken("footprint.antialiased");
+  if (typeof soft_edge !== "boolean") throw broken("footprint.soft_edge");
+  const blur = number(fields, "blur");
+  if (!(blur > 0 && blur <= 4)) throw broken("footprint.blur");
+  return { blur, antialiased, soft_edge };
 }
 
 /**
