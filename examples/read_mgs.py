@@ -32,7 +32,7 @@ def read_container(data: bytes) -> tuple[dict, dict[str, tuple[str, bytes]]]:
     """Return the header, and the codec and bytes of each stream by name."""
     need(data[:8] == MAGIC and len(data) >= 20, "its first bytes")
     major, _, size, crc = struct.unpack_from("<HHII", data, 8)
-    need(major in (2, 3) and size <= 1 << 20, "its version")
+    need(major in (2, 3, 4) and size <= 1 << 20, "its version")
     need(crc == zlib.crc32(data[8:16] + data[20 : 20 + size]), "the checksum of its header")
     header, place, streams = json.loads(data[20 : 20 + size]), 20 + size, {}
     for row in header["streams"]:

@@ -8,13 +8,14 @@ import torch
 
 from mobilegs.errors import InputError
 from mobilegs.formats.glb import read_glb, write_glb
-from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.ply import read_footprint, read_ply, write_ply
 from mobilegs.formats.sog import read_sog, write_sog
 from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz, write_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.mgs.huffman import huffman_bytes
+from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 
 Device = Literal["auto", "cpu", "cuda"]
@@ -39,25 +40,25 @@ def choose_device(name: Device) -> torch.device:
     return torch.device(name)
 
 
-def read_gaussians(path: Path) -> Gaussians:
-    """Read the Gaussians of a plain 3DGS scene in any format.
+def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
+    """Read a plain 3DGS scene of any format.
 
     Raises:
         InputError: the file is a .mgs or another kind of file, is damaged, or has no Gaussians.
     """
     if path.suffix.lower() == ".mgs":
         raise InputError(f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply")
-    gaussians = open_scene(path, torch.device("cpu")).gaussians
-    if not len(gaussians):
+    scene = open_scene(path, device)
+    if not len(scene.gaussians):
         raise InputError(f"{path} has no Gaussians: there is nothing to learn from")
-    return gaussians
+    return scene
 
 
 def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     """Read a scene file onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat or .glb.
 
-    A .mgs names its blending and background. The others are blended sorted, with the background
-    and near plane of `Scene`'s defaults.
+    A .mgs names its blending, footprint and background. The others are blended sorted, with the
+    background and near plane of `Scene`'s defaults; a .ply may name a footprint.
 
     Raises:
         InputError: the file is of another kind, is damaged, or cannot be read.
@@ -70,7 +71,11 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
         kind = ".sog"
     if kind not in PLAIN:
         raise InputError(f"{path} is not a scene: a .mgs, {_names(PLAIN)} file is needed")
-    return Scene(PLAIN[kind](path).to(device), background=torch.zeros(3, device=device))
+    return Scene(
+        PLAIN[kind](path).to(device),
+        background=torch.zeros(3, device=device),
+        footprint=read_footprint(path) if kind == ".ply" else CLASSIC,
+    )
 
 
 def inspect_scene(path: Path) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from mobilegs.evaluate.metrics import as_displayed, psnr
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.pipeline.compress import CompressRun, compress_run
 from mobilegs.render.scene import Scene
-from mobilegs.scene_file import read_gaussians
+from mobilegs.scene_file import read_plain_scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
 from mobilegs.synthetic_capture.scene_bounds import find_scene_bounds
@@ -56,7 +56,7 @@ def compressed(
     how = {"preset": "cpu", "steps": steps, "size": picture, "resume": resume}
     metrics = compress_run(CompressRun(source, run, **how))
     seconds = metrics["seconds"]
-    teacher = Scene(read_gaussians(source))
+    teacher = read_plain_scene(source)
     student = read_mgs(run / "scene.mgs").decode("cpu")
     bounds = find_scene_bounds(teacher.gaussians)
     generator = torch.Generator().manual_seed(OTHER_SEED)

@@ -23,6 +23,7 @@ from mobilegs.atomic import atomic_path, file_size
 from mobilegs.errors import InputError
 from mobilegs.formats.ply_compressed import SH_DEGREES, Table, read_compressed
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.project import BLUR, BLUR_MAX, CLASSIC, Footprint
 
 log = logging.getLogger(__name__)
 
@@ -38,6 +39,7 @@ BASE_COLOR = ["f_dc_0", "f_dc_1", "f_dc_2"]
 SCALES = ["scale_0", "scale_1", "scale_2"]
 ROTATION = ["rot_0", "rot_1", "rot_2", "rot_3"]
 COLUMNS = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR]  # in the order of reading
+RENDER_MODES = ("default", "mip")
 BLOCK = 1 << 22  # bytes of rows that are read at a time
 # replace infinities, which other tools write for opacities of 0 and 1 and scales of 0
 LOGIT_MAX, LOG_SCALE_MIN = 13.8, -69.0  # logit of 1 - 1e-6, logarithm of 1e-30
@@ -66,6 +68,26 @@ class Header:
     elements: list[Element]
     length: int  # bytes up to the first number
     render_mode: str
+    blur: float  # px^2
+
+
+def read_footprint(path: Path | str) -> Footprint:
+    """Read how the Gaussians of a PLY cover pixels, from the comments of its header.
+
+    `SplatRenderMode: mip` is antialiased, with the blur of a comment `mobilegs blur`, or 0.3.
+    Raises InputError as `read_ply`.
+    """
+    header, _ = _read_header(Path(path))
+    return Footprint(header.blur, antialiased=header.render_mode == "mip")
+
+
+def _read_header(path: Path) -> tuple[Header, int]:
+    """Return the header of a PLY and the size of the file in bytes."""
+    try:
+        with path.open("rb") as file:
+            return parse_header(file.read(HEADER_MAX), path), file_size(path)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
 
 
 def read_ply(path: Path | str) -> Gaussians:
@@ -81,13 +103,8 @@ def read_ply(path: Path | str) -> Gaussians:
         InputError: the file is missing, not a PLY, cut off, or lacks a property of 3DGS.
     """
     path = Path(path)
-    try:
-        size = file_size(path)
-        with path.open("rb") as file:
-            header = parse_header(file.read(HEADER_MAX), path)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    if header.render_mode != "default":
+    header, size = _read_header(path)
+    if header.render_mode not in RENDER_MODES:
         log.warning(
             "%s was made for the render mode %r; drawn as plain 3DGS it may look different",
             path,
@@ -120,12 +137,14 @@ def parse_header(head: bytes, path: Path) -> Header:
     if end is None:
         raise InputError(f"{path} has no complete PLY header in its first {HEADER_MAX} bytes")
     elements: list[Element] = []
-    kind, mode = "", "default"
+    kind, mode, blur = "", "default", str(BLUR)
     for line in head[: end.start()].decode("ascii", "replace").splitlines()[1:]:
         match line.split():
             case ["format", kind, *_]:
                 pass
             case ["comment", "SplatRenderMode:", mode, *_]:
+                pass
+            case ["comment", "mobilegs", "blur", blur]:
                 pass
             case ["element", name, count] if re.fullmatch(r"\d{1,18}", count):
                 elements.append(Element(name, int(count), {}))
@@ -141,7 +160,10 @@ def parse_header(head: bytes, path: Path) -> Header:
                 raise InputError(f"{path} has a header line that is not PLY: {line[:40]!r}")
     if kind not in BYTE_ORDERS:
         raise InputError(f"{path} has the PLY format {kind[:40]!r}, which does not exist")
-    return Header(BYTE_ORDERS[kind], kind == "ascii", elements, end.end(), mode[:40])
+    if not re.fullmatch(r"\d*\.?\d+", blur) or not 0 < float(blur) <= BLUR_MAX:
+        raise InputError(f"{path} names the blur {blur[:40]!r}: above 0 and at most 4 is possible")
+    of = BYTE_ORDERS[kind], kind == "ascii", elements, end.end(), mode[:40], float(blur)
+    return Header(*of)
 
 
 def find_vertex(header: Header, path: Path) -> tuple[Element, list[Element]]:
@@ -286,13 +308,18 @@ def columns(rows: np.ndarray, names: list[str]) -> np.ndarray:
         return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
 
 
-def write_ply(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
+def write_ply(
+    path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC, note: str = ""
+) -> None:
     """Write a scene for sorted blending to a PLY; the file appears complete or not at all.
 
-    The layout is INRIA's, little-endian float32. The header has the comments
-    `SplatRenderMode: default`, which other tools read, and `mobilegs blend sorted`. `note`, a
-    line of ASCII, becomes another comment.
+    The layout is INRIA's, little-endian float32. The header has the comments `SplatRenderMode:
+    default` or, antialiased, `mip`, which other tools read, and `mobilegs blend sorted`. A blur
+    other than 0.3 and `note`, a line of ASCII, become further comments. Other tools draw a blur of
+    0.3. Raises InputError for a soft edge, which sorted blending does not have.
     """
+    if footprint.soft_edge:
+        raise InputError(f"cannot write {path}: sorted blending has no soft edge")
     count, coefficients = gaussians.sh.shape[:2]
     rest = [f"f_rest_{i}" for i in range(3 * (coefficients - 1))]
     normal = ["nx", "ny", "nz"]
@@ -312,8 +339,9 @@ def write_ply(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
         "format binary_little_endian 1.0",
         f"element vertex {count}",  # INRIA's viewer expects it in this line
         *(f"property float {name}" for name in names),
-        "comment SplatRenderMode: default",
+        f"comment SplatRenderMode: {'mip' if footprint.antialiased else 'default'}",
         "comment mobilegs blend sorted",
+        *([f"comment mobilegs blur {footprint.blur:g}"] if footprint.blur != BLUR else []),
         *([f"comment mobilegs {note}"] if note else []),
         "end_header\n",
     ]

@@ -13,7 +13,7 @@ from mobilegs.live import ADDRESS
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.render.scene import Scene
-from mobilegs.scene_file import choose_device, read_gaussians
+from mobilegs.scene_file import choose_device, read_plain_scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import (
     DEFAULT_BACKGROUND,
@@ -152,7 +152,7 @@ def compress_run(
     validate_run(training)
 
     def opened() -> Scene:  # not kept in memory: the training reads it again
-        return Scene(read_gaussians(run.scene).to(choose_device(run.device)))
+        return read_plain_scene(run.scene, choose_device(run.device))
 
     if capture is None:
         views, size = VIEWS[preset]

@@ -16,14 +16,14 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
-from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.ply import read_footprint, read_ply, write_ply
 from mobilegs.live import ADDRESS, LiveView, open_live_view, validate_live_options
 from mobilegs.mgs.codec import read_mgs, write_mgs
 from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
 from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
-from mobilegs.scene_file import read_gaussians
+from mobilegs.scene_file import read_plain_scene
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
 from mobilegs.train.progress import Monitor
@@ -166,14 +166,14 @@ def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str,
         raise InputError(f"{run.capture} holds no photo back for the test: it needs more photos")
     given = None
     if run.teacher is not None and not run_dir.teacher.exists():
-        given = read_gaussians(run.teacher)
+        given = read_plain_scene(run.teacher)
     team.barrier()  # until all processes have looked at the folder
     if team.is_main and not resuming:
         run_dir.create(
             options=options_as_json(run), recipe=recipe, photos=capture_fingerprint(dataset)
         )
     if team.is_main and given is not None:
-        write_ply(run_dir.teacher, given)
+        write_ply(run_dir.teacher, given.gaussians, footprint=given.footprint)
     team.barrier()
     checkpoint = run_dir.load_checkpoint()
     with (
@@ -195,6 +195,7 @@ def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str,
             read_ply(run_dir.teacher).to(team.device),
             background=dataset.background.to(team.device),
             near=dataset.near,
+            footprint=read_footprint(run_dir.teacher),
         )
         if not run_dir.scene.exists():
             train_student(job, teacher)
@@ -221,7 +222,8 @@ def train_teacher(job: Job) -> None:
     stage = Teacher(job.recipe.teacher, job.dataset, seed=seed, device=team.device, team=team)
     run_stage(job, stage, order_seed=2 * seed)
     if team.is_main:
-        write_ply(job.run_dir.teacher, stage.gaussians())
+        footprint = job.recipe.teacher.footprint
+        write_ply(job.run_dir.teacher, stage.gaussians(), footprint=footprint)
     team.barrier()
 
 

@@ -45,12 +45,16 @@ class RenderSettings(NamedTuple):
     level_sigma: float = 0.0
 
 
-def validate_settings(settings: RenderSettings, *, sortfree: bool) -> None:
-    """Raise InputError for settings that a renderer does not support."""
-    sigma = settings.level_sigma
+def validate_level_sigma(sigma: float) -> None:
+    """Raise InputError unless it is 0 or in the range that levels support."""
     if sigma != 0 and not LEVEL_SIGMA_MIN <= sigma <= 100:
         raise InputError(f"level_sigma must be 0 or lie in [{LEVEL_SIGMA_MIN}, 100], not {sigma}")
-    if sigma and settings.weighting.name == "two_pass":
+
+
+def validate_settings(settings: RenderSettings, *, sortfree: bool) -> None:
+    """Raise InputError for settings that a renderer does not support."""
+    validate_level_sigma(settings.level_sigma)
+    if settings.level_sigma and settings.weighting.name == "two_pass":
         raise InputError("the weighting 'two_pass' has no levels: use level_sigma=0")
     if settings.footprint.soft_edge and not sortfree:
         raise InputError("sorted blending has no soft edge: use a footprint without it")

@@ -11,8 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mobilegs.errors import InputError
-from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.ply import read_footprint, read_ply, write_ply
 from mobilegs.gaussians import Gaussians
+from mobilegs.render import Footprint
+from mobilegs.scene_file import open_scene
 
 NAMES = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3".split()
 
@@ -180,3 +182,32 @@ def test_real_scenes_are_read(name: str, count: int, data_dir: Path) -> None:
     assert len(gaussians) == count
     assert gaussians.sh_degree == 3
     assert all(value.isfinite().all() for value in gaussians.tensors().values())
+
+
+def test_the_footprint_is_read_back(tmp_path: Path, generator: torch.Generator) -> None:
+    path, gaussians = tmp_path / "scene.ply", random_gaussians(3, 1, generator)
+    for footprint, mode in (
+        (Footprint(), "default"),
+        (Footprint(antialiased=True), "mip"),
+        (Footprint(0.1, antialiased=True), "mip"),
+        (Footprint(0.25), "default"),
+    ):
+        write_ply(path, gaussians, footprint=footprint)
+        lines = path.read_bytes().split(b"end_header\n")[0].decode().splitlines()
+        assert f"comment SplatRenderMode: {mode}" in lines
+        assert any("blur" in line for line in lines) == (footprint.blur != 0.3)
+        assert read_footprint(path) == footprint == open_scene(path).footprint
+        assert_equal(read_ply(path), gaussians)
+    with pytest.raises(InputError, match="sorted blending has no soft edge"):
+        write_ply(path, gaussians, footprint=Footprint(soft_edge=True))
+
+
+@pytest.mark.parametrize("blur", ["0", "-1", "4.1", "nan", "x", "1e-3", "9" * 400])
+def test_an_impossible_blur_is_refused(
+    blur: str, tmp_path: Path, generator: torch.Generator
+) -> None:
+    path = tmp_path / "scene.ply"
+    write_ply(path, random_gaussians(3, 1, generator), note=f"blur {blur}")
+    for read in (read_ply, read_footprint):
+        with pytest.raises(InputError, match="names the blur"):
+            read(path)

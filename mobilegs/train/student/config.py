@@ -9,7 +9,8 @@ from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import STREAMS_MAX
 from mobilegs.mgs.quantized_scene import LOD_LEVELS_MAX
-from mobilegs.render import Weighting
+from mobilegs.render import Footprint, Weighting
+from mobilegs.render.inputs import validate_level_sigma
 from mobilegs.render.scene import BLENDS
 from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.train.student.mask_pruning import MaskConfig
@@ -285,6 +286,15 @@ class StudentConfig:
     and the background's weight, which must be above 0. It needs `view_dependence.kind=constant`,
     `network`, or `free` with `decoder_from=1`, and a student that is never quantised
     (`schedule.latents_from=1 schedule.quantize_from=1`)."""
+    footprint: Footprint = field(default_factory=Footprint)
+    """How a Gaussian covers pixels, in training and in the file."""
+    least_variance: float = 0.0
+    """Lower limit of the squared scales, as `teacher.least_variance`; 0: no limit. Codebooks, in
+    which Gaussians share their scales, hold it until they quantise."""
+    level_sigma: float = 0.0
+    """Train with large Gaussians added up in smaller targets, as viewers do: smallest standard
+    deviation in pixels of the target, 0.6 to 100; 0: all at full size. No effect on blend=sorted
+    and weighting.name=two_pass."""
     color: ColorConfig = field(default_factory=ColorConfig)
     """Representation of the colours."""
     view_dependence: ViewDependence = field(default_factory=ViewDependence)
@@ -306,10 +316,14 @@ class StudentConfig:
     when they are needed."""
 
     def __post_init__(self) -> None:
-        check(self, steps=COUNT, views_per_step=COUNT, cache_mib=NOT_NEGATIVE)
+        check(self, steps=COUNT, views_per_step=COUNT)
+        check(self, cache_mib=NOT_NEGATIVE, least_variance=NOT_NEGATIVE)
+        validate_level_sigma(self.level_sigma)
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
         if self.blend not in BLENDS:
             raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
+        if self.footprint.soft_edge and self.blend == "sorted":
+            raise InputError("blend=sorted has no soft edge: leave out footprint.soft_edge")
         self._check_lobes()
         if self.weighting.name == EXPONENTIAL:
             self._check_exponential()

@@ -25,13 +25,15 @@ from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.encode import Quantizer
 from mobilegs.mgs.positions import PositionGrid
-from mobilegs.render import Weighting
+from mobilegs.render import Footprint, Weighting
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
+from mobilegs.render.project import CLASSIC
 from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.autograd_ops import take_rows
 from mobilegs.train.optim import NamedAdam
+from mobilegs.train.sampling import limit_scales
 from mobilegs.train.student import quantization
 from mobilegs.train.student.view_dependence import LOGIT_MAX, ViewDependence, fit_lobe_decoder
 
@@ -71,6 +73,8 @@ class StudentModel:
         *,
         blend: str = "sortfree",
         weighting: Weighting = Weighting(),  # noqa: B008 - frozen
+        footprint: Footprint = CLASSIC,
+        level_sigma: float = 0.0,
         color: ColorShape = ColorShape(),  # noqa: B008 - a tuple
         round_means: bool = True,
         step_sizes: StepSizes | None = None,
@@ -83,7 +87,8 @@ class StudentModel:
             view: the view dependence.
             lrs: learning rates, see `set_lrs`.
             generator: initialises networks.
-            blend, color: of the scene.
+            blend, footprint, color: of the scene.
+            level_sigma: of the renderer, as in `render_sortfree`.
             weighting: with `sort_free_gs`, sigma and a background weight above 0 are initial values
                 and learn. With `exponential`, all Gaussians start with the weight
                 `exp(-d / weighting.sigma)`, and the background weight learns.
@@ -114,6 +119,8 @@ class StudentModel:
         self.round_means = round_means
         self.step_sizes = step_sizes
         self.blend = blend
+        self.footprint = footprint
+        self.level_sigma = 0.0 if weighting.name == "two_pass" else level_sigma
         self._weighting = weighting
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
@@ -382,6 +389,13 @@ class StudentModel:
         self.rows.keep_rows(rows)
         for quantizer in self.quantizers.values():
             quantizer.select(rows)
+
+    @torch.no_grad()
+    def limit_scales(self, cameras: list[Camera], variance: float) -> None:
+        """Raise scales that are finer than the cameras sample; see `sampling.limit_scales`."""
+        tensors = self.rows.tensors
+        values = tensors["scale" if "scale" in self.quantizers else "log_scales"]
+        limit_scales(values.detach(), tensors["means"].detach(), cameras, variance)
 
     @torch.no_grad()
     def decay_lobes(self, share: float) -> None:

@@ -76,6 +76,7 @@ class SharedDecode:
             name: t if rows is None else take_rows(t, rows) for name, t in self.detached.items()
         }
         model, options = self.model, {"camera": camera, "background": background, "depth": depth}
+        options["footprint"] = model.footprint
         shapes = (picked["means"], picked["quats"], picked["log_scales"].exp())
         lobes, masks = picked.get("lobes"), picked.pop("masks", None)
         attenuation = picked.pop("attenuation", None)
@@ -95,7 +96,8 @@ class SharedDecode:
         if logs := model.weighting_logs():
             weights = {name: log.exp() for name, log in logs.items()}
             lobes = with_weighting_gradients(lobes, picked["means"], camera, **weights)
-        return render_sortfree(*shapes, lobes, picked["sh"], weighting=weighting, **options)
+        options |= {"weighting": weighting, "level_sigma": model.level_sigma}
+        return render_sortfree(*shapes, lobes, picked["sh"], **options)
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:
         """Return the ellipses per pixel of camera `number`, differentiable for the scales.
@@ -127,7 +129,8 @@ def rows_in_view(model: StudentModel, cameras: list[Camera]) -> list[Int[Tensor,
     """Return for each camera, in rising order, the Gaussians that can touch its image."""
     means, quats, log_scales = model.shapes()
     scales = log_scales.exp()
-    return [visible_rows(means, quats, scales, camera=camera) for camera in cameras]
+    shapes, footprint = (means, quats, scales), model.footprint
+    return [visible_rows(*shapes, camera=camera, footprint=footprint) for camera in cameras]
 
 
 def merge_rows(

@@ -26,6 +26,7 @@ from mobilegs.train.losses import (
     raw_depth_loss,
 )
 from mobilegs.train.optim import exponential_lr
+from mobilegs.train.sampling import EVERY
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student import quantization
 from mobilegs.train.student.config import NO_FILE, StudentConfig
@@ -105,6 +106,8 @@ class Student:
             self.generator,
             blend=config.blend,
             weighting=weighting,
+            footprint=config.footprint,
+            level_sigma=config.level_sigma,
             color=config.color_shape,
             round_means=config.ablation.round_means,
             step_sizes=config.quantization.initial_step_sizes,
@@ -143,6 +146,8 @@ class Student:
         if self._has_rate_term:
             self.model.add_rate_gradients(len(cameras) * config.quantization.bit_weight)
         self.model.step()
+        if config.least_variance and ((self.done + 1) % EVERY == 0 or self.done + 1 == self.steps):
+            self.model.limit_scales(self.cameras, config.least_variance)
         if config.ablation.lobe_decay:
             self.model.decay_lobes(config.ablation.lobe_decay)
         self.done += 1
@@ -179,6 +184,7 @@ class Student:
             background=self.background,
             near=self.near,
             attenuation=None if attenuation is None else attenuation.detach(),
+            footprint=model.footprint,
         )
 
     def quantized_scene(
@@ -207,6 +213,7 @@ class Student:
             scene,
             blend=model.blend,
             weighting=model.weighting,
+            footprint=model.footprint,
             background=self.background,
             near=self.near,
             views=views or [],

@@ -9,7 +9,8 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import measure_contributions
+from mobilegs.render import Footprint, measure_contributions
+from mobilegs.render.project import CLASSIC
 
 Metric = Literal["indoor", "outdoor"]
 IMPORTANCE_MIN = 1e-6  # added to every Gaussian before `importance_mask` ranks them
@@ -17,7 +18,10 @@ IMPORTANCE_MIN = 1e-6  # added to every Gaussian before `importance_mask` ranks 
 
 @torch.no_grad()
 def importance(
-    gaussians: Gaussians, cameras: Sequence[Camera], metric: Metric
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    metric: Metric,
+    footprint: Footprint = CLASSIC,
 ) -> Float[Tensor, "n"]:
     """Return the contribution of each Gaussian to the images of `cameras`.
 
@@ -30,7 +34,7 @@ def importance(
     wins = torch.zeros_like(total, dtype=torch.bool)
     shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
     for camera in cameras:
-        found = measure_contributions(*shapes, camera=camera.to(total.device))
+        found = measure_contributions(*shapes, camera=camera.to(total.device), footprint=footprint)
         first = found.largest > 0
         if metric == "indoor":
             total += found.weights

@@ -11,7 +11,7 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Frame
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import measure_contributions
+from mobilegs.render import Footprint, measure_contributions
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig
 from mobilegs.train.teacher.importance import Metric, importance, importance_mask, sample_rows
@@ -72,6 +72,7 @@ class MiniSplatting(CloneSplit):
         frames: Sequence[Frame],
         opacity: float,
         sh_degree: int,
+        footprint: Footprint,
         steps: int,
         extent: float,
         max_splats: int,
@@ -80,7 +81,8 @@ class MiniSplatting(CloneSplit):
     ) -> None:
         """`frames` are the training photos, `opacity` is that of restarted Gaussians.
 
-        `sh_degree` is the final SH degree. The other arguments are those of `CloneSplit`.
+        `sh_degree` is the final SH degree, `footprint` that of the scene. The other arguments are
+        those of `CloneSplit`.
         """
         super().__init__(
             config,
@@ -91,6 +93,7 @@ class MiniSplatting(CloneSplit):
             device=device,
         )
         self.mini, self.frames, self.opacity = mini, frames, opacity
+        self.footprint = footprint
         self.final_splats = max_splats
         self.sh_delayed = self.stop > 0
         self.columns = (sh_degree + 1) ** 2 - 1
@@ -134,8 +137,8 @@ class MiniSplatting(CloneSplit):
         if step >= self.stop:
             return
         shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
-        largest = measure_contributions(*shapes, camera=camera).largest
-        self.blurred |= largest > self.mini.blur * camera.width * camera.height
+        found = measure_contributions(*shapes, camera=camera, footprint=self.footprint)
+        self.blurred |= found.largest > self.mini.blur * camera.width * camera.height
 
     @torch.no_grad()
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
@@ -167,7 +170,11 @@ class MiniSplatting(CloneSplit):
     def _reinit(self, adam: NamedAdam, generator: torch.Generator) -> None:
         """Replace all Gaussians by isotropic ones at surface points, in the photos' colours."""
         points, colors = surface_points(
-            constant_color(adam), self.frames, count=self.reinit_splats, generator=generator
+            constant_color(adam),
+            self.frames,
+            count=self.reinit_splats,
+            generator=generator,
+            footprint=self.footprint,
         )
         if len(points):
             new = gaussians_at(points.cpu(), colors.cpu(), opacity=self.opacity, sh_degree=0)
@@ -193,7 +200,7 @@ class MiniSplatting(CloneSplit):
 
     def _importance(self, adam: NamedAdam) -> Float[Tensor, "n"]:
         cameras = [frame.camera for frame in self.frames]
-        return importance(constant_color(adam), cameras, self.mini.metric)
+        return importance(constant_color(adam), cameras, self.mini.metric, self.footprint)
 
 
 def constant_color(adam: NamedAdam) -> Gaussians:

@@ -9,8 +9,8 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Frame, load_view
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import measure_contributions
-from mobilegs.render.project import rotation_matrices
+from mobilegs.render import Footprint, measure_contributions
+from mobilegs.render.project import CLASSIC, rotation_matrices
 from mobilegs.train.teacher.importance import sample_rows
 
 
@@ -44,7 +44,12 @@ def pixel_rays(camera: Camera) -> Float[Tensor, "pixels 3"]:
 
 @torch.no_grad()
 def surface_points(
-    gaussians: Gaussians, frames: Sequence[Frame], *, count: int, generator: torch.Generator
+    gaussians: Gaussians,
+    frames: Sequence[Frame],
+    *,
+    count: int,
+    generator: torch.Generator,
+    footprint: Footprint = CLASSIC,
 ) -> tuple[Float[Tensor, "m 3"], Float[Tensor, "m 3"]]:
     """Return at most `count` world-space points and their colours (Mini-Splatting, 4.1).
 
@@ -58,7 +63,7 @@ def surface_points(
     for frame in frames[::every]:
         view = load_view(frame).to(gaussians.means.device)
         shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
-        found = measure_contributions(*shapes, camera=view.camera)
+        found = measure_contributions(*shapes, camera=view.camera, footprint=footprint)
         weights = found.alpha if view.mask is None else found.alpha * (view.mask > 0.5)
         weights = torch.where(found.winner >= 0, weights, 0.0)
         pixels = sample_rows(weights.flatten(), each, generator).to(weights.device)

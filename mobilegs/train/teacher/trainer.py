@@ -8,12 +8,14 @@ from torch import Tensor
 from torch.nn.functional import pad
 
 from mobilegs.data.dataset import Dataset, View
+from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import render_sorted, visible_rows
+from mobilegs.render import Footprint, render_sorted, visible_rows
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.losses import masked_mse, photo_loss
 from mobilegs.train.optim import NamedAdam, exponential_lr
+from mobilegs.train.sampling import EVERY, limit_scales
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.teacher.init import initial_gaussians
@@ -71,6 +73,11 @@ class TeacherConfig:
     from its sampling."""
     ssim_weight: float = 0.2
     """Weight of 1 - SSIM in the loss; the rest is L1."""
+    footprint: Footprint = field(default_factory=Footprint)
+    """How a Gaussian covers pixels, in training and in the scene."""
+    least_variance: float = 0.0
+    """Lower limit of the squared scales, in squared distances between pixels of the training camera
+    that samples a Gaussian most finely (Mip-Splatting's filter has 0.2); 0: no limit."""
     lr: TeacherLearningRates = field(default_factory=TeacherLearningRates)
     """Learning rates."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)
@@ -88,11 +95,13 @@ class TeacherConfig:
             self,
             **dict.fromkeys(("steps", "views_per_step", "max_splats", "init_splats"), COUNT),
             init_scale=POSITIVE,
-            min_views=NOT_NEGATIVE,
+            **dict.fromkeys(("min_views", "least_variance"), NOT_NEGATIVE),
             **dict.fromkeys(("sh_interval", "ssim_weight"), FRACTION),
             init_opacity=Range(high=1.0, above=True, below=True),
             sh_degree=DEGREE,
         )
+        if self.footprint.soft_edge:
+            raise InputError("teacher.footprint.soft_edge: sorted blending has no soft edge")
 
 
 class Teacher:
@@ -175,6 +184,10 @@ class Teacher:
             self.strategy.observe(self.done, shown, camera, **seen)
         self.adam.step()
         self.strategy.after_step(self.done, self.adam, self.generator)
+        if self.config.least_variance and (self.done % EVERY == 0 or self.done == self.steps):
+            tensors, cameras = self.adam.tensors, [frame.camera for frame in self.frames]
+            scales = tensors["log_scales"].detach()
+            limit_scales(scales, tensors["means"], cameras, self.config.least_variance)
         if self.done == self.steps:
             self._remove_unsupported()
         losses, errors, *_ = zip(*results, strict=True)
@@ -195,6 +208,7 @@ class Teacher:
             shown.sh,
             camera=view.camera,
             background=self.background,
+            footprint=self.config.footprint,
             screen_grads=screen_grads,
         )
         loss = photo_loss(
@@ -209,7 +223,13 @@ class Teacher:
 
     def scene(self) -> Scene:
         """Return the current scene, for sorted blending."""
-        return Scene(self.gaussians(), "sorted", background=self.background, near=self.near)
+        return Scene(
+            self.gaussians(),
+            "sorted",
+            background=self.background,
+            near=self.near,
+            footprint=self.config.footprint,
+        )
 
     def state(self) -> dict:
         """Return everything that the remaining steps depend on."""
@@ -238,7 +258,7 @@ class Teacher:
         if densify.strategy == "clone_split":
             return CloneSplit(densify, **run, **start)
         begin = {"frames": self.frames, "opacity": config.init_opacity}
-        begin["sh_degree"] = self.degree_max
+        begin |= {"sh_degree": self.degree_max, "footprint": config.footprint}
         return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
 
     @torch.no_grad()
@@ -247,8 +267,8 @@ class Teacher:
         views = torch.zeros(len(gaussians), dtype=torch.int32, device=gaussians.means.device)
         for frame in self.frames:
             camera = frame.camera.to(views.device)
-            quats, scales = gaussians.quats, gaussians.scales
-            views[visible_rows(gaussians.means, quats, scales, camera=camera)] += 1
+            shapes = (gaussians.means, gaussians.quats, gaussians.scales)
+            views[visible_rows(*shapes, camera=camera, footprint=self.config.footprint)] += 1
         keep = views >= min(self.config.min_views, len(self.frames))
         if keep.any() and not keep.all():
             self.adam.keep_rows(keep)

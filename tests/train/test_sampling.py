@@ -1,0 +1,102 @@
+"""The lower limit of scales: what the training cameras sample."""
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+
+from mobilegs.data.dataset import Dataset
+from mobilegs.render import Footprint
+from mobilegs.train.sampling import EVERY, limit_scales, sampling_intervals
+from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
+from tests.support.scenes import camera, random_scene
+from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train
+
+
+def test_intervals_are_those_of_the_finest_camera_by_numpy() -> None:
+    means = random_scene(300, seed=3, spread=2.0)["means"]
+    views = [camera(), camera(90, 74), camera(20, 90, center=(0.9, 0.2))]
+    found = sampling_intervals(means, views).numpy()
+    expected = np.full(len(means), np.inf)
+    for view in views:
+        viewmat, k = view.viewmat.numpy(), view.K.numpy()
+        for i, mean in enumerate(means.numpy()):
+            x, y, z = viewmat[:3, :3] @ mean + viewmat[:3, 3]
+            if z <= view.near:
+                continue
+            u, v = k[0, 0] * x / z + k[0, 2], k[1, 1] * y / z + k[1, 2]
+            w, h = view.width, view.height
+            if -0.15 * w < u < 1.15 * w and -0.15 * h < v < 1.15 * h:
+                expected[i] = min(expected[i], z / max(k[0, 0], k[1, 1]))
+    assert 20 < np.isinf(expected).sum() < 280
+    np.testing.assert_allclose(found, expected)
+
+
+def test_only_scales_below_the_limit_change() -> None:
+    means = random_scene(200, seed=4, spread=2.0)["means"]
+    log_scales = torch.randn(200, 3, dtype=torch.float64, generator=torch.Generator()) - 4
+    limited = log_scales.clone()
+    views = [camera(), camera(90, 74)]
+    limit_scales(limited, means, views, 0.2)
+    least = (0.2**0.5 * sampling_intervals(means, views)).log()[:, None]
+    unseen = least[:, 0].isinf()
+    assert unseen.any() and torch.equal(limited[unseen], log_scales[unseen])
+    seen = ~unseen
+    torch.testing.assert_close(limited[seen], torch.maximum(log_scales, least)[seen])
+    assert (limited[seen] > log_scales[seen]).any()
+
+
+def test_a_trained_teacher_keeps_the_limit(dataset: Dataset) -> None:
+    config = TeacherConfig(steps=12, least_variance=64.0)
+    seen = [frame.camera for frame in dataset.train]
+    teacher = Teacher(config, dataset, seed=0, device=torch.device("cpu"))
+    before = teacher.gaussians().to("cpu", torch.float64)  # a copy
+    train(teacher, dataset, 12)
+    found = teacher.gaussians()
+    first, least = (
+        (8 * sampling_intervals(g.means.float(), seen)).log()[:, None] for g in (before, found)
+    )
+    assert (before.log_scales < first - 0.1).any()
+    assert (found.log_scales >= least - 1e-5).all()
+
+
+def test_a_trained_student_keeps_the_limit_in_its_file(dataset: Dataset, make_student) -> None:
+    assert EVERY > STUDENT.steps  # it is applied in the last step
+    config = changed(STUDENT, least_variance=9.0, quantization={"method": "sq"})
+    student = make_student(config)
+    train(student, dataset, STUDENT.steps)
+    coded = student.quantized_scene()
+    scene, half = coded.decode().gaussians, coded.step_sizes["scale"] / 2
+    first, least = (
+        (3 * sampling_intervals(means, cameras()[1:])).log()[:, None]
+        for means in (blobs().means, scene.means)
+    )
+    assert (blobs().log_scales < first - 0.1).any()
+    assert half < 0.2
+    assert (scene.log_scales >= least - half - 0.01).all()  # means are rounded, too
+
+
+def test_the_footprint_goes_through_training_into_the_file(dataset: Dataset, make_student) -> None:
+    footprint = Footprint(0.1, antialiased=True, soft_edge=True)
+    student = make_student(replace(STUDENT, footprint=footprint, level_sigma=1.0))
+    for until in (5, STUDENT.steps):
+        train(student, dataset, until)
+        rendered = render_student(student, depth=True)
+        scene = student.scene()
+        assert scene.footprint == footprint
+        again = scene.render(cameras()[0], depth=True, level_sigma=1.0)
+        torch.testing.assert_close(rendered.image, again.image, atol=1e-5, rtol=0)
+        plain = replace(scene, footprint=Footprint()).render(cameras()[0])
+        assert (plain.image - again.image).abs().max() > 1e-3
+    assert student.quantized_scene().footprint == footprint
+
+
+def test_the_footprint_of_a_teacher_changes_its_training(dataset: Dataset) -> None:
+    found = {}
+    for footprint in (Footprint(), Footprint(0.1, antialiased=True)):
+        config = TeacherConfig(steps=3, footprint=footprint)
+        teacher = Teacher(config, dataset, seed=0, device=torch.device("cpu"))
+        train(teacher, dataset, 3)
+        assert teacher.scene().footprint == footprint
+        found[footprint] = teacher.gaussians().means
+    assert not torch.equal(*found.values())
