@@ -84,8 +84,9 @@ def read_footprint(path: Path | str) -> Footprint:
 def _read_header(path: Path) -> tuple[Header, int]:
     """Return the header of a PLY and the size of the file in bytes."""
     try:
+        size = file_size(path)
         with path.open("rb") as file:
-            return parse_header(file.read(HEADER_MAX), path), file_size(path)
+            return parse_header(file.read(HEADER_MAX), path), size
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
 
