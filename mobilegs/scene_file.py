@@ -1,5 +1,6 @@
 """Scene files of all formats: open, inspect and write them."""
 
+import logging
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
@@ -8,15 +9,17 @@ import torch
 
 from mobilegs.errors import InputError
 from mobilegs.formats.glb import read_glb, write_glb
-from mobilegs.formats.ply import read_footprint, read_ply, write_ply
-from mobilegs.formats.sog import read_sog, write_sog
+from mobilegs.formats.ply import read_ply, read_ply_scene, write_ply
+from mobilegs.formats.sog import read_sog, read_sog_scene, write_sog
 from mobilegs.formats.splat import read_splat
-from mobilegs.formats.spz import read_spz, write_spz
+from mobilegs.formats.spz import read_spz, read_spz_scene, write_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.mgs.huffman import huffman_bytes
-from mobilegs.render.project import CLASSIC
+from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.scene import Scene
+
+log = logging.getLogger(__name__)
 
 Device = Literal["auto", "cpu", "cuda"]
 Kind = Literal["ply", "spz", "sog", "glb"]
@@ -27,8 +30,8 @@ PLAIN = {  # plain 3DGS scenes, blended sorted
     ".splat": read_splat,
     ".glb": read_glb,
 }
-NOTED = {"ply": write_ply, "sog": write_sog, "glb": write_glb}  # formats with a place for a note
-WRITERS = {**NOTED, "spz": write_spz}
+WITH_FOOTPRINT = {".ply": read_ply_scene, ".spz": read_spz_scene, ".sog": read_sog_scene}
+WRITERS = {"ply": write_ply, "sog": write_sog, "glb": write_glb, "spz": write_spz}
 
 
 def choose_device(name: Device) -> torch.device:
@@ -58,7 +61,7 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     """Read a scene file onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat or .glb.
 
     A .mgs names its blending, footprint and background. The others are blended sorted, with the
-    background and near plane of `Scene`'s defaults; a .ply may name a footprint.
+    background and near plane of `Scene`'s defaults; a .ply, .spz or .sog may be antialiased.
 
     Raises:
         InputError: the file is of another kind, is damaged, or cannot be read.
@@ -71,11 +74,13 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
         kind = ".sog"
     if kind not in PLAIN:
         raise InputError(f"{path} is not a scene: a .mgs, {_names(PLAIN)} file is needed")
-    return Scene(
-        PLAIN[kind](path).to(device),
-        background=torch.zeros(3, device=device),
-        footprint=read_footprint(path) if kind == ".ply" else CLASSIC,
-    )
+    footprint = CLASSIC
+    if kind in WITH_FOOTPRINT:
+        gaussians, footprint = WITH_FOOTPRINT[kind](path)
+    else:
+        gaussians = PLAIN[kind](path)
+    black = torch.zeros(3, device=device)
+    return Scene(gaussians.to(device), background=black, footprint=footprint)
 
 
 def inspect_scene(path: Path) -> dict[str, Any]:
@@ -103,18 +108,31 @@ def inspect_scene(path: Path) -> dict[str, Any]:
     }
 
 
-def write_gaussians(output: Path, gaussians: Gaussians, kind: Kind, *, note: str = "") -> int:
+def write_gaussians(
+    output: Path,
+    gaussians: Gaussians,
+    kind: Kind,
+    *,
+    footprint: Footprint = CLASSIC,
+    note: str = "",
+) -> int:
     """Write a scene for sorted blending in the format `kind`, atomically; returns its bytes.
 
-    `note`, one line, goes into the file's header; a .spz has no place for it.
+    `note`, one line, goes into the file's header; a .spz has no place for it. A .glb has no place
+    for an antialiased footprint, which is named in a logged warning.
 
     Raises:
         InputError: the format cannot hold the scene.
     """
-    if kind in NOTED:
-        NOTED[kind](output, gaussians, note=note)
+    if kind == "glb":
+        if footprint != CLASSIC:
+            log.warning("%s has no place for the scene's footprint: readers draw 3DGS's", output)
+        write_glb(output, gaussians, note=note)
+    elif kind == "spz":
+        write_spz(output, gaussians, footprint=footprint)
     else:
-        WRITERS[kind](output, gaussians)
+        write = write_ply if kind == "ply" else write_sog
+        write(output, gaussians, footprint=footprint, note=note)
     return output.stat().st_size
 
 

@@ -71,14 +71,14 @@ class Header:
     blur: float  # px^2
 
 
-def read_footprint(path: Path | str) -> Footprint:
-    """Read how the Gaussians of a PLY cover pixels, from the comments of its header.
+def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
+    """Read a PLY as `read_ply` does, and how its Gaussians cover pixels.
 
-    `SplatRenderMode: mip` is antialiased, with the blur of a comment `mobilegs blur`, or 0.3.
-    Raises InputError as `read_ply`.
+    `SplatRenderMode: mip` and Postshot's `antialiased 1` are antialiased, with the blur of a
+    comment `mobilegs blur`, or 0.3. Raises InputError as `read_ply`.
     """
     header, _ = _read_header(Path(path))
-    return Footprint(header.blur, antialiased=header.render_mode == "mip")
+    return read_ply(path), Footprint(header.blur, antialiased=header.render_mode == "mip")
 
 
 def _read_header(path: Path) -> tuple[Header, int]:
@@ -144,7 +144,9 @@ def parse_header(head: bytes, path: Path) -> Header:
             case ["format", kind, *_]:
                 pass
             case ["comment", "SplatRenderMode:", mode, *_]:
-                pass
+                mode = mode.lower()
+            case ["comment", "antialiased", "1"] | ["comment", "postshot.anti_aliasing=1"]:
+                mode = "mip"  # as Postshot writes it
             case ["comment", "mobilegs", "blur", blur]:
                 pass
             case ["element", name, count] if re.fullmatch(r"\d{1,18}", count):

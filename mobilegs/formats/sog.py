@@ -10,6 +10,7 @@ https://developer.playcanvas.com/user-manual/gaussian-splatting/formats/sog.
 
 import io
 import json
+import logging
 import math
 import re
 import struct
@@ -30,7 +31,11 @@ from mobilegs.atomic import atomic_path, file_size
 from mobilegs.errors import InputError
 from mobilegs.formats.sog_palette import codebook, palette
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.project import BLUR, CLASSIC, Footprint
 
+log = logging.getLogger(__name__)
+
+ANTIALIASED = "antialiased"  # a value of meta.json's `model`
 COUNT_MAX = 10_000_000
 GAUSSIANS_PER_BYTE = 1  # far above real scenes; limits the memory for small files
 JSON_MAX = 1 << 18  # bytes of meta.json, which has about 20,000
@@ -68,7 +73,15 @@ class Tables:
 
 
 def read_sog(path: Path | str) -> Gaussians:
+    """Read the Gaussians of a `.sog`; see `read_sog_scene`."""
+    return read_sog_scene(path)[0]
+
+
+def read_sog_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     """Read a `.sog`, an unpacked folder, or the `meta.json` in one, as float32 on the CPU.
+
+    The second result says how the Gaussians cover pixels: the field `model` of newer files. That
+    of 2D Gaussians (`2dgs`) is drawn as plain 3DGS, with a logged warning.
 
     Gaussians that are not finite are left out, and counted in a logged warning.
 
@@ -78,7 +91,8 @@ def read_sog(path: Path | str) -> Gaussians:
     path = Path(path)
     try:
         with _opened(path) as (read_file, size):
-            return _read(read_file, size, path).finite(path)
+            meta = _read_meta(read_file, path)
+            return _read(meta, read_file, size, path).finite(path), _footprint(meta, path)
     except InputError:
         raise
     except OSError as error:
@@ -141,11 +155,25 @@ def _from_folder(folder: Path) -> ReadFile:
     return read_file
 
 
-def _read(read_file: ReadFile, size: int, path: Path) -> Gaussians:
+def _read_meta(read_file: ReadFile, path: Path) -> dict[str, Any]:
     try:
-        meta = json.loads(read_file("meta.json", JSON_MAX))
+        return json.loads(read_file("meta.json", JSON_MAX))
     except RecursionError:
         raise InputError(f"{path} is damaged: its meta.json cannot be read") from None
+
+
+def _footprint(meta: dict[str, Any], path: Path) -> Footprint:
+    model = meta.get("model", "default")
+    if model not in ("default", ANTIALIASED):
+        log.warning(
+            "%s was made for the model %.40r; drawn as plain 3DGS it may look different",
+            path,
+            model,
+        )
+    return Footprint(antialiased=model == ANTIALIASED)
+
+
+def _read(meta: dict[str, Any], read_file: ReadFile, size: int, path: Path) -> Gaussians:
     version = meta.get("version", 1)
     if version not in (1, 2):
         raise InputError(f"{path} has a version of .sog that is not supported: only 1 and 2 are")
@@ -282,14 +310,19 @@ def _look_up(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.stack([table[rows[:, i], i] for i in range(3)], axis=1)
 
 
-def write_sog(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
+def write_sog(
+    path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC, note: str = ""
+) -> None:
     """Write a scene for sorted blending to a `.sog` of version 2.
 
     The file appears complete or not at all, and has the same bytes for the same scene. Gaussians
     are sorted along a Morton curve; those that are not finite are left out, and counted in a logged
     warning. More than 65,536 Gaussians share a palette of 65,536 sets of higher SH coefficients.
-    `note` goes into the meta.json.
+    `note` goes into the meta.json. An antialiased footprint becomes its field `model`, and readers
+    draw a blur of 0.3: another blur is named in a logged warning.
     """
+    if footprint.blur != BLUR:
+        log.warning("%s has no place for the blur %g: readers draw 0.3", path, footprint.blur)
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     gaussians = gaussians.select(morton_order(gaussians.means))
     count = len(gaussians)
@@ -327,6 +360,7 @@ def write_sog(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
             "extras": {"blend": "sorted"} | ({"note": note} if note else {}),
         },
         "count": count,
+        **({"model": ANTIALIASED} if footprint.antialiased else {}),
         "means": {"mins": low, "maxs": high, "files": ["means_l.webp", "means_u.webp"]},
         "scales": {"codebook": scale_book.tolist(), "files": ["scales.webp"]},
         "quats": {"files": ["quats.webp"]},

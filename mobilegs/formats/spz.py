@@ -9,6 +9,7 @@ https://github.com/nianticlabs/spz. `viewer/src/load/spz.js` reads the same in t
 
 import gzip
 import io
+import logging
 import math
 import struct
 import zlib
@@ -22,12 +23,16 @@ import torch
 from mobilegs.atomic import atomic_path, read_if
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.project import BLUR, CLASSIC, Footprint
+
+log = logging.getLogger(__name__)
 
 MAGIC = b"NGSP"
 GZIP = b"\x1f\x8b"
 COUNT_MAX = 10_000_000  # as in the format's own readers
 HEADER, HEADER_4 = 16, 32  # bytes, up to version 3 and in version 4
 SH_COEFFICIENTS = (0, 3, 8, 15, 24)  # per channel above degree 0, by degree
+ANTIALIASED, EXTENDED = 1, 2  # bits of the flags
 SH_KEPT = 15  # degree 4 is not supported by the renderers
 COLOR_SCALE = 0.15  # of degree-0 SH in the range of a byte
 GAUSSIANS_PER_BYTE = 1  # far above real scenes; limits the memory for small files
@@ -49,6 +54,7 @@ class Header:
     count: int
     degree: int
     fraction_bits: int  # of positions
+    antialiased: bool
     extended: bool  # extensions follow
     streams: int  # number of streams, version 4
     table: int  # offset of the streams' sizes, version 4
@@ -66,7 +72,14 @@ class Header:
 
 
 def read_spz(path: Path | str) -> Gaussians:
-    """Read an `.spz` scene as float32 on the CPU; SH of degree 4 are cut to degree 3.
+    """Read the Gaussians of an `.spz`; see `read_spz_scene`."""
+    return read_spz_scene(path)[0]
+
+
+def read_spz_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
+    """Read an `.spz` as float32 on the CPU, and how its Gaussians cover pixels.
+
+    SH of degree 4 are cut to degree 3.
 
     Raises:
         InputError: the file is missing, not an `.spz` of version 1 to 4, damaged or cut off.
@@ -81,7 +94,7 @@ def read_spz(path: Path | str) -> Gaussians:
     else:
         header = _parse(data, path, len(data))
         parts = _decompress_streams(header, data, path)
-    return _gaussians(header, parts, path)
+    return _gaussians(header, parts, path), Footprint(antialiased=header.antialiased)
 
 
 def _damaged(path: Path) -> InputError:
@@ -102,7 +115,8 @@ def _parse(data: bytes, path: Path, size: int) -> Header:
     if degree > 4 or fraction_bits > FRACTION_BITS_MAX or (version == 4 and len(data) < HEADER_4):
         raise _damaged(path)
     table = struct.unpack_from("<I", data, 16)[0] if version == 4 else 0
-    return Header(version, count, degree, fraction_bits, bool(flags & 2), streams, table)
+    known = bool(flags & ANTIALIASED), bool(flags & EXTENDED)
+    return Header(version, count, degree, fraction_bits, *known, streams, table)
 
 
 def _decompress_gzip(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]:
@@ -237,14 +251,18 @@ def _smallest_three(data: np.ndarray) -> np.ndarray:
     return found[:, [3, 0, 1, 2]]
 
 
-def write_spz(path: Path | str, gaussians: Gaussians) -> None:
+def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC) -> None:
     """Write a scene for sorted blending as version 3; the file appears complete or not at all.
 
-    Gaussians that are not finite are left out, and counted in a logged warning.
+    Gaussians that are not finite are left out, and counted in a logged warning. An antialiased
+    footprint becomes the format's flag, and readers draw a blur of 0.3: another blur is named in a
+    logged warning.
 
     Raises:
         InputError: there are more than 10 million Gaussians, or a coordinate reaches 2^23.
     """
+    if footprint.blur != BLUR:
+        log.warning("%s has no place for the blur %g: readers draw 0.3", path, footprint.blur)
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     count, degree = len(gaussians), gaussians.sh_degree
     if count > COUNT_MAX:
@@ -257,8 +275,9 @@ def write_spz(path: Path | str, gaussians: Gaussians) -> None:
     fraction_bits = min(23 - integer_bits, fraction_bits, FRACTION_BITS_MAX)
     if fraction_bits < 0:
         raise InputError(f"cannot write {path}: a Gaussian is too far away for .spz (2^23)")
-    header = Header(3, count, degree, fraction_bits, False, 0, 0)
-    start = MAGIC + struct.pack("<IIBBBB", 3, count, degree, fraction_bits, 0, 0)
+    flags = ANTIALIASED * footprint.antialiased
+    header = Header(3, count, degree, fraction_bits, footprint.antialiased, False, 0, 0)
+    start = MAGIC + struct.pack("<IIBBBB", 3, count, degree, fraction_bits, flags, 0)
     with atomic_path(path) as temporary, temporary.open("wb") as file:
         with gzip.GzipFile("", "wb", GZIP_LEVEL, file, mtime=0) as zipped:
             zipped.write(start)

@@ -68,12 +68,13 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
                 "export another scene, such as the teacher.ply of its run"
             )
         _validate_no_refit(run, f"{scene} is already made for sorted blending")
-        return write_gaussians(output, opened.gaussians, kind), ""
+        return write_gaussians(output, opened.gaussians, kind, footprint=opened.footprint), ""
     if teacher is not None and not run.refit:
         _validate_no_refit(run, f"{teacher} is written instead of {scene}, unless you add --refit")
         plain = open_scene(teacher, choose_device("cpu"))
         message = f"{scene} is sort-free: wrote {teacher} instead (--refit refits the scene)"
-        return write_gaussians(output, plain.gaussians, kind), message
+        size = write_gaussians(output, plain.gaussians, kind, footprint=plain.footprint)
+        return size, message
     with atomic_path(output) as path:  # raises for an unusable folder before the minutes of work
         views = _views(run, opened, progress)
         found = refit(opened, views, seed=run.seed, progress=progress)

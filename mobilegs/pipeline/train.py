@@ -16,7 +16,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
-from mobilegs.formats.ply import read_footprint, read_ply, write_ply
+from mobilegs.formats.ply import read_ply_scene, write_ply
 from mobilegs.live import ADDRESS, LiveView, open_live_view, validate_live_options
 from mobilegs.mgs.codec import read_mgs, write_mgs
 from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
@@ -191,11 +191,12 @@ def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str,
         announce(job)
         if not run_dir.teacher.exists():
             train_teacher(job)
+        gaussians, footprint = read_ply_scene(run_dir.teacher)
         teacher = Scene(
-            read_ply(run_dir.teacher).to(team.device),
+            gaussians.to(team.device),
             background=dataset.background.to(team.device),
             near=dataset.near,
-            footprint=read_footprint(run_dir.teacher),
+            footprint=footprint,
         )
         if not run_dir.scene.exists():
             train_student(job, teacher)

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mobilegs.errors import InputError
-from mobilegs.formats.ply import read_footprint, read_ply, write_ply
+from mobilegs.formats.ply import read_ply, read_ply_scene, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Footprint
 from mobilegs.scene_file import open_scene
@@ -196,7 +196,7 @@ def test_the_footprint_is_read_back(tmp_path: Path, generator: torch.Generator) 
         lines = path.read_bytes().split(b"end_header\n")[0].decode().splitlines()
         assert f"comment SplatRenderMode: {mode}" in lines
         assert any("blur" in line for line in lines) == (footprint.blur != 0.3)
-        assert read_footprint(path) == footprint == open_scene(path).footprint
+        assert read_ply_scene(path)[1] == footprint == open_scene(path).footprint
         assert_equal(read_ply(path), gaussians)
     with pytest.raises(InputError, match="sorted blending has no soft edge"):
         write_ply(path, gaussians, footprint=Footprint(soft_edge=True))
@@ -208,6 +208,6 @@ def test_an_impossible_blur_is_refused(
 ) -> None:
     path = tmp_path / "scene.ply"
     write_ply(path, random_gaussians(3, 1, generator), note=f"blur {blur}")
-    for read in (read_ply, read_footprint):
+    for read in (read_ply, read_ply_scene):
         with pytest.raises(InputError, match="names the blur"):
             read(path)

@@ -19,6 +19,8 @@ from mobilegs.formats.ply import read_ply
 from mobilegs.formats.sog import read_sog, write_sog
 from mobilegs.formats.sog_palette import codebook, palette
 from mobilegs.gaussians import Gaussians
+from mobilegs.render import Footprint
+from mobilegs.scene_file import open_scene
 from tests.support.memory_meter import RESET, MemoryMeter
 from tests.support.random_scenes import (
     error_message,
@@ -322,3 +324,23 @@ def test_read_tensors_are_contiguous(valid: dict[str, bytes], tmp_path: Path) ->
     found = read_sog(tmp_path / "valid.sog")
     assert isinstance(found, Gaussians)
     assert all(value.is_contiguous() for value in found.tensors().values())
+
+
+def test_the_model_of_antialiased_scenes_is_read_and_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "scene.sog"
+    gaussians = random_scene(30, 1)
+    for footprint, model in ((Footprint(), None), (Footprint(antialiased=True), "antialiased")):
+        write_sog(path, gaussians, footprint=footprint)
+        files = unzipped(path.read_bytes())
+        meta = json.loads(files["meta.json"])
+        assert meta.get("model") == model
+        assert open_scene(path).footprint == footprint
+    assert not caplog.text
+    files["meta.json"] = json.dumps(meta | {"model": "2dgs"}).encode()
+    path.write_bytes(zipped(files))
+    assert open_scene(path).footprint == Footprint()
+    assert "made for the model '2dgs'" in caplog.text
+    write_sog(path, gaussians, footprint=Footprint(0.1, antialiased=True))
+    assert "no place for the blur 0.1" in caplog.text

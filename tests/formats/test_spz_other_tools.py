@@ -13,6 +13,8 @@ from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply
 from mobilegs.formats.spz import SH_SIGNS, read_spz, write_spz
 from mobilegs.gaussians import Gaussians
+from mobilegs.render import Footprint
+from mobilegs.scene_file import open_scene
 from mobilegs.spherical_harmonics import C0
 from tests.support.random_scenes import max_error, random_scene, rotation_error
 
@@ -135,3 +137,17 @@ def test_a_gaussian_that_is_too_far_away_raises_an_error_and_leaves_no_file(tmp_
     made.means[0, 0] = 8e6
     write_spz(tmp_path / "far.spz", made)
     assert abs(float(read_spz(tmp_path / "far.spz").means[0, 0]) - 8e6) <= 1
+
+
+def test_the_flag_of_antialiased_scenes_is_read_and_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, gaussians = tmp_path / "scene.spz", random_scene(30, 1)
+    for footprint in (Footprint(), Footprint(antialiased=True)):
+        write_spz(path, gaussians, footprint=footprint)
+        head = gzip.decompress(path.read_bytes())[:16]
+        assert head[14] == footprint.antialiased
+        assert open_scene(path).footprint == footprint
+    assert not caplog.text
+    write_spz(path, gaussians, footprint=Footprint(0.1, antialiased=True))
+    assert "no place for the blur 0.1" in caplog.text
