@@ -45,11 +45,25 @@ def psnr(image: Tensor, target: Tensor) -> float:
     return float(-10 * (image.clamp(0, 1) - target).square().mean().log10())
 
 
-def resized(image: Tensor, size: tuple[int, int], mode: str) -> Tensor:
-    """Return `[h, w, 3]` with another size, by `area` or `bicubic`."""
-    options = {} if mode == "area" else {"align_corners": False}
+def averaged(image: Tensor, factor: int) -> Tensor:
+    """Return means of `factor` x `factor` pixels; drops the rows and columns that are left over."""
+    height, width = (side // factor for side in image.shape[:2])
+    blocks = image[: height * factor, : width * factor].unflatten(1, (width, factor))
+    return blocks.unflatten(0, (height, factor)).mean((1, 3))
+
+
+def reduced(camera: Camera, factor: int) -> Camera:
+    """Return the camera whose pixels are those of `averaged`."""
+    k = camera.K.clone()
+    k[:2] /= factor
+    return replace(camera, K=k, width=camera.width // factor, height=camera.height // factor)
+
+
+def bicubic(image: Tensor, size: tuple[int, int]) -> Tensor:
+    """Return `[h, w, 3]` enlarged to a size."""
     planes = image.permute(2, 0, 1)[None]
-    return interpolate(planes, size=size, mode=mode, **options)[0].permute(1, 2, 0)
+    found = interpolate(planes, size=size, mode="bicubic", align_corners=False)
+    return found[0].permute(1, 2, 0)
 
 
 def enlarged(camera: Camera, factor: float) -> Camera:
@@ -77,17 +91,17 @@ def of_sizes(scene: Scene, dataset: Dataset, larger: Dataset | None, views: int)
         full = scene.render(camera).image.clamp(0, 1)
         add("1", psnr(full, photo))
         for factor in SMALLER:
-            size = (camera.height // factor, camera.width // factor)
-            target = resized(photo, size, "area")
-            drawn = scene.render(camera.resized(size[1], size[0])).image
+            smaller = reduced(camera, factor)
+            target = averaged(photo, factor)
+            drawn = scene.render(smaller).image
             add(f"1/{factor}", psnr(drawn, target))
-            add(f"1/{factor}, area average", psnr(resized(full, size, "area"), target))
+            add(f"1/{factor}, area average", psnr(averaged(full, factor), target))
         if larger is not None:
             photo = load_view(larger.test[number]).image
             size = photo.shape[:2]
             drawn = scene.render(camera.resized(size[1], size[0])).image
             add("2", psnr(drawn, photo))
-            add("2, bicubic", psnr(resized(full, size, "bicubic"), photo))
+            add("2, bicubic", psnr(bicubic(full, (size[0], size[1])), photo))
     return {name: round(statistics.mean(values), 3) for name, values in rows.items()}
 
 
