@@ -176,15 +176,17 @@ struct PixelGradients {
 };
 
 // dL/d of a coarse row: the transpose of add_enlarged. `sum` has room for a row of the finer target
-// and two floats on each side.
+// and PAD floats on each side.
+constexpr int PAD = 8;
 template <int C>
 void reduce_gradients(const Grid& fine, const Grid& coarse, int level, int y,
                       const PixelGradients& grads, const float* sums, float* sum) {
   bool to_image = level == 0;
   int before = to_image ? 3 : 2;  // the four finer rows or columns begin at 2 y - before
   float* to = grads.row(level + 1, y, C);
+  float* middle = sum + PAD;
   for (int c = 0; c < C; c++) {
-    std::fill_n(sum, fine.width + 4, 0.0f);
+    std::fill_n(sum, fine.width + 2 * PAD, 0.0f);
     for (int k = 0; k < 4; k++) {
       int from = 2 * y - before + k;
       if (from < 0 || from >= fine.height) continue;
@@ -192,16 +194,14 @@ void reduce_gradients(const Grid& fine, const Grid& coarse, int level, int y,
       const float* g = grads.row(level, from, C) + c * grads.stride[level];
       const float* own = sums + ((int64)from * (C + 1) + C) * fine.width;  // T of its Gaussians
       if (c == 4)
-        for (int x = 0; x < fine.width; x++) sum[x + 2] += share * g[x] * own[x];
+        for (int x = 0; x < fine.width; x++) middle[x] += share * g[x] * own[x];
       else
-        for (int x = 0; x < fine.width; x++) sum[x + 2] += share * g[x];
+        for (int x = 0; x < fine.width; x++) middle[x] += share * g[x];
     }
     float* out = to + c * grads.stride[level + 1];
-    auto at = [&](int x) { return x < -2 || x > fine.width + 1 ? 0.0f : sum[x + 2]; };
-    for (int x = 0; x < coarse.width; x++) {
-      int from = 2 * x - before;
-      out[x] = 0.25f * (at(from) + at(from + 3)) + 0.75f * (at(from + 1) + at(from + 2));
-    }
+    const float* p = middle - before;
+    for (int x = 0; x < coarse.width; x++, p += 2)
+      out[x] = 0.25f * (p[0] + p[3]) + 0.75f * (p[1] + p[2]);
     std::fill_n(out + coarse.width, grads.stride[level + 1] - coarse.width, 0.0f);
   }
 }
@@ -245,7 +245,7 @@ PixelGradients pixel_gradients(const View& view, const Tiles& tiles, const float
     {
       FlushDenormals flush;
       if (l + 1 < tiles.levels) {
-        std::vector<float> sum(fine.width + 4);
+        std::vector<float> sum(fine.width + 2 * PAD);
 #pragma omp for schedule(static)
         for (int y = 0; y < tiles.grids[l + 1].height; y++)
           reduce_gradients<C>(fine, tiles.grids[l + 1], l, y, grads, own, sum.data());
