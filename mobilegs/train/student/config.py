@@ -114,8 +114,9 @@ class LossConfig:
     0 distils on the photos' views in every step instead, as in the paper; so does any value if no
     two cameras look at the same things."""
     overdraw_weight: float = 5e-5
-    """Weight of the mean number of ellipses per pixel, which decides the time of a frame; at least
-    0. Only scales receive its gradient. The paper has no such term."""
+    """Weight of the mean number of fragments per pixel, which decides the time of a frame; at least
+    0. Only scales receive its gradient. It counts what levels paint, if there is a `level_sigma`.
+    The paper has no such term."""
 
     def __post_init__(self) -> None:
         names = ("distill_weight", "depth_weight", "virtual_view_every", "overdraw_weight")

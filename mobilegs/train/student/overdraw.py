@@ -1,4 +1,4 @@
-"""Overdraw: the mean number of ellipses per pixel, as a differentiable loss term."""
+"""Overdraw: the mean number of fragments per pixel, as a differentiable loss term."""
 
 import math
 from typing import Any
@@ -8,7 +8,10 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.render.project import rotation_matrices
+from mobilegs.render.levels import LEVELS
+from mobilegs.render.project import BLUR, rotation_matrices
+
+MEAN_OF_4 = 3 / math.log(4)  # of 4^u over u in [0, 1)
 
 
 def overdraw(
@@ -19,8 +22,10 @@ def overdraw(
     *,
     camera: Camera,
     alpha_min: float,
+    level_sigma: float = 0.0,
+    blur: float = BLUR,
 ) -> Float[Tensor, ""]:
-    """Return the mean number of ellipses per pixel, which decides the time of an unsorted frame.
+    """Return the mean number of fragments per pixel, which decides the time of an unsorted frame.
 
     An ellipse ends where alpha falls to `alpha_min`. Its area is the projection of an ellipsoid
     with semi-axes s along the unit direction u, given in its own axes,
@@ -28,15 +33,42 @@ def overdraw(
     the perspective distortion outside of the image centre are left out. A Gaussian counts at most
     the area of the image, and 0 behind the near plane.
 
+    With a `level_sigma` k, a Gaussian that is drawn at level l (`render/levels.py`) counts 4^-l of
+    its area, with l as a continuous number: `k^2 / variance` times the mean of 4^u over u in
+    [0, 1), at most 1 and at least 1/64, where the variance is that along the ellipse's shorter axis
+    in px^2, `blur` included. So an ellipse costs less the rounder it is. Weights w are left out.
+
     Pass the Gaussians that can touch the image. Gradients reach only `log_scales`: with a gradient
     on their area, opacities fade, which loses far more quality.
     """
-    others = (t.detach() for t in (means, quats, opacities))
-    return _Overdraw.apply(log_scales, *others, camera, alpha_min)  # pyright: ignore
+    means, quats, opacities = (t.detach() for t in (means, quats, opacities))
+    areas: Tensor = _Areas.apply(log_scales, means, quats, opacities, camera, alpha_min)  # pyright: ignore
+    if level_sigma:
+        variances = _shorter_variances(log_scales, means, quats, camera) + blur
+        areas = areas * (MEAN_OF_4 * level_sigma**2 / variances).clamp(4.0 ** (1 - LEVELS), 1)
+    return areas.sum()
 
 
-class _Overdraw(torch.autograd.Function):
-    """The sum of areas A = sqrt(f1^2 + f2^2 + f3^2), in which s_k occurs in two of the f.
+def _shorter_variances(
+    log_scales: Float[Tensor, "n 3"],
+    means: Float[Tensor, "n 3"],
+    quats: Float[Tensor, "n 4"],
+    camera: Camera,
+) -> Float[Tensor, "n"]:
+    """Return the variances along the ellipses' shorter axes in px^2, without blur."""
+    offsets = means - camera.position
+    distances = offsets.norm(dim=1).clamp_min(camera.near)
+    u = (offsets[:, None, :] @ rotation_matrices(quats))[:, 0] / distances[:, None]
+    squares = torch.exp(2 * log_scales)
+    product = (u.square() * torch.exp(2 * (log_scales.sum(1, keepdim=True) - log_scales))).sum(1)
+    half = 0.5 * (squares * (1 - u.square())).sum(1)  # of the sum of both variances
+    tiny = torch.finfo(half.dtype).tiny
+    root = (half.square() - product).clamp_min(1e-12 * half.square() + tiny).sqrt()
+    return product / (half + root) * float(camera.K[0, 0] * camera.K[1, 1]) / distances.square()
+
+
+class _Areas(torch.autograd.Function):
+    """The areas A = sqrt(f1^2 + f2^2 + f3^2), in which s_k occurs in two of the f.
 
     So the derivative of A by log s_k is A - f_k^2 / A.
     """
@@ -64,9 +96,9 @@ class _Overdraw(torch.autograd.Function):
         tiny = torch.finfo(total.dtype).tiny
         gradients = (areas / total.clamp_min(tiny))[:, None] * (total[:, None] - squares)
         ctx.save_for_backward(torch.where((areas < 1)[:, None], gradients, 0.0))
-        return areas.clamp_max(1).sum()
+        return areas.clamp_max(1)
 
     @staticmethod
     def backward(ctx: Any, grad: Tensor) -> tuple[Tensor, None, None, None, None, None]:  # pyright: ignore
         (gradients,) = ctx.saved_tensors
-        return grad * gradients, None, None, None, None, None
+        return grad[:, None] * gradients, None, None, None, None, None

@@ -100,7 +100,7 @@ class SharedDecode:
         return render_sortfree(*shapes, lobes, picked["sh"], **options)
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:
-        """Return the ellipses per pixel of camera `number`, differentiable for the scales.
+        """Return the fragments per pixel of camera `number`, differentiable for the scales.
 
         It uses opacities without their view dependence, which is accurate enough for an area.
         """
@@ -116,7 +116,13 @@ class SharedDecode:
         means, quats, log_scales, opacities = (
             t if rows is None else take_rows(t, rows) for t in tensors
         )
-        return overdraw(means, quats, log_scales, opacities, camera=camera, alpha_min=alpha_min)
+        return overdraw(
+            *(means, quats, log_scales, opacities),
+            camera=camera,
+            alpha_min=alpha_min,
+            level_sigma=0.0 if model.blend == "sorted" else model.level_sigma,
+            blur=model.footprint.blur,
+        )
 
     def backward(self) -> None:
         """Pass the gradients of the leaves on to the model."""

@@ -11,6 +11,7 @@ from torch.testing import assert_close
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
+from mobilegs.render.levels import choose_levels
 from mobilegs.render.project import BLUR, project
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.overdraw import overdraw
@@ -75,6 +76,42 @@ def test_only_scales_receive_gradients() -> None:
         return overdraw(means, quats, scales, opacities, camera=view, alpha_min=ALPHA_MIN)
 
     assert torch.autograd.gradcheck(of, (log_scales.detach().requires_grad_(),))
+
+
+def test_levels_count_what_they_paint() -> None:
+    view, (means, quats, log_scales, opacities) = camera(), gaussians(300, seed=2)
+    log_scales = log_scales + torch.linspace(-1.5, 1.8, 300, dtype=DOUBLE)[:, None]
+    given = (means, quats, log_scales, opacities)
+    sh = torch.zeros(300, 1, 3, dtype=DOUBLE)
+    shapes = (means, quats, log_scales.exp(), opacities, sh)
+    drawn = project(*shapes, camera=view, alpha_min=ALPHA_MIN)
+    levels = choose_levels(drawn, torch.ones(300, dtype=DOUBLE), 1.2)
+    assert all((levels == level).sum() > 20 for level in range(4))
+    areas = torch.stack(
+        [
+            overdraw(*(t[i : i + 1] for t in given), camera=view, alpha_min=ALPHA_MIN)
+            for i in range(300)
+        ]
+    )
+    painted = (areas / 4.0**levels).sum()
+    found = overdraw(*given, camera=view, alpha_min=ALPHA_MIN, level_sigma=1.2)
+    assert found == pytest.approx(float(painted), rel=0.2)
+    assert found < 0.3 * areas.sum()
+
+
+def test_gradients_with_levels_by_finite_differences() -> None:
+    view, (means, quats, log_scales, opacities) = camera(), gaussians(20, seed=3)
+    log_scales = (log_scales + 1.0).requires_grad_()
+
+    def of(scales: torch.Tensor) -> torch.Tensor:
+        options = {"camera": view, "alpha_min": ALPHA_MIN, "level_sigma": 1.0}
+        return overdraw(means, quats, scales, opacities, **options)
+
+    assert torch.autograd.gradcheck(of, (log_scales,))
+    round_ones = torch.full((2, 3), -2.0, dtype=DOUBLE, requires_grad=True)
+    options = {"camera": view, "alpha_min": ALPHA_MIN, "level_sigma": 1.0}
+    overdraw(means[:2], quats[:2], round_ones, opacities[:2], **options).backward()
+    assert round_ones.grad is not None and round_ones.grad.isfinite().all()
 
 
 def test_a_gaussian_counts_at_most_the_image_and_not_from_behind() -> None:
