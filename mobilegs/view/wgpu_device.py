@@ -58,6 +58,7 @@ class Program:
             has none; made at its first use.
         number: `f16` or `f32`, the numbers of the network's layers.
         project, splat: the pipelines of the next two passes.
+        enlarge: the pipeline that adds a coarser level's sums, sort-free only.
     """
 
     def __init__(self, blend_sorted: bool, full_precision: bool) -> None:
@@ -97,11 +98,15 @@ class Program:
         stage = {"module": module, "entry_point": "evaluate_network"}
         return self.device.create_compute_pipeline(layout="auto", compute=stage)
 
-    def resolve(self, target_format: str) -> Any:
-        """Return the pipeline of the last pass, into a texture of the given format."""
-        if target_format not in self._resolve:
-            kind = "sorted" if self.sorted else "sortfree"
-            self._resolve[target_format] = self.device.create_render_pipeline(
+    def resolve(self, target_format: str, *, levels: bool = False) -> Any:
+        """Return the pipeline of the last pass, into a texture of the given format.
+
+        With `levels` it adds the sums of level 1.
+        """
+        key = (target_format, levels)
+        if key not in self._resolve:
+            kind = "sorted" if self.sorted else "levels" if levels else "sortfree"
+            self._resolve[key] = self.device.create_render_pipeline(
                 layout="auto",
                 vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
                 primitive={"topology": "triangle-list"},
@@ -111,17 +116,20 @@ class Program:
                     "targets": [{"format": target_format}],
                 },
             )
-        return self._resolve[target_format]
+        return self._resolve[key]
 
-    def stamps(self, name: str) -> dict[str, Any] | None:
-        """Return where a pass writes its timestamps; None if the device has none."""
-        if self._queries is None:
+    def stamps(self, name: str, *, begin: bool = True, end: bool = True) -> dict[str, Any] | None:
+        """Return where a pass writes its timestamps; None if the device has none.
+
+        Of several passes of one name, the first writes the `begin` and the last the `end`.
+        """
+        if self._queries is None or not (begin or end):
             return None
         first = 2 * PASSES.index(name)
         return {
             "query_set": self._queries,
-            "beginning_of_pass_write_index": first,
-            "end_of_pass_write_index": first + 1,
+            **({"beginning_of_pass_write_index": first} if begin else {}),
+            **({"end_of_pass_write_index": first + 1} if end else {}),
         }
 
     def milliseconds(self, passes: tuple[str, ...]) -> dict[str, float] | None:
@@ -140,9 +148,9 @@ class Program:
         return {name: 1e-6 * float(ticks[PASSES.index(name)]) for name in passes}
 
     def _make_pipelines(self) -> None:
-        constants = {"SORTED": self.sorted}
         code = self.device.create_shader_module(code=shader("wide", "project"))
-        stage = {"module": code, "entry_point": "project_all", "constants": constants}
+        entry = "project_sorted" if self.sorted else "project_sortfree"
+        stage = {"module": code, "entry_point": entry}
         self.project = self.device.create_compute_pipeline(layout="auto", compute=stage)
         code = self.device.create_shader_module(code=shader("wide", "splat"))
         color = {"src_factor": "one", "dst_factor": "one", "operation": "add"}
@@ -152,7 +160,10 @@ class Program:
         blend = {"color": color, "alpha": alpha}
         self.splat = self.device.create_render_pipeline(
             layout="auto",
-            vertex={"module": code, "entry_point": "corner", "constants": constants},
+            vertex={
+                "module": code,
+                "entry_point": "corner_sorted" if self.sorted else "corner_of_level",
+            },
             primitive={"topology": "triangle-list"},
             fragment={
                 "module": code,
@@ -161,7 +172,18 @@ class Program:
             },
         )
         self._resolve_code = self.device.create_shader_module(code=shader("resolve"))
-        self._resolve: dict[str, Any] = {}
+        self._resolve: dict[tuple[str, bool], Any] = {}
+        if not self.sorted:
+            self.enlarge = self.device.create_render_pipeline(
+                layout="auto",
+                vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
+                primitive={"topology": "triangle-list"},
+                fragment={
+                    "module": self._resolve_code,
+                    "entry_point": "add_enlarged",
+                    "targets": [{"format": name, "blend": blend} for name in self.formats],
+                },
+            )
 
 
 @cache

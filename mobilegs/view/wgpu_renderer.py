@@ -1,9 +1,9 @@
 """Render a scene by WebGPU, with the web viewer's shaders.
 
 A frame has three passes: project (compute, per Gaussian), splat (blended quads, in any order for a
-sort-free scene) and resolve (per pixel). The weight w is computed in project.wgsl, alpha in
-splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render. Before them, network.wgsl
-evaluates the paper's network in scenes that have one.
+sort-free scene, once per level) and resolve (per pixel). The weight w is computed in project.wgsl,
+alpha in splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render. Before them,
+network.wgsl evaluates the paper's network in scenes that have one.
 """
 
 import struct
@@ -17,6 +17,8 @@ from torch.nn.functional import pad
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
+from mobilegs.render.inputs import validate_level_sigma
+from mobilegs.render.levels import LEVELS, level_sizes
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
@@ -27,6 +29,7 @@ from mobilegs.view.wgpu_device import PASSES, program
 BATCH = 128  # as in view.wgsl
 GAUSSIANS = 32  # of a work group of network.wgsl
 LOOK_BYTES = 32  # of wide.wgsl's StoredLook
+LEVEL_STRIDE = 256  # bytes between two levels' uniforms
 
 
 class WgpuImage(NamedTuple):
@@ -48,9 +51,12 @@ class WgpuRenderer:
         scene: the scene.
         program: the device and its pipelines.
         count: number of Gaussians; those with values that are not finite are left out.
+        level_sigma: as in `render_sortfree`; 0 for scenes that are blended sorted.
     """
 
-    def __init__(self, scene: Scene, *, full_precision: bool = False) -> None:
+    def __init__(
+        self, scene: Scene, *, full_precision: bool = False, level_sigma: float = 0.0
+    ) -> None:
         """Upload a scene.
 
         Sums are float16, which every GPU blends, and so are the numbers of a view network where the
@@ -64,9 +70,11 @@ class WgpuRenderer:
                 f"shaders do not render the weighting '{scene.weighting.name}': use --renderer "
                 "kernels, or Scene.render"
             )
+        validate_level_sigma(level_sigma)
         self.scene = scene
+        self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
         self.program = program(scene.blend == "sorted", full_precision)
-        self._sums: tuple[tuple[int, int], list[Any]] | None = None
+        self._sums: tuple[tuple[int, int], list[list[Any]]] | None = None
         self._upload(*_rows(scene))
 
     def render(self, camera: Camera) -> WgpuImage:
@@ -119,7 +127,7 @@ class WgpuRenderer:
         queue.write_buffer(self._view, 0, self._packed(camera))
         if self.program.sorted:
             queue.write_buffer(self._order, 0, self.far_first(camera) if order is None else order)
-        queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0))
+        queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0, 0) * LEVELS)
         sums = self._sums_of(camera.width, camera.height)
         encoder = device.create_command_encoder()
         if self._network:
@@ -166,23 +174,32 @@ class WgpuRenderer:
         looks = device.create_buffer(size=LOOK_BYTES * self.count, usage=use.STORAGE)
         self._view = device.create_buffer(size=_VIEW.size, usage=use.UNIFORM | use.COPY_DST)
         self._drawn = device.create_buffer(
-            size=_DRAWN.size, usage=use.STORAGE | use.INDIRECT | use.COPY_DST
+            size=LEVELS * _DRAWN.size,
+            usage=use.STORAGE | use.INDIRECT | use.COPY_DST | use.COPY_SRC,
         )
-        usage = use.STORAGE | use.COPY_DST
-        batches = device.create_buffer(size=4 * -(-self.count // BATCH), usage=usage)
-        self._order = batches
-        if self.program.sorted:
-            self._order = device.create_buffer(size=4 * self.count, usage=usage)
+        usage = use.STORAGE | use.COPY_DST | use.COPY_SRC
+        # sort-free: two lists of levels in each half
+        entries = self.count if self.program.sorted else 2 * self.count
+        self._order = device.create_buffer(size=4 * entries, usage=usage)
+        numbers = np.zeros((LEVELS, LEVEL_STRIDE // 4), np.uint32)
+        numbers[:, 0] = range(LEVELS)
+        levels = device.create_buffer_with_data(data=numbers, usage=use.UNIFORM)
         quad = np.array([0, 1, 2, 2, 1, 3], np.uint16)
         quads = (quad + 4 * np.arange(BATCH, dtype=np.uint16)[:, None]).flatten()
         self._corners = device.create_buffer_with_data(data=quads, usage=use.INDEX)
+        written = [looks] if self.program.sorted else [looks, self._order, self._drawn]
         self._to_project = self._bind(
-            self.program.project,
-            dict(enumerate([self._view, *scene, looks, batches, self._drawn])),
+            self.program.project, dict(enumerate([self._view, *scene, *written]))
         )
-        self._to_splat = self._bind(
-            self.program.splat, {0: self._view, 1: scene[0], 4: looks, 5: self._order}
-        )
+        read = {0: self._view, 1: scene[0], 4: looks, 5: self._order}
+        if self.program.sorted:
+            self._to_splat = [self._bind(self.program.splat, read)]
+        else:
+            read[6] = self._drawn
+            self._to_splat = [
+                self._bind(self.program.splat, read, {7: (levels, LEVEL_STRIDE * level, 16)})
+                for level in range(LEVELS)
+            ]
         self._network = None
         if inputs is not None and self.scene.network is not None:
             number = np.float16 if self.program.number == "f16" else np.float32
@@ -195,34 +212,51 @@ class WgpuRenderer:
                 {0: self._view, 1: scene[0], 4: read, 5: weights, 6: scene[2]},
             )
 
-    def _bind(self, pipeline: Any, buffers: dict[int, Any], textures: tuple = ()) -> Any:
+    def _bind(
+        self,
+        pipeline: Any,
+        buffers: dict[int, Any],
+        parts: dict[int, tuple[Any, int, int]] | None = None,
+        textures: dict[int, Any] | None = None,
+    ) -> Any:
+        """Make a bind group of whole buffers, parts `(buffer, offset, size)` and textures."""
+        parts = {i: (buffer, 0, buffer.size) for i, buffer in buffers.items()} | (parts or {})
         entries: list[dict] = [
-            {"binding": index, "resource": {"buffer": buffer, "offset": 0, "size": buffer.size}}
-            for index, buffer in buffers.items()
+            {"binding": i, "resource": {"buffer": buffer, "offset": offset, "size": size}}
+            for i, (buffer, offset, size) in parts.items()
         ]
-        entries += [{"binding": i, "resource": view} for i, view in enumerate(textures, start=1)]
+        entries += [{"binding": i, "resource": view} for i, view in (textures or {}).items()]
         return self.program.device.create_bind_group(
             layout=pipeline.get_bind_group_layout(0), entries=entries
         )
 
-    def _sums_of(self, width: int, height: int) -> list[Any]:
-        """Return views of the textures of the sums, created again when the size changes."""
+    @property
+    def _levels(self) -> int:
+        return LEVELS if self.level_sigma else 1
+
+    def _sums_of(self, width: int, height: int) -> list[list[Any]]:
+        """Return views of the textures of each level's sums; they are created for each new size."""
         import wgpu
 
         if self._sums is None or self._sums[0] != (width, height):
             device = self.program.device
             usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
-            textures = [
-                device.create_texture(size=(width, height, 1), format=name, usage=usage)
-                for name in self.program.formats
+            views = [
+                [
+                    device.create_texture(
+                        size=(columns, rows, 1), format=name, usage=usage
+                    ).create_view()
+                    for name in self.program.formats
+                ]
+                for rows, columns in level_sizes(height, width)[: self._levels]
             ]
-            self._sums = (width, height), [texture.create_view() for texture in textures]
+            self._sums = (width, height), views
         return self._sums[1]
 
     def _packed(self, camera: Camera) -> bytes:
         viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
         rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
-        weighting = self.scene.weighting
+        weighting, footprint = self.scene.weighting, self.scene.footprint
         return _VIEW.pack(
             *viewmat[:3].flatten().tolist(),
             *(-(rotation.T @ translation)).tolist(),
@@ -235,6 +269,7 @@ class WgpuRenderer:
             self.program.weight_scale,
             *(self.count, *self._sizes, weighting.index),
             ALPHA_MIN if self.program.sorted else weighting.alpha_min,
+            *(footprint.blur, footprint.antialiased, footprint.soft_edge, self.level_sigma),
         )
 
     def _evaluate(self, encoder: Any) -> None:
@@ -254,41 +289,53 @@ class WgpuRenderer:
         work.dispatch_workgroups(across, -(-groups // across))
         work.end()
 
-    def _splat(self, encoder: Any, sums: list[Any]) -> None:
+    def _splat(self, encoder: Any, sums: list[list[Any]]) -> None:
+        """Add up each level, the coarsest first, with the one before it enlarged."""
         # sort-free: T = 1 in the alpha channel; sorted: alpha = 0
         clear = [(0, 0, 0, 0 if self.program.sorted else 1), (0, 0, 0, 0)]
-        work = encoder.begin_render_pass(
-            color_attachments=[
-                {"view": view, "load_op": "clear", "store_op": "store", "clear_value": color}
-                for view, color in zip(sums, clear, strict=False)
-            ],
-            timestamp_writes=self.program.stamps("splat"),
-        )
-        work.set_pipeline(self.program.splat)
-        work.set_bind_group(0, self._to_splat)
-        work.set_index_buffer(self._corners, "uint16")
-        if self.program.sorted:
-            work.draw_indexed(6 * BATCH, -(-self.count // BATCH))
-        else:
-            work.draw_indexed_indirect(self._drawn, 0)
-        work.end()
+        last = len(sums) - 1
+        for level in range(last, -1, -1):
+            work = encoder.begin_render_pass(
+                color_attachments=[
+                    {"view": view, "load_op": "clear", "store_op": "store", "clear_value": color}
+                    for view, color in zip(sums[level], clear, strict=False)
+                ],
+                timestamp_writes=self.program.stamps("splat", begin=level == last, end=level == 0),
+            )
+            if 0 < level < last:
+                work.set_pipeline(self.program.enlarge)
+                coarse = dict(enumerate(sums[level + 1], start=3))
+                work.set_bind_group(0, self._bind(self.program.enlarge, {}, textures=coarse))
+                work.draw(3)
+            work.set_pipeline(self.program.splat)
+            work.set_bind_group(0, self._to_splat[level])
+            work.set_index_buffer(self._corners, "uint16")
+            if self.program.sorted:
+                work.draw_indexed(6 * BATCH, -(-self.count // BATCH))
+            else:
+                work.draw_indexed_indirect(self._drawn, level * _DRAWN.size)
+            work.end()
 
-    def _resolve(self, encoder: Any, sums: list[Any], target: Any, target_format: str) -> None:
-        pipeline = self.program.resolve(target_format)
+    def _resolve(
+        self, encoder: Any, sums: list[list[Any]], target: Any, target_format: str
+    ) -> None:
+        pipeline = self.program.resolve(target_format, levels=len(sums) > 1)
+        read = dict(enumerate([view for level in sums[:2] for view in level], start=1))
         work = encoder.begin_render_pass(
             color_attachments=[{"view": target, "load_op": "clear", "store_op": "store"}],
             timestamp_writes=self.program.stamps("resolve"),
         )
         work.set_pipeline(pipeline)
-        work.set_bind_group(0, self._bind(pipeline, {0: self._view}, tuple(sums)))
+        work.set_bind_group(0, self._bind(pipeline, {0: self._view}, textures=read))
         work.draw(3)
         work.end()
 
 
 # view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
-# size, sigma and background_weight, weight_scale, the integers, zeros for packed scenes, alpha_min
-_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f 4x")
-_DRAWN = struct.Struct("<5I")  # project.wgsl's Drawn
+# size, sigma and background_weight, weight_scale, the integers, zeros for packed scenes, alpha_min,
+# the footprint and level_sigma
+_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f f 2I f 4x")
+_DRAWN = struct.Struct("<6I")  # project.wgsl's Drawn
 
 
 @torch.no_grad()

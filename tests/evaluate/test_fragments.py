@@ -33,7 +33,6 @@ def test_areas_are_near_the_number_of_pixels(case: str, renderer: str) -> None:
     inputs, view = inputs_of(case)
     settings = settings_of(renderer)
     scene, view = as_scene(inputs, renderer), view.to(dtype=torch.float32)
-    scene.footprint = settings.footprint
     found = fragments_per_pixel(scene, view, level_sigma=settings.level_sigma)
     expected = _counted(scene, view, settings)
     assert len(found) == (4 if settings.level_sigma else 1)

@@ -61,7 +61,7 @@ DETACHED = {
     for name, (render, options) in RENDERERS.items()
     if name in ("mobile_gs", "sort_free_gs")
 }
-SHADER_RENDERERS = ["sorted", *WEIGHTINGS[:-1], "small ellipses"]
+SHADER_RENDERERS = [name for name in RENDERERS if name != "two_pass"]
 
 
 def input_names(renderer: str) -> tuple[str, ...]:
@@ -168,11 +168,16 @@ def as_scene(inputs: dict[str, torch.Tensor], renderer: str) -> Scene:
         logit_opacities=inputs["opacities"].double().logit().clamp(-40, 40).float(),
         sh=inputs["sh"],
     )
-    if renderer == "sorted":
-        return Scene(gaussians, background=BACKGROUND)
-    weighting = RENDERERS[renderer][1]["weighting"]
+    settings = settings_of(renderer)
+    if renderer.startswith("sorted"):
+        return Scene(gaussians, background=BACKGROUND, footprint=settings.footprint)
     return Scene(
-        gaussians, "sortfree", lobes=inputs["lobes"], weighting=weighting, background=BACKGROUND
+        gaussians,
+        "sortfree",
+        lobes=inputs["lobes"],
+        weighting=settings.weighting,
+        background=BACKGROUND,
+        footprint=settings.footprint,
     )
 
 

@@ -1,6 +1,7 @@
 """The viewer's WebGL2 and WebGPU renderers in a page, called from Python."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -40,7 +41,7 @@ SHOW = """
 renderer.setScene({ ...facts, shapes, colors, lobes });
 window.scene = { ...facts, shapes, colors, lobes };
 """
-PAINT = "if (order.length) renderer.setOrder(order); return renderer.pixels(camera);"
+PAINT = "renderer.levelSigma = levelSigma; if (order.length) renderer.setOrder(order); return renderer.pixels(camera);"
 
 
 class Painter:
@@ -51,15 +52,21 @@ class Painter:
         names = [file.stem for file in (VIEWER / "shaders").glob(f"*.{kind.language}")]
         tab.run(OPEN, kind=kind._asdict(), names=names, fullPrecision=full_precision)
 
-    def paint(self, view: Camera, scene: Scene | None = None) -> WgpuImage:
-        """Return the image of a scene; without one, of the previous scene."""
+    def paint(
+        self, view: Camera, scene: Scene | None = None, *, level_sigma: float = 0.0
+    ) -> WgpuImage:
+        """Return the image of a scene; without one, of the previous scene.
+
+        Only WebGPU has levels.
+        """
         given = {} if scene is None else self._in_javascript(scene)
         order = np.zeros(0, np.uint32)
         if self._sorted:
             depths = self._means @ view.viewmat[2, :3].double().numpy()
             order = np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
         code = PAINT if scene is None else SHOW + PAINT
-        found = self.tab.run(code, order=order, camera=in_javascript(view), **given)
+        given |= {"order": order, "levelSigma": level_sigma}
+        found = self.tab.run(code, camera=in_javascript(view), **given)
         assert not self.tab.complaints
         pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())
         return WgpuImage(pixels[..., :3], pixels[..., 3])
@@ -86,6 +93,7 @@ class Painter:
                 "backgroundWeight": weighting.background_weight,
                 "alphaMin": weighting.alpha_min,
             },
+            "footprint": asdict(scene.footprint),
             "background": scene.background.tolist(),
         }
         return {"facts": facts, "shapes": shapes, "colors": colors, "lobes": lobes}

@@ -43,7 +43,7 @@ Look look_at(int i) {
   if (i >= count) { return look; }
   Shape shape = shape_of(i);
   Ellipse e = ellipse_of(shape);
-  if (!(e.depth > position.w)) { return look; }
+  if (!(e.depth > position.w) || !(e.compensation > 0.0)) { return look; }
   vec3 away = shape.mean - position.xyz;
   float basis[16];
   harmonics(max(sh_size, lobe_size), away * inversesqrt(dot(away, away)), basis);

@@ -8,13 +8,13 @@ uniform usampler2D order;  // far ones first
 
 flat out vec4 axes;    // offsets in pixels to standard deviations
 flat out vec4 color;   // w: weight
-flat out vec3 center;  // z: opacity
+flat out vec4 center;  // z: opacity, w: compensation
 
 void main() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
   axes = vec4(0.0);
   color = vec4(0.0);
-  center = vec3(0.0);
+  center = vec4(0.0);
 #ifdef STRIPS
   int i = gl_InstanceID;
 #else
@@ -41,7 +41,7 @@ void main() {
   vec2 across = vec2(-way.y, way.x);
   axes = vec4(way, across) / sizes.xxyy;
   color = vec4(look.color, look.weight);
-  center = vec3(e.center, look.opacity);
+  center = vec4(e.center, look.opacity, e.compensation);
   // a hair wider: rasterisers snap corners to fractions of a pixel
   vec2 side = (reach_of(look.opacity) * sizes + 0.02) *
       (vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
@@ -53,7 +53,7 @@ void main() {
 
 flat in vec4 axes;
 flat in vec4 color;
-flat in vec3 center;
+flat in vec4 center;
 
 layout(location = 0) out vec4 color_out;  // sort-free: sum of c a w; a becomes the product of 1 - a
 #ifndef SORTED
@@ -65,7 +65,8 @@ void main() {
   vec2 d = gl_FragCoord.xy - center.xy;
   vec2 q = vec2(dot(axes.xy, d), dot(axes.zw, d));
   float alpha = center.z * exp(-0.5 * dot(q, q));
-  alpha = alpha >= scale_bits.z ? min(alpha, ALPHA_MAX) : 0.0;
+  float edge = float(soft_edge) * scale_bits.z;
+  alpha = alpha >= scale_bits.z ? min(center.w * (alpha - edge), ALPHA_MAX) : 0.0;
 #ifdef SORTED
   color_out = vec4(color.rgb * alpha, alpha);
 #else

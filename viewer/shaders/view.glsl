@@ -20,11 +20,14 @@ layout(std140) uniform View {
   int lobe_size;       // coefficients of opacity and phi, likewise
   int weighting;       // as WEIGHTINGS of sortfree.py
   vec4 frame;          // of packed positions: the centre; w is the unit
-  vec4 scale_bits;     // of packed scales, as floats: of the least one, and the span; z: alpha_min
+  // of packed scales, as floats: of the least one, and the span; z: alpha_min, w: blur
+  vec4 scale_bits;
+  int antialiased;    // 1: alpha is compensated for the blur
+  int soft_edge;      // 1: alpha_min is subtracted from alpha
+  float level_sigma;  // not used here: all is drawn at full size
 };
 
 const float ALPHA_MAX = 0.99;
-const float BLUR = 0.3;
 const int BATCH = 128;  // quads drawn as one instance, unless STRIPS
 
 // Textures are 4096 wide, as ROW of webgl.js; what does not fit into a row goes on in the next.
@@ -50,6 +53,7 @@ struct Ellipse {
   vec2 variance;  // along x and y, pixels^2
   float covariance;
   float determinant;
+  float compensation;  // factor of alpha
 };
 
 // As project.py defines it; a depth of at most `near` means that there is none.
@@ -66,11 +70,14 @@ Ellipse ellipse_of(Shape shape) {
   vec3 px = (lens.x / e.depth) * (row_x.xyz * shape.axes - uv.x * depths);
   vec3 py = (lens.y / e.depth) * (row_y.xyz * shape.axes - uv.y * depths);
   e.center = lens.xy * t + lens.zw;
-  e.variance = vec2(dot(px, px), dot(py, py)) + BLUR;
+  float blur = scale_bits.w;
+  e.variance = vec2(dot(px, px), dot(py, py)) + blur;
   e.covariance = dot(px, py);
   // Cauchy-Binet: the determinant as a sum of squares cannot cancel
   vec3 crossed = cross(px, py);
-  e.determinant = dot(crossed, crossed) + BLUR * (e.variance.x + e.variance.y - BLUR);
+  float before = dot(crossed, crossed);
+  e.determinant = before + blur * (e.variance.x + e.variance.y - blur);
+  e.compensation = antialiased == 1 ? sqrt(before / e.determinant) : 1.0;
   return e;
 }
 

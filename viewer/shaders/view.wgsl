@@ -21,6 +21,10 @@ struct View {
   frame: vec4f,       // of packed positions: the centre; w is the unit
   scale_bits: vec2f,  // of packed scales, as floats: of the least one, and the span
   alpha_min: f32,     // contributions below are dropped
+  blur: f32,          // px^2 added to both variances
+  antialiased: u32,   // 1: alpha is compensated for the blur
+  soft_edge: u32,     // 1: alpha_min is subtracted from alpha
+  level_sigma: f32,   // of mobilegs/render/levels.py; 0: all at full size
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -39,8 +43,9 @@ struct Look {
 }
 
 const ALPHA_MAX = 0.99;
-const BLUR = 0.3;
-const BATCH = 128u;  // Gaussians that are drawn or left out together
+const BATCH = 128u;  // quads of an instance, and Gaussians of a work group
+const LEVELS = 4u;
+const WEIGHT_UNIT = 10.0;
 
 // The ellipse of a Gaussian on the picture.
 struct Ellipse {
@@ -49,6 +54,7 @@ struct Ellipse {
   variance: vec2f,  // along x and y, pixels^2
   covariance: f32,
   determinant: f32,
+  compensation: f32,  // factor of alpha
 }
 
 // The ellipse of a Gaussian in the image (3DGS, Eq. 5); the depth is at most `near` if there is none. Same
@@ -66,12 +72,53 @@ fn ellipse_of(shape: Shape) -> Ellipse {
   let px = (view.focal.x / out.depth) * (view.row_x.xyz * shape.axes - uv.x * depths);
   let py = (view.focal.y / out.depth) * (view.row_y.xyz * shape.axes - uv.y * depths);
   out.center = view.focal * t + view.center;
-  out.variance = vec2f(dot(px, px), dot(py, py)) + BLUR;
+  out.variance = vec2f(dot(px, px), dot(py, py)) + view.blur;
   out.covariance = dot(px, py);
   // Cauchy-Binet: the determinant as a sum of squares cannot cancel
   let crossed = cross(px, py);
-  out.determinant = dot(crossed, crossed) + BLUR * (out.variance.x + out.variance.y - BLUR);
+  let before = dot(crossed, crossed);
+  out.determinant = before + view.blur * (out.variance.x + out.variance.y - view.blur);
+  out.compensation = select(1.0, sqrt(before / out.determinant), view.antialiased == 1u);
   return out;
+}
+
+// The level of a Gaussian of weight w. Same formula: choose_levels in mobilegs/render/levels.py,
+// level_of in csrc/core.h, view.glsl.
+fn level_of(ellipse: Ellipse, w: f32) -> u32 {
+  if (!(view.level_sigma > 0.0)) { return 0u; }
+  let skew = 0.5 * (ellipse.variance.x - ellipse.variance.y);
+  let cov = ellipse.covariance;
+  let larger = 0.5 * (ellipse.variance.x + ellipse.variance.y) + sqrt(skew * skew + cov * cov);
+  let needed = view.level_sigma * view.level_sigma * sqrt(max(w / WEIGHT_UNIT, 1.0));
+  let share = ellipse.determinant / (larger * needed);
+  return u32(share >= 4.0) + u32(share >= 16.0) + u32(share >= 64.0);
+}
+
+// The ellipse in the pixels of a level's target, less what enlarging adds: at_level in
+// mobilegs/render/levels.py, to_level in csrc/core.h.
+fn to_level(ellipse: Ellipse, level: u32) -> Ellipse {
+  var out = ellipse;
+  let side = f32(1u << level);
+  let spread = 0.25 * (side * side - 1.0);
+  out.center = ellipse.center / side + 1.0;
+  out.determinant = ellipse.determinant - spread * (ellipse.variance.x + ellipse.variance.y) + spread * spread;
+  out.determinant /= side * side * side * side;
+  out.variance = (ellipse.variance - spread) / (side * side);
+  out.covariance = ellipse.covariance / (side * side);
+  return out;
+}
+
+// Pixels of a level's target: level_sizes in mobilegs/render/levels.py.
+fn level_size(level: u32) -> vec2f {
+  var size = vec2u(view.size);
+  for (var l = 0u; l < level; l++) { size = (size - select(1u, 0u, l == 0u)) / 2u + 2u; }
+  return vec2f(size);
+}
+
+// The place of entry k of a level's list: two lists share an array, from both ends.
+fn place_of(level: u32, k: u32, entries: u32) -> u32 {
+  let start = (level >> 1u) * entries;
+  return start + select(k, entries - 1u - k, (level & 1u) == 1u);
 }
 
 // Standard deviations out to which alpha is at least alpha_min.

@@ -49,7 +49,7 @@ const FLOAT = new Float32Array(BITS.buffer);
  * @param {Weights | null} [network] weights of the view network
  * @returns {SceneData & PackedRows}
  */
-export function emptyScene({ sorted, weighting, background, grid, lobes }, count, scaleRange, network = null) {
+export function emptyScene({ sorted, weighting, footprint, background, grid, lobes }, count, scaleRange, network = null) {
   const degree = lobes?.degree ?? 0;
   const [least, span] = bitsOf(scaleRange);
   return {
@@ -72,6 +72,7 @@ export function emptyScene({ sorted, weighting, background, grid, lobes }, count
       backgroundWeight: weighting.background_weight,
       alphaMin: weighting.alpha_min,
     },
+    footprint,
     background: /** @type {[number, number, number]} */ (Array.from(background)),
   };
 }

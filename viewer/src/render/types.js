@@ -23,6 +23,7 @@ import { INPUT_WORDS } from "./view_network.js";
  *     (view_network.js); then `lobes` holds its inputs that do not depend on the view (pack.js)
  * @property {boolean} sorted whether Gaussians are blended back to front, or as weighted sums
  * @property {Weighting} weighting of a sort-free scene
+ * @property {Footprint} [footprint] how a Gaussian covers pixels; by default as 3DGS does
  * @property {[number, number, number]} background sRGB in [0, 1]; read in every frame, so that
  *     the owner can change it
  */
@@ -50,6 +51,8 @@ import { INPUT_WORDS } from "./view_network.js";
  * @property {number} backgroundWeight of the background in the mean
  * @property {number} [alphaMin] contributions below are dropped; sorted scenes have no other than 1/255
  */
+
+/** @typedef {import("../mgs/header.js").Footprint} Footprint */
 
 /**
  * A pinhole camera. Pixels are measured from the picture's top left corner.

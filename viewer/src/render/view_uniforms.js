@@ -1,9 +1,11 @@
 /** The uniform buffer of a frame: `View` of view.wgsl and view.glsl. */
 
+import { CLASSIC } from "../mgs/header.js";
+
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./types.js").SceneData} SceneData */
 
-export const VIEW_BYTES = 192;
+export const VIEW_BYTES = 208;
 export const FLOAT16_SCALE = 2 ** -6; // factor of weights that keeps sums in the range of float16
 const JACOBIAN_MARGIN = 0.3; // as in project.py
 
@@ -13,10 +15,11 @@ const JACOBIAN_MARGIN = 0.3; // as in project.py
  * @param {SceneData} scene
  * @param {Camera} camera
  * @param {number} weightScale factor of weights; it cancels in the resolve pass
+ * @param {number} [levelSigma] of the levels, as `level_sigma` of mobilegs; 0: all at full size
  * @returns {Float32Array<ArrayBuffer>}
  */
-export function viewUniforms(scene, { viewmat, fx, fy, cx, cy, width, height, near }, weightScale) {
-  const { background, weighting, packing } = scene;
+export function viewUniforms(scene, { viewmat, fx, fy, cx, cy, width, height, near }, weightScale, levelSigma = 0) {
+  const { background, weighting, packing, footprint = CLASSIC } = scene;
   const marginX = (JACOBIAN_MARGIN * 0.5 * width) / fx;
   const marginY = (JACOBIAN_MARGIN * 0.5 * height) / fy;
   const position = [0, 1, 2].map(
@@ -40,5 +43,8 @@ export function viewUniforms(scene, { viewmat, fx, fy, cx, cy, width, height, ne
     floats.set([...center, unit, leastScaleBits, scaleBitsSpan], 40);
   }
   floats[46] = (!scene.sorted && weighting.alphaMin) || 1 / 255;
+  floats[47] = footprint.blur;
+  new Int32Array(floats.buffer).set([Number(footprint.antialiased), Number(footprint.soft_edge)], 48);
+  floats[50] = levelSigma;
   return floats;
 }

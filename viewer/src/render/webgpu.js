@@ -5,7 +5,7 @@ import { strides } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
-import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
+import { BATCH, LEVELS, Program, numbered, sumFormats } from "./webgpu_program.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
@@ -19,11 +19,12 @@ import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
  * @property {Kind} kind
  * @property {Record<Part, GPUBuffer>} parts
  * @property {GPUBuffer} looks
- * @property {GPUBuffer} batches the visible ones
- * @property {GPUBuffer | null} order of a sorted scene
+ * @property {GPUBuffer} order of a sorted scene; or the lists of levels, two in each half
  * @property {{weights: GPUBuffer, lobes: GPUBuffer} | null} network weights, and results
  */
 
+const LEVEL_STRIDE = 256; // bytes between two levels' uniforms
+const DRAWN_WORDS = 6; // of Drawn in project.wgsl
 const LOOK_BYTES = { packed: 8, wide: 32 };
 const NOTHING = new Float32Array(0);
 
@@ -36,6 +37,8 @@ export class WebGpuRenderer {
 
   /** The current variant; may be changed between frames. @type {Variant} */
   variant;
+  /** Smallest standard deviation of a Gaussian at a level, in its pixels, at least 0.6; 0: all at full size. */
+  levelSigma = 0;
   /** Why the renderer cannot continue, or null. @type {string | null} */
   lost = null;
   /** Called once with `lost`. @type {(sentence: string) => void} */
@@ -52,10 +55,11 @@ export class WebGpuRenderer {
   #uploaded = null;
   /** @type {WebGpuDots | null} */
   #dots = null;
-  /** @type {{key: string, views: GPUTextureView[], textures: GPUTexture[]} | null} */
+  /** By level. @type {{key: string, views: GPUTextureView[][], textures: GPUTexture[]} | null} */
   #sums = null;
   #view;
   #drawn;
+  #levels;
   #corners;
 
   /**
@@ -88,7 +92,10 @@ export class WebGpuRenderer {
     const use = GPUBufferUsage;
     this.#view = device.createBuffer({ size: VIEW_BYTES, usage: use.UNIFORM | use.COPY_DST });
     const usage = use.STORAGE | use.INDIRECT | use.COPY_DST;
-    this.#drawn = device.createBuffer({ size: 20, usage });
+    this.#drawn = device.createBuffer({ size: 4 * DRAWN_WORDS * LEVELS, usage });
+    const levels = new Uint32Array((LEVELS * LEVEL_STRIDE) / 4);
+    for (let level = 0; level < LEVELS; level++) levels[(level * LEVEL_STRIDE) / 4] = level;
+    this.#levels = program.filled(levels, use.UNIFORM);
     const corners = new Uint16Array(6 * BATCH);
     for (let quad = 0; quad < BATCH; quad++) {
       corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
@@ -147,8 +154,7 @@ export class WebGpuRenderer {
         lobes: filled(parts.lobes),
       },
       looks: this.#device.createBuffer({ size: looks, usage: use.STORAGE }),
-      batches: list(Math.ceil(count / BATCH)),
-      order: sorted ? list(count) : null,
+      order: list(sorted ? count : 2 * count),
       network: scene.network
         ? { weights: this.#program.filled(this.#weights(scene.network), use.STORAGE), lobes: list(count) }
         : null,
@@ -193,8 +199,8 @@ export class WebGpuRenderer {
    * @param {Uint32Array<ArrayBuffer>} order
    */
   setOrder(order) {
-    const buffer = this.#uploaded?.order;
-    if (buffer) this.#device.queue.writeBuffer(buffer, 0, order);
+    if (!this.#uploaded?.kind.sorted) return;
+    this.#device.queue.writeBuffer(this.#uploaded.order, 0, order);
   }
 
   /**
@@ -283,8 +289,8 @@ export class WebGpuRenderer {
 
   #buffers() {
     if (this.#uploaded === null) return [];
-    const { parts, looks, batches, order, network } = this.#uploaded;
-    return [...Object.values(parts), looks, batches, ...(order ? [order] : []), ...Object.values(network ?? {})];
+    const { parts, looks, order, network } = this.#uploaded;
+    return [...Object.values(parts), looks, order, ...Object.values(network ?? {})];
   }
 
   /** Resize the canvas and return its texture. @param {Camera} camera */
@@ -314,20 +320,23 @@ export class WebGpuRenderer {
     if (!scene || !this.#uploaded) return;
     const { queue } = this.#device;
     const { floats, strips } = this.variant;
-    queue.writeBuffer(this.#view, 0, viewUniforms(scene, camera, floats ? 1 : FLOAT16_SCALE));
-    queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0));
-    const sums = this.#sumsFor(camera.width, camera.height, scene.sorted);
+    const sigma = scene.sorted ? 0 : this.levelSigma;
+    queue.writeBuffer(this.#view, 0, viewUniforms(scene, camera, floats ? 1 : FLOAT16_SCALE, sigma));
+    const drawn = new Uint32Array(DRAWN_WORDS * LEVELS);
+    for (let level = 0; level < LEVELS; level++) drawn[DRAWN_WORDS * level] = strips ? 4 : 6 * BATCH;
+    queue.writeBuffer(this.#drawn, 0, drawn);
+    const sums = this.#sumsFor(camera.width, camera.height, scene.sorted, sigma ? LEVELS : 1);
     const encoder = this.#device.createCommandEncoder();
     this.#evaluate(encoder, scene.count, this.#uploaded);
     this.#project(encoder, scene.count, this.#uploaded);
     this.#splat(encoder, scene.count, this.#uploaded, sums);
-    const pipeline = this.#program.resolve(scene.sorted, format);
+    const pipeline = this.#program.resolve(scene.sorted, format, sums.length > 1);
     const resolving = encoder.beginRenderPass({
       colorAttachments: [{ view: target, loadOp: "clear", storeOp: "store" }],
       timestampWrites: this.#program.stamps("resolve"),
     });
     resolving.setPipeline(pipeline);
-    resolving.setBindGroup(0, this.#program.bind(pipeline, { 0: this.#view, ...numbered(sums, 1) }));
+    resolving.setBindGroup(0, this.#program.bind(pipeline, { 0: this.#view, ...numbered(sums.slice(0, 2).flat(), 1) }));
     resolving.draw(3);
     resolving.end();
     queue.submit([encoder.finish()]);
@@ -346,9 +355,10 @@ export class WebGpuRenderer {
   }
 
   /** @param {GPUCommandEncoder} encoder @param {number} count @param {Uploaded} uploaded */
-  #project(encoder, count, { kind, parts, looks, batches, network }) {
+  #project(encoder, count, { kind, parts, looks, order, network }) {
     const lobes = network?.lobes ?? parts.lobes;
-    const all = [this.#view, parts.shapes, parts.colors, lobes, looks, batches, this.#drawn];
+    const all = [this.#view, parts.shapes, parts.colors, lobes, looks];
+    if (!kind.sorted) all.push(order, this.#drawn);
     const pipeline = this.#program.project(kind, this.variant);
     this.#compute(encoder, "project", pipeline, numbered(all, 0), Math.ceil(count / BATCH));
   }
@@ -370,57 +380,92 @@ export class WebGpuRenderer {
   }
 
   /**
+   * Add up each level, the coarsest first, with the one before it enlarged.
+   *
    * @param {GPUCommandEncoder} encoder
    * @param {number} count
    * @param {Uploaded} uploaded
-   * @param {GPUTextureView[]} sums
+   * @param {GPUTextureView[][]} sums by level
    */
-  #splat(encoder, count, { kind, parts, looks, batches, order }, sums) {
+  #splat(encoder, count, { kind, parts, looks, order }, sums) {
     const clear = [
       { r: 0, g: 0, b: 0, a: kind.sorted ? 0 : 1 }, // nothing is covered yet
       { r: 0, g: 0, b: 0, a: 0 },
     ];
     const pipeline = this.#program.splat(kind, this.variant);
-    const pass = encoder.beginRenderPass({
-      colorAttachments: sums.map((view, i) => ({
-        view,
-        loadOp: "clear",
-        storeOp: "store",
-        clearValue: clear[i],
-      })),
-      timestampWrites: this.#program.stamps("splat"),
-    });
-    pass.setPipeline(pipeline);
-    const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order ?? batches };
-    pass.setBindGroup(0, this.#program.bind(pipeline, read));
-    pass.setIndexBuffer(this.#corners, "uint16");
-    if (this.variant.strips) {
-      if (kind.sorted) pass.draw(4, count);
-      else pass.drawIndirect(this.#drawn, 0);
-    } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
-    else pass.drawIndexedIndirect(this.#drawn, 0);
-    pass.end();
+    const last = sums.length - 1;
+    for (let level = last; level >= 0; level--) {
+      const pass = encoder.beginRenderPass({
+        colorAttachments: sums[level].map((view, i) => ({
+          view,
+          loadOp: "clear",
+          storeOp: "store",
+          clearValue: clear[i],
+        })),
+        timestampWrites: this.#program.stamps("splat", level === last, level === 0),
+      });
+      if (level > 0 && level < last) {
+        const enlarge = this.#program.enlarge(this.variant.floats);
+        pass.setPipeline(enlarge);
+        pass.setBindGroup(0, this.#program.bind(enlarge, numbered(sums[level + 1], 3)));
+        pass.draw(3);
+      }
+      pass.setPipeline(pipeline);
+      const listed = { buffer: this.#levels, offset: level * LEVEL_STRIDE, size: 16 };
+      const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order };
+      pass.setBindGroup(
+        0,
+        this.#program.bind(pipeline, kind.sorted ? read : { ...read, 6: this.#drawn, 7: listed }),
+      );
+      pass.setIndexBuffer(this.#corners, "uint16");
+      const from = 4 * DRAWN_WORDS * level;
+      if (this.variant.strips) {
+        if (kind.sorted) pass.draw(4, count);
+        else pass.drawIndirect(this.#drawn, from);
+      } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
+      else pass.drawIndexedIndirect(this.#drawn, from);
+      pass.end();
+    }
   }
 
   /**
    * @param {number} width
    * @param {number} height
    * @param {boolean} sorted
+   * @param {number} levels
    */
-  #sumsFor(width, height, sorted) {
-    const key = `${width} ${height} ${sorted} ${this.variant.floats}`;
+  #sumsFor(width, height, sorted, levels) {
+    const key = `${width} ${height} ${sorted} ${levels} ${this.variant.floats}`;
     if (this.#sums?.key === key) return this.#sums.views;
     for (const texture of this.#sums?.textures ?? []) texture.destroy();
     const use = GPUTextureUsage;
-    const textures = sumFormats(sorted, this.variant.floats).map((format) =>
-      this.#device.createTexture({
-        size: [width, height],
-        format,
-        usage: use.RENDER_ATTACHMENT | use.TEXTURE_BINDING,
-      }),
-    );
-    const views = textures.map((texture) => texture.createView());
+    /** @type {GPUTexture[]} */
+    const textures = [];
+    const views = levelSizes(width, height)
+      .slice(0, levels)
+      .map((size) =>
+        sumFormats(sorted, this.variant.floats).map((format) => {
+          const usage = use.RENDER_ATTACHMENT | use.TEXTURE_BINDING;
+          const texture = this.#device.createTexture({ size, format, usage });
+          textures.push(texture);
+          return texture.createView();
+        }),
+      );
     this.#sums = { key, textures, views };
     return views;
   }
+}
+
+/**
+ * Width and height of the targets of all levels; `level_sizes` in mobilegs/render/levels.py.
+ *
+ * @param {number} width
+ * @param {number} height
+ */
+function levelSizes(width, height) {
+  const sizes = [[width, height]];
+  for (let level = 1; level < LEVELS; level++) {
+    sizes.push(sizes[level - 1].map((side) => ((side - (level === 1 ? 0 : 1)) >> 1) + 2));
+  }
+  return sizes;
 }

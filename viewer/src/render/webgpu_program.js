@@ -6,7 +6,17 @@ import { findAdapter } from "../assets.js";
 /** @typedef {import("./types.js").Variant} Variant */
 /** @typedef {{sorted: boolean, packed: boolean, network: boolean}} Kind of a scene */
 
-export const BATCH = 128; // Gaussians, as in view.wgsl
+export const BATCH = 128; // quads of an instance, as in view.wgsl
+export const LEVELS = 4; // as in mobilegs/render/levels.py
+/** @type {GPUBlendComponent} */
+const COVER = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
+/** @type {GPUBlendState} */
+const OVER = { color: COVER, alpha: COVER };
+/** Colours add up, alpha is multiplied by one minus itself. @type {GPUBlendState} */
+const SUMS = {
+  color: { srcFactor: "one", dstFactor: "one", operation: "add" },
+  alpha: { srcFactor: "zero", dstFactor: "one-minus-src-alpha", operation: "add" },
+};
 const PASSES = ["network", "project", "splat", "resolve"];
 /** @typedef {"network" | "project" | "splat" | "resolve"} Pass */
 
@@ -92,8 +102,8 @@ export class Program {
         layout: "auto",
         compute: {
           module: this.#module("project", kind),
-          entryPoint: "project_all",
-          constants: { SORTED: Number(kind.sorted), STRIPS: Number(strips) },
+          entryPoint: kind.sorted ? "project_sorted" : "project_sortfree",
+          constants: { STRIPS: Number(strips) },
         },
       }),
     );
@@ -102,22 +112,14 @@ export class Program {
   /** @param {Kind} kind @param {Variant} variant */
   splat(kind, { floats, strips }) {
     return this.#cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats}`, () => {
-      /** @type {GPUBlendComponent} */
-      const over = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
-      /** @type {GPUBlendState} */
-      const blend = kind.sorted
-        ? { color: over, alpha: over }
-        : {
-            color: { srcFactor: "one", dstFactor: "one", operation: "add" },
-            alpha: { srcFactor: "zero", dstFactor: "one-minus-src-alpha", operation: "add" },
-          };
+      const blend = kind.sorted ? OVER : SUMS;
       const module = this.#module("splat", kind);
       return this.device.createRenderPipeline({
         layout: "auto",
         vertex: {
           module,
-          entryPoint: "corner",
-          constants: { SORTED: Number(kind.sorted), STRIPS: Number(strips) },
+          entryPoint: kind.sorted ? "corner_sorted" : "corner_of_level",
+          constants: { STRIPS: Number(strips) },
         },
         primitive: { topology: strips ? "triangle-strip" : "triangle-list" },
         fragment: {
@@ -129,9 +131,9 @@ export class Program {
     });
   }
 
-  /** @param {boolean} sorted @param {GPUTextureFormat} format of the target */
-  resolve(sorted, format) {
-    return this.#cached(`resolve ${sorted} ${format}`, () => {
+  /** The pipeline that adds the sums of a coarser level. @param {boolean} floats */
+  enlarge(floats) {
+    return this.#cached(`enlarge ${floats}`, () => {
       const module = this.#module("resolve", null);
       return this.device.createRenderPipeline({
         layout: "auto",
@@ -139,7 +141,28 @@ export class Program {
         primitive: { topology: "triangle-list" },
         fragment: {
           module,
-          entryPoint: sorted ? "resolve_sorted" : "resolve_sortfree",
+          entryPoint: "add_enlarged",
+          targets: sumFormats(false, floats).map((format) => ({ format, blend: SUMS })),
+        },
+      });
+    });
+  }
+
+  /**
+   * @param {boolean} sorted
+   * @param {GPUTextureFormat} format of the target
+   * @param {boolean} levels whether the sums of level 1 are added
+   */
+  resolve(sorted, format, levels) {
+    return this.#cached(`resolve ${sorted} ${levels} ${format}`, () => {
+      const module = this.#module("resolve", null);
+      return this.device.createRenderPipeline({
+        layout: "auto",
+        vertex: { module, entryPoint: "whole_picture" },
+        primitive: { topology: "triangle-list" },
+        fragment: {
+          module,
+          entryPoint: sorted ? "resolve_sorted" : levels ? "resolve_levels" : "resolve_sortfree",
           targets: [{ format }],
         },
       });
@@ -179,7 +202,7 @@ export class Program {
    * Create the bind group of a pipeline.
    *
    * @param {GPURenderPipeline | GPUComputePipeline} pipeline
-   * @param {Record<number, GPUBuffer | GPUTextureView>} resources by the number of their binding
+   * @param {Record<number, GPUBuffer | GPUBufferBinding | GPUTextureView>} resources by the number of their binding
    */
   bind(pipeline, resources) {
     return this.device.createBindGroup({
@@ -191,14 +214,20 @@ export class Program {
     });
   }
 
-  /** Timestamp writes of a pass. @param {Pass} pass */
-  stamps(pass) {
-    if (this.#clock === null) return undefined;
+  /**
+   * Timestamp writes of a pass; of several with one name, the first has the `begin` and the last the `end`.
+   *
+   * @param {Pass} pass
+   * @param {boolean} [begin]
+   * @param {boolean} [end]
+   */
+  stamps(pass, begin = true, end = true) {
+    if (this.#clock === null || !(begin || end)) return undefined;
     const index = 2 * PASSES.indexOf(pass);
     return {
       querySet: this.#clock.queries,
-      beginningOfPassWriteIndex: index,
-      endOfPassWriteIndex: index + 1,
+      ...(begin ? { beginningOfPassWriteIndex: index } : {}),
+      ...(end ? { endOfPassWriteIndex: index + 1 } : {}),
     };
   }
 
