@@ -41,7 +41,13 @@ SHOW = """
 renderer.setScene({ ...facts, shapes, colors, lobes });
 window.scene = { ...facts, shapes, colors, lobes };
 """
-PAINT = "renderer.levelSigma = levelSigma; if (order.length) renderer.setOrder(order); return renderer.pixels(camera);"
+PAINT = """
+renderer.levelSigma = levelSigma;
+if (order.length) renderer.setOrder(order);
+const painted = await renderer.pixels(camera);
+renderer.levelSigma = 0;
+return painted;
+"""
 
 
 class Painter:

@@ -1,4 +1,3 @@
-override SORTED = false;
 override STRIPS = false;
 struct Drawn {
 vertices: u32,
@@ -6,10 +5,11 @@ instances: atomic<u32>,
 first: u32,
 base: u32,
 first_instance: u32,
+count: atomic<u32>,
 }
 @group(0) @binding(4) var<storage, read_write> looks: array<StoredLook>;
-@group(0) @binding(5) var<storage, read_write> batches: array<u32>;
-@group(0) @binding(6) var<storage, read_write> drawn: Drawn;
+@group(0) @binding(5) var<storage, read_write> lists: array<u32>;
+@group(0) @binding(6) var<storage, read_write> drawn: array<Drawn, LEVELS>;
 fn harmonics(size: u32, d: vec3f) -> array<f32, 16> {
 var b: array<f32, 16>;
 b[0] = 0.28209479177387814;
@@ -42,40 +42,66 @@ if (view.weighting != 1u) { w += phi / (depth * depth); }
 if (view.weighting != 2u) { w += exp(min(largest / depth, view.exponent_max)); }
 return w;
 }
-fn look_at(i: u32) -> Look {
-var look: Look;
+struct Seen {
+look: Look,
+level: u32,
+}
+fn look_at(i: u32) -> Seen {
+var seen_now: Seen;
 let shape = shape_of(i);
 let ellipse = ellipse_of(shape);
-if (!(ellipse.depth > view.near)) { return look; }
+if (!(ellipse.depth > view.near) || !(ellipse.compensation > 0.0)) { return seen_now; }
 let away = shape.mean - view.position;
 let basis = harmonics(max(view.sh_size, view.lobe_size), away * inverseSqrt(dot(away, away)));
 let seen = lobes_along(i, basis);
 let opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
-if (!(opacity > view.alpha_min)) { return look; }
-if (!touches(ellipse, opacity)) { return look; }
+if (!(opacity > view.alpha_min)) { return seen_now; }
+if (!touches(ellipse, opacity)) { return seen_now; }
 let a = shape.axes;
 let largest = sqrt(max(dot(a[0], a[0]), max(dot(a[1], a[1]), dot(a[2], a[2]))));
-look.color = max(color_along(i, basis), vec3f(0.0));
-look.weight = weight_of(ellipse.depth, largest, max(seen.y, 0.0)) * view.weight_scale;
-look.opacity = opacity;
-return look;
+let weight = weight_of(ellipse.depth, largest, max(seen.y, 0.0));
+seen_now.look = Look(max(color_along(i, basis), vec3f(0.0)), weight * view.weight_scale, opacity);
+seen_now.level = level_of(ellipse, weight);
+return seen_now;
 }
-var<workgroup> shown: atomic<u32>;
+var<workgroup> found: array<atomic<u32>, LEVELS>;
+var<workgroup> begin: array<u32, LEVELS>;
 @compute @workgroup_size(BATCH)
-fn project_all(
+fn project_sorted(
 @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
 @builtin(local_invocation_index) local: u32) {
-let batch = group.y * groups.x + group.x;
-let i = batch * BATCH + local;
+let i = (group.y * groups.x + group.x) * BATCH + local;
+if (i < view.count) { looks[i] = store(look_at(i).look); }
+}
+@compute @workgroup_size(BATCH)
+fn project_sortfree(
+@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
+@builtin(local_invocation_index) local: u32) {
+let i = (group.y * groups.x + group.x) * BATCH + local;
+if (local < LEVELS) { atomicStore(&found[local], 0u); }
+workgroupBarrier();
+var level = LEVELS;
+var place = 0u;
 if (i < view.count) {
-let look = look_at(i);
-looks[i] = store(look);
-if (look.opacity > 0.0) { atomicMax(&shown, 1u); }
+let now = look_at(i);
+looks[i] = store(now.look);
+if (now.look.opacity > 0.0) {
+level = now.level;
+place = atomicAdd(&found[level], 1u);
+}
 }
 workgroupBarrier();
-if (SORTED || local > 0u) { return; }
-if (atomicLoad(&shown) > 0u) {
-let step = select(1u, BATCH, STRIPS);
-batches[atomicAdd(&drawn.instances, step) / step] = batch;
+if (local < LEVELS) {
+let number = atomicLoad(&found[local]);
+if (number > 0u) {
+let first = atomicAdd(&drawn[local].count, number);
+begin[local] = first;
+let end = first + number;
+atomicMax(&drawn[local].instances, select((end + BATCH - 1u) / BATCH, end, STRIPS));
+}
+}
+workgroupBarrier();
+if (level < LEVELS) {
+lists[place_of(level, begin[level] + place, arrayLength(&lists) / 2u)] = i;
 }
 }

@@ -1,29 +1,53 @@
-override SORTED = false;
 override STRIPS = false;
 @group(0) @binding(4) var<storage, read> looks: array<StoredLook>;
 @group(0) @binding(5) var<storage, read> order: array<u32>;
+struct Listed {
+vertices: u32,
+instances: u32,
+first: u32,
+base: u32,
+first_instance: u32,
+count: u32,
+}
+@group(0) @binding(6) var<storage, read> listed: array<Listed, LEVELS>;
+@group(0) @binding(7) var<uniform> level: vec4u;
 struct Corner {
 @builtin(position) position: vec4f,
 @location(0) @interpolate(flat) axes: vec4f,
 @location(1) @interpolate(flat) color: vec4f,
-@location(2) @interpolate(flat) center: vec3f,
+@location(2) @interpolate(flat) center: vec4f,
 }
 @vertex
-fn corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
+fn corner_sorted(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
 var out: Corner;
 out.position = vec4f(2.0, 2.0, 2.0, 1.0);
-let place = select(instance * BATCH + vertex / 4u, instance, STRIPS);
-var i = place;
-if (SORTED) {
+let place = place_in(vertex, instance);
 if (place >= view.count) { return out; }
-i = order[place];
-} else {
-i = order[place / BATCH] * BATCH + place % BATCH;
-if (i >= view.count) { return out; }
-}
+let i = order[place];
 let look = stored(looks[i]);
 if (!(look.opacity > 0.0)) { return out; }
+return corner_of(vertex, look, look.opacity, ellipse_of(shape_of(i)), view.size);
+}
+@vertex
+fn corner_of_level(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
+var out: Corner;
+out.position = vec4f(2.0, 2.0, 2.0, 1.0);
+let place = place_in(vertex, instance);
+if (place >= listed[level.x].count) { return out; }
+let i = order[place_of(level.x, place, arrayLength(&order) / 2u)];
+let look = stored(looks[i]);
 let ellipse = ellipse_of(shape_of(i));
+if (level.x == 0u) { return corner_of(vertex, look, look.opacity, ellipse, view.size); }
+let coarse = to_level(ellipse, level.x);
+let area = f32(1u << (2u * level.x));
+let factor = sqrt(ellipse.determinant / coarse.determinant) / area;
+return corner_of(vertex, look, look.opacity * factor, coarse, level_size(level.x));
+}
+fn place_in(vertex: u32, instance: u32) -> u32 {
+return select(instance * BATCH + vertex / 4u, instance, STRIPS);
+}
+fn corner_of(vertex: u32, look: Look, opacity: f32, ellipse: Ellipse, size: vec2f) -> Corner {
+var out: Corner;
 let skew = 0.5 * (ellipse.variance.x - ellipse.variance.y);
 let cov = ellipse.covariance;
 let root = sqrt(skew * skew + cov * cov);
@@ -37,18 +61,19 @@ let sizes = sqrt(lengths);
 let across = vec2f(-way.y, way.x);
 out.axes = vec4f(way, across) / sizes.xxyy;
 out.color = vec4f(look.color, look.weight);
-out.center = vec3f(ellipse.center, look.opacity);
-let side = (reach_of(look.opacity) * sizes + 0.02) *
+out.center = vec4f(ellipse.center, opacity, ellipse.compensation);
+let side = (reach_of(opacity) * sizes + 0.02) *
 (vec2f(vec2u(vertex & 1u, (vertex >> 1u) & 1u)) * 2.0 - 1.0);
 let at = ellipse.center + side.x * way + side.y * across;
-out.position = vec4f(at / view.size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
+out.position = vec4f(at / size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
 return out;
 }
 fn alpha_at(corner: Corner) -> f32 {
 let d = corner.position.xy - corner.center.xy;
 let q = vec2f(dot(corner.axes.xy, d), dot(corner.axes.zw, d));
 let alpha = corner.center.z * exp(-0.5 * dot(q, q));
-return select(0.0, min(alpha, ALPHA_MAX), alpha >= view.alpha_min);
+let edge = f32(view.soft_edge) * view.alpha_min;
+return select(0.0, min(corner.center.w * (alpha - edge), ALPHA_MAX), alpha >= view.alpha_min);
 }
 struct Sums {
 @location(0) color: vec4f,

@@ -20,6 +20,10 @@ weighting: u32,
 frame: vec4f,
 scale_bits: vec2f,
 alpha_min: f32,
+blur: f32,
+antialiased: u32,
+soft_edge: u32,
+level_sigma: f32,
 }
 @group(0) @binding(0) var<uniform> view: View;
 struct Shape {
@@ -32,14 +36,16 @@ weight: f32,
 opacity: f32,
 }
 const ALPHA_MAX = 0.99;
-const BLUR = 0.3;
 const BATCH = 128u;
+const LEVELS = 4u;
+const WEIGHT_UNIT = 10.0;
 struct Ellipse {
 depth: f32,
 center: vec2f,
 variance: vec2f,
 covariance: f32,
 determinant: f32,
+compensation: f32,
 }
 fn ellipse_of(shape: Shape) -> Ellipse {
 var out: Ellipse;
@@ -52,11 +58,42 @@ let depths = view.row_z.xyz * shape.axes;
 let px = (view.focal.x / out.depth) * (view.row_x.xyz * shape.axes - uv.x * depths);
 let py = (view.focal.y / out.depth) * (view.row_y.xyz * shape.axes - uv.y * depths);
 out.center = view.focal * t + view.center;
-out.variance = vec2f(dot(px, px), dot(py, py)) + BLUR;
+out.variance = vec2f(dot(px, px), dot(py, py)) + view.blur;
 out.covariance = dot(px, py);
 let crossed = cross(px, py);
-out.determinant = dot(crossed, crossed) + BLUR * (out.variance.x + out.variance.y - BLUR);
+let before = dot(crossed, crossed);
+out.determinant = before + view.blur * (out.variance.x + out.variance.y - view.blur);
+out.compensation = select(1.0, sqrt(before / out.determinant), view.antialiased == 1u);
 return out;
+}
+fn level_of(ellipse: Ellipse, w: f32) -> u32 {
+if (!(view.level_sigma > 0.0)) { return 0u; }
+let skew = 0.5 * (ellipse.variance.x - ellipse.variance.y);
+let cov = ellipse.covariance;
+let larger = 0.5 * (ellipse.variance.x + ellipse.variance.y) + sqrt(skew * skew + cov * cov);
+let needed = view.level_sigma * view.level_sigma * sqrt(max(w / WEIGHT_UNIT, 1.0));
+let share = ellipse.determinant / (larger * needed);
+return u32(share >= 4.0) + u32(share >= 16.0) + u32(share >= 64.0);
+}
+fn to_level(ellipse: Ellipse, level: u32) -> Ellipse {
+var out = ellipse;
+let side = f32(1u << level);
+let spread = 0.25 * (side * side - 1.0);
+out.center = ellipse.center / side + 1.0;
+out.determinant = ellipse.determinant - spread * (ellipse.variance.x + ellipse.variance.y) + spread * spread;
+out.determinant /= side * side * side * side;
+out.variance = (ellipse.variance - spread) / (side * side);
+out.covariance = ellipse.covariance / (side * side);
+return out;
+}
+fn level_size(level: u32) -> vec2f {
+var size = vec2u(view.size);
+for (var l = 0u; l < level; l++) { size = (size - select(1u, 0u, l == 0u)) / 2u + 2u; }
+return vec2f(size);
+}
+fn place_of(level: u32, k: u32, entries: u32) -> u32 {
+let start = (level >> 1u) * entries;
+return start + select(k, entries - 1u - k, (level & 1u) == 1u);
 }
 fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
 fn touches(ellipse: Ellipse, opacity: f32) -> bool {
