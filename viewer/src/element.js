@@ -7,6 +7,8 @@
  * - `compare`: URL of a second scene, which a handle uncovers; or `sorted`, the same scene rendered sorted
  * - `renderer`: auto, webgpu or webgl
  * - `variant`: how it renders, instead of the fastest way: floats (or halves) and strips (or batches)
+ * - `levels`: adds up large Gaussians in smaller targets: their least standard deviation there, 0.6 to 100
+ *   pixels, such as 1; by default none is (WebGPU only)
  * - `scale`: share of the screen's resolution, instead of one chosen by the frame time
  * - `background`: a CSS colour instead of the scene's own
  * - `fov`: field of view in degrees
@@ -131,7 +133,11 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
     const variant = this.getAttribute("variant");
     const [floats, strips] = ["floats", "strips"].map((word) => Boolean(variant?.includes(word)));
-    this.viewer = new Viewer(canvas, this, { variant: variant === null ? null : { floats, strips } });
+    const levels = Number(this.getAttribute("levels"));
+    this.viewer = new Viewer(canvas, this, {
+      variant: variant === null ? null : { floats, strips },
+      levels: levels >= 0.6 && levels <= 100 ? levels : 0,
+    });
     canvas.setAttribute("aria-label", `${this.getAttribute("alt") ?? "3D scene"}. Press H for the keys.`);
     canvas.classList.toggle("polite", this.hasAttribute("polite"));
     for (const name of VIEWER_ATTRIBUTES) this.#apply(name);

@@ -51,6 +51,7 @@ export class SceneView {
 
   #storedMeans = /** @type {StoredMeans} */ (new Float32Array(0));
   #variant;
+  #levels;
   #measured = false; // or known, or being measured
   #sorting;
   #listener;
@@ -86,11 +87,13 @@ export class SceneView {
    * @param {SceneListener} listener
    * @param {Variant | null} variant null: the fastest on this device
    * @param {boolean} sorting whether sort-free scenes are rendered sorted
+   * @param {number} [levels] `levelSigma` of the renderer
    */
-  constructor(canvas, listener, variant, sorting) {
+  constructor(canvas, listener, variant, sorting, levels = 0) {
     this.canvas = canvas;
     this.#listener = listener;
     this.#variant = variant;
+    this.#levels = levels;
     this.#sorting = sorting;
   }
 
@@ -116,6 +119,7 @@ export class SceneView {
       );
       const known = chosen ?? knownVariant(renderer, storage());
       if (known) renderer.variant = known;
+      if ("levelSigma" in renderer) renderer.levelSigma = this.#levels;
       this.#measured = known !== null;
       this.#renderer = renderer;
       this.name = name;

@@ -53,6 +53,7 @@ export class Viewer {
   #listener;
   #canvas;
   #variant;
+  #levels;
   #first;
   /** @type {SceneView | null} */
   #second = null;
@@ -75,12 +76,14 @@ export class Viewer {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Listener} listener
-   * @param {{variant?: Variant | null}} [options] null: the fastest on this device
+   * @param {{variant?: Variant | null, levels?: number}} [options] variant null: the fastest on this device;
+   *     levels: `levelSigma` of the renderer
    */
-  constructor(canvas, listener, { variant = null } = {}) {
+  constructor(canvas, listener, { variant = null, levels = 0 } = {}) {
     this.#canvas = canvas;
     this.#listener = listener;
     this.#variant = variant;
+    this.#levels = levels;
     this.#resolution = new Resolution(null);
     this.#first = this.#sceneView(canvas, 0, false);
     this.#input = new Input(canvas, {
@@ -299,7 +302,7 @@ export class Viewer {
       failed: (sentence, kept) => this.#listener.failed(side, sentence, kept),
       broken: (sentence) => this.#listener.broken(side, sentence),
     };
-    return new SceneView(canvas, listener, this.#variant, sorting);
+    return new SceneView(canvas, listener, this.#variant, sorting, this.#levels);
   }
 
   /** @param {Side} side */
