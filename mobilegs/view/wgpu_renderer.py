@@ -74,7 +74,7 @@ class WgpuRenderer:
         self.scene = scene
         self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
         self.program = program(scene.blend == "sorted", full_precision)
-        self._sums: tuple[tuple[int, int], list[list[Any]]] | None = None
+        self._sums: tuple[tuple[int, int, int], list[list[Any]]] | None = None
         self._upload(*_rows(scene))
 
     def render(self, camera: Camera) -> WgpuImage:
@@ -238,7 +238,7 @@ class WgpuRenderer:
         """Return views of the textures of each level's sums; they are created for each new size."""
         import wgpu
 
-        if self._sums is None or self._sums[0] != (width, height):
+        if self._sums is None or self._sums[0] != (width, height, self._levels):
             device = self.program.device
             usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
             views = [
@@ -250,7 +250,7 @@ class WgpuRenderer:
                 ]
                 for rows, columns in level_sizes(height, width)[: self._levels]
             ]
-            self._sums = (width, height), views
+            self._sums = (width, height, self._levels), views
         return self._sums[1]
 
     def _packed(self, camera: Camera) -> bytes:

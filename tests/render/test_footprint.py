@@ -61,8 +61,9 @@ def test_alpha_by_numpy(blur, antialiased, soft_edge):
         scene, view = inputs_of(case)
         directions = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
         opacities = evaluate_lobes(scene["lobes"], directions)[0]
-        given = (*[scene[name] for name in SORTED[:3]], opacities, scene["sh"])
-        projected = project(*given, camera=view, alpha_min=1 / 64, footprint=footprint)
+        means, quats, scales = (scene[name] for name in SORTED[:3])
+        options = {"camera": view, "alpha_min": 1 / 64, "footprint": footprint}
+        projected = project(means, quats, scales, opacities, scene["sh"], **options)
         size = (view.height, view.width)
         found = pair_alphas(projected, opacities, size, 1 / 64, soft_edge=soft_edge)
         expected = _by_numpy(scene, view, footprint, 1 / 64)

@@ -85,11 +85,11 @@ def test_each_visible_gaussian_is_in_one_list() -> None:
     view = camera(200, 160).to(dtype=torch.float32)
     renderer = WgpuRenderer(scene, full_precision=True, level_sigma=0.8)
     renderer.render(view)
-    visible = int((scene.render(view).radii > 0).sum())
+    visible = set((scene.render(view).radii > 0).nonzero()[:, 0].tolist())
     queue = renderer.program.device.queue
-    drawn = np.frombuffer(queue.read_buffer(renderer._drawn), np.uint32).reshape(4, 6)
+    drawn = np.frombuffer(queue.read_buffer(renderer._drawn), np.int32).reshape(4, 6)
     instances, counts = drawn[:, 1], drawn[:, 5]
-    assert abs(int(counts.sum()) - visible) <= 2 and (counts > 80).all()
+    assert (counts > 80).all()
     assert (instances == -(-counts // 128)).all()
     lists = np.frombuffer(queue.read_buffer(renderer._order), np.uint32).reshape(2, -1)
     listed = [
@@ -98,7 +98,8 @@ def test_each_visible_gaussian_is_in_one_list() -> None:
         for part in (row[:first], row[len(row) - last :])
     ]
     found = np.concatenate(listed)
-    assert len(np.unique(found)) == len(found) and found.max() < renderer.count
+    assert len(np.unique(found)) == len(found)
+    assert len(visible ^ set(found.tolist())) <= 2  # of rounding at the image's border
 
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])

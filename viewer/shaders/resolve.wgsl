@@ -13,7 +13,7 @@ struct Sums {
 }
 
 // The next coarser target, enlarged twice, at a pixel of one that begins `begin` pixels before the picture.
-// Same formula: enlarge in mobilegs/render/levels.py, add_enlarged in csrc/cpu_sortfree.h, resolve.glsl.
+// Same formula: enlarge in mobilegs/render/levels.py, add_enlarged in csrc/cpu_sortfree.h.
 fn enlarged(pixel: vec2i, begin: i32) -> Sums {
   let at = pixel - begin;
   let nearest = (at >> vec2u(1u)) + 1;

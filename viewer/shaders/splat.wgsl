@@ -82,11 +82,11 @@ fn corner_of(vertex: u32, look: Look, opacity: f32, ellipse: Ellipse, size: vec2
   return out;
 }
 
-// From the fragment's own position: interpolated coordinates carry the rasteriser's snapping.
 // Alpha of a Gaussian at a pixel: min(0.99, s o exp(-q / 2)) with the compensation s, 0 where o exp(-q / 2) is
 // below alpha_min (3DGS, Eq. 4); less s alpha_min with a soft edge. Same formula: pair_alphas in
 // mobilegs/render/project.py, pair_alpha in csrc/pairs.h (CPU and CUDA), splat.glsl.
 fn alpha_at(corner: Corner) -> f32 {
+  // from the fragment's own position: interpolated coordinates carry the rasteriser's snapping
   let d = corner.position.xy - corner.center.xy;
   let q = vec2f(dot(corner.axes.xy, d), dot(corner.axes.zw, d));
   let alpha = corner.center.z * exp(-0.5 * dot(q, q));

@@ -83,7 +83,7 @@ fn ellipse_of(shape: Shape) -> Ellipse {
 }
 
 // The level of a Gaussian of weight w. Same formula: choose_levels in mobilegs/render/levels.py,
-// level_of in csrc/core.h, view.glsl.
+// level_of in csrc/core.h.
 fn level_of(ellipse: Ellipse, w: f32) -> u32 {
   if (!(view.level_sigma > 0.0)) { return 0u; }
   let skew = 0.5 * (ellipse.variance.x - ellipse.variance.y);

@@ -44,7 +44,7 @@ export function viewUniforms(scene, { viewmat, fx, fy, cx, cy, width, height, ne
   }
   floats[46] = (!scene.sorted && weighting.alphaMin) || 1 / 255;
   floats[47] = footprint.blur;
-  new Int32Array(floats.buffer).set([Number(footprint.antialiased), Number(footprint.soft_edge)], 48);
+  new Int32Array(floats.buffer).set([Number(footprint.antialiased), Number(footprint.soft_edge && !scene.sorted)], 48);
   floats[50] = levelSigma;
   return floats;
 }
