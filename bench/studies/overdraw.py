@@ -19,38 +19,16 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import load_capture
+from mobilegs.evaluate.fragments import mean_fragments
 from mobilegs.evaluate.report import evaluate
-from mobilegs.render.lobes import evaluate_lobes
-from mobilegs.render.project import project
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 
 FRAMES = 6  # per camera and scene
-
-
-def ellipses(scene: Scene, camera: Camera) -> float:
-    """Return the mean number of ellipses that cover a pixel."""
-    g, least = scene.gaussians, scene.weighting.alpha_min
-    assert scene.lobes is not None
-    opacities, _ = evaluate_lobes(scene.lobes, normalize(g.means - camera.position, dim=1))
-    drawn = project(
-        g.means, g.quats, g.scales, opacities, g.sh[:, :1], camera=camera, alpha_min=least
-    )
-    a, b, c = drawn.conics.unbind(1)
-    reach = 2 * torch.log((opacities / least).clamp_min(1))
-    areas = math.pi * reach / (a * c - b * b).sqrt()
-    # share of the box around an ellipse that lies in the image
-    low, high = drawn.means2d - drawn.radii, drawn.means2d + drawn.radii
-    size = torch.tensor([camera.width, camera.height])
-    inside = (torch.minimum(high, size) - low.clamp_min(0)).clamp_min(0).prod(1)
-    shares = inside / (high - low).prod(1).clamp_min(1e-9)
-    painted = torch.where(drawn.visible, areas * shares, 0.0).sum()
-    return float(painted) / (camera.width * camera.height)
 
 
 def milliseconds(scenes: list[Scene], cameras: list[Camera]) -> list[float]:
@@ -92,7 +70,7 @@ def main() -> None:
             "ssim": figures["ssim"],
             "bytes": path.stat().st_size,
             "gaussians": len(scene.gaussians),
-            "ellipses": round(statistics.fmean(ellipses(scene, one) for one in cameras), 2),
+            "ellipses": round(sum(mean_fragments(scene, cameras)), 2),
             "frame_ms": ms,
         }
         print(name, json.dumps(rows[name]), flush=True)

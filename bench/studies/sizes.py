@@ -30,7 +30,7 @@ from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
 from mobilegs.data import Dataset, load_capture
 from mobilegs.data.dataset import load_view
-from mobilegs.evaluate.fragments import fragments_per_pixel
+from mobilegs.evaluate.fragments import mean_fragments
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 
@@ -110,10 +110,9 @@ def of_levels(scene: Scene, cameras: list[Camera], screen: int) -> dict[str, Any
     """Return fragments, errors and popping at a screen, by `level_sigma`."""
     found: dict[str, Any] = {}
     for sigma in (0.0, *SIGMAS):
-        fragments, errors, tails, jumps = [], [], [], []
+        errors, tails, jumps = [], [], []
         for trained in cameras:
             camera = enlarged(trained, screen)
-            fragments.append(fragments_per_pixel(scene, camera, level_sigma=sigma))
             image, next_image = (
                 scene.render(view, level_sigma=sigma).image.clamp(0, 1)
                 for view in (camera, turned(camera, TURN))
@@ -123,7 +122,8 @@ def of_levels(scene: Scene, cameras: list[Camera], screen: int) -> dict[str, Any
                 error = image - scene.render(camera).image.clamp(0, 1)
                 errors.append(float(error.square().mean()))
                 tails.append(float(error.abs().amax(2).flatten().quantile(0.999)) * 255)
-        levels = [statistics.mean(values) for values in zip(*fragments, strict=True)]
+        screens = [enlarged(camera, screen) for camera in cameras]
+        levels = mean_fragments(scene, screens, level_sigma=sigma)
         row: dict[str, Any] = {
             "fragments": round(sum(levels), 3),
             "by_level": [round(value, 3) for value in levels],

@@ -50,6 +50,7 @@ def evaluate(
         device: Device that renders; auto takes an NVIDIA GPU if there is one.
     """
     from mobilegs.evaluate import report
+    from mobilegs.evaluate.fragments import LEVEL_SIGMA, mean_fragments
     from mobilegs.evaluate.lpips import lpips_from
     from mobilegs.scene_file import size_of
 
@@ -65,6 +66,11 @@ def evaluate(
         "gaussians": len(opened.gaussians),
         "file_bytes": size_of(scene),
     }
+    cameras = [frame.camera for frame in dataset.test]
+    about["fragments"] = sum(mean_fragments(opened, cameras))
+    if opened.blend == "sortfree":
+        levels = mean_fragments(opened, cameras, level_sigma=LEVEL_SIGMA)
+        about["fragments_by_level"] = levels
     if json:
         print(report.to_json(about | result))
     else:

@@ -83,6 +83,11 @@ def print_metrics(about: dict[str, Any], result: dict[str, Any]) -> None:
     metrics = [name for name in result if name != "views" and result[name] is not None]
     name = Path(about["scene"]).name
     print(f"{name}: {about['gaussians']:,} Gaussians, {about['file_bytes']:,} bytes")
+    line = f"{about['fragments']:.1f} fragments per pixel"
+    if levels := about.get("fragments_by_level"):
+        listed = ", ".join(f"{value:.1f}" for value in levels)
+        line += f"; with levels {sum(levels):.1f} ({listed})"
+    print(line)
     table = Table("photo", *(name.replace("_", " ") for name in metrics), box=None)
     for view in result["views"]:
         table.add_row(escape(view["name"]), *(f"{view[name]:.4f}" for name in metrics))

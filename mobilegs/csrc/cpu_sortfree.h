@@ -175,9 +175,10 @@ struct PixelGradients {
   }
 };
 
+constexpr int PAD = 8;  // floats on each side of a row
+
 // dL/d of a coarse row: the transpose of add_enlarged. `sum` has room for a row of the finer target
 // and PAD floats on each side.
-constexpr int PAD = 8;
 template <int C>
 void reduce_gradients(const Grid& fine, const Grid& coarse, int level, int y,
                       const PixelGradients& grads, const float* sums, float* sum) {

@@ -118,8 +118,8 @@ mgs_write_gradients(PARAM View view, int n, PARAM Inputs in, const Splat* splats
   project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
                   in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
                   in.lobes + 2 * view.lobe_size * i, s, d, out.means + 3 * i, out.quats + 4 * i,
-                  out.scales + 3 * i, out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
-                  out.lobes + 2 * view.lobe_size * i);
+                  out.scales + 3 * i, out.opacities ? out.opacities + i : nullptr,
+                  out.sh + sh_floats(view) * i, out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
 

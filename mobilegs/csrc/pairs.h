@@ -68,7 +68,7 @@ MGS_FN Row row_of(const Splat& s, float dy) {
   return row;
 }
 
-// What a soft edge subtracts from alpha.
+// The constant that a soft edge subtracts from alpha; 0 for a hard edge.
 MGS_FN float edge_of(const View& view, const Splat& s) {
   return view.soft_edge ? exp2f(least_of(s)) : 0.0f;
 }

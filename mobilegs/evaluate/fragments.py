@@ -1,6 +1,8 @@
 """Fragments: how many Gaussians a renderer evaluates at a pixel, which decides a frame's time."""
 
 import math
+import statistics
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
@@ -11,6 +13,8 @@ from mobilegs.render.levels import LEVELS, at_level, choose_levels, level_sizes
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN, Projected, project
 from mobilegs.render.scene import Scene
+
+LEVEL_SIGMA = 1.0  # of the levels that `mobilegs eval` reports
 
 
 @torch.no_grad()
@@ -45,6 +49,17 @@ def fragments_per_pixel(scene: Scene, camera: Camera, *, level_sigma: float = 0.
         )
         found.append(float(_areas(part, faded / alpha_min, sizes[level]).sum()) / pixels)
     return found
+
+
+def mean_fragments(
+    scene: Scene, cameras: Sequence[Camera], *, level_sigma: float = 0.0
+) -> list[float]:
+    """Return the means of `fragments_per_pixel` over cameras."""
+    device = scene.gaussians.means.device
+    rows = [
+        fragments_per_pixel(scene, camera.to(device), level_sigma=level_sigma) for camera in cameras
+    ]
+    return [statistics.fmean(values) for values in zip(*rows, strict=True)]
 
 
 def _areas(part: Projected, excess: Tensor, size: tuple[int, int]) -> Tensor:

@@ -136,8 +136,8 @@ def render_sortfree(
     With a `level_sigma` of 0.6 or more, Gaussians that are smooth in the pixels of a target of a
     half, a quarter or an eighth of the image's size are added up there (`render/levels.py`): those
     whose smaller standard deviation is at least `level_sigma` such pixels, or more if their w is
-    above 10. The image is nearly the same, and has a third to a half of the fragments, at twice the
-    size a quarter. 0, the default, adds up all at full size.
+    above 10. The image is nearly the same, from fewer fragments; 1 is a good choice. 0, the
+    default, adds up all at full size.
 
     Raises InputError as `render_sorted` does, for opacities outside [0, 1], for another
     `level_sigma`, and for one above 0 with the weighting `two_pass`.

@@ -31,7 +31,7 @@ class RenderInputs(NamedTuple):
 
 
 class RenderSettings(NamedTuple):
-    """How a renderer blends, besides Gaussians, camera and background.
+    """Settings of a renderer, besides Gaussians, camera and background.
 
     Attributes:
         weighting: of sort-free blending.

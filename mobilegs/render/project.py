@@ -26,7 +26,7 @@ JACOBIAN_MARGIN = 0.3  # the linearisation point stays within 1.3 times the half
 
 @dataclass(frozen=True)
 class Footprint:
-    """How a Gaussian covers pixels; part of a scene and of its file.
+    """Blur and edge of Gaussians on the image; part of a scene and of its file.
 
     Raises InputError for a blur outside its range.
     """

@@ -17,7 +17,7 @@ from torch.nn.functional import pad
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
-from mobilegs.render.inputs import validate_level_sigma
+from mobilegs.render.inputs import RenderSettings, validate_settings
 from mobilegs.render.levels import LEVELS, level_sizes
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
@@ -63,14 +63,16 @@ class WgpuRenderer:
         GPU computes with them; float32 with `full_precision`.
 
         Raises InputError without a GPU, if it cannot blend 32-bit floats or its memory does not
-        hold the scene, and for the weightings `two_pass` and `exponential`, which shaders lack.
+        hold the scene, for the weightings `two_pass` and `exponential`, which shaders lack, and for
+        a `level_sigma` or soft edge that `render_sortfree` or `render_sorted` refuses.
         """
         if scene.weighting.name in ("two_pass", EXPONENTIAL):
             raise InputError(
                 f"shaders do not render the weighting '{scene.weighting.name}': use --renderer "
                 "kernels, or Scene.render"
             )
-        validate_level_sigma(level_sigma)
+        settings = RenderSettings(scene.weighting, scene.footprint, level_sigma)
+        validate_settings(settings, sortfree=scene.blend != "sorted")
         self.scene = scene
         self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
         self.program = program(scene.blend == "sorted", full_precision)

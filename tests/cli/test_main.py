@@ -229,6 +229,18 @@ def test_eval_prints_json_and_nothing_else(
     assert figures["lpips_vgg"] is None
     assert (figures["gaussians"], figures["blend"]) == (8, "sorted")
     assert figures["file_bytes"] == scene.stat().st_size
+    assert figures["fragments"] > 0 and "fragments_by_level" not in figures
+
+
+def test_eval_counts_fragments_by_level(capture: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["eval", str(CONFORMANCE / "sq_picture.mgs"), "--capture", str(capture)]
+    assert main([*words, "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert len(figures["fragments_by_level"]) == 4
+    assert 0 < sum(figures["fragments_by_level"]) < figures["fragments"]
+    assert main(words) == 0
+    line = f"{figures['fragments']:.1f} fragments per pixel; with levels "
+    assert line in capsys.readouterr().out
 
 
 def test_eval_without_json_prints_a_table(

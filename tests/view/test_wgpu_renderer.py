@@ -11,7 +11,7 @@ import torch
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
-from mobilegs.render import Weighting
+from mobilegs.render import Footprint, Weighting
 from mobilegs.render.scene import Scene
 from mobilegs.view import wgpu_device
 from mobilegs.view.wgpu_renderer import WgpuRenderer
@@ -78,6 +78,15 @@ def test_levels_of_a_trained_scene_agree_with_the_kernels(level_sigma: float) ->
             print(f"{decibels:.1f} dB")
             assert decibels >= least
             assert psnr(exact, scene.render(turned).image) < 75  # levels differ from none
+
+
+def test_settings_that_renderers_refuse_are_refused() -> None:
+    scene = as_scene(as_float32(BASE), "mobile_gs")
+    with pytest.raises(InputError, match="level_sigma must be 0 or lie"):
+        WgpuRenderer(scene, level_sigma=0.5)
+    soft = replace(as_scene(as_float32(BASE), "sorted"), footprint=Footprint(soft_edge=True))
+    with pytest.raises(InputError, match="no soft edge"):
+        WgpuRenderer(soft)
 
 
 def test_each_visible_gaussian_is_in_one_list() -> None:

@@ -288,7 +288,7 @@ class StudentConfig:
     `network`, or `free` with `decoder_from=1`, and a student that is never quantised
     (`schedule.latents_from=1 schedule.quantize_from=1`)."""
     footprint: Footprint = field(default_factory=Footprint)
-    """How a Gaussian covers pixels, in training and in the file."""
+    """Blur and edge of Gaussians on the image, in training and in the file."""
     least_variance: float = 0.0
     """Lower limit of the squared scales, as `teacher.least_variance`; 0: no limit. Codebooks, in
     which Gaussians share their scales, hold it until they quantise."""

@@ -74,7 +74,7 @@ class TeacherConfig:
     ssim_weight: float = 0.2
     """Weight of 1 - SSIM in the loss; the rest is L1."""
     footprint: Footprint = field(default_factory=Footprint)
-    """How a Gaussian covers pixels, in training and in the scene."""
+    """Blur of Gaussians on the image, in training and in the scene."""
     least_variance: float = 0.0
     """Lower limit of the squared scales, in squared distances between pixels of the training camera
     that samples a Gaussian most finely (Mip-Splatting's filter has 0.2); 0: no limit."""
