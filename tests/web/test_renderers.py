@@ -77,7 +77,6 @@ EXAMPLES = (
         for renderer in SHADER_RENDERERS
         for case in CASES
         if renderer in ("sorted", "mobile_gs", "all") or case in EXAMPLES
-        if kind == "webgpu" or not settings_of(renderer).level_sigma  # WebGL2 has no levels
     ],
 )
 def test_the_renderers_match_the_reference(
@@ -230,13 +229,14 @@ def test_a_packed_trained_scene_matches_its_file(kind: str, painters: Painters) 
 
 @pytest.mark.parametrize("strips", [False, True])
 @pytest.mark.parametrize("floats", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
 def test_levels_of_a_packed_scene_match_the_kernels(
-    floats: bool, strips: bool, painters: Painters
+    kind: str, floats: bool, strips: bool, painters: Painters
 ) -> None:
     scene = read_mgs(TRAINED)
     view = scene.views[0].resized(240, 160)
     expected = scene.decode().render(view, level_sigma=0.6).image
-    painter = painters("webgpu", full_precision=True)
+    painter = painters(kind, full_precision=True)
     variant = {"floats": floats, "strips": strips}
     painter.tab.run("renderer.variant = variant; renderer.levelSigma = 0.6;", variant=variant)
     bytes_ = np.frombuffer(TRAINED.read_bytes(), np.uint8)

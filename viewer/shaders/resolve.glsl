@@ -4,6 +4,46 @@ uniform sampler2D color_sums;
 uniform sampler2D weight_sums;
 uniform int last_row;  // of the picture, where the target's rows count from below; 0 elsewhere
 
+#ifdef LEVELED
+uniform sampler2D coarse_colors;  // the next coarser target, with the coarser ones
+uniform sampler2D coarse_weights;
+uniform ivec2 coarse_from;  // its first pixel
+#endif
+
+#ifdef LEVELED
+// Adds the next coarser target, enlarged twice, at a pixel of one that begins `begin` pixels before the
+// picture. Same formula: enlarge in mobilegs/render/levels.py, enlarged in resolve.wgsl.
+void add_enlarged(ivec2 pixel, int begin, inout vec4 color, inout float weight) {
+  ivec2 at = pixel - begin;
+  ivec2 nearest = (at >> 1) + 1;
+  ivec2 other = nearest + 2 * (at & 1) - 1 + coarse_from;
+  nearest += coarse_from;
+  ivec2 b = ivec2(other.x, nearest.y);
+  ivec2 c = ivec2(nearest.x, other.y);
+  vec4 coarse = 0.5625 * texelFetch(coarse_colors, nearest, 0) + 0.1875 * texelFetch(coarse_colors, b, 0) +
+      0.1875 * texelFetch(coarse_colors, c, 0) + 0.0625 * texelFetch(coarse_colors, other, 0);
+  color = vec4(color.rgb + coarse.rgb, color.a * coarse.a);
+  weight += 0.5625 * texelFetch(coarse_weights, nearest, 0).r + 0.1875 * texelFetch(coarse_weights, b, 0).r +
+      0.1875 * texelFetch(coarse_weights, c, 0).r + 0.0625 * texelFetch(coarse_weights, other, 0).r;
+}
+#endif
+
+#ifdef ENLARGE
+
+uniform ivec2 from;  // first pixel of this target in the texture of all
+layout(location = 0) out vec4 color_out;
+layout(location = 1) out vec4 weight_out;
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  color_out = texelFetch(color_sums, from + at, 0);
+  float weight = texelFetch(weight_sums, from + at, 0).r;
+  add_enlarged(at, 1, color_out, weight);
+  weight_out = vec4(weight, 0.0, 0.0, 0.0);
+}
+
+#else
+
 out vec4 color_out;
 
 void main() {
@@ -14,6 +54,9 @@ void main() {
   color_out = vec4(sum.rgb + (1.0 - sum.a) * background.rgb, sum.a);
 #else
   float weight = texelFetch(weight_sums, at, 0).r;
+#ifdef LEVELED
+  add_enlarged(at, 0, sum, weight);
+#endif
   float behind = size.w * weight_scale;
   if (!(weight > 1e-12 * weight_scale)) {
     color_out = vec4(background.rgb, 1.0 - sum.a);
@@ -24,3 +67,5 @@ void main() {
   }
 #endif
 }
+
+#endif

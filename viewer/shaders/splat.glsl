@@ -9,12 +9,18 @@ uniform usampler2D order;  // far ones first
 flat out vec4 axes;    // offsets in pixels to standard deviations
 flat out vec4 color;   // w: weight
 flat out vec4 center;  // z: opacity, w: compensation
+#ifdef LEVELED
+flat out vec4 region;  // first and last pixel of its level's target
+#endif
 
 void main() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
   axes = vec4(0.0);
   color = vec4(0.0);
   center = vec4(0.0);
+#ifdef LEVELED
+  region = vec4(0.0);
+#endif
 #ifdef STRIPS
   int i = gl_InstanceID;
 #else
@@ -27,6 +33,20 @@ void main() {
   Look look = look_of(i);
   if (!(look.opacity > 0.0)) { return; }
   Ellipse e = ellipse_of(shape_of(i));
+  float opacity = look.opacity;
+  vec2 target = size.xy;
+#ifdef LEVELED
+  int level = level_of(e, look.weight / weight_scale);
+  if (level > 0) {
+    Ellipse coarse = to_level(e, level);
+    opacity *= sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+    e = coarse;
+  }
+  vec4 place = level_place(level);
+  region = vec4(place.xy, place.xy + place.zw);
+  e.center += place.xy;
+  target = levels_size();
+#endif
 
   // eigenvalues, the smaller one from the determinant; the sum that is the larger one does not cancel
   float skew = 0.5 * (e.variance.x - e.variance.y);
@@ -41,12 +61,12 @@ void main() {
   vec2 across = vec2(-way.y, way.x);
   axes = vec4(way, across) / sizes.xxyy;
   color = vec4(look.color, look.weight);
-  center = vec4(e.center, look.opacity, e.compensation);
+  center = vec4(e.center, opacity, e.compensation);
   // a hair wider: rasterisers snap corners to fractions of a pixel
-  vec2 side = (reach_of(look.opacity) * sizes + 0.02) *
+  vec2 side = (reach_of(opacity) * sizes + 0.02) *
       (vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
   vec2 at = e.center + side.x * way + side.y * across;
-  gl_Position = vec4(at / size.xy * 2.0 - 1.0, 0.0, 1.0);
+  gl_Position = vec4(at / target * 2.0 - 1.0, 0.0, 1.0);
 }
 
 #else
@@ -54,6 +74,9 @@ void main() {
 flat in vec4 axes;
 flat in vec4 color;
 flat in vec4 center;
+#ifdef LEVELED
+flat in vec4 region;
+#endif
 
 layout(location = 0) out vec4 color_out;  // sort-free: sum of c a w; a becomes the product of 1 - a
 #ifndef SORTED
@@ -67,6 +90,10 @@ void main() {
   float alpha = center.z * exp(-0.5 * dot(q, q));
   float edge = float(soft_edge) * scale_bits.z;
   alpha = alpha >= scale_bits.z ? min(center.w * (alpha - edge), ALPHA_MAX) : 0.0;
+#ifdef LEVELED
+  // not into the target of another level
+  if (any(lessThan(gl_FragCoord.xy, region.xy)) || any(greaterThan(gl_FragCoord.xy, region.zw))) { alpha = 0.0; }
+#endif
 #ifdef SORTED
   color_out = vec4(color.rgb * alpha, alpha);
 #else

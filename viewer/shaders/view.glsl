@@ -24,7 +24,7 @@ layout(std140) uniform View {
   vec4 scale_bits;
   int antialiased;    // 1: alpha is compensated for the blur
   int soft_edge;      // 1: alpha_min is subtracted from alpha
-  float level_sigma;  // not used here: all is drawn at full size
+  float level_sigma;  // of mobilegs/render/levels.py; 0: all at full size
 };
 
 const float ALPHA_MAX = 0.99;
@@ -80,6 +80,55 @@ Ellipse ellipse_of(Shape shape) {
   e.compensation = antialiased == 1 ? sqrt(before / e.determinant) : 1.0;
   return e;
 }
+
+#ifdef LEVELED
+
+const float WEIGHT_UNIT = 10.0;
+
+// The level of a Gaussian of weight w. Same formula: choose_levels in mobilegs/render/levels.py,
+// level_of in view.wgsl.
+int level_of(Ellipse e, float w) {
+  float skew = 0.5 * (e.variance.x - e.variance.y);
+  float cov = e.covariance;
+  float larger = 0.5 * (e.variance.x + e.variance.y) + sqrt(skew * skew + cov * cov);
+  float needed = level_sigma * level_sigma * sqrt(max(w / WEIGHT_UNIT, 1.0));
+  float share = e.determinant / (larger * needed);
+  return int(share >= 4.0) + int(share >= 16.0) + int(share >= 64.0);
+}
+
+// The ellipse of a Gaussian in the pixels of a level's target, less what enlarging adds: at_level in
+// mobilegs/render/levels.py, to_level in view.wgsl.
+Ellipse to_level(Ellipse e, int level) {
+  Ellipse coarse = e;
+  float side = float(1 << level);
+  float spread = 0.25 * (side * side - 1.0);
+  coarse.center = e.center / side + 1.0;
+  coarse.determinant = e.determinant - spread * (e.variance.x + e.variance.y) + spread * spread;
+  coarse.determinant /= side * side * side * side;
+  coarse.variance = (e.variance - spread) / (side * side);
+  coarse.covariance = e.covariance / (side * side);
+  return coarse;
+}
+
+// First pixel and size of a level's target in the texture of all: levelPlaces in levels.js.
+vec4 level_place(int level) {
+  ivec2 side = ivec2(size.xy);
+  ivec2 from = ivec2(0);
+  for (int l = 1; l <= level; l++) {
+    from = l == 1 ? ivec2(side.x, 0) : ivec2(from.x, from.y + side.y);
+    side = (side - (l == 1 ? 0 : 1)) / 2 + 2;
+  }
+  return vec4(from, side);
+}
+
+// Size of that texture.
+vec2 levels_size() {
+  vec4 second = level_place(1);
+  vec4 last = level_place(3);
+  return vec2(second.x + second.z, max(size.y, last.y + last.w));
+}
+
+#endif
 
 // Standard deviations out to which alpha is at least alpha_min, below which it is dropped.
 float reach_of(float opacity) { return sqrt(2.0 * log(opacity / scale_bits.z)); }

@@ -5,12 +5,13 @@
  * quads, in any order for a sort-free scene), resolve.
  */
 
+import { levelPlaces, levelSizes } from "./levels.js";
 import { strides } from "./types.js";
 import { FLOAT16_SCALE, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
 import { BATCH, TARGETS, blendsFloats, makeFixed, makePrograms } from "./webgl_program.js";
-import { ROW, extent } from "./webgl_textures.js";
+import { ROW, SAMPLERS, extent } from "./webgl_textures.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
@@ -47,6 +48,8 @@ export class WebGlRenderer {
 
   /** The current variant; may be changed between frames. @type {Variant} */
   variant;
+  /** Smallest standard deviation of a Gaussian at a level, in its pixels, at least 0.6; 0: all at full size. */
+  levelSigma = 0;
   /** Why the renderer cannot continue, or null. @type {string | null} */
   lost = null;
   /** Called with a message when the context is lost. @type {(sentence: string) => void} */
@@ -217,7 +220,7 @@ export class WebGlRenderer {
     this.#fit(camera);
     this.#timer.start();
     this.#sum(this.#scene, camera);
-    this.#resolve(this.#scene, null, camera.height - 1);
+    this.#resolve(this.#scene, camera, null, camera.height - 1);
     this.#timer.pass();
   }
 
@@ -278,7 +281,7 @@ export class WebGlRenderer {
     gl.bindRenderbuffer(gl.RENDERBUFFER, picture);
     gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32F, width, height);
     gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, picture);
-    this.#resolve(this.#scene, target, 0);
+    this.#resolve(this.#scene, camera, target, 0);
     const pixels = new Float32Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, pixels);
     gl.deleteFramebuffer(target);
@@ -289,7 +292,7 @@ export class WebGlRenderer {
   /** Free all resources; the renderer cannot be used afterwards. */
   destroy() {
     const gl = this.#gl;
-    const { view, corners, quads, looks, sums, programs, textures } = this.#fixed;
+    const { view, corners, quads, looks, sums, enlarged, programs, textures } = this.#fixed;
     this.#scene = null;
     this.#dots?.destroy();
     gl.canvas.removeEventListener("webglcontextlost", this.#onLost);
@@ -298,7 +301,7 @@ export class WebGlRenderer {
     for (const passes of programs.values()) {
       for (const program of Object.values(passes)) gl.deleteProgram(program);
     }
-    for (const framebuffer of [looks, sums]) gl.deleteFramebuffer(framebuffer);
+    for (const framebuffer of [looks, sums, ...enlarged]) gl.deleteFramebuffer(framebuffer);
     gl.deleteVertexArray(quads);
     for (const buffer of [view, corners]) gl.deleteBuffer(buffer);
     // browsers limit the contexts of a page and drop the oldest one
@@ -321,10 +324,11 @@ export class WebGlRenderer {
   #sum(scene, camera) {
     const gl = this.#gl;
     const { view, quads, looks, sums } = this.#fixed;
-    const programs = this.#programs(scene);
-    this.#resize(scene.sorted, camera);
+    const leveled = this.#leveled(scene, camera);
+    const programs = this.#programs(scene, leveled);
+    const [sumsWidth, sumsHeight] = this.#resize(scene.sorted, leveled, camera);
     gl.bindBuffer(gl.UNIFORM_BUFFER, view);
-    const packed = viewUniforms(scene, camera, this.variant.floats ? 1 : FLOAT16_SCALE);
+    const packed = viewUniforms(scene, camera, this.variant.floats ? 1 : FLOAT16_SCALE, this.levelSigma);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, packed);
     gl.bindVertexArray(quads);
     gl.disable(gl.BLEND);
@@ -337,7 +341,7 @@ export class WebGlRenderer {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
 
     gl.bindFramebuffer(gl.FRAMEBUFFER, sums);
-    gl.viewport(0, 0, camera.width, camera.height);
+    gl.viewport(0, 0, sumsWidth, sumsHeight);
     gl.enable(gl.BLEND);
     gl.useProgram(programs.splat);
     this.#timer.pass("splat");
@@ -363,30 +367,73 @@ export class WebGlRenderer {
    * Resolve the sums.
    *
    * @param {SceneData} scene
+   * @param {Camera} camera
    * @param {WebGLFramebuffer | null} target
    * @param {number} lastRow of the target if its rows are counted from the bottom, or 0
    */
-  #resolve(scene, target, lastRow) {
+  #resolve(scene, camera, target, lastRow) {
     const gl = this.#gl;
-    const { resolve } = this.#programs(scene);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    const { resolve, enlarge } = this.#programs(scene, this.#leveled(scene, camera));
     gl.disable(gl.BLEND);
-    gl.useProgram(resolve);
     this.#timer.pass("resolve");
+    if (enlarge) this.#enlarge(enlarge, resolve, camera);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    gl.viewport(0, 0, camera.width, camera.height);
+    gl.useProgram(resolve);
     gl.uniform1i(gl.getUniformLocation(resolve, "last_row"), lastRow);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /**
+   * Add the levels up, from the coarsest to level 1.
+   *
+   * @param {WebGLProgram} enlarge
+   * @param {WebGLProgram} resolve that reads level 1
+   * @param {Camera} camera
+   */
+  #enlarge(enlarge, resolve, { width, height }) {
+    const gl = this.#gl;
+    const { places } = levelPlaces(width, height);
+    const sizes = levelSizes(width, height);
+    /** @type {(program: WebGLProgram, suffix: string, from: number[]) => void} */
+    const read = (program, suffix, from) => {
+      gl.useProgram(program);
+      for (const name of ["color", "weight"]) {
+        const unit = SAMPLERS.indexOf(`${name}_sums${suffix}`);
+        gl.uniform1i(gl.getUniformLocation(program, `coarse_${name}s`), unit);
+      }
+      gl.uniform2i(gl.getUniformLocation(program, "coarse_from"), from[0], from[1]);
+    };
+    for (const level of [2, 1]) {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.enlarged[level - 1]);
+      gl.viewport(0, 0, sizes[level][0], sizes[level][1]);
+      if (level === 2) read(enlarge, "", places[3]);
+      else read(enlarge, "_2", [0, 0]);
+      gl.uniform2i(gl.getUniformLocation(enlarge, "from"), places[level][0], places[level][1]);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    read(resolve, "_1", [0, 0]);
+  }
+
+  /** True if levels are drawn: one texture must hold them all. @param {SceneData} scene @param {Camera} camera */
+  #leveled({ sorted }, { width, height }) {
+    const most = this.#gl.getParameter(this.#gl.MAX_TEXTURE_SIZE);
+    return this.levelSigma > 0 && !sorted && Math.max(...levelPlaces(width, height).size) <= most;
   }
 
   /**
    * Allocate the textures of the sums when size or format change.
    *
    * @param {boolean} sorted
+   * @param {boolean} leveled
    * @param {Camera} camera
+   * @returns {number[]} width and height of the textures
    */
-  #resize(sorted, { width, height }) {
+  #resize(sorted, leveled, { width, height }) {
     const { floats } = this.variant;
-    const key = `${width} ${height} ${sorted} ${floats}`;
-    if (key === this.#sums) return;
+    const size = leveled ? levelPlaces(width, height).size : [width, height];
+    const key = `${width} ${height} ${sorted} ${leveled} ${floats}`;
+    if (key === this.#sums) return size;
     const gl = this.#gl;
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (!(width > 0 && width <= most && height > 0 && height <= most)) {
@@ -395,20 +442,29 @@ export class WebGlRenderer {
           `and ${most}`,
       );
     }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.sums);
     const formats = floats ? [gl.RGBA32F, gl.R32F] : [gl.RGBA16F, gl.R16F];
-    ["color_sums", "weight_sums"].forEach((name, i) => {
-      const texture = sorted && i > 0 ? null : this.#fixed.textures.make(name, formats[i], [width, height]);
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
+    const { sums, enlarged, textures } = this.#fixed;
+    const sizes = levelSizes(width, height);
+    [sums, ...enlarged].forEach((framebuffer, level) => {
+      const suffix = level ? `_${level}` : "";
+      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+      ["color_sums", "weight_sums"].forEach((name, i) => {
+        const needed = (level === 0 || leveled) && !(sorted && i > 0);
+        const pixels = level === 0 ? size : sizes[level];
+        const texture = needed ? textures.make(`${name}${suffix}`, formats[i], pixels) : null;
+        gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
+      });
+      if (level && leveled) gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
+      if (level === 0 || leveled) this.#check(`pictures of ${width}x${height} floats`);
     });
-    this.#check(`pictures of ${width}x${height} floats`);
     this.#sums = key;
+    return size;
   }
 
-  /** @param {SceneData} scene */
-  #programs({ sorted, packing }) {
+  /** @param {SceneData} scene @param {boolean} leveled */
+  #programs({ sorted, packing }, leveled) {
     const { programs } = this.#fixed;
-    const kind = { sorted, packed: packing !== null, strips: this.variant.strips };
+    const kind = { sorted, packed: packing !== null, strips: this.variant.strips, leveled };
     const key = Object.values(kind).join(" ");
     const passes = programs.get(key) ?? makePrograms(this.#gl, this.#shaders, kind);
     programs.set(key, passes);

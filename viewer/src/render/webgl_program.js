@@ -3,8 +3,8 @@
 import { VIEW_BYTES } from "./view_uniforms.js";
 import { SAMPLERS, Textures } from "./webgl_textures.js";
 
-/** @typedef {"project" | "splat" | "resolve"} Pass */
-/** @typedef {{sorted: boolean, packed: boolean, strips: boolean}} Kind of drawing */
+/** @typedef {{sorted: boolean, packed: boolean, strips: boolean, leveled: boolean}} Kind of drawing */
+/** @typedef {{project: WebGLProgram, splat: WebGLProgram, resolve: WebGLProgram, enlarge?: WebGLProgram}} Passes */
 /**
  * Resources that live as long as the context.
  *
@@ -14,7 +14,8 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
  * @property {WebGLVertexArrayObject} quads
  * @property {WebGLFramebuffer} looks output of the project pass
  * @property {WebGLFramebuffer} sums output of the splat pass
- * @property {Map<string, Record<Pass, WebGLProgram>>} programs by kind, made at the first use
+ * @property {WebGLFramebuffer[]} enlarged of levels 1 and 2, each with the coarser ones
+ * @property {Map<string, Passes>} programs by kind, made at the first use
  * @property {Textures} textures
  */
 
@@ -42,6 +43,7 @@ export function makeFixed(gl) {
     quads: gl.createVertexArray(),
     looks: gl.createFramebuffer(),
     sums: gl.createFramebuffer(),
+    enlarged: [gl.createFramebuffer(), gl.createFramebuffer()],
     programs: new Map(),
     textures: new Textures(gl),
   };
@@ -59,12 +61,13 @@ export function makeFixed(gl) {
  * @param {WebGL2RenderingContext} gl
  * @param {Record<string, string>} shaders
  * @param {Kind} kind
- * @returns {Record<Pass, WebGLProgram>}
+ * @returns {Passes}
  */
-export function makePrograms(gl, shaders, { sorted, packed, strips }) {
+export function makePrograms(gl, shaders, { sorted, packed, strips, leveled }) {
   const { view, whole, project, splat, resolve } = shaders;
   const rows = packed ? shaders.packed : shaders.wide;
-  const defined = `${sorted ? "#define SORTED\n" : ""}${strips ? "#define STRIPS\n" : ""}`;
+  const words = { SORTED: sorted, STRIPS: strips, LEVELED: leveled };
+  const defined = Object.entries(words).map(([word, set]) => (set ? `#define ${word}\n` : "")).join("");
   /** @type {(vertex: string, fragment: string) => WebGLProgram} */
   const made = (vertex, fragment) => {
     const program = linked(gl, `${defined}#define VERTEX\n${view}${vertex}`, `${defined}${view}${fragment}`);
@@ -77,6 +80,7 @@ export function makePrograms(gl, shaders, { sorted, packed, strips }) {
     project: made(whole, `${rows}${project}`),
     splat: made(`${rows}${splat}`, splat),
     resolve: made(whole, resolve),
+    ...(leveled ? { enlarge: made(whole, `#define ENLARGE\n${resolve}`) } : {}),
   };
 }
 

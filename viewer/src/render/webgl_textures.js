@@ -17,6 +17,11 @@ export const SAMPLERS = [
   "order",
   "color_sums",
   "weight_sums",
+  // of a level, with the coarser ones
+  "color_sums_1",
+  "weight_sums_1",
+  "color_sums_2",
+  "weight_sums_2",
 ];
 
 /** The textures of a context. */

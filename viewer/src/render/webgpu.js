@@ -1,11 +1,12 @@
 /** The WebGPU renderer. It uses the shaders in the same way as mobilegs/view/wgpu_renderer.py. */
 
 import { toFloat16 } from "../mgs/float16.js";
+import { LEVELS, levelSizes } from "./levels.js";
 import { strides } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
-import { BATCH, LEVELS, Program, numbered, sumFormats } from "./webgpu_program.js";
+import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
@@ -454,18 +455,4 @@ export class WebGpuRenderer {
     this.#sums = { key, textures, views };
     return views;
   }
-}
-
-/**
- * Width and height of the targets of all levels; `level_sizes` in mobilegs/render/levels.py.
- *
- * @param {number} width
- * @param {number} height
- */
-function levelSizes(width, height) {
-  const sizes = [[width, height]];
-  for (let level = 1; level < LEVELS; level++) {
-    sizes.push(sizes[level - 1].map((side) => ((side - (level === 1 ? 0 : 1)) >> 1) + 2));
-  }
-  return sizes;
 }

@@ -119,7 +119,7 @@ export class SceneView {
       );
       const known = chosen ?? knownVariant(renderer, storage());
       if (known) renderer.variant = known;
-      if ("levelSigma" in renderer) renderer.levelSigma = this.#levels;
+      renderer.levelSigma = this.#levels;
       this.#measured = known !== null;
       this.#renderer = renderer;
       this.name = name;
