@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import torch
 
+from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.formats.glb import read_glb, write_glb
 from mobilegs.formats.ply import read_ply, read_ply_scene, write_ply
@@ -142,6 +143,17 @@ def teacher_of(student: Path) -> Path | None:
     if teacher.is_file() and student.with_name("metrics.json").is_file():
         return teacher
     return None
+
+
+def open_with_views(path: Path, device: torch.device | str = "cpu") -> tuple[Scene, list[Camera]]:
+    """Read a scene and the training cameras that a .mgs stores; other formats have none.
+
+    Raises InputError for a file that cannot be read.
+    """
+    if path.suffix.lower() != ".mgs":
+        return open_scene(path, device), []
+    coded = read_mgs(path)
+    return coded.decode(device), list(coded.views or [])
 
 
 def _names(kinds: Iterable[str]) -> str:

@@ -36,7 +36,8 @@ def evaluate(
     Renders are rounded to 8 bits, masked pixels do not count, and all photos have the same weight.
     There are two conventions for LPIPS, whose values cannot be compared: lpips_vgg and lpips_alex
     give the network images in [0, 1], as 3DGS does; lpips_vgg_rescaled and lpips_alex_rescaled
-    give it images in [-1, 1], for which LPIPS was calibrated.
+    give it images in [-1, 1], for which LPIPS was calibrated. Photos smaller than those of the
+    training are compared with larger renders, averaged, as the viewers show them.
 
     Args:
         scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
@@ -54,10 +55,12 @@ def evaluate(
     from mobilegs.evaluate.lpips import lpips_from
     from mobilegs.scene_file import size_of
 
-    opened, dataset = open_scene_and_capture(scene, capture, downscale, device)
+    opened, views, dataset = open_scene_and_capture(scene, capture, downscale, device)
     lpips = lpips_from(lpips_weights)
     with progress_bar("evaluating") as advance:
-        result = report.evaluate(opened, dataset, lpips=lpips, progress=advance)
+        result = report.evaluate(
+            opened, dataset, training_views=views, lpips=lpips, progress=advance
+        )
     about = {
         "scene": str(scene),
         "capture": str(capture),

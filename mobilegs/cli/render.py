@@ -80,12 +80,12 @@ def render_photos(
     from mobilegs.atomic import atomic_path
     from mobilegs.evaluate.metrics import to_bytes
 
-    opened, dataset = open_scene_and_capture(scene, capture, downscale, device)
+    opened, views, dataset = open_scene_and_capture(scene, capture, downscale, device)
     frames = dataset.test if split == "test" else dataset.train
     if not frames:
         raise InputError(f"{capture} has no {split} photos")
     paths = image_paths(frames, dataset, output)
-    draw = draw_function(opened, renderer)
+    draw = draw_function(opened, views, renderer)
     with torch.inference_mode(), progress_bar("rendering") as advance:
         for done, (frame, path) in enumerate(zip(frames, paths, strict=True), start=1):
             camera = frame.camera.to(opened.gaussians.means.device)
@@ -105,11 +105,11 @@ def render_orbit(
     renderer: Renderer,
 ) -> None:
     """Write a video of one turn around a scene."""
-    from mobilegs.scene_file import choose_device
-    from mobilegs.view.video import open_with_views, write_orbit
+    from mobilegs.scene_file import choose_device, open_with_views
+    from mobilegs.view.video import write_orbit
 
     opened, views = open_with_views(scene, choose_device(device))
-    draw = draw_function(opened, renderer)
+    draw = draw_function(opened, views, renderer)
     width, height = size
     with progress_bar("rendering") as advance:
         options = {"seconds": seconds, "width": width, "height": height, "progress": advance}
@@ -117,34 +117,42 @@ def render_orbit(
     print(f"{output}: {written:,} bytes")
 
 
-def draw_function(scene: "Scene", renderer: Renderer) -> "Callable[[Camera], Any]":
-    """Return a function that renders the scene for a camera to an object with an `image`."""
-    if renderer == "kernels":
-        return scene.render
-    from mobilegs.view.wgpu_renderer import WgpuRenderer
+def draw_function(
+    scene: "Scene", views: "Sequence[Camera]", renderer: Renderer
+) -> "Callable[[Camera], Any]":
+    """Return a function that renders the scene for a camera to an object with an `image`.
 
-    return WgpuRenderer(scene).render
+    Images smaller than those of the training `views` are rendered larger and averaged.
+    """
+    from mobilegs.render.supersampling import supersampling_for
+
+    render: Callable[..., Any] = scene.render
+    if renderer == "wgpu":
+        from mobilegs.view.wgpu_renderer import WgpuRenderer
+
+        render = WgpuRenderer(scene).render
+    return lambda camera: render(camera, supersampling=supersampling_for(camera, views))
 
 
 def open_scene_and_capture(
     scene: Path, capture: Path, downscale: int | None, device: Device
-) -> "tuple[Scene, Dataset]":
-    """Open a scene on its device, and a capture with the same background.
+) -> "tuple[Scene, list[Camera], Dataset]":
+    """Open a scene on its device, its training views, and a capture with the same background.
 
     The background is that of a .mgs, and for other scenes that of the capture.
     """
     from dataclasses import replace
 
     from mobilegs.data import load_capture
-    from mobilegs.scene_file import choose_device, open_scene
+    from mobilegs.scene_file import choose_device, open_with_views
 
-    opened = open_scene(scene, choose_device(device))
+    opened, views = open_with_views(scene, choose_device(device))
     if scene.suffix.lower() == ".mgs":
         color = tuple(opened.background.tolist())
-        return opened, load_capture(capture, downscale=downscale, background=color)
+        return opened, views, load_capture(capture, downscale=downscale, background=color)
     dataset = load_capture(capture, downscale=downscale)
     background = dataset.background.to(opened.background.device)
-    return replace(opened, background=background, near=dataset.near), dataset
+    return replace(opened, background=background, near=dataset.near), views, dataset
 
 
 def image_paths(frames: "Sequence[Frame]", dataset: "Dataset", output: Path) -> list[Path]:

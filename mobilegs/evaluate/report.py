@@ -10,11 +10,13 @@ from typing import Any
 import torch
 
 from mobilegs.atomic import atomic_write
+from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES, LpipsSuite
 from mobilegs.evaluate.metrics import as_displayed, psnr, ssim
 from mobilegs.render.scene import Scene
+from mobilegs.render.supersampling import supersampling_for
 
 METRICS = ("psnr", "ssim", *LPIPS_NAMES)
 
@@ -23,11 +25,13 @@ def evaluate(
     scene: Scene,
     dataset: Dataset,
     *,
+    training_views: Sequence[Camera] = (),
     lpips: LpipsSuite | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Evaluate one scene on the held-back views; see `evaluate_side_by_side`."""
-    return evaluate_side_by_side({"scene": scene}, dataset, lpips=lpips, progress=progress)["scene"]
+    options = {"training_views": training_views, "lpips": lpips, "progress": progress}
+    return evaluate_side_by_side({"scene": scene}, dataset, **options)["scene"]
 
 
 @torch.inference_mode()
@@ -35,6 +39,7 @@ def evaluate_side_by_side(
     scenes: Mapping[str, Scene],
     dataset: Dataset,
     *,
+    training_views: Sequence[Camera] = (),
     lpips: LpipsSuite | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, dict[str, Any]]:
@@ -43,7 +48,8 @@ def evaluate_side_by_side(
     Renders are rounded to 8 bits, and masked pixels do not count. The result has an entry per
     scene: `psnr` (dB), `ssim` and the four `lpips_*` as means over the views, None where there is
     no value, and the same metrics per photo in `views`. The scenes share the LPIPS features of the
-    photos. `progress` is called with the number of views done and in total.
+    photos. Photos smaller than those of the `training_views` are compared with larger renders,
+    averaged (`supersampling_for`). `progress` is called with the number of views done and in total.
 
     Raises InputError if the capture holds no view back.
     """
@@ -52,7 +58,8 @@ def evaluate_side_by_side(
         raise InputError("the capture holds no view back for evaluation: it needs more photos")
     views: dict[str, list[dict[str, Any]]] = {name: [] for name in scenes}
     for done, frame in enumerate(frames, start=1):
-        for name, row in evaluate_view(scenes, load_view(frame), lpips).items():
+        supersampling = supersampling_for(frame.camera, training_views)
+        for name, row in evaluate_view(scenes, load_view(frame), lpips, supersampling).items():
             views[name].append(row)
         if progress:
             progress(done, len(frames))
@@ -60,7 +67,7 @@ def evaluate_side_by_side(
 
 
 def evaluate_view(
-    scenes: Mapping[str, Scene], view: View, lpips: LpipsSuite | None
+    scenes: Mapping[str, Scene], view: View, lpips: LpipsSuite | None, supersampling: int = 1
 ) -> dict[str, dict[str, Any]]:
     """Return the metrics of every scene for one photo."""
     results: dict[str, dict[str, Any]] = {}
@@ -70,7 +77,8 @@ def evaluate_view(
         device = scene.gaussians.means.device
         target = view.image.to(device)
         mask = None if view.mask is None else view.mask.to(device) > 0.5
-        image = as_displayed(scene.render(view.camera.to(device)).image)
+        drawn = scene.render(view.camera.to(device), supersampling=supersampling)
+        image = as_displayed(drawn.image)
         if mask is not None:  # masked pixels equal the photo, also inside SSIM's windows
             image = torch.where(mask[..., None], image, target)
         images.append(image)

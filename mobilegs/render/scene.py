@@ -20,6 +20,7 @@ from mobilegs.render import (
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import CLASSIC
 from mobilegs.render.sortfree import exponential_lobes
+from mobilegs.render.supersampling import averaged, magnified
 from mobilegs.render.view_network import ViewNetwork
 
 BLENDS = ("sortfree", "sorted")
@@ -61,12 +62,24 @@ class Scene:
         """True for plain 3DGS: blended sorted, with one opacity per Gaussian."""
         return self.blend == "sorted" and self.lobes is None and self.network is None
 
-    def render(self, camera: Camera, *, depth: bool = False, level_sigma: float = 0.0) -> Rendered:
+    def render(
+        self,
+        camera: Camera,
+        *,
+        depth: bool = False,
+        level_sigma: float = 0.0,
+        supersampling: int = 1,
+    ) -> Rendered:
         """Render from `camera`, with the camera's near plane.
 
         `depth` adds the depth image. `level_sigma`, as in `render_sortfree`, has no effect on
-        scenes that are blended sorted and on the weighting `two_pass`.
+        scenes that are blended sorted and on the weighting `two_pass`. `supersampling` n, at least
+        1, renders n x n pixels in place of one, and averages them: for images smaller than those
+        of training (`supersampling_for`).
         """
+        if supersampling > 1:
+            fine = magnified(camera, supersampling)
+            return averaged(self.render(fine, depth=depth, level_sigma=level_sigma), supersampling)
         gaussians, lobes = self.gaussians, self.lobes
         if self.weighting.name == "two_pass":
             level_sigma = 0.0

@@ -18,6 +18,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.render.scene import Scene
+from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_scene
 from mobilegs.view.assets import (
     SCRIPT,
@@ -224,7 +225,8 @@ def poster_of(path: Path) -> Image.Image:
         (camera.K[0, 0] * width / camera.width * camera.K[1, 1] * height / camera.height) ** 0.5
     )
     k = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
-    rendered = scene.render(Camera(camera.viewmat, k, width, height, scene.near))
+    poster = Camera(camera.viewmat, k, width, height, scene.near)
+    rendered = scene.render(poster, supersampling=supersampling_for(poster, views))
     return Image.fromarray(to_bytes(rendered.image).numpy())
 
 

@@ -11,9 +11,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.mgs.codec import read_mgs
 from mobilegs.render.scene import Scene
-from mobilegs.scene_file import open_scene
 from mobilegs.view.orbit import Pose, camera_of
 
 RATE = 30  # frames per second
@@ -24,17 +22,6 @@ SECONDS_MAX = 600.0
 SIDE_MAX = 4096
 
 Progress = Callable[[int, int], None]
-
-
-def open_with_views(path: Path, device: torch.device) -> tuple[Scene, list[Camera]]:
-    """Read a scene and the training cameras that a .mgs stores; other formats have none.
-
-    Raises InputError for a file that cannot be read.
-    """
-    if path.suffix.lower() != ".mgs":
-        return open_scene(path, device), []
-    coded = read_mgs(path)
-    return coded.decode(device), list(coded.views or [])
 
 
 def orbit_cameras(

@@ -23,6 +23,7 @@ from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
+from mobilegs.render.supersampling import magnified
 from mobilegs.render.view_network import ViewNetwork, static_inputs
 from mobilegs.view.wgpu_device import PASSES, program
 
@@ -79,19 +80,19 @@ class WgpuRenderer:
         self._sums: tuple[tuple[int, int, int], list[list[Any]]] | None = None
         self._upload(*_rows(scene))
 
-    def render(self, camera: Camera) -> WgpuImage:
-        """Render from `camera` and read the image back.
+    def render(self, camera: Camera, *, supersampling: int = 1) -> WgpuImage:
+        """Render from `camera` and read the image back; `supersampling` as in `Scene.render`.
 
         Raises InputError for an image that is larger than the GPU's textures.
         """
         import wgpu
 
-        self._validate_size(camera)
+        self._validate_size(magnified(camera, supersampling))
         size = (camera.width, camera.height, 1)
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
         device = self.program.device
         texture = device.create_texture(size=size, format="rgba32float", usage=usage)
-        self.render_into(texture.create_view(), "rgba32float", camera)
+        self.render_into(texture.create_view(), "rgba32float", camera, supersampling=supersampling)
         data = device.queue.read_texture(
             {"texture": texture},
             {"bytes_per_row": 16 * camera.width, "rows_per_image": camera.height},
@@ -117,16 +118,18 @@ class WgpuRenderer:
         camera: Camera,
         *,
         order: UInt32[np.ndarray, "n"] | None = None,
+        supersampling: int = 1,
     ) -> None:
         """Render into a texture view of the camera's size and of the given format.
 
-        A sorted scene is rendered in `order`, by default that of `far_first`. Raises InputError for
-        an image that is larger than the GPU's textures.
+        A sorted scene is rendered in `order`, by default that of `far_first`. `supersampling` as in
+        `Scene.render`. Raises InputError for an image that is larger than the GPU's textures.
         """
+        camera = magnified(camera, supersampling)
         self._validate_size(camera)
         device = self.program.device
         queue = device.queue
-        queue.write_buffer(self._view, 0, self._packed(camera))
+        queue.write_buffer(self._view, 0, self._packed(camera, supersampling))
         if self.program.sorted:
             queue.write_buffer(self._order, 0, self.far_first(camera) if order is None else order)
         queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0, 0) * LEVELS)
@@ -255,7 +258,7 @@ class WgpuRenderer:
             self._sums = (width, height, self._levels), views
         return self._sums[1]
 
-    def _packed(self, camera: Camera) -> bytes:
+    def _packed(self, camera: Camera, supersampling: int) -> bytes:
         viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
         rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
         weighting, footprint = self.scene.weighting, self.scene.footprint
@@ -272,6 +275,7 @@ class WgpuRenderer:
             *(self.count, *self._sizes, weighting.index),
             ALPHA_MIN if self.program.sorted else weighting.alpha_min,
             *(footprint.blur, footprint.antialiased, footprint.soft_edge, self.level_sigma),
+            supersampling,
         )
 
     def _evaluate(self, encoder: Any) -> None:
@@ -335,8 +339,8 @@ class WgpuRenderer:
 
 # view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
 # size, sigma and background_weight, weight_scale, the integers, zeros for packed scenes, alpha_min,
-# the footprint and level_sigma
-_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f f 2I f 4x")
+# the footprint, level_sigma and supersampling
+_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f f 2I f I")
 _DRAWN = struct.Struct("<6I")  # project.wgsl's Drawn
 
 

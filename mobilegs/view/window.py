@@ -20,8 +20,9 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.render.supersampling import supersampling_for
+from mobilegs.scene_file import open_with_views
 from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, point_under
-from mobilegs.view.video import open_with_views
 from mobilegs.view.wgpu_device import INSTALL
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 
@@ -166,7 +167,9 @@ class Window:
         while path.exists():
             number += 1
             path = Path(f"{self._name}-{number}.png")
-        image = self._renderer.render(self.camera(*self.canvas.get_physical_size()))
+        camera = self.camera(*self.canvas.get_physical_size())
+        n = supersampling_for(camera, self._views)
+        image = self._renderer.render(camera, supersampling=n)
         with atomic_path(path) as temporary:
             Image.fromarray(to_bytes(image.image).numpy()).save(temporary, format="PNG")
         return path
@@ -180,7 +183,9 @@ class Window:
         texture = self._context.get_current_texture()
         camera = self.camera(*texture.size[:2])
         order = self._order_for(camera) if self._renderer.program.sorted else None
-        self._renderer.render_into(texture.create_view(), self._format, camera, order=order)
+        n = supersampling_for(camera, self._views)
+        target = texture.create_view()
+        self._renderer.render_into(target, self._format, camera, order=order, supersampling=n)
         moving = self.input.busy or now - self._touched < LINGER
         self._last_frame = now if moving else None
         if self.timed and now - self._titled > TITLE_EVERY:

@@ -182,7 +182,7 @@ def test_render_writes_a_png_with_the_name_of_each_photo(
     out = tmp_path / "new" / "folder"
     assert main(["render", str(scene), "--capture", str(capture), "-o", str(out)]) == 0
     assert sorted(path.name for path in out.iterdir()) == ["view_000.png", "view_008.png"]
-    dataset = open_scene_and_capture(scene, capture, None, "cpu")[1]
+    dataset = open_scene_and_capture(scene, capture, None, "cpu")[2]
     drawn = Scene(read_ply(scene)).render(dataset.test[1].camera).image
     written = np.array(Image.open(out / "view_008.png"))
     np.testing.assert_array_equal(written, to_bytes(drawn).numpy())
@@ -193,7 +193,7 @@ def test_render_writes_a_png_with_the_name_of_each_photo(
 def test_render_with_wgpu_gives_the_same_image(scene: Path, capture: Path, tmp_path: Path) -> None:
     words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
     assert main([*words, "--renderer", "wgpu"]) == 0
-    dataset = open_scene_and_capture(scene, capture, None, "cpu")[1]
+    dataset = open_scene_and_capture(scene, capture, None, "cpu")[2]
     drawn = to_bytes(Scene(read_ply(scene)).render(dataset.test[1].camera).image).int()
     written = torch.from_numpy(np.array(Image.open(tmp_path / "view_008.png"))).int()
     assert (written - drawn).abs().max() <= 2 and written.float().std() > 5

@@ -43,9 +43,11 @@ window.scene = { ...facts, shapes, colors, lobes };
 """
 PAINT = """
 renderer.levelSigma = levelSigma;
+renderer.supersampling = supersampling;
 if (order.length) renderer.setOrder(order);
 const painted = await renderer.pixels(camera);
 renderer.levelSigma = 0;
+renderer.supersampling = 1;
 return painted;
 """
 
@@ -59,19 +61,21 @@ class Painter:
         tab.run(OPEN, kind=kind._asdict(), names=names, fullPrecision=full_precision)
 
     def paint(
-        self, view: Camera, scene: Scene | None = None, *, level_sigma: float = 0.0
+        self,
+        view: Camera,
+        scene: Scene | None = None,
+        *,
+        level_sigma: float = 0.0,
+        supersampling: int = 1,
     ) -> WgpuImage:
-        """Return the image of a scene; without one, of the previous scene.
-
-        Only WebGPU has levels.
-        """
+        """Return the image of a scene; without one, of the previous scene."""
         given = {} if scene is None else self._in_javascript(scene)
         order = np.zeros(0, np.uint32)
         if self._sorted:
             depths = self._means @ view.viewmat[2, :3].double().numpy()
             order = np.argsort(depths, kind="stable")[::-1].astype(np.uint32)
         code = PAINT if scene is None else SHOW + PAINT
-        given |= {"order": order, "levelSigma": level_sigma}
+        given |= {"order": order, "levelSigma": level_sigma, "supersampling": supersampling}
         found = self.tab.run(code, camera=in_javascript(view), **given)
         assert not self.tab.complaints
         pixels = torch.from_numpy(found.reshape(view.height, view.width, 4).copy())

@@ -14,7 +14,8 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import pack
 from mobilegs.render.scene import Scene
-from mobilegs.view.video import open_with_views, orbit_cameras
+from mobilegs.scene_file import open_with_views
+from mobilegs.view.video import orbit_cameras
 from tests.support.garden import garden
 from tests.support.scene_cases import Case, make_scene
 

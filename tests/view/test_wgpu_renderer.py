@@ -65,6 +65,21 @@ def test_the_gpu_agrees_with_the_reference(case: str, renderer: str) -> None:
         assert decibels >= (75 if renderer.startswith("sorted") else 90), name
 
 
+@pytest.mark.parametrize("level_sigma", [0.0, 1.0])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
+def test_small_images_are_means_of_larger_ones(renderer: str, level_sigma: float) -> None:
+    scene = as_scene(random_scene(500, seed=5, spread=1.5), renderer)
+    view = camera(53, 31).to(dtype=torch.float32)
+    gpu = WgpuRenderer(scene, full_precision=True, level_sigma=level_sigma)
+    found = gpu.render(view, supersampling=3)
+    expected = scene.render(view, level_sigma=level_sigma, supersampling=3)
+    for name in ("image", "alpha"):
+        error = getattr(found, name) - getattr(expected, name)
+        decibels = float(-10 * error.square().mean().log10())
+        print(f"{name} {decibels:.1f} dB")
+        assert decibels >= (75 if renderer == "sorted" else 90), name
+
+
 @pytest.mark.parametrize("level_sigma", [0.8, 1.0, 1.4])
 def test_levels_of_a_trained_scene_agree_with_the_kernels(level_sigma: float) -> None:
     scene, view = trained()

@@ -14,6 +14,7 @@ from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render.scene import Scene
+from mobilegs.render.supersampling import supersampling_for
 from mobilegs.view.wgpu_renderer import network_matrices
 from tests.support.browser import Chromium, Tab
 from tests.support.golden import (
@@ -91,6 +92,38 @@ def test_the_renderers_match_the_reference(
         found = decibels(getattr(drawn, name)[keep], getattr(reference, name)[keep])
         print(f"{name} {found:.1f} dB")
         assert found >= 75, name
+
+
+@pytest.mark.parametrize("level_sigma", [0.0, 1.0])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_small_images_are_means_of_larger_ones(
+    kind: str, renderer: str, level_sigma: float, painters: Painters
+) -> None:
+    scene = as_scene(random_scene(500, seed=5, spread=1.5), renderer)
+    view = camera(53, 31).to(dtype=torch.float32)
+    options = {"level_sigma": level_sigma, "supersampling": 3}
+    found = painters(kind, full_precision=True).paint(view, scene, **options)
+    expected = scene.render(view, **options)
+    for name in ("image", "alpha"):
+        value = decibels(getattr(found, name), getattr(expected, name))
+        print(f"{name} {value:.1f} dB")
+        assert value >= 75, name
+
+
+def test_the_page_renders_small_pictures_as_large_as_python_does(painters: Painters) -> None:
+    tab = painters("webgpu", full_precision=False).tab
+    code = """
+    const { supersamplingFor } = await import("/src/viewer/supersampling.js");
+    return cameras.map((camera) => supersamplingFor(camera, [view]));
+    """
+    trained = camera(100, 100)
+    cameras = [trained.resized(size, size) for size in (200, 75, 60, 50, 33, 25, 5)]
+    cameras += [replace(cameras[-2], width=1500), replace(cameras[-2], width=5000)]
+    view = {"K": trained.K.flatten().tolist(), "width": 100, "height": 100}
+    found = tab.run(code, cameras=[in_javascript(one) for one in cameras], view=view)
+    assert list(found) == [supersampling_for(one, [trained]) for one in cameras]
+    assert len(set(found)) == 4
 
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])

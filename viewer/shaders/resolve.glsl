@@ -46,26 +46,32 @@ void main() {
 
 out vec4 color_out;
 
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  at.y = abs(last_row - at.y);
+vec4 resolved(ivec2 at) {
   vec4 sum = texelFetch(color_sums, at, 0);
 #ifdef SORTED
-  color_out = vec4(sum.rgb + (1.0 - sum.a) * background.rgb, sum.a);
+  return vec4(sum.rgb + (1.0 - sum.a) * background.rgb, sum.a);
 #else
   float weight = texelFetch(weight_sums, at, 0).r;
 #ifdef LEVELED
   add_enlarged(at, 0, sum, weight);
 #endif
   float behind = size.w * weight_scale;
-  if (!(weight > 1e-12 * weight_scale)) {
-    color_out = vec4(background.rgb, 1.0 - sum.a);
-  } else if (weighting == 3) {
-    color_out = vec4((behind * background.rgb + sum.rgb) / (behind + weight), 1.0 - sum.a);
-  } else {
-    color_out = vec4((1.0 - sum.a) * sum.rgb / weight + sum.a * background.rgb, 1.0 - sum.a);
+  if (!(weight > 1e-12 * weight_scale)) { return vec4(background.rgb, 1.0 - sum.a); }
+  if (weighting == 3) {
+    return vec4((behind * background.rgb + sum.rgb) / (behind + weight), 1.0 - sum.a);
   }
+  return vec4((1.0 - sum.a) * sum.rgb / weight + sum.a * background.rgb, 1.0 - sum.a);
 #endif
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  at.y = abs(last_row - at.y);
+  vec4 sum = vec4(0.0);
+  for (int k = 0; k < supersampling * supersampling; k++) {
+    sum += resolved(at * supersampling + ivec2(k % supersampling, k / supersampling));
+  }
+  color_out = sum / float(supersampling * supersampling);
 }
 
 #endif

@@ -25,6 +25,7 @@ layout(std140) uniform View {
   int antialiased;    // 1: alpha is compensated for the blur
   int soft_edge;      // 1: alpha_min is subtracted from alpha
   float level_sigma;  // of mobilegs/render/levels.py; 0: all at full size
+  int supersampling;  // pixels of the sums along a side of the picture's pixel; `size` counts the former
 };
 
 const float ALPHA_MAX = 0.99;

@@ -25,6 +25,7 @@ struct View {
   antialiased: u32,   // 1: alpha is compensated for the blur
   soft_edge: u32,     // 1: alpha_min is subtracted from alpha
   level_sigma: f32,   // of mobilegs/render/levels.py; 0: all at full size
+  supersampling: u32,  // pixels of the sums along a side of the picture's pixel; `size` counts the former
 }
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -34,16 +34,38 @@ return vec4f(f32((vertex << 1u) & 2u) * 2.0 - 1.0, f32(vertex & 2u) * 2.0 - 1.0,
 }
 @fragment
 fn resolve_sortfree(@builtin(position) position: vec4f) -> @location(0) vec4f {
-let pixel = vec2i(position.xy);
-return resolved(textureLoad(colors, pixel, 0), textureLoad(weights, pixel, 0).r);
+var sum = vec4f();
+for (var k = 0; k < samples(); k++) {
+let pixel = sample_of(position, k);
+sum += resolved(textureLoad(colors, pixel, 0), textureLoad(weights, pixel, 0).r);
+}
+return sum / f32(samples());
 }
 @fragment
 fn resolve_levels(@builtin(position) position: vec4f) -> @location(0) vec4f {
-let pixel = vec2i(position.xy);
-let sum = textureLoad(colors, pixel, 0);
+var sum = vec4f();
+for (var k = 0; k < samples(); k++) {
+let pixel = sample_of(position, k);
+let fine = textureLoad(colors, pixel, 0);
 let coarse = enlarged(pixel, 0);
-let all = vec4f(sum.rgb + coarse.color.rgb, sum.a * coarse.color.a);
-return resolved(all, textureLoad(weights, pixel, 0).r + coarse.weight);
+let all = vec4f(fine.rgb + coarse.color.rgb, fine.a * coarse.color.a);
+sum += resolved(all, textureLoad(weights, pixel, 0).r + coarse.weight);
+}
+return sum / f32(samples());
+}
+@fragment
+fn resolve_sorted(@builtin(position) position: vec4f) -> @location(0) vec4f {
+var sum = vec4f();
+for (var k = 0; k < samples(); k++) {
+let pixel = textureLoad(colors, sample_of(position, k), 0);
+sum += vec4f(pixel.rgb + (1.0 - pixel.a) * view.background, pixel.a);
+}
+return sum / f32(samples());
+}
+fn samples() -> i32 { return i32(view.supersampling * view.supersampling); }
+fn sample_of(position: vec4f, k: i32) -> vec2i {
+let side = i32(view.supersampling);
+return vec2i(position.xy) * side + vec2i(k % side, k / side);
 }
 fn resolved(sum: vec4f, weight: f32) -> vec4f {
 if (!(weight > 1e-12 * view.weight_scale)) { return vec4f(view.background, 1.0 - sum.a); }
@@ -52,9 +74,4 @@ if (view.weighting == 3u) {
 return vec4f((behind * view.background + sum.rgb) / (behind + weight), 1.0 - sum.a);
 }
 return vec4f((1.0 - sum.a) * sum.rgb / weight + sum.a * view.background, 1.0 - sum.a);
-}
-@fragment
-fn resolve_sorted(@builtin(position) position: vec4f) -> @location(0) vec4f {
-let sum = textureLoad(colors, vec2i(position.xy), 0);
-return vec4f(sum.rgb + (1.0 - sum.a) * view.background, sum.a);
 }

@@ -24,6 +24,7 @@ blur: f32,
 antialiased: u32,
 soft_edge: u32,
 level_sigma: f32,
+supersampling: u32,
 }
 @group(0) @binding(0) var<uniform> view: View;
 struct Shape {

@@ -10,15 +10,31 @@ export const FLOAT16_SCALE = 2 ** -6; // factor of weights that keeps sums in th
 const JACOBIAN_MARGIN = 0.3; // as in project.py
 
 /**
+ * The same view with n x n pixels in place of each; the resolve pass averages them
+ * (mobilegs/render/supersampling.py).
+ *
+ * @param {Camera} camera
+ * @param {number} n
+ * @returns {Camera}
+ */
+export function magnified(camera, n) {
+  const { fx, fy, cx, cy, width, height } = camera;
+  return { ...camera, fx: n * fx, fy: n * fy, cx: n * cx, cy: n * cy, width: n * width, height: n * height };
+}
+
+/**
  * The uniform buffer of a frame.
+ *
  *
  * @param {SceneData} scene
  * @param {Camera} camera
  * @param {number} weightScale factor of weights; it cancels in the resolve pass
- * @param {number} [levelSigma] of the levels, as `level_sigma` of mobilegs; 0: all at full size
+ * @param {number} levelSigma of the levels, as `level_sigma` of mobilegs; 0: all at full size
+ * @param {number} supersampling of the camera's pixels: `magnified`
  * @returns {Float32Array<ArrayBuffer>}
  */
-export function viewUniforms(scene, { viewmat, fx, fy, cx, cy, width, height, near }, weightScale, levelSigma = 0) {
+export function viewUniforms(scene, camera, weightScale, levelSigma, supersampling) {
+  const { viewmat, fx, fy, cx, cy, width, height, near } = camera;
   const { background, weighting, packing, footprint = CLASSIC } = scene;
   const marginX = (JACOBIAN_MARGIN * 0.5 * width) / fx;
   const marginY = (JACOBIAN_MARGIN * 0.5 * height) / fy;
@@ -46,5 +62,6 @@ export function viewUniforms(scene, { viewmat, fx, fy, cx, cy, width, height, ne
   floats[47] = footprint.blur;
   new Int32Array(floats.buffer).set([Number(footprint.antialiased), Number(footprint.soft_edge && !scene.sorted)], 48);
   floats[50] = levelSigma;
+  new Int32Array(floats.buffer)[51] = supersampling;
   return floats;
 }

@@ -7,7 +7,7 @@
 
 import { levelPlaces, levelSizes } from "./levels.js";
 import { strides } from "./types.js";
-import { FLOAT16_SCALE, viewUniforms } from "./view_uniforms.js";
+import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
 import { BATCH, TARGETS, blendsFloats, makeFixed, makePrograms } from "./webgl_program.js";
@@ -50,6 +50,8 @@ export class WebGlRenderer {
   variant;
   /** Smallest standard deviation of a Gaussian at a level, in its pixels, at least 0.6; 0: all at full size. */
   levelSigma = 0;
+  /** Pixels rendered and averaged along a side of each pixel of the canvas: `supersampling` of mobilegs. */
+  supersampling = 1;
   /** Why the renderer cannot continue, or null. @type {string | null} */
   lost = null;
   /** Called with a message when the context is lost. @type {(sentence: string) => void} */
@@ -323,12 +325,14 @@ export class WebGlRenderer {
    */
   #sum(scene, camera) {
     const gl = this.#gl;
+    camera = magnified(camera, this.supersampling);
     const { view, quads, looks, sums } = this.#fixed;
     const leveled = this.#leveled(scene, camera);
     const programs = this.#programs(scene, leveled);
     const [sumsWidth, sumsHeight] = this.#resize(scene.sorted, leveled, camera);
     gl.bindBuffer(gl.UNIFORM_BUFFER, view);
-    const packed = viewUniforms(scene, camera, this.variant.floats ? 1 : FLOAT16_SCALE, this.levelSigma);
+    const scale = this.variant.floats ? 1 : FLOAT16_SCALE;
+    const packed = viewUniforms(scene, camera, scale, this.levelSigma, this.supersampling);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, packed);
     gl.bindVertexArray(quads);
     gl.disable(gl.BLEND);
@@ -373,10 +377,11 @@ export class WebGlRenderer {
    */
   #resolve(scene, camera, target, lastRow) {
     const gl = this.#gl;
-    const { resolve, enlarge } = this.#programs(scene, this.#leveled(scene, camera));
+    const fine = magnified(camera, this.supersampling);
+    const { resolve, enlarge } = this.#programs(scene, this.#leveled(scene, fine));
     gl.disable(gl.BLEND);
     this.#timer.pass("resolve");
-    if (enlarge) this.#enlarge(enlarge, resolve, camera);
+    if (enlarge) this.#enlarge(enlarge, resolve, fine);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.viewport(0, 0, camera.width, camera.height);
     gl.useProgram(resolve);

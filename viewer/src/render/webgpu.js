@@ -3,7 +3,7 @@
 import { toFloat16 } from "../mgs/float16.js";
 import { LEVELS, levelSizes } from "./levels.js";
 import { strides } from "./types.js";
-import { FLOAT16_SCALE, VIEW_BYTES, viewUniforms } from "./view_uniforms.js";
+import { FLOAT16_SCALE, VIEW_BYTES, magnified, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
 import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
@@ -40,6 +40,8 @@ export class WebGpuRenderer {
   variant;
   /** Smallest standard deviation of a Gaussian at a level, in its pixels, at least 0.6; 0: all at full size. */
   levelSigma = 0;
+  /** Pixels rendered and averaged along a side of each pixel of the canvas: `supersampling` of mobilegs. */
+  supersampling = 1;
   /** Why the renderer cannot continue, or null. @type {string | null} */
   lost = null;
   /** Called once with `lost`. @type {(sentence: string) => void} */
@@ -319,14 +321,16 @@ export class WebGpuRenderer {
   #frame(camera, target, format) {
     const scene = this.#scene;
     if (!scene || !this.#uploaded) return;
+    const fine = magnified(camera, this.supersampling);
     const { queue } = this.#device;
     const { floats, strips } = this.variant;
     const sigma = scene.sorted ? 0 : this.levelSigma;
-    queue.writeBuffer(this.#view, 0, viewUniforms(scene, camera, floats ? 1 : FLOAT16_SCALE, sigma));
+    const uniforms = viewUniforms(scene, fine, floats ? 1 : FLOAT16_SCALE, sigma, this.supersampling);
+    queue.writeBuffer(this.#view, 0, uniforms);
     const drawn = new Uint32Array(DRAWN_WORDS * LEVELS);
     for (let level = 0; level < LEVELS; level++) drawn[DRAWN_WORDS * level] = strips ? 4 : 6 * BATCH;
     queue.writeBuffer(this.#drawn, 0, drawn);
-    const sums = this.#sumsFor(camera.width, camera.height, scene.sorted, sigma ? LEVELS : 1);
+    const sums = this.#sumsFor(fine.width, fine.height, scene.sorted, sigma ? LEVELS : 1);
     const encoder = this.#device.createCommandEncoder();
     this.#evaluate(encoder, scene.count, this.#uploaded);
     this.#project(encoder, scene.count, this.#uploaded);

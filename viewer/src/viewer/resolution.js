@@ -34,6 +34,11 @@ export class Resolution {
     return this.#steps[this.#step];
   }
 
+  /** Whether fewer pixels are rendered than the screen has. @param {boolean} moving */
+  reduced(moving) {
+    return (moving ? this.scale : this.#steps[0]) < 1;
+  }
+
   /**
    * The size to render: full resolution when nothing moves.
    *

@@ -198,8 +198,13 @@ export class SceneView {
     this.#waiting = null;
   }
 
-  /** Render; throws an Error if it cannot. @param {Camera} camera the scene's near plane replaces its own */
-  draw(camera) {
+  /**
+   * Render; throws an Error if it cannot.
+   *
+   * @param {Camera} camera the scene's near plane replaces its own
+   * @param {number} [supersampling] of the renderer
+   */
+  draw(camera, supersampling = 1) {
     if (this.#worker === null) return;
     const seen = { ...camera, near: this.near };
     if (this.#dots) {
@@ -208,7 +213,10 @@ export class SceneView {
       return;
     }
     this.#requestOrder(camera);
-    this.#renderer?.draw(seen);
+    if (!this.#renderer) return;
+    this.#renderer.supersampling = supersampling;
+    this.#renderer.draw(seen);
+    this.#renderer.supersampling = 1;
   }
 
   /** Compile the shaders of scenes after the first image of dots. */
@@ -221,11 +229,11 @@ export class SceneView {
     if (this.#dots && !this.#destroyed) await warmUp(renderer).catch(() => {});
   }
 
-  /** Render; report an error once. @param {Camera} camera */
-  drawOrReport(camera) {
+  /** Render; report an error once. @param {Camera} camera @param {number} supersampling */
+  drawOrReport(camera, supersampling) {
     if (this.broken) return;
     try {
-      this.draw(camera);
+      this.draw(camera, supersampling);
     } catch (error) {
       this.#break(messageOf(error));
     }

@@ -5,6 +5,7 @@ import { SceneView } from "./scene_view.js";
 import { pointUnder } from "./pick.js";
 import { Pose, cameraOf } from "./pose.js";
 import { Resolution } from "./resolution.js";
+import { supersamplingFor } from "./supersampling.js";
 
 /** @typedef {import("../load/worker.js").Request} Request */
 /** @typedef {import("../render/create_renderer.js").Choice} Choice */
@@ -349,7 +350,9 @@ export class Viewer {
     const size = this.#resolution.size(clientWidth, clientHeight, devicePixelRatio, this.#moving);
     if (clientWidth && clientHeight) {
       const camera = this.camera(size.width, size.height);
-      for (const sceneView of this.#sceneViews) sceneView.drawOrReport(camera);
+      // a device that reduces the resolution has no time for more pixels
+      const supersampling = this.#resolution.reduced(this.#moving) ? 1 : supersamplingFor(camera, this.views);
+      for (const sceneView of this.#sceneViews) sceneView.drawOrReport(camera, supersampling);
     }
     return size;
   }
