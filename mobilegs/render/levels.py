@@ -36,6 +36,20 @@ def level_sizes(height: int, width: int) -> list[tuple[int, int]]:
     return sizes
 
 
+def level_places(height: int, width: int) -> tuple[list[tuple[int, int]], tuple[int, int]]:
+    """Return the first row and column of each level in one image that holds all, and its size.
+
+    Level 0 comes first, and the others one below the other on its right: GPUs draw all levels into
+    one texture.
+    """
+    _, *coarse = level_sizes(height, width)
+    places, row = [(0, 0)], 0
+    for rows, _ in coarse:
+        places.append((row, width))
+        row += rows
+    return places, (max(height, row), width + coarse[0][1])
+
+
 @torch.no_grad()
 def choose_levels(
     projected: Projected, weights: Float[Tensor, "n"], level_sigma: float

@@ -12,6 +12,7 @@ from mobilegs.errors import InputError
 from mobilegs.view import assets
 
 PASSES = ("network", "project", "splat", "resolve")
+FLOATS = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
 FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
 INSTALL = "pip install 'mobilegs[native]'"
 
@@ -56,9 +57,9 @@ class Program:
         weight_scale: factor of the weights, which cancels in the image.
         network: the pipeline of the paper's network, in float16 unless `full_precision` or the GPU
             has none; made at its first use.
+        bilinear: the sampler that enlarges levels.
         number: `f16` or `f32`, the numbers of the network's layers.
-        project, splat: the pipelines of the next two passes.
-        enlarge: the pipeline that adds a coarser level's sums, sort-free only.
+        project: the pipeline of the next pass.
     """
 
     def __init__(self, blend_sorted: bool, full_precision: bool) -> None:
@@ -71,16 +72,18 @@ class Program:
         features = wanted & set(found.features)
         self.number = "f16" if "shader-f16" in features else "f32"
         if full_precision:
-            if "float32-blendable" not in found.features:
+            if not found.features.issuperset(FLOATS):
                 raise InputError(
-                    "this GPU cannot blend 32-bit floats: render with full_precision=False"
+                    "this GPU cannot blend and filter 32-bit floats: render with "
+                    "full_precision=False"
                 )
-            features.add("float32-blendable")
+            features |= FLOATS
         limits = ("max-buffer-size", "max-storage-buffer-binding-size")
         self.device = found.request_device_sync(
             required_features=sorted(features),
             required_limits={name: found.limits[name] for name in limits},
         )
+        self.bilinear = self.device.create_sampler(mag_filter="linear", min_filter="linear")
         self._queries = None
         if "timestamp-query" in features:
             self._queries = self.device.create_query_set(type="timestamp", count=2 * len(PASSES))
@@ -101,7 +104,7 @@ class Program:
     def resolve(self, target_format: str, *, levels: bool = False) -> Any:
         """Return the pipeline of the last pass, into a texture of the given format.
 
-        With `levels` it adds the sums of level 1.
+        With `levels` it adds those of `enlarge`.
         """
         key = (target_format, levels)
         if key not in self._resolve:
@@ -117,6 +120,45 @@ class Program:
                 },
             )
         return self._resolve[key]
+
+    @cached_property
+    def splat(self) -> Any:
+        """The pipeline that adds or blends Gaussians at full size."""
+        return self._splat_of(
+            *(("corner_sorted", "cover") if self.sorted else ("corner_sortfree", "add_weighted"))
+        )
+
+    @cached_property
+    def splat_levels(self) -> Any:
+        """The pipeline that adds Gaussians, each in its level."""
+        return self._splat_of("corner_of_level", "add_to_level")
+
+    def _splat_of(self, vertex: str, fragment: str) -> Any:
+        targets = [{"format": name, "blend": self._blend} for name in self.formats]
+        return self.device.create_render_pipeline(
+            layout="auto",
+            vertex={"module": self._splat_code, "entry_point": vertex},
+            primitive={"topology": "triangle-list"},
+            fragment={"module": self._splat_code, "entry_point": fragment, "targets": targets},
+        )
+
+    @cached_property
+    def enlarge(self) -> dict[int, Any]:
+        """The pipelines that add the coarser levels to levels 1 and 2."""
+        return {
+            level: self.device.create_render_pipeline(
+                layout="auto",
+                vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
+                primitive={"topology": "triangle-list"},
+                fragment={
+                    "module": self._resolve_code,
+                    "entry_point": "add_enlarged",
+                    "constants": {"LEVEL": level},
+                    "targets": [{"format": name} for name in self.formats],
+                },
+            )
+            for level in (1, 2)
+        }
 
     def stamps(self, name: str, *, begin: bool = True, end: bool = True) -> dict[str, Any] | None:
         """Return where a pass writes its timestamps; None if the device has none.
@@ -152,44 +194,20 @@ class Program:
         entry = "project_sorted" if self.sorted else "project_sortfree"
         stage = {"module": code, "entry_point": entry}
         self.project = self.device.create_compute_pipeline(layout="auto", compute=stage)
-        code = self.device.create_shader_module(code=shader("wide", "splat"))
+        self._splat_code = self.device.create_shader_module(code=shader("wide", "splat"))
         color = {"src_factor": "one", "dst_factor": "one", "operation": "add"}
         alpha = {"src_factor": "zero", "dst_factor": "one-minus-src-alpha", "operation": "add"}
         if self.sorted:
             color = alpha = {**color, "dst_factor": "one-minus-src-alpha"}
-        blend = {"color": color, "alpha": alpha}
-        self.splat = self.device.create_render_pipeline(
-            layout="auto",
-            vertex={
-                "module": code,
-                "entry_point": "corner_sorted" if self.sorted else "corner_of_level",
-            },
-            primitive={"topology": "triangle-list"},
-            fragment={
-                "module": code,
-                "entry_point": "cover" if self.sorted else "add_weighted",
-                "targets": [{"format": name, "blend": blend} for name in self.formats],
-            },
-        )
+        self._blend = {"color": color, "alpha": alpha}
         self._resolve_code = self.device.create_shader_module(code=shader("resolve"))
         self._resolve: dict[tuple[str, bool], Any] = {}
-        if not self.sorted:
-            self.enlarge = self.device.create_render_pipeline(
-                layout="auto",
-                vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
-                primitive={"topology": "triangle-list"},
-                fragment={
-                    "module": self._resolve_code,
-                    "entry_point": "add_enlarged",
-                    "targets": [{"format": name, "blend": blend} for name in self.formats],
-                },
-            )
 
 
 @cache
 def program(blend_sorted: bool, full_precision: bool) -> Program:
     """Return the device with its pipelines, one for all scenes with the same arguments.
 
-    Raises InputError without a GPU, or if it cannot blend 32-bit floats.
+    Raises InputError without a GPU, or if it cannot blend and filter 32-bit floats.
     """
     return Program(blend_sorted, full_precision)

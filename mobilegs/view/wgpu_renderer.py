@@ -1,9 +1,9 @@
 """Render a scene by WebGPU, with the web viewer's shaders.
 
 A frame has three passes: project (compute, per Gaussian), splat (blended quads, in any order for a
-sort-free scene, once per level) and resolve (per pixel). The weight w is computed in project.wgsl,
-alpha in splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render. Before them,
-network.wgsl evaluates the paper's network in scenes that have one.
+sort-free scene, all levels in one texture) and resolve (per pixel). The weight w is computed in
+project.wgsl, alpha in splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render.
+Before them, network.wgsl evaluates the paper's network in scenes that have one.
 """
 
 import struct
@@ -18,7 +18,7 @@ from torch.nn.functional import pad
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.render.inputs import RenderSettings, validate_settings
-from mobilegs.render.levels import LEVELS, level_sizes
+from mobilegs.render.levels import level_places, level_sizes
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
@@ -30,7 +30,6 @@ from mobilegs.view.wgpu_device import PASSES, program
 BATCH = 128  # as in view.wgsl
 GAUSSIANS = 32  # of a work group of network.wgsl
 LOOK_BYTES = 32  # of wide.wgsl's StoredLook
-LEVEL_STRIDE = 256  # bytes between two levels' uniforms
 
 
 class WgpuImage(NamedTuple):
@@ -52,7 +51,8 @@ class WgpuRenderer:
         scene: the scene.
         program: the device and its pipelines.
         count: number of Gaussians; those with values that are not finite are left out.
-        level_sigma: as in `render_sortfree`; 0 for scenes that are blended sorted.
+        level_sigma: as in `render_sortfree`; 0 for scenes that are blended sorted. Images so large
+            that a texture of all levels exceeds the GPU's limit have none.
     """
 
     def __init__(
@@ -63,8 +63,8 @@ class WgpuRenderer:
         Sums are float16, which every GPU blends, and so are the numbers of a view network where the
         GPU computes with them; float32 with `full_precision`.
 
-        Raises InputError without a GPU, if it cannot blend 32-bit floats or its memory does not
-        hold the scene, for the weightings `two_pass` and `exponential`, which shaders lack, and for
+        Raises InputError without a GPU, if it cannot blend and filter 32-bit floats or its memory
+        does not hold the scene, for the weightings `two_pass` and `exponential`, which shaders lack, and for
         a `level_sigma` or soft edge that `render_sortfree` or `render_sorted` refuses.
         """
         if scene.weighting.name in ("two_pass", EXPONENTIAL):
@@ -77,7 +77,7 @@ class WgpuRenderer:
         self.scene = scene
         self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
         self.program = program(scene.blend == "sorted", full_precision)
-        self._sums: tuple[tuple[int, int, int], list[list[Any]]] | None = None
+        self._sums: tuple[tuple[int, int], list[list[Any]]] | None = None
         self._upload(*_rows(scene))
 
     def render(self, camera: Camera, *, supersampling: int = 1) -> WgpuImage:
@@ -129,16 +129,17 @@ class WgpuRenderer:
         self._validate_size(camera)
         device = self.program.device
         queue = device.queue
+        leveled = self._is_leveled(camera)
         queue.write_buffer(self._view, 0, self._packed(camera, supersampling))
         if self.program.sorted:
             queue.write_buffer(self._order, 0, self.far_first(camera) if order is None else order)
-        queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0, 0) * LEVELS)
-        sums = self._sums_of(camera.width, camera.height)
+        queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0, 0))
+        sums = self._sums_of(camera)
         encoder = device.create_command_encoder()
         if self._network:
             self._evaluate(encoder)
         self._project(encoder)
-        self._splat(encoder, sums)
+        self._splat(encoder, sums[0], leveled=leveled)
         self._resolve(encoder, sums, target, target_format)
         queue.submit([encoder.finish()])
 
@@ -179,16 +180,11 @@ class WgpuRenderer:
         looks = device.create_buffer(size=LOOK_BYTES * self.count, usage=use.STORAGE)
         self._view = device.create_buffer(size=_VIEW.size, usage=use.UNIFORM | use.COPY_DST)
         self._drawn = device.create_buffer(
-            size=LEVELS * _DRAWN.size,
+            size=_DRAWN.size,
             usage=use.STORAGE | use.INDIRECT | use.COPY_DST | use.COPY_SRC,
         )
         usage = use.STORAGE | use.COPY_DST | use.COPY_SRC
-        # sort-free: two lists of levels in each half
-        entries = self.count if self.program.sorted else 2 * self.count
-        self._order = device.create_buffer(size=4 * entries, usage=usage)
-        numbers = np.zeros((LEVELS, LEVEL_STRIDE // 4), np.uint32)
-        numbers[:, 0] = range(LEVELS)
-        levels = device.create_buffer_with_data(data=numbers, usage=use.UNIFORM)
+        self._order = device.create_buffer(size=4 * self.count, usage=usage)
         quad = np.array([0, 1, 2, 2, 1, 3], np.uint16)
         quads = (quad + 4 * np.arange(BATCH, dtype=np.uint16)[:, None]).flatten()
         self._corners = device.create_buffer_with_data(data=quads, usage=use.INDEX)
@@ -197,14 +193,12 @@ class WgpuRenderer:
             self.program.project, dict(enumerate([self._view, *scene, *written]))
         )
         read = {0: self._view, 1: scene[0], 4: looks, 5: self._order}
-        if self.program.sorted:
-            self._to_splat = [self._bind(self.program.splat, read)]
-        else:
+        if not self.program.sorted:
             read[6] = self._drawn
-            self._to_splat = [
-                self._bind(self.program.splat, read, {7: (levels, LEVEL_STRIDE * level, 16)})
-                for level in range(LEVELS)
-            ]
+        self._to_splat = {False: (self.program.splat, self._bind(self.program.splat, read))}
+        if self.level_sigma:
+            leveled = self.program.splat_levels
+            self._to_splat[True] = (leveled, self._bind(leveled, read))
         self._network = None
         if inputs is not None and self.scene.network is not None:
             number = np.float16 if self.program.number == "f16" else np.float32
@@ -221,41 +215,45 @@ class WgpuRenderer:
         self,
         pipeline: Any,
         buffers: dict[int, Any],
-        parts: dict[int, tuple[Any, int, int]] | None = None,
-        textures: dict[int, Any] | None = None,
+        others: dict[int, Any] | None = None,
     ) -> Any:
-        """Make a bind group of whole buffers, parts `(buffer, offset, size)` and textures."""
-        parts = {i: (buffer, 0, buffer.size) for i, buffer in buffers.items()} | (parts or {})
+        """Make a bind group of buffers, and others: textures and samplers."""
         entries: list[dict] = [
-            {"binding": i, "resource": {"buffer": buffer, "offset": offset, "size": size}}
-            for i, (buffer, offset, size) in parts.items()
+            {"binding": i, "resource": {"buffer": buffer, "offset": 0, "size": buffer.size}}
+            for i, buffer in buffers.items()
         ]
-        entries += [{"binding": i, "resource": view} for i, view in (textures or {}).items()]
+        entries += [{"binding": i, "resource": view} for i, view in (others or {}).items()]
         return self.program.device.create_bind_group(
             layout=pipeline.get_bind_group_layout(0), entries=entries
         )
 
-    @property
-    def _levels(self) -> int:
-        return LEVELS if self.level_sigma else 1
+    def _is_leveled(self, camera: Camera) -> bool:
+        most = self.program.device.limits["max-texture-dimension-2d"]
+        return bool(self.level_sigma) and max(level_places(camera.height, camera.width)[1]) <= most
 
-    def _sums_of(self, width: int, height: int) -> list[list[Any]]:
-        """Return views of the textures of each level's sums; they are created for each new size."""
+    def _sums_of(self, camera: Camera) -> list[list[Any]]:
+        """Return views of the textures of the sums; they are created for each new size.
+
+        With levels, those of all, then of levels 1 and 2 with the coarser ones added.
+        """
         import wgpu
 
-        if self._sums is None or self._sums[0] != (width, height, self._levels):
-            device = self.program.device
+        size = camera.height, camera.width
+        if self._sums is None or self._sums[0] != size:
+            sizes = [size]
+            if self._is_leveled(camera):
+                sizes = [level_places(*size)[1], *level_sizes(*size)[1:3]]
             usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
             views = [
                 [
-                    device.create_texture(
+                    self.program.device.create_texture(
                         size=(columns, rows, 1), format=name, usage=usage
                     ).create_view()
                     for name in self.program.formats
                 ]
-                for rows, columns in level_sizes(height, width)[: self._levels]
+                for rows, columns in sizes
             ]
-            self._sums = (width, height, self._levels), views
+            self._sums = size, views
         return self._sums[1]
 
     def _packed(self, camera: Camera, supersampling: int) -> bytes:
@@ -276,6 +274,7 @@ class WgpuRenderer:
             ALPHA_MIN if self.program.sorted else weighting.alpha_min,
             *(footprint.blur, footprint.antialiased, footprint.soft_edge, self.level_sigma),
             supersampling,
+            *_regions(camera),
         )
 
     def _evaluate(self, encoder: Any) -> None:
@@ -295,53 +294,68 @@ class WgpuRenderer:
         work.dispatch_workgroups(across, -(-groups // across))
         work.end()
 
-    def _splat(self, encoder: Any, sums: list[list[Any]]) -> None:
-        """Add up each level, the coarsest first, with the one before it enlarged."""
+    def _splat(self, encoder: Any, sums: list[Any], *, leveled: bool) -> None:
         # sort-free: T = 1 in the alpha channel; sorted: alpha = 0
         clear = [(0, 0, 0, 0 if self.program.sorted else 1), (0, 0, 0, 0)]
-        last = len(sums) - 1
-        for level in range(last, -1, -1):
-            work = encoder.begin_render_pass(
-                color_attachments=[
-                    {"view": view, "load_op": "clear", "store_op": "store", "clear_value": color}
-                    for view, color in zip(sums[level], clear, strict=False)
-                ],
-                timestamp_writes=self.program.stamps("splat", begin=level == last, end=level == 0),
-            )
-            if 0 < level < last:
-                work.set_pipeline(self.program.enlarge)
-                coarse = dict(enumerate(sums[level + 1], start=3))
-                work.set_bind_group(0, self._bind(self.program.enlarge, {}, textures=coarse))
-                work.draw(3)
-            work.set_pipeline(self.program.splat)
-            work.set_bind_group(0, self._to_splat[level])
-            work.set_index_buffer(self._corners, "uint16")
-            if self.program.sorted:
-                work.draw_indexed(6 * BATCH, -(-self.count // BATCH))
-            else:
-                work.draw_indexed_indirect(self._drawn, level * _DRAWN.size)
-            work.end()
+        work = encoder.begin_render_pass(
+            color_attachments=[
+                {"view": view, "load_op": "clear", "store_op": "store", "clear_value": color}
+                for view, color in zip(sums, clear, strict=False)
+            ],
+            timestamp_writes=self.program.stamps("splat"),
+        )
+        pipeline, resources = self._to_splat[leveled]
+        work.set_pipeline(pipeline)
+        work.set_bind_group(0, resources)
+        work.set_index_buffer(self._corners, "uint16")
+        if self.program.sorted:
+            work.draw_indexed(6 * BATCH, -(-self.count // BATCH))
+        else:
+            work.draw_indexed_indirect(self._drawn, 0)
+        work.end()
 
     def _resolve(
         self, encoder: Any, sums: list[list[Any]], target: Any, target_format: str
     ) -> None:
-        pipeline = self.program.resolve(target_format, levels=len(sums) > 1)
-        read = dict(enumerate([view for level in sums[:2] for view in level], start=1))
-        work = encoder.begin_render_pass(
-            color_attachments=[{"view": target, "load_op": "clear", "store_op": "store"}],
-            timestamp_writes=self.program.stamps("resolve"),
-        )
-        work.set_pipeline(pipeline)
-        work.set_bind_group(0, self._bind(pipeline, {0: self._view}, textures=read))
-        work.draw(3)
-        work.end()
+        leveled = len(sums) > 1
+        pipeline = self.program.resolve(target_format, levels=leveled)
+        passes = [(pipeline, [*sums[0], *(sums[1] if leveled else [])], [target])]
+        if leveled:  # level 2 with 3, then level 1 with both
+            enlarge = self.program.enlarge
+            passes.insert(0, (enlarge[1], [*sums[0], *sums[2]], sums[1]))
+            passes.insert(0, (enlarge[2], [*sums[0], *sums[0]], sums[2]))
+        for number, (pipeline, read, written) in enumerate(passes):
+            last = number == len(passes) - 1
+            resources = dict(enumerate(read, start=1))
+            if len(read) == 4:
+                resources[5] = self.program.bilinear
+            work = encoder.begin_render_pass(
+                color_attachments=[
+                    {"view": view, "load_op": "clear", "store_op": "store"} for view in written
+                ],
+                timestamp_writes=self.program.stamps("resolve", begin=number == 0, end=last),
+            )
+            work.set_pipeline(pipeline)
+            work.set_bind_group(0, self._bind(pipeline, {0: self._view}, resources))
+            work.draw(3)
+            work.end()
 
 
 # view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
 # size, sigma and background_weight, weight_scale, the integers, zeros for packed scenes, alpha_min,
-# the footprint, level_sigma and supersampling
-_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f f 2I f I")
+# the footprint, level_sigma, supersampling, the levels' regions and the size of all
+_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f f 2I f I 16f 2f 8x")
 _DRAWN = struct.Struct("<6I")  # project.wgsl's Drawn
+
+
+def _regions(camera: Camera) -> list[int]:
+    """Return first column and row and their ends of each level in one texture, and its size."""
+    size = camera.height, camera.width
+    places, (rows, columns) = level_places(*size)
+    regions = []
+    for (y, x), (height, width) in zip(places, level_sizes(*size), strict=True):
+        regions += [x, y, x + width, y + height]
+    return [*regions, columns, rows]
 
 
 @torch.no_grad()

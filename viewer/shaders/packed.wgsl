@@ -1,4 +1,4 @@
-// Reads packed scenes (render/pack.js): 52 bytes per Gaussian with lobes of degree 2, and 8 for its look and the lists each.
+// Reads packed scenes (render/pack.js): 52 bytes per Gaussian with lobes of degree 2, 8 for its look, and 4 for the list.
 // x, y | z, two scales of lobes | scales, 11 + 11 + 10 bits | rotation
 @group(0) @binding(1) var<storage, read> shapes: array<vec4u>;
 // constant r, g | constant b, a scale, first coefficient | eight more

@@ -1,9 +1,9 @@
 // Computes opacity, weight w and colour of every Gaussian for the camera; the reference is
 // mobilegs/render/project.py, sortfree.py and levels.py. Of a sort-free scene, lists the visible
-// Gaussians of each level, in any order.
+// Gaussians, in any order.
 override STRIPS = false;  // as splat.wgsl draws
 
-struct Drawn {  // the arguments of a level's indirect draw, and the length of its list
+struct Drawn {  // the arguments of the indirect draw, and the length of the list
   vertices: u32,
   instances: atomic<u32>,
   first: u32,
@@ -13,8 +13,8 @@ struct Drawn {  // the arguments of a level's indirect draw, and the length of i
 }
 
 @group(0) @binding(4) var<storage, read_write> looks: array<StoredLook>;
-@group(0) @binding(5) var<storage, read_write> lists: array<u32>;
-@group(0) @binding(6) var<storage, read_write> drawn: array<Drawn, LEVELS>;
+@group(0) @binding(5) var<storage, read_write> list: array<u32>;
+@group(0) @binding(6) var<storage, read_write> drawn: Drawn;
 
 // Spherical harmonics in direction d. Same formula: sh_basis in mobilegs/spherical_harmonics.py and
 // csrc/core.h, harmonics in project.glsl.
@@ -79,8 +79,8 @@ fn look_at(i: u32) -> Seen {
   return seen_now;
 }
 
-var<workgroup> found: array<atomic<u32>, LEVELS>;
-var<workgroup> begin: array<u32, LEVELS>;
+var<workgroup> found: atomic<u32>;
+var<workgroup> begin: u32;
 
 @compute @workgroup_size(BATCH)
 fn project_sorted(
@@ -90,35 +90,30 @@ fn project_sorted(
   if (i < view.count) { looks[i] = store(look_at(i).look); }
 }
 
+// A work group reserves a part of the list. An entry is the number of the Gaussian, with its level above.
 @compute @workgroup_size(BATCH)
 fn project_sortfree(
     @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) local: u32) {
   let i = (group.y * groups.x + group.x) * BATCH + local;
-  if (local < LEVELS) { atomicStore(&found[local], 0u); }  // not every driver does so
+  if (local == 0u) { atomicStore(&found, 0u); }  // not every driver does so
   workgroupBarrier();
-  var level = LEVELS;  // none
+  var seen: Seen;
   var place = 0u;
   if (i < view.count) {
-    let now = look_at(i);
-    looks[i] = store(now.look);
-    if (now.look.opacity > 0.0) {
-      level = now.level;
-      place = atomicAdd(&found[level], 1u);
-    }
+    seen = look_at(i);
+    if (seen.look.opacity > 0.0) { place = atomicAdd(&found, 1u); }
   }
   workgroupBarrier();
-  if (local < LEVELS) {
-    let number = atomicLoad(&found[local]);
-    if (number > 0u) {
-      let first = atomicAdd(&drawn[local].count, number);
-      begin[local] = first;
-      let end = first + number;
-      atomicMax(&drawn[local].instances, select((end + BATCH - 1u) / BATCH, end, STRIPS));
-    }
+  if (local == 0u) {
+    let number = atomicLoad(&found);
+    begin = atomicAdd(&drawn.count, number);
+    let end = begin + number;
+    atomicMax(&drawn.instances, select((end + BATCH - 1u) / BATCH, end, STRIPS));
   }
   workgroupBarrier();
-  if (level < LEVELS) {
-    lists[place_of(level, begin[level] + place, arrayLength(&lists) / 2u)] = i;
+  if (seen.look.opacity > 0.0) {
+    looks[begin + place] = store(seen.look);
+    list[begin + place] = i | (seen.level << LEVEL_SHIFT);
   }
 }

@@ -67,6 +67,10 @@ vec4 resolved(ivec2 at) {
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   at.y = abs(last_row - at.y);
+  if (supersampling == 1) {
+    color_out = resolved(at);
+    return;
+  }
   vec4 sum = vec4(0.0);
   for (int k = 0; k < supersampling * supersampling; k++) {
     sum += resolved(at * supersampling + ivec2(k % supersampling, k / supersampling));

@@ -10,7 +10,7 @@ flat out vec4 axes;    // offsets in pixels to standard deviations
 flat out vec4 color;   // w: weight
 flat out vec4 center;  // z: opacity, w: compensation
 #ifdef LEVELED
-flat out vec4 region;  // first and last pixel of its level's target
+flat out vec4 region;  // first pixel and end of its level's target
 #endif
 
 void main() {
@@ -42,10 +42,9 @@ void main() {
     opacity *= sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
     e = coarse;
   }
-  vec4 place = level_place(level);
-  region = vec4(place.xy, place.xy + place.zw);
-  e.center += place.xy;
-  target = levels_size();
+  region = regions[level];
+  e.center += region.xy;
+  target = whole.xy;
 #endif
 
   // eigenvalues, the smaller one from the determinant; the sum that is the larger one does not cancel

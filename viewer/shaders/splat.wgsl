@@ -3,7 +3,7 @@
 override STRIPS = false;  // an instance a quad; or a batch of quads: which is faster depends
 
 @group(0) @binding(4) var<storage, read> looks: array<StoredLook>;
-@group(0) @binding(5) var<storage, read> order: array<u32>;  // sorted: far ones first; or the lists of levels
+@group(0) @binding(5) var<storage, read> order: array<u32>;  // sorted: far ones first; or the list of visible ones
 
 struct Listed {  // as Drawn of project.wgsl
   vertices: u32,
@@ -14,8 +14,7 @@ struct Listed {  // as Drawn of project.wgsl
   count: u32,
 }
 
-@group(0) @binding(6) var<storage, read> listed: array<Listed, LEVELS>;
-@group(0) @binding(7) var<uniform> level: vec4u;  // of the target, in x
+@group(0) @binding(6) var<storage, read> listed: Listed;
 
 struct Corner {
   @builtin(position) position: vec4f,
@@ -24,10 +23,20 @@ struct Corner {
   @location(2) @interpolate(flat) center: vec4f,  // z: opacity, w: compensation
 }
 
+struct LevelCorner {
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat) axes: vec4f,
+  @location(1) @interpolate(flat) color: vec4f,
+  @location(2) @interpolate(flat) center: vec4f,
+  @location(3) @interpolate(flat) region: vec4f,  // first pixel and end of its level's target
+}
+
+const NOWHERE = vec4f(2.0, 2.0, 2.0, 1.0);
+
 @vertex
 fn corner_sorted(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
   var out: Corner;
-  out.position = vec4f(2.0, 2.0, 2.0, 1.0);  // nowhere
+  out.position = NOWHERE;
   let place = place_in(vertex, instance);
   if (place >= view.count) { return out; }
   let i = order[place];
@@ -37,19 +46,39 @@ fn corner_sorted(@builtin(vertex_index) vertex: u32, @builtin(instance_index) in
 }
 
 @vertex
-fn corner_of_level(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
+fn corner_sortfree(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
   var out: Corner;
-  out.position = vec4f(2.0, 2.0, 2.0, 1.0);  // nowhere
+  out.position = NOWHERE;
   let place = place_in(vertex, instance);
-  if (place >= listed[level.x].count) { return out; }
-  let i = order[place_of(level.x, place, arrayLength(&order) / 2u)];
-  let look = stored(looks[i]);
-  let ellipse = ellipse_of(shape_of(i));
-  if (level.x == 0u) { return corner_of(vertex, look, look.opacity, ellipse, view.size); }
-  let coarse = to_level(ellipse, level.x);
-  let area = f32(1u << (2u * level.x));
-  let factor = sqrt(ellipse.determinant / coarse.determinant) / area;
-  return corner_of(vertex, look, look.opacity * factor, coarse, level_size(level.x));
+  if (place >= listed.count) { return out; }
+  let look = stored(looks[place]);
+  return corner_of(vertex, look, look.opacity, ellipse_of(shape_of(order[place])), view.size);
+}
+
+// As corner_sortfree, in the place of the Gaussian's level in the texture of all.
+@vertex
+fn corner_of_level(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> LevelCorner {
+  var out: LevelCorner;
+  out.position = NOWHERE;
+  let place = place_in(vertex, instance);
+  if (place >= listed.count) { return out; }
+  let look = stored(looks[place]);
+  let level = order[place] >> LEVEL_SHIFT;
+  var ellipse = ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u)));
+  var opacity = look.opacity;
+  if (level > 0u) {
+    let coarse = to_level(ellipse, level);
+    opacity *= sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+    ellipse = coarse;
+  }
+  out.region = view.regions[level];
+  ellipse.center += out.region.xy;
+  let corner = corner_of(vertex, look, opacity, ellipse, view.whole);
+  out.position = corner.position;
+  out.axes = corner.axes;
+  out.color = corner.color;
+  out.center = corner.center;
+  return out;
 }
 
 fn place_in(vertex: u32, instance: u32) -> u32 {
@@ -85,13 +114,13 @@ fn corner_of(vertex: u32, look: Look, opacity: f32, ellipse: Ellipse, size: vec2
 // Alpha of a Gaussian at a pixel: min(0.99, s o exp(-q / 2)) with the compensation s, 0 where o exp(-q / 2) is
 // below alpha_min (3DGS, Eq. 4); less s alpha_min with a soft edge. Same formula: pair_alphas in
 // mobilegs/render/project.py, pair_alpha in csrc/pairs.h (CPU and CUDA), splat.glsl.
-fn alpha_at(corner: Corner) -> f32 {
+fn alpha_at(position: vec2f, axes: vec4f, center: vec4f) -> f32 {
   // from the fragment's own position: interpolated coordinates carry the rasteriser's snapping
-  let d = corner.position.xy - corner.center.xy;
-  let q = vec2f(dot(corner.axes.xy, d), dot(corner.axes.zw, d));
-  let alpha = corner.center.z * exp(-0.5 * dot(q, q));
+  let d = position - center.xy;
+  let q = vec2f(dot(axes.xy, d), dot(axes.zw, d));
+  let alpha = center.z * exp(-0.5 * dot(q, q));
   let edge = f32(view.soft_edge) * view.alpha_min;
-  return select(0.0, min(corner.center.w * (alpha - edge), ALPHA_MAX), alpha >= view.alpha_min);
+  return select(0.0, min(center.w * (alpha - edge), ALPHA_MAX), alpha >= view.alpha_min);
 }
 
 struct Sums {
@@ -101,13 +130,24 @@ struct Sums {
 
 @fragment
 fn add_weighted(corner: Corner) -> Sums {
-  let alpha = alpha_at(corner);
-  let weighted = alpha * corner.color.w;
-  return Sums(vec4f(corner.color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
+  return sums_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.color);
+}
+
+@fragment
+fn add_to_level(corner: LevelCorner) -> Sums {
+  let at = corner.position.xy;
+  // not into the target of another level
+  let outside = any(at < corner.region.xy) || any(at > corner.region.zw);
+  return sums_of(select(alpha_at(at, corner.axes, corner.center), 0.0, outside), corner.color);
+}
+
+fn sums_of(alpha: f32, color: vec4f) -> Sums {
+  let weighted = alpha * color.w;
+  return Sums(vec4f(color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
 }
 
 @fragment
 fn cover(corner: Corner) -> @location(0) vec4f {
-  let alpha = alpha_at(corner);
+  let alpha = alpha_at(corner.position.xy, corner.axes, corner.center);
   return vec4f(corner.color.rgb * alpha, alpha);
 }

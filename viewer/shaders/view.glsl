@@ -26,6 +26,8 @@ layout(std140) uniform View {
   int soft_edge;      // 1: alpha_min is subtracted from alpha
   float level_sigma;  // of mobilegs/render/levels.py; 0: all at full size
   int supersampling;  // pixels of the sums along a side of the picture's pixel; `size` counts the former
+  vec4 regions[4];    // first pixel and end of each level in the texture of all: levelPlaces in levels.js
+  vec4 whole;         // size of that texture
 };
 
 const float ALPHA_MAX = 0.99;
@@ -109,24 +111,6 @@ Ellipse to_level(Ellipse e, int level) {
   coarse.variance = (e.variance - spread) / (side * side);
   coarse.covariance = e.covariance / (side * side);
   return coarse;
-}
-
-// First pixel and size of a level's target in the texture of all: levelPlaces in levels.js.
-vec4 level_place(int level) {
-  ivec2 side = ivec2(size.xy);
-  ivec2 from = ivec2(0);
-  for (int l = 1; l <= level; l++) {
-    from = l == 1 ? ivec2(side.x, 0) : ivec2(from.x, from.y + side.y);
-    side = (side - (l == 1 ? 0 : 1)) / 2 + 2;
-  }
-  return vec4(from, side);
-}
-
-// Size of that texture.
-vec2 levels_size() {
-  vec4 second = level_place(1);
-  vec4 last = level_place(3);
-  return vec2(second.x + second.z, max(size.y, last.y + last.w));
 }
 
 #endif

@@ -26,6 +26,8 @@ struct View {
   soft_edge: u32,     // 1: alpha_min is subtracted from alpha
   level_sigma: f32,   // of mobilegs/render/levels.py; 0: all at full size
   supersampling: u32,  // pixels of the sums along a side of the picture's pixel; `size` counts the former
+  regions: array<vec4f, 4>,  // first pixel and end of each level in the texture of all: levelPlaces in levels.js
+  whole: vec2f,              // size of that texture
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -45,8 +47,8 @@ struct Look {
 
 const ALPHA_MAX = 0.99;
 const BATCH = 128u;  // quads of an instance, and Gaussians of a work group
-const LEVELS = 4u;
 const WEIGHT_UNIT = 10.0;
+const LEVEL_SHIFT = 30u;  // of the level in an entry of the list of visible Gaussians
 
 // The ellipse of a Gaussian on the picture.
 struct Ellipse {
@@ -107,19 +109,6 @@ fn to_level(ellipse: Ellipse, level: u32) -> Ellipse {
   out.variance = (ellipse.variance - spread) / (side * side);
   out.covariance = ellipse.covariance / (side * side);
   return out;
-}
-
-// Pixels of a level's target: level_sizes in mobilegs/render/levels.py.
-fn level_size(level: u32) -> vec2f {
-  var size = vec2u(view.size);
-  for (var l = 0u; l < level; l++) { size = (size - select(1u, 0u, l == 0u)) / 2u + 2u; }
-  return vec2f(size);
-}
-
-// The place of entry k of a level's list: two lists share an array, from both ends.
-fn place_of(level: u32, k: u32, entries: u32) -> u32 {
-  let start = (level >> 1u) * entries;
-  return start + select(k, entries - 1u - k, (level & 1u) == 1u);
 }
 
 // Standard deviations out to which alpha is at least alpha_min.

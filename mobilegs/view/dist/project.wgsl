@@ -8,8 +8,8 @@ first_instance: u32,
 count: atomic<u32>,
 }
 @group(0) @binding(4) var<storage, read_write> looks: array<StoredLook>;
-@group(0) @binding(5) var<storage, read_write> lists: array<u32>;
-@group(0) @binding(6) var<storage, read_write> drawn: array<Drawn, LEVELS>;
+@group(0) @binding(5) var<storage, read_write> list: array<u32>;
+@group(0) @binding(6) var<storage, read_write> drawn: Drawn;
 fn harmonics(size: u32, d: vec3f) -> array<f32, 16> {
 var b: array<f32, 16>;
 b[0] = 0.28209479177387814;
@@ -64,8 +64,8 @@ seen_now.look = Look(max(color_along(i, basis), vec3f(0.0)), weight * view.weigh
 seen_now.level = level_of(ellipse, weight);
 return seen_now;
 }
-var<workgroup> found: array<atomic<u32>, LEVELS>;
-var<workgroup> begin: array<u32, LEVELS>;
+var<workgroup> found: atomic<u32>;
+var<workgroup> begin: u32;
 @compute @workgroup_size(BATCH)
 fn project_sorted(
 @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
@@ -78,30 +78,24 @@ fn project_sortfree(
 @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
 @builtin(local_invocation_index) local: u32) {
 let i = (group.y * groups.x + group.x) * BATCH + local;
-if (local < LEVELS) { atomicStore(&found[local], 0u); }
+if (local == 0u) { atomicStore(&found, 0u); }
 workgroupBarrier();
-var level = LEVELS;
+var seen: Seen;
 var place = 0u;
 if (i < view.count) {
-let now = look_at(i);
-looks[i] = store(now.look);
-if (now.look.opacity > 0.0) {
-level = now.level;
-place = atomicAdd(&found[level], 1u);
-}
+seen = look_at(i);
+if (seen.look.opacity > 0.0) { place = atomicAdd(&found, 1u); }
 }
 workgroupBarrier();
-if (local < LEVELS) {
-let number = atomicLoad(&found[local]);
-if (number > 0u) {
-let first = atomicAdd(&drawn[local].count, number);
-begin[local] = first;
-let end = first + number;
-atomicMax(&drawn[local].instances, select((end + BATCH - 1u) / BATCH, end, STRIPS));
-}
+if (local == 0u) {
+let number = atomicLoad(&found);
+begin = atomicAdd(&drawn.count, number);
+let end = begin + number;
+atomicMax(&drawn.instances, select((end + BATCH - 1u) / BATCH, end, STRIPS));
 }
 workgroupBarrier();
-if (level < LEVELS) {
-lists[place_of(level, begin[level] + place, arrayLength(&lists) / 2u)] = i;
+if (seen.look.opacity > 0.0) {
+looks[begin + place] = store(seen.look);
+list[begin + place] = i | (seen.level << LEVEL_SHIFT);
 }
 }

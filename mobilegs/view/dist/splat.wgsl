@@ -9,18 +9,25 @@ base: u32,
 first_instance: u32,
 count: u32,
 }
-@group(0) @binding(6) var<storage, read> listed: array<Listed, LEVELS>;
-@group(0) @binding(7) var<uniform> level: vec4u;
+@group(0) @binding(6) var<storage, read> listed: Listed;
 struct Corner {
 @builtin(position) position: vec4f,
 @location(0) @interpolate(flat) axes: vec4f,
 @location(1) @interpolate(flat) color: vec4f,
 @location(2) @interpolate(flat) center: vec4f,
 }
+struct LevelCorner {
+@builtin(position) position: vec4f,
+@location(0) @interpolate(flat) axes: vec4f,
+@location(1) @interpolate(flat) color: vec4f,
+@location(2) @interpolate(flat) center: vec4f,
+@location(3) @interpolate(flat) region: vec4f,
+}
+const NOWHERE = vec4f(2.0, 2.0, 2.0, 1.0);
 @vertex
 fn corner_sorted(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
 var out: Corner;
-out.position = vec4f(2.0, 2.0, 2.0, 1.0);
+out.position = NOWHERE;
 let place = place_in(vertex, instance);
 if (place >= view.count) { return out; }
 let i = order[place];
@@ -29,19 +36,37 @@ if (!(look.opacity > 0.0)) { return out; }
 return corner_of(vertex, look, look.opacity, ellipse_of(shape_of(i)), view.size);
 }
 @vertex
-fn corner_of_level(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
+fn corner_sortfree(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
 var out: Corner;
-out.position = vec4f(2.0, 2.0, 2.0, 1.0);
+out.position = NOWHERE;
 let place = place_in(vertex, instance);
-if (place >= listed[level.x].count) { return out; }
-let i = order[place_of(level.x, place, arrayLength(&order) / 2u)];
-let look = stored(looks[i]);
-let ellipse = ellipse_of(shape_of(i));
-if (level.x == 0u) { return corner_of(vertex, look, look.opacity, ellipse, view.size); }
-let coarse = to_level(ellipse, level.x);
-let area = f32(1u << (2u * level.x));
-let factor = sqrt(ellipse.determinant / coarse.determinant) / area;
-return corner_of(vertex, look, look.opacity * factor, coarse, level_size(level.x));
+if (place >= listed.count) { return out; }
+let look = stored(looks[place]);
+return corner_of(vertex, look, look.opacity, ellipse_of(shape_of(order[place])), view.size);
+}
+@vertex
+fn corner_of_level(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> LevelCorner {
+var out: LevelCorner;
+out.position = NOWHERE;
+let place = place_in(vertex, instance);
+if (place >= listed.count) { return out; }
+let look = stored(looks[place]);
+let level = order[place] >> LEVEL_SHIFT;
+var ellipse = ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u)));
+var opacity = look.opacity;
+if (level > 0u) {
+let coarse = to_level(ellipse, level);
+opacity *= sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+ellipse = coarse;
+}
+out.region = view.regions[level];
+ellipse.center += out.region.xy;
+let corner = corner_of(vertex, look, opacity, ellipse, view.whole);
+out.position = corner.position;
+out.axes = corner.axes;
+out.color = corner.color;
+out.center = corner.center;
+return out;
 }
 fn place_in(vertex: u32, instance: u32) -> u32 {
 return select(instance * BATCH + vertex / 4u, instance, STRIPS);
@@ -68,12 +93,12 @@ let at = ellipse.center + side.x * way + side.y * across;
 out.position = vec4f(at / size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
 return out;
 }
-fn alpha_at(corner: Corner) -> f32 {
-let d = corner.position.xy - corner.center.xy;
-let q = vec2f(dot(corner.axes.xy, d), dot(corner.axes.zw, d));
-let alpha = corner.center.z * exp(-0.5 * dot(q, q));
+fn alpha_at(position: vec2f, axes: vec4f, center: vec4f) -> f32 {
+let d = position - center.xy;
+let q = vec2f(dot(axes.xy, d), dot(axes.zw, d));
+let alpha = center.z * exp(-0.5 * dot(q, q));
 let edge = f32(view.soft_edge) * view.alpha_min;
-return select(0.0, min(corner.center.w * (alpha - edge), ALPHA_MAX), alpha >= view.alpha_min);
+return select(0.0, min(center.w * (alpha - edge), ALPHA_MAX), alpha >= view.alpha_min);
 }
 struct Sums {
 @location(0) color: vec4f,
@@ -81,12 +106,20 @@ struct Sums {
 }
 @fragment
 fn add_weighted(corner: Corner) -> Sums {
-let alpha = alpha_at(corner);
-let weighted = alpha * corner.color.w;
-return Sums(vec4f(corner.color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
+return sums_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.color);
+}
+@fragment
+fn add_to_level(corner: LevelCorner) -> Sums {
+let at = corner.position.xy;
+let outside = any(at < corner.region.xy) || any(at > corner.region.zw);
+return sums_of(select(alpha_at(at, corner.axes, corner.center), 0.0, outside), corner.color);
+}
+fn sums_of(alpha: f32, color: vec4f) -> Sums {
+let weighted = alpha * color.w;
+return Sums(vec4f(color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
 }
 @fragment
 fn cover(corner: Corner) -> @location(0) vec4f {
-let alpha = alpha_at(corner);
+let alpha = alpha_at(corner.position.xy, corner.axes, corner.center);
 return vec4f(corner.color.rgb * alpha, alpha);
 }

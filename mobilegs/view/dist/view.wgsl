@@ -25,6 +25,8 @@ antialiased: u32,
 soft_edge: u32,
 level_sigma: f32,
 supersampling: u32,
+regions: array<vec4f, 4>,
+whole: vec2f,
 }
 @group(0) @binding(0) var<uniform> view: View;
 struct Shape {
@@ -38,8 +40,8 @@ opacity: f32,
 }
 const ALPHA_MAX = 0.99;
 const BATCH = 128u;
-const LEVELS = 4u;
 const WEIGHT_UNIT = 10.0;
+const LEVEL_SHIFT = 30u;
 struct Ellipse {
 depth: f32,
 center: vec2f,
@@ -86,15 +88,6 @@ out.determinant /= side * side * side * side;
 out.variance = (ellipse.variance - spread) / (side * side);
 out.covariance = ellipse.covariance / (side * side);
 return out;
-}
-fn level_size(level: u32) -> vec2f {
-var size = vec2u(view.size);
-for (var l = 0u; l < level; l++) { size = (size - select(1u, 0u, l == 0u)) / 2u + 2u; }
-return vec2f(size);
-}
-fn place_of(level: u32, k: u32, entries: u32) -> u32 {
-let start = (level >> 1u) * entries;
-return start + select(k, entries - 1u - k, (level & 1u) == 1u);
 }
 fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
 fn touches(ellipse: Ellipse, opacity: f32) -> bool {

@@ -18,7 +18,7 @@ export function levelSizes(width, height) {
 
 /**
  * First pixels of the targets in one texture that has them all, and that texture's size: level 0, and the
- * others one below the other on its right. Same in view.glsl: `level_place`.
+ * others one below the other on its right; `level_places` in mobilegs/render/levels.py.
  *
  * @param {number} width
  * @param {number} height

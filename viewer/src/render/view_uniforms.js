@@ -1,11 +1,12 @@
 /** The uniform buffer of a frame: `View` of view.wgsl and view.glsl. */
 
 import { CLASSIC } from "../mgs/header.js";
+import { levelPlaces, levelSizes } from "./levels.js";
 
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./types.js").SceneData} SceneData */
 
-export const VIEW_BYTES = 208;
+export const VIEW_BYTES = 288;
 export const FLOAT16_SCALE = 2 ** -6; // factor of weights that keeps sums in the range of float16
 const JACOBIAN_MARGIN = 0.3; // as in project.py
 
@@ -63,5 +64,9 @@ export function viewUniforms(scene, camera, weightScale, levelSigma, supersampli
   new Int32Array(floats.buffer).set([Number(footprint.antialiased), Number(footprint.soft_edge && !scene.sorted)], 48);
   floats[50] = levelSigma;
   new Int32Array(floats.buffer)[51] = supersampling;
+  const sizes = levelSizes(width, height);
+  const { places, size } = levelPlaces(width, height);
+  const regions = places.flatMap(([x, y], level) => [x, y, x + sizes[level][0], y + sizes[level][1]]);
+  floats.set([...regions, ...size], 52);
   return floats;
 }

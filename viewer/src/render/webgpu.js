@@ -1,7 +1,7 @@
 /** The WebGPU renderer. It uses the shaders in the same way as mobilegs/view/wgpu_renderer.py. */
 
 import { toFloat16 } from "../mgs/float16.js";
-import { LEVELS, levelSizes } from "./levels.js";
+import { levelPlaces, levelSizes } from "./levels.js";
 import { strides } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, magnified, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
@@ -20,11 +20,10 @@ import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
  * @property {Kind} kind
  * @property {Record<Part, GPUBuffer>} parts
  * @property {GPUBuffer} looks
- * @property {GPUBuffer} order of a sorted scene; or the lists of levels, two in each half
+ * @property {GPUBuffer} order of a sorted scene; or the list of visible Gaussians
  * @property {{weights: GPUBuffer, lobes: GPUBuffer} | null} network weights, and results
  */
 
-const LEVEL_STRIDE = 256; // bytes between two levels' uniforms
 const DRAWN_WORDS = 6; // of Drawn in project.wgsl
 const LOOK_BYTES = { packed: 8, wide: 32 };
 const NOTHING = new Float32Array(0);
@@ -58,11 +57,10 @@ export class WebGpuRenderer {
   #uploaded = null;
   /** @type {WebGpuDots | null} */
   #dots = null;
-  /** By level. @type {{key: string, views: GPUTextureView[][], textures: GPUTexture[]} | null} */
+  /** Of all levels; then of levels 1 and 2 with the coarser ones. @type {{key: string, views: GPUTextureView[][], textures: GPUTexture[]} | null} */
   #sums = null;
   #view;
   #drawn;
-  #levels;
   #corners;
 
   /**
@@ -95,10 +93,7 @@ export class WebGpuRenderer {
     const use = GPUBufferUsage;
     this.#view = device.createBuffer({ size: VIEW_BYTES, usage: use.UNIFORM | use.COPY_DST });
     const usage = use.STORAGE | use.INDIRECT | use.COPY_DST;
-    this.#drawn = device.createBuffer({ size: 4 * DRAWN_WORDS * LEVELS, usage });
-    const levels = new Uint32Array((LEVELS * LEVEL_STRIDE) / 4);
-    for (let level = 0; level < LEVELS; level++) levels[(level * LEVEL_STRIDE) / 4] = level;
-    this.#levels = program.filled(levels, use.UNIFORM);
+    this.#drawn = device.createBuffer({ size: 4 * DRAWN_WORDS, usage });
     const corners = new Uint16Array(6 * BATCH);
     for (let quad = 0; quad < BATCH; quad++) {
       corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
@@ -157,7 +152,7 @@ export class WebGpuRenderer {
         lobes: filled(parts.lobes),
       },
       looks: this.#device.createBuffer({ size: looks, usage: use.STORAGE }),
-      order: list(sorted ? count : 2 * count),
+      order: list(count),
       network: scene.network
         ? { weights: this.#program.filled(this.#weights(scene.network), use.STORAGE), lobes: list(count) }
         : null,
@@ -327,23 +322,21 @@ export class WebGpuRenderer {
     const sigma = scene.sorted ? 0 : this.levelSigma;
     const uniforms = viewUniforms(scene, fine, floats ? 1 : FLOAT16_SCALE, sigma, this.supersampling);
     queue.writeBuffer(this.#view, 0, uniforms);
-    const drawn = new Uint32Array(DRAWN_WORDS * LEVELS);
-    for (let level = 0; level < LEVELS; level++) drawn[DRAWN_WORDS * level] = strips ? 4 : 6 * BATCH;
-    queue.writeBuffer(this.#drawn, 0, drawn);
-    const sums = this.#sumsFor(fine.width, fine.height, scene.sorted, sigma ? LEVELS : 1);
+    queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0, 0));
+    // one texture must hold all levels
+    const most = this.#device.limits.maxTextureDimension2D;
+    const leveled = sigma > 0 && Math.max(...levelPlaces(fine.width, fine.height).size) <= most;
+    const sums = this.#sumsFor(fine.width, fine.height, scene.sorted, leveled);
     const encoder = this.#device.createCommandEncoder();
     this.#evaluate(encoder, scene.count, this.#uploaded);
     this.#project(encoder, scene.count, this.#uploaded);
-    this.#splat(encoder, scene.count, this.#uploaded, sums);
-    const pipeline = this.#program.resolve(scene.sorted, format, sums.length > 1);
-    const resolving = encoder.beginRenderPass({
-      colorAttachments: [{ view: target, loadOp: "clear", storeOp: "store" }],
-      timestampWrites: this.#program.stamps("resolve"),
-    });
-    resolving.setPipeline(pipeline);
-    resolving.setBindGroup(0, this.#program.bind(pipeline, { 0: this.#view, ...numbered(sums.slice(0, 2).flat(), 1) }));
-    resolving.draw(3);
-    resolving.end();
+    this.#splat(encoder, scene.count, this.#uploaded, sums[0], leveled);
+    if (leveled) {
+      this.#fill(encoder, this.#program.enlarge(2, floats), [...sums[0], ...sums[0]], sums[2], true, false);
+      this.#fill(encoder, this.#program.enlarge(1, floats), [...sums[0], ...sums[2]], sums[1], false, false);
+    }
+    const read = sums.slice(0, 2).flat();
+    this.#fill(encoder, this.#program.resolve(scene.sorted, format, leveled), read, [target], !leveled, true);
     queue.submit([encoder.finish()]);
   }
 
@@ -385,77 +378,82 @@ export class WebGpuRenderer {
   }
 
   /**
-   * Add up each level, the coarsest first, with the one before it enlarged.
-   *
    * @param {GPUCommandEncoder} encoder
    * @param {number} count
    * @param {Uploaded} uploaded
-   * @param {GPUTextureView[][]} sums by level
+   * @param {GPUTextureView[]} sums
+   * @param {boolean} leveled
    */
-  #splat(encoder, count, { kind, parts, looks, order }, sums) {
+  #splat(encoder, count, { kind, parts, looks, order }, sums, leveled) {
     const clear = [
       { r: 0, g: 0, b: 0, a: kind.sorted ? 0 : 1 }, // nothing is covered yet
       { r: 0, g: 0, b: 0, a: 0 },
     ];
-    const pipeline = this.#program.splat(kind, this.variant);
-    const last = sums.length - 1;
-    for (let level = last; level >= 0; level--) {
-      const pass = encoder.beginRenderPass({
-        colorAttachments: sums[level].map((view, i) => ({
-          view,
-          loadOp: "clear",
-          storeOp: "store",
-          clearValue: clear[i],
-        })),
-        timestampWrites: this.#program.stamps("splat", level === last, level === 0),
-      });
-      if (level > 0 && level < last) {
-        const enlarge = this.#program.enlarge(this.variant.floats);
-        pass.setPipeline(enlarge);
-        pass.setBindGroup(0, this.#program.bind(enlarge, numbered(sums[level + 1], 3)));
-        pass.draw(3);
-      }
-      pass.setPipeline(pipeline);
-      const listed = { buffer: this.#levels, offset: level * LEVEL_STRIDE, size: 16 };
-      const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order };
-      pass.setBindGroup(
-        0,
-        this.#program.bind(pipeline, kind.sorted ? read : { ...read, 6: this.#drawn, 7: listed }),
-      );
-      pass.setIndexBuffer(this.#corners, "uint16");
-      const from = 4 * DRAWN_WORDS * level;
-      if (this.variant.strips) {
-        if (kind.sorted) pass.draw(4, count);
-        else pass.drawIndirect(this.#drawn, from);
-      } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
-      else pass.drawIndexedIndirect(this.#drawn, from);
-      pass.end();
-    }
+    const pipeline = this.#program.splat(kind, this.variant, leveled);
+    const pass = encoder.beginRenderPass({
+      colorAttachments: sums.map((view, i) => ({ view, loadOp: "clear", storeOp: "store", clearValue: clear[i] })),
+      timestampWrites: this.#program.stamps("splat"),
+    });
+    pass.setPipeline(pipeline);
+    const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order };
+    pass.setBindGroup(0, this.#program.bind(pipeline, kind.sorted ? read : { ...read, 6: this.#drawn }));
+    pass.setIndexBuffer(this.#corners, "uint16");
+    if (this.variant.strips) {
+      if (kind.sorted) pass.draw(4, count);
+      else pass.drawIndirect(this.#drawn, 0);
+    } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
+    else pass.drawIndexedIndirect(this.#drawn, 0);
+    pass.end();
+  }
+
+  /**
+   * Compute every pixel of textures from other ones, as a part of the resolve pass.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {GPURenderPipeline} pipeline
+   * @param {GPUTextureView[]} read
+   * @param {GPUTextureView[]} written
+   * @param {boolean} begin whether it is the first part
+   * @param {boolean} end whether it is the last part
+   */
+  #fill(encoder, pipeline, read, written, begin, end) {
+    const pass = encoder.beginRenderPass({
+      colorAttachments: written.map((view) => ({ view, loadOp: "clear", storeOp: "store" })),
+      timestampWrites: this.#program.stamps("resolve", begin, end),
+    });
+    pass.setPipeline(pipeline);
+    /** @type {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} */
+    const resources = { 0: this.#view, ...numbered(read, 1) };
+    if (read.length === 4) resources[5] = this.#program.bilinear;
+    pass.setBindGroup(0, this.#program.bind(pipeline, resources));
+    pass.draw(3);
+    pass.end();
   }
 
   /**
    * @param {number} width
    * @param {number} height
    * @param {boolean} sorted
-   * @param {number} levels
+   * @param {boolean} leveled
    */
-  #sumsFor(width, height, sorted, levels) {
-    const key = `${width} ${height} ${sorted} ${levels} ${this.variant.floats}`;
+  #sumsFor(width, height, sorted, leveled) {
+    const key = `${width} ${height} ${sorted} ${leveled} ${this.variant.floats}`;
     if (this.#sums?.key === key) return this.#sums.views;
     for (const texture of this.#sums?.textures ?? []) texture.destroy();
     const use = GPUTextureUsage;
     /** @type {GPUTexture[]} */
     const textures = [];
-    const views = levelSizes(width, height)
-      .slice(0, levels)
-      .map((size) =>
-        sumFormats(sorted, this.variant.floats).map((format) => {
-          const usage = use.RENDER_ATTACHMENT | use.TEXTURE_BINDING;
-          const texture = this.#device.createTexture({ size, format, usage });
-          textures.push(texture);
-          return texture.createView();
-        }),
-      );
+    const sizes = leveled
+      ? [levelPlaces(width, height).size, ...levelSizes(width, height).slice(1, 3)]
+      : [[width, height]];
+    const views = sizes.map((size) =>
+      sumFormats(sorted, this.variant.floats).map((format) => {
+        const usage = use.RENDER_ATTACHMENT | use.TEXTURE_BINDING;
+        const texture = this.#device.createTexture({ size, format, usage });
+        textures.push(texture);
+        return texture.createView();
+      }),
+    );
     this.#sums = { key, textures, views };
     return views;
   }

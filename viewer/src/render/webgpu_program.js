@@ -7,7 +7,6 @@ import { findAdapter } from "../assets.js";
 /** @typedef {{sorted: boolean, packed: boolean, network: boolean}} Kind of a scene */
 
 export const BATCH = 128; // quads of an instance, as in view.wgsl
-export const LEVELS = 4; // as in mobilegs/render/levels.py
 /** @type {GPUBlendComponent} */
 const COVER = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
 /** @type {GPUBlendState} */
@@ -17,6 +16,8 @@ const SUMS = {
   color: { srcFactor: "one", dstFactor: "one", operation: "add" },
   alpha: { srcFactor: "zero", dstFactor: "one-minus-src-alpha", operation: "add" },
 };
+/** Needed by float32 sums, whose levels are enlarged by filtering. @type {GPUFeatureName[]} */
+const FLOATS = ["float32-blendable", "float32-filterable"];
 const PASSES = ["network", "project", "splat", "resolve"];
 /** @typedef {"network" | "project" | "splat" | "resolve"} Pass */
 
@@ -44,10 +45,10 @@ export class Program {
     const adapter = await findAdapter();
     if (adapter === null) throw new Error("WebGPU finds no graphics adapter on this device");
     /** @type {GPUFeatureName[]} */
-    const wanted = ["timestamp-query", "float32-blendable", "shader-f16"];
+    const wanted = ["timestamp-query", "float32-blendable", "float32-filterable", "shader-f16"];
     const features = wanted.filter((name) => adapter.features.has(name));
-    if (floats && !features.includes("float32-blendable")) {
-      throw new Error("this device cannot blend 32-bit floats");
+    if (floats && !FLOATS.every((name) => features.includes(name))) {
+      throw new Error("this device cannot blend and filter 32-bit floats");
     }
     const { maxStorageBufferBindingSize, maxBufferSize } = adapter.limits;
     const device = await adapter.requestDevice({
@@ -64,6 +65,7 @@ export class Program {
   constructor(device, shaders) {
     this.device = device;
     this.#shaders = shaders;
+    this.bilinear = device.createSampler({ magFilter: "linear", minFilter: "linear" });
     if (device.features.has("timestamp-query")) {
       const size = 16 * PASSES.length;
       const use = GPUBufferUsage;
@@ -77,7 +79,7 @@ export class Program {
 
   /** True if sums can be float32. */
   get blendsFloats() {
-    return this.device.features.has("float32-blendable");
+    return FLOATS.every((name) => this.device.features.has(name));
   }
 
   /** The numbers that the view network computes with. @returns {"f16" | "f32"} */
@@ -109,31 +111,31 @@ export class Program {
     );
   }
 
-  /** @param {Kind} kind @param {Variant} variant */
-  splat(kind, { floats, strips }) {
-    return this.#cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats}`, () => {
+  /** @param {Kind} kind @param {Variant} variant @param {boolean} leveled */
+  splat(kind, { floats, strips }, leveled) {
+    return this.#cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats} ${leveled}`, () => {
       const blend = kind.sorted ? OVER : SUMS;
       const module = this.#module("splat", kind);
       return this.device.createRenderPipeline({
         layout: "auto",
         vertex: {
           module,
-          entryPoint: kind.sorted ? "corner_sorted" : "corner_of_level",
+          entryPoint: kind.sorted ? "corner_sorted" : leveled ? "corner_of_level" : "corner_sortfree",
           constants: { STRIPS: Number(strips) },
         },
         primitive: { topology: strips ? "triangle-strip" : "triangle-list" },
         fragment: {
           module,
-          entryPoint: kind.sorted ? "cover" : "add_weighted",
+          entryPoint: kind.sorted ? "cover" : leveled ? "add_to_level" : "add_weighted",
           targets: sumFormats(kind.sorted, floats).map((format) => ({ format, blend })),
         },
       });
     });
   }
 
-  /** The pipeline that adds the sums of a coarser level. @param {boolean} floats */
-  enlarge(floats) {
-    return this.#cached(`enlarge ${floats}`, () => {
+  /** The pipeline that adds the coarser levels to level 1 or 2. @param {number} level @param {boolean} floats */
+  enlarge(level, floats) {
+    return this.#cached(`enlarge ${level} ${floats}`, () => {
       const module = this.#module("resolve", null);
       return this.device.createRenderPipeline({
         layout: "auto",
@@ -142,7 +144,8 @@ export class Program {
         fragment: {
           module,
           entryPoint: "add_enlarged",
-          targets: sumFormats(false, floats).map((format) => ({ format, blend: SUMS })),
+          constants: { LEVEL: level },
+          targets: sumFormats(false, floats).map((format) => ({ format })),
         },
       });
     });
@@ -151,7 +154,7 @@ export class Program {
   /**
    * @param {boolean} sorted
    * @param {GPUTextureFormat} format of the target
-   * @param {boolean} levels whether the sums of level 1 are added
+   * @param {boolean} levels whether the sums of `enlarge` are added
    */
   resolve(sorted, format, levels) {
     return this.#cached(`resolve ${sorted} ${levels} ${format}`, () => {
@@ -202,7 +205,7 @@ export class Program {
    * Create the bind group of a pipeline.
    *
    * @param {GPURenderPipeline | GPUComputePipeline} pipeline
-   * @param {Record<number, GPUBuffer | GPUBufferBinding | GPUTextureView>} resources by the number of their binding
+   * @param {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} resources by the number of their binding
    */
   bind(pipeline, resources) {
     return this.device.createBindGroup({
