@@ -64,8 +64,9 @@ class WgpuRenderer:
         GPU computes with them; float32 with `full_precision`.
 
         Raises InputError without a GPU, if it cannot blend and filter 32-bit floats or its memory
-        does not hold the scene, for the weightings `two_pass` and `exponential`, which shaders lack, and for
-        a `level_sigma` or soft edge that `render_sortfree` or `render_sorted` refuses.
+        does not hold the scene, for the weightings `two_pass` and `exponential`, which shaders
+        lack, and for a `level_sigma` or soft edge that `render_sortfree` or `render_sorted`
+        refuses.
         """
         if scene.weighting.name in ("two_pass", EXPONENTIAL):
             raise InputError(
