@@ -114,6 +114,32 @@ test("infinite opacities and scales in a .ply become finite", () => {
   assert.ok(lobes[0] * C0 < -13 && lobes[2] * C0 < -13 && lobes[2 * (COUNT - 2)] * C0 > 13);
 });
 
+test("files name antialiased scenes", async () => {
+  const plain = plyOf(example(0));
+  const text = new TextDecoder("latin1").decode(plain);
+  const commented = (...lines) => {
+    const comments = lines.map((line) => `comment ${line}\n`).join("");
+    return Uint8Array.from(text.replace("end_header\n", `${comments}end_header\n`), (c) => c.charCodeAt(0));
+  };
+  const classic = { blur: 0.3, antialiased: false, soft_edge: false };
+  assert.deepEqual(readPly(plain).footprint, classic);
+  for (const line of ["SplatRenderMode: mip", "antialiased 1", "postshot.anti_aliasing=1"]) {
+    assert.deepEqual(readPly(commented(line)).footprint, { ...classic, antialiased: true }, line);
+  }
+  for (const line of ["SplatRenderMode: default", "antialiased 0", "mobilegs blend sorted"]) {
+    assert.deepEqual(readPly(commented(line)).footprint, classic, line);
+  }
+  const both = readPly(commented("SplatRenderMode: mip", "mobilegs blur 0.1"));
+  assert.deepEqual(both.footprint, { ...classic, blur: 0.1, antialiased: true });
+  for (const blur of ["0", "5", "-1", "1e1", "x"]) {
+    assert.throws(() => readPly(commented(`mobilegs blur ${blur}`)), /a blur that is not possible/, blur);
+  }
+  const parts = attributesOf(example(0), 3);
+  assert.deepEqual((await readSpz(gzipped(headOf(3, COUNT, 0), ...parts))).footprint, classic);
+  const { footprint } = await readSpz(gzipped(headOf(3, COUNT, 0, 1), ...parts));
+  assert.deepEqual(footprint, { ...classic, antialiased: true });
+});
+
 test("a file without Gaussians is a scene without Gaussians", async () => {
   assert.equal((await readSpz(gzipped(headOf(3, 0, 3)))).count, 0);
   assert.equal((await readSpz(streamedSpz(0, 3, [], []))).count, 0);

@@ -1,5 +1,8 @@
 /** Reads 3DGS scenes in INRIA's `.ply` layout, which are rendered sorted. */
 
+import { CLASSIC } from "../mgs/header.js";
+
+/** @typedef {import("../render/types.js").Footprint} Footprint */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 
 const HEADER_MAX = 1 << 16;
@@ -25,7 +28,7 @@ export function isPly(bytes) {
  * @returns {SceneData}
  */
 export function readPly(bytes) {
-  const { offsets, stride, rows, start } = parseHeader(bytes);
+  const { offsets, stride, rows, start, footprint } = parseHeader(bytes);
   const view = new DataView(bytes.buffer, bytes.byteOffset + start);
   const rest = [...offsets.keys()].filter((name) => name.startsWith("f_rest_")).length;
   const shSize = rest / 3 + 1;
@@ -42,7 +45,7 @@ export function readPly(bytes) {
   const lost = order.find((name) => !offsets.has(name));
   if (lost) throw new Error(`the .ply file has ${rest} numbers f_rest_*, but not ${lost}`);
   const places = order.map(at);
-  const scene = roomFor(rows, shSize);
+  const scene = roomFor(rows, shSize, footprint);
   const row = new Float32Array(places.length);
   for (let i = 0; i < rows; i++) {
     for (let k = 0; k < row.length; k++) row[k] = view.getFloat32(i * stride + places[k], true);
@@ -66,8 +69,8 @@ function quoted(word = "") {
   return `'${word.slice(0, 40).replace(/[^\x20-\x7e]/g, "\ufffd")}'`;
 }
 
-/** An empty sorted scene with memory for some Gaussians. @param {number} rows @param {number} shSize @returns {SceneData} */
-export function roomFor(rows, shSize) {
+/** An empty sorted scene with memory for some Gaussians. @param {number} rows @param {number} shSize @param {Footprint} footprint @returns {SceneData} */
+export function roomFor(rows, shSize, footprint) {
   return {
     count: 0,
     packing: null,
@@ -78,6 +81,7 @@ export function roomFor(rows, shSize) {
     lobeSize: 1,
     sorted: true,
     weighting: { index: 0, exponentMax: 4, sigma: 1, backgroundWeight: 0 },
+    footprint,
     background: [0, 0, 0],
   };
 }
@@ -106,7 +110,7 @@ export function addRow(scene, row) {
 
 /**
  * @param {Uint8Array} bytes
- * @returns {{offsets: Map<string, number>, stride: number, rows: number, start: number}}
+ * @returns {{offsets: Map<string, number>, stride: number, rows: number, start: number, footprint: Footprint}}
  */
 function parseHeader(bytes) {
   const text = new TextDecoder("latin1").decode(bytes.subarray(0, HEADER_MAX));
@@ -143,5 +147,29 @@ function parseHeader(bytes) {
   if (start + rows * stride > bytes.length) {
     throw new Error(`the .ply file is cut off: ${rows} Gaussians were announced`);
   }
-  return { offsets, stride, rows, start };
+  return { offsets, stride, rows, start, footprint: footprintOf(lines) };
+}
+
+/**
+ * How the Gaussians cover pixels, from comments: `SplatRenderMode: mip` or Postshot's for antialiased ones,
+ * `mobilegs blur` for a blur of their own, as mobilegs/formats/ply.py.
+ *
+ * @param {string[][]} lines words of the header's lines
+ * @returns {Footprint}
+ */
+function footprintOf(lines) {
+  const found = { ...CLASSIC };
+  for (const [kind, ...words] of lines) {
+    if (kind !== "comment") continue;
+    const comment = words.join(" ");
+    if (words[0] === "SplatRenderMode:") found.antialiased = words[1]?.toLowerCase() === "mip";
+    else if (comment === "antialiased 1" || comment === "postshot.anti_aliasing=1") found.antialiased = true;
+    else if (words.length === 3 && comment.startsWith("mobilegs blur ")) {
+      found.blur = /^\d*\.?\d+$/.test(words[2]) ? Number(words[2]) : NaN;
+    }
+  }
+  if (!(found.blur > 0 && found.blur <= 4)) {
+    throw new Error("the .ply file names a blur that is not possible: above 0 and at most 4 is");
+  }
+  return found;
 }

@@ -7,6 +7,7 @@
  */
 
 import { fromFloat16 } from "../mgs/float16.js";
+import { CLASSIC } from "../mgs/header.js";
 import { addRow, roomFor } from "./ply.js";
 import { decompressZstd } from "./zstd.js";
 
@@ -17,6 +18,7 @@ import { decompressZstd } from "./zstd.js";
  * @property {number} count Gaussians
  * @property {number} degree of the harmonics
  * @property {number} fraction bits behind the point of positions
+ * @property {boolean} antialiased whether alpha is compensated for the blur
  * @property {boolean} extended whether something follows that only some tools know
  * @property {number} streams of version 4
  * @property {number} table where version 4 says how long its streams are
@@ -74,8 +76,8 @@ function parseHeader(bytes, size) {
   // real scenes are far below this; a small file must not allocate much memory
   if (count > size) throw new Error(`the .spz file announces ${count} Gaussians in ${size} bytes: it is cut off`);
   if (degree > 4 || fraction > 24) throw new Error(DAMAGED);
-  const extended = (flags & 2) !== 0;
-  return { version, count, degree, fraction, extended, streams, table: zipped ? 0 : view.getUint32(16, true) };
+  const [antialiased, extended] = [(flags & 1) !== 0, (flags & 2) !== 0];
+  return { version, count, degree, fraction, antialiased, extended, streams, table: zipped ? 0 : view.getUint32(16, true) };
 }
 
 /** Bytes of each attribute. @param {Header} header */
@@ -149,12 +151,12 @@ function unpacked(header, bytes) {
 }
 
 /** @param {Header} header @param {Attributes} attributes @returns {SceneData} */
-function sceneOf({ version, count, degree, fraction }, attributes) {
+function sceneOf({ version, count, degree, fraction, antialiased }, attributes) {
   const [positions, opacities, colors, scales, rotations, harmonics] = attributes;
   const sent = COEFFICIENTS[degree];
   const kept = Math.min(sent, KEPT);
   const shSize = kept + 1;
-  const scene = roomFor(count, shSize);
+  const scene = roomFor(count, shSize, { ...CLASSIC, antialiased });
   const row = new Float32Array(11 + 3 * shSize);
   const place = version === 1 ? halfAt(positions) : fixedAt(positions, 2 ** -fraction);
   const turn = version < 3 ? firstThree : smallestThree;
