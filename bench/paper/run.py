@@ -54,7 +54,7 @@ from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
-from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.ply import read_ply_scene, write_ply
 from mobilegs.mgs.codec import inspect_mgs, read_mgs, write_mgs
 from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.mgs.quantized_scene import QuantizedScene
@@ -120,10 +120,12 @@ def teacher_of(row: Row, seed: int, work: Work) -> tuple[Scene, float, Path]:
         stage = Teacher(recipe.teacher, work.dataset, seed=seed, device=device)
         seconds = trained(stage, folder, work, order_seed=2 * seed)
         atomic_write(note, json.dumps(seconds))
-        write_ply(ply, stage.gaussians())
+        write_ply(ply, stage.gaussians(), footprint=recipe.teacher.footprint)
         RunDir(folder).remove_checkpoint()
+    gaussians, footprint = read_ply_scene(ply)
     scene = Scene(
-        read_ply(ply).to(work.team.device),
+        gaussians.to(work.team.device),
+        footprint=footprint,
         background=work.dataset.background.to(work.team.device),
         near=work.dataset.near,
     )

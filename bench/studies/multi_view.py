@@ -28,7 +28,7 @@ import torch
 
 from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import View, load_capture, load_view
-from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.ply import read_ply_scene, write_ply
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team, join_team
 from mobilegs.train.recipes import cpu_recipe
@@ -146,7 +146,8 @@ def summary(found: dict[str, list[tuple[float, float]]]) -> dict:
 def process(options: argparse.Namespace) -> None:
     """Run the variants in one of the two processes."""
     dataset, views = bonsai()
-    scene = Scene(read_ply(options.teacher), background=dataset.background, near=dataset.near)
+    gaussians, footprint = read_ply_scene(options.teacher)
+    scene = Scene(gaussians, background=dataset.background, near=dataset.near, footprint=footprint)
     makers = {"teacher": lambda team: teacher_stage(dataset, team)}
     for form in FORMS:
         makers[form] = lambda team, form=form: student_stage(form, scene, dataset, views, team)

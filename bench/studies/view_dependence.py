@@ -34,7 +34,7 @@ from mobilegs.data.dataset import View
 from mobilegs.data.demo.capture import demo_capture
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.evaluate.report import evaluate
-from mobilegs.formats.ply import read_ply, write_ply
+from mobilegs.formats.ply import read_ply_scene, write_ply
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.render.lobes import lobe_degree
 from mobilegs.render.scene import Scene
@@ -165,7 +165,8 @@ def teacher_of(name: str, dataset: Dataset, views: list[View], runs: Path) -> Sc
                 print(f"{name}: teacher {stage.done} / {stage.steps}", flush=True)
         path.parent.mkdir(parents=True, exist_ok=True)
         write_ply(path, stage.gaussians())
-    return Scene(read_ply(path), background=dataset.background, near=dataset.near)
+    gaussians, footprint = read_ply_scene(path)
+    return Scene(gaussians, background=dataset.background, near=dataset.near, footprint=footprint)
 
 
 def out_of_bounds(variant: str, lobes: Tensor, directions: Tensor) -> Tensor:

@@ -51,8 +51,9 @@ def evaluate(
         device: Device that renders; auto takes an NVIDIA GPU if there is one.
     """
     from mobilegs.evaluate import report
-    from mobilegs.evaluate.fragments import LEVEL_SIGMA, mean_fragments
+    from mobilegs.evaluate.fragments import mean_fragments
     from mobilegs.evaluate.lpips import lpips_from
+    from mobilegs.render.levels import usual_level_sigma
     from mobilegs.scene_file import size_of
 
     opened, views, dataset = open_scene_and_capture(scene, capture, downscale, device)
@@ -72,7 +73,8 @@ def evaluate(
     cameras = [frame.camera for frame in dataset.test]
     about["fragments"] = sum(mean_fragments(opened, cameras))
     if opened.blend == "sortfree":
-        levels = mean_fragments(opened, cameras, level_sigma=LEVEL_SIGMA)
+        sigma = usual_level_sigma(soft_edge=opened.footprint.soft_edge)
+        levels = mean_fragments(opened, cameras, level_sigma=sigma)
         about["fragments_by_level"] = levels
     if json:
         print(report.to_json(about | result))

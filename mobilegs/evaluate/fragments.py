@@ -14,8 +14,6 @@ from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN, Projected, project
 from mobilegs.render.scene import Scene
 
-LEVEL_SIGMA = 1.0  # of the levels that `mobilegs eval` reports
-
 
 @torch.no_grad()
 def fragments_per_pixel(scene: Scene, camera: Camera, *, level_sigma: float = 0.0) -> list[float]:

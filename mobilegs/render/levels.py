@@ -26,6 +26,16 @@ LEVELS = 4
 WEIGHT_UNIT = 10.0  # a Gaussian whose weight w is above needs more pixels
 
 
+def usual_level_sigma(*, soft_edge: bool) -> float:
+    """Return the `level_sigma` with which viewers draw a scene.
+
+    The image has 55 dB and more to the one with all Gaussians at full size. Without a soft edge,
+    ellipses end in a step, which coarse targets show. Same value: `usualLevelSigma` in
+    viewer/src/render/levels.js.
+    """
+    return 1.0 if soft_edge else 1.4
+
+
 def level_sizes(height: int, width: int) -> list[tuple[int, int]]:
     """Return height and width of the targets of all levels, level 0 first."""
     sizes = [(height, width)]

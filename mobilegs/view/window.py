@@ -20,6 +20,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views
 from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, point_under
@@ -57,7 +58,8 @@ def show(path: Path) -> None:
     """
     toolkit = _toolkit()
     scene, views = open_with_views(path, torch.device("cpu"))
-    renderer = WgpuRenderer(scene)
+    level_sigma = usual_level_sigma(soft_edge=scene.footprint.soft_edge)
+    renderer = WgpuRenderer(scene, level_sigma=level_sigma)
     canvas = toolkit.RenderCanvas(size=SIZE, title=path.stem, max_fps=FPS_MAX)
     try:
         window = Window(canvas, renderer, views, path.stem)

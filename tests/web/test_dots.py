@@ -91,8 +91,8 @@ def behind_positions(data: bytes) -> int:
 @pytest.mark.parametrize(
     ("renderer", "made"),
     [
-        ("webgpu", ["paint_dot", "add_weighted", "resolve_sortfree"]),
-        ("webgl", ["linked"] * 4),
+        ("webgpu", ["paint_dot", "add_to_level", "add_enlarged", "add_enlarged", "resolve_levels"]),
+        ("webgl", ["linked"] * 5),
     ],
 )
 def test_dots_appear_first_while_the_scenes_shaders_compile(

@@ -10,11 +10,12 @@ import pytest
 import torch
 
 from mobilegs.compress.lobes import LobeShape
+from mobilegs.evaluate.fragments import fragments_per_pixel
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render.scene import Scene
-from mobilegs.render.supersampling import supersampling_for
+from mobilegs.render.supersampling import magnified, supersampling_for
 from mobilegs.view.wgpu_renderer import network_matrices
 from tests.support.browser import Chromium, Tab
 from tests.support.golden import (
@@ -281,6 +282,26 @@ def test_levels_of_a_packed_scene_match_the_kernels(
     without = psnr(pixels[..., :3], scene.decode().render(view).image)
     print(f"{decibels:.1f} dB, without levels {without:.1f} dB")
     assert decibels >= 55 and without < decibels - 3
+
+
+@pytest.mark.parametrize("supersampling", [1, 2])
+@pytest.mark.parametrize("level_sigma", [0.0, 1.0])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "all"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_fragments_are_counted_as_eval_counts_them(
+    kind: str, renderer: str, level_sigma: float, supersampling: int, painters: Painters
+) -> None:
+    scene = as_scene(random_scene(2000, seed=21, size=0.8), renderer)
+    view = camera(200, 160).to(dtype=torch.float32)
+    painter = painters(kind, full_precision=True)
+    options = {"level_sigma": level_sigma, "supersampling": supersampling}
+    painter.paint(view, scene, **options)
+    found = np.array(painter.tab.run("return renderer.fragments();"))
+    fine = magnified(view, supersampling)
+    expected = np.array(fragments_per_pixel(scene, fine, level_sigma=level_sigma))
+    assert len(found) == len(expected) == (4 if level_sigma and renderer != "sorted" else 1)
+    np.testing.assert_allclose(found, supersampling**2 * expected, rtol=0.01)
+    assert (expected > 0.03).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)

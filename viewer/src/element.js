@@ -7,8 +7,8 @@
  * - `compare`: URL of a second scene, which a handle uncovers; or `sorted`, the same scene rendered sorted
  * - `renderer`: auto, webgpu or webgl
  * - `variant`: how it renders, instead of the fastest way: floats (or halves) and strips (or batches)
- * - `levels`: adds up large Gaussians in smaller targets: their least standard deviation there, 0.6 to 100
- *   pixels, such as 1; by default none is (WebGPU only)
+ * - `levels`: large Gaussians are added up in smaller targets, if their least standard deviation there is so
+ *   many pixels, 0.6 to 100; `0` draws all at full size; by default 1, or 1.4 without soft edges
  * - `scale`: share of the screen's resolution, instead of one chosen by the frame time
  * - `background`: a CSS colour instead of the scene's own
  * - `fov`: field of view in degrees
@@ -133,10 +133,10 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
     const variant = this.getAttribute("variant");
     const [floats, strips] = ["floats", "strips"].map((word) => Boolean(variant?.includes(word)));
-    const levels = Number(this.getAttribute("levels"));
+    const levels = Number(this.getAttribute("levels") ?? NaN);
     this.viewer = new Viewer(canvas, this, {
       variant: variant === null ? null : { floats, strips },
-      levels: levels >= 0.6 && levels <= 100 ? levels : 0,
+      levels: levels === 0 || (levels >= 0.6 && levels <= 100) ? levels : null,
     });
     canvas.setAttribute("aria-label", `${this.getAttribute("alt") ?? "3D scene"}. Press H for the keys.`);
     canvas.classList.toggle("polite", this.hasAttribute("polite"));
@@ -310,6 +310,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       `${stats.renderer}, ${stats.width} x ${stats.height}`,
       `${counts.map((count) => count.toLocaleString("en")).join(" | ")} Gaussians`,
       this.#times.length ? `${(1000 / mean).toFixed(0)} frames/s, ${mean.toFixed(1)} ms` : "still",
+      ...(stats.fragments ? [fragmentLine(stats.fragments)] : []),
       ...Object.entries(stats.passes ?? {}).map(([pass, time]) => `${pass} ${time.toFixed(2)} ms`),
     ];
     panel.textContent = lines.join("\n");
@@ -444,6 +445,14 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #part(name) {
     return /** @type {HTMLElement} */ (this.#root.querySelector(`.${name}`));
   }
+}
+
+/** @param {number[]} levels fragments per pixel by level */
+function fragmentLine(levels) {
+  const told = (/** @type {number} */ value) => value.toFixed(1);
+  const sum = levels.reduce((all, value) => all + value);
+  const parts = levels.length > 1 ? `: ${levels.map(told).join(" + ")} by level` : "";
+  return `${told(sum)} fragments per pixel${parts}`;
 }
 
 globalThis.customElements?.define("mobile-gs", MobileGs);

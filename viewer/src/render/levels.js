@@ -1,6 +1,18 @@
 /** The levels of sort-free scenes: targets of a half, a quarter and an eighth of the image's size. */
 
+/** @typedef {import("../mgs/header.js").Footprint} Footprint */
+
 export const LEVELS = 4; // as in view.wgsl and view.glsl
+
+/**
+ * The `levelSigma` that a scene is drawn with; `usual_level_sigma` in mobilegs/render/levels.py. Without a
+ * soft edge, ellipses end in a step, which coarse targets show.
+ *
+ * @param {Footprint | undefined} footprint
+ */
+export function usualLevelSigma(footprint) {
+  return footprint?.soft_edge ? 1 : 1.4;
+}
 
 /**
  * Width and height of the targets of all levels; `level_sizes` in mobilegs/render/levels.py.

@@ -5,12 +5,12 @@
  * quads, in any order for a sort-free scene), resolve.
  */
 
-import { levelPlaces, levelSizes } from "./levels.js";
+import { LEVELS, levelPlaces, levelSizes } from "./levels.js";
 import { strides } from "./types.js";
 import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
-import { BATCH, TARGETS, blendsFloats, makeFixed, makePrograms } from "./webgl_program.js";
+import { BATCH, TARGETS, blendsFloats, makeCounter, makeFixed, makePrograms } from "./webgl_program.js";
 import { ROW, SAMPLERS, extent } from "./webgl_textures.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
@@ -42,7 +42,7 @@ const ORDER = ["R32UI", "RED_INTEGER", 1];
 /** Renders with WebGL2, which also works on pages served over plain http. */
 export class WebGlRenderer {
   /** Shader files that `create` needs. */
-  static files = ["view", "wide", "packed", "whole", "project", "splat", "resolve", "dots"].map(
+  static files = ["view", "wide", "packed", "whole", "project", "splat", "resolve", "count", "dots"].map(
     (name) => `${name}.glsl`,
   );
 
@@ -67,6 +67,8 @@ export class WebGlRenderer {
   #inputs = PACKED; // of the scene
   /** @type {WebGlDots | null} */
   #dots = null;
+  /** Of the last frame. @type {{leveled: boolean, pixels: number} | null} */
+  #last = null;
   #sums = ""; // size and format of the textures of the sums
   #timer;
 
@@ -142,7 +144,7 @@ export class WebGlRenderer {
    */
   setScene(scene) {
     const gl = this.#gl;
-    this.#scene = null;
+    this.#scene = this.#last = null;
     if (scene.network) {
       throw new Error(
         "this scene needs a network for every Gaussian in every frame, which takes WebGPU: open it in a " +
@@ -252,6 +254,35 @@ export class WebGlRenderer {
     this.#gl.readPixels(0, 0, 1, 1, this.#gl.RGBA, this.#gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 
+  /**
+   * Fragments per pixel of the last frame, by level, as mobilegs/evaluate/fragments.py counts them; null
+   * before the first frame.
+   *
+   * @returns {Promise<number[] | null>}
+   */
+  async fragments() {
+    if (this.#scene === null || this.#last === null) return null;
+    const gl = this.#gl;
+    const { leveled, pixels } = this.#last;
+    const [width, height] = extent(this.#scene.count);
+    const [target, areas] = [gl.createFramebuffer(), gl.createRenderbuffer()];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    gl.bindRenderbuffer(gl.RENDERBUFFER, areas);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA16F, width, height);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, areas);
+    gl.disable(gl.BLEND);
+    gl.viewport(0, 0, width, height);
+    gl.useProgram(this.#counter(this.#scene, leveled));
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const rows = new Float32Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, rows);
+    gl.deleteFramebuffer(target);
+    gl.deleteRenderbuffer(areas);
+    const found = new Array(leveled ? LEVELS : 1).fill(0);
+    for (let i = 0; i < rows.length; i += 4) found[rows[i + 1]] += rows[i] ** 2 / pixels;
+    return found;
+  }
+
   /** The variants that this device supports. @returns {Variant[]} */
   get variants() {
     return (blendsFloats(this.#gl) ? [false, true] : [false]).flatMap((floats) => [
@@ -294,7 +325,7 @@ export class WebGlRenderer {
   /** Free all resources; the renderer cannot be used afterwards. */
   destroy() {
     const gl = this.#gl;
-    const { view, corners, quads, looks, sums, enlarged, programs, textures } = this.#fixed;
+    const { view, corners, quads, looks, sums, enlarged, programs, counters, textures } = this.#fixed;
     this.#scene = null;
     this.#dots?.destroy();
     gl.canvas.removeEventListener("webglcontextlost", this.#onLost);
@@ -303,6 +334,7 @@ export class WebGlRenderer {
     for (const passes of programs.values()) {
       for (const program of Object.values(passes)) gl.deleteProgram(program);
     }
+    for (const program of counters.values()) gl.deleteProgram(program);
     for (const framebuffer of [looks, sums, ...enlarged]) gl.deleteFramebuffer(framebuffer);
     gl.deleteVertexArray(quads);
     for (const buffer of [view, corners]) gl.deleteBuffer(buffer);
@@ -325,12 +357,14 @@ export class WebGlRenderer {
    */
   #sum(scene, camera) {
     const gl = this.#gl;
+    const pictured = camera.width * camera.height;
     camera = magnified(camera, this.supersampling);
     const { view, quads, looks, sums } = this.#fixed;
     const leveled = this.#leveled(scene, camera);
     const programs = this.#programs(scene, leveled);
     const [sumsWidth, sumsHeight] = this.#resize(scene.sorted, leveled, camera);
     gl.bindBuffer(gl.UNIFORM_BUFFER, view);
+    this.#last = { leveled, pixels: pictured };
     const scale = this.variant.floats ? 1 : FLOAT16_SCALE;
     const packed = viewUniforms(scene, camera, scale, this.levelSigma, this.supersampling);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, packed);
@@ -467,13 +501,28 @@ export class WebGlRenderer {
   }
 
   /** @param {SceneData} scene @param {boolean} leveled */
-  #programs({ sorted, packing }, leveled) {
+  #kind({ sorted, packing }, leveled) {
+    return { sorted, packed: packing !== null, strips: this.variant.strips, leveled };
+  }
+
+  /** @param {SceneData} scene @param {boolean} leveled */
+  #programs(scene, leveled) {
     const { programs } = this.#fixed;
-    const kind = { sorted, packed: packing !== null, strips: this.variant.strips, leveled };
+    const kind = this.#kind(scene, leveled);
     const key = Object.values(kind).join(" ");
     const passes = programs.get(key) ?? makePrograms(this.#gl, this.#shaders, kind);
     programs.set(key, passes);
     return passes;
+  }
+
+  /** @param {SceneData} scene @param {boolean} leveled */
+  #counter(scene, leveled) {
+    const { counters } = this.#fixed;
+    const kind = { ...this.#kind(scene, leveled), strips: false };
+    const key = Object.values(kind).join(" ");
+    const program = counters.get(key) ?? makeCounter(this.#gl, this.#shaders, kind);
+    counters.set(key, program);
+    return program;
   }
 
   /** Throws if the GPU cannot draw into the bound framebuffer. @param {string} what */

@@ -16,6 +16,7 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
  * @property {WebGLFramebuffer} sums output of the splat pass
  * @property {WebGLFramebuffer[]} enlarged of levels 1 and 2, each with the coarser ones
  * @property {Map<string, Passes>} programs by kind, made at the first use
+ * @property {Map<string, WebGLProgram>} counters likewise
  * @property {Textures} textures
  */
 
@@ -45,6 +46,7 @@ export function makeFixed(gl) {
     sums: gl.createFramebuffer(),
     enlarged: [gl.createFramebuffer(), gl.createFramebuffer()],
     programs: new Map(),
+    counters: new Map(),
     textures: new Textures(gl),
   };
   gl.bindBufferBase(gl.UNIFORM_BUFFER, VIEW_BINDING, fixed.view);
@@ -63,24 +65,46 @@ export function makeFixed(gl) {
  * @param {Kind} kind
  * @returns {Passes}
  */
-export function makePrograms(gl, shaders, { sorted, packed, strips, leveled }) {
-  const { view, whole, project, splat, resolve } = shaders;
-  const rows = packed ? shaders.packed : shaders.wide;
+export function makePrograms(gl, shaders, kind) {
+  const { whole, project, splat, resolve } = shaders;
+  const rows = kind.packed ? shaders.packed : shaders.wide;
+  const made = maker(gl, shaders.view, kind);
+  return {
+    project: made(whole, `${rows}${project}`),
+    splat: made(`${rows}${splat}`, splat),
+    resolve: made(whole, resolve),
+    ...(kind.leveled ? { enlarge: made(whole, `#define ENLARGE\n${resolve}`) } : {}),
+  };
+}
+
+/**
+ * The program that counts fragments.
+ *
+ * @param {WebGL2RenderingContext} gl
+ * @param {Record<string, string>} shaders
+ * @param {Kind} kind
+ */
+export function makeCounter(gl, { view, packed, wide, whole, count }, kind) {
+  return maker(gl, view, kind)(whole, `#define VERTEX\n${kind.packed ? packed : wide}${count}`);
+}
+
+/**
+ * A function that makes programs of a kind.
+ *
+ * @param {WebGL2RenderingContext} gl
+ * @param {string} view
+ * @param {Kind} kind
+ * @returns {(vertex: string, fragment: string) => WebGLProgram}
+ */
+function maker(gl, view, { sorted, strips, leveled }) {
   const words = { SORTED: sorted, STRIPS: strips, LEVELED: leveled };
   const defined = Object.entries(words).map(([word, set]) => (set ? `#define ${word}\n` : "")).join("");
-  /** @type {(vertex: string, fragment: string) => WebGLProgram} */
-  const made = (vertex, fragment) => {
+  return (vertex, fragment) => {
     const program = linked(gl, `${defined}#define VERTEX\n${view}${vertex}`, `${defined}${view}${fragment}`);
     gl.useProgram(program);
     SAMPLERS.forEach((name, unit) => gl.uniform1i(gl.getUniformLocation(program, name), unit));
     gl.uniformBlockBinding(program, gl.getUniformBlockIndex(program, "View"), VIEW_BINDING);
     return program;
-  };
-  return {
-    project: made(whole, `${rows}${project}`),
-    splat: made(`${rows}${splat}`, splat),
-    resolve: made(whole, resolve),
-    ...(leveled ? { enlarge: made(whole, `#define ENLARGE\n${resolve}`) } : {}),
   };
 }
 

@@ -31,7 +31,7 @@ const NOTHING = new Float32Array(0);
 /** Renders sort-free and sorted scenes with WebGPU. */
 export class WebGpuRenderer {
   /** Shader files that `create` needs. */
-  static files = ["view", "wide", "packed", "network", "project", "splat", "resolve", "dots"].map(
+  static files = ["view", "wide", "packed", "network", "project", "splat", "resolve", "count", "dots"].map(
     (name) => `${name}.wgsl`,
   );
 
@@ -61,6 +61,8 @@ export class WebGpuRenderer {
   #sums = null;
   #view;
   #drawn;
+  /** Of the last frame. @type {{leveled: boolean, pixels: number} | null} */
+  #last = null;
   #corners;
 
   /**
@@ -265,6 +267,30 @@ export class WebGpuRenderer {
     if (this.lost === null && this.#uploaded) await this.#program.time(this.#uploaded.kind);
   }
 
+  /**
+   * Fragments per pixel of the last frame, by level, as mobilegs/evaluate/fragments.py counts them; null
+   * before the first frame.
+   *
+   * @returns {Promise<number[] | null>}
+   */
+  async fragments() {
+    const [uploaded, scene, last] = [this.#uploaded, this.#scene, this.#last];
+    if (!uploaded || !scene || !last || this.lost !== null) return null;
+    const use = GPUBufferUsage;
+    const areas = this.#program.filled(new Uint32Array(4), use.STORAGE | use.COPY_SRC);
+    const read = this.#device.createBuffer({ size: areas.size, usage: use.MAP_READ | use.COPY_DST });
+    const { kind, parts, looks, order } = uploaded;
+    const encoder = this.#device.createCommandEncoder();
+    const resources = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order, 6: this.#drawn, 7: areas };
+    this.#compute(encoder, null, this.#program.count(kind), resources, Math.ceil(scene.count / BATCH));
+    encoder.copyBufferToBuffer(areas, 0, read, 0, areas.size);
+    this.#device.queue.submit([encoder.finish()]);
+    await read.mapAsync(GPUMapMode.READ);
+    const found = Array.from(new Uint32Array(read.getMappedRange()), (area) => area / 8 / last.pixels);
+    for (const buffer of [areas, read]) buffer.destroy();
+    return last.leveled ? found : found.slice(0, 1);
+  }
+
   /** Free all resources; the renderer cannot be used afterwards. */
   destroy() {
     this.#release();
@@ -282,7 +308,7 @@ export class WebGpuRenderer {
 
   #release() {
     for (const buffer of this.#buffers()) buffer.destroy();
-    this.#uploaded = this.#scene = null;
+    this.#uploaded = this.#scene = this.#last = null;
   }
 
   #buffers() {
@@ -327,6 +353,7 @@ export class WebGpuRenderer {
     const most = this.#device.limits.maxTextureDimension2D;
     const leveled = sigma > 0 && Math.max(...levelPlaces(fine.width, fine.height).size) <= most;
     const sums = this.#sumsFor(fine.width, fine.height, scene.sorted, leveled);
+    this.#last = { leveled, pixels: camera.width * camera.height };
     const encoder = this.#device.createCommandEncoder();
     this.#evaluate(encoder, scene.count, this.#uploaded);
     this.#project(encoder, scene.count, this.#uploaded);
@@ -363,14 +390,14 @@ export class WebGpuRenderer {
 
   /**
    * @param {GPUCommandEncoder} encoder
-   * @param {"network" | "project"} name
+   * @param {"network" | "project" | null} name under which it is timed
    * @param {GPUComputePipeline} pipeline
    * @param {Record<number, GPUBuffer>} resources
    * @param {number} groups
    */
   #compute(encoder, name, pipeline, resources, groups) {
     const across = Math.max(1, Math.min(groups, 65535));
-    const pass = encoder.beginComputePass({ timestampWrites: this.#program.stamps(name) });
+    const pass = encoder.beginComputePass(name ? { timestampWrites: this.#program.stamps(name) } : {});
     pass.setPipeline(pipeline);
     pass.setBindGroup(0, this.#program.bind(pipeline, resources));
     pass.dispatchWorkgroups(across, Math.ceil(groups / across));

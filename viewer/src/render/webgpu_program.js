@@ -111,6 +111,20 @@ export class Program {
     );
   }
 
+  /** The pipeline that counts fragments. @param {Kind} kind */
+  count(kind) {
+    return this.#cached(`count ${kind.packed} ${kind.sorted}`, () =>
+      this.device.createComputePipeline({
+        layout: "auto",
+        compute: {
+          module: this.#module("count", kind),
+          entryPoint: "count_fragments",
+          constants: { SORTED: Number(kind.sorted) },
+        },
+      }),
+    );
+  }
+
   /** @param {Kind} kind @param {Variant} variant @param {boolean} leveled */
   splat(kind, { floats, strips }, leveled) {
     return this.#cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats} ${leveled}`, () => {
@@ -265,7 +279,7 @@ export class Program {
     return found;
   }
 
-  /** @param {Pass} name @param {Kind | null} kind whose rows it reads */
+  /** @param {Pass | "count"} name @param {Kind | null} kind whose rows it reads */
   #module(name, kind) {
     const rows = kind === null ? "" : this.#shaders[kind.packed ? "packed" : "wide"];
     const key = `${name} ${kind?.packed}`;

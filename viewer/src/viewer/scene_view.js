@@ -4,6 +4,7 @@ import { loadingWorker } from "../assets.js";
 import { backToFront } from "../load/depth_sort.js";
 import { worldMeans } from "../mgs/positions.js";
 import { knownVariant, warmUp, warmUpDots } from "../render/calibrate.js";
+import { usualLevelSigma } from "../render/levels.js";
 import { createRenderer } from "../render/create_renderer.js";
 import { strides } from "../render/types.js";
 import { selectVariant, storage } from "./variant_select.js";
@@ -30,6 +31,7 @@ import { recordLogits } from "./pick.js";
  * @property {(sentence: string) => void} broken the renderer cannot continue
  */
 
+const COUNT_EVERY = 1000; // milliseconds between two counts of fragments
 const WARM_UP_DELAY = 50; // milliseconds, so that the first image reaches the screen before
 
 export class SceneView {
@@ -42,6 +44,8 @@ export class SceneView {
   logits = new Float32Array(0);
   /** The request that is loading, else the one that is shown. @type {Request | null} */
   request = null;
+  /** Fragments per pixel by level when they were counted last, while each pass is timed. @type {number[] | null} */
+  fragments = null;
   /** Resolves when the fastest variant is known; measured after the first scene has loaded. */
   calibrated = Promise.resolve();
 
@@ -78,6 +82,7 @@ export class SceneView {
   #sortSchedule = new SortSchedule();
   /** The call of `sort` that waits for the worker. @type {{resolve: () => void, reject: (reason: Error) => void} | null} */
   #waiting = null;
+  #counted = -Infinity; // time of it
   #timing = false;
   #dots = false; // whether only dots can be rendered yet
   #warm = false; // whether the shaders are compiled, or being compiled
@@ -87,9 +92,9 @@ export class SceneView {
    * @param {SceneListener} listener
    * @param {Variant | null} variant null: the fastest on this device
    * @param {boolean} sorting whether sort-free scenes are rendered sorted
-   * @param {number} [levels] `levelSigma` of the renderer
+   * @param {number | null} levels `levelSigma` of the renderer; null: `usualLevelSigma` of the scene
    */
-  constructor(canvas, listener, variant, sorting, levels = 0) {
+  constructor(canvas, listener, variant, sorting, levels = null) {
     this.canvas = canvas;
     this.#listener = listener;
     this.#variant = variant;
@@ -119,7 +124,7 @@ export class SceneView {
       );
       const known = chosen ?? knownVariant(renderer, storage());
       if (known) renderer.variant = known;
-      renderer.levelSigma = this.#levels;
+      renderer.levelSigma = this.#levels ?? 1; // for shaders that compile before the scene is known
       this.#measured = known !== null;
       this.#renderer = renderer;
       this.name = name;
@@ -272,13 +277,23 @@ export class SceneView {
     return this.#renderer?.milliseconds ?? null;
   }
 
-  /** Request the pass times of the last frame, unless a request is pending. */
+  /** Request the pass times of the last frame, and now and then its fragments, unless a request is pending. */
   async time() {
     if (this.#timing || !this.#renderer) return;
     this.#timing = true;
     // a lost device is reported elsewhere
     await this.#renderer.time().catch(() => {});
+    if (performance.now() > this.#counted + COUNT_EVERY) {
+      this.fragments = await this.countFragments();
+      this.#counted = performance.now();
+    }
     this.#timing = false;
+  }
+
+  /** Fragments per pixel of the last frame by level; null without one. @returns {Promise<number[] | null>} */
+  async countFragments() {
+    if (this.#dots || this.broken) return null;
+    return (await this.#renderer?.fragments().catch(() => null)) ?? null;
   }
 
   /** Renderer, adapter and variant in words. */
@@ -356,8 +371,10 @@ export class SceneView {
     this.#sortSchedule.reset(data.sorted ? "worker" : this.#sorting ? "page" : "");
     data.sorted = this.#sortSchedule.by !== "";
     const taken = this.#replace(worker, data.background, () => {
-      this.#renderer?.setDots(null);
-      this.#renderer?.setScene(data);
+      if (!this.#renderer) return;
+      this.#renderer.setDots(null);
+      this.#renderer.setScene(data);
+      this.#renderer.levelSigma = this.#levels ?? usualLevelSigma(data.footprint);
     });
     if (!taken) return;
     this.#dots = false;

@@ -31,6 +31,7 @@ import { supersamplingFor } from "./supersampling.js";
  * @property {number} height
  * @property {number} milliseconds since the previous frame; 0 while nothing moves
  * @property {Record<string, number> | null} passes milliseconds by pass, where the device has a timer
+ * @property {number[] | null} fragments per pixel by level, while each pass is timed
  */
 
 const PATIENCE = 100; // milliseconds between frames of a scene that is loading and does not move
@@ -77,10 +78,10 @@ export class Viewer {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Listener} listener
-   * @param {{variant?: Variant | null, levels?: number}} [options] variant null: the fastest on this device;
-   *     levels: `levelSigma` of the renderer
+   * @param {{variant?: Variant | null, levels?: number | null}} [options] variant null: the fastest on this
+   *     device; levels: `levelSigma` of the renderer, null: that of the scene
    */
-  constructor(canvas, listener, { variant = null, levels = 0 } = {}) {
+  constructor(canvas, listener, { variant = null, levels = null } = {}) {
     this.#canvas = canvas;
     this.#listener = listener;
     this.#variant = variant;
@@ -248,6 +249,11 @@ export class Viewer {
     return this.#first.milliseconds;
   }
 
+  /** Fragments per pixel of the last frame by level; null without one. */
+  fragments() {
+    return this.#first.countFragments();
+  }
+
   /** The image as RGBA floats. @param {Camera} camera @param {Side} [side] */
   pixels(camera, side = 0) {
     const sceneView = this.#sceneViews[side];
@@ -336,10 +342,10 @@ export class Viewer {
     clearTimeout(this.#rest);
     if (this.#moving) this.#rest = setTimeout(() => this.redraw(), 2 * LINGER);
     if (this.count && !this.#first.broken) {
-      const { name, count, milliseconds: passes } = this.#first;
+      const { name, count, milliseconds: passes, fragments } = this.#first;
       const milliseconds = this.#moving && followed ? since : 0;
       const compared = this.#second?.count ?? 0;
-      this.#listener.drawn({ renderer: name, count, compared, width, height, milliseconds, passes });
+      this.#listener.drawn({ renderer: name, count, compared, width, height, milliseconds, passes, fragments });
       if (this.timed) void this.#first.time();
     }
     if (this.#input.busy || turning) this.redraw();
