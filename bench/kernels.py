@@ -1,9 +1,14 @@
 """Time both renderers, forward and backward, on a synthetic scene.
 
     python -m bench.kernels [--json OUT] [--spike FOLDER] [--counts 100000 400000]
+        [--scenes A.mgs B.mgs ...]
 
 If FOLDER holds the prototype's C++ kernels (`gs_cpu_vec.cpp`), the script builds them in a
 temporary folder and times them in turns with ours, in one process, on the same scene.
+
+Scenes are trained sort-free ones: they are drawn from their first view at the size of training, and
+at two and three times that size, in turns with all Gaussians at full size and with the viewers'
+levels, and their fragments per pixel are counted.
 """
 
 import argparse
@@ -24,8 +29,13 @@ import torch
 
 from mobilegs.camera import Camera
 from mobilegs.csrc.binding import kernel_level
+from mobilegs.evaluate.fragments import fragments_per_pixel
+from mobilegs.mgs.codec import read_mgs
 from mobilegs.render import render_sorted, render_sortfree
+from mobilegs.render.levels import usual_level_sigma
+from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN
+from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
 
 WIDTH, HEIGHT, FOCAL = 800, 533, 700.0
@@ -88,6 +98,29 @@ class Ours:
             leaf.grad = None
         self.forward(path).backward(self.grad)
         return {n: leaf.grad for n, leaf in self.leaves.items() if leaf.grad is not None}
+
+
+class Trained:
+    """A trained scene through the public function, with a `level_sigma`."""
+
+    def __init__(self, scene: Scene, camera: Camera, level_sigma: float) -> None:
+        gaussians = scene.gaussians
+        lobes = constant_lobes(gaussians.logit_opacities) if scene.lobes is None else scene.lobes
+        leaves = (gaussians.means, gaussians.quats, gaussians.scales, lobes, gaussians.sh)
+        self.leaves = [leaf.detach().clone().requires_grad_() for leaf in leaves]
+        self.options = {"camera": camera, "background": scene.background}
+        self.options |= {"weighting": scene.weighting, "footprint": scene.footprint}
+        self.options["level_sigma"] = level_sigma
+        shape = (camera.height, camera.width, 3)
+        self.grad = torch.randn(*shape, generator=torch.Generator().manual_seed(7))
+
+    def forward(self) -> torch.Tensor:
+        return render_sortfree(*self.leaves, **self.options).image
+
+    def both(self) -> None:
+        for leaf in self.leaves:
+            leaf.grad = None
+        self.forward().backward(self.grad)
 
 
 class Spike:
@@ -201,12 +234,43 @@ def measure(count: int, spike: Path | None, rounds: int) -> list[dict]:
     return rows
 
 
+def measure_scene(path: Path, rounds: int) -> list[dict]:
+    """Return a row for each size and kind of a trained scene."""
+    coded = read_mgs(path)
+    scene, view = coded.decode(), coded.views[0]
+    sigma = usual_level_sigma(soft_edge=scene.footprint.soft_edge)
+    rows = []
+    for factor in (1, 2, 3):
+        camera = view.resized(factor * view.width, factor * view.height)
+        candidates = {k: Trained(scene, camera, k) for k in (0.0, sigma)}
+        counts = {k: fragments_per_pixel(scene, camera, level_sigma=k) for k in candidates}
+        for kind in ("forward", "both"):
+            found = times(candidates, lambda c, k=kind: getattr(c, k)(), rounds)
+            ratios = [a / b for a, b in zip(found[0.0], found[sigma], strict=True)]
+            row = {
+                "scene": path.parent.name,
+                "gaussians": len(scene.gaussians),
+                "size": [camera.width, camera.height],
+                "kind": kind,
+                "level_sigma": sigma,
+                "full_ms": round(float(np.median(found[0.0])), 2),
+                "levels_ms": round(float(np.median(found[sigma])), 2),
+                "times_faster": round(float(np.median(ratios)), 3),
+                "fragments": round(sum(counts[0.0]), 2),
+                "fragments_by_level": [round(value, 2) for value in counts[sigma]],
+            }
+            print(json.dumps(row), flush=True)
+            rows.append(row)
+    return rows
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, help="write the figures here")
     default = Path(os.environ.get("MOBILEGS_DATA", ".")).parent / "spike"
     parser.add_argument("--spike", type=Path, default=default, help="folder of gs_cpu_vec.cpp")
-    parser.add_argument("--counts", type=int, nargs="+", default=[100_000, 400_000])
+    parser.add_argument("--counts", type=int, nargs="*", default=[100_000, 400_000])
+    parser.add_argument("--scenes", type=Path, nargs="*", default=[], metavar="MGS")
     parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -215,6 +279,7 @@ def main() -> None:
         rows = []
         for count in options.counts:
             rows += measure(count, spike, options.rounds)
+    scenes = [row for path in options.scenes for row in measure_scene(path, options.rounds)]
     result = {
         "date": time.strftime("%Y-%m-%d"),
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",
@@ -222,6 +287,7 @@ def main() -> None:
         "python": sys.version.split()[0],
         "size": [WIDTH, HEIGHT],
         "rows": rows,
+        "scenes": scenes,
     }
     if options.json:
         options.json.write_text(json.dumps(result, indent=1) + "\n")

@@ -20,15 +20,28 @@ from bench.paper.captures import CAPTURES, BenchCapture
 from bench.paper.rows import ROWS, Row
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
-from mobilegs.train.recipes import RECIPES, Recipe, with_method, with_settings, with_steps
+from mobilegs.train.recipes import (
+    CLASSIC_STUDENT,
+    CLASSIC_TEACHER,
+    RECIPES,
+    Recipe,
+    with_method,
+    with_settings,
+    with_steps,
+)
 
 LENGTHS = ("teacher.steps", "student.steps")  # names and keys have these anyway
 SETTINGS, CELL, ERROR = "settings.json", "cell.json", "error.txt"
 
 
 def recipe_of(place: BenchCapture, row: Row, options: argparse.Namespace) -> Recipe:
-    """Return the preset changed by the capture, `--steps`, the row and `--set`, in this order."""
+    """Return the preset changed by the capture, `--steps`, the row and `--set`, in this order.
+
+    All rows cover pixels as 3DGS does, so that they can share a teacher; bench/studies/sizes.py
+    measures what antialiasing adds.
+    """
     recipe = with_method(RECIPES[place.preset](), row.teacher)
+    recipe = with_settings(recipe, (*CLASSIC_TEACHER, *CLASSIC_STUDENT))
     recipe = with_settings(recipe, place.settings)
     if row.teacher == "3dgs":
         recipe = with_settings(recipe, place.settings_3dgs)

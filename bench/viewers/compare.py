@@ -25,7 +25,8 @@ another one:
 Ours picks the fastest way to draw at its start, unless its name says float16 or float32. Viewers
 run as they ship, except that nothing fades in, spherical harmonics have the highest degree that
 they can draw (2 in mkkellogg's, 0 in antimatter15's), Spark knows that the scene was trained
-without anti-aliasing, and frames are requested one by one.
+without anti-aliasing, and frames are requested one by one. `fragments` are ours alone: per pixel,
+by level, after the last frame of the orbit.
 
 A software device says nothing about phones, and it distorts turns: by degrees per frame, workers
 have time to sort between frames, which flatters viewers that sort; by time, frames are tens of
@@ -81,13 +82,16 @@ VARIANTS = {
     "ours, WebGPU": Variant("ours", "mgs", {"api": "webgpu"}),
     "ours, WebGPU, halves": Variant("ours", "mgs", {"api": "webgpu", "sums": "halves"}),
     "ours, WebGPU, floats": Variant("ours", "mgs", {"api": "webgpu", "sums": "floats"}),
+    "ours, WebGPU, all at full size": Variant("ours", "mgs", {"api": "webgpu", "levels": "0"}),
     "ours, WebGL2": Variant("ours", "mgs", {"api": "webgl"}),
+    "ours, WebGL2, all at full size": Variant("ours", "mgs", {"api": "webgl", "levels": "0"}),
     "ours, WebGL2, halves": Variant("ours", "mgs", {"api": "webgl", "sums": "halves"}),
     "ours, WebGL2, floats": Variant("ours", "mgs", {"api": "webgl", "sums": "floats"}),
     "ours sorted, WebGPU": Variant("ours", "ply", {"api": "webgpu"}),
     "ours sorted, WebGL2": Variant("ours", "ply", {"api": "webgl"}),
     "PlayCanvas 2.23.3, WebGPU": Variant("playcanvas", "ply", {"api": "webgpu"}),
     "PlayCanvas 2.23.3, WebGL2": Variant("playcanvas", "ply", {"api": "webgl"}),
+    "three.js 0.187.0, WebGPU": Variant("three-splat", "ply"),
     "Spark 2.2.0, WebGL2": Variant("spark", "ply"),
     "mkkellogg 0.4.7, WebGL2": Variant("mkkellogg", "ply"),
     ANTIMATTER15: Variant("antimatter15", "ply"),
@@ -199,6 +203,7 @@ def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict
         before = cpu_seconds(session)
         found["frame_ms"] = ask(f"orbit({plan.frames}, 1)")
         found["cpu_ms"] = 1000 * (cpu_seconds(session) - before) / plan.frames
+        found["fragments"] = ask("fragments()")
         found["jumps"] = ask(f"jumps({JUMPS})")
         if plan.turn_frames == 0:
             return found
@@ -266,6 +271,8 @@ def summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
     found["cpu_ms"] = {"median": median(cpu), "min": round(min(cpu), 2)}
     jumps = [jump for r in rounds for jump in r["jumps"]]
     found["settle_ms"] = median([jump["milliseconds"] for jump in jumps])
+    if rounds[0]["fragments"] is not None:
+        found["fragments"] = [round(value, 2) for value in rounds[0]["fragments"]]
     found["settle_frames"] = median([jump["frames"] for jump in jumps])
     found["rounds"] = [
         {

@@ -2,7 +2,7 @@
  * Drives one viewer along the plan's cameras, as an animation does, and measures it.
  *
  * The viewer is a module with `open(wishes)`, which resolves when the scene is loaded, with `canvas`,
- * `draw(camera)` and perhaps `about()`, what it draws with. `draw` lets the viewer do all that it
+ * `draw(camera)` and perhaps `about()`, what it draws with, and `fragments()`. `draw` lets the viewer do all that it
  * does in a frame of its own loop, sorting included, and resolves within that same animation frame
  * with the time at which the frame began.
  */
@@ -17,7 +17,7 @@
  * @property {number} near world units
  */
 /** @typedef {{canvas: HTMLCanvasElement, draw: (camera: Camera) => Promise<number>,
- *   about?: () => string}} Viewer */
+ *   about?: () => string, fragments?: () => Promise<number[] | null>}} Viewer */
 /** @typedef {Uint8ClampedArray} Picture */
 
 const SAME = 50; // dB between pictures that count as one: our sums' order changes the last bit
@@ -128,6 +128,9 @@ export const loaded = load();
 
 /** The renderer and variant that the viewer uses, if it reports them. */
 export const about = () => viewer.about?.() ?? null;
+
+/** Fragments per pixel of the last frame by level, if the viewer counts them. */
+export const fragments = async () => (await viewer.fragments?.()) ?? null;
 
 /** A slow orbit. @param {number} frames @param {number} step degrees @returns {Promise<number[]>} */
 export async function orbit(frames, step) {

@@ -16,7 +16,7 @@ function poseOf({ viewmat: m }) {
   return new Pose(eye, target, [-m[4], -m[5], -m[6]]);
 }
 
-export async function open({ stage, scene, api, sums, camera }) {
+export async function open({ stage, scene, api, sums, levels, camera }) {
   const canvas = document.createElement("canvas");
   Object.assign(canvas.style, { width: "100%", height: "100%" });
   stage.append(canvas);
@@ -29,7 +29,7 @@ export async function open({ stage, scene, api, sums, camera }) {
     drawn: () => seen(),
   };
   const variant = sums ? { floats: sums === "floats", strips: false } : null;
-  const viewer = new Viewer(canvas, listener, { variant });
+  const viewer = new Viewer(canvas, listener, { variant, levels: levels === undefined ? null : Number(levels) });
   viewer.scale = 1;
   let [now, began] = [camera, NaN];
   // the field of view is the scene's own otherwise, and a .ply has none
@@ -55,5 +55,5 @@ export async function open({ stage, scene, api, sums, camera }) {
     const { renderer, adapter, variant } = viewer.device;
     return [renderer, adapter, variant].join(", ");
   };
-  return { canvas, draw, about };
+  return { canvas, draw, about, fragments: () => viewer.fragments() };
 }

@@ -1,6 +1,6 @@
 """Compress a scene of another tool into a measured `scene.mgs`, with its photos or without."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -12,7 +12,7 @@ from mobilegs.errors import InputError
 from mobilegs.live import ADDRESS
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, train_run
-from mobilegs.render.scene import Scene
+from mobilegs.render.project import Footprint
 from mobilegs.scene_file import choose_device, read_plain_scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import (
@@ -150,10 +150,12 @@ def compress_run(
         settings=(tuple(settings), *run.settings),
     )
     validate_run(training)
-
-    def opened() -> Scene:  # not kept in memory: the training reads it again
-        return read_plain_scene(run.scene, choose_device(run.device))
-
+    if run.cameras is not None:  # validates the small file before reading the large scene
+        read_cameras_json(run.cameras)
+    scene = read_plain_scene(run.scene, choose_device(run.device))
+    kept = (*footprint_settings(scene.footprint), *settings)
+    training = replace(training, settings=(kept, *run.settings))
+    validate_run(training)
     if capture is None:
         views, size = VIEWS[preset]
         if run.views is not None:
@@ -163,13 +165,23 @@ def compress_run(
         options = CaptureOptions(
             views, size, run.cameras, run.seed, run.background or DEFAULT_BACKGROUND
         )
-        if run.cameras is not None:
-            read_cameras_json(
-                run.cameras
-            )  # validates the small file before reading the large scene
-        render_synthetic_capture(opened(), run.scene, training.capture, options, progress=progress)
+        render_synthetic_capture(scene, run.scene, training.capture, options, progress=progress)
     elif not (run.output / "config.json").exists():
         cameras = [view.camera for view in load_capture(capture, downscale=run.downscale).train]
         instead = "give the capture that it was made from"
-        validate_visibility(opened(), cameras, f"photos of {capture}", instead)
+        validate_visibility(scene, cameras, f"photos of {capture}", instead)
+    del scene  # the training reads it again
     return train_run(training)
+
+
+def footprint_settings(footprint: Footprint) -> tuple[str, ...]:
+    """Return the settings of a student that covers pixels as a finished scene does.
+
+    Its Gaussians may be as small as the scene's: it may have been trained on larger images than
+    those that are rendered here.
+    """
+    return (
+        f"student.footprint.blur={footprint.blur}",
+        f"student.footprint.antialiased={str(footprint.antialiased).lower()}",
+        "student.least_variance=0",
+    )

@@ -68,11 +68,14 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
                 "export another scene, such as the teacher.ply of its run"
             )
         _validate_no_refit(run, f"{scene} is already made for sorted blending")
-        return write_gaussians(output, opened.gaussians, kind, footprint=opened.footprint), ""
+        size = write_gaussians(output, opened.gaussians, kind, footprint=opened.footprint)
+        return size, antialiased_note(opened, kind)
     if teacher is not None and not run.refit:
         _validate_no_refit(run, f"{teacher} is written instead of {scene}, unless you add --refit")
         plain = open_scene(teacher, choose_device("cpu"))
         message = f"{scene} is sort-free: wrote {teacher} instead (--refit refits the scene)"
+        note = antialiased_note(plain, kind)
+        message += f"; {note}" if note else ""
         size = write_gaussians(output, plain.gaussians, kind, footprint=plain.footprint)
         return size, message
     with atomic_path(output) as path:  # raises for an unusable folder before the minutes of work
@@ -82,6 +85,16 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
         fit = measure_fit(opened, PLAIN[f".{kind}"](path), views, progress=progress)
         size = write_gaussians(path, found, kind, note=str(fit))
     return size, f"{scene}: {fit}"
+
+
+def antialiased_note(scene: Scene, kind: Kind) -> str:
+    """Return what to know about an antialiased scene in a file; empty for others."""
+    if kind == "glb" or not scene.footprint.antialiased:  # write_gaussians warns of a .glb
+        return ""
+    return (
+        f"the scene is antialiased, and the .{kind} says so: tools that ignore it draw thin "
+        "Gaussians too thick (--refit of a .mgs makes a scene for them)"
+    )
 
 
 def _validate_no_refit(run: SortedExport, why: str) -> None:

@@ -12,6 +12,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.evaluate.report import evaluate
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
 from mobilegs.synthetic_capture.render import ASPECT_RATIO, Progress, no_progress
@@ -29,8 +30,13 @@ VIEWS = 112  # placed where there is no capture
 UPRIGHT = 0.3  # length of the cameras' mean up vector from which on they define the vertical
 PARALLEL_DEGREES = 40  # around their mean, within which cameras look in one direction
 # 3DGS's learning rates except for the means, which are in place already; all Gaussians stay
+# with the footprint of 3DGS: many tools ignore another one
 CONFIG = TeacherConfig(
-    lr=TeacherLearningRates(means=1.6e-5), min_views=0, densify=DensifyConfig(strategy="fixed")
+    lr=TeacherLearningRates(means=1.6e-5),
+    min_views=0,
+    densify=DensifyConfig(strategy="fixed"),
+    footprint=CLASSIC,
+    least_variance=0.0,
 )
 
 

@@ -116,9 +116,23 @@ def demo_recipe() -> Recipe:
     )
 
 
+# How 3DGS covers pixels.
+CLASSIC_TEACHER = (
+    "teacher.footprint.blur=0.3",
+    "teacher.footprint.antialiased=false",
+    "teacher.least_variance=0",
+)
+CLASSIC_STUDENT = (
+    "student.footprint.blur=0.3",
+    "student.footprint.antialiased=false",
+    "student.footprint.soft_edge=false",
+    "student.least_variance=0",
+    "student.level_sigma=0",
+)
 # The paper's student, by its text; where the text is silent, by its release. Learning rates and
 # lengths are apart, so that shorter runs can have their own.
 PAPER = (
+    *CLASSIC_STUDENT,
     "student.weighting.exponent_max=80",
     f"student.weighting.alpha_min={1 / 255}",
     "student.color.decoder=latent_networks",
@@ -165,6 +179,7 @@ RELEASE = (
 )
 # Learning rates and the teacher of both: the release's constant rates, and Mini-Splatting itself.
 LONG = (
+    *CLASSIC_TEACHER,
     "teacher.min_views=0",
     "teacher.init_splats=10000000",
     "student.lr.means_max=1e9",

@@ -12,6 +12,7 @@ from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered
+from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student.config import StudentConfig
@@ -50,6 +51,11 @@ STUDENT: StudentConfig = changed(
         "codebooks": CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
     },
 )
+
+
+def classic(config: StudentConfig) -> StudentConfig:
+    """Return a config that covers pixels as the teacher of these tests does, that of 3DGS."""
+    return replace(config, footprint=CLASSIC, least_variance=0.0, level_sigma=0.0)
 
 
 def with_kind(kind: str) -> StudentConfig:

@@ -84,6 +84,8 @@ def check_rates(scene: dict[str, Any], seconds: int) -> None:
     assert len(scene["fps_by_second"]) == seconds
     told = [fps for fps in scene["fps_by_second"] if fps is not None]
     assert told and min(told) <= whole["fps"] <= max(told)
+    levels = 1 if scene["sorted"] else 4
+    assert len(scene["fragments"]) == levels and sum(scene["fragments"]) > 0
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)

@@ -1,7 +1,7 @@
 """Settings of the student's training, in groups. Times are fractions of the run, 0 to 1."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 from mobilegs.compress.appearance import COLORS, ColorShape
 from mobilegs.compress.codebooks import CodebookSizes
@@ -287,12 +287,15 @@ class StudentConfig:
     and the background's weight, which must be above 0. It needs `view_dependence.kind=constant`,
     `network`, or `free` with `decoder_from=1`, and a student that is never quantised
     (`schedule.latents_from=1 schedule.quantize_from=1`)."""
-    footprint: Footprint = field(default_factory=Footprint)
-    """Blur and edge of Gaussians on the image, in training and in the file."""
-    least_variance: float = 0.0
+    footprint: Footprint = field(
+        default_factory=lambda: Footprint(0.1, antialiased=True, soft_edge=True)
+    )
+    """Blur and edge of Gaussians on the image, in training and in the file. `soft_edge` has no
+    effect on blend=sorted."""
+    least_variance: float = 0.2
     """Lower limit of the squared scales, as `teacher.least_variance`; 0: no limit. Codebooks, in
     which Gaussians share their scales, hold it until they quantise."""
-    level_sigma: float = 0.0
+    level_sigma: float = 1.0
     """Train with large Gaussians added up in smaller targets, as viewers do: smallest standard
     deviation in pixels of the target, 0.6 to 100; 0: all at full size. No effect on blend=sorted
     and weighting.name=two_pass."""
@@ -323,8 +326,6 @@ class StudentConfig:
         check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
         if self.blend not in BLENDS:
             raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
-        if self.footprint.soft_edge and self.blend == "sorted":
-            raise InputError("blend=sorted has no soft edge: leave out footprint.soft_edge")
         self._check_lobes()
         if self.weighting.name == EXPONENTIAL:
             self._check_exponential()
@@ -335,6 +336,13 @@ class StudentConfig:
                 "of lobes need more streams than a file may have: at most "
                 f"{self.max_lod_levels} levels are possible"
             )
+
+    @property
+    def drawn_footprint(self) -> Footprint:
+        """The footprint of the scene: without soft edges where it is blended sorted."""
+        if self.blend == "sorted":
+            return replace(self.footprint, soft_edge=False)
+        return self.footprint
 
     def _check_lobes(self) -> None:
         view, quantize_from = self.view_dependence, self.schedule.quantize_from

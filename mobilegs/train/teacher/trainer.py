@@ -73,11 +73,12 @@ class TeacherConfig:
     from its sampling."""
     ssim_weight: float = 0.2
     """Weight of 1 - SSIM in the loss; the rest is L1."""
-    footprint: Footprint = field(default_factory=Footprint)
-    """Blur of Gaussians on the image, in training and in the scene."""
-    least_variance: float = 0.0
+    footprint: Footprint = field(default_factory=lambda: Footprint(0.1, antialiased=True))
+    """Blur of Gaussians on the image, in training and in the scene: that of Mip-Splatting. 3DGS has
+    a blur of 0.3 and no compensation."""
+    least_variance: float = 0.2
     """Lower limit of the squared scales, in squared distances between pixels of the training camera
-    that samples a Gaussian most finely (Mip-Splatting's filter has 0.2); 0: no limit."""
+    that samples a Gaussian most finely (Mip-Splatting's filter); 0: no limit, as in 3DGS."""
     lr: TeacherLearningRates = field(default_factory=TeacherLearningRates)
     """Learning rates."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)

@@ -21,7 +21,7 @@ from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig, vote
-from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train
+from tests.support.tiny import STUDENT, blobs, cameras, changed, classic, render_student, train
 
 CONSTANT = ViewDependence("constant")
 SORT_FREE_GS = Weighting("sort_free_gs", sigma=3.0, background_weight=0.5)
@@ -97,7 +97,7 @@ def test_the_file_of_every_form_renders_as_in_training(
     opened = unpack(data).decode()
     assert opened.blend == FORMS[form].blend == inspect(data)["blend"]
     assert opened.gaussians.sh_degree == FORMS[form].color.degree == inspect(data)["sh_degree"]
-    again = opened.render(camera, depth=True)
+    again = opened.render(camera, depth=True, level_sigma=student.model.level_sigma)
     torch.testing.assert_close(rendered.image, again.image, atol=2e-5, rtol=0)
     truth = Scene(blobs()).render(camera).image
     assert (again.image - truth).abs().mean() < 0.25 * truth.abs().mean()
@@ -161,6 +161,7 @@ def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
         given.sh,
         camera=camera,
         background=torch.zeros(3),
+        footprint=FORMS["sorted"].drawn_footprint,
     )
     torch.testing.assert_close(rendered.image, expected.image, atol=1e-5, rtol=0)
 
@@ -168,7 +169,7 @@ def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
 def test_a_sorted_student_learns_opacities_by_direction_and_no_phi(
     dataset: Dataset, make_student: MakeStudent
 ) -> None:
-    student = make_student(FORMS["sorted, network"])
+    student = make_student(classic(FORMS["sorted, network"]))
     train(student, dataset, 40)
     network = student.model.network
     assert network is not None

@@ -52,7 +52,7 @@ def test_sigma_beta_and_background_weight_learn(
 
     scene = student.scene()
     assert scene.weighting == student.model.weighting
-    rendered = scene.render(cameras()[0]).image
+    rendered = scene.render(cameras()[0], level_sigma=student.model.level_sigma).image
     torch.testing.assert_close(rendered, render_student(student).image, atol=2e-5, rtol=0)
     shapes = student.count * (3 + 4 + 3 + 12 + 2)  # means to harmonics, sigma and beta
     logits = {"free": 9, "network": 1, "constant": 1}[kind] * student.count

@@ -18,7 +18,16 @@ from mobilegs.train.student.model import StudentModel
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import KINDS, ViewDependence
-from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train, with_kind
+from tests.support.tiny import (
+    STUDENT,
+    blobs,
+    cameras,
+    changed,
+    classic,
+    render_student,
+    train,
+    with_kind,
+)
 from tests.train.teacher.test_trainer import same_state
 
 
@@ -39,7 +48,8 @@ def test_training_and_evaluation_render_the_same(kind: str, dataset: Dataset, ma
     for until in (5, 20, 40):  # explicit, latents, quantized
         train(student, dataset, until)
         rendered = render_student(student, depth=True)
-        again = student.scene().render(cameras()[0], depth=True)
+        levels = {"level_sigma": student.model.level_sigma}
+        again = student.scene().render(cameras()[0], depth=True, **levels)
         torch.testing.assert_close(rendered.image, again.image, atol=1e-5, rtol=0)
     assert student.model.phase == "quantized"
 
@@ -58,13 +68,14 @@ def test_the_file_stores_the_configured_number_of_latents(
     if "lobes" in streams:
         assert coded.codebooks["lobes"].shape == (2, 9, 3)
     rendered = render_student(student)
-    opened = unpack(pack(coded)).decode().render(cameras()[0])
+    levels = {"level_sigma": student.model.level_sigma}
+    opened = unpack(pack(coded)).decode().render(cameras()[0], **levels)
     torch.testing.assert_close(rendered.image, opened.image, atol=1e-5, rtol=0)
 
 
 def test_the_loss_falls_in_every_phase(dataset: Dataset, make_student) -> None:
     config = changed(with_kind("projected"), schedule={"latents_from": 0.25, "quantize_from": 0.5})
-    losses = train(make_student(config), dataset, 40)
+    losses = train(make_student(classic(config)), dataset, 40)
     assert sum(losses[18:24]) < sum(losses[:6])
     assert sum(losses[-6:]) < sum(losses[20:26])  # codebooks learn
 

@@ -30,6 +30,7 @@ import { minus, plus } from "./vector.js";
  * @property {Rate} steady
  * @property {Rate} whole
  * @property {(number | null)[]} fps_by_second null: no frame ended in that second
+ * @property {number[] | null} fragments mean per pixel, by level; null if none were counted
  * @property {{start: Battery, end: Battery} | null} battery null where the browser does not tell
  * @property {boolean} interrupted whether the page was hidden
  */
@@ -38,6 +39,7 @@ const BETWEEN = 40; // frames from one training camera to the next
 const TURN = 480; // frames of an orbit around a scene without cameras
 const WARM = 10; // frames that are not counted, while shaders are compiled
 const SPAN = 10; // most seconds that the cold and the steady rate are measured over
+const COUNT_EVERY = 1000; // milliseconds between two counts of fragments
 const PAUSE = 250; // milliseconds between two samples of the passes
 
 /**
@@ -126,6 +128,8 @@ async function measure(viewer, start, { seconds, width, height }, progress) {
   }
   await viewer.passes(); // some timers start with the first request
   const began = performance.now();
+  /** @type {number[][]} */
+  const counts = [];
   let sampled = 0;
   for (let frame = WARM, to = 0; to < 1000 * seconds; frame++) {
     viewer.pose = poseAt(viewer, start, frame);
@@ -137,6 +141,10 @@ async function measure(viewer, start, { seconds, width, height }, progress) {
     if (to - sampled < PAUSE) continue;
     const passes = await viewer.passes();
     if (passes) samples.push({ from, to, passes: { ...passes } });
+    if (to > COUNT_EVERY * counts.length) {
+      const count = await viewer.fragments();
+      if (count) counts.push(count);
+    }
     // let the page handle events and show the progress
     await new Promise((resolve) => requestAnimationFrame(resolve));
     sampled = performance.now() - began;
@@ -154,6 +162,9 @@ async function measure(viewer, start, { seconds, width, height }, progress) {
       // the last frame ends after the last second
       fpsOf(frames.filter(({ to }) => Math.min(Math.floor(to / 1000), seconds - 1) === second)),
     ),
+    fragments: counts.length
+      ? counts[0].map((_, level) => round(counts.reduce((sum, count) => sum + count[level], 0) / counts.length))
+      : null,
   };
 }
 
