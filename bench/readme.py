@@ -109,6 +109,68 @@ def loading_rows(loading: dict) -> list[list[str]]:
     return found
 
 
+def size_rows(sizes: dict) -> list[list[str]]:
+    """Return PSNR at other sizes than that of training, each beside the resized image."""
+    head = "capture | scene | 1/4 | area average | 1/2 | area average | 1 | 2 | bicubic"
+    found = [head.split(" | ")]
+    for capture, content in sizes.items():
+        width, height = content["image_size"]
+        for name, row in content["scenes"].items():
+            seen = row["psnr_by_size"]
+            keys = ("1/4", "1/4, area average", "1/2", "1/2, area average", "1", "2", "2, bicubic")
+            cells = [number(seen.get(key), 2) for key in keys]
+            found.append([f"{capture.rsplit('-', 1)[0]}, {width}x{height}", name, *cells])
+    return found
+
+
+def level_rows(sizes: dict) -> list[list[str]]:
+    """Return fragments and errors of the viewers' levels, by screen."""
+    head = (
+        "capture | scene | screen | fragments | with levels | share | dB | p99.9 | largest change"
+    )
+    found = [head.split(" | ")]
+    for capture, content in sizes.items():
+        for name, row in content["scenes"].items():
+            for screen, by_sigma in row.get("levels", {}).items():
+                full, drawn = by_sigma["0"], by_sigma[f"{row['level_sigma']:g}"]
+                found.append(
+                    [
+                        capture.rsplit("-", 1)[0],
+                        name,
+                        f"{screen}x",
+                        number(full["fragments"], 1),
+                        " + ".join(number(value, 1) for value in drawn["by_level"]),
+                        number(drawn["fragments"] / full["fragments"], 2),
+                        number(drawn["psnr"], 1),
+                        number(drawn["p99.9"], 1),
+                        f"{full['largest_change']:.0f} / {drawn['largest_change']:.0f}",
+                    ]
+                )
+    return found
+
+
+def screen_rows(screens: dict) -> list[list[str]]:
+    """Return the time of a frame of every viewer at every size of the screen."""
+    found = [["viewer", *(f"{size}, ms" for size in screens), "fragments per pixel"]]
+    for name in next(iter(screens.values()))["viewers"]:
+        rows = [screen["viewers"].get(name) for screen in screens.values()]
+        times = ["-" if row is None else number(row["frame_ms"]["median"], 0) for row in rows]
+        counts = [number(sum(row["fragments"]), 1) for row in rows if row and "fragments" in row]
+        words = name.replace("halves", "float16").replace("floats", "float32")
+        found.append([words, *times, " / ".join(counts) or "-"])
+    return found
+
+
+def trained_rows(rows: list[dict]) -> list[list[str]]:
+    """Return the CPU kernels' milliseconds for trained scenes, all at full size and with levels."""
+    found = [["scene", "size", "forward ms", "with levels", "forward + backward ms", "with levels"]]
+    for forward, both in zip(rows[::2], rows[1::2], strict=True):
+        times = [number(row[key], 1) for row in (forward, both) for key in ("full_ms", "levels_ms")]
+        size = "x".join(map(str, forward["size"]))
+        found.append([f"{forward['scene']}, {forward['gaussians']:,}", size, *times])
+    return found
+
+
 def comparison_rows(paper: dict, formats: dict, viewers: dict) -> list[list[str]]:
     """Return size, quality and frame times of one teacher in other formats and of its student."""
     teacher, student, ours = paper[TEACHER], paper[STUDENT], viewers["ours, WebGPU"]
@@ -140,6 +202,8 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     """Return every block: its name, the line above the table, and the table's rows."""
     captures, kernels, viewer = results["captures"], results["kernels"], results["viewer"]
     loading, paper = results["loading"], results["paper"]["cells"]
+    sizes, screens, trained = results["sizes"], results["screens"], results["trained_kernels"]
+    first = next(iter(screens.values()))
     student = paper[STUDENT]
     size = "x".join(map(str, student["image_size"]))
     return {
@@ -167,6 +231,24 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
             f"{viewer['plan']['turn_degrees_a_frame']} degrees per frame:",
             viewer_rows(viewer["viewers"]),
         ),
+        "sizes": (
+            "`python -m bench.studies.sizes`, PSNR in dB to held-back photos:",
+            size_rows(sizes),
+        ),
+        "levels": (
+            "`python -m bench.studies.sizes`, two held-back cameras of each capture:",
+            level_rows(sizes),
+        ),
+        "screens": (
+            f"`python -m bench.viewers.compare`, {first['date']}, {first['machine']}, "
+            f"{first['browser']}, {first['scene']['name']}, medians of {first['plan']['rounds']} "
+            "rounds:",
+            screen_rows(screens),
+        ),
+        "trained": (
+            f"`python -m bench.kernels --scenes`, {trained['date']}, {trained['machine']}:",
+            trained_rows(trained["scenes"]),
+        ),
         "loading": (
             f"`python -m bench.viewers.loading`, {loading['date']}, {loading['machine']}, the same "
             f"browser, {loading['gaussians']:,} Gaussians in {loading['file_bytes'] / 1e6:.1f} MB "
@@ -192,6 +274,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the tables' cells here")
     options = parser.parse_args()
     names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
+    names += ("sizes", "screens", "trained_kernels")
     results = {
         name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }

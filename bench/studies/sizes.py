@@ -3,10 +3,10 @@
     python -m bench.studies.sizes --capture CAPTURE [--downscale N] --scenes A.mgs B.mgs ...
         [--views N] [--json OUT]
 
-Sizes: the images of a smaller camera are compared with the photos' area average, beside the area
-average of the image at the training size; those of a camera of twice the size with the larger
-photos, beside the bicubic enlargement. Needs a capture with photos of twice the size (a downscale
-of 2 or more) for the latter.
+Sizes: the images of a smaller camera, supersampled as viewers do and with one sample per pixel, are
+compared with the photos' area average, beside the area average of the image at the training size.
+Those of a camera of twice the size are compared with the larger photos, beside the bicubic
+enlargement, which needs photos of twice the size (a downscale of 2 or more).
 
 Levels: for each screen (times the training size) and each `level_sigma`, fragments per pixel by
 level, the distance to the image with all at full size, and the largest change of a pixel, in 8
@@ -31,7 +31,9 @@ from mobilegs.camera import Camera
 from mobilegs.data import Dataset, load_capture
 from mobilegs.data.dataset import load_view
 from mobilegs.evaluate.fragments import mean_fragments
+from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.scene import Scene
+from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_scene
 
 SMALLER = (2, 4)
@@ -93,8 +95,9 @@ def of_sizes(scene: Scene, dataset: Dataset, larger: Dataset | None, views: int)
         for factor in SMALLER:
             smaller = reduced(camera, factor)
             target = averaged(photo, factor)
-            drawn = scene.render(smaller).image
-            add(f"1/{factor}", psnr(drawn, target))
+            n = supersampling_for(smaller, [camera])
+            add(f"1/{factor}", psnr(scene.render(smaller, supersampling=n).image, target))
+            add(f"1/{factor}, one sample", psnr(scene.render(smaller).image, target))
             add(f"1/{factor}, area average", psnr(averaged(full, factor), target))
         if larger is not None:
             photo = load_view(larger.test[number]).image
@@ -158,6 +161,7 @@ def main() -> None:
         cameras = [frame.camera for frame in dataset.test[: options.views]]
         found: dict[str, Any] = {
             "gaussians": len(scene.gaussians),
+            "level_sigma": usual_level_sigma(soft_edge=scene.footprint.soft_edge),
             "psnr_by_size": of_sizes(scene, dataset, larger, options.views),
         }
         if scene.blend == "sortfree":

@@ -381,7 +381,11 @@ def main() -> None:
     parser.add_argument("--mgs", type=Path, required=True, help="the student, drawn by ours")
     parser.add_argument("--ply", type=Path, required=True, help="its teacher, drawn sorted")
     parser.add_argument("--json", type=Path, help="write the figures here")
+    parser.add_argument("--name", default="bonsai", help="of the scene, in the results")
     parser.add_argument("--size", default="800x533")
+    parser.add_argument(
+        "--screens", type=Path, help="add the figures here, beside those of other sizes"
+    )
     parser.add_argument("--frames", type=int, default=10, help="of the slow orbit, in a round")
     parser.add_argument("--warm", type=int, default=3, help="frames before it, not counted")
     parser.add_argument("--turn-frames", type=int, default=5)
@@ -395,7 +399,7 @@ def main() -> None:
         "date": time.strftime("%Y-%m-%d"),
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, no GPU: SwiftShader",
         "python": sys.version.split()[0],
-        "scene": {"mgs": options.mgs.name, "ply": options.ply.name},
+        "scene": {"mgs": options.mgs.name, "ply": options.ply.name, "name": options.name},
         "plan": {
             "size": options.size,
             "frames": options.frames,
@@ -405,6 +409,10 @@ def main() -> None:
         },
         **measured,
     }
+    if options.screens:
+        path = options.screens
+        before = json.loads(path.read_text()) if path.exists() else {}
+        path.write_text(json.dumps(before | {options.size: result}, indent=1) + "\n")
     if options.json:
         options.json.write_text(json.dumps(with_former(result, options.json), indent=1) + "\n")
 
