@@ -1,7 +1,7 @@
 """Time both renderers, forward and backward, on a synthetic scene.
 
     python -m bench.kernels [--json OUT] [--spike FOLDER] [--counts 100000 400000]
-        [--scenes A.mgs B.mgs ...]
+        [--scenes A.mgs B.mgs ... --names A B ...]
 
 If FOLDER holds the prototype's C++ kernels (`gs_cpu_vec.cpp`), the script builds them in a
 temporary folder and times them in turns with ours, in one process, on the same scene.
@@ -234,7 +234,7 @@ def measure(count: int, spike: Path | None, rounds: int) -> list[dict]:
     return rows
 
 
-def measure_scene(path: Path, rounds: int) -> list[dict]:
+def measure_scene(path: Path, name: str, rounds: int) -> list[dict]:
     """Return a row for each size and kind of a trained scene."""
     coded = read_mgs(path)
     scene, view = coded.decode(), coded.views[0]
@@ -248,7 +248,7 @@ def measure_scene(path: Path, rounds: int) -> list[dict]:
             found = times(candidates, lambda c, k=kind: getattr(c, k)(), rounds)
             ratios = [a / b for a, b in zip(found[0.0], found[sigma], strict=True)]
             row = {
-                "scene": path.parent.name,
+                "scene": name,
                 "gaussians": len(scene.gaussians),
                 "size": [camera.width, camera.height],
                 "kind": kind,
@@ -271,6 +271,7 @@ def main() -> None:
     parser.add_argument("--spike", type=Path, default=default, help="folder of gs_cpu_vec.cpp")
     parser.add_argument("--counts", type=int, nargs="*", default=[100_000, 400_000])
     parser.add_argument("--scenes", type=Path, nargs="*", default=[], metavar="MGS")
+    parser.add_argument("--names", nargs="*", help="names of the scenes in the JSON")
     parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -279,7 +280,8 @@ def main() -> None:
         rows = []
         for count in options.counts:
             rows += measure(count, spike, options.rounds)
-    scenes = [row for path in options.scenes for row in measure_scene(path, options.rounds)]
+    named = zip(options.scenes, options.names or map(str, options.scenes), strict=True)
+    scenes = [row for path, name in named for row in measure_scene(path, name, options.rounds)]
     result = {
         "date": time.strftime("%Y-%m-%d"),
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",

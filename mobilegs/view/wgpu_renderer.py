@@ -273,7 +273,8 @@ class WgpuRenderer:
             self.program.weight_scale,
             *(self.count, *self._sizes, weighting.index),
             ALPHA_MIN if self.program.sorted else weighting.alpha_min,
-            *(footprint.blur, footprint.antialiased, footprint.soft_edge, self.level_sigma),
+            *(footprint.blur, footprint.antialiased, footprint.soft_edge),
+            self.level_sigma if self._is_leveled(camera) else 0.0,
             supersampling,
             *_regions(camera),
         )

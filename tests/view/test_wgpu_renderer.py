@@ -13,7 +13,7 @@ from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.render import Footprint, Weighting
 from mobilegs.render.scene import Scene
-from mobilegs.view import wgpu_device
+from mobilegs.view import wgpu_device, wgpu_renderer
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 from tests.support.golden import (
     BACKGROUND,
@@ -102,6 +102,15 @@ def test_settings_that_renderers_refuse_are_refused() -> None:
     soft = replace(as_scene(as_float32(BASE), "sorted"), footprint=Footprint(soft_edge=True))
     with pytest.raises(InputError, match="no soft edge"):
         WgpuRenderer(soft)
+
+
+def test_images_whose_levels_do_not_fit_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = as_scene(random_scene(3000, seed=21, size=0.8), "mobile_gs")
+    view = camera(200, 160).to(dtype=torch.float32)
+    places = (wgpu_renderer.level_places(160, 200)[0], (160, 1 << 20))
+    monkeypatch.setattr(wgpu_renderer, "level_places", lambda height, width: places)
+    found = WgpuRenderer(scene, full_precision=True, level_sigma=0.8).render(view).image
+    assert psnr(found, scene.render(view).image) > 90
 
 
 def test_each_visible_gaussian_is_listed_once_with_its_level() -> None:

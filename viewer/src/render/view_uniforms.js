@@ -26,7 +26,6 @@ export function magnified(camera, n) {
 /**
  * The uniform buffer of a frame.
  *
- *
  * @param {SceneData} scene
  * @param {Camera} camera
  * @param {number} weightScale factor of weights; it cancels in the resolve pass

@@ -345,13 +345,14 @@ export class WebGpuRenderer {
     const fine = magnified(camera, this.supersampling);
     const { queue } = this.#device;
     const { floats, strips } = this.variant;
-    const sigma = scene.sorted ? 0 : this.levelSigma;
+    // one texture must hold all levels
+    const most = this.#device.limits.maxTextureDimension2D;
+    const fits = Math.max(...levelPlaces(fine.width, fine.height).size) <= most;
+    const leveled = fits && !scene.sorted && this.levelSigma > 0;
+    const sigma = leveled ? this.levelSigma : 0;
     const uniforms = viewUniforms(scene, fine, floats ? 1 : FLOAT16_SCALE, sigma, this.supersampling);
     queue.writeBuffer(this.#view, 0, uniforms);
     queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0, 0));
-    // one texture must hold all levels
-    const most = this.#device.limits.maxTextureDimension2D;
-    const leveled = sigma > 0 && Math.max(...levelPlaces(fine.width, fine.height).size) <= most;
     const sums = this.#sumsFor(fine.width, fine.height, scene.sorted, leveled);
     this.#last = { leveled, pixels: camera.width * camera.height };
     const encoder = this.#device.createCommandEncoder();
