@@ -310,7 +310,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       `${stats.renderer}, ${stats.width} x ${stats.height}`,
       `${counts.map((count) => count.toLocaleString("en")).join(" | ")} Gaussians`,
       this.#times.length ? `${(1000 / mean).toFixed(0)} frames/s, ${mean.toFixed(1)} ms` : "still",
-      ...(stats.fragments ? [fragmentLine(stats.fragments)] : []),
+      ...(stats.fragments ? fragmentLines(stats.fragments) : []),
       ...Object.entries(stats.passes ?? {}).map(([pass, time]) => `${pass} ${time.toFixed(2)} ms`),
     ];
     panel.textContent = lines.join("\n");
@@ -448,11 +448,11 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
 }
 
 /** @param {number[]} levels fragments per pixel by level */
-function fragmentLine(levels) {
+function fragmentLines(levels) {
   const told = (/** @type {number} */ value) => value.toFixed(1);
   const sum = levels.reduce((all, value) => all + value);
-  const parts = levels.length > 1 ? `: ${levels.map(told).join(" + ")} by level` : "";
-  return `${told(sum)} fragments per pixel${parts}`;
+  const lines = [`${told(sum)} fragments per pixel`];
+  return levels.length > 1 ? [...lines, `${levels.map(told).join(" + ")} by level`] : lines;
 }
 
 globalThis.customElements?.define("mobile-gs", MobileGs);
