@@ -1,6 +1,6 @@
 """A scene that can be rendered: Gaussians and how to blend them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import torch
 from jaxtyping import Float
@@ -42,7 +42,7 @@ class Scene:
         weighting: the weights of sort-free blending.
         attenuation: `log(sigma)` and `log(beta)` of the weighting `exponential`, `[n, 2]`
             (`exponential_weights`); None for all others.
-        footprint: how a Gaussian covers pixels.
+        footprint: how a Gaussian covers pixels; a soft edge has no effect on sorted blending.
         background: sRGB in [0, 1], `[3]`.
         near: near plane with which the scene was trained, in world units.
     """
@@ -61,6 +61,13 @@ class Scene:
     def is_plain(self) -> bool:
         """True for plain 3DGS: blended sorted, with one opacity per Gaussian."""
         return self.blend == "sorted" and self.lobes is None and self.network is None
+
+    @property
+    def drawn_footprint(self) -> Footprint:
+        """The footprint without what the blending cannot draw."""
+        if self.blend == "sorted":
+            return replace(self.footprint, soft_edge=False)
+        return self.footprint
 
     def render(
         self,
@@ -107,7 +114,7 @@ class Scene:
         level_sigma: float,
     ) -> Rendered:
         options = {"camera": camera, "background": self.background, "depth": depth}
-        options["footprint"] = self.footprint
+        options["footprint"] = self.drawn_footprint
         shapes = (gaussians.means, gaussians.quats, gaussians.scales)
         if self.blend == "sorted":
             opacities = gaussians.opacities

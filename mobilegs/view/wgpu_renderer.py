@@ -65,15 +65,14 @@ class WgpuRenderer:
 
         Raises InputError without a GPU, if it cannot blend and filter 32-bit floats or its memory
         does not hold the scene, for the weightings `two_pass` and `exponential`, which shaders
-        lack, and for a `level_sigma` or soft edge that `render_sortfree` or `render_sorted`
-        refuses.
+        lack, and for a `level_sigma` that `render_sortfree` refuses.
         """
         if scene.weighting.name in ("two_pass", EXPONENTIAL):
             raise InputError(
                 f"shaders do not render the weighting '{scene.weighting.name}': use --renderer "
                 "kernels, or Scene.render"
             )
-        settings = RenderSettings(scene.weighting, scene.footprint, level_sigma)
+        settings = RenderSettings(scene.weighting, scene.drawn_footprint, level_sigma)
         validate_settings(settings, sortfree=scene.blend != "sorted")
         self.scene = scene
         self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
@@ -260,7 +259,7 @@ class WgpuRenderer:
     def _packed(self, camera: Camera, supersampling: int) -> bytes:
         viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
         rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
-        weighting, footprint = self.scene.weighting, self.scene.footprint
+        weighting, footprint = self.scene.weighting, self.scene.drawn_footprint
         return _VIEW.pack(
             *viewmat[:3].flatten().tolist(),
             *(-(rotation.T @ translation)).tolist(),

@@ -99,9 +99,14 @@ def test_settings_that_renderers_refuse_are_refused() -> None:
     scene = as_scene(as_float32(BASE), "mobile_gs")
     with pytest.raises(InputError, match="level_sigma must be 0 or lie"):
         WgpuRenderer(scene, level_sigma=0.5)
-    soft = replace(as_scene(as_float32(BASE), "sorted"), footprint=Footprint(soft_edge=True))
-    with pytest.raises(InputError, match="no soft edge"):
-        WgpuRenderer(soft)
+
+
+def test_sorted_scenes_have_no_soft_edges() -> None:
+    hard, view = as_scene(as_float32(BASE), "sorted"), camera().to(dtype=torch.float32)
+    soft = replace(hard, footprint=Footprint(soft_edge=True))
+    assert torch.equal(soft.render(view).image, hard.render(view).image)
+    drawn = [WgpuRenderer(scene, full_precision=True).render(view).image for scene in (soft, hard)]
+    assert torch.equal(*drawn)
 
 
 def test_images_whose_levels_do_not_fit_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
