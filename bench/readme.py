@@ -241,8 +241,8 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
         ),
         "screens": (
             f"`python -m bench.viewers.compare`, {first['date']}, {first['machine']}, "
-            f"{first['browser']}, {first['scene']['name']}, medians of {first['plan']['rounds']} "
-            "rounds:",
+            f"{first['browser']}, {first['scene']['name']}, medians of "
+            f"{first['plan']['frames']} frames:",
             screen_rows(screens),
         ),
         "trained": (

@@ -384,7 +384,9 @@ def main() -> None:
     parser.add_argument("--name", default="bonsai", help="of the scene, in the results")
     parser.add_argument("--size", default="800x533")
     parser.add_argument(
-        "--screens", type=Path, help="add the figures here, beside those of other sizes"
+        "--screens",
+        type=Path,
+        help="add the figures here, beside those of other sizes and viewers",
     )
     parser.add_argument("--frames", type=int, default=10, help="of the slow orbit, in a round")
     parser.add_argument("--warm", type=int, default=3, help="frames before it, not counted")
@@ -412,6 +414,8 @@ def main() -> None:
     if options.screens:
         path = options.screens
         before = json.loads(path.read_text()) if path.exists() else {}
+        viewers = before.get(options.size, {}).get("viewers", {}) | result["viewers"]
+        result["viewers"] = {name: viewers[name] for name in VARIANTS if name in viewers}
         path.write_text(json.dumps(before | {options.size: result}, indent=1) + "\n")
     if options.json:
         options.json.write_text(json.dumps(with_former(result, options.json), indent=1) + "\n")

@@ -2,13 +2,14 @@
 
 import { GaussianSplatPLYLoader } from "three/addons/loaders/GaussianSplatPLYLoader.js";
 import { GaussianSplat } from "three/addons/objects/GaussianSplat.js";
-import { Color, Scene, WebGPURenderer } from "three/webgpu";
+import { Color, LinearSRGBColorSpace, Scene, WebGPURenderer } from "three/webgpu";
 import { place, threeCamera } from "./three-camera.js";
 
 export async function open({ stage, scene: url, camera }) {
   const renderer = new WebGPURenderer({ antialias: false });
   await renderer.init();
   if (!renderer.backend.isWebGPUBackend) throw new Error("there is no webgpu here");
+  renderer.outputColorSpace = LinearSRGBColorSpace; // splats are sRGB already
   renderer.setSize(camera.width, camera.height);
   stage.append(renderer.domElement);
   const scene = new Scene();
