@@ -155,7 +155,6 @@ def compress_run(
     scene = read_plain_scene(run.scene, choose_device(run.device))
     kept = (*footprint_settings(scene.footprint), *settings)
     training = replace(training, settings=(kept, *run.settings))
-    validate_run(training)
     if capture is None:
         views, size = VIEWS[preset]
         if run.views is not None:

@@ -4,7 +4,7 @@ Sort-free blending adds, so its sums can be split into groups, and each group be
 target of its own size. A Gaussian that is smooth in the pixels of a coarse target is drawn there,
 and covers a quarter, a sixteenth or a sixty-fourth of the pixels. Each target is enlarged twice and
 added to the next finer one. This module is the reference. The same formulas: `level_of` and
-`project` in csrc/core.h for the CPU and CUDA kernels, and the viewer's WGSL shaders.
+`project` in csrc/core.h for the CPU and CUDA kernels, and the viewer's WGSL and GLSL shaders.
 
 | level l | side of a pixel h | size of the target |
 |---|---|---|

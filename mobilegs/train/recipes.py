@@ -116,7 +116,7 @@ def demo_recipe() -> Recipe:
     )
 
 
-# How 3DGS covers pixels.
+# The footprint of 3DGS, as settings.
 CLASSIC_TEACHER = (
     "teacher.footprint.blur=0.3",
     "teacher.footprint.antialiased=false",

@@ -92,7 +92,7 @@ def behind_positions(data: bytes) -> int:
     ("renderer", "made"),
     [
         ("webgpu", ["paint_dot", "add_to_level", "add_enlarged", "add_enlarged", "resolve_levels"]),
-        ("webgl", ["linked"] * 5),
+        ("webgl", ["linked"] * 6),
     ],
 )
 def test_dots_appear_first_while_the_scenes_shaders_compile(

@@ -5,15 +5,30 @@ uniform sampler2D weight_sums;
 uniform int last_row;  // of the picture, where the target's rows count from below; 0 elsewhere
 
 #ifdef LEVELED
-uniform sampler2D coarse_colors;  // the next coarser target, with the coarser ones
-uniform sampler2D coarse_weights;
-uniform ivec2 coarse_from;  // its first pixel
+
+// The next coarser target of a level (0: the picture), with the coarser ones, and its first pixel in its texture.
+#ifndef LEVEL
+#define LEVEL 0
+#endif
+#if LEVEL == 2
+#define coarse_colors color_sums
+#define coarse_weights weight_sums
+#elif LEVEL == 1
+uniform sampler2D color_sums_2;
+uniform sampler2D weight_sums_2;
+#define coarse_colors color_sums_2
+#define coarse_weights weight_sums_2
+#else
+uniform sampler2D color_sums_1;
+uniform sampler2D weight_sums_1;
+#define coarse_colors color_sums_1
+#define coarse_weights weight_sums_1
 #endif
 
-#ifdef LEVELED
 // Adds the next coarser target, enlarged twice, at a pixel of one that begins `begin` pixels before the
 // picture. Same formula: enlarge in mobilegs/render/levels.py, enlarged in resolve.wgsl.
 void add_enlarged(ivec2 pixel, int begin, inout vec4 color, inout float weight) {
+  ivec2 coarse_from = LEVEL == 2 ? ivec2(regions[3].xy) : ivec2(0);
   ivec2 at = pixel - begin;
   ivec2 nearest = (at >> 1) + 1;
   ivec2 other = nearest + 2 * (at & 1) - 1 + coarse_from;
@@ -28,14 +43,14 @@ void add_enlarged(ivec2 pixel, int begin, inout vec4 color, inout float weight) 
 }
 #endif
 
-#ifdef ENLARGE
+#if defined(LEVELED) && LEVEL > 0
 
-uniform ivec2 from;  // first pixel of this target in the texture of all
 layout(location = 0) out vec4 color_out;
 layout(location = 1) out vec4 weight_out;
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
+  ivec2 from = ivec2(regions[LEVEL].xy);
   color_out = texelFetch(color_sums, from + at, 0);
   float weight = texelFetch(weight_sums, from + at, 0).r;
   add_enlarged(at, 1, color_out, weight);

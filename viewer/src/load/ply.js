@@ -151,8 +151,8 @@ function parseHeader(bytes) {
 }
 
 /**
- * How the Gaussians cover pixels, from comments: `SplatRenderMode: mip` or Postshot's for antialiased ones,
- * `mobilegs blur` for a blur of their own, as mobilegs/formats/ply.py.
+ * The footprint that a header's comments name: `SplatRenderMode: mip` or Postshot's words for antialiased
+ * Gaussians, `mobilegs blur` for another blur; as mobilegs/formats/ply.py.
  *
  * @param {string[][]} lines words of the header's lines
  * @returns {Footprint}

@@ -11,7 +11,7 @@ import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
 import { BATCH, TARGETS, blendsFloats, makeCounter, makeFixed, makePrograms } from "./webgl_program.js";
-import { ROW, SAMPLERS, extent } from "./webgl_textures.js";
+import { ROW, extent } from "./webgl_textures.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
@@ -332,7 +332,7 @@ export class WebGlRenderer {
     gl.canvas.removeEventListener("webglcontextrestored", this.#onRestored);
     textures.destroy();
     for (const passes of programs.values()) {
-      for (const program of Object.values(passes)) gl.deleteProgram(program);
+      for (const program of Object.values(passes).flat()) gl.deleteProgram(program);
     }
     for (const program of counters.values()) gl.deleteProgram(program);
     for (const framebuffer of [looks, sums, ...enlarged]) gl.deleteFramebuffer(framebuffer);
@@ -415,7 +415,7 @@ export class WebGlRenderer {
     const { resolve, enlarge } = this.#programs(scene, this.#leveled(scene, fine));
     gl.disable(gl.BLEND);
     this.#timer.pass("resolve");
-    if (enlarge) this.#enlarge(enlarge, resolve, fine);
+    if (enlarge.length) this.#enlarge(enlarge, fine);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.viewport(0, 0, camera.width, camera.height);
     gl.useProgram(resolve);
@@ -426,32 +426,18 @@ export class WebGlRenderer {
   /**
    * Add the levels up, from the coarsest to level 1.
    *
-   * @param {WebGLProgram} enlarge
-   * @param {WebGLProgram} resolve that reads level 1
+   * @param {WebGLProgram[]} programs of levels 1 and 2
    * @param {Camera} camera
    */
-  #enlarge(enlarge, resolve, { width, height }) {
+  #enlarge(programs, { width, height }) {
     const gl = this.#gl;
-    const { places } = levelPlaces(width, height);
     const sizes = levelSizes(width, height);
-    /** @type {(program: WebGLProgram, suffix: string, from: number[]) => void} */
-    const read = (program, suffix, from) => {
-      gl.useProgram(program);
-      for (const name of ["color", "weight"]) {
-        const unit = SAMPLERS.indexOf(`${name}_sums${suffix}`);
-        gl.uniform1i(gl.getUniformLocation(program, `coarse_${name}s`), unit);
-      }
-      gl.uniform2i(gl.getUniformLocation(program, "coarse_from"), from[0], from[1]);
-    };
     for (const level of [2, 1]) {
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.#fixed.enlarged[level - 1]);
       gl.viewport(0, 0, sizes[level][0], sizes[level][1]);
-      if (level === 2) read(enlarge, "", places[3]);
-      else read(enlarge, "_2", [0, 0]);
-      gl.uniform2i(gl.getUniformLocation(enlarge, "from"), places[level][0], places[level][1]);
+      gl.useProgram(programs[level - 1]);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
-    read(resolve, "_1", [0, 0]);
   }
 
   /** True if levels are drawn: one texture must hold them all. @param {SceneData} scene @param {Camera} camera */

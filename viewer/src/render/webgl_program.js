@@ -4,7 +4,7 @@ import { VIEW_BYTES } from "./view_uniforms.js";
 import { SAMPLERS, Textures } from "./webgl_textures.js";
 
 /** @typedef {{sorted: boolean, packed: boolean, strips: boolean, leveled: boolean}} Kind of drawing */
-/** @typedef {{project: WebGLProgram, splat: WebGLProgram, resolve: WebGLProgram, enlarge?: WebGLProgram}} Passes */
+/** @typedef {{project: WebGLProgram, splat: WebGLProgram, resolve: WebGLProgram, enlarge: WebGLProgram[]}} Passes levels 1 and 2 are enlarged */
 /**
  * Resources that live as long as the context.
  *
@@ -73,7 +73,7 @@ export function makePrograms(gl, shaders, kind) {
     project: made(whole, `${rows}${project}`),
     splat: made(`${rows}${splat}`, splat),
     resolve: made(whole, resolve),
-    ...(kind.leveled ? { enlarge: made(whole, `#define ENLARGE\n${resolve}`) } : {}),
+    enlarge: kind.leveled ? [1, 2].map((level) => made(whole, `#define LEVEL ${level}\n${resolve}`)) : [],
   };
 }
 

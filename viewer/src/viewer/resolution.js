@@ -34,7 +34,7 @@ export class Resolution {
     return this.#steps[this.#step];
   }
 
-  /** Whether fewer pixels are rendered than the screen has. @param {boolean} moving */
+  /** True if fewer pixels are rendered than the screen has. @param {boolean} moving */
   reduced(moving) {
     return (moving ? this.scale : this.#steps[0]) < 1;
   }

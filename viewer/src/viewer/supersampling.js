@@ -1,4 +1,4 @@
-/** How many pixels to render in place of one, where the picture is smaller than those of training. */
+/** Chooses how many pixels are rendered in place of one, where the picture is smaller than those of training. */
 
 /** @typedef {import("../mgs/header.js").View} View */
 /** @typedef {import("../render/types.js").Camera} Camera */
