@@ -6,7 +6,7 @@ formulas: `geometry_of` and `project` in csrc/core.h, `row_of` and `pair_alpha` 
 `ellipse_of` and `look_at` in the viewer's WGSL and GLSL shaders.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
@@ -45,6 +45,10 @@ class Footprint:
     def __post_init__(self) -> None:
         if not 0 < self.blur <= BLUR_MAX:
             raise InputError(f"blur must lie in (0, {BLUR_MAX:g}] px^2, not {self.blur}")
+
+    def drawn(self, blend: str) -> "Footprint":
+        """Return the footprint as a blending draws it: `sorted` has no soft edge."""
+        return replace(self, soft_edge=self.soft_edge and blend != "sorted")
 
 
 CLASSIC = Footprint()  # that of 3DGS

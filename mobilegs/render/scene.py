@@ -1,6 +1,6 @@
 """A scene that can be rendered: Gaussians and how to blend them."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import torch
 from jaxtyping import Float
@@ -62,13 +62,6 @@ class Scene:
         """True for plain 3DGS: blended sorted, with one opacity per Gaussian."""
         return self.blend == "sorted" and self.lobes is None and self.network is None
 
-    @property
-    def drawn_footprint(self) -> Footprint:
-        """The footprint without what the blending cannot draw."""
-        if self.blend == "sorted":
-            return replace(self.footprint, soft_edge=False)
-        return self.footprint
-
     def render(
         self,
         camera: Camera,
@@ -114,7 +107,7 @@ class Scene:
         level_sigma: float,
     ) -> Rendered:
         options = {"camera": camera, "background": self.background, "depth": depth}
-        options["footprint"] = self.drawn_footprint
+        options["footprint"] = self.footprint.drawn(self.blend)
         shapes = (gaussians.means, gaussians.quats, gaussians.scales)
         if self.blend == "sorted":
             opacities = gaussians.opacities

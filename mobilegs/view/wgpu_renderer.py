@@ -72,7 +72,7 @@ class WgpuRenderer:
                 f"shaders do not render the weighting '{scene.weighting.name}': use --renderer "
                 "kernels, or Scene.render"
             )
-        settings = RenderSettings(scene.weighting, scene.drawn_footprint, level_sigma)
+        settings = RenderSettings(scene.weighting, scene.footprint.drawn(scene.blend), level_sigma)
         validate_settings(settings, sortfree=scene.blend != "sorted")
         self.scene = scene
         self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
@@ -259,7 +259,7 @@ class WgpuRenderer:
     def _packed(self, camera: Camera, supersampling: int) -> bytes:
         viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
         rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
-        weighting, footprint = self.scene.weighting, self.scene.drawn_footprint
+        weighting, footprint = self.scene.weighting, self.scene.footprint.drawn(self.scene.blend)
         return _VIEW.pack(
             *viewmat[:3].flatten().tolist(),
             *(-(rotation.T @ translation)).tolist(),

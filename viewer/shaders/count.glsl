@@ -16,7 +16,7 @@ void main() {
   side = regions[level].zw - regions[level].xy;
   if (level > 0) {
     Ellipse coarse = to_level(e, level);
-    opacity *= sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+    opacity *= fading(e, coarse, level);
     e = coarse;
   }
   found.y = float(level);

@@ -20,7 +20,7 @@ fn count_fragments(
   var opacity = look.opacity;
   if (level > 0u) {
     let coarse = to_level(ellipse, level);
-    opacity *= sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+    opacity *= fading(ellipse, coarse, level);
     ellipse = coarse;
   }
   let region = view.regions[level];

@@ -39,7 +39,7 @@ void main() {
   int level = level_of(e, look.weight / weight_scale);
   if (level > 0) {
     Ellipse coarse = to_level(e, level);
-    opacity *= sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+    opacity *= fading(e, coarse, level);
     e = coarse;
   }
   region = regions[level];

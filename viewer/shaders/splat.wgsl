@@ -68,7 +68,7 @@ fn corner_of_level(@builtin(vertex_index) vertex: u32, @builtin(instance_index) 
   var opacity = look.opacity;
   if (level > 0u) {
     let coarse = to_level(ellipse, level);
-    opacity *= sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+    opacity *= fading(ellipse, coarse, level);
     ellipse = coarse;
   }
   out.region = view.regions[level];

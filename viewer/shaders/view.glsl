@@ -113,6 +113,11 @@ Ellipse to_level(Ellipse e, int level) {
   return coarse;
 }
 
+// The factor of the opacity of a Gaussian whose ellipse is drawn as that of a coarser level.
+float fading(Ellipse e, Ellipse coarse, int level) {
+  return sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+}
+
 #endif
 
 // Standard deviations out to which alpha is at least alpha_min, below which it is dropped.

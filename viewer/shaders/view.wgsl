@@ -111,6 +111,11 @@ fn to_level(ellipse: Ellipse, level: u32) -> Ellipse {
   return out;
 }
 
+// The factor of the opacity of a Gaussian whose ellipse is drawn as that of a coarser level.
+fn fading(ellipse: Ellipse, coarse: Ellipse, level: u32) -> f32 {
+  return sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+}
+
 // Standard deviations out to which alpha is at least alpha_min.
 fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
 

@@ -1,7 +1,7 @@
 """Settings of the student's training, in groups. Times are fractions of the run, 0 to 1."""
 
 import math
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 
 from mobilegs.compress.appearance import COLORS, ColorShape
 from mobilegs.compress.codebooks import CodebookSizes
@@ -336,13 +336,6 @@ class StudentConfig:
                 "of lobes need more streams than a file may have: at most "
                 f"{self.max_lod_levels} levels are possible"
             )
-
-    @property
-    def drawn_footprint(self) -> Footprint:
-        """The footprint of the scene: without soft edges where it is blended sorted."""
-        if self.blend == "sorted":
-            return replace(self.footprint, soft_edge=False)
-        return self.footprint
 
     def _check_lobes(self) -> None:
         view, quantize_from = self.view_dependence, self.schedule.quantize_from

@@ -106,7 +106,7 @@ class Student:
             self.generator,
             blend=config.blend,
             weighting=weighting,
-            footprint=config.drawn_footprint,
+            footprint=config.footprint.drawn(config.blend),
             level_sigma=config.level_sigma,
             color=config.color_shape,
             round_means=config.ablation.round_means,

@@ -14,7 +14,7 @@ int level = level_of(e, look.weight / weight_scale);
 side = regions[level].zw - regions[level].xy;
 if (level > 0) {
 Ellipse coarse = to_level(e, level);
-opacity *= sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+opacity *= fading(e, coarse, level);
 e = coarse;
 }
 found.y = float(level);
@@ -43,7 +43,7 @@ var ellipse = ellipse_of(shape_of(select(entry & ((1u << LEVEL_SHIFT) - 1u), ent
 var opacity = look.opacity;
 if (level > 0u) {
 let coarse = to_level(ellipse, level);
-opacity *= sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+opacity *= fading(ellipse, coarse, level);
 ellipse = coarse;
 }
 let region = view.regions[level];
@@ -711,7 +711,7 @@ vec2 target = size.xy;
 int level = level_of(e, look.weight / weight_scale);
 if (level > 0) {
 Ellipse coarse = to_level(e, level);
-opacity *= sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+opacity *= fading(e, coarse, level);
 e = coarse;
 }
 region = regions[level];
@@ -823,7 +823,7 @@ var ellipse = ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u)));
 var opacity = look.opacity;
 if (level > 0u) {
 let coarse = to_level(ellipse, level);
-opacity *= sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+opacity *= fading(ellipse, coarse, level);
 ellipse = coarse;
 }
 out.region = view.regions[level];
@@ -978,6 +978,9 @@ coarse.variance = (e.variance - spread) / (side * side);
 coarse.covariance = e.covariance / (side * side);
 return coarse;
 }
+float fading(Ellipse e, Ellipse coarse, int level) {
+return sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+}
 #endif
 float reach_of(float opacity) { return sqrt(2.0 * log(opacity / scale_bits.z)); }
 `,"view.wgsl":`struct View {
@@ -1070,6 +1073,9 @@ out.determinant /= side * side * side * side;
 out.variance = (ellipse.variance - spread) / (side * side);
 out.covariance = ellipse.covariance / (side * side);
 return out;
+}
+fn fading(ellipse: Ellipse, coarse: Ellipse, level: u32) -> f32 {
+return sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
 }
 fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
 fn touches(ellipse: Ellipse, opacity: f32) -> bool {

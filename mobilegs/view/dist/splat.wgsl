@@ -56,7 +56,7 @@ var ellipse = ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u)));
 var opacity = look.opacity;
 if (level > 0u) {
 let coarse = to_level(ellipse, level);
-opacity *= sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+opacity *= fading(ellipse, coarse, level);
 ellipse = coarse;
 }
 out.region = view.regions[level];

@@ -89,6 +89,9 @@ out.variance = (ellipse.variance - spread) / (side * side);
 out.covariance = ellipse.covariance / (side * side);
 return out;
 }
+fn fading(ellipse: Ellipse, coarse: Ellipse, level: u32) -> f32 {
+return sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
+}
 fn reach_of(opacity: f32) -> f32 { return sqrt(2.0 * log(opacity / view.alpha_min)); }
 fn touches(ellipse: Ellipse, opacity: f32) -> bool {
 let box = reach_of(opacity) * sqrt(ellipse.variance);

@@ -161,7 +161,7 @@ def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
         given.sh,
         camera=camera,
         background=torch.zeros(3),
-        footprint=FORMS["sorted"].drawn_footprint,
+        footprint=FORMS["sorted"].footprint.drawn("sorted"),
     )
     torch.testing.assert_close(rendered.image, expected.image, atol=1e-5, rtol=0)
 
