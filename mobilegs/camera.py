@@ -54,6 +54,12 @@ class Camera:
         )
         return replace(self, K=self.K * factor[:, None], width=width, height=height)
 
+    def reduced(self, n: int) -> "Camera":
+        """Return the view with one pixel in place of n x n, without rows and columns left over."""
+        factor = torch.tensor([1 / n, 1 / n, 1.0], dtype=self.K.dtype, device=self.K.device)
+        K, (width, height) = self.K * factor[:, None], (self.width // n, self.height // n)
+        return replace(self, K=K, width=width, height=height)
+
     def interpolate(
         self, other: "Camera", share: float, *, turn: Float[Tensor, "3"] | None = None
     ) -> "Camera":

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 # of train and compress; the others are expert options
 COMMON = (
-    "capture", "scene", "output", "preset", "downscale", "steps", "max_splats", "target_mb",
-    "seed", "resume", "device", "live",
+    "capture", "scene", "output", "minutes", "preset", "downscale", "steps", "max_splats",
+    "target_mb", "seed", "resume", "device", "live",
 )  # fmt: skip
 
 

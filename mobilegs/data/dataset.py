@@ -1,6 +1,6 @@
 """Datasets of posed photos, and a loader that decodes, caches and prefetches them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from jaxtyping import Bool, Float, UInt8
 from torch import Tensor
+from torch.nn.functional import avg_pool2d, max_pool2d
 
 from mobilegs.camera import NEAR, Camera
 from mobilegs.data import images
@@ -65,6 +66,26 @@ class View:
         """Return the view on `device`."""
         mask = None if self.mask is None else self.mask.to(device)
         return View(self.name, self.camera.to(device), self.image.to(device), mask)
+
+    def reduced(self, n: int) -> "View":
+        """Return the view with the mean of each n x n pixels in place of them.
+
+        Rows and columns that fill no n x n pixels are left out, at the bottom and on the right. A
+        pixel is in the loss if all its n x n pixels are.
+        """
+        if n == 1:
+            return self
+        mask = (
+            None if self.mask is None else -_pooled(-self.mask[:, :, None], n, max_pool2d)[..., 0]
+        )
+        image = _pooled(self.image, n, avg_pool2d)
+        return View(self.name, self.camera.reduced(n), image, mask)
+
+
+def _pooled(
+    image: Float[Tensor, "h w c"], n: int, pool: Callable[[Tensor, int], Tensor]
+) -> Float[Tensor, "..."]:
+    return pool(image.permute(2, 0, 1)[None], n)[0].permute(1, 2, 0).contiguous()
 
 
 @dataclass(frozen=True, eq=False)

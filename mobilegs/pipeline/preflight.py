@@ -2,7 +2,7 @@
 
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.live import validate_live_options
-from mobilegs.pipeline.train import TrainRun, resolve_recipe
+from mobilegs.pipeline.train import TrainRun, budget_of, repeat_run, resolve_recipe
 from mobilegs.train.run_dir import RunDir
 
 
@@ -13,5 +13,6 @@ def validate_run(run: TrainRun) -> None:
         validate_live_options(run.live, run.live_at)
     else:
         run_dir.validate_new()
-        resolve_recipe(run)
+        budget_of(run)
+        resolve_recipe(run, None if run.recipe is None else repeat_run(run).recipe)
     lpips_from(run.lpips_weights)

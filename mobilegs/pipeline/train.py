@@ -24,6 +24,7 @@ from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.scene_file import read_plain_scene
+from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
 from mobilegs.train.progress import Monitor
@@ -36,12 +37,22 @@ from mobilegs.train.recipes import (
     with_settings,
     with_steps,
 )
-from mobilegs.train.run_dir import Checkpoint, RunDir, capture_fingerprint, same_capture
+from mobilegs.train.run_dir import (
+    Checkpoint,
+    RunConfig,
+    RunDir,
+    capture_fingerprint,
+    load_config,
+    same_capture,
+)
 from mobilegs.train.stage import Stage
 from mobilegs.train.student.config import NO_FILE
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 
+MINUTES = (1.0, 10_000)  # that --minutes takes
+USUAL_MINUTES = {"cpu": 30.0, "cuda": 10.0}
+STEPS = ("teacher.steps", "student.steps")  # settings that exclude a budget
 TARGET_TOLERANCE = 0.05  # share of target_mb by which a file may miss it without a message
 FIRST_LOOKS = 4  # cameras in the file, for a first look
 # options that may differ between the sessions of one run
@@ -66,12 +77,18 @@ class TrainRun:
     RUN/capture with the default options of `mobilegs capture`."""
     output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
     """Folder for the run; created if missing."""
+    minutes: Annotated[float | None, arg(metavar="N")] = None
+    """Time of the training. The program times a few steps on this machine, chooses the size of the
+    photos, the number of Gaussians and the steps, and keeps to the time. Finding poses and
+    measuring LPIPS come on top. Default: 30 on a CPU and 10 on a GPU, unless --preset, --steps or
+    --recipe decide the length."""
     preset: PresetName | None = None
     """Length and size of the training. cpu: 5,000 steps of the teacher and 5,000 of the student,
     about 7 minutes on two cores for photos of 400x267 (see --downscale). gpu: 30,000 and 30,000
     steps. demo: 2,000 and 3,400 steps, for small captures. paper: the steps of gpu, with the
     paper's choices in place of this project's. release: the same for the paper's published code,
-    errors included. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
+    errors included. With --minutes, the preset decides all but steps, photo size and number of
+    Gaussians. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
     method: MethodName | None = None
     """Training method of the teacher. 3dgs: clones, splits and prunes Gaussians, resets opacities.
     mini-splatting: the paper's method; restarts from surface points and keeps the most important
@@ -83,6 +100,9 @@ class TrainRun:
     steps: Annotated[int | None, arg(metavar="N")] = None
     """Training steps of teacher and student together; all schedules scale with them. Default:
     the steps of the preset."""
+    recipe: Annotated[Path | None, arg(metavar="JSON")] = None
+    """The config.json of another run: train with its settings, its photo size and its numbers of
+    steps, those that a budget of minutes changed on the way included."""
     seed: Annotated[int, arg(metavar="N")] = 0
     """Seed of all random choices."""
     resume: bool = False
@@ -130,6 +150,7 @@ class Job:
     team: Team
     live: LiveView | None
     checkpoint: Checkpoint
+    pace: Pace | None
 
 
 # --- orchestration --------------------------------------------------------------------------------
@@ -147,31 +168,35 @@ def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
 
 def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str, Any]:
     """Do the work of `train_run` in one process of a team; only the main process writes."""
-    run_dir = RunDir(run.output)
+    started = time.monotonic()
+    run_dir, given = RunDir(run.output), None
     resuming = run.resume and run_dir.config.exists()
-    photos = None
-    if resuming:
-        options, recipe, photos = run_dir.load_config()
-        run = resume_options(run, options)
-    else:
-        recipe = resolve_recipe(run, recipe)
-    validate_views_per_step(run, recipe, team.world_size)
     lpips = lpips_from(run.lpips_weights)
+    if resuming:
+        config = run_dir.load_config()
+        run = resume_options(run, config.options)
+    else:
+        if run.teacher is not None:
+            given = read_plain_scene(run.teacher)
+        count = 0 if given is None else len(given.gaussians)
+        config = new_config(run, recipe, team, count, started)
+    recipe = config.recipe
+    run = replace(run, downscale=config.options["downscale"])
+    validate_views_per_step(run, recipe, team.world_size)
     dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
-    if photos is not None and not same_capture(photos, capture_fingerprint(dataset)):
+    if not resuming:
+        config = replace(config, photos=capture_fingerprint(dataset))
+    elif not same_capture(config.photos, capture_fingerprint(dataset)):
         raise InputError(f"{run.capture} is not the capture that the run in {run.output} trains on")
     if resuming and run_dir.metrics.exists():
         return run_dir.load_metrics()
     if not dataset.test:
         raise InputError(f"{run.capture} holds no photo back for the test: it needs more photos")
-    given = None
-    if run.teacher is not None and not run_dir.teacher.exists():
+    if run.teacher is not None and given is None and not run_dir.teacher.exists():
         given = read_plain_scene(run.teacher)
     team.barrier()  # until all processes have looked at the folder
     if team.is_main and not resuming:
-        run_dir.create(
-            options=options_as_json(run), recipe=recipe, photos=capture_fingerprint(dataset)
-        )
+        run_dir.create(config)
     if team.is_main and given is not None:
         write_ply(run_dir.teacher, given.gaussians, footprint=given.footprint)
     team.barrier()
@@ -187,7 +212,15 @@ def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str,
         ) as monitor,
         open_live_view(run.live, run.live_at, dataset, monitor) as live,
     ):
-        job = Job(run, recipe, run_dir, dataset, loader, monitor, team, live, checkpoint)
+        pace = None
+        if config.plan is not None:
+
+            def save(plan: Plan) -> None:
+                if team.is_main:
+                    run_dir.write_config(replace(config, plan=plan))
+
+            pace = Pace(config.plan, save)
+        job = Job(run, recipe, run_dir, dataset, loader, monitor, team, live, checkpoint, pace)
         announce(job)
         if not run_dir.teacher.exists():
             train_teacher(job)
@@ -211,10 +244,17 @@ def announce(job: Job) -> None:
     dataset, recipe = job.dataset, job.recipe
     camera = dataset.train[0].camera
     first = "" if job.run.teacher else f"{recipe.teacher.steps:,} steps for the teacher and "
-    job.monitor.print(
+    text = (
         f"{len(dataset.train) + len(dataset.test)} photos of {camera.width}x{camera.height}, "
         f"{first}{recipe.student.steps:,} steps for the student"
     )
+    if job.pace is not None and not job.pace.plan.final:
+        most = "" if job.run.teacher else f"at most {recipe.teacher.max_splats:,} Gaussians, "
+        text = (
+            f"{job.pace.plan.minutes:g} minutes on this machine: "
+            f"{text.replace(', ', ', ' + most + 'about ', 1)}"
+        )
+    job.monitor.print(text)
 
 
 def train_teacher(job: Job) -> None:
@@ -257,6 +297,7 @@ def run_stage(job: Job, stage: Stage, *, order_seed: int) -> None:
         preview_frame=job.dataset.test[0],
         live=job.live,
         checkpoint_seconds=job.run.checkpoint_seconds,
+        pace=job.pace,
     )
 
 
@@ -315,6 +356,74 @@ def measure(job: Job, teacher: Scene, lpips: LpipsSuite | None) -> None:
 
 
 # --- options --------------------------------------------------------------------------------------
+
+
+def budget_of(run: TrainRun) -> float | None:
+    """Return the minutes of a run, or None if something else decides its length.
+
+    Raises InputError for options that contradict each other or are out of range.
+    """
+    fixed = [name for name in ("steps", "recipe") if getattr(run, name) is not None]
+    fixed += [s for s in chain(*run.settings) if s.partition("=")[0].strip() in STEPS]
+    if run.minutes is not None:
+        if not MINUTES[0] <= run.minutes <= MINUTES[1]:
+            raise InputError(
+                f"--minutes takes {MINUTES[0]:g} to {MINUTES[1]:,}, not {run.minutes:g}"
+            )
+        if fixed:
+            raise InputError(f"{fixed[0]} decides the length of the run: leave out --minutes")
+        return run.minutes
+    if fixed or run.preset is not None:
+        return None
+    return USUAL_MINUTES["cuda" if trains_on_gpu(run) else "cpu"]
+
+
+def trains_on_gpu(run: TrainRun) -> bool:
+    """Return True if the run's device is an NVIDIA GPU."""
+    return run.device != "cpu" and torch.cuda.is_available()
+
+
+def new_config(
+    run: TrainRun, recipe: Recipe | None, team: Team, given: int, started: float
+) -> RunConfig:
+    """Return the configuration of a new run, without the photos.
+
+    `recipe` replaces that of the preset, and then there is no budget. `given` is the number of
+    Gaussians of a given teacher. Times count from `started`.
+    """
+    minutes = None if recipe is not None else budget_of(run)
+    if run.recipe is not None:
+        found = repeat_run(run)
+        return replace(found, recipe=resolve_recipe(run, found.recipe))
+    resolved, plan = resolve_recipe(run, recipe), None
+    if minutes is not None:
+        found = make_plan(
+            resolved,
+            minutes,
+            lambda n: load_capture(run.capture, downscale=n, background=run.background),
+            downscale=run.downscale,
+            max_splats=run.max_splats,
+            given=given,
+            team=team,
+            started=started,
+        )
+        resolved, plan = resolve_recipe(run, found.recipe), found.plan
+        run = replace(run, downscale=found.downscale)
+    return RunConfig(options_as_json(run), resolved, {}, plan)
+
+
+def repeat_run(run: TrainRun) -> RunConfig:
+    """Return the configuration of a run that repeats another with its numbers of steps."""
+    assert run.recipe is not None
+    clash = [n for n in ("preset", "method", "steps", "max_splats") if getattr(run, n) is not None]
+    if clash:
+        name = clash[0].replace("_", "-")
+        raise InputError(f"{run.recipe} decides that already: leave out --{name}, or --recipe")
+    found = load_config(run.recipe, "give the config.json of a run")
+    plan = None if found.plan is None else replace(found.plan, final=True)
+    downscale = found.options["downscale"] if run.downscale is None else run.downscale
+    options = options_as_json(replace(run, downscale=downscale))
+    return RunConfig(options, found.recipe, {}, plan)
 
 
 def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:

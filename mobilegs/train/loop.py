@@ -9,6 +9,7 @@ from PIL import Image
 from mobilegs.atomic import atomic_path
 from mobilegs.data.dataset import Frame, View, ViewLoader, load_view
 from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
+from mobilegs.train.budget import Pace
 from mobilegs.train.checkpoint import digest
 from mobilegs.train.distributed import Team
 from mobilegs.train.progress import Monitor
@@ -41,18 +42,22 @@ def train_stage(
     preview_frame: Frame,
     live: LiveView | None = None,
     checkpoint_seconds: float = CHECKPOINT_SECONDS,
+    pace: Pace | None = None,
 ) -> None:
     """Train `stage` to its last step.
 
     The stage resumes from `resume_from` if that is a checkpoint of this stage. `loader` gives the
     training views, in an order that follows from `order_seed`. `run_dir` receives checkpoints, at
-    most one per `checkpoint_seconds`, and previews of `preview_frame`.
+    most one per `checkpoint_seconds`, and previews of `preview_frame`. `pace` may change the number
+    of steps on the way.
 
     Raises KeyboardInterrupt after a checkpoint if Ctrl-C or SIGTERM asks to stop, and InputError
     if the processes of `team` no longer hold the same scene.
     """
     if resume_from.stage == stage.name:
         stage.restore(resume_from.state)
+    if pace is not None:
+        pace.before(stage)
     monitor.begin(stage)
     preview_every = max(1, stage.steps // PREVIEWS)
     saved_at = time.monotonic()
@@ -60,6 +65,8 @@ def train_stage(
         while stage.done < stage.steps:
             result = stage.advance(next_views(stage, loader, team, order_seed))
             monitor.after_step(stage, result)
+            if pace is not None:
+                pace.after_step(stage, sum(monitor.seconds.values()), team)
             if stage.done % preview_every == 0:
                 validate_same_state(stage, team)
                 if team.is_main:

@@ -136,7 +136,7 @@ class Monitor:
         if self.display.disable:
             self.print(f"{stage.name} {stage.done}/{stage.steps}  {status}")
         elif self.task is not None:
-            self.display.update(self.task, completed=stage.done, status=status)
+            self.display.update(self.task, completed=stage.done, total=stage.steps, status=status)
 
     def summary(self, stage: Stage) -> dict[str, str]:
         """Return the state of a stage for people, after its first step."""

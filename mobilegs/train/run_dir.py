@@ -16,6 +16,7 @@ import torch
 from mobilegs.atomic import atomic_write
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
+from mobilegs.train.budget import Plan
 from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.recipes import Recipe, from_json
 
@@ -32,6 +33,43 @@ class Checkpoint:
     """Training time by stage."""
     log: list[dict[str, Any]] = field(default_factory=list)
     """Rows of metrics.jsonl."""
+
+
+@dataclass(frozen=True)
+class RunConfig:
+    """The content of a run's `config.json`.
+
+    Attributes:
+        options: of the command line, as JSON data.
+        recipe: all settings.
+        photos: a result of `capture_fingerprint`.
+        plan: of the time, if the run has a budget.
+    """
+
+    options: dict[str, Any]
+    recipe: Recipe
+    photos: dict[str, Any]
+    plan: Plan | None = None
+
+
+def load_config(path: Path, instead: str) -> RunConfig:
+    """Return the content of a `config.json`.
+
+    Raises InputError if the file is damaged or another version of the program wrote it; `instead`
+    says what to do about a damaged one.
+    """
+    try:
+        content = json.loads(path.read_text())
+        recipe, photos = from_json(Recipe, content["recipe"]), content["photos"]
+        poses = [float(number) for number in photos["poses"]]
+        if len(poses) != 12:
+            raise ValueError(f"a mean pose of {len(poses)} numbers")
+        plan = None if content.get("plan") is None else Plan.from_json(content["plan"])
+        return RunConfig(content["options"], recipe, {**photos, "poses": poses}, plan)
+    except InputError as error:
+        raise InputError(f"{path} cannot be used: {error}") from error
+    except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path} is damaged ({error}): {instead}") from error
 
 
 class RunDir:
@@ -71,33 +109,27 @@ class RunDir:
             if file.exists():
                 raise InputError(f"{file} would be overwritten: give another folder for the run")
 
-    def create(self, *, options: dict[str, Any], recipe: Recipe, photos: dict[str, Any]) -> None:
-        """Write `config.json` of a new run; raises InputError as `validate_new` does.
-
-        `photos` is a result of `capture_fingerprint`.
-        """
+    def create(self, config: RunConfig) -> None:
+        """Write `config.json` of a new run; raises InputError as `validate_new` does."""
         self.validate_new()
-        content = {"options": options, "recipe": asdict(recipe), "photos": photos}
+        self.write_config(config)
+
+    def write_config(self, config: RunConfig) -> None:
+        """Write `config.json`."""
+        content = {
+            "options": config.options,
+            "recipe": asdict(config.recipe),
+            "photos": config.photos,
+            "plan": None if config.plan is None else config.plan.as_json(),
+        }
         atomic_write(self.config, json.dumps(content, indent=2) + "\n")
 
-    def load_config(self) -> tuple[dict[str, Any], Recipe, dict[str, Any]]:
-        """Return options, recipe and photos as `create` wrote them.
+    def load_config(self) -> RunConfig:
+        """Return what `write_config` wrote.
 
         Raises InputError if the file is damaged or another version of the program wrote it.
         """
-        try:
-            content = json.loads(self.config.read_text())
-            recipe, photos = from_json(Recipe, content["recipe"]), content["photos"]
-            poses = [float(number) for number in photos["poses"]]
-            if len(poses) != 12:
-                raise ValueError(f"a mean pose of {len(poses)} numbers")
-            return content["options"], recipe, {**photos, "poses": poses}
-        except InputError as error:
-            raise InputError(f"{self.config} cannot be used: {error}") from error
-        except (OSError, KeyError, TypeError, ValueError) as error:
-            raise InputError(
-                f"{self.config} is damaged ({error}): delete the folder and start a new run"
-            ) from error
+        return load_config(self.config, "delete the folder and start a new run")
 
     def load_metrics(self) -> dict[str, Any]:
         """Return the contents of `metrics.json`; raises InputError if it is damaged."""

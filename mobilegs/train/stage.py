@@ -40,6 +40,10 @@ class Stage(Protocol):
         """Number of Gaussians."""
         ...
 
+    def set_steps(self, steps: int) -> None:
+        """Change the number of steps in total, to more than `done`; schedules adapt."""
+        ...
+
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """Take one step on `views`, each with its index among the training views.
 

@@ -6,7 +6,9 @@ import pytest
 import torch
 from torch.overrides import TorchFunctionMode
 
+from mobilegs.camera import Camera
 from mobilegs.data import ViewLoader, load_capture, load_view
+from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
 from tests.support.colmap_capture import write_capture_of_noise
 
@@ -85,3 +87,22 @@ def test_close_ends_the_threads_and_get_still_works(tmp_path):
     loader.close()
     assert not any(thread.name.startswith("views") for thread in threading.enumerate())
     assert torch.equal(loader.get(4).image, load_view(frames[4]).image)
+
+
+def test_a_reduced_view_averages_pixels_and_keeps_its_rays():
+    K = torch.tensor([[20.0, 0.0, 5.0], [0.0, 21.0, 3.0], [0.0, 0.0, 1.0]])
+    camera = Camera(torch.eye(4), K, 11, 7)
+    image = torch.rand(7, 11, 3, generator=torch.Generator().manual_seed(0))
+    mask = torch.ones(7, 11)
+    mask[4, 5] = 0
+    small = View("a", camera, image, mask).reduced(3)
+    assert (small.camera.width, small.camera.height) == (3, 2)
+    assert torch.allclose(small.image[1, 2], image[3:6, 6:9].mean((0, 1)))
+    assert small.mask is not None and small.mask.tolist() == [[1, 1, 1], [1, 0, 1]]
+    # the centre of pixel (2, 1) is that of the pixels 6 to 8 and 3 to 5
+    centres = torch.tensor([2.5, 1.5, 1.0]), torch.tensor([7.5, 4.5, 1.0])
+    small_ray, ray = (
+        torch.linalg.solve(k, at) for k, at in zip((small.camera.K, K), centres, strict=True)
+    )
+    assert torch.allclose(small_ray, ray)
+    assert View("a", camera, image).reduced(1).image is image

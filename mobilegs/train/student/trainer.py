@@ -131,6 +131,11 @@ class Student:
         """Number of Gaussians."""
         return len(self.model)
 
+    def set_steps(self, steps: int) -> None:
+        """Change the number of steps in total; all schedules adapt."""
+        self.steps = max(steps, self.done + 1)
+        self.votes.set_steps(self.steps)
+
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """Take a step on the sum of the views' losses; the result holds their means.
 

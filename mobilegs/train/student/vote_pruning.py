@@ -82,11 +82,15 @@ class VoteCounter:
     def __init__(self, config: VoteConfig, steps: int, count: int, device: torch.device) -> None:
         """Begin the first interval of a run of `steps`, with `count` Gaussians."""
         self.config = config
-        self.interval = max(1, round(config.interval * steps))
-        self.until = round(config.until * steps)
-        self.spacing = max(1, self.interval // config.votes_per_interval)
+        self.set_steps(steps)
         self.against = torch.zeros(count, dtype=torch.int32, device=device)
         self.held = 0
+
+    def set_steps(self, steps: int) -> None:
+        """Fit the schedule to a run of `steps`; votes of the current interval count on."""
+        self.interval = max(1, round(self.config.interval * steps))
+        self.until = round(self.config.until * steps)
+        self.spacing = max(1, self.interval // self.config.votes_per_interval)
 
     def votes_at(self, step: int) -> bool:
         """Return whether step `step`, counted from 1, holds a vote."""

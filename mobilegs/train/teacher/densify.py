@@ -83,6 +83,8 @@ class Fixed:
 
     stop = 0
     """Step at which the last Gaussians are added."""
+    last_event = 0
+    """Step after which no Gaussians are added or removed."""
     sh_delayed = False
     """True if Gaussians have only degree 0 until the strategy adds the higher degrees."""
 
@@ -140,7 +142,7 @@ class CloneSplit(Fixed):
         """`extent` is in world units, `count` is the initial number of Gaussians."""
         self.config = config
         self.schedule = Schedule.of(config, steps)
-        self.stop = self.schedule.stop
+        self.stop = self.last_event = self.schedule.stop
         self.extent = extent
         self.max_splats = max_splats
         self._clear(count, device)

@@ -51,7 +51,7 @@ class Mcmc(Fixed):
         """Take the schedules of a run of `steps`."""
         self.schedule = Schedule.of(config, steps)
         self.config, self.max_splats = mcmc, max_splats
-        self.stop = round(mcmc.stop * steps)
+        self.stop = self.last_event = round(mcmc.stop * steps)
 
     def regularizer(self, gaussians: Gaussians) -> Float[Tensor, ""]:
         """Penalise opacity and size, so that unneeded Gaussians fade and are relocated."""

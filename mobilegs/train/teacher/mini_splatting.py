@@ -99,7 +99,7 @@ class MiniSplatting(CloneSplit):
         self.columns = (sh_degree + 1) ** 2 - 1
         self.reinit_splats = min(round(mini.reinit_splats * max_splats), self.max_splats)
         self.reinit_interval = round(mini.reinit_interval * steps)
-        self.trim = max(round(mini.trim_at * steps), self.stop + 1)
+        self.trim = self.last_event = max(round(mini.trim_at * steps), self.stop + 1)
         self.rewind_to = round(mini.rewind_to * steps)
 
     def event(self, step: int) -> Event:

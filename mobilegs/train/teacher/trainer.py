@@ -21,7 +21,9 @@ from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.teacher.init import initial_gaussians
 from mobilegs.train.teacher.mcmc import Mcmc, McmcConfig
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig
-from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, Range, check
+from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, Range, check
+
+MIN_SIDE = 64  # pixels of a photo's shorter side that `first_divisor` leaves
 
 
 @dataclass(frozen=True)
@@ -44,9 +46,16 @@ class TeacherLearningRates:
     sh_rest: float = 1.25e-4
     """Learning rate of the view-dependent part of the colour, at least 0."""
 
+    final_factor: float = 1.0
+    """Factor on the other learning rates at the end, above 0 and at most 1 (3DGS: 1). From
+    `decay_from` on it falls geometrically from 1."""
+    decay_from: float = 0.5
+    """Time from which the other learning rates fall, 0 to 1."""
+
     def __post_init__(self) -> None:
         rates = {field.name: NOT_NEGATIVE for field in fields(self)}
-        check(self, **(rates | {"means": POSITIVE, "means_end": POSITIVE}))
+        more = {"final_factor": SHARE, "decay_from": FRACTION}
+        check(self, **(rates | {"means": POSITIVE, "means_end": POSITIVE} | more))
 
 
 @dataclass(frozen=True)
@@ -58,6 +67,11 @@ class TeacherConfig:
     views_per_step: int = 1
     """Photos per step. Their losses are summed, not averaged; Adam, which does not depend on the
     scale of gradients, mostly cancels the factor."""
+    first_divisor: int = 1
+    """Divisor of the photos' width and height in the first step; 1: all steps see the full size.
+    Until `full_size_from` it falls to 1, in equal times by equal factors."""
+    full_size_from: float = 0.4
+    """Fraction of the steps from which on photos have their full size."""
     max_splats: int = 1_000_000
     """Maximum number of Gaussians; mini_splatting exceeds it during densification (peak_splats)."""
     init_splats: int = 200_000
@@ -94,10 +108,12 @@ class TeacherConfig:
     def __post_init__(self) -> None:
         check(
             self,
-            **dict.fromkeys(("steps", "views_per_step", "max_splats", "init_splats"), COUNT),
+            **dict.fromkeys(
+                ("steps", "views_per_step", "max_splats", "init_splats", "first_divisor"), COUNT
+            ),
             init_scale=POSITIVE,
             **dict.fromkeys(("min_views", "least_variance"), NOT_NEGATIVE),
-            **dict.fromkeys(("sh_interval", "ssim_weight"), FRACTION),
+            **dict.fromkeys(("sh_interval", "ssim_weight", "full_size_from"), FRACTION),
             init_opacity=Range(high=1.0, above=True, below=True),
             sh_degree=DEGREE,
         )
@@ -169,18 +185,32 @@ class Teacher:
         raised = self.strategy.sh_step(self.done) // interval
         return min(self.degree_max, self.degree_first + raised)
 
+    def set_steps(self, steps: int) -> None:
+        """Change the number of steps in total, at least until the last Gaussians come or go."""
+        self.steps = max(steps, self.strategy.last_event + 1)
+
+    @property
+    def divisor(self) -> int:
+        """Divisor of the photos' size in the next step."""
+        config = self.config
+        left = 1 - self.done / max(config.full_size_from * self.steps, 1e-9)
+        smallest = min(min(frame.camera.width, frame.camera.height) for frame in self.frames)
+        divisor = math.ceil(config.first_divisor ** max(0.0, left))
+        return max(1, min(divisor, smallest // MIN_SIDE))
+
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """Take a step on the sum of the views' losses; the result has their means."""
         for name, rate in self._lrs().items():
             self.adam.set_lr(name, rate)
         leaves, shown = list(self.adam.tensors.values()), self._gaussians(0).detached()
-        results = []
+        results, divisor = [], self.divisor
         for _, view in views:
-            results += self.team.accumulate_gradients(leaves, *self._view_loss(view))
+            loss = self._view_loss(view.reduced(divisor))
+            results += self.team.accumulate_gradients(leaves, *loss)
         self.done += 1
         order = self.team.interleave([index for index, _ in views])
         for index, (_, _, screen_grads, radii) in zip(order, results, strict=True):
-            camera = self.frames[index].camera.to(radii.device)
+            camera = self.frames[index].camera.reduced(divisor).to(radii.device)
             seen = {"screen_grads": screen_grads, "radii": radii}
             self.strategy.observe(self.done, shown, camera, **seen)
         self.adam.step()
@@ -291,11 +321,13 @@ class Teacher:
         lr = self.config.lr
         progress = self.strategy.lr_step(self.done) / self.steps
         position = exponential_lr(lr.means, lr.means_end, progress)
+        share = (self.done / self.steps - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
+        decay = exponential_lr(1.0, lr.final_factor, share)
         return {
             "means": position * self.extent,
-            "quats": lr.quats,
-            "log_scales": lr.scales,
-            "logit_opacities": lr.opacities,
-            "sh0": lr.sh0,
-            "sh_rest": lr.sh_rest,
+            "quats": lr.quats * decay,
+            "log_scales": lr.scales * decay,
+            "logit_opacities": lr.opacities * decay,
+            "sh0": lr.sh0 * decay,
+            "sh_rest": lr.sh_rest * decay,
         }

@@ -8,8 +8,9 @@ import torch
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.errors import InputError
 from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.teacher import trainer
 from mobilegs.train.teacher.densify import DensifyConfig
-from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
+from mobilegs.train.teacher.trainer import Teacher, TeacherConfig, TeacherLearningRates
 from tests.support.tiny import CPU, TEACHER, train
 
 
@@ -75,6 +76,49 @@ def test_densification_observes_every_view_of_a_step(dataset: Dataset) -> None:
         assert torch.equal(shown.means, drawn.means)  # before they move
         assert (screen_grads != 0).any() and (radii > 0).any()
     assert not torch.equal(observed[0][3], observed[1][3])
+
+
+def test_the_first_photos_are_small_and_grow_until_a_given_time(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trainer, "MIN_SIDE", 4)
+    config = replace(TEACHER, steps=100, first_divisor=4, full_size_from=0.4)
+    teacher = Teacher(config, dataset, seed=0, device=CPU)
+    divisors = []
+    for teacher.done in range(100):
+        divisors.append(teacher.divisor)
+    # four equal factors of 4 ** (1 / 40): 4 to 3, 3 to 2, 2 to 1
+    expected = [4] * 9 + [3] * 11 + [2] * 20 + [1] * 60
+    assert divisors == expected
+    observed = []
+    teacher.done = 0
+    teacher.strategy.observe = lambda *seen, **more: observed.append(seen[2])
+    view = load_view(dataset.train[2])
+    teacher.advance([(2, view)])
+    size = (view.camera.width // 4, view.camera.height // 4)
+    assert (observed[0].width, observed[0].height) == size
+    monkeypatch.setattr(trainer, "MIN_SIDE", 1 + min(size))
+    teacher.done = 0
+    assert teacher.divisor < 4
+
+
+def test_learning_rates_fall_from_a_time_on(dataset: Dataset) -> None:
+    lr = TeacherLearningRates(final_factor=0.1, decay_from=0.5)
+    teacher = Teacher(replace(TEACHER, steps=100, lr=lr), dataset, seed=0, device=CPU)
+    found = {}
+    for teacher.done in (0, 50, 75, 100):
+        found[teacher.done] = teacher._lrs()
+    for name in ("quats", "log_scales", "logit_opacities", "sh0", "sh_rest"):
+        falling = [rates[name] / found[0][name] for rates in found.values()]
+        assert falling == pytest.approx([1, 1, 0.1**0.5, 0.1]), name
+
+
+def test_another_number_of_steps_keeps_the_times_of_densification(dataset: Dataset) -> None:
+    teacher = Teacher(replace(TEACHER, steps=100), dataset, seed=0, device=CPU)
+    teacher.set_steps(80)
+    assert (teacher.steps, teacher.strategy.last_event) == (80, 50)
+    teacher.set_steps(10)
+    assert teacher.steps == 51
 
 
 @pytest.mark.parametrize("config", [TeacherConfig, StudentConfig])

@@ -1,0 +1,131 @@
+"""Quality against time: `mobilegs train --minutes N`, on photos of a screen's size.
+
+    python -m bench.quality_per_minute [--json OUT] [--runs FOLDER] [--only bonsai horns]
+                                       [--minutes 5 15 30 60 120]
+    python -m bench.quality_per_minute --table [--json OUT]
+
+Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and resumes there. The
+scene's file is then compared with the held-back photos at most 1,600 pixels wide, whatever the size
+of the photos that the plan chose; LPIPS takes every fourth of them. `--table` writes the figures
+into docs/explanation/benchmarks.md. Nothing else may run on the machine.
+"""
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from mobilegs.atomic import atomic_write
+from mobilegs.csrc.binding import kernel_level
+from mobilegs.data import load_capture
+from mobilegs.evaluate.lpips import lpips_from
+from mobilegs.evaluate.report import evaluate
+from mobilegs.mgs.codec import read_mgs
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs/explanation/benchmarks.md"
+BEGIN, END = "<!-- BEGIN:quality_per_minute -->", "<!-- END:quality_per_minute -->"
+CAPTURES = {"bonsai": "bonsai", "horns": "llff_horns", "lego": "lego", "stitch": "stitch"}
+MINUTES = (5, 15, 30, 60, 120)
+FEW_LPIPS = 4
+
+
+def train(capture: Path, output: Path, minutes: int) -> float:
+    """Train through the command line; return the seconds of the whole command."""
+    command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
+    command += ["--minutes", str(minutes), "--resume"]
+    started = time.monotonic()
+    subprocess.run(command, check=True)
+    return time.monotonic() - started
+
+
+def cell(capture: Path, output: Path, minutes: int, data: Path) -> dict:
+    """Train and measure one run."""
+    clock = output / "seconds.json"  # of all sessions
+    before = json.loads(clock.read_text()) if clock.exists() else 0.0
+    seconds = before + train(capture, output, minutes)
+    atomic_write(clock, json.dumps(seconds))
+    metrics = json.loads((output / "metrics.json").read_text())
+    config = json.loads((output / "config.json").read_text())
+    scene = read_mgs(output / "scene.mgs").decode("cpu")
+    screen = load_capture(capture)
+    found = evaluate(scene, screen)
+    few = replace(screen, test=screen.test[::FEW_LPIPS])
+    lpips = evaluate(scene, few, lpips=lpips_from(data / "lpips"))
+    camera = screen.test[0].camera
+    steps = {"teacher": config["recipe"]["teacher"]["steps"]}
+    steps["student"] = config["recipe"]["student"]["steps"]
+    steps |= {stage: number for stage, _, number in config["plan"]["corrections"]}
+    return {
+        "minutes": minutes,
+        "taken": seconds / 60,
+        "trained_at": metrics["image_size"],
+        "measured_at": [camera.width, camera.height],
+        "max_splats": config["recipe"]["teacher"]["max_splats"],
+        "steps": steps,
+        "teacher_psnr": metrics["teacher"]["psnr"],
+        "trained_psnr": metrics["student"]["psnr"],
+        "psnr": found["psnr"],
+        "ssim": found["ssim"],
+        "lpips_vgg": lpips["lpips_vgg"],
+        "lpips_photos": len(few.test),
+        "bytes": metrics["student"]["file_bytes"],
+        "gaussians": metrics["student"]["gaussians"],
+        "peak_memory_mib": metrics["peak_memory_mib"],
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",
+        "date": time.strftime("%Y-%m-%d"),
+    }
+
+
+def table(cells: dict) -> str:
+    """Return the figures as a Markdown table."""
+    head = "capture | minutes | taken | photos | steps | Gaussians | MB | PSNR dB | SSIM | LPIPS"
+    lines = [f"| {head} |", "|---" + "|---:" * head.count("|") + "|"]
+    for name, found in sorted(cells.items(), key=lambda c: (c[0].split("-")[0], c[1]["minutes"])):
+        values = [
+            name.split("-")[0],
+            f"{found['minutes']}",
+            f"{found['taken']:.1f}",
+            "x".join(map(str, found["trained_at"])),
+            f"{found['steps']['teacher']:,} + {found['steps']['student']:,}",
+            f"{found['gaussians']:,}",
+            f"{found['bytes'] / 1e6:.2f}",
+            f"{found['psnr']:.2f}",
+            f"{found['ssim']:.3f}",
+            f"{found['lpips_vgg']:.3f}",
+        ]
+        lines.append("| " + " | ".join(values) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path, default=ROOT / "bench/results/quality_per_minute.json")
+    parser.add_argument("--runs", type=Path, default=Path("runs/minutes"))
+    parser.add_argument("--only", nargs="+", choices=CAPTURES, default=list(CAPTURES))
+    parser.add_argument("--minutes", nargs="+", type=int, default=MINUTES)
+    parser.add_argument("--table", action="store_true", help="only write the table")
+    options = parser.parse_args()
+    cells = json.loads(options.json.read_text()) if options.json.exists() else {}
+    if not options.table:
+        data = Path(os.environ.get("MOBILEGS_DATA") or sys.exit("set MOBILEGS_DATA"))
+        for name in options.only:
+            for minutes in options.minutes:
+                key = f"{name}-{minutes}"
+                if key not in cells:
+                    capture = data / CAPTURES[name]
+                    cells[key] = cell(capture, options.runs / key, minutes, data)
+                    atomic_write(options.json, json.dumps(cells, indent=1) + "\n")
+                    print(json.dumps({key: cells[key]}))
+    before, _, rest = DOCS.read_text().partition(BEGIN)
+    _, _, after = rest.partition(END)
+    atomic_write(DOCS, f"{before}{BEGIN}\n\n{table(cells)}\n\n{END}{after}")
+
+
+if __name__ == "__main__":
+    main()

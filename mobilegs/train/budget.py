@@ -1,0 +1,271 @@
+"""A budget of time: a plan for a run of given minutes, and the pace that keeps to it.
+
+The plan is made once, from a few timed steps on this machine: size of the photos, number of
+Gaussians, steps. While the run goes on, `Pace` changes the number of steps at a few points, so
+that the time comes out right. Every change is kept with the plan, and a run that repeats the plan
+repeats the changes: its result does not depend on the speed of its machine.
+"""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import torch
+
+from mobilegs.data.dataset import Dataset, ViewLoader
+from mobilegs.errors import InputError
+from mobilegs.train.distributed import Team
+from mobilegs.train.recipes import Recipe, with_length
+from mobilegs.train.stage import view_order
+from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
+
+TEACHER_SHARE = 0.45  # of the time
+# Fractions of a stage's steps after which the number of steps is set anew. Afterwards the student
+# quantises, and the teacher has no more than a tenth of its time left.
+CHECKS = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
+SPLATS_PER_PIXEL = 0.5  # most Gaussians for a size of photos, within the limits below
+SPLATS_LEAST, SPLATS_MOST = 20_000, 1_000_000
+FRACTIONS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of these that are tried
+SIZE_LEAST = 300 * 200  # pixels of a photo
+ENOUGH_STEPS = 3000  # of the student, from which on more pixels or Gaussians are better than steps
+FEWEST_STEPS = 500  # of each stage
+INITIAL = 0.7  # of the most Gaussians that the teacher starts with
+TRAINED = 0.9  # seconds of a step, in those of the first steps
+STUDENT = 1.9  # seconds of a student's step, in those of the teacher's
+MEASURED = 1.0  # seconds of measuring a held-back photo, in those of a step
+TIMED_STEPS = 5  # at each of two sizes, after one that warms up
+WINDOW = 100  # steps whose time predicts that of the others
+FEWEST = 0.25  # of the remaining steps that a change leaves at least
+MOST = 4.0  # times the remaining steps that a change makes of them at most
+
+
+@dataclass(frozen=True)
+class Correction:
+    """A change of the number of steps of stage `stage` to `steps`, after its step `at`."""
+
+    stage: str
+    at: int
+    steps: int
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The time of a run, and how its steps were fitted to it.
+
+    Attributes:
+        minutes: what the person asked for.
+        seconds: of them, what training may take: without reading the capture and measuring.
+        teacher_share: of these seconds, the fraction for the teacher.
+        corrections: changes of the numbers of steps so far.
+        final: True if no further correction may be added, since the run repeats another.
+    """
+
+    minutes: float
+    seconds: float
+    teacher_share: float = TEACHER_SHARE
+    corrections: tuple[Correction, ...] = ()
+    final: bool = False
+
+    def deadline(self, stage: str) -> float:
+        """Return the seconds of training after which a stage should end."""
+        return self.seconds * (self.teacher_share if stage == "teacher" else 1.0)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the plan as JSON data."""
+        corrections = [[each.stage, each.at, each.steps] for each in self.corrections]
+        return {**vars(self), "corrections": corrections}
+
+    @staticmethod
+    def from_json(content: Any) -> "Plan":
+        """Return the plan from a result of `as_json`; raises InputError if it is damaged."""
+        try:
+            corrections = tuple(
+                Correction(str(stage), int(at), int(steps))
+                for stage, at, steps in content["corrections"]
+            )
+            minutes, seconds = float(content["minutes"]), float(content["seconds"])
+            share = float(content["teacher_share"])
+            return Plan(minutes, seconds, share, corrections, bool(content["final"]))
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"its plan is damaged ({error})") from error
+
+
+class Speed(NamedTuple):
+    """Seconds of a teacher's step on this machine: `per_splat` each, and `per_pixel` each."""
+
+    per_splat: float
+    per_pixel: float
+
+    def step(self, splats: int, pixels: int) -> float:
+        """Return the seconds of a step with `splats` Gaussians and a photo of `pixels`."""
+        return self.per_splat * splats + self.per_pixel * pixels
+
+
+def measured_speed(config: TeacherConfig, dataset: Dataset, team: Team) -> Speed:
+    """Time a few steps of a teacher with the photos' size, and with half of it.
+
+    The result is the same in all processes: that of the first one.
+    """
+    times, views, splats = [], [], 1
+    with ViewLoader(dataset.train) as loader:
+        for index in view_order(len(loader), 0, TIMED_STEPS + 1, 0):
+            views.append((index, loader.get(index, team.device)))
+    for divisor in (1, 2):
+        timed = replace(config, first_divisor=divisor, full_size_from=1.0, views_per_step=1)
+        stage = Teacher(timed, dataset, seed=0, device=team.device)
+        splats = stage.count
+        stage.advance(views[:1])  # warms up
+        started = _now(team.device)
+        for view in views[1:]:
+            stage.advance([view])
+        times.append((_now(team.device) - started) / TIMED_STEPS)
+    camera = dataset.train[0].camera
+    pixels = camera.width * camera.height
+    of_pixels = max((times[0] - times[1]) * 4 / 3, 0.05 * times[0])
+    of_splats = max(times[0] - of_pixels, 0.05 * times[0])
+    [[splat, pixel], *_] = team.all_gather_ints(
+        round(1e15 * of_splats / splats), round(1e15 * of_pixels / pixels)
+    )
+    return Speed(1e-15 * splat, 1e-15 * pixel)
+
+
+def _now(device: torch.device) -> float:
+    if device.type == "cuda":
+        torch.cuda.synchronize(device)
+    return time.perf_counter()
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan and its choices: the recipe, and the divisor of the photos' size."""
+
+    plan: Plan
+    recipe: Recipe
+    downscale: int | None
+
+
+def make_plan(
+    recipe: Recipe,
+    minutes: float,
+    load: Callable[[int | None], Dataset],
+    *,
+    downscale: int | None,
+    max_splats: int | None,
+    given: int,
+    team: Team,
+    started: float,
+) -> Planned:
+    """Choose the size of the photos, the number of Gaussians and the steps of a run.
+
+    Args:
+        recipe: all other settings.
+        minutes: of the whole run, from `started` on, a value of `time.monotonic()`.
+        load: returns the capture with photos of a size divided by n, or of the usual size (None).
+        downscale, max_splats: given by the person, or None.
+        given: number of Gaussians of a trained teacher, or 0 if there is none.
+        team: the processes that train.
+    """
+    dataset = load(downscale)
+    speed = measured_speed(recipe.teacher, dataset, team)
+    seconds = 60 * minutes - (time.monotonic() - started)
+    [[seconds], *_] = team.all_gather_ints(round(seconds))
+    share = 0.0 if given else TEACHER_SHARE
+    sizes = [(downscale, pixels_of(dataset))]
+    if downscale is None and not given:
+        sizes += smaller_sizes(load, sizes[0][1])
+    choices = []
+    for n, pixels in sizes:
+        most = round(min(max(SPLATS_PER_PIXEL * pixels, SPLATS_LEAST), SPLATS_MOST))
+        fixed = given or max_splats
+        counts = [fixed] if fixed else [round(f * most) for f in FRACTIONS]
+        for splats in counts:
+            reserve = MEASURED * len(dataset.test) * speed.step(splats, pixels)
+            left = max(seconds - reserve, 0.5 * seconds)
+            each = TRAINED * speed.step(splats, pixels)
+            teacher, student = share * left / each, (1 - share) * left / (STUDENT * each)
+            choices.append((student >= ENOUGH_STEPS, left, n, splats, teacher, student))
+    # the first with enough steps, or else the smallest
+    _, left, n, splats, teacher, student = next((c for c in choices if c[0]), choices[-1])
+    teacher, student = (max(FEWEST_STEPS, round(number)) for number in (teacher, student))
+    initial = max(1, round(INITIAL * splats))
+    sized = replace(recipe.teacher, max_splats=splats, init_splats=initial)
+    planned = Recipe(with_length(sized, teacher), replace(recipe.student, steps=student))
+    return Planned(Plan(minutes, left, share), planned, n)
+
+
+def pixels_of(dataset: Dataset) -> int:
+    """Return the number of pixels of the capture's first photo."""
+    camera = dataset.train[0].camera
+    return camera.width * camera.height
+
+
+def smaller_sizes(
+    load: Callable[[int | None], Dataset], pixels: int
+) -> list[tuple[int | None, int]]:
+    """Return divisors of the photos' size with numbers of pixels below `pixels`, largest first."""
+    original, sizes = load(1).train[0].camera, []
+    for n in range(2, 17):
+        width, height = original.width // n, original.height // n
+        if width * height < SIZE_LEAST:
+            break
+        if width * height < 0.9 * pixels:
+            sizes.append((n, width * height))
+    return sizes
+
+
+@runtime_checkable
+class Paced(Protocol):
+    """The part of a stage that a pace needs; see `Stage`."""
+
+    name: str
+    steps: int
+    done: int
+
+    def set_steps(self, steps: int) -> None:
+        """Change the number of steps in total."""
+        ...
+
+
+class Pace:
+    """Fits the steps of a stage to the time that is left, and repeats earlier fits."""
+
+    def __init__(self, plan: Plan, save: Callable[[Plan], None]) -> None:
+        """Begin with `plan`; `save` receives each plan with one more correction."""
+        self.plan, self.save = plan, save
+        self.times: deque[float] = deque(maxlen=WINDOW + 1)
+
+    def before(self, stage: Paced) -> None:
+        """Begin or resume a stage."""
+        self.times.clear()
+        self.checks = list(CHECKS[stage.name])
+        for each in self.plan.corrections:
+            if each.stage == stage.name and each.at <= stage.done:
+                self._apply(stage, each)
+
+    def after_step(self, stage: Paced, elapsed: float, team: Team) -> None:
+        """Change the stage's steps if it is time to; `elapsed` are seconds of training."""
+        self.times.append(elapsed)
+        for each in self.plan.corrections:
+            if each.stage == stage.name and each.at == stage.done:
+                self._apply(stage, each)
+                return
+        due = self.checks and stage.done >= self.checks[0] * stage.steps
+        if not due or self.plan.final or len(self.times) < 2:
+            return
+        deadline = self.plan.deadline(stage.name)
+        each = (self.times[-1] - self.times[0]) / (len(self.times) - 1)
+        left = stage.steps - stage.done
+        fitting = math.floor((deadline - elapsed) / max(each, 1e-9))
+        steps = stage.done + min(max(fitting, math.ceil(FEWEST * left)), math.floor(MOST * left))
+        [[steps], *_] = team.all_gather_ints(max(steps, stage.done + 1))
+        found = Correction(stage.name, stage.done, steps)
+        self.plan = replace(self.plan, corrections=(*self.plan.corrections, found))
+        self.save(self.plan)
+        self._apply(stage, found)
+
+    def _apply(self, stage: Paced, correction: Correction) -> None:
+        stage.set_steps(correction.steps)
+        self.checks = [f for f in self.checks if f * stage.steps > stage.done]

@@ -1,0 +1,214 @@
+"""A budget of time: what a plan chooses, and the pace that keeps to it."""
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from mobilegs.data import load_capture
+from mobilegs.data.dataset import Dataset
+from mobilegs.errors import InputError
+from mobilegs.pipeline import train
+from mobilegs.pipeline.train import TrainRun, budget_of, train_run
+from mobilegs.train import budget
+from mobilegs.train.budget import Correction, Pace, Plan, Planned, Speed, make_plan
+from mobilegs.train.distributed import SINGLE_PROCESS
+from mobilegs.train.recipes import cpu_recipe, gpu_recipe, rates_for, with_method, with_steps
+from mobilegs.train.student.vote_pruning import VoteConfig, VoteCounter
+from mobilegs.train.teacher.trainer import TeacherLearningRates
+from tests.support.runs import RECIPE
+from tests.support.tiny import CPU
+
+SPEED = Speed(per_splat=2e-7, per_pixel=1e-7)  # about two cores
+
+
+@dataclass
+class Clocked:
+    """A stage that only counts its steps."""
+
+    steps: int
+    name: str = "teacher"
+    done: int = 0
+
+    def set_steps(self, steps: int) -> None:
+        assert steps > self.done
+        self.steps = steps
+
+
+def run(stage, pace: Pace, speeds, elapsed: float = 0.0) -> float:
+    """Take all steps, each of which lasts `speeds(step)` seconds; return the time."""
+    pace.before(stage)
+    while stage.done < stage.steps:
+        stage.done += 1
+        elapsed += speeds(stage.done)
+        pace.after_step(stage, elapsed, SINGLE_PROCESS)
+    return elapsed
+
+
+@pytest.mark.parametrize(
+    "speeds",
+    [
+        lambda step: 0.1,
+        lambda step: 0.2,
+        lambda step: 0.05,
+        lambda step: 0.06 + 0.08 * min(1.0, step / 2500),  # as Gaussians are added
+        lambda step: 0.1 if step < 3000 else 0.18,  # another program begins
+    ],
+    ids=["as planned", "half as fast", "twice as fast", "slowing down", "busy later"],
+)
+def test_the_pace_keeps_to_the_time_within_a_tenth(speeds) -> None:
+    plan = Plan(minutes=20.0, seconds=1000.0, teacher_share=0.5)
+    teacher = Clocked(5000)
+    pace = Pace(plan, lambda plan: None)
+    spent = run(teacher, pace, speeds)
+    assert 400 < spent < 650
+    student = Clocked(5000, "student")
+    assert 900 < run(student, pace, speeds, spent) < 1100
+
+
+def test_a_change_leaves_a_quarter_of_the_steps_and_makes_at_most_four_times_as_many() -> None:
+    plan = Plan(minutes=1.0, seconds=100.0, teacher_share=1.0)
+    slow, fast = Clocked(1000), Clocked(1000)
+    for stage, seconds in ((slow, 1.0), (fast, 1e-4)):
+        pace = Pace(plan, lambda plan: None)
+        pace.before(stage)
+        for stage.done in range(1, 501):
+            pace.after_step(stage, seconds * stage.done, SINGLE_PROCESS)
+    assert (slow.steps, fast.steps) == (625, 2500)
+
+
+def test_a_repeated_plan_changes_the_steps_at_the_same_places_at_any_speed() -> None:
+    plans: list[Plan] = []
+    plan = Plan(minutes=20.0, seconds=1000.0)
+    first = Clocked(5000)
+    run(first, Pace(plan, plans.append), lambda step: 0.3)
+    assert plans and plans[-1].corrections
+    again, made = Clocked(5000), []
+    run(again, Pace(replace(plans[-1], final=True), made.append), lambda step: 0.001)
+    assert again.steps == first.steps != 5000 and not made
+    resumed = Clocked(5000, done=first.steps - 1)  # a checkpoint behind all changes
+    Pace(plans[-1], made.append).before(resumed)
+    assert resumed.steps == first.steps
+
+
+def test_a_plan_survives_json_and_a_damaged_one_is_refused() -> None:
+    plan = Plan(5.0, 290.0, 0.4, (Correction("teacher", 10, 20),), final=True)
+    assert Plan.from_json(json.loads(json.dumps(plan.as_json()))) == plan
+    for damage in ({"corrections": [["teacher", 10]]}, {"minutes": "long"}, {"seconds": None}):
+        with pytest.raises(InputError, match="plan is damaged"):
+            Plan.from_json({**plan.as_json(), **damage})
+
+
+def planned(dataset: Dataset, minutes: int, monkeypatch, **options) -> Planned:
+    monkeypatch.setattr(budget, "measured_speed", lambda *of: SPEED)
+    monkeypatch.setattr(budget.time, "monotonic", lambda: 0.0)
+
+    def load(n: int | None) -> Dataset:
+        frames = [
+            replace(f, camera=f.camera.resized(1600 // (n or 1), 1200 // (n or 1)))
+            for f in dataset.train
+        ]
+        return replace(dataset, train=frames)
+
+    usual = {"downscale": None, "max_splats": None, "given": 0}
+    more = {"team": SINGLE_PROCESS, "started": 0.0}
+    return make_plan(cpu_recipe(), float(minutes), load, **{**usual, **options}, **more)
+
+
+def test_more_minutes_buy_larger_photos_and_more_gaussians(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plans = [planned(dataset, minutes, monkeypatch) for minutes in (5, 30, 120)]
+    splats = [plan.recipe.teacher.max_splats for plan in plans]
+    divisors = [plan.downscale or 1 for plan in plans]
+    assert splats == sorted(set(splats)) and divisors == sorted(divisors, reverse=True)
+    assert divisors[0] > divisors[-1] == 1
+    for plan in plans:
+        assert plan.recipe.student.steps >= budget.ENOUGH_STEPS
+        assert plan.recipe.teacher.lr == rates_for(plan.recipe.teacher.steps)
+
+
+def test_learning_rates_follow_the_steps_of_a_teacher_that_clones_and_splits() -> None:
+    few, some, many = (rates_for(steps) for steps in (2000, 12_000, 40_000))
+    assert few == cpu_recipe().teacher.lr and many == TeacherLearningRates()
+    assert many.scales < some.scales < few.scales and few.final_factor < some.final_factor < 1
+    assert with_steps(cpu_recipe(), 24_000).teacher.lr == some
+    for recipe in (gpu_recipe(), with_method(cpu_recipe(), "mcmc")):
+        assert with_steps(recipe, 24_000).teacher.lr == TeacherLearningRates()
+
+
+def test_a_plan_keeps_what_a_person_gave(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = planned(dataset, 5, monkeypatch, downscale=1, max_splats=300_000)
+    assert (plan.downscale, plan.recipe.teacher.max_splats) == (1, 300_000)
+    assert plan.recipe.student.steps < budget.ENOUGH_STEPS
+    given = planned(dataset, 5, monkeypatch, given=500_000)
+    assert given.downscale is None and given.plan.teacher_share == 0
+    assert given.recipe.student.steps < plan.recipe.student.steps * 2
+
+
+def test_the_measured_speed_grows_with_gaussians_and_pixels(dataset: Dataset) -> None:
+    speed = budget.measured_speed(RECIPE.teacher, dataset, SINGLE_PROCESS)
+    assert speed.per_splat > 0 and speed.per_pixel > 0
+    assert speed.step(10, 100) < speed.step(20, 100) < speed.step(20, 200)
+
+
+def test_votes_adapt_to_another_number_of_steps() -> None:
+    counter = VoteCounter(VoteConfig(interval=0.1, until=0.8), 1000, 4, CPU)
+    counter.set_steps(500)
+    assert (counter.interval, counter.until) == (50, 400)
+
+
+def test_options_decide_whether_a_run_has_a_budget(tmp_path: Path) -> None:
+    run = TrainRun(tmp_path, tmp_path / "run", device="cpu")
+    assert budget_of(run) == 30
+    assert budget_of(replace(run, minutes=5.0)) == 5
+    assert budget_of(replace(run, minutes=5.0, preset="paper")) == 5
+    for other in ({"preset": "cpu"}, {"steps": 9}, {"settings": (("student.steps=9",),)}):
+        assert budget_of(replace(run, **other)) is None
+    for wrong in ({"steps": 9}, {"settings": (("teacher.steps=9",),)}, {"recipe": tmp_path}):
+        with pytest.raises(InputError, match="leave out --minutes"):
+            budget_of(replace(run, minutes=5.0, **wrong))
+    for minutes in (0.0, -1.0, float("nan"), 1e9):
+        with pytest.raises(InputError, match="--minutes takes 1 to 10,000"):
+            budget_of(replace(run, minutes=minutes))
+
+
+def test_a_run_with_a_budget_can_be_repeated_and_resumed(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(train, "MINUTES", (0.01, 10_000))
+    monkeypatch.setattr(budget, "FEWEST_STEPS", 20)
+    monkeypatch.setattr(budget, "SIZE_LEAST", 16)
+    settings = ("teacher.densify.min_interval=3", "student.schedule.regression_steps=3")
+    run = TrainRun(capture, tmp_path / "a", minutes=0.1, settings=(settings,), max_splats=60)
+    train_run(run)
+    config = json.loads((tmp_path / "a/config.json").read_text())
+    assert config["plan"]["minutes"] == 0.1 and config["plan"]["corrections"]
+    again = TrainRun(capture, tmp_path / "b", recipe=tmp_path / "a/config.json")
+    taken = 0
+
+    def advance(stage, views, original=train.Student.advance):
+        nonlocal taken
+        taken += 1
+        if taken == 12:
+            raise KeyboardInterrupt
+        return original(stage, views)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(train.Student, "advance", advance)
+        with pytest.raises(KeyboardInterrupt):
+            train_run(again)
+    train_run(replace(again, resume=True))
+    for name in ("scene.mgs", "teacher.ply"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+
+
+def test_a_recipe_excludes_what_it_decides(capture: Path, finished: Path, tmp_path: Path) -> None:
+    run = TrainRun(capture, tmp_path / "run", recipe=finished / "config.json")
+    for option in ({"preset": "cpu"}, {"method": "mcmc"}, {"max_splats": 9}):
+        with pytest.raises(InputError, match="decides that already"):
+            train_run(replace(run, **option))
+    with pytest.raises(InputError, match="damaged"):
+        train_run(replace(run, recipe=tmp_path / "missing.json"))
+    assert load_capture(capture).train and not (tmp_path / "run").exists()
