@@ -40,18 +40,9 @@ def _standard(group: str, parents: tuple[str, ...], scenes: dict[str, tuple[str,
     }
 
 
-# of the student in all cells of small captures, which were made with them
-RATES = (
-    "student.lr.means=1e-4",
-    "student.lr.means_max=0.05",
-    "student.lr.scales=0.005",
-    "student.loss.distill_weight=1",
-)
-
-
 def _small_budget(most: int) -> tuple[str, ...]:
     """Return settings for a small budget, half of which Mini-Splatting keeps."""
-    return (*RATES, "teacher.steps=10000", f"teacher.max_splats={most}")
+    return ("teacher.steps=10000", f"teacher.max_splats={most}")
 
 
 OUTDOOR, INDOOR = ("outdoor", 4), ("indoor", 2)

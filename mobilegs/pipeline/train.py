@@ -175,14 +175,15 @@ def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str,
     if resuming:
         config = run_dir.load_config()
         run = resume_options(run, config.options)
+        validate_views_per_step(run, config.recipe, team.world_size)
     else:
+        run_dir.validate_new()
         if run.teacher is not None:
             given = read_plain_scene(run.teacher)
         count = 0 if given is None else len(given.gaussians)
         config = new_config(run, recipe, team, count, started)
     recipe = config.recipe
     run = replace(run, downscale=config.options["downscale"])
-    validate_views_per_step(run, recipe, team.world_size)
     dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
     if not resuming:
         config = replace(config, photos=capture_fingerprint(dataset))
@@ -394,8 +395,11 @@ def new_config(
     minutes = None if recipe is not None else budget_of(run)
     if run.recipe is not None:
         found = repeat_run(run)
-        return replace(found, recipe=resolve_recipe(run, found.recipe))
+        recipe = resolve_recipe(run, found.recipe)
+        validate_views_per_step(run, recipe, team.world_size)
+        return replace(found, recipe=recipe)
     resolved, plan = resolve_recipe(run, recipe), None
+    validate_views_per_step(run, resolved, team.world_size)
     if minutes is not None:
         found = make_plan(
             resolved,

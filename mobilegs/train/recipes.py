@@ -12,7 +12,6 @@ from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.errors import InputError
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.student.config import (
-    LossConfig,
     PruningConfig,
     QuantizationConfig,
     StudentConfig,
@@ -91,10 +90,8 @@ def cpu_recipe() -> Recipe:
         StudentConfig(
             steps=5000,
             lr=StudentLearningRates(
-                means=3e-4,
-                means_max=0.15,
+                means=1e-4,
                 quats=2e-3,
-                scales=0.01,
                 sh_rest=5e-4,
                 color_latents=5e-3,
                 lobes=0.04,
@@ -102,7 +99,6 @@ def cpu_recipe() -> Recipe:
                 network=4e-3,
                 quantized_factor=0.5,
             ),
-            loss=LossConfig(distill_weight=0.5),
             pruning=PruningConfig(votes=VoteConfig(votes_per_interval=8)),
         ),
     )
