@@ -109,10 +109,8 @@ def demo_recipe() -> Recipe:
     return Recipe(
         TeacherConfig(
             steps=2000,
-            first_divisor=4,
             max_splats=20_000,
             init_splats=15_000,
-            lr=rates_for(2000),
             densify=DensifyConfig(start=LATE_START, min_interval=40, prune_scale=0.0),
             mini_splatting=SMALL_BUDGET,
         ),
