@@ -56,6 +56,8 @@ class Camera:
 
     def reduced(self, n: int) -> "Camera":
         """Return the view with one pixel in place of n x n, without rows and columns left over."""
+        if n == 1:
+            return self
         factor = torch.tensor([1 / n, 1 / n, 1.0], dtype=self.K.dtype, device=self.K.device)
         K, (width, height) = self.K * factor[:, None], (self.width // n, self.height // n)
         return replace(self, K=K, width=width, height=height)

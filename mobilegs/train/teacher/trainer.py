@@ -148,6 +148,7 @@ class Teacher:
         self.extent = dataset.extent
         self.near = dataset.near
         self.frames = dataset.train
+        self.shortest_side = min(min(f.camera.width, f.camera.height) for f in self.frames)
         self.background = dataset.background.to(device)
         self.generator = torch.Generator().manual_seed(seed)
         self.degree_max = config.sh_degree if start is None else start.sh_degree
@@ -194,9 +195,8 @@ class Teacher:
         """Divisor of the photos' size in the next step."""
         config = self.config
         left = 1 - self.done / max(config.full_size_from * self.steps, 1e-9)
-        smallest = min(min(frame.camera.width, frame.camera.height) for frame in self.frames)
         divisor = math.ceil(config.first_divisor ** max(0.0, left))
-        return max(1, min(divisor, smallest // MIN_SIDE))
+        return max(1, min(divisor, self.shortest_side // MIN_SIDE))
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """Take a step on the sum of the views' losses; the result has their means."""
