@@ -12,6 +12,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 NEAR = 0.2  # near plane of 3DGS, in units in which the cameras spread over about 1
+MIN_SIDE = 64  # pixels of the shorter side below which training reduces no image
 
 
 @dataclass(frozen=True)

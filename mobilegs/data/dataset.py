@@ -1,5 +1,6 @@
 """Datasets of posed photos, and a loader that decodes, caches and prefetches them."""
 
+import logging
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -17,8 +18,12 @@ from mobilegs.data import images
 from mobilegs.data.distortion import Distortion, undistort
 from mobilegs.errors import InputError
 
+CACHE_BYTES = 2 << 30  # of decoded photos that a loader keeps
 TEST_EVERY = 8  # views 0, 8, 16, ... in order of their names are held back
+FAR = 1000.0  # spreads of the cameras from the origin, from which on they are recentred
 Color = tuple[float, float, float]
+Offset = tuple[float, float, float]
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +109,8 @@ class Dataset:
             units. Cameras that look outwards or in parallel have it among them.
         background: RGB in [0, 1], `[3]`.
         near: near plane of every camera, world units: `0.2 * min(1, extent)`.
+        offset: of a georeferenced capture, in its world units: what `recentred` subtracted from
+            all positions.
     """
 
     name: str
@@ -115,6 +122,7 @@ class Dataset:
     center: Float[Tensor, "3"]
     background: Float[Tensor, "3"]
     near: float
+    offset: Offset = (0.0, 0.0, 0.0)
 
 
 def assemble(
@@ -125,6 +133,7 @@ def assemble(
     points: Float[np.ndarray, "m 3"],
     colors: Float[np.ndarray, "m 3"],
     background: Color,
+    offset: Offset = (0.0, 0.0, 0.0),
 ) -> Dataset:
     """Build a dataset: compute extent, centre and near plane, and drop points that are not finite.
 
@@ -155,7 +164,32 @@ def assemble(
         center=center,
         background=torch.tensor(background, dtype=torch.float32),
         near=near,
+        offset=offset,
     )
+
+
+def recentred(
+    viewmats: Sequence[Float[np.ndarray, "4 4"]], points: Float[np.ndarray, "m 3"]
+) -> tuple[list[Float[np.ndarray, "4 4"]], Float[np.ndarray, "m 3"], Offset]:
+    """Return poses and points with an offset subtracted from all positions, and the offset.
+
+    Cameras that are much farther from the origin than from each other, as in UTM or ECEF
+    coordinates, lose their digits in float32. Then the offset is their mean in whole units, and
+    else 0. All inputs and outputs are float64.
+    """
+    eyes = np.array([-v[:3, :3].T @ v[:3, 3] for v in viewmats]).reshape(-1, 3)
+    middle = np.median(eyes, axis=0) if len(eyes) else np.zeros(3)
+    near = np.abs(points - middle)[np.isfinite(points).all(1)]
+    spread = max(np.abs(eyes - middle).max(initial=0.0), float(np.median(near)) if near.size else 0)
+    if not np.isfinite(eyes).all() or not 0 < FAR * spread < np.abs(middle).max():
+        return list(viewmats), points, (0.0, 0.0, 0.0)
+    offset = np.round(middle)
+    moved = [v.copy() for v in viewmats]
+    for viewmat in moved:
+        viewmat[:3, 3] += viewmat[:3, :3] @ offset
+    x, y, z = (float(part) for part in offset)
+    log.warning("cameras lie around (%.0f, %.0f, %.0f): positions count from there", x, y, z)
+    return moved, points - offset, (x, y, z)
 
 
 def split_every_eighth(frames: Sequence[Frame]) -> tuple[list[Frame], list[Frame]]:
@@ -225,7 +259,7 @@ class ViewLoader:
     """
 
     def __init__(
-        self, frames: Sequence[Frame], *, cache_bytes: int = 2 << 30, threads: int = 2
+        self, frames: Sequence[Frame], *, cache_bytes: int = CACHE_BYTES, threads: int = 2
     ) -> None:
         self._frames = list(frames)
         self._left = cache_bytes

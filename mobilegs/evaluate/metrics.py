@@ -1,4 +1,4 @@
-"""PSNR and SSIM of an image against a photo. Higher is better for both.
+"""PSNR and SSIM of an image against a photo. Higher is better.
 
 Conventions of all reported metrics: renders are rounded to 8 bits first (`as_displayed`), as on a
 screen or in a PNG; a mean weights all images alike; masked pixels are left out, not blackened.
@@ -13,6 +13,8 @@ from torch.nn.functional import conv2d
 
 WINDOW = 11  # px; Wang et al. 2004, as 3DGS uses it
 SIGMA = 1.5  # px
+CLIPPED = 1 / 255  # distance to black or white from which on a channel tells its colour
+PULL = 1e-6  # of a pixel's weight, towards no change of colours
 C1, C2 = 0.01**2, 0.03**2  # stabilisers of SSIM for values in [0, 1]
 
 
@@ -38,6 +40,41 @@ def psnr(
     squares = (image.double() - target.double()).square()
     error = float((squares if mask is None else squares[mask]).mean())
     return math.inf if error == 0 else -10 * math.log10(error)
+
+
+def fitted_color(
+    image: Float[Tensor, "h w 3"],
+    target: Float[Tensor, "h w 3"],
+    mask: Bool[Tensor, "h w"] | None = None,
+) -> Float[Tensor, "3 4"]:
+    """Return the affine change of colours `(A | b)` that brings `image` nearest to `target`.
+
+    `image @ A.T + b` has the least sum of squared differences over the pixels where `mask` is True
+    and no channel of either image is clipped, that is below 1/255 or above 254/255. A weak pull to
+    no change decides where colours vary too little. float64, values in [0, 1].
+    """
+    x, y = image.reshape(-1, 3).double(), target.reshape(-1, 3).double()
+    used = ((torch.minimum(x, y) >= CLIPPED) & (torch.maximum(x, y) <= 1 - CLIPPED)).all(1)
+    if mask is not None:
+        used &= mask.reshape(-1)
+    ones = torch.ones(int(used.sum()), 1, dtype=x.dtype, device=x.device)
+    x, y = torch.cat([x[used], ones], dim=1), y[used]
+    same = torch.eye(3, 4, dtype=x.dtype, device=x.device)
+    pull = PULL * max(len(x), 1) * torch.eye(4, dtype=x.dtype, device=x.device)
+    return torch.linalg.solve(x.T @ x + pull, x.T @ y + pull @ same.T).T
+
+
+def color_corrected_psnr(
+    image: Float[Tensor, "h w 3"],
+    target: Float[Tensor, "h w 3"],
+    mask: Bool[Tensor, "h w"] | None = None,
+) -> float:
+    """Return the PSNR of the image after the change of colours of `fitted_color`, in dB.
+
+    It does not count the exposure and white balance of a photo. Rounded to 8 bits, as all metrics.
+    """
+    change = fitted_color(image, target, mask).to(image.dtype)
+    return psnr(as_displayed(image @ change[:, :3].T + change[:, 3]), target, mask)
 
 
 def ssim_map(

@@ -14,11 +14,11 @@ from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES, LpipsSuite
-from mobilegs.evaluate.metrics import as_displayed, psnr, ssim
+from mobilegs.evaluate.metrics import as_displayed, color_corrected_psnr, psnr, ssim
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 
-METRICS = ("psnr", "ssim", *LPIPS_NAMES)
+METRICS = ("psnr", "cc_psnr", "ssim", *LPIPS_NAMES)
 
 
 def evaluate(
@@ -46,7 +46,8 @@ def evaluate_side_by_side(
     """Render the held-back views of every scene and compare them with the photos.
 
     Renders are rounded to 8 bits, and masked pixels do not count. The result has an entry per
-    scene: `psnr` (dB), `ssim` and the four `lpips_*` as means over the views, None where there is
+    scene: `psnr` (dB), `cc_psnr` (dB, after a change of each render's colours that fits its photo
+    best), `ssim` and the four `lpips_*` as means over the views, None where there is
     no value, and the same metrics per photo in `views`. The scenes share the LPIPS features of the
     photos. Photos smaller than those of the `training_views` are compared with larger renders,
     averaged (`supersampling_for`). `progress` is called with the number of views done and in total.
@@ -85,6 +86,7 @@ def evaluate_view(
         results[name] = {
             "name": view.name,
             "psnr": psnr(image, target, mask),
+            "cc_psnr": color_corrected_psnr(image, target, mask),
             "ssim": ssim(image, target, mask),
             **dict.fromkeys(LPIPS_NAMES),
         }

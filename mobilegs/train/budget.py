@@ -18,6 +18,7 @@ import torch
 from mobilegs.data.dataset import Dataset, ViewLoader
 from mobilegs.errors import InputError
 from mobilegs.train.distributed import Team
+from mobilegs.train.memory import free_memory, needed_memory
 from mobilegs.train.recipes import Recipe, with_length
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
@@ -32,9 +33,11 @@ FRACTIONS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of these that are tried
 SIZE_LEAST = 300 * 200  # pixels of a photo
 ENOUGH_STEPS = 3000  # of the student, from which on more pixels or Gaussians are better than steps
 FEWEST_STEPS = 500  # of each stage
+MEMORY_SHARE = 0.8  # of the free memory that a plan uses
+MEMORY_MOST = 1 << 50  # bytes
 INITIAL = 0.7  # of the most Gaussians that the teacher starts with
 TRAINED = 0.9  # seconds of a step, in those of the first steps
-STUDENT = 1.9  # seconds of a student's step, in those of the teacher's
+STUDENT = 1.5  # seconds of a student's step, in those of the teacher's
 MEASURED = 1.0  # seconds of measuring a held-back photo, in those of a step
 TIMED_STEPS = 5  # at each of two sizes, after one that warms up
 WINDOW = 100  # steps whose time predicts that of the others
@@ -61,6 +64,8 @@ class Plan:
         teacher_share: of these seconds, the fraction for the teacher.
         corrections: changes of the numbers of steps so far.
         final: True if no further correction may be added, since the run repeats another.
+        free_memory: bytes that were free, if the plan chose less for them or may need more; else 0.
+        needed_memory: bytes that the run takes at most.
     """
 
     minutes: float
@@ -68,6 +73,8 @@ class Plan:
     teacher_share: float = TEACHER_SHARE
     corrections: tuple[Correction, ...] = ()
     final: bool = False
+    free_memory: int = 0
+    needed_memory: int = 0
 
     def deadline(self, stage: str) -> float:
         """Return the seconds of training after which a stage should end."""
@@ -88,7 +95,8 @@ class Plan:
             )
             minutes, seconds = float(content["minutes"]), float(content["seconds"])
             share = float(content["teacher_share"])
-            return Plan(minutes, seconds, share, corrections, bool(content["final"]))
+            memory = (int(content[f"{name}_memory"]) for name in ("free", "needed"))
+            return Plan(minutes, seconds, share, corrections, bool(content["final"]), *memory)
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"its plan is damaged ({error})") from error
 
@@ -138,6 +146,17 @@ def _now(device: torch.device) -> float:
     return time.perf_counter()
 
 
+class _Choice(NamedTuple):
+    """A size of photos and a number of Gaussians, with steps of both stages and memory."""
+
+    seconds: float
+    downscale: int | None
+    splats: int
+    teacher: float
+    student: float
+    bytes: int
+
+
 @dataclass(frozen=True)
 class Planned:
     """A plan and its choices: the recipe, and the divisor of the photos' size."""
@@ -172,6 +191,8 @@ def make_plan(
     speed = measured_speed(recipe.teacher, dataset, team)
     seconds = 60 * minutes - (time.monotonic() - started)
     [[seconds], *_] = team.all_gather_ints(round(seconds))
+    free = math.inf if team.device.type == "cuda" else MEMORY_SHARE * free_memory()
+    [[free], *_] = team.all_gather_ints(round(min(free, MEMORY_MOST)))
     share = 0.0 if given else TEACHER_SHARE
     sizes = [(downscale, pixels_of(dataset))]
     if downscale is None and not given:
@@ -186,14 +207,30 @@ def make_plan(
             left = max(seconds - reserve, 0.5 * seconds)
             each = TRAINED * speed.step(splats, pixels)
             teacher, student = share * left / each, (1 - share) * left / (STUDENT * each)
-            choices.append((student >= ENOUGH_STEPS, left, n, splats, teacher, student))
+            bytes = needed_memory(
+                recipe.student, photos=len(dataset.train), pixels=pixels, splats=splats
+            )
+            choices.append(_Choice(left, n, splats, teacher, student, bytes))
+    fitting = [each for each in choices if each.bytes <= free] or choices[-1:]
     # the first with enough steps, or else the smallest
-    _, left, n, splats, teacher, student = next((c for c in choices if c[0]), choices[-1])
-    teacher, student = (max(FEWEST_STEPS, round(number)) for number in (teacher, student))
+    best, chosen = (
+        next((c for c in some if c.student >= ENOUGH_STEPS), some[-1])
+        for some in (choices, fitting)
+    )
+    left, n, splats = chosen.seconds, chosen.downscale, chosen.splats
+    teacher, student = (max(FEWEST_STEPS, round(c)) for c in (chosen.teacher, chosen.student))
     initial = max(1, round(INITIAL * splats))
     sized = replace(recipe.teacher, max_splats=splats, init_splats=initial)
     planned = Recipe(with_length(sized, teacher), replace(recipe.student, steps=student))
-    return Planned(Plan(minutes, left, share), planned, n)
+    limited = chosen != best or chosen.bytes > free
+    plan = Plan(
+        minutes,
+        left,
+        share,
+        free_memory=round(free / MEMORY_SHARE) if limited else 0,
+        needed_memory=chosen.bytes,
+    )
+    return Planned(plan, planned, n)
 
 
 def pixels_of(dataset: Dataset) -> int:

@@ -149,6 +149,8 @@ def join_team(name: Device) -> Iterator[Team]:
 def _own_device(device: torch.device) -> torch.device:
     if device.type != "cuda":
         return device
+    if device.index is not None:
+        raise InputError(f"each process has a GPU of its own: use --device cuda, not {device}")
     local, available = int(os.environ["LOCAL_RANK"]), torch.cuda.device_count()
     if local >= available:
         raise InputError(

@@ -4,6 +4,7 @@ import json
 import math
 import sys
 import time
+from collections import deque
 from pathlib import Path
 
 import torch
@@ -16,6 +17,8 @@ from mobilegs.train.student.config import StudentConfig
 
 ROWS_PER_STAGE = 100  # of the log
 LINE_SECONDS = 10.0  # between two lines where there is no terminal
+SPEED_SECONDS = 20.0  # of the last steps, whose speed predicts the time left
+WIDE = 120  # columns of a terminal with place for a long bar
 
 
 class Monitor:
@@ -48,7 +51,7 @@ class Monitor:
         self.console = Console(stderr=True, quiet=silent)
         columns = (
             TextColumn("[bold]{task.description}"),
-            BarColumn(bar_width=30),
+            BarColumn(bar_width=30 if self.console.width >= WIDE else 10),
             TextColumn("{task.completed:,.0f}/{task.total:,.0f}  {task.fields[status]}"),
         )
         self.display = Progress(
@@ -72,7 +75,7 @@ class Monitor:
         )
         self.every = max(1, stage.steps // ROWS_PER_STAGE)
         self.started = time.monotonic() - self.seconds.get(stage.name, 0.0)
-        self.resumed_at = (stage.done, self.elapsed())
+        self.latest_steps = deque([(stage.done, self.elapsed())])
         self.printed_at = -math.inf
         self.losses: list[torch.Tensor] = []
         self.errors: list[torch.Tensor] = []
@@ -88,7 +91,10 @@ class Monitor:
         """
         self.losses.append(result.loss)
         self.errors.append(result.mse)
-        self.seconds[stage.name] = self.elapsed()
+        self.seconds[stage.name] = now = self.elapsed()
+        self.latest_steps.append((stage.done, now))
+        while len(self.latest_steps) > 2 and self.latest_steps[1][1] < now - SPEED_SECONDS:
+            self.latest_steps.popleft()
         if stage.done % self.every == 0 or stage.done == stage.steps:
             self._write_row(stage)
         if len(self.losses) % 10 == 1 or stage.done == stage.steps:
@@ -144,8 +150,8 @@ class Monitor:
             loss, psnr = float(torch.stack(self.losses[-10:]).mean()), _psnr(self.errors[-100:])
         else:
             loss, psnr = self.latest
-        first, seconds = self.resumed_at
-        rate = (stage.done - first) / max(self.elapsed() - seconds, 1e-9)
+        (first, begun), (last, ended) = self.latest_steps[0], self.latest_steps[-1]
+        rate = (last - first) / max(ended - begun, 1e-9)
         left = (stage.steps - stage.done) / max(rate, 1e-9)
         fixed, each = self.sizes
         size = (fixed + each * stage.count) / 1e6
@@ -165,7 +171,7 @@ class Monitor:
 
     def _status(self, stage: Stage) -> str:
         phase, loss, psnr, count, size, speed, left = self.summary(stage).values()
-        return f"{phase}  loss {loss}  {psnr}  {count} Gaussians  {size}  {speed}  {left} left"
+        return f"{left} left  {speed}  {psnr}  {count} Gaussians  {size}  {phase}  loss {loss}"
 
 
 def _psnr(errors: list[torch.Tensor]) -> float:

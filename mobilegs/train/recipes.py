@@ -12,6 +12,7 @@ from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.errors import InputError
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.student.config import (
+    LossConfig,
     PruningConfig,
     QuantizationConfig,
     StudentConfig,
@@ -128,6 +129,7 @@ def demo_recipe() -> Recipe:
                 quantized_factor=0.5,
             ),
             quantization=QuantizationConfig(codebooks=CodebookSizes(rotation=256, appearance=512)),
+            loss=LossConfig(virtual_view_divisor=1),  # its photos are small
             pruning=PruningConfig(votes=VoteConfig(votes_per_interval=4)),
         ),
     )

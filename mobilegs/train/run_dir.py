@@ -12,6 +12,7 @@ from types import FrameType
 from typing import Any
 
 import torch
+from filelock import FileLock, Timeout
 
 from mobilegs.atomic import atomic_write
 from mobilegs.data.dataset import Dataset
@@ -90,6 +91,7 @@ class RunDir:
         self.log = path / "metrics.jsonl"
         self.contact_sheet = path / "contact_sheet.png"
         self.previews = path / "previews"
+        self.report = path / "report.html"
 
     def validate_new(self) -> None:
         """Raise InputError if the folder holds a run or a file that a new run would overwrite.
@@ -104,10 +106,29 @@ class RunDir:
                 f"{self.path} already holds a run: add --resume to continue it, or give another "
                 "folder"
             )
-        images = (self.contact_sheet, self.previews)
-        for file in (self.checkpoint, self.teacher, self.scene, self.metrics, self.log, *images):
+        shown = (self.contact_sheet, self.previews, self.report)
+        for file in (self.checkpoint, self.teacher, self.scene, self.metrics, self.log, *shown):
             if file.exists():
                 raise InputError(f"{file} would be overwritten: give another folder for the run")
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """Keep other processes from this run; the folder must exist.
+
+        Raises InputError if another process has the run.
+        """
+        lock = FileLock(self.path / ".lock")
+        try:
+            lock.acquire(blocking=False)
+        except Timeout:
+            raise InputError(
+                f"another process trains the run in {self.path}: wait for it, or give another "
+                "folder"
+            ) from None
+        try:
+            yield
+        finally:
+            lock.release()
 
     def create(self, config: RunConfig) -> None:
         """Write `config.json` of a new run; raises InputError as `validate_new` does."""

@@ -32,7 +32,14 @@ from mobilegs.evaluate.lpips import (
     fetch_weights,
     lpips_from,
 )
-from mobilegs.evaluate.metrics import as_displayed, psnr, ssim, ssim_map
+from mobilegs.evaluate.metrics import (
+    as_displayed,
+    color_corrected_psnr,
+    fitted_color,
+    psnr,
+    ssim,
+    ssim_map,
+)
 from mobilegs.evaluate.report import evaluate, evaluate_side_by_side, write_metrics
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
@@ -261,6 +268,34 @@ def blob(color: float) -> Scene:
     )
 
 
+def test_a_change_of_colours_is_found_and_does_not_count(generator: torch.Generator) -> None:
+    image = 0.2 + 0.5 * torch.rand(20, 30, 3, generator=generator)
+    change = torch.tensor([[1.2, 0.05, 0.0, -0.05], [0.0, 0.9, 0.1, 0.02], [0.03, 0.0, 1.0, 0.0]])
+    target = image @ change[:, :3].T + change[:, 3]
+    found = fitted_color(image, target)
+    torch.testing.assert_close(found.float(), change, atol=1e-3, rtol=0)
+    assert psnr(image, target) < 30 < 45 < color_corrected_psnr(image, target)
+    noisy = (target + 0.02 * torch.randn(20, 30, 3, generator=generator)).clamp(0.01, 0.99)
+    x = np.concatenate([image.reshape(-1, 3).numpy(), np.ones((600, 1))], axis=1)
+    expected, *_ = np.linalg.lstsq(x, noisy.reshape(-1, 3).numpy(), rcond=None)
+    np.testing.assert_allclose(fitted_color(image, noisy).numpy(), expected.T, atol=1e-3)
+
+
+def test_clipped_and_masked_pixels_tell_no_colour(generator: torch.Generator) -> None:
+    image = 0.3 + 0.4 * torch.rand(20, 30, 3, generator=generator)
+    target = (1.3 * image).clone()
+    target[:5], target[5:10] = 1.0, 0.0  # clipped
+    target[10:12] = 0.5
+    mask = torch.ones(20, 30, dtype=torch.bool)
+    mask[10:12] = False
+    found = fitted_color(image, target, mask)
+    torch.testing.assert_close(found.float(), 1.3 * torch.eye(3, 4), atol=1e-3, rtol=0)
+    nothing = torch.zeros(20, 30, dtype=torch.bool)
+    assert torch.equal(fitted_color(image, target, nothing).float(), torch.eye(3, 4))
+    grey = torch.full((4, 4, 3), 0.5)
+    assert fitted_color(grey, 0.8 * grey).isfinite().all()
+
+
 def capture_of(scene: Scene, *, masked: bool = False) -> Dataset:
     pixels = (scene.render(CAMERA).image * 255).round().to(torch.uint8)
     frames = [Frame(f"photo_{i}.jpg", CAMERA, pixels=pixels) for i in range(3)]
@@ -317,7 +352,7 @@ def test_metrics_json_has_its_keys(tmp_path: Path) -> None:
     written = json.loads((tmp_path / "metrics.json").read_text())
     assert written["teacher"]["psnr"] is None  # infinite, which JSON cannot say
     assert written["student"]["psnr"] == pytest.approx(results["student"]["psnr"])
-    assert {"psnr", "ssim", "lpips_vgg"} <= written["teacher"].keys()
+    assert {"psnr", "cc_psnr", "ssim", "lpips_vgg"} <= written["teacher"].keys()
     assert (written["student"]["file_bytes"], written["student"]["gaussians"]) == (1234, 1)
     assert written["seconds"] == {"teacher": 1.5}
     assert written["peak_memory_mib"] > 50

@@ -11,7 +11,7 @@ from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train
 from mobilegs.pipeline.train import TrainRun, budget_of, train_run
-from mobilegs.train import budget
+from mobilegs.train import budget, memory
 from mobilegs.train.budget import Correction, Pace, Plan, Planned, Speed, make_plan
 from mobilegs.train.distributed import SINGLE_PROCESS
 from mobilegs.train.recipes import cpu_recipe, gpu_recipe, rates_for, with_method, with_steps
@@ -93,7 +93,7 @@ def test_a_repeated_plan_changes_the_steps_at_the_same_places_at_any_speed() -> 
 
 
 def test_a_plan_survives_json_and_a_damaged_one_is_refused() -> None:
-    plan = Plan(5.0, 290.0, 0.4, (Correction("teacher", 10, 20),), final=True)
+    plan = Plan(5.0, 290.0, 0.4, (Correction("teacher", 10, 20),), True, 4 << 30, 5 << 30)
     assert Plan.from_json(json.loads(json.dumps(plan.as_json()))) == plan
     for damage in ({"corrections": [["teacher", 10]]}, {"minutes": "long"}, {"seconds": None}):
         with pytest.raises(InputError, match="plan is damaged"):
@@ -102,6 +102,8 @@ def test_a_plan_survives_json_and_a_damaged_one_is_refused() -> None:
 
 def planned(dataset: Dataset, minutes: int, monkeypatch, **options) -> Planned:
     monkeypatch.setattr(budget, "measured_speed", lambda *of: SPEED)
+    if budget.free_memory is memory.free_memory:
+        monkeypatch.setattr(budget, "free_memory", lambda: 1 << 40)
     monkeypatch.setattr(budget.time, "monotonic", lambda: 0.0)
 
     def load(n: int | None) -> Dataset:
@@ -145,6 +147,26 @@ def test_a_plan_keeps_what_a_person_gave(dataset: Dataset, monkeypatch: pytest.M
     given = planned(dataset, 5, monkeypatch, given=500_000)
     assert given.downscale is None and given.plan.teacher_share == 0
     assert given.recipe.student.steps < plan.recipe.student.steps * 2
+
+
+def test_a_plan_chooses_less_where_memory_is_short(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    many = replace(dataset, train=dataset.train * 30)
+    free = planned(many, 120, monkeypatch)
+    assert free.plan.free_memory == 0
+    chosen = free.plan.needed_memory
+    assert chosen > 2e9
+    monkeypatch.setattr(budget, "free_memory", lambda: round(0.6 * chosen))
+    short = planned(many, 120, monkeypatch)
+    assert short.plan.needed_memory <= 0.8 * 0.6 * chosen
+    assert short.plan.free_memory == pytest.approx(0.6 * chosen, rel=1e-6)
+    assert "would not fit into" in train.memory_note(short.plan)
+    monkeypatch.setattr(budget, "free_memory", lambda: 10 << 20)
+    least = planned(many, 120, monkeypatch)
+    assert least.plan.needed_memory > least.plan.free_memory
+    assert "0.0 GB are free" in train.memory_note(least.plan)
+    assert train.memory_note(free.plan) == ""
 
 
 def test_the_measured_speed_grows_with_gaussians_and_pixels(dataset: Dataset) -> None:

@@ -13,6 +13,7 @@ from mobilegs.render import Footprint, Weighting
 from mobilegs.render.inputs import validate_level_sigma
 from mobilegs.render.scene import BLENDS
 from mobilegs.render.sortfree import EXPONENTIAL
+from mobilegs.train.exposure import ExposureConfig
 from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig
@@ -113,6 +114,9 @@ class LossConfig:
     """Steps between two distillations on a virtual view, which lies between two training cameras.
     0 distils on the photos' views in every step instead, as in the paper; so does any value if no
     two cameras look at the same things."""
+    virtual_view_divisor: int = 2
+    """Divisor of the photos' width and height in virtual views, at least 1; less if fewer than 64
+    pixels were left of the shorter side."""
     overdraw_weight: float = 5e-5
     """Weight of the mean number of fragments per pixel, which decides the time of a frame; at least
     0. Only scales receive its gradient. It counts what levels paint, if there is a `level_sigma`.
@@ -120,7 +124,12 @@ class LossConfig:
 
     def __post_init__(self) -> None:
         names = ("distill_weight", "depth_weight", "virtual_view_every", "overdraw_weight")
-        check(self, ssim_weight=FRACTION, **dict.fromkeys(names, NOT_NEGATIVE))
+        check(
+            self,
+            ssim_weight=FRACTION,
+            virtual_view_divisor=COUNT,
+            **dict.fromkeys(names, NOT_NEGATIVE),
+        )
 
 
 @dataclass(frozen=True)
@@ -307,6 +316,8 @@ class StudentConfig:
     """Times at which parts of the method begin."""
     lr: StudentLearningRates = field(default_factory=StudentLearningRates)
     """Learning rates."""
+    exposure: ExposureConfig = field(default_factory=ExposureConfig)
+    """Exposure and white balance of each photo."""
     loss: LossConfig = field(default_factory=LossConfig)
     """Weights of the loss."""
     quantization: QuantizationConfig = field(default_factory=QuantizationConfig)

@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from mobilegs.camera import Camera
+from mobilegs.camera import MIN_SIDE, Camera
 from mobilegs.compress.uniform_quantizer import COLUMNS
 from mobilegs.data.dataset import View
 from mobilegs.errors import InputError
@@ -18,6 +18,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
+from mobilegs.train.exposure import Exposures
 from mobilegs.train.losses import (
     color_distillation_loss,
     depth_distillation_loss,
@@ -38,6 +39,7 @@ from mobilegs.train.student.virtual_views import virtual_cameras
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
 
 RATE_UPDATES = 50  # of rate control in a run
+SELDOM = 4  # steps between two gradients of the rate term and of overdraw, each 4 times as large
 
 
 class Student:
@@ -89,10 +91,17 @@ class Student:
             release_depths=not config.ablation.mask_depth,
         )
         self.cameras = [camera.to(device) for camera in cameras]
+        self.exposures = None
+        if config.exposure.learned:
+            self.exposures = Exposures(config.exposure, len(self.cameras), device)
         self.team = team
         self.virtual_cameras: list[Camera] = []
         if config.loss.virtual_view_every and self._distils:
-            self.virtual_cameras = virtual_cameras(self.cameras, seed)
+            n = config.loss.virtual_view_divisor
+            self.virtual_cameras = [
+                camera.reduced(max(1, min(n, min(camera.width, camera.height) // MIN_SIDE)))
+                for camera in virtual_cameras(self.cameras, seed)
+            ]
         if config.ablation.start_opacity:
             opacities = torch.full_like(gaussians.logit_opacities, config.ablation.start_opacity)
             gaussians = replace(gaussians, logit_opacities=opacities.logit())
@@ -148,8 +157,9 @@ class Student:
         self.model.set_lrs(self._lrs())
         cameras = [self.cameras[index] for index in self.team.interleave([i for i, _ in views])]
         results = self._add_gradients(cameras, views)
-        if self._has_rate_term:
-            self.model.add_rate_gradients(len(cameras) * config.quantization.bit_weight)
+        if self._has_rate_term and self.done % SELDOM == 0:
+            bit_weight = SELDOM * config.quantization.bit_weight
+            self.model.add_rate_gradients(len(cameras) * bit_weight)
         self.model.step()
         if config.least_variance and ((self.done + 1) % EVERY == 0 or self.done + 1 == self.steps):
             self.model.limit_scales(self.cameras, config.least_variance)
@@ -232,6 +242,7 @@ class Student:
             "generator": self.generator.get_state(),
             "model": self.model.state(),
             "votes": self.votes.state(),
+            "exposures": None if self.exposures is None else self.exposures.state(),
         }
 
     def restore(self, state: dict) -> None:
@@ -240,6 +251,8 @@ class Student:
         self.generator.set_state(state["generator"])
         self.model.restore(state["model"])
         self.votes.restore(state["votes"])
+        if self.exposures is not None:
+            self.exposures.restore(state["exposures"])
 
     # --- phases
 
@@ -296,15 +309,18 @@ class Student:
         virtual, depth = self._pick_virtual_view(), config.loss.depth_weight > 0
         rendered = cameras if virtual is None else [*cameras, self.virtual_cameras[virtual]]
         shared = SharedDecode(self.model, rendered, masks=masks)
+        photos = [] if self.exposures is None else [self.exposures.changes]
         for number, (index, view) in enumerate(views):
             at = number * team.world_size + team.rank
             drawn = shared.render(
                 at, background=self.background, depth=depth and not self.virtual_cameras
             )
-            loss, error = self._view_loss(drawn, index, view), masked_mse(drawn.image, view)
-            if config.loss.overdraw_weight:
-                loss = loss + config.loss.overdraw_weight * shared.overdraw(at)
-            results += team.accumulate_gradients(shared.leaves, loss, error)
+            loss, error = self._view_loss(drawn, index, view)
+            if config.loss.overdraw_weight and self.done % SELDOM == SELDOM // 2:
+                loss = loss + SELDOM * config.loss.overdraw_weight * shared.overdraw(at)
+            results += team.accumulate_gradients([*shared.leaves, *photos], loss, error)
+        if self.exposures is not None:
+            self.exposures.step((self.done + 1) / self.steps)
         if virtual is not None:  # every process renders the same virtual view
             drawn = shared.render(len(cameras), background=self.background, depth=depth)
             index = len(self.cameras) + virtual
@@ -321,13 +337,22 @@ class Student:
             return None
         return int(torch.randint(len(self.virtual_cameras), (1,), generator=self.generator))
 
-    def _view_loss(self, drawn: Rendered, index: int, view: View) -> Float[Tensor, ""]:
-        """Return the loss of a photo's view, with distillation if there are no virtual views."""
-        ssim_weight = self.config.loss.ssim_weight
-        loss = photo_loss(drawn.image, view.image, mask=view.mask, ssim_weight=ssim_weight)
-        if self.virtual_cameras or not self._distils:
-            return loss
-        return loss + self._distillation_loss(drawn, index, view.camera, mask=view.mask)
+    def _view_loss(
+        self, drawn: Rendered, index: int, view: View
+    ) -> tuple[Float[Tensor, ""], Float[Tensor, ""]]:
+        """Return loss and squared error of photo `index`.
+
+        The loss has the distillation's if there are no virtual views.
+        """
+        ssim_weight, image = self.config.loss.ssim_weight, drawn.image
+        if self.exposures is not None:
+            image = self.exposures.apply(index, image)
+        loss = photo_loss(image, view.image, mask=view.mask, ssim_weight=ssim_weight)
+        if self.exposures is not None:
+            loss = loss + self.exposures.penalty(index)
+        if self._distils and not self.virtual_cameras:
+            loss = loss + self._distillation_loss(drawn, index, view.camera, mask=view.mask)
+        return loss, masked_mse(image, view)
 
     def _distillation_loss(
         self, drawn: Rendered, index: int, camera: Camera, *, mask: Tensor | None = None

@@ -7,12 +7,14 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
+from mobilegs.camera import MIN_SIDE
 from mobilegs.data.dataset import Dataset, View
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Footprint, render_sorted, visible_rows
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
+from mobilegs.train.exposure import ExposureConfig, Exposures
 from mobilegs.train.losses import masked_mse, photo_loss
 from mobilegs.train.optim import NamedAdam, exponential_lr
 from mobilegs.train.sampling import EVERY, limit_scales
@@ -22,8 +24,6 @@ from mobilegs.train.teacher.init import initial_gaussians
 from mobilegs.train.teacher.mcmc import Mcmc, McmcConfig
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig
 from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, Range, check
-
-MIN_SIDE = 64  # pixels of a photo's shorter side that `first_divisor` leaves
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,8 @@ class TeacherConfig:
     that samples a Gaussian most finely (Mip-Splatting's filter); 0: no limit, as in 3DGS."""
     lr: TeacherLearningRates = field(default_factory=TeacherLearningRates)
     """Learning rates."""
+    exposure: ExposureConfig = field(default_factory=ExposureConfig)
+    """Exposure and white balance of each photo."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)
     """How Gaussians are added and removed."""
     mini_splatting: MiniSplattingConfig = field(default_factory=MiniSplattingConfig)
@@ -150,6 +152,9 @@ class Teacher:
         self.frames = dataset.train
         self.shortest_side = min(min(f.camera.width, f.camera.height) for f in self.frames)
         self.background = dataset.background.to(device)
+        self.exposures = None
+        if config.exposure.learned:
+            self.exposures = Exposures(config.exposure, len(self.frames), device)
         self.generator = torch.Generator().manual_seed(seed)
         self.degree_max = config.sh_degree if start is None else start.sh_degree
         self.degree_first = 0 if start is None else start.sh_degree
@@ -203,11 +208,15 @@ class Teacher:
         for name, rate in self._lrs().items():
             self.adam.set_lr(name, rate)
         leaves, shown = list(self.adam.tensors.values()), self._gaussians(0).detached()
+        if self.exposures is not None:
+            leaves.append(self.exposures.changes)
         results, divisor = [], self.divisor
-        for _, view in views:
-            loss = self._view_loss(view.reduced(divisor))
+        for index, view in views:
+            loss = self._view_loss(index, view.reduced(divisor))
             results += self.team.accumulate_gradients(leaves, *loss)
         self.done += 1
+        if self.exposures is not None:
+            self.exposures.step(self.done / self.steps)
         order = self.team.interleave([index for index, _ in views])
         for index, (_, _, screen_grads, radii) in zip(order, results, strict=True):
             camera = self.frames[index].camera.reduced(divisor).to(radii.device)
@@ -224,8 +233,8 @@ class Teacher:
         losses, errors, *_ = zip(*results, strict=True)
         return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
 
-    def _view_loss(self, view: View) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Return loss and squared error of a view, its screen-space gradients and radii.
+    def _view_loss(self, index: int, view: View) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return loss and squared error of photo `index`, its screen-space gradients and radii.
 
         The backward pass fills in the gradients.
         """
@@ -242,11 +251,14 @@ class Teacher:
             footprint=self.config.footprint,
             screen_grads=screen_grads,
         )
-        loss = photo_loss(
-            drawn.image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight
-        )
+        image = drawn.image
+        if self.exposures is not None:
+            image = self.exposures.apply(index, image)
+        loss = photo_loss(image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight)
         loss = loss + self.strategy.regularizer(shown)
-        return loss, masked_mse(drawn.image, view), screen_grads, drawn.radii
+        if self.exposures is not None:
+            loss = loss + self.exposures.penalty(index)
+        return loss, masked_mse(image, view), screen_grads, drawn.radii
 
     def gaussians(self) -> Gaussians:
         """Return the current Gaussians, with harmonics of the final degree."""
@@ -269,6 +281,7 @@ class Teacher:
             "generator": self.generator.get_state(),
             "adam": self.adam.state(),
             "strategy": self.strategy.state(),
+            "exposures": None if self.exposures is None else self.exposures.state(),
         }
 
     def restore(self, state: dict) -> None:
@@ -277,6 +290,8 @@ class Teacher:
         self.generator.set_state(state["generator"])
         self.adam.restore(state["adam"])
         self.strategy.restore(state["strategy"])
+        if self.exposures is not None:
+            self.exposures.restore(state["exposures"])
 
     def _strategy(self, count: int, device: torch.device) -> Fixed:
         config, densify = self.config, self.config.densify

@@ -1,0 +1,51 @@
+"""Memory of a training on a CPU: what a run needs, and what is free."""
+
+from pathlib import Path
+
+import psutil
+
+from mobilegs.data.dataset import CACHE_BYTES
+from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.virtual_views import MIN_PER_CAMERA
+
+# Measured by bench/memory.py, rounded up.
+PROCESS = 700e6  # bytes of the process itself: torch, and the photo that is decoded
+PER_PIXEL = 200  # bytes of a step per pixel of a photo
+PER_SPLAT = 2200  # bytes of the Gaussians, their gradients and moments, each
+# bytes for each byte of a cache: in a run of an hour on bonsai, cached images left holes in between
+HOLES = 1.5
+PHOTO, TARGET = 3, 8  # bytes per pixel of a cached photo, and of a cached image of the teacher
+CGROUP = Path("/sys/fs/cgroup")  # limits of a container under Linux
+
+
+def needed_memory(config: StudentConfig, *, photos: int, pixels: int, splats: int) -> int:
+    """Return the bytes that teacher and student take at most.
+
+    Args:
+        config: of the student.
+        photos: number of training photos.
+        pixels: of a photo.
+        splats: most Gaussians.
+    """
+    loss = config.loss
+    images, smaller = photos, 1
+    if loss.virtual_view_every:
+        images, smaller = MIN_PER_CAMERA * photos, loss.virtual_view_divisor**2
+    caches = min(CACHE_BYTES, PHOTO * pixels * photos)
+    caches += min(config.cache_mib << 20, TARGET * pixels * images // smaller)
+    return round(PROCESS + PER_PIXEL * pixels + PER_SPLAT * splats + HOLES * caches)
+
+
+def free_memory() -> int:
+    """Return the bytes that are free on this machine, or in the container of this process."""
+    free = psutil.virtual_memory().available
+    try:
+        limit = int((CGROUP / "memory.max").read_text())
+        used = int((CGROUP / "memory.current").read_text())
+        stat = (CGROUP / "memory.stat").read_text().split()
+    except (OSError, ValueError):  # no container, or one without a limit
+        return free
+    # files that were read count as used, but give way
+    values = dict(zip(stat[::2], stat[1::2], strict=True))
+    giving = int(values.get("inactive_file", 0))
+    return max(0, min(free, limit - used + giving))

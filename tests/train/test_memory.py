@@ -1,0 +1,63 @@
+"""The memory of a training: what is reckoned, and what is free."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import psutil
+import pytest
+
+from mobilegs.train import memory
+from mobilegs.train.memory import (
+    HOLES,
+    PER_PIXEL,
+    PER_SPLAT,
+    PHOTO,
+    TARGET,
+    free_memory,
+    needed_memory,
+)
+from mobilegs.train.student.config import LossConfig, StudentConfig
+
+GIB = 1 << 30
+
+
+def test_memory_grows_with_gaussians_pixels_and_photos_up_to_the_caches() -> None:
+    config = StudentConfig(cache_mib=1024)
+
+    def needed(photos: int = 10, pixels: int = 100_000, splats: int = 1000) -> int:
+        return needed_memory(config, photos=photos, pixels=pixels, splats=splats)
+
+    assert needed(splats=2000) - needed() == 1000 * PER_SPLAT
+    images = 10 * (PHOTO + 2 * TARGET // 4)  # two virtual views per photo, of half the size
+    assert needed(pixels=200_000) - needed() == 100_000 * (PER_PIXEL + HOLES * images)
+    many = needed(photos=1_000_000)
+    assert many == needed(photos=2_000_000) and many - needed() < HOLES * 3 * GIB
+    assert (
+        many
+        - needed_memory(replace(config, cache_mib=0), photos=1_000_000, pixels=100_000, splats=1000)
+        == HOLES * GIB
+    )
+
+
+def test_without_virtual_views_the_teacher_s_images_are_those_of_the_photos() -> None:
+    virtual = StudentConfig()
+    photos = replace(virtual, loss=LossConfig(virtual_view_every=0))
+    given = {"photos": 10, "pixels": 100_000, "splats": 0}
+    difference = needed_memory(photos, **given) - needed_memory(virtual, **given)
+    assert difference == HOLES * 10 * 100_000 * (TARGET - 2 * TARGET // 4)
+
+
+def test_a_container_s_limit_counts_and_its_cached_files_do_not(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(memory, "CGROUP", tmp_path)
+    free = psutil.virtual_memory().available
+    assert free_memory() == pytest.approx(free, rel=0.2)  # no files
+    (tmp_path / "memory.max").write_text("max\n")
+    (tmp_path / "memory.current").write_text("1000\n")
+    (tmp_path / "memory.stat").write_text("anon 900\ninactive_file 100\n")
+    assert free_memory() == pytest.approx(free, rel=0.2)
+    (tmp_path / "memory.max").write_text("5000\n")
+    assert free_memory() == 5000 - 1000 + 100
+    (tmp_path / "memory.current").write_text("9000\n")
+    assert free_memory() == 0

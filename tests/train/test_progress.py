@@ -1,0 +1,78 @@
+"""The progress display: the time left, and what a narrow terminal shows."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+from rich.console import Console
+
+from mobilegs.train import progress
+from mobilegs.train.progress import Monitor
+from mobilegs.train.stage import StepResult
+
+
+@dataclass
+class Counted:
+    """A stage that only counts its steps."""
+
+    name: str = "teacher"
+    phase: str = "densify"
+    steps: int = 30_000
+    views_per_step: int = 1
+    done: int = 0
+    count: int = 213_148
+
+    def nothing(self, *given: Any) -> Any:
+        """Stand for the methods of a stage, which the display never calls."""
+
+    advance = scene = state = restore = set_steps = nothing
+
+
+def counted() -> Any:
+    return Counted()
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    return now
+
+
+def advance(monitor: Monitor, stage: Any, clock: list[float], steps: int, each: float) -> None:
+    for _ in range(steps):
+        stage.done += 1
+        clock[0] += each
+        monitor.after_step(stage, StepResult(torch.tensor(0.05), torch.tensor(0.001)))
+
+
+def test_the_time_left_follows_the_last_seconds(tmp_path: Path, clock: list[float]) -> None:
+    stage = counted()
+    with Monitor(tmp_path / "log", [], {}, silent=True) as monitor:
+        monitor.begin(stage)
+        advance(monitor, stage, clock, 1000, 0.1)
+        assert monitor.summary(stage)["speed"] == "10.0 steps/s"
+        clock[0] += 3600  # a machine that slept
+        advance(monitor, stage, clock, 300, 0.1)
+        found = monitor.summary(stage)
+    assert found["speed"] == "10.0 steps/s"
+    assert found["left"] == "47:50"  # 28,700 steps
+
+
+def test_a_terminal_of_80_columns_shows_the_time_left(
+    tmp_path: Path, clock: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with (tmp_path / "screen").open("w+") as screen:
+        narrow = Console(file=screen, width=80, force_terminal=True, color_system=None)
+        monkeypatch.setattr(progress, "Console", lambda **options: narrow)
+        monkeypatch.setattr(progress.sys.stderr, "isatty", lambda: True, raising=False)
+        stage = counted()
+        with Monitor(tmp_path / "log", [], {}) as monitor:
+            monitor.begin(stage)
+            advance(monitor, stage, clock, 301, 0.1)
+            monitor.display.refresh()
+        screen.seek(0)
+        shown = screen.read()
+    assert "301/30,000" in shown and "49:30 left" in shown and "10.0 steps/s" in shown
