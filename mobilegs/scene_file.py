@@ -1,13 +1,16 @@
 """Scene files of all formats: open, inspect and write them."""
 
+import json
 import logging
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
 import torch
+from jaxtyping import Float
+from torch import Tensor
 
-from mobilegs.camera import Camera
+from mobilegs.camera import NEAR, Camera
 from mobilegs.errors import InputError
 from mobilegs.formats.glb import read_glb, write_glb
 from mobilegs.formats.ply import read_ply, read_ply_scene, write_ply
@@ -22,7 +25,8 @@ from mobilegs.render.scene import Scene
 
 log = logging.getLogger(__name__)
 
-Device = Literal["auto", "cpu", "cuda"]
+SAMPLE, INSIDE = 10_000, 0.9  # Gaussians from which `near_of` finds the size; those inside of it
+Device = str  # auto, cpu, cuda or cuda:N; see `choose_device`
 Kind = Literal["ply", "spz", "sog", "glb"]
 PLAIN = {  # plain 3DGS scenes, blended sorted
     ".ply": read_ply,
@@ -36,12 +40,38 @@ WRITERS = {"ply": write_ply, "sog": write_sog, "glb": write_glb, "spz": write_sp
 
 
 def choose_device(name: Device) -> torch.device:
-    """Return the device of an option; `auto` is the GPU if there is one."""
-    if name == "cuda" and not torch.cuda.is_available():
-        raise InputError("this machine has no CUDA device: see `mobilegs doctor`")
+    """Return the device of an option: `cpu`, `cuda`, or `cuda:N` for GPU number N from 0.
+
+    `auto` is the GPU if there is one. Raises InputError for any other name, and for a GPU that this
+    machine does not have.
+    """
+    count = torch.cuda.device_count() if torch.cuda.is_available() else 0
     if name == "auto":
-        name = "cuda" if torch.cuda.is_available() else "cpu"
+        name = "cuda" if count else "cpu"
+    kind, colon, number = name.partition(":")
+    if name != "cpu" and (kind != "cuda" or (colon and not number.isdecimal())):
+        raise InputError(f"there is no device '{name}': use auto, cpu, cuda or cuda:N")
+    if kind == "cuda" and not count:
+        raise InputError("this machine has no CUDA device: see `mobilegs doctor`")
+    if colon and int(number) >= count:
+        raise InputError(
+            f"there is no device '{name}': this machine has {count} GPUs, from cuda:0 on"
+        )
     return torch.device(name)
+
+
+def scene_at(path: Path) -> Path:
+    """Return the scene file that a person means: `path`, or the scene.mgs of a run's folder.
+
+    Raises InputError if nothing is there, or if the run has no scene yet.
+    """
+    if not path.exists():
+        raise InputError(f"{path} does not exist")
+    if not (path / "config.json").is_file():
+        return path
+    if not (path / "scene.mgs").is_file():
+        raise InputError(f"the run in {path} has no scene yet: continue it with --resume first")
+    return path / "scene.mgs"
 
 
 def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
@@ -61,13 +91,13 @@ def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
 def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     """Read a scene file onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat or .glb.
 
-    A .mgs names its blending, footprint and background. The others are blended sorted, with the
-    background and near plane of `Scene`'s defaults; a .ply, .spz or .sog may be antialiased.
+    A .mgs names its blending, footprint, background and near plane. The others are blended sorted
+    over black, with the near plane of `near_of`; a .ply, .spz or .sog may be antialiased.
 
     Raises:
         InputError: the file is of another kind, is damaged, or cannot be read.
     """
-    path = Path(path)
+    path = scene_at(Path(path))
     kind = path.suffix.lower()
     if kind == ".mgs":
         return read_mgs(path).decode(device)
@@ -80,8 +110,21 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
         gaussians, footprint = WITH_FOOTPRINT[kind](path)
     else:
         gaussians = PLAIN[kind](path)
-    black = torch.zeros(3, device=device)
-    return Scene(gaussians.to(device), background=black, footprint=footprint)
+    black, near = torch.zeros(3, device=device), near_of(gaussians.means)
+    return Scene(gaussians.to(device), background=black, near=near, footprint=footprint)
+
+
+def near_of(means: Float[Tensor, "n 3"]) -> float:
+    """Return the near plane of a scene whose file has none, in world units, as near.js does.
+
+    It is that of 3DGS, and less for a scene of a size below 1: the largest coordinate, from the
+    median, of nine in ten Gaussians.
+    """
+    some = means[:: max(1, len(means) // SAMPLE)]
+    if not len(some):
+        return NEAR
+    away = (some - some.median(0).values).abs().amax(1).sort().values
+    return NEAR * min(1.0, max(float(away[int(INSIDE * (len(away) - 1))]), 1e-6))
 
 
 def inspect_scene(path: Path) -> dict[str, Any]:
@@ -143,6 +186,20 @@ def teacher_of(student: Path) -> Path | None:
     if teacher.is_file() and student.with_name("metrics.json").is_file():
         return teacher
     return None
+
+
+def capture_of_run(scene: Path) -> tuple[Path | None, int | None]:
+    """Return the capture of the scene's run, if it is still there, and the divisor of its photos.
+
+    Both are None for a scene that does not lie in the folder of a run.
+    """
+    try:
+        options = json.loads(scene.with_name("config.json").read_bytes())["options"]
+        capture, downscale = Path(options["capture"]), options["downscale"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None, None
+    known = downscale is None or type(downscale) is int
+    return capture if capture.is_dir() else None, downscale if known else None
 
 
 def open_with_views(path: Path, device: torch.device | str = "cpu") -> tuple[Scene, list[Camera]]:

@@ -18,31 +18,49 @@ JPEG_QUALITY = 95  # of undistorted photos
 
 
 def map_photos(
-    database: Path, photos: Path, models: Path, *, mapper: Mapper, total: int, progress: Progress
+    database: Path,
+    photos: Path,
+    models: Path,
+    *,
+    mapper: Mapper,
+    total: int,
+    progress: Progress,
+    enough: int = MODEL_PHOTOS_MIN,
 ) -> dict[str, Any]:
     """Reconstruct, and write the model with most photos to `models/best`.
 
     `incremental` adds photo by photo, `global` solves for all at once; `auto` is `incremental` for
-    a `total` of up to `INCREMENTAL_UP_TO` photos. Misplaced photos are removed. Returns the record
-    `{"mapper": mapper, "models": photos of each model, largest first, **figures(best model)}`.
+    a `total` of up to `INCREMENTAL_UP_TO` photos, and tries the other one if fewer than `enough`
+    photos get a pose. Misplaced photos are removed. Returns the record `{"mapper": mapper, "tried":
+    mappers, "models": photos of each model, largest first, **figures(best model)}`.
     """
-    chosen = mapper if mapper != "auto" else "incremental"
-    if mapper == "auto" and total > INCREMENTAL_UP_TO:
-        chosen = "global"
+    tried = ["incremental", "global"]
+    if mapper == "global" or (mapper == "auto" and total > INCREMENTAL_UP_TO):
+        tried.reverse()
+    if mapper != "auto":
+        tried = tried[:1]
     if models.exists():
         shutil.rmtree(models)
-    make_folder(models)
-    found = (_incremental if chosen == "incremental" else _global)(
-        database, photos, models, lambda done: progress(min(done, total), total)
-    )
-    ranked = sorted(found.values(), key=lambda model: -model.num_reg_images())
-    record = {"mapper": chosen, "models": [model.num_reg_images() for model in ranked]}
-    if not ranked:
-        return {**record, **_NOTHING}
-    misplaced = drop_misplaced(ranked[0], database)
     make_folder(models / "best")
-    ranked[0].write_binary(models / "best")
-    return {**record, **figures(ranked[0]), "misplaced": misplaced}
+    best: dict[str, Any] = {"mapper": tried[0], "models": [], **_NOTHING}
+    for number, name in enumerate(tried, start=1):
+        folder = models / name
+        make_folder(folder)
+        found = (_incremental if name == "incremental" else _global)(
+            database, photos, folder, lambda done: progress(min(done, total), total)
+        )
+        ranked = sorted(found.values(), key=lambda model: -model.num_reg_images())
+        if ranked:
+            sizes = [model.num_reg_images() for model in ranked]
+            misplaced = drop_misplaced(ranked[0], database)
+            record = {"mapper": name, "models": sizes, **figures(ranked[0]), "misplaced": misplaced}
+            if len(record["registered"]) > len(best["registered"]):
+                best = record
+                ranked[0].write_binary(models / "best")
+        if len(best["registered"]) >= enough:
+            tried = tried[:number]
+            break
+    return {**best, "tried": tried}
 
 
 _NOTHING = {

@@ -4,6 +4,7 @@ import math
 import re
 import shutil
 from dataclasses import asdict, dataclass
+from os.path import commonpath
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,12 @@ from mobilegs.data import images
 from mobilegs.errors import InputError
 
 HEIC = (".heic", ".heif")
+RAW = (".dng", ".cr2", ".cr3", ".nef", ".arw", ".orf", ".rw2", ".raf", ".pef", ".srw")
+PHOTOS = images.SUFFIXES + HEIC + RAW
+HEIC_BRANDS = (b"heic", b"heix", b"hevc", b"hevx", b"heim", b"heis", b"mif1", b"msf1")
+# folders that hold no photos to reconstruct from; also those with a file that we write
+OTHER_FOLDERS = ("masks", "mask", "depth", "depths", "sparse", "colmap", "__macosx")
+OUR_FILES = ("config.json", "capture.json")
 LOSSLESS = (".png", ".tif", ".tiff", ".bmp")  # become PNG; others become JPEG
 JPEG_QUALITY = 97  # high, because undistortion decodes and encodes the photo once more
 PHOTOS_MIN = 3
@@ -45,31 +52,57 @@ class PreparedPhoto:
 
 
 def list_photos(path: Path) -> list[Path]:
-    """Return the photos in `path/images`, or else in `path`, sorted by name.
+    """Return the photos below `path/images`, or else below `path`, sorted by path.
 
-    Files whose name starts with a dot are ignored: macOS adds one to each photo.
+    Names that start with a dot are ignored: macOS adds such a file to each photo. So are folders
+    of masks, depths and models, and those that this program wrote.
     """
     for folder in (path / "images", path):
-        if folder.is_dir():
-            found = [
-                file
-                for file in folder.iterdir()
-                if file.suffix.lower() in images.SUFFIXES + HEIC and file.name[0] != "."
-            ]
-            if found:
-                return sorted(found)
+        found = [file for file in _files(folder) if file.suffix.lower() in PHOTOS]
+        if found:
+            return found
     return []
+
+
+def other_files(photos: list[Path]) -> dict[str, int]:
+    """Return the files beside `photos` that are no photos: their number by suffix."""
+    found: dict[str, int] = {}
+    for folder in sorted({photo.parent for photo in photos}):
+        for file in sorted(each for each in folder.iterdir() if each.is_file()):
+            kind = file.suffix.lower() or file.name
+            if kind not in PHOTOS and file.name[0] != ".":
+                found[kind] = found.get(kind, 0) + 1
+    return found
+
+
+def _files(folder: Path) -> list[Path]:
+    """Return the files in a folder and in the folders in it, sorted."""
+    if not folder.is_dir():
+        return []
+    found = []
+    for each in sorted(folder.iterdir()):
+        if each.name[0] == ".":
+            continue
+        if each.is_file():
+            found.append(each)
+        elif each.name.lower() not in OTHER_FOLDERS and not each.is_symlink():
+            if not any((each / name).is_file() for name in OUR_FILES):
+                found += _files(each)
+    return found
 
 
 def prepared_names(sources: list[Path]) -> dict[Path, str]:
     """Return the name of each photo in the capture, without characters that COLMAP cannot read.
 
-    Raises InputError if two photos would have the same name.
+    Photos in several folders have the folders in their names. Raises InputError if two photos would
+    have the same name.
     """
     names: dict[Path, str] = {}
     taken: dict[str, Path] = {}
+    root = Path(commonpath([source.parent for source in sources]))
     for source in sources:
-        stem = re.sub(r"[^\w.()+-]", "_", source.stem)
+        place = source.relative_to(root).with_suffix("").as_posix()
+        stem = re.sub(r"[^\w.()+-]", "_", place)
         if stem in taken:
             raise InputError(
                 f"{taken[stem].name} and {source.name} in {source.parent} have the same name: "
@@ -86,20 +119,21 @@ def prepare_photos(
     """Write every photo upright, with a longer side of at most `max_size` pixels, to `folder`.
 
     Existing files stay. A JPEG that needs no change is copied. Returns the record
-    `{"photos": [PreparedPhoto as a dict, ...]}`. Raises InputError for too few photos, for two of
-    the same name, and for one that cannot be read.
+    `{"photos": [PreparedPhoto as a dict, ...], "unreadable": [sentence, ...]}`: damaged photos are
+    left out. Raises InputError for two photos of the same name, and if more photos are damaged
+    than not.
     """
-    if len(sources) < PHOTOS_MIN:
-        raise InputError(
-            f"{sources[0].parent} holds {len(sources)} photo{'s' * (len(sources) > 1)}: a scene "
-            f"needs at least {PHOTOS_MIN}, and 30 or more to look good"
-        )
     make_folder(folder)
-    found = []
+    found, damaged = [], []
     for done, (source, name) in enumerate(prepared_names(sources).items(), start=1):
-        found.append(asdict(prepare_photo(source, folder / name, max_size=max_size)))
+        try:
+            found.append(asdict(prepare_photo(source, folder / name, max_size=max_size)))
+        except InputError as error:
+            damaged.append(str(error))
         progress(done, len(sources))
-    return {"photos": found}
+    if len(found) < max(PHOTOS_MIN, len(damaged)):
+        raise InputError(damaged[0])
+    return {"photos": found, "unreadable": damaged}
 
 
 def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto:
@@ -113,7 +147,8 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
             exif = image.getexif()
             details = exif.get_ifd(_EXIF)
             if not target.exists():
-                if is_ready(image, max_size):
+                image.load()  # raises for a photo that is cut off
+                if target.suffix == ".jpg" and is_ready(image, max_size):
                     with atomic_path(target) as temporary:
                         shutil.copyfile(source, temporary)
                 else:
@@ -130,11 +165,18 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
 
 
 def open_photo(path: Path) -> Image.Image:
-    """Open a photo. HEIC photos are decoded and already upright.
+    """Open a photo by its content. HEIC photos and camera raws are decoded and already upright.
 
-    Raises InputError if it is not an image, or is HEIC and pi-heif is not installed.
+    Raises InputError if it is not an image, or needs a library that is not installed.
     """
-    if path.suffix.lower() not in HEIC:
+    if path.suffix.lower() in RAW:
+        return _open_raw(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(12)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    if head[4:8] != b"ftyp" or head[8:12] not in HEIC_BRANDS:
         return images.open_image(path)
     try:
         import pi_heif
@@ -147,6 +189,22 @@ def open_photo(path: Path) -> Image.Image:
         return pi_heif.open_heif(path).to_pillow()
     except (*images.PIL_ERRORS, RuntimeError) as error:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
+
+
+def _open_raw(path: Path) -> Image.Image:
+    """Develop a camera raw with the white balance of the camera."""
+    try:
+        import rawpy
+    except ImportError:
+        raise InputError(
+            f"{path} is a camera raw, which needs rawpy: pip install 'mobilegs[raw]', or export "
+            "the photos as JPEG"
+        ) from None
+    try:
+        with rawpy.imread(str(path)) as raw:
+            return Image.fromarray(raw.postprocess(use_camera_wb=True, output_bps=8))
+    except (rawpy.LibRawError, *images.PIL_ERRORS) as error:
+        raise InputError(f"{path} cannot be read as a camera raw ({error})") from error
 
 
 def save_photo(picture: Image.Image, path: Path) -> None:

@@ -1,5 +1,6 @@
 """Makes a capture from photos or a video: runs all stages and writes the report."""
 
+import math
 import shutil
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -13,12 +14,18 @@ from mobilegs.capture.coverage import draw_coverage
 from mobilegs.capture.features import Lens, extract_features
 from mobilegs.capture.mapping import Mapper, map_photos, read_geometry, undistort_photos
 from mobilegs.capture.matches import Pairs, forget_matches, match_photos
-from mobilegs.capture.photos import HEIC, PHOTOS_MIN, PreparedPhoto, list_photos, prepare_photos
+from mobilegs.capture.photos import (
+    PHOTOS,
+    PHOTOS_MIN,
+    PreparedPhoto,
+    list_photos,
+    other_files,
+    prepare_photos,
+)
 from mobilegs.capture.pycolmap_runtime import SEED, Progress, load_pycolmap
 from mobilegs.capture.video import SUFFIXES as VIDEOS
 from mobilegs.capture.video import is_video, prepare_video
 from mobilegs.capture.workspace import Workspace, digest, file_digest
-from mobilegs.data import images
 from mobilegs.errors import InputError
 
 VERSION = 1  # of the stages; a change makes them run again
@@ -55,7 +62,8 @@ class CaptureRun:
     with the 20 photos most similar to it. auto: all for up to 80 photos, otherwise alike."""
     mapper: Mapper = "auto"
     """Method that computes poses. incremental: photo by photo. global: all at once. auto:
-    incremental for up to 250 photos, otherwise global."""
+    incremental for up to 250 photos, otherwise global; and the other one if too few photos get a
+    pose."""
     min_placed: Annotated[float, arg(metavar="SHARE")] = 0.5
     """Stop if fewer photos than this share of all, 0 to 1, get a pose."""
 
@@ -181,6 +189,7 @@ def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
             mapper=job.run.mapper,
             total=len(photos),
             progress=progress,
+            enough=enough_photos(job.run, len(photos)),
         )
     if found["models"]:
         draw_coverage(
@@ -213,8 +222,12 @@ def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
         "photos": len(photos),
         "registered": len(found["registered"]),
         "left_out": left_out(photos, found),
+        "hdr": records["photos"].get("hdr", ""),
+        "unreadable": records["photos"].get("unreadable", []),
+        "other_files": {} if is_video(job.run.source) else other_files(job.inputs),
         "features_a_photo": records["features"]["features"],
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
+        "tried": found.get("tried", [found["mapper"]]),
         **{name: found[name] for name in ("mapper", "models", "reprojection_error", "points")},
         **{name: found[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
         "misplaced": found["misplaced"],
@@ -231,7 +244,7 @@ def is_capture_source(path: Path) -> bool:
 
 
 def list_inputs(source: Path) -> list[Path]:
-    """Return the video or the photos at `source`. Raises InputError if there are none."""
+    """Return the video or the photos at `source`. Raises InputError if there are too few."""
     if is_video(source):
         return [source]
     if not source.exists():
@@ -242,8 +255,12 @@ def list_inputs(source: Path) -> list[Path]:
         )
     found = list_photos(source)
     if not found:
-        suffixes = ", ".join(images.SUFFIXES + HEIC)
-        raise InputError(f"{source} has no photos in it ({suffixes})")
+        raise InputError(f"{source} has no photos in it ({', '.join(PHOTOS)})")
+    if len(found) < PHOTOS_MIN:
+        raise InputError(
+            f"{source} holds {len(found)} photo{'s' * (len(found) > 1)}: a scene needs at least "
+            f"{PHOTOS_MIN}, and 30 or more to look good"
+        )
     return found
 
 
@@ -272,10 +289,15 @@ def validate_options(run: CaptureRun) -> None:
         raise InputError(f"--min-placed must lie between 0 and 1, got {run.min_placed}")
 
 
+def enough_photos(run: CaptureRun, total: int) -> int:
+    """Return the number of photos with a pose, of `total`, below which there is no capture."""
+    return max(PHOTOS_MIN, math.ceil(run.min_placed * total))
+
+
 def validate_placed(placed: int, missing: list[str], job: Job) -> None:
     """Raise InputError with advice if too few photos have a pose."""
     total = placed + len(missing)
-    if placed >= max(PHOTOS_MIN, job.run.min_placed * total):
+    if placed >= enough_photos(job.run, total):
         return
     named = ", ".join(missing[:NAMES_MAX]) + (" ..." if len(missing) > NAMES_MAX else "")
     hint = f"; {job.workspace.coverage} shows where photos are missing" if placed else ""

@@ -10,6 +10,7 @@ from jaxtyping import UInt8
 from PIL import Image
 
 from mobilegs.atomic import make_folder
+from mobilegs.capture.hdr import hdr_kind, sdr_pixels
 from mobilegs.capture.photos import PHOTOS_MIN, PreparedPhoto, fitted, reduced, save_photo
 from mobilegs.capture.pycolmap_runtime import INSTALL, Progress
 from mobilegs.errors import InputError
@@ -31,15 +32,15 @@ def prepare_video(
     """Write the sharpest frame of each of `frames` equal intervals of a video to `folder`.
 
     With `frames` None there are `FRAMES_PER_SECOND` per second and at most `FRAMES_MAX`. Frames
-    are rotated as the video says and reduced to at most `max_size` pixels on the longer side.
-    Returns the record `{"photos": [PreparedPhoto as a dict, ...]}`. Raises InputError if the file
-    has no video, or too few frames.
+    are rotated as the video says, converted from HDR to sRGB, and reduced to at most `max_size`
+    pixels on the longer side. Returns the record `{"photos": [PreparedPhoto as a dict, ...],
+    "hdr": "HLG", "PQ" or ""}`. Raises InputError if the file has no video, or too few frames.
     """
     first, last = time_span(video)
     count = frames or max(PHOTOS_MIN, min(FRAMES_MAX, round((last - first) * FRAMES_PER_SECOND)))
     make_folder(folder)
     found: list[dict[str, Any]] = []
-    current, sharpest, best = -1, -1.0, None
+    current, sharpest, best, kind = -1, -1.0, None, ""
 
     def save_best() -> None:
         if best is not None:
@@ -55,6 +56,7 @@ def prepare_video(
             save_best()
             current, sharpest, best = part, -1.0, None
             progress(part, count)
+        kind = kind or hdr_kind(frame)
         value = sharpness(small_grey(frame))
         if value > sharpest:
             sharpest, best = value, frame
@@ -65,7 +67,7 @@ def prepare_video(
             f"{video} has only {len(found)} frames: a scene needs at least {PHOTOS_MIN}, and 30 or "
             "more to look good"
         )
-    return {"photos": found}
+    return {"photos": found, "hdr": kind}
 
 
 def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:
@@ -121,8 +123,8 @@ def small_grey(frame: Any) -> UInt8[np.ndarray, "h w"]:
 
 
 def upright(frame: Any) -> Image.Image:
-    """Return a frame as an image, rotated as the video says."""
-    picture = frame.to_image()
+    """Return a frame as an image in sRGB, rotated as the video says."""
+    picture = Image.fromarray(sdr_pixels(frame)) if hdr_kind(frame) else frame.to_image()
     turns = {
         90: Image.Transpose.ROTATE_90,
         180: Image.Transpose.ROTATE_180,

@@ -1,11 +1,13 @@
 """Reads a capture from disk into a `Dataset`: posed photos, held-back photos, sparse points."""
 
+import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
 from mobilegs.data import images
 from mobilegs.data.blender import load_blender
-from mobilegs.data.colmap import find_model, load_colmap
+from mobilegs.data.colmap import BESIDE_PHOTOS, find_model, load_colmap
 from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_view
 from mobilegs.data.nerfstudio import load_nerfstudio
 from mobilegs.errors import InputError
@@ -13,6 +15,7 @@ from mobilegs.errors import InputError
 __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture", "load_view"]
 
 NEAR_PLANE = "near_plane.txt"
+MADE_FROM = "capture.json"  # written by `mobilegs capture`
 TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 
@@ -43,7 +46,7 @@ def load_capture(
     Raises:
         InputError: an argument is out of range, or the folder is not a valid capture.
     """
-    path = Path(path)
+    path = Path(os.path.abspath(path))
     if downscale is not None and downscale < 1:
         raise InputError(f"downscale must be 1 or more, got {downscale}")
     if background is not None and not all(0 <= channel <= 1 for channel in background):
@@ -52,16 +55,31 @@ def load_capture(
         raise InputError(f"there is no capture at {path}: no such folder")
     if not path.is_dir():
         raise InputError(f"{path} is a file; give the folder that holds the photos and their poses")
-    if find_model(path) is not None:
+    if find_model(path, BESIDE_PHOTOS) is not None:
         load = load_colmap
     elif (path / "transforms_train.json").is_file():
         load = load_blender
     elif (path / "transforms.json").is_file():
         load = load_nerfstudio
+    elif find_model(path) is not None:  # colmap/, from which nerfstudio makes transforms.json
+        load = load_colmap
     else:
         raise InputError(_no_poses(path))
     dataset = load(path, downscale=downscale, background=background, masks=masks)
+    dataset = replace(dataset, name=_name_of(path))
     return _with_near(dataset, path / NEAR_PLANE) if (path / NEAR_PLANE).is_file() else dataset
+
+
+def _name_of(path: Path) -> str:
+    """Return the name of a capture: that of the photos or the video it was made from, if known.
+
+    Else it is the folder's, or that of the folder around one called `capture`.
+    """
+    try:
+        return Path(json.loads((path / MADE_FROM).read_bytes())["source"]).stem
+    except (OSError, ValueError, KeyError, TypeError):
+        folder = path.resolve()
+        return folder.parent.name if folder.name == "capture" else folder.name
 
 
 def _with_near(dataset: Dataset, file: Path) -> Dataset:

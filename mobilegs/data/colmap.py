@@ -1,5 +1,7 @@
 """Reads COLMAP captures: a folder with `images/` and `sparse/0/`."""
 
+import logging
+from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
@@ -12,25 +14,60 @@ from mobilegs.data import images
 from mobilegs.data.colmap_files import (
     ColmapCamera,
     ColmapImage,
+    count_images,
     read_cameras,
     read_images,
     read_points,
 )
-from mobilegs.data.dataset import Color, Dataset, Frame, assemble, posed_frame, split_every_eighth
+from mobilegs.data.dataset import (
+    Color,
+    Dataset,
+    Frame,
+    assemble,
+    posed_frame,
+    recentred,
+    split_every_eighth,
+)
 from mobilegs.errors import InputError
 
-MODEL_FOLDERS = ("sparse/0", "sparse", "colmap/sparse/0")
+BESIDE_PHOTOS = ("sparse",)
+MODEL_FOLDERS = (*BESIDE_PHOTOS, "colmap/sparse")  # and folders in them, mostly called 0, 1, ...
+log = logging.getLogger(__name__)
 
 
-def find_model(path: Path) -> Path | None:
-    """Return the folder of the COLMAP model in a capture, or None if there is none."""
-    for folder in MODEL_FOLDERS:
-        if any((path / folder / f"{noun}.{kind}").exists() for noun, kind in _FIRST_FILES):
-            return path / folder
-    return None
+def find_model(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> Path | None:
+    """Return the folder of the COLMAP model in a capture, or None if there is none.
+
+    Of several models it is the one with the most photos.
+    """
+    found = find_models(path, folders)
+    return max(found, key=lambda folder: found[folder]) if found else None
 
 
-_FIRST_FILES = [(noun, kind) for noun in ("images", "cameras") for kind in ("bin", "txt")]
+def find_models(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> dict[Path, int]:
+    """Return the COLMAP models of a capture that lie side by side, with their numbers of photos."""
+    for folder in (path / name for name in folders):
+        found = [each for each in (*_subfolders(folder), folder) if _is_model(each)]
+        if found:
+            return {each: _photo_count(each) if len(found) > 1 else 0 for each in found}
+    return {}
+
+
+def _subfolders(folder: Path) -> list[Path]:
+    try:
+        return sorted(each for each in folder.iterdir() if each.is_dir())
+    except OSError:
+        return []
+
+
+def _is_model(folder: Path) -> bool:
+    files = [f"{noun}.{kind}" for noun in ("images", "cameras") for kind in ("bin", "txt")]
+    return any((folder / file).exists() for file in files)
+
+
+def _photo_count(folder: Path) -> int:
+    files = (folder / "images.bin", folder / "images.txt")
+    return next((count_images(file) for file in files if file.is_file()), 0)
 
 
 def load_colmap(
@@ -45,14 +82,18 @@ def load_colmap(
     `background` is black by default; `masks` uses the folder `masks/` if there is one. Photos are
     undistorted when they are decoded. `load_capture` describes the arguments. Raises `InputError`.
     """
-    model = find_model(path)
+    model, models = find_model(path), find_models(path)
+    if len(models) > 1:
+        sizes = ", ".join(f"{each.name} of {count} photos" for each, count in models.items())
+        log.warning("%s has the models %s: the largest is used", path, sizes)
     if model is None:
-        raise InputError(f"{path} has no COLMAP model in {' or '.join(MODEL_FOLDERS)}")
+        raise InputError(f"{path} has no COLMAP model in {'/0 or '.join(MODEL_FOLDERS)}/0")
     cameras = read_cameras(_model_file(model, "cameras"))
     registered = read_images(_model_file(model, "images"))
     if not registered:
         raise InputError(f"{model} has no registered photo; reconstruct it again with more overlap")
     points = read_points(_model_file(model, "points3D"))
+    viewmats, xyz, offset = recentred([_viewmat(image) for image in registered], points.xyz)
     files, factor = _photo_files(path, [image.name for image in registered], downscale)
     frames = [
         _frame(
@@ -63,15 +104,17 @@ def load_colmap(
             mask_path=mask_file(path / "masks", image.name) if masks else None,
             background=background or (0.0, 0.0, 0.0),
             model=model,
+            viewmat=viewmat,
         )
-        for image in registered
+        for image, viewmat in zip(registered, viewmats, strict=True)
     ]
     train, test = split_every_eighth(frames)
     return assemble(
         path.resolve().name,
         train,
         test,
-        points=points.xyz,
+        points=xyz,
+        offset=offset,
         colors=points.rgb / 255,
         background=background or (0.0, 0.0, 0.0),
     )
@@ -127,6 +170,7 @@ def _frame(
     mask_path: Path | None,
     background: Color,
     model: Path,
+    viewmat: Float[np.ndarray, "4 4"],
 ) -> Frame:
     if image.camera_id not in cameras:
         raise InputError(
@@ -135,7 +179,7 @@ def _frame(
     lens = cameras[image.camera_id]
     fx, fy, cx, cy = lens.intrinsics
     camera = Camera(
-        viewmat=torch.from_numpy(_viewmat(image)).float(),
+        viewmat=torch.from_numpy(viewmat).float(),
         K=torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
         width=lens.width,
         height=lens.height,

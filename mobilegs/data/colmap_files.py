@@ -4,6 +4,7 @@ The layouts are those of https://colmap.github.io/format.html. The bytes are not
 count is compared with the size of the file before memory is allocated.
 """
 
+import math
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -148,6 +149,17 @@ def read_images(path: Path) -> list[ColmapImage]:
     return found
 
 
+def count_images(path: Path) -> int:
+    """Return the number of photos in `images.bin` or `images.txt`; 0 for a damaged file."""
+    try:
+        if path.suffix == ".txt":
+            return len(read_images(path))
+        with path.open("rb") as file:
+            return _COUNT.unpack(file.read(_COUNT.size))[0]
+    except (InputError, OSError, struct.error):
+        return 0
+
+
 def read_points(path: Path) -> ColmapPoints:
     """Read `points3D.bin` or `points3D.txt`. Raises `InputError` for a damaged file."""
     return _binary_points(path) if path.suffix == ".bin" else _text_points(path)
@@ -247,7 +259,7 @@ def _binary_points(path: Path) -> ColmapPoints:
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield (line number, text) of each line that is not a comment."""
     try:
-        text = read_bytes(path).decode()
+        text = read_bytes(path).decode("utf-8-sig")  # with or without a byte order mark
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not UTF-8 text at byte {error.start}") from error
     for number, line in enumerate(text.split("\n"), start=1):
@@ -282,9 +294,8 @@ def _text_cameras(path: Path) -> Iterator[_RawCamera]:
 
 
 def _text_images(path: Path) -> Iterator[ColmapImage]:
-    lines = _lines(path)
-    for number, line in lines:
-        if not line:
+    for number, line in _lines(path):
+        if not line or _are_observations(line):  # some tools write no observations
             continue
         fields = line.split(maxsplit=9)
         try:
@@ -295,8 +306,18 @@ def _text_images(path: Path) -> Iterator[ColmapImage]:
             raise _bad_line(path, number, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME") from error
         if len(values) != 7:
             raise _bad_line(path, number, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME")
-        next(lines, None)  # the photo's observations, often an empty line
         yield image
+
+
+def _are_observations(line: str) -> bool:
+    """Return True for a line of `X Y POINT3D_ID` triples, which follows that of a photo."""
+    fields = line.split()
+    if len(fields) % 3:
+        return False
+    try:
+        return all(map(math.isfinite, map(float, fields)))
+    except ValueError:
+        return False
 
 
 def _text_points(path: Path) -> ColmapPoints:

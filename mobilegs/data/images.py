@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from mobilegs.errors import InputError
 
-SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff")
+SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff", ".avif")
 WIDTH_MAX = 1600  # pixels: wider photos are downscaled if no factor is given, as in 3DGS
 
 # the errors that PIL raises for damaged or oversized files

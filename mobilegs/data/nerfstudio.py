@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Sequence
 from os.path import commonpath
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,21 @@ from jaxtyping import Float
 from mobilegs.camera import Camera
 from mobilegs.data import images
 from mobilegs.data.colmap_files import SIDE_MAX, read_bytes
-from mobilegs.data.dataset import Color, Dataset, Frame, assemble, posed_frame, split_every_eighth
+from mobilegs.data.dataset import (
+    Color,
+    Dataset,
+    Frame,
+    Offset,
+    assemble,
+    posed_frame,
+    recentred,
+    split_every_eighth,
+)
 from mobilegs.data.distortion import Distortion
 from mobilegs.data.points import read_points_ply
 from mobilegs.errors import InputError
 
+ALL_SUFFIXES = ("", *images.SUFFIXES, *(suffix.upper() for suffix in images.SUFFIXES))
 LENSES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
 
 
@@ -45,7 +55,14 @@ def load_nerfstudio(
     if background is None:
         see_through = any(images.has_alpha(file) for file in files)
         background = (1.0, 1.0, 1.0) if see_through else (0.0, 0.0, 0.0)
+    points, colors = _points(path, meta)
+    poses = [
+        _viewmat(f"{path / 'transforms.json'}: frame {index}", entry.get("transform_matrix"))
+        for index, entry in enumerate(meta["frames"])
+    ]
+    _, points, offset = recentred(poses, points)
     options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
+    options["offset"] = offset
     frames = read_frames(path, "transforms.json", **options)
     if (path / "transforms_test.json").is_file():
         train, test = frames, read_frames(path, "transforms_test.json", **options)
@@ -55,16 +72,21 @@ def load_nerfstudio(
         test = _named(path, meta, held, files, frames)
     else:
         train, test = split_every_eighth(frames)
-    points, colors = _points(path, meta)
     return assemble(
-        path.resolve().name, train, test, points=points, colors=colors, background=background
+        path.resolve().name,
+        train,
+        test,
+        points=points,
+        colors=colors,
+        background=background,
+        offset=offset,
     )
 
 
 def read_transforms(path: Path) -> dict[str, Any]:
     """Read the JSON object of a transforms file. Raises `InputError` without a list `frames`."""
     try:
-        meta = json.loads(read_bytes(path))
+        meta = json.loads(read_bytes(path).decode("utf-8-sig"))  # Windows adds a byte order mark
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is not JSON ({error})") from error
     frames = meta.get("frames") if isinstance(meta, dict) else None
@@ -85,19 +107,43 @@ def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
         name = frame.get("file_path")
         if not isinstance(name, str) or not name:
             raise InputError(f"{source}: frame {index} has no file_path")
-        suffixes = ("", *images.SUFFIXES, *(suffix.upper() for suffix in images.SUFFIXES))
-        candidates = [path / f"{name}{suffix}" for suffix in suffixes]
-        found = next((file for file in candidates if images.is_file(file)), None)
+        found = find_file(path, name, ALL_SUFFIXES)
         if found is None:
             raise InputError(f"{source}: the photo {name!r} of frame {index} is not in {path}")
         files.append(found)
     return files
 
 
+def find_file(path: Path, name: str, suffixes: Sequence[str] = ("",)) -> Path | None:
+    """Return the file in the capture `path` that a transforms file calls `name`, or None.
+
+    One of `suffixes` is added. Backslashes, as Windows writes them, separate folders. Of an
+    absolute path from another machine the longest ending counts that is a file of the capture.
+    """
+    for spelled in (name, name.replace("\\", "/")):
+        parts = PurePosixPath(spelled).parts
+        moved = PurePosixPath(spelled).is_absolute() or PureWindowsPath(spelled).is_absolute()
+        for first in range(len(parts) if moved else min(1, len(parts))):
+            for suffix in suffixes:
+                file = path.joinpath(*parts[first:-1], parts[-1] + suffix)
+                if images.is_file(file):
+                    return file
+    return None
+
+
 def read_frames(
-    path: Path, file: str, *, downscale: int | None, background: Color, masks: bool = True
+    path: Path,
+    file: str,
+    *,
+    downscale: int | None,
+    background: Color,
+    masks: bool = True,
+    offset: Offset = (0.0, 0.0, 0.0),
 ) -> list[Frame]:
-    """Read the posed photos of the transforms file `file` in `path`, in the file's order."""
+    """Read the posed photos of the transforms file `file` in `path`, in the file's order.
+
+    `offset` is subtracted from the positions of the cameras.
+    """
     source = path / file
     meta = read_transforms(source)
     photos = frame_files(path, meta, source)
@@ -113,7 +159,7 @@ def read_frames(
         frames.append(
             posed_frame(
                 name,
-                _camera(where, values, images.image_size(photo)),
+                _camera(where, values, images.image_size(photo), offset),
                 image_path=photo if reduced is None else reduced[name],
                 downscale=downscale if reduced is None else 1,
                 mask_path=_mask(where, path, entry) if masks else None,
@@ -134,7 +180,7 @@ def _number(
     return float(value)
 
 
-def _camera(where: str, values: dict[str, Any], size: tuple[int, int]) -> Camera:
+def _camera(where: str, values: dict[str, Any], size: tuple[int, int], offset: Offset) -> Camera:
     width, height = (
         round(_number(where, values, key, default)) for key, default in zip("wh", size, strict=True)
     )
@@ -146,8 +192,10 @@ def _camera(where: str, values: dict[str, Any], size: tuple[int, int]) -> Camera
         fy = _focal(where, values, "y", height)
     cx = _number(where, values, "cx", width / 2)
     cy = _number(where, values, "cy", height / 2)
+    viewmat = _viewmat(where, values.get("transform_matrix"))
+    viewmat[:3, 3] += viewmat[:3, :3] @ offset
     return Camera(
-        viewmat=torch.from_numpy(_viewmat(where, values.get("transform_matrix"))).float(),
+        viewmat=torch.from_numpy(viewmat).float(),
         K=torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
         width=width,
         height=height,
@@ -204,9 +252,10 @@ def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
     name = entry.get("mask_path")
     if name is None:
         return None
-    if not isinstance(name, str) or not images.is_file(path / name):
+    found = find_file(path, name) if isinstance(name, str) and name else None
+    if found is None:
         raise InputError(f"{where} names the mask {name!r}, which is not in {path}")
-    return path / name
+    return found
 
 
 def _named(
@@ -216,12 +265,8 @@ def _named(
     names = meta[key]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InputError(f"{path / 'transforms.json'} has a {key} that is not a list of file names")
-    listed = {path / name for name in names}
-    picked = [
-        frame
-        for frame, file, entry in zip(frames, files, meta["frames"], strict=True)
-        if file in listed or path / entry["file_path"] in listed
-    ]
+    listed = {find_file(path, name, ALL_SUFFIXES) or path / name for name in names if name}
+    picked = [frame for frame, file in zip(frames, files, strict=True) if file in listed]
     if len(picked) < len(listed):
         raise InputError(
             f"{path / 'transforms.json'}: {key} names {len(listed)} photos, but only "
@@ -236,8 +281,9 @@ def _points(
     name = meta.get("ply_file_path")
     if name is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    if not isinstance(name, str) or not images.is_file(path / name):
+    found = find_file(path, name) if isinstance(name, str) and name else None
+    if found is None:
         raise InputError(
             f"{path / 'transforms.json'} names the points {name!r}, which are not in {path}"
         )
-    return read_points_ply(path / name)
+    return read_points_ply(found)

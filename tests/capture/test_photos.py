@@ -1,5 +1,7 @@
 """Preparing photos: orientation, HEIC, focal lengths, shared cameras."""
 
+import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -12,7 +14,9 @@ from mobilegs.capture.photos import (
     PreparedPhoto,
     fitted,
     list_photos,
+    other_files,
     prepare_photo,
+    prepare_photos,
     prepared_names,
 )
 from mobilegs.data.images import image_size
@@ -144,9 +148,67 @@ def test_photos_are_found_in_the_folder_or_in_images(tmp_path: Path) -> None:
 def test_heic_without_pi_heif_raises_an_error_that_names_the_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "photo.heic").touch()
+    (tmp_path / "photo.heic").write_bytes(b"\0\0\0\x18ftypheic")
     with pytest.raises(InputError, match=r"photo.heic cannot be read"):
         prepare_photo(tmp_path / "photo.heic", tmp_path / "out.jpg", max_size=100)
     monkeypatch.setitem(sys.modules, "pi_heif", None)
     with pytest.raises(InputError, match=r"pip install 'mobilegs\[capture\]'; or export"):
         prepare_photo(tmp_path / "photo.heic", tmp_path / "out.jpg", max_size=100)
+
+
+def test_photos_in_folders_are_found_and_named_after_them(tmp_path: Path) -> None:
+    for name in ("a/1.jpg", "b/1.jpg", "2.PNG", "b/c/3.webp"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        Image.new("RGB", (4, 4)).save(tmp_path / name)
+    for name in ("masks/1.png", ".cache/1.png", "run/previews/1.png"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        Image.new("RGB", (4, 4)).save(tmp_path / name)
+    (tmp_path / "run" / "config.json").touch()
+    (tmp_path / "a" / "clip.MOV").touch()
+    (tmp_path / "README").touch()
+    found = list_photos(tmp_path)
+    assert list(prepared_names(found).values()) == ["2.png", "a_1.jpg", "b_1.jpg", "b_c_3.jpg"]
+    assert other_files(found) == {".mov": 1, "README": 1}
+
+
+def test_damaged_photos_are_left_out_and_named(tmp_path: Path) -> None:
+    photos = write_photos(tmp_path / "photos")
+    sources = list_photos(photos)
+    half = sources[1].read_bytes()
+    sources[1].write_bytes(half[: len(half) // 2])
+    record = prepare_photos(sources, tmp_path / "out", max_size=1000, progress=lambda *_: None)
+    assert len(record["photos"]) == len(sources) - 1
+    [sentence] = record["unreadable"]
+    assert sources[1].name in sentence and "truncated" in sentence
+    for source in sources[2:]:
+        source.write_bytes(b"not a photo")
+    with pytest.raises(InputError, match=re.escape(sources[1].name)):
+        prepare_photos(sources, tmp_path / "more", max_size=1000, progress=lambda *_: None)
+
+
+def test_photos_are_decoded_by_content(tmp_path: Path) -> None:
+    photo = layered_photo((0, 0))
+    photo.save(tmp_path / "a.HEIC", format="JPEG", quality=95)
+    photo.save(tmp_path / "b.jpg", format="PNG")
+    photo.save(tmp_path / "c.avif", quality=90)
+    shutil.copy(ROTATED, tmp_path / "d.jpg")
+    for source in list_photos(tmp_path):
+        target = tmp_path / "out" / prepared_names([source])[source]
+        prepare_photo(source, target, max_size=1000)
+        with Image.open(target) as picture:
+            assert (picture.format, picture.size) == ("JPEG", photo.size)
+            difference = np.asarray(picture, float) - np.asarray(photo, float)
+        assert abs(difference).mean() < 6, source.name
+
+
+def test_a_camera_raw_without_rawpy_names_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "photo.CR3").write_bytes(b"no raw")
+    monkeypatch.setitem(sys.modules, "rawpy", None)
+    with pytest.raises(InputError, match=r"pip install 'mobilegs\[raw\]'"):
+        prepare_photo(tmp_path / "photo.CR3", tmp_path / "out.jpg", max_size=100)
+    monkeypatch.undo()
+    pytest.importorskip("rawpy")
+    with pytest.raises(InputError, match=r"photo\.CR3 cannot be read as a camera raw"):
+        prepare_photo(tmp_path / "photo.CR3", tmp_path / "out.jpg", max_size=100)

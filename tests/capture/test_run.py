@@ -22,6 +22,7 @@ from mobilegs.cli.main import main
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train, unposed
+from mobilegs.view import report
 from tests.support.layered_photos import CENTERS, layered_photo, write_photos
 
 pytest.importorskip("pycolmap", reason="the extra `capture` is not installed")
@@ -140,6 +141,33 @@ def test_the_same_photos_give_the_same_points(finished: tuple[Path, Path], tmp_p
     for one in runs:
         del one["cameras"]  # frontal planes do not determine the focal length exactly
     assert runs[0] == runs[1] and runs[2] == runs[3]
+
+
+def test_the_other_mapper_is_tried_before_photos_are_given_up(
+    finished: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    workspace = Workspace(finished[1])
+
+    def mapped(mapper: mapping.Mapper, enough: int) -> dict:
+        return mapping.map_photos(
+            workspace.database,
+            workspace.photos,
+            tmp_path / "models",
+            mapper=mapper,
+            total=9,
+            enough=enough,
+            progress=lambda done, total: None,
+        )
+
+    monkeypatch.setattr(mapping, "_incremental", lambda *given: {})
+    found = mapped("auto", 5)
+    assert (found["mapper"], found["tried"]) == ("global", ["incremental", "global"])
+    assert len(found["registered"]) == 9
+    assert load_pycolmap().Reconstruction(tmp_path / "models" / "best").num_reg_images() == 9
+    assert (mapped("incremental", 5)["registered"], mapped("incremental", 5)["tried"]) == (
+        [],
+        ["incremental"],
+    )
 
 
 def test_a_misplaced_photo_is_dropped(finished: tuple[Path, Path]) -> None:
@@ -342,8 +370,8 @@ def test_invalid_photos_are_named(tmp_path: Path) -> None:
     message = error_of(photos, output)
     assert "photo_1.jpeg and photo_1.jpg" in message and "same name" in message
     (photos / "photo_1.jpeg").unlink()
-    (photos / "photo_2.jpg").write_bytes((photos / "photo_2.jpg").read_bytes()[:3000])
-    (photos / "photo_4.jpg").write_bytes(b"not a photo")
+    for index in (4, 5, 6, 7, 8):  # more than those that can be read
+        (photos / f"photo_{index}.jpg").write_bytes(b"not a photo")
     assert "photo_4.jpg cannot be read as an image" in error_of(photos, output)
     for index in (0, 1, 2, 3, 4, 5, 6):
         (photos / f"photo_{index}.jpg").unlink()
@@ -388,12 +416,13 @@ def trained(monkeypatch: pytest.MonkeyPatch) -> list[train.TrainRun]:
     """The runs of a replaced `train_run`, which trains nothing."""
     runs: list[train.TrainRun] = []
 
-    def remember(run: train.TrainRun) -> dict:
+    def remember(run: train.TrainRun, **options: object) -> dict:
         runs.append(run)
         figures = {"gaussians": 1, "file_bytes": 2, "psnr": 3.0}
         return {"student": figures, "teacher": figures}
 
     monkeypatch.setattr(train, "train_run", remember)
+    monkeypatch.setattr(report, "write_report", lambda run_dir: None)
     return runs
 
 
@@ -462,7 +491,9 @@ def test_train_validates_options_before_computing_poses(
     assert "would be overwritten" in error_of_train()
     monkeypatch.setenv("WORLD_SIZE", "2")
     assert "mobilegs capture" in error_of_train()
-    assert unposed.with_poses(train.TrainRun(tmp_path, output), forbidden).capture == tmp_path
+    (tmp_path / "none").mkdir()
+    found = unposed.with_poses(train.TrainRun(tmp_path / "none", output), forbidden)
+    assert found.capture == tmp_path / "none"
 
 
 def test_the_error_for_missing_poses_names_the_command(made: tuple[Path, Path]) -> None:

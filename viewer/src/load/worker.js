@@ -7,6 +7,7 @@ import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
 import { emptyScene, packRows } from "../render/pack.js";
 import { WorkerPool, yieldToMessages } from "./worker_pool.js";
 import { backToFront } from "./depth_sort.js";
+import { nearOf } from "./near.js";
 import { isPly, readPly } from "./ply.js";
 import { isSpz, readSpz } from "./spz.js";
 
@@ -35,8 +36,6 @@ import { isSpz, readSpz } from "./spz.js";
 
 /** The most dots in the preview: more would delay decoding on slow devices. */
 const DOTS = 8192;
-/** Near plane of scenes whose file has none, world units. */
-const NEAR = 0.2;
 /** Bytes to reserve first for a file of unknown length. */
 const MORE = 2 ** 20;
 /** Milliseconds between two updates of the page. */
@@ -243,7 +242,7 @@ async function loadOther(source, total, read) {
   if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
   means = new Float32Array(3 * data.count);
   for (let i = 0; i < means.length; i++) means[i] = data.shapes[4 * i + 3];
-  send({ kind: "scene", data, means, views: [], near: NEAR }, buffersOf(data));
+  send({ kind: "scene", data, means, views: [], near: nearOf(means) }, buffersOf(data));
   return received;
 }
 

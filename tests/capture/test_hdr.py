@@ -1,0 +1,85 @@
+"""HDR frames of videos become sRGB."""
+
+import os
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mobilegs.capture import hdr
+from mobilegs.capture.hdr import BT2020, HLG, PQ, hdr_kind, hlg_light, pq_light, sdr_pixels
+from mobilegs.capture.video import decoded, upright
+
+DATA = os.environ.get("MOBILEGS_DATA")
+
+
+def frame_of(signal: np.ndarray, trc: int, *, full: bool = False) -> Any:
+    """Return a stand-in for a frame of PyAV with the R'G'B' signal `[h, w, 3]` in [0, 1]."""
+    luma = signal @ hdr.LUMINANCE
+    blue, red = (signal[..., 2] - luma) / 1.8814, (signal[..., 0] - luma) / 1.4746
+    planes = np.stack([luma, blue, red])
+    if full:
+        planes += np.array([0, 0.5, 0.5])[:, None, None]
+    else:
+        planes *= np.array([219, 224, 224])[:, None, None] / 256
+        planes += np.array([16, 128, 128])[:, None, None] / 256
+    whole = np.rint(planes * 65536).clip(0, 65535).astype(np.uint16)
+    reformatted = SimpleNamespace(to_ndarray=lambda: whole)
+    return SimpleNamespace(
+        reformat=lambda format: reformatted,
+        color_trc=trc,
+        color_primaries=BT2020,
+        color_range=2 if full else 1,
+    )
+
+
+def test_known_points_of_both_transfer_functions() -> None:
+    grey = lambda value: np.full((1, 1, 3), value)  # noqa: E731
+    assert hlg_light(grey(1.0))[0, 0, 0] == pytest.approx(1000, rel=1e-3)
+    assert hlg_light(grey(0.75))[0, 0, 0] == pytest.approx(203, rel=0.01)  # BT.2408
+    assert pq_light(grey(1.0))[0, 0, 0] == pytest.approx(10_000)
+    assert pq_light(grey(0.58))[0, 0, 0] == pytest.approx(203, rel=0.01)  # BT.2408
+    assert pq_light(grey(0.0))[0, 0, 0] == 0
+
+
+@pytest.mark.parametrize("full", [False, True])
+@pytest.mark.parametrize(("trc", "white"), [(HLG, 0.75), (PQ, 0.5807)])
+def test_reference_white_is_white_and_black_is_black(trc: int, white: float, full: bool) -> None:
+    signal = np.zeros((2, 3, 3))
+    signal[0] = white
+    found = sdr_pixels(frame_of(signal, trc, full=full))
+    assert (found[0] >= 253).all() and (found[1] == 0).all()
+
+
+def test_colours_inside_of_srgb_keep_their_hue() -> None:
+    linear = np.array([[[0.5, 0.2, 0.1], [0.1, 0.4, 0.3], [0.2, 0.2, 0.6]]])
+    wide = linear @ np.linalg.inv(hdr.TO_BT709).T * hdr.WHITE
+    power = (wide / 10_000) ** hdr.M1
+    signal = ((hdr.C1 + hdr.C2 * power) / (1 + hdr.C3 * power)) ** hdr.M2
+    found = sdr_pixels(frame_of(signal, PQ))
+    expected = 255 * hdr.srgb_signal(linear)
+    assert np.abs(found - expected).max() <= 1.5
+
+
+def test_frames_without_a_transfer_function_of_hdr_stay() -> None:
+    for trc in (None, 0, 1, 2, 13):
+        assert hdr_kind(SimpleNamespace(color_trc=trc)) == ""
+    assert hdr_kind(SimpleNamespace(color_trc=HLG)) == "HLG"
+
+
+@pytest.mark.skipif(DATA is None, reason="MOBILEGS_DATA is not set")
+def test_a_phone_s_hlg_clip_looks_like_its_twin_without_hdr() -> None:
+    pytest.importorskip("av")
+    folder = Path(DATA or "").parent / "cases" / "video"
+    if not folder.exists():
+        pytest.skip("these cases are not here")
+    one, other = (
+        np.asarray(upright(next(decoded(folder / name))), float)
+        for name in ("hlg_iphone.mov", "sdr_same.mov")
+    )
+    saturation = lambda image: float(np.mean(np.ptp(image, axis=2) / image.max(2).clip(1)))  # noqa: E731
+    assert one.max() == other.max() == 255
+    assert np.abs(one - other).mean() < 3
+    assert saturation(one) == pytest.approx(saturation(other), rel=0.03)
