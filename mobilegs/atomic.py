@@ -1,5 +1,6 @@
 """Atomic writes, and reads that check the kind of the file first."""
 
+import errno
 import os
 import stat
 import tempfile
@@ -10,6 +11,7 @@ from pathlib import Path
 from mobilegs.errors import InputError
 
 HEAD = 64  # bytes that identify a format
+FULL = os.strerror(errno.ENOSPC)
 
 
 @contextmanager
@@ -18,7 +20,7 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
 
     The temporary file is in the same folder and has the same suffix. On any exception, Ctrl-C
     included, it is removed and `path` stays as it was. Makes parent folders and follows links.
-    Raises InputError if no file can be written at `path`.
+    Raises InputError if no file can be written at `path`, or the disk becomes full.
     """
     path = Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
     if path.is_dir():
@@ -39,6 +41,10 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
         os.umask(mask)
         temporary.chmod(0o666 & ~mask)  # mkstemp makes private files, but outputs follow the umask
         temporary.replace(path)
+    except Exception as error:  # libraries have errors of their own for a full disk
+        if getattr(error, "errno", None) == errno.ENOSPC or FULL in str(error):
+            raise InputError(f"cannot write {path}: the disk is full; make room") from error
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

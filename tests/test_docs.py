@@ -41,7 +41,8 @@ SOURCES = {
     ".wgsl",
     ".glsl",
 }
-FOREIGN = {"SPZ_ADOBE_coordinate_system", "sw.js"}  # names of other programs and of exported files
+# names of other programs and of exported files
+FOREIGN = {"SPZ_ADOBE_coordinate_system", "sw.js", "report.html"}
 
 
 @pytest.mark.parametrize("page", ["api", "settings", "cli"])

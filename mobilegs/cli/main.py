@@ -15,17 +15,17 @@ from tyro.conf import Positional, arg
 from mobilegs import __version__
 from mobilegs.cli.options import call
 from mobilegs.cli.output import print_contents, print_findings, print_metrics, progress_bar
-from mobilegs.cli.render import Device, open_scene_and_capture, render
+from mobilegs.cli.render import Device, open_scene_and_capture, render, usual_capture
 from mobilegs.cli.train import capture, compress, convert, demo, train
 from mobilegs.errors import InputError
 
-SceneFile = Annotated[Positional[Path], arg(metavar="SCENE")]
+SceneFile = Annotated[Positional[Path], arg(metavar="SCENE")]  # or a run's folder
 
 
 def evaluate(
     scene: SceneFile,
     *,
-    capture: Annotated[Path, arg(metavar="CAPTURE")],
+    capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
     json: bool = False,
     downscale: Annotated[int | None, arg(metavar="N")] = None,
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None,
@@ -34,18 +34,20 @@ def evaluate(
     """Compare a scene with held-back photos: PSNR, SSIM and LPIPS.
 
     Renders are rounded to 8 bits, masked pixels do not count, and all photos have the same weight.
-    There are two conventions for LPIPS, whose values cannot be compared: lpips_vgg and lpips_alex
-    give the network images in [0, 1], as 3DGS does; lpips_vgg_rescaled and lpips_alex_rescaled
-    give it images in [-1, 1], for which LPIPS was calibrated. Photos smaller than those of the
-    training are compared with larger renders, averaged, as the viewers show them.
+    cc_psnr is the PSNR after a change of each render's colours that fits its photo best: it does
+    not count exposure and white balance. There are two conventions for LPIPS, whose values cannot
+    be compared: lpips_vgg and lpips_alex give the network images in [0, 1], as 3DGS does;
+    lpips_vgg_rescaled and lpips_alex_rescaled give it images in [-1, 1], for which LPIPS was
+    calibrated. Photos smaller than those of the training are compared with larger renders,
+    averaged, as the viewers show them.
 
     Args:
-        scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
+        scene: A .mgs file, a run's folder, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
         capture: Folder of the capture. The held-back photos are numbers 0, 8, 16, ... by name, or
-            those of transforms_test.json.
+            those of transforms_test.json. Default: the capture of the scene's run.
         json: Print the metrics of each photo and their means as JSON.
-        downscale: Divide the width and height of the photos by N. Default: reduce photos to a
-            width of at most 1600 pixels.
+        downscale: Divide the width and height of the photos by N. Default: as in the scene's run;
+            for other scenes, reduce photos to a width of at most 1600 pixels.
         lpips_weights: Folder or http(s) address of LPIPS weights. Default: the environment
             variable MOBILEGS_LPIPS; if that is not set, LPIPS is not measured.
         device: Device that renders; auto takes an NVIDIA GPU if there is one.
@@ -54,8 +56,10 @@ def evaluate(
     from mobilegs.evaluate.fragments import mean_fragments
     from mobilegs.evaluate.lpips import lpips_from
     from mobilegs.render.levels import usual_level_sigma
-    from mobilegs.scene_file import size_of
+    from mobilegs.scene_file import scene_at, size_of
 
+    scene = scene_at(scene)
+    capture, downscale = usual_capture(scene, capture, downscale)
     opened, views, dataset = open_scene_and_capture(scene, capture, downscale, device)
     lpips = lpips_from(lpips_weights)
     with progress_bar("evaluating") as advance:
@@ -97,16 +101,19 @@ def view(
     scene and the viewer, and needs no internet connection.
 
     Args:
-        scene: A .mgs file, or a .ply or .spz of plain 3DGS.
+        scene: A .mgs file, a run's folder, or a .ply or .spz of plain 3DGS.
         lan: Let other devices in the network open the scene, and print its address as a QR code.
         port: Port of the server. Default: a free port.
         no_browser: Do not open the browser.
         native: Show the scene in a window instead of the browser, with Vulkan, Metal or DirectX 12.
         compare: A second scene. Both have the same camera, and a slider divides the view.
     """
+    from mobilegs.scene_file import scene_at
+
+    if native and (lan or port or no_browser or compare):
+        raise InputError("--native shows one scene here: leave out --lan and the other options")
+    scene, compare = scene_at(scene), None if compare is None else scene_at(compare)
     if native:
-        if lan or port or no_browser or compare:
-            raise InputError("--native shows one scene here: leave out --lan and the other options")
         from mobilegs.view.window import show
 
         return show(scene)
@@ -135,8 +142,8 @@ def export(
     for sorted blending on renders of itself. This takes minutes; the loss of quality is printed.
 
     Args:
-        scene: A .mgs file, or a .ply or .spz of plain 3DGS. To ply, spz, sog and glb, also a
-            .sog, .splat or .glb.
+        scene: A .mgs file, a run's folder, or a .ply or .spz of plain 3DGS. To ply, spz, sog and
+            glb, also a .sog, .splat or .glb.
         to: html: one file with scene and viewer, which also opens from a disk or an e-mail. site:
             a folder for any web host; over https it can be installed as an app and opens offline.
             ply, spz, sog, glb: a file for other tools.
@@ -150,6 +157,9 @@ def export(
         seed: Seed of all random choices of a refit.
         device: Device of a refit; auto takes an NVIDIA GPU if there is one.
     """
+    from mobilegs.scene_file import scene_at
+
+    scene = scene_at(scene)
     if to == "html" or to == "site":
         from mobilegs.view.export import export_html, export_site, title_of
 
@@ -177,13 +187,13 @@ def info(scene: SceneFile, *, json: bool = False) -> None:
     """Describe a scene's file: its Gaussians, and the bytes of each part.
 
     Args:
-        scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
+        scene: A .mgs file, a run's folder, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
         json: Print the description as JSON.
     """
     from mobilegs.evaluate.report import to_json
-    from mobilegs.scene_file import inspect_scene
+    from mobilegs.scene_file import inspect_scene, scene_at
 
-    found = inspect_scene(scene)
+    found = inspect_scene(scene_at(scene))
     if json:
         print(to_json(found))
     else:
@@ -233,8 +243,8 @@ teacher and capture: a scene that needs no sorting, which it writes to
 scene.mgs. `demo` does the same with a small capture of its own.
 
 Environment: MOBILEGS_LPIPS is the folder or http(s) address of LPIPS weights.
-Exit codes: 0 success, 1 a failure such as a full disk, 2 input that cannot be
-used (the message says why), 130 interrupted.
+Exit codes: 0 success; 2 input that cannot be used, or a full disk (the message
+says why); 130 interrupted; 1 an error of the program.
 """
 
 
@@ -281,7 +291,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         if not error.filename and error.errno != errno.ENOSPC:  # a full disk has no file name
             raise
-        return fail(": ".join(map(str, filter(None, (error.strerror, error.filename)))), 1)
+        return fail(": ".join(map(str, filter(None, (error.filename, error.strerror)))), 2)
     return 0
 
 

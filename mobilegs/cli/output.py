@@ -1,5 +1,6 @@
 """Output of the command line for people: tables, progress bars, summaries."""
 
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -47,6 +48,13 @@ def print_capture(found: dict[str, Any], output: Path) -> None:
         names = found["left_out"]
         rest = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
         print(f"left out: {', '.join(names[:NAMES_MAX])}{rest}")
+    if kind := found.get("hdr"):
+        print(f"the video is HDR ({kind}): its frames were converted to sRGB")
+    for sentence in found.get("unreadable", [])[:NAMES_MAX]:
+        print(f"left out: {sentence}")
+    if others := found.get("other_files"):
+        kinds = ", ".join(f"{number} {kind}" for kind, number in others.items())
+        print(f"files beside the photos that are none, and were not used: {kinds}")
     if len(found["models"]) > 1:
         sizes = " + ".join(str(size) for size in found["models"])
         print(f"the photos form unconnected models of {sizes} photos: the largest is used")
@@ -61,7 +69,16 @@ def print_trained(metrics: dict[str, Any], run: Path) -> None:
         f"{student['file_bytes']:,} bytes, {psnr_text(student)} on held-back photos "
         f"(teacher: {psnr_text(teacher)})"
     )
-    print(f"{run / 'contact_sheet.png'} shows photos, teacher and student side by side")
+    print(f"{run / 'report.html'} shows the scene, photos beside renders, curves and figures")
+    print("next:")
+    page = shlex.quote(str(run / f"{run.resolve().name}.html"))
+    name = shlex.quote(str(run))
+    for command, result in (
+        (f"view {name}", "opens it in the browser"),
+        (f"view {name} --lan", "opens it on a phone"),
+        (f"export {name} --to html -o {page}", "makes one file to send"),
+    ):
+        print(f"  mobilegs {command}  # {result}")
 
 
 def print_findings(findings: Sequence[Finding]) -> None:

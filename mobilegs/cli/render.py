@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mobilegs.data.dataset import Dataset, Frame
     from mobilegs.render.scene import Scene
 
-Device = Literal["auto", "cpu", "cuda"]
+Device = Annotated[str, arg(metavar="{auto,cpu,cuda,cuda:N}")]
 Renderer = Literal["kernels", "wgpu"]
 
 
@@ -33,34 +33,38 @@ def render(
 ) -> None:
     """Render a scene with the cameras of a capture, or as a video of one turn.
 
-    Give either --capture and -o, or --orbit. --capture renders one PNG for each photo, with the
-    photo's camera and name: IMG_0042.JPG becomes IMG_0042.png. A .mgs file is rendered without
-    sorting; other scenes are sorted.
+    Give either -o or --orbit. -o renders one PNG for each photo of --capture, with the photo's
+    camera and name: IMG_0042.JPG becomes IMG_0042.png. A .mgs file is rendered without sorting;
+    other scenes are sorted.
 
     Args:
-        scene: A .mgs file, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
-        capture: Folder of the capture.
+        scene: A .mgs file, a run's folder, or a plain 3DGS scene: .ply, .spz, .sog, .splat or .glb.
+        capture: Folder of the capture. Default: the capture of the scene's run.
         output: Folder for the PNGs; created if missing.
         orbit: Video to write: one turn around the scene.
         split: Photos whose cameras are used: the held-back ones (test) or the others (train).
-        downscale: Divide the width and height of the photos by N. Default: reduce photos to a
-            width of at most 1600 pixels.
+        downscale: Divide the width and height of the photos by N. Default: as in the scene's run;
+            for other scenes, reduce photos to a width of at most 1600 pixels.
         seconds: Length of the video.
         size: Size of the video in pixels.
         device: Device that renders; auto takes an NVIDIA GPU if there is one.
         renderer: kernels: the renderer of the training, on --device. wgpu: the renderer of the
             viewer, in float16, on any GPU with Vulkan, Metal or DirectX 12.
     """
+    from mobilegs.scene_file import scene_at
+
+    scene = scene_at(scene)
     if renderer == "wgpu":
         device = "cpu"  # only reads the scene
     if orbit is not None:
         if capture or output or downscale:
             raise InputError("--orbit needs no photos: leave out --capture, -o and --downscale")
         return render_orbit(scene, orbit, seconds, size, device, renderer)
-    if capture is None or output is None:
+    if output is None:
         raise InputError(
             "there is nothing to render: give --capture CAPTURE -o DIR, or --orbit MP4"
         )
+    capture, downscale = usual_capture(scene, capture, downscale)
     render_photos(scene, capture, output, split, downscale, device, renderer)
 
 
@@ -132,6 +136,23 @@ def draw_function(
 
         render = WgpuRenderer(scene).render
     return lambda camera: render(camera, supersampling=supersampling_for(camera, views))
+
+
+def usual_capture(
+    scene: Path, capture: Path | None, downscale: int | None
+) -> tuple[Path, int | None]:
+    """Return the capture and the divisor of its photos, by default those of the scene's run.
+
+    Raises InputError if no capture is given and the run's is not known or not there.
+    """
+    from mobilegs.scene_file import capture_of_run
+
+    own, own_downscale = capture_of_run(scene)
+    if capture is None:
+        capture = own
+    if capture is None:
+        raise InputError(f"give --capture CAPTURE: {scene} does not lie in a run with its capture")
+    return capture, own_downscale if downscale is None else downscale
 
 
 def open_scene_and_capture(

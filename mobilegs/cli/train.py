@@ -113,7 +113,7 @@ def run_training(run: "TrainRun", how_to_continue: str) -> None:
     """Train and print a summary; `how_to_continue` is printed after an interruption."""
     from mobilegs.pipeline.train import train_run
 
-    finish(run.output, partial(train_run, run), how_to_continue)
+    finish(run.output, partial(train_run, run, progress=progress_bar), how_to_continue)
 
 
 def finish(output: Path, work: Callable[[], dict[str, Any]], how_to_continue: str) -> None:
@@ -125,4 +125,8 @@ def finish(output: Path, work: Callable[[], dict[str, Any]], how_to_continue: st
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {how_to_continue}") from None
     if is_main_process():
+        from mobilegs.train.run_dir import RunDir
+        from mobilegs.view.report import write_report
+
+        write_report(RunDir(output))
         print_trained(metrics, output)

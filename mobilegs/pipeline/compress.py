@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import torch
 from tyro.conf import Positional, UseAppendAction, arg
@@ -13,7 +13,7 @@ from mobilegs.live import ADDRESS
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.render.project import Footprint
-from mobilegs.scene_file import choose_device, read_plain_scene
+from mobilegs.scene_file import Device, choose_device, read_plain_scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import (
     DEFAULT_BACKGROUND,
@@ -99,8 +99,8 @@ class CompressRun:
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
     """Folder or http(s) address of LPIPS weights. Default: the environment variable
     MOBILEGS_LPIPS; if that is not set, LPIPS is not measured."""
-    device: Literal["auto", "cpu", "cuda"] = "auto"
-    """Device that trains; auto takes an NVIDIA GPU if there is one."""
+    device: Annotated[Device, arg(metavar="{auto,cpu,cuda,cuda:N}")] = "auto"
+    """Device that trains; auto takes an NVIDIA GPU if there is one, cuda:N takes GPU number N."""
     live: bool = False
     """Show the scene in the browser during the training; the address is printed. The result of
     the training does not change."""
@@ -124,6 +124,8 @@ def compress_run(
     Raises InputError before anything is written if an input cannot be used, and KeyboardInterrupt,
     after a checkpoint, if a signal asks to stop.
     """
+    if (run.scene / "config.json").is_file():  # the folder of a run
+        run = replace(run, scene=run.scene / "teacher.ply")
     preset: PresetName = run.preset or ("gpu" if torch.cuda.is_available() else "cpu")
     capture = run.capture
     of_views = {"cameras": run.cameras, "views": run.views, "size": run.size}
@@ -175,7 +177,7 @@ def compress_run(
         instead = "give the capture that it was made from"
         validate_visibility(scene, cameras, f"photos of {capture}", instead)
     del scene  # the training reads it again
-    return train_run(training)
+    return train_run(training, progress=progress)
 
 
 def footprint_settings(footprint: Footprint) -> tuple[str, ...]:

@@ -1,21 +1,23 @@
 """Export a scene to a file for tools that sort: converted, its teacher instead, or refitted."""
 
-import json
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mobilegs.atomic import atomic_path
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import read_mgs
+from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.pipeline.refit import Views, measure_fit, refit, views_around, views_from
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import (
     PLAIN,
     Device,
     Kind,
+    capture_of_run,
     choose_device,
     open_scene,
+    scene_at,
     teacher_of,
     write_gaussians,
 )
@@ -51,6 +53,7 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
     Raises InputError if the scene cannot be read, does not fit the format or would be overwritten,
     and for options that have no effect.
     """
+    run = replace(run, scene=scene_at(run.scene))
     scene, output, kind = run.scene, run.output, run.kind
     if output.suffix.lower() != f".{kind}":
         raise InputError(f"{output} does not end in .{kind}: give the file such a name")
@@ -76,15 +79,31 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
         message = f"{scene} is sort-free: wrote {teacher} instead (--refit refits the scene)"
         note = antialiased_note(plain, kind)
         message += f"; {note}" if note else ""
-        size = write_gaussians(output, plain.gaussians, kind, footprint=plain.footprint)
+        moved = offset_of(scene)
+        message += f"; the capture's origin is moved by {moved}" if moved else ""
+        note = moved and f"offset {moved}"
+        size = write_gaussians(output, plain.gaussians, kind, footprint=plain.footprint, note=note)
         return size, message
     with atomic_path(output) as path:  # raises for an unusable folder before the minutes of work
         views = _views(run, opened, progress)
         found = refit(opened, views, seed=run.seed, progress=progress)
         write_gaussians(path, found, kind)  # measured as other tools will read it
         fit = measure_fit(opened, PLAIN[f".{kind}"](path), views, progress=progress)
-        size = write_gaussians(path, found, kind, note=str(fit))
-    return size, f"{scene}: {fit}"
+        moved = offset_of(scene)
+        note = f"{fit}; offset {moved}" if moved else str(fit)
+        size = write_gaussians(path, found, kind, note=note)
+    return size, f"{scene}: {note}"
+
+
+def offset_of(scene: Path) -> str:
+    """Return the offset that a .mgs notes, `X Y Z`: with it, positions are those of its capture.
+
+    Empty for a scene without one.
+    """
+    if scene.suffix.lower() != ".mgs":
+        return ""
+    found = inspect_mgs(scene)["meta"].get("offset")
+    return found if isinstance(found, str) and re.fullmatch(r"(-?\d{1,20} ?){3}", found) else ""
 
 
 def antialiased_note(scene: Scene, kind: Kind) -> str:
@@ -117,20 +136,8 @@ def _views(run: SortedExport, scene: Scene, progress: Progress) -> Views:
         return views_from(
             scene, load_capture(run.capture, background=background), progress=progress
         )
-    capture, downscale = _capture_of_run(run.scene)
+    capture, downscale = capture_of_run(run.scene)
     if capture is None:
         return views_around(scene, read_mgs(run.scene).views, seed=run.seed, progress=progress)
     dataset = load_capture(capture, downscale=downscale, background=background)
     return views_from(scene, dataset, progress=progress)
-
-
-def _capture_of_run(scene: Path) -> tuple[Path | None, int | None]:
-    """Return the capture of the scene's run, if it is still there, and its downscale."""
-    try:
-        options = json.loads(scene.with_name("config.json").read_bytes())["options"]
-        capture, downscale = Path(options["capture"]), options["downscale"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None, None
-    if not capture.is_dir() or not (downscale is None or type(downscale) is int):
-        return None, None
-    return capture, downscale

@@ -1,17 +1,21 @@
 """Train a capture into a measured `scene.mgs`: teacher, student, file, metrics."""
 
 import time
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import torch
 from tyro.conf import Positional, UseAppendAction, arg
 
 from mobilegs import __version__
+from mobilegs.atomic import make_folder
 from mobilegs.camera import Camera
 from mobilegs.data import Dataset, ViewLoader, load_capture
+from mobilegs.data.dataset import Offset
 from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
@@ -23,7 +27,8 @@ from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
 from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
-from mobilegs.scene_file import read_plain_scene
+from mobilegs.scene_file import Device, read_plain_scene
+from mobilegs.synthetic_capture.render import Progress, no_progress
 from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
@@ -54,6 +59,7 @@ MINUTES = (1.0, 10_000)  # that --minutes takes
 USUAL_MINUTES = {"cpu": 30.0, "cuda": 10.0}
 STEPS = ("teacher.steps", "student.steps")  # settings that exclude a budget
 TARGET_TOLERANCE = 0.05  # share of target_mb by which a file may miss it without a message
+GPU_PRESETS = ("gpu", "paper", "release")  # too long for most CPUs
 FIRST_LOOKS = 4  # cameras in the file, for a first look
 # options that may differ between the sessions of one run
 SESSION_OPTIONS = (
@@ -66,9 +72,10 @@ SESSION_OPTIONS = (
 class TrainRun:
     """Train a phone-sized scene.mgs from photos or a video.
 
-    RUN receives scene.mgs, teacher.ply, metrics.json and contact_sheet.png; during the training
-    also metrics.jsonl, previews and a checkpoint. Ctrl-C stops after the current step, and
-    --resume continues the run.
+    RUN receives scene.mgs, teacher.ply, metrics.json, contact_sheet.png and report.html, one file
+    with the scene, photos beside renders, curves and figures; during the training also
+    metrics.jsonl, previews and a checkpoint. Ctrl-C stops after the current step, and --resume
+    continues the run.
     """
 
     capture: Annotated[Positional[Path], arg(metavar="CAPTURE")]
@@ -120,8 +127,8 @@ class TrainRun:
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
     """Folder or http(s) address of LPIPS weights. Default: the environment variable
     MOBILEGS_LPIPS; if that is not set, LPIPS is not measured."""
-    device: Literal["auto", "cpu", "cuda"] = "auto"
-    """Device that trains; auto takes an NVIDIA GPU if there is one."""
+    device: Annotated[Device, arg(metavar="{auto,cpu,cuda,cuda:N}")] = "auto"
+    """Device that trains; auto takes an NVIDIA GPU if there is one, cuda:N takes GPU number N."""
     checkpoint_seconds: Annotated[float, arg(metavar="SECONDS")] = CHECKPOINT_SECONDS
     """Time between two checkpoints."""
     live: bool = False
@@ -156,17 +163,22 @@ class Job:
 # --- orchestration --------------------------------------------------------------------------------
 
 
-def train_run(run: TrainRun, *, recipe: Recipe | None = None) -> dict[str, Any]:
+def train_run(
+    run: TrainRun, *, recipe: Recipe | None = None, progress: Progress = no_progress
+) -> dict[str, Any]:
     """Train the rest of a run and return the contents of `metrics.json`.
 
-    `recipe` replaces that of the preset. Raises InputError before anything is written if an input
-    cannot be used, and KeyboardInterrupt, after a checkpoint, if a signal asks to stop.
+    `recipe` replaces that of the preset; `progress` shows the measuring at the end. Raises
+    InputError before anything is written if an input cannot be used, and KeyboardInterrupt, after a
+    checkpoint, if a signal asks to stop.
     """
     with join_team(run.device) as team:
-        return train_in_team(run, recipe, team)
+        return train_in_team(run, recipe, team, progress)
 
 
-def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str, Any]:
+def train_in_team(
+    run: TrainRun, recipe: Recipe | None, team: Team, progress: Progress = no_progress
+) -> dict[str, Any]:
     """Do the work of `train_run` in one process of a team; only the main process writes."""
     started = time.monotonic()
     run_dir, given = RunDir(run.output), None
@@ -196,12 +208,29 @@ def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str,
     if run.teacher is not None and given is None and not run_dir.teacher.exists():
         given = read_plain_scene(run.teacher)
     team.barrier()  # until all processes have looked at the folder
-    if team.is_main and not resuming:
-        run_dir.create(config)
-    if team.is_main and given is not None:
-        write_ply(run_dir.teacher, given.gaussians, footprint=given.footprint)
-    team.barrier()
-    checkpoint = run_dir.load_checkpoint()
+    make_folder(run.output)
+    with ExitStack() as opened:
+        if team.is_main:
+            opened.enter_context(run_dir.lock())
+            if not resuming:
+                run_dir.create(config)
+            if given is not None:
+                write_ply(run_dir.teacher, given.gaussians, footprint=given.footprint)
+        team.barrier()
+        return train_stages(run, config, dataset, run_dir, team, lpips, progress)
+
+
+def train_stages(
+    run: TrainRun,
+    config: RunConfig,
+    dataset: Dataset,
+    run_dir: RunDir,
+    team: Team,
+    lpips: LpipsSuite | None,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Train what is left of a run, measure it and return the contents of `metrics.json`."""
+    recipe, checkpoint = config.recipe, run_dir.load_checkpoint()
     with (
         ViewLoader(dataset.train) as loader,
         Monitor(
@@ -235,7 +264,8 @@ def train_in_team(run: TrainRun, recipe: Recipe | None, team: Team) -> dict[str,
         if not run_dir.scene.exists():
             train_student(job, teacher)
     if team.is_main:
-        measure(job, teacher, lpips)
+        with progress("measuring") as advance:
+            measure(job, teacher, lpips, advance)
     team.barrier()
     return run_dir.load_metrics()
 
@@ -255,7 +285,18 @@ def announce(job: Job) -> None:
             f"{job.pace.plan.minutes:g} minutes on this machine: "
             f"{text.replace(', ', ', ' + most + 'about ', 1)}"
         )
+        text += memory_note(job.pace.plan)
     job.monitor.print(text)
+
+
+def memory_note(plan: Plan) -> str:
+    """Return a clause about the memory of a planned run, or nothing if there is enough."""
+    free, needed = 1e-9 * plan.free_memory, 1e-9 * plan.needed_memory
+    if not free:
+        return ""
+    if needed > free:
+        return f"; this can take {needed:.1f} GB of memory, and {free:.1f} GB are free"
+    return f"; more Gaussians or larger photos would not fit into {free:.1f} GB of free memory"
 
 
 def train_teacher(job: Job) -> None:
@@ -265,7 +306,8 @@ def train_teacher(job: Job) -> None:
     run_stage(job, stage, order_seed=2 * seed)
     if team.is_main:
         footprint = job.recipe.teacher.footprint
-        write_ply(job.run_dir.teacher, stage.gaussians(), footprint=footprint)
+        note = offset_note(job.dataset.offset)
+        write_ply(job.run_dir.teacher, stage.gaussians(), footprint=footprint, note=note)
     team.barrier()
 
 
@@ -313,6 +355,8 @@ def write_scene(job: Job, stage: Student) -> None:
         "photos": f"{len(dataset.train)} of {camera.width}x{camera.height}",
         "student_steps": config.steps,
     }
+    if note := offset_note(dataset.offset):
+        meta["offset"] = note.removeprefix("offset ")
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
     coded = stage.quantized_scene(views=views, meta=meta)
     levels = config.quantization.lod_levels
@@ -326,12 +370,26 @@ def write_scene(job: Job, stage: Student) -> None:
         )
 
 
-def measure(job: Job, teacher: Scene, lpips: LpipsSuite | None) -> None:
-    """Evaluate the files of a run; write `contact_sheet.png` and `metrics.json`."""
+def offset_note(offset: Offset) -> str:
+    """Return `offset X Y Z` for a georeferenced capture, else nothing.
+
+    A scene's positions plus the offset are those of the capture.
+    """
+    return f"offset {' '.join(f'{part:.0f}' for part in offset)}" if any(offset) else ""
+
+
+def measure(
+    job: Job, teacher: Scene, lpips: LpipsSuite | None, advance: Callable[[int, int], None]
+) -> None:
+    """Evaluate the files of a run; write `contact_sheet.png` and `metrics.json`.
+
+    `advance` is called with the number of photos done and in total.
+    """
     run_dir, dataset = job.run_dir, job.dataset
     started = time.monotonic()
     student = read_mgs(run_dir.scene).decode(job.team.device)
-    metrics = evaluate_side_by_side({"teacher": teacher, "student": student}, dataset, lpips=lpips)
+    scenes = {"teacher": teacher, "student": student}
+    metrics = evaluate_side_by_side(scenes, dataset, lpips=lpips, progress=advance)
     contact_sheet(run_dir.contact_sheet, dataset, teacher, student)
     camera = dataset.test[0].camera
     write_metrics(
@@ -439,6 +497,12 @@ def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
     if not 0 <= run.seed < 1 << 32:
         raise InputError(f"the seed must be between 0 and {(1 << 32) - 1}, not {run.seed}")
     validate_live_options(run.live, run.live_at)
+    on_cpu = run.device == "auto" and not torch.cuda.is_available()
+    if run.preset in GPU_PRESETS and on_cpu and run.minutes is None and run.steps is None:
+        raise InputError(
+            f"the preset {run.preset} is for a GPU, and this machine has none: add --device cpu to "
+            "train for many hours, or give --minutes or --steps, or leave out --preset"
+        )
     if recipe is None:
         recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
     if run.method is not None:

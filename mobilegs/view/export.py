@@ -73,7 +73,7 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
             f"{scene} is larger than the {HTML_MAX // 10**6} MB that browsers take in a page: "
             "use --to site"
         )
-    image = base64.b64encode(_jpeg(poster_of(scene))).decode()
+    image = base64.b64encode(jpeg(poster_of(scene))).decode()
     data = base64.b64encode(scene.read_bytes()).decode()
     page = _page(
         {
@@ -102,7 +102,7 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
     name, title = f"scene{scene.suffix.lower()}", escaped(title)
     files = {
         "manifest.webmanifest": _manifest(title),
-        "poster.jpg": _jpeg(image),
+        "poster.jpg": jpeg(image),
         "icon.png": _icon(image),
         "viewer.js": viewer_script().encode(),
         "mobile-gs.js": element_script().encode(),
@@ -274,7 +274,8 @@ def _icon(image: Image.Image) -> bytes:
     return out.getvalue()
 
 
-def _jpeg(image: Image.Image) -> bytes:
+def jpeg(image: Image.Image) -> bytes:
+    """Return the image as a JPEG of quality 80."""
     out = io.BytesIO()
     image.save(out, format="JPEG", quality=80, optimize=True)
     return out.getvalue()

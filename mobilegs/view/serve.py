@@ -11,8 +11,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
+from mobilegs.data.ply_table import parse_header
 from mobilegs.errors import InputError
-from mobilegs.formats.ply import COLUMNS, parse_header
+from mobilegs.formats.ply import COLUMNS
 from mobilegs.view.assets import (
     SCRIPT,
     TITLE,

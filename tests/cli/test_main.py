@@ -140,10 +140,11 @@ def test_demo_trains_on_the_built_in_capture_and_prints_a_summary(
 ) -> None:
     from mobilegs.data.demo import capture
     from mobilegs.pipeline import train
+    from mobilegs.view import report
 
     runs: list[train.TrainRun] = []
 
-    def train_run(run: train.TrainRun) -> dict[str, dict[str, float]]:
+    def train_run(run: train.TrainRun, **options: object) -> dict[str, dict[str, float]]:
         runs.append(run)
         return {
             "student": {"psnr": 27.125, "gaussians": 12345, "file_bytes": 67890},
@@ -154,6 +155,7 @@ def test_demo_trains_on_the_built_in_capture_and_prints_a_summary(
     monkeypatch.setattr(capture, "demo_capture", lambda progress: None)
     monkeypatch.setattr(capture, "write_capture", lambda path, dataset: written.append(path))
     monkeypatch.setattr(train, "train_run", train_run)
+    monkeypatch.setattr(report, "write_report", lambda run_dir: None)
     assert main(["demo", "-o", str(tmp_path / "demo"), "--seed", "3"]) == 0
     [run] = runs
     assert written == [run.capture] == [tmp_path / "demo" / "capture"]
@@ -168,7 +170,7 @@ def test_an_interrupted_training_says_how_to_continue(
 ) -> None:
     from mobilegs.pipeline import train
 
-    def train_run(run: train.TrainRun) -> None:
+    def train_run(run: train.TrainRun, **options: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(train, "train_run", train_run)
@@ -382,7 +384,7 @@ def test_a_full_disk_gives_one_line(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setitem(VERBS, "doctor", full)
-    assert main(["doctor"]) == 1
+    assert main(["doctor"]) == 2
     assert capsys.readouterr().err == f"mobilegs: {os.strerror(errno.ENOSPC)}\n"
 
 
@@ -392,8 +394,9 @@ def test_a_full_disk_gives_one_line(
         ("scene.obj", b"", "not a scene: a .mgs, .ply, .spz, .sog, .splat or .glb"),
         ("scene.ply", b"ply", "is not a PLY file"),
         ("scene.mgs", b"ply", "is not a .mgs scene but looks like a PLY"),
-        ("gone.ply", None, "cannot read"),
-        ("gone.mgs", None, "cannot read|cannot be read"),
+        ("gone.ply", None, "gone.ply does not exist"),
+        ("gone.mgs", None, "gone.mgs does not exist"),
+        ("gone.obj", None, "gone.obj does not exist"),
     ],
 )
 @pytest.mark.parametrize("verb", ["info", "eval", "render"])
@@ -412,7 +415,7 @@ def test_files_that_are_not_scenes_are_refused_in_one_line(
     if verb == "render":
         more += ["-o", tmp_path / "out"]
     said = refusal(capsys, verb, tmp_path / name, *more)
-    assert any(part in said for part in sentence.split("|"))
+    assert sentence in said
     assert not (tmp_path / "out").exists()
 
 

@@ -22,6 +22,7 @@ from mobilegs.train.recipes import RECIPES, PresetName, Recipe, from_json, with_
 from tests.support.runs import RECIPE
 
 OUTPUTS = {
+    ".lock",
     "config.json",
     "contact_sheet.png",
     "metrics.json",
@@ -243,10 +244,11 @@ def test_settings_may_be_given_together_or_one_by_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", list(RECIPES))
 def test_a_method_changes_the_teachers_strategy_but_no_lengths(name, tmp_path: Path) -> None:
-    plain = resolve_recipe(TrainRun(tmp_path, tmp_path, preset=name))
+    options = {"preset": name, "device": "cpu"}
+    plain = resolve_recipe(TrainRun(tmp_path, tmp_path, **options))
     strategies = {}
     for method in ("3dgs", "mini-splatting", "mcmc"):
-        recipe = resolve_recipe(TrainRun(tmp_path, tmp_path, preset=name, method=method))
+        recipe = resolve_recipe(TrainRun(tmp_path, tmp_path, method=method, **options))
         strategies[method] = recipe.teacher.densify.strategy
         assert recipe.student == plain.student and recipe.teacher.steps == plain.teacher.steps
         assert recipe.teacher.max_splats == plain.teacher.max_splats

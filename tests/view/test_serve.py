@@ -257,9 +257,9 @@ def test_view_refuses_bad_options_with_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["view", str(tmp_path / "gone.mgs")]) == 2
-    assert "there is no such file" in capsys.readouterr().err
+    assert "gone.mgs does not exist" in capsys.readouterr().err
     assert main(["view", str(tmp_path / "gone.mgs"), "--port", "70000"]) == 2
-    assert "there is no such file" in capsys.readouterr().err
+    assert "gone.mgs does not exist" in capsys.readouterr().err
     (tmp_path / "a.mgs").write_bytes(b"x")
     assert main(["view", str(tmp_path / "a.mgs"), "--port", "70000"]) == 2
     assert "between 0 and 65535" in capsys.readouterr().err

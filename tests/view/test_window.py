@@ -222,21 +222,23 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
 
 
 def test_without_the_packages_the_error_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "glfw", None)
-    said = refusal(capsys, "view", "scene.mgs", "--native")
+    (tmp_path / "scene.mgs").touch()
+    said = refusal(capsys, "view", tmp_path / "scene.mgs", "--native")
     assert "pip install 'mobilegs[native]'" in said
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
 def test_without_a_display_the_error_says_so(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("glfw")
+    (tmp_path / "scene.mgs").touch()
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE"):
         monkeypatch.delenv(name, raising=False)
-    assert "without a display" in refusal(capsys, "view", "scene.mgs", "--native")
+    assert "without a display" in refusal(capsys, "view", tmp_path / "scene.mgs", "--native")
 
 
 def test_a_window_has_no_server_options(capsys: pytest.CaptureFixture[str]) -> None:
@@ -286,13 +288,14 @@ def test_view_opens_a_ply_in_a_window(
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("gone.mgs", "cannot"),
+        ("gone.mgs", "gone.mgs does not exist"),
         ("scene.obj", "a .mgs, .ply, .spz"),
-        ("gone.ply", "cannot"),
+        ("gone.ply", "gone.ply does not exist"),
     ],
 )
 def test_a_file_that_is_not_a_scene_opens_no_window(
     toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, sentence: str
 ) -> None:
+    (tmp_path / "scene.obj").touch()
     assert sentence in refusal(capsys, "view", tmp_path / name, "--native")
     assert not toolkit.canvases

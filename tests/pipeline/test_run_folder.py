@@ -1,0 +1,179 @@
+"""The folder of a run: who may use it, what is checked before, and what commands find in it."""
+
+import errno
+import json
+import os
+import shutil
+from collections import namedtuple
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from mobilegs.atomic import atomic_path
+from mobilegs.cli.main import main
+from mobilegs.data import load_capture
+from mobilegs.errors import InputError
+from mobilegs.pipeline import preflight
+from mobilegs.pipeline.preflight import validate_run
+from mobilegs.pipeline.train import TrainRun, resolve_recipe, train_run
+from mobilegs.scene_file import choose_device, scene_at
+from mobilegs.train.run_dir import RunDir
+from tests.support.runs import RECIPE
+
+Usage = namedtuple("Usage", "total used free")
+NO_GPU = pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU here")
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
+    assert main([str(word) for word in words]) == 0
+    return capsys.readouterr().out
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
+    assert main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1
+    return printed.err
+
+
+# --- one process
+
+
+def test_a_second_process_cannot_train_the_same_run(capture: Path, tmp_path: Path) -> None:
+    run = TrainRun(capture, tmp_path / "run", resume=True)
+    run.output.mkdir()
+    with (
+        RunDir(run.output).lock(),
+        pytest.raises(InputError, match="another process trains the run in"),
+    ):
+        train_run(run, recipe=RECIPE)
+    assert not (run.output / "config.json").exists()
+    assert train_run(run, recipe=RECIPE)["student"]["gaussians"] > 0
+
+
+# --- a run's folder in place of a scene
+
+
+def test_a_run_s_folder_stands_for_its_scene(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = finished / "scene.mgs"
+    assert scene_at(finished) == scene and scene_at(scene) == scene
+    assert said(capsys, "info", finished) == said(capsys, "info", scene)
+    page = tmp_path / "page.html"
+    assert f"{page}: " in said(capsys, "export", finished, "--to", "html", "-o", page)
+    teacher = tmp_path / "teacher.ply"
+    said(capsys, "export", finished, "--to", "ply", "-o", teacher)
+    assert teacher.stat().st_size > 1000
+
+
+def test_a_run_without_a_scene_and_a_missing_file_are_refused(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun = tmp_path / "begun"
+    begun.mkdir()
+    shutil.copy(finished / "config.json", begun)
+    assert "has no scene yet: continue it with --resume" in refused(capsys, "info", begun)
+    for verb in ("info", "view"):
+        assert "nowhere.mgs does not exist" in refused(capsys, verb, tmp_path / "nowhere.mgs")
+    words = ["train", tmp_path, "-o", tmp_path / "run", "--teacher", tmp_path / "gone.ply"]
+    (tmp_path / "photo.png").write_bytes(b"")
+    assert "gone.ply does not exist" in refused(capsys, *words)
+
+
+def test_eval_and_render_take_capture_and_photo_size_of_the_run(
+    finished: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = json.loads(said(capsys, "eval", finished, "--json"))
+    assert Path(own["capture"]) == capture
+    moved = tmp_path / "run"
+    shutil.copytree(finished, moved)
+    config = json.loads((moved / "config.json").read_text())
+    config["options"]["downscale"] = 2
+    (moved / "config.json").write_text(json.dumps(config))
+    assert json.loads(said(capsys, "eval", moved, "--json"))["downscale"] == 2
+    given = said(capsys, "eval", moved, "--json", "--downscale", "1", "--capture", capture)
+    assert json.loads(given)["psnr"] == pytest.approx(own["psnr"])
+    said(capsys, "render", moved, "-o", tmp_path / "images")
+    assert len(list((tmp_path / "images").iterdir())) == len(load_capture(capture).test)
+    config["options"]["capture"] = str(tmp_path / "gone")
+    (moved / "config.json").write_text(json.dumps(config))
+    assert "give --capture CAPTURE" in refused(capsys, "eval", moved)
+
+
+def test_a_run_ends_with_the_next_commands(
+    finished: Path, capture: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    printed = said(capsys, "train", capture, "-o", finished, "--resume")
+    for command in (f"mobilegs view {finished} --lan", f"mobilegs export {finished} --to html"):
+        assert command in printed
+
+
+# --- before the first long stage
+
+
+@NO_GPU
+def test_devices_are_checked_and_named(capture: Path, tmp_path: Path) -> None:
+    for name in ("gpu", "cuda:", "cuda:x", "cpu:0", "cuda:-1"):
+        with pytest.raises(InputError, match=f"there is no device '{name}'"):
+            choose_device(name)
+    for name in ("cuda", "cuda:1"):
+        with pytest.raises(InputError, match="no CUDA device"):
+            choose_device(name)
+        with pytest.raises(InputError, match="no CUDA device"):
+            validate_run(TrainRun(capture, tmp_path / "run", device=name))
+    assert choose_device("auto") == choose_device("cpu") == torch.device("cpu")
+
+
+def test_a_gpu_is_named_by_its_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 2)
+    assert choose_device("cuda:1") == torch.device("cuda", 1)
+    assert choose_device("auto") == torch.device("cuda")
+    with pytest.raises(InputError, match=r"this machine has 2 GPUs, from cuda:0 on"):
+        choose_device("cuda:2")
+
+
+@NO_GPU
+def test_presets_for_a_gpu_ask_before_they_train_on_a_cpu(capture: Path, tmp_path: Path) -> None:
+    for preset in ("gpu", "paper", "release"):
+        run = replace(TrainRun(capture, tmp_path / "run"), preset=preset)
+        with pytest.raises(InputError, match=f"preset {preset} is for a GPU"):
+            resolve_recipe(run)
+        for answered in (
+            replace(run, device="cpu"),
+            replace(run, steps=9),
+            replace(run, minutes=5.0),
+        ):
+            resolve_recipe(answered)
+
+
+def test_a_teacher_that_is_not_there_is_found_first(capture: Path, tmp_path: Path) -> None:
+    run = TrainRun(capture, tmp_path / "run", teacher=tmp_path / "gone.ply")
+    with pytest.raises(InputError, match=r"gone\.ply does not exist"):
+        validate_run(run)
+
+
+def test_a_full_disk_is_found_first(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(preflight.shutil, "disk_usage", lambda path: Usage(1 << 40, 1 << 40, 99))
+    with pytest.raises(InputError, match="has 0 MiB left, and a run takes about"):
+        validate_run(TrainRun(capture, tmp_path / "run"))
+
+
+@pytest.mark.parametrize(
+    "error",
+    [OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), RuntimeError("No space left on device")],
+    ids=["system", "library"],
+)
+def test_a_disk_that_becomes_full_gives_a_sentence_with_the_path(
+    error: Exception, tmp_path: Path
+) -> None:
+    path = tmp_path / "scene.mgs"
+    path.write_bytes(b"before")
+    with pytest.raises(InputError, match=r"scene\.mgs: the disk is full"), atomic_path(path):
+        raise error
+    assert path.read_bytes() == b"before" and list(tmp_path.iterdir()) == [path]
