@@ -26,7 +26,7 @@ STYLE = """
       table { border-collapse: collapse; margin: 8px 0 24px; }
       th, td { padding: 2px 14px 2px 0; text-align: right; font-variant-numeric: tabular-nums; }
       th:first-child, td:first-child { text-align: left; }
-      img { max-width: 100%; } svg { max-width: 100%; margin-right: 16px; }
+      img { max-width: 100%; } svg { max-width: 100%; }
       svg text { font: 11px system-ui, sans-serif; fill: currentColor; }
       .scroll { overflow-x: auto; }
 """
@@ -182,7 +182,8 @@ def _chart(rows: Sequence[Mapping[str, Any]], key: str, title: str, scale: float
         )
         at = place(line[len(line) // 2][0], low).split(",")[0] if line else str(LEFT)
         drawn.append(f'<text x="{at}" y="{HEIGHT - 6}" fill="{color}">{escaped(name)}</text>')
-    return f'<svg width="{WIDTH}" height="{HEIGHT}" role="img">{"".join(drawn)}</svg>'
+    box = f'viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}"'
+    return f'<svg {box} role="img">{"".join(drawn)}</svg>'
 
 
 def _known(value: Any) -> bool:
