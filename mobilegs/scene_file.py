@@ -74,12 +74,21 @@ def scene_at(path: Path) -> Path:
     return path / "scene.mgs"
 
 
+def plain_scene_at(path: Path) -> Path:
+    """Return `path`, or the teacher of a run's folder. Raises InputError if nothing is there."""
+    path = path / "teacher.ply" if (path / "config.json").is_file() else path
+    if not path.exists():
+        raise InputError(f"{path} does not exist")
+    return path
+
+
 def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
-    """Read a plain 3DGS scene of any format.
+    """Read a plain 3DGS scene of any format; of a run's folder, its teacher.
 
     Raises:
         InputError: the file is a .mgs or another kind of file, is damaged, or has no Gaussians.
     """
+    path = plain_scene_at(path)
     if path.suffix.lower() == ".mgs":
         raise InputError(f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply")
     scene = open_scene(path, device)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mobilegs.data import images
 from mobilegs.data.blender import load_blender
-from mobilegs.data.colmap import BESIDE_PHOTOS, find_model, load_colmap
+from mobilegs.data.colmap import BESIDE_PHOTOS, find_models, load_colmap
 from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_view
 from mobilegs.data.nerfstudio import load_nerfstudio
 from mobilegs.errors import InputError
@@ -21,7 +21,7 @@ TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 def has_poses(path: Path) -> bool:
     """Return whether a folder holds camera poses in a format that `load_capture` reads."""
-    return find_model(path) is not None or any((path / name).is_file() for name in TRANSFORMS)
+    return bool(find_models(path)) or any((path / name).is_file() for name in TRANSFORMS)
 
 
 def load_capture(
@@ -55,13 +55,13 @@ def load_capture(
         raise InputError(f"there is no capture at {path}: no such folder")
     if not path.is_dir():
         raise InputError(f"{path} is a file; give the folder that holds the photos and their poses")
-    if find_model(path, BESIDE_PHOTOS) is not None:
+    if find_models(path, BESIDE_PHOTOS):
         load = load_colmap
     elif (path / "transforms_train.json").is_file():
         load = load_blender
     elif (path / "transforms.json").is_file():
         load = load_nerfstudio
-    elif find_model(path) is not None:  # colmap/, from which nerfstudio makes transforms.json
+    elif find_models(path):  # colmap/, from which nerfstudio makes transforms.json
         load = load_colmap
     else:
         raise InputError(_no_poses(path))

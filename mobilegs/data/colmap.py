@@ -35,15 +35,6 @@ MODEL_FOLDERS = (*BESIDE_PHOTOS, "colmap/sparse")  # and folders in them, mostly
 log = logging.getLogger(__name__)
 
 
-def find_model(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> Path | None:
-    """Return the folder of the COLMAP model in a capture, or None if there is none.
-
-    Of several models it is the one with the most photos.
-    """
-    found = find_models(path, folders)
-    return max(found, key=lambda folder: found[folder]) if found else None
-
-
 def find_models(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> dict[Path, int]:
     """Return the COLMAP models of a capture that lie side by side, with their numbers of photos."""
     for folder in (path / name for name in folders):
@@ -82,12 +73,13 @@ def load_colmap(
     `background` is black by default; `masks` uses the folder `masks/` if there is one. Photos are
     undistorted when they are decoded. `load_capture` describes the arguments. Raises `InputError`.
     """
-    model, models = find_model(path), find_models(path)
+    models = find_models(path)
+    if not models:
+        raise InputError(f"{path} has no COLMAP model in {'/0 or '.join(MODEL_FOLDERS)}/0")
+    model = max(models, key=lambda folder: models[folder])
     if len(models) > 1:
         sizes = ", ".join(f"{each.name} of {count} photos" for each, count in models.items())
         log.warning("%s has the models %s: the largest is used", path, sizes)
-    if model is None:
-        raise InputError(f"{path} has no COLMAP model in {'/0 or '.join(MODEL_FOLDERS)}/0")
     cameras = read_cameras(_model_file(model, "cameras"))
     registered = read_images(_model_file(model, "images"))
     if not registered:

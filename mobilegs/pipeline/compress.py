@@ -13,7 +13,7 @@ from mobilegs.live import ADDRESS
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.render.project import Footprint
-from mobilegs.scene_file import Device, choose_device, read_plain_scene
+from mobilegs.scene_file import Device, choose_device, plain_scene_at, read_plain_scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import (
     DEFAULT_BACKGROUND,
@@ -124,8 +124,7 @@ def compress_run(
     Raises InputError before anything is written if an input cannot be used, and KeyboardInterrupt,
     after a checkpoint, if a signal asks to stop.
     """
-    if (run.scene / "config.json").is_file():  # the folder of a run
-        run = replace(run, scene=run.scene / "teacher.ply")
+    run = replace(run, scene=plain_scene_at(run.scene))
     preset: PresetName = run.preset or ("gpu" if torch.cuda.is_available() else "cpu")
     capture = run.capture
     of_views = {"cameras": run.cameras, "views": run.views, "size": run.size}

@@ -8,7 +8,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.live import validate_live_options
 from mobilegs.pipeline.train import TrainRun, budget_of, repeat_run, resolve_recipe
-from mobilegs.scene_file import choose_device, read_plain_scene
+from mobilegs.scene_file import choose_device, plain_scene_at
 from mobilegs.train.run_dir import RunDir
 
 DISK = 200 << 20  # bytes that a run writes, about: photos, checkpoints, the teacher
@@ -31,7 +31,7 @@ def validate_run(run: TrainRun) -> None:
     lpips_from(run.lpips_weights)
     validate_folder(run.output)
     if run.teacher is not None and not run_dir.teacher.exists():
-        read_plain_scene(run.teacher)
+        plain_scene_at(run.teacher)
 
 
 def validate_folder(output: Path) -> None:

@@ -9,6 +9,7 @@ from mobilegs.data import has_poses
 from mobilegs.errors import InputError
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun
+from mobilegs.scene_file import read_plain_scene
 from mobilegs.train.run_dir import RunDir
 
 
@@ -25,6 +26,8 @@ def with_poses(run: TrainRun, make: Callable[[CaptureRun], None]) -> TrainRun:
             "-o CAPTURE` before several processes train on CAPTURE"
         )
     validate_run(run)
+    if run.teacher is not None and not RunDir(run.output).teacher.exists():
+        read_plain_scene(run.teacher)  # minutes before it is needed
     first = CaptureRun(run.capture, run.output / "capture")
     if RunDir(run.output).config.exists() and not first.output.exists():
         raise InputError(f"{run.output} holds a run of something else: give another folder")

@@ -12,10 +12,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mobilegs.train.optim import MOMENTS, exponential_lr
+from mobilegs.train.optim import NamedAdam, exponential_lr
 from mobilegs.validation import NOT_NEGATIVE, POSITIVE, check
-
-BETAS = (0.9, 0.99)  # of Adam: a photo comes again after a few hundred steps
 
 
 @dataclass(frozen=True)
@@ -36,18 +34,19 @@ class ExposureConfig:
 
 
 class Exposures:
-    """The changes of colours of all training photos, and the Adam that learns them.
-
-    Attributes:
-        changes: `(A | b)` of each photo, a leaf, `[photos, 3, 4]`.
-    """
+    """The changes of colours of all training photos, and the Adam that learns them."""
 
     def __init__(self, config: ExposureConfig, photos: int, device: torch.device) -> None:
         """Begin with no change."""
         self.config = config
         self.same = torch.eye(3, 4, device=device)
-        self.changes = self.same.repeat(photos, 1, 1).requires_grad_()
-        self.adam = torch.optim.Adam([self.changes], lr=config.lr, betas=BETAS)
+        changes = self.same.repeat(photos, 1, 1)
+        self.adam = NamedAdam({"changes": changes}, {"changes": config.lr})
+
+    @property
+    def changes(self) -> Float[Tensor, "photos 3 4"]:
+        """`(A | b)` of each photo, a leaf."""
+        return self.adam.tensors["changes"]
 
     def apply(self, index: int, image: Float[Tensor, "h w 3"]) -> Float[Tensor, "h w 3"]:
         """Return a render with the colours of photo `index`."""
@@ -62,19 +61,14 @@ class Exposures:
     def step(self, progress: float) -> None:
         """Take an Adam step with the gradients of `changes`; `progress` is the time, 0 to 1."""
         config = self.config
-        self.adam.param_groups[0]["lr"] = exponential_lr(config.lr, config.lr_end, progress)
+        self.adam.set_lr("changes", exponential_lr(config.lr, config.lr_end, progress))
         self.adam.step()
-        self.adam.zero_grad(set_to_none=True)
-        self.changes -= self.changes.mean(0) - self.same
+        self.changes.sub_(self.changes.mean(0) - self.same)
 
     def state(self) -> dict:
         """Return everything that later steps depend on."""
-        return {"changes": self.changes.detach(), **self.adam.state.get(self.changes, {})}
+        return self.adam.state()
 
-    @torch.no_grad()
     def restore(self, state: dict) -> None:
         """Continue from a result of `state()`."""
-        self.changes.copy_(state["changes"])
-        if "step" in state:
-            moments = {key: state[key].clone() for key in ("step", *MOMENTS)}
-            self.adam.state[self.changes] = moments
+        self.adam.restore(state)

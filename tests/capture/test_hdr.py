@@ -36,7 +36,9 @@ def frame_of(signal: np.ndarray, trc: int, *, full: bool = False) -> Any:
 
 
 def test_known_points_of_both_transfer_functions() -> None:
-    grey = lambda value: np.full((1, 1, 3), value)  # noqa: E731
+    def grey(value: float) -> np.ndarray:
+        return np.full((1, 1, 3), value)
+
     assert hlg_light(grey(1.0))[0, 0, 0] == pytest.approx(1000, rel=1e-3)
     assert hlg_light(grey(0.75))[0, 0, 0] == pytest.approx(203, rel=0.01)  # BT.2408
     assert pq_light(grey(1.0))[0, 0, 0] == pytest.approx(10_000)
@@ -79,7 +81,10 @@ def test_a_phone_s_hlg_clip_looks_like_its_twin_without_hdr() -> None:
         np.asarray(upright(next(decoded(folder / name))), float)
         for name in ("hlg_iphone.mov", "sdr_same.mov")
     )
-    saturation = lambda image: float(np.mean(np.ptp(image, axis=2) / image.max(2).clip(1)))  # noqa: E731
+
+    def saturation(image: np.ndarray) -> float:
+        return float(np.mean(np.ptp(image, axis=2) / image.max(2).clip(1)))
+
     assert one.max() == other.max() == 255
     assert np.abs(one - other).mean() < 3
     assert saturation(one) == pytest.approx(saturation(other), rel=0.03)

@@ -96,7 +96,10 @@ def test_paths_of_other_machines_are_found_in_the_capture(tmp_path: Path, spelle
 
 def test_absolute_and_relative_paths_mix(tmp_path: Path) -> None:
     root = capture(tmp_path)
-    change = lambda meta: meta["frames"][2].update(file_path=str(root / "images/f02.png"))  # noqa: E731
+
+    def change(meta: dict) -> None:
+        meta["frames"][2]["file_path"] = str(root / "images/f02.png")
+
     assert len(load_capture(edit(root, change)).train) == 7
 
 

@@ -18,7 +18,7 @@ from mobilegs.errors import InputError
 from mobilegs.pipeline import preflight
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, resolve_recipe, train_run
-from mobilegs.scene_file import choose_device, scene_at
+from mobilegs.scene_file import choose_device, read_plain_scene, scene_at
 from mobilegs.train.run_dir import RunDir
 from tests.support.runs import RECIPE
 
@@ -67,6 +67,16 @@ def test_a_run_s_folder_stands_for_its_scene(
     teacher = tmp_path / "teacher.ply"
     said(capsys, "export", finished, "--to", "ply", "-o", teacher)
     assert teacher.stat().st_size > 1000
+
+
+def test_a_run_s_folder_stands_for_its_teacher_where_a_plain_scene_is_needed(
+    finished: Path, tmp_path: Path
+) -> None:
+    assert read_plain_scene(finished).blend == "sorted"
+    shutil.copytree(finished, tmp_path / "run")
+    (tmp_path / "run" / "teacher.ply").unlink()
+    with pytest.raises(InputError, match=r"teacher\.ply does not exist"):
+        read_plain_scene(tmp_path / "run")
 
 
 def test_a_run_without_a_scene_and_a_missing_file_are_refused(

@@ -33,7 +33,7 @@ def uneven(dataset: Dataset) -> Dataset:
 def test_a_photo_s_colours_are_an_affine_change_of_the_render(generator: torch.Generator) -> None:
     exposures = Exposures(LEARNED, 3, CPU)
     with torch.no_grad():
-        exposures.changes += 0.1 * torch.randn(3, 3, 4, generator=generator)
+        exposures.changes.add_(0.1 * torch.randn(3, 3, 4, generator=generator))
     image = torch.rand(4, 5, 3, generator=generator)
     change = exposures.changes[1].detach().numpy()
     expected = np.einsum("ij,hwj->hwi", change[:, :3], image.numpy()) + change[:, 3]
@@ -93,7 +93,7 @@ def test_a_resumed_run_with_exposures_ends_with_the_same_state(
         assert whole.exposures is not None and second.exposures is not None
         assert torch.equal(whole.exposures.changes, second.exposures.changes)
         assert not torch.equal(whole.exposures.changes[0], torch.eye(3, 4))
-        assert (whole.state()["exposures"]["step"] == 9).all()
+        assert (whole.state()["exposures"]["changes"]["step"] == 9).all()
 
 
 def test_invalid_settings_are_refused() -> None:

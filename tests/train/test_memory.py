@@ -24,11 +24,11 @@ GIB = 1 << 30
 def test_memory_grows_with_gaussians_pixels_and_photos_up_to_the_caches() -> None:
     config = StudentConfig(cache_mib=1024)
 
-    def needed(photos: int = 10, pixels: int = 100_000, splats: int = 1000) -> int:
+    def needed(photos: int = 300, pixels: int = 100_000, splats: int = 1000) -> int:
         return needed_memory(config, photos=photos, pixels=pixels, splats=splats)
 
     assert needed(splats=2000) - needed() == 1000 * PER_SPLAT
-    images = 10 * (PHOTO + 2 * TARGET // 4)  # two virtual views per photo, of half the size
+    images = 300 * (PHOTO + 2 * TARGET // 4)  # two virtual views per photo, of half the size
     assert needed(pixels=200_000) - needed() == 100_000 * (PER_PIXEL + HOLES * images)
     many = needed(photos=1_000_000)
     assert many == needed(photos=2_000_000) and many - needed() < HOLES * 3 * GIB
@@ -42,9 +42,9 @@ def test_memory_grows_with_gaussians_pixels_and_photos_up_to_the_caches() -> Non
 def test_without_virtual_views_the_teacher_s_images_are_those_of_the_photos() -> None:
     virtual = StudentConfig()
     photos = replace(virtual, loss=LossConfig(virtual_view_every=0))
-    given = {"photos": 10, "pixels": 100_000, "splats": 0}
+    given = {"photos": 150, "pixels": 10_000, "splats": 0}
     difference = needed_memory(photos, **given) - needed_memory(virtual, **given)
-    assert difference == HOLES * 10 * 100_000 * (TARGET - 2 * TARGET // 4)
+    assert difference == HOLES * 150 * 10_000 * (TARGET - 2 * TARGET // 4)
 
 
 def test_a_container_s_limit_counts_and_its_cached_files_do_not(
@@ -61,3 +61,10 @@ def test_a_container_s_limit_counts_and_its_cached_files_do_not(
     assert free_memory() == 5000 - 1000 + 100
     (tmp_path / "memory.current").write_text("9000\n")
     assert free_memory() == 0
+
+
+def test_few_photos_have_many_virtual_views() -> None:
+    without = StudentConfig(cache_mib=0)
+    given = {"photos": 30, "pixels": 10_000, "splats": 0}
+    images = needed_memory(StudentConfig(), **given) - needed_memory(without, **given)
+    assert images == HOLES * 300 * TARGET * 10_000 // 4

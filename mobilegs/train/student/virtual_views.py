@@ -10,6 +10,11 @@ MIN_SHARE, MAX_SHARE = 0.25, 0.75  # of the way from one camera to the other
 MIN_TOTAL, MIN_PER_CAMERA = 300, 2
 
 
+def views_per_camera(photos: int) -> int:
+    """Return the number of virtual views for each of `photos` cameras."""
+    return max(MIN_PER_CAMERA, -(-MIN_TOTAL // photos))
+
+
 def virtual_cameras(cameras: list[Camera], seed: int) -> list[Camera]:
     """Interpolate from each camera to its nearest neighbours with a similar direction.
 
@@ -28,7 +33,7 @@ def virtual_cameras(cameras: list[Camera], seed: int) -> list[Camera]:
         near = near[row[near].isfinite()]
         if not len(near):
             continue
-        for _ in range(max(MIN_PER_CAMERA, -(-MIN_TOTAL // len(cameras)))):
+        for _ in range(views_per_camera(len(cameras))):
             other = int(near[torch.randint(len(near), (1,), generator=generator)])
             share = MIN_SHARE + (MAX_SHARE - MIN_SHARE) * float(torch.rand(1, generator=generator))
             found.append(camera.interpolate(cameras[other], share))
