@@ -126,7 +126,9 @@ def test_without_viser_the_message_says_how_to_install_it(
     capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    for verb in (["train", str(capture)], ["demo"], ["compress", str(tmp_path / "scene.ply")]):
+    scene = tmp_path / "scene.ply"
+    scene.touch()
+    for verb in (["train", str(capture)], ["demo"], ["compress", str(scene)]):
         assert main([*verb, "--output", str(tmp_path / "run"), "--live"]) == 2
         said = capsys.readouterr().err
         assert "pip install 'mobilegs[live]'" in said and said.count("\n") == 1
