@@ -8,17 +8,7 @@ A scene is five tensors (means, quats, log_scales, logit_opacities, sh): edit th
 import argparse
 from pathlib import Path
 
-from mobilegs import (
-    Gaussians,
-    InputError,
-    open_scene,
-    write_glb,
-    write_ply,
-    write_sog,
-    write_spz,
-)
-
-WRITERS = {"ply": write_ply, "spz": write_spz, "sog": write_sog, "glb": write_glb}
+from mobilegs import Gaussians, InputError, open_scene, write_gaussians
 
 
 def middle(gaussians: Gaussians, share: float) -> Gaussians:
@@ -42,10 +32,10 @@ def main() -> None:
     kept = middle(scene.gaussians, given.keep)
     print(f"{len(kept):,} of {len(scene.gaussians):,} Gaussians, degree {kept.sh_degree}")
     given.folder.mkdir(parents=True, exist_ok=True)
-    for kind, write in WRITERS.items():
+    for kind in ("ply", "spz", "sog", "glb"):
         path = given.folder / f"{given.scene.stem}.{kind}"
-        write(path, kept)
-        written, size = open_scene(path).gaussians, path.stat().st_size
+        size = write_gaussians(path, kept, kind, footprint=scene.footprint, up=scene.up)
+        written = open_scene(path).gaussians
         each = f"{size / len(written):.1f} bytes each"
         print(f"{path.name:20} {size:11,} bytes  {len(written):,} Gaussians, {each}")
 

@@ -33,7 +33,7 @@ PUBLIC = {
     "evaluate.lpips": ("lpips_from",),
     "evaluate.metrics": ("as_displayed", "psnr", "ssim", "to_bytes"),
     "evaluate.report": ("evaluate_side_by_side",),
-    "scene_file": ("inspect_scene", "open_scene"),
+    "scene_file": ("inspect_scene", "open_scene", "write_gaussians"),
     "train.recipes": (
         "Recipe",
         "cpu_recipe",

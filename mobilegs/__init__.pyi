@@ -48,6 +48,7 @@ from mobilegs.render.scene import Scene as Scene
 from mobilegs.render.sortfree import Weighting as Weighting
 from mobilegs.scene_file import inspect_scene as inspect_scene
 from mobilegs.scene_file import open_scene as open_scene
+from mobilegs.scene_file import write_gaussians as write_gaussians
 from mobilegs.train.recipes import Recipe as Recipe
 from mobilegs.train.recipes import cpu_recipe as cpu_recipe
 from mobilegs.train.recipes import demo_recipe as demo_recipe

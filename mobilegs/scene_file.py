@@ -6,14 +6,17 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mobilegs.atomic import atomic_path
 from mobilegs.camera import NEAR, Camera
 from mobilegs.errors import InputError
 from mobilegs.formats.glb import read_glb, write_glb
-from mobilegs.formats.ply import read_ply, read_ply_scene, write_ply
+from mobilegs.formats.loss import measure_loss
+from mobilegs.formats.ply import read_ply, read_ply_scene, read_ply_up, write_ply
 from mobilegs.formats.sog import read_sog, read_sog_scene, write_sog
 from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz, read_spz_scene, write_spz
@@ -22,9 +25,12 @@ from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.scene import Scene
+from mobilegs.render.transform import transformed
+from mobilegs.up import AXES, USUAL, Vector, turn_from_usual, up_text
 
 log = logging.getLogger(__name__)
 
+TURN_MIN = 1e-6  # difference of directions below which a scene is not turned
 SAMPLE, INSIDE = 10_000, 0.9  # Gaussians from which `near_of` finds the size; those inside of it
 Device = str  # auto, cpu, cuda or cuda:N; see `choose_device`
 Kind = Literal["ply", "spz", "sog", "glb"]
@@ -100,8 +106,10 @@ def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
 def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     """Read a scene file onto `device`: .mgs, .ply, .spz, .sog (or its folder), .splat or .glb.
 
-    A .mgs names its blending, footprint, background and near plane. The others are blended sorted
-    over black, with the near plane of `near_of`; a .ply, .spz or .sog may be antialiased.
+    A .mgs names its blending, footprint, background and near plane, and its training cameras tell
+    which way is up. The others are blended sorted over black, with the near plane of `near_of`; a
+    .ply, .spz or .sog may be antialiased, a .ply may name its upward direction, and that of a .glb
+    is glTF's.
 
     Raises:
         InputError: the file is of another kind, is damaged, or cannot be read.
@@ -119,8 +127,17 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
         gaussians, footprint = WITH_FOOTPRINT[kind](path)
     else:
         gaussians = PLAIN[kind](path)
+    up = read_ply_up(path) if kind == ".ply" else AXES["-y"] if kind == ".glb" else None
     black, near = torch.zeros(3, device=device), near_of(gaussians.means)
-    return Scene(gaussians.to(device), background=black, near=near, footprint=footprint)
+    return Scene(gaussians.to(device), background=black, near=near, footprint=footprint, up=up)
+
+
+def up_source(path: Path, up: Vector | None) -> str:
+    """Return the upward direction of the scene at `path` and how it is known, for people."""
+    if up is None:
+        return f"{up_text(USUAL)}, as usual: the file does not say"
+    source = "from its cameras" if path.suffix.lower() == ".mgs" else "as the file says"
+    return f"{up_text(up)}, {source}"
 
 
 def near_of(means: Float[Tensor, "n 3"]) -> float:
@@ -139,17 +156,20 @@ def near_of(means: Float[Tensor, "n 3"]) -> float:
 def inspect_scene(path: Path) -> dict[str, Any]:
     """Report the content of a scene file as JSON-ready values; for a .mgs see `mgs.codec.inspect`.
 
-    `streams` of a .mgs also list `huffman_bytes` (`mgs.huffman`), None if a stream has no indices.
+    `up` is the upward direction that the file or its cameras tell, or None. `streams` of a .mgs
+    also list `huffman_bytes` (`mgs.huffman`), None if a stream has no indices.
 
     Raises:
         InputError: as `open_scene`.
     """
     if path.suffix.lower() == ".mgs":
-        found, huffman = inspect_mgs(path), huffman_bytes(read_mgs(path))
+        coded = read_mgs(path)
+        found, huffman = inspect_mgs(path), huffman_bytes(coded)
         for row in found["streams"]:
             row["huffman_bytes"] = huffman.get(row["name"])
-        return {"file": str(path), **found}
-    gaussians = open_scene(path, torch.device("cpu")).gaussians
+        return {"file": str(path), **found, "up": None if coded.up is None else coded.up.tolist()}
+    scene = open_scene(path)
+    gaussians = scene.gaussians
     size = size_of(path)
     return {
         "file": str(path),
@@ -158,6 +178,7 @@ def inspect_scene(path: Path) -> dict[str, Any]:
         "sh_degree": gaussians.sh_degree,
         "file_bytes": size,
         "bytes_per_gaussian": size / max(len(gaussians), 1),
+        "up": None if scene.up is None else scene.up.tolist(),
     }
 
 
@@ -167,26 +188,49 @@ def write_gaussians(
     kind: Kind,
     *,
     footprint: Footprint = CLASSIC,
+    up: Float[np.ndarray, "3"] | None = None,
     note: str = "",
 ) -> int:
     """Write a scene for sorted blending in the format `kind`, atomically; returns its bytes.
 
-    `note`, one line, goes into the file's header; a .spz has no place for it. A .glb has no place
-    for an antialiased footprint, which is named in a logged warning.
+    A .ply names the upward direction `up`. The other formats have one, to which the scene is
+    turned (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for
+    it. A .glb has no place for an antialiased footprint. That, Gaussians that are not finite, and
+    what the file does not hold of the others (`formats.loss`) are named in logged warnings.
 
     Raises:
-        InputError: the format cannot hold the scene.
+        InputError: the format cannot hold the scene, or most of its Gaussians would be lost.
     """
-    if kind == "glb":
-        if footprint != CLASSIC:
-            log.warning("%s has no place for the scene's footprint: readers draw 3DGS's", output)
-        write_glb(output, gaussians, note=note)
-    elif kind == "spz":
-        write_spz(output, gaussians, footprint=footprint)
-    else:
-        write = write_ply if kind == "ply" else write_sog
-        write(output, gaussians, footprint=footprint, note=note)
+    if kind == "ply":
+        write_ply(output, gaussians, footprint=footprint, up=up, note=note)
+        return output.stat().st_size
+    gaussians = gaussians.detached().to("cpu", torch.float32).finite(output)
+    if turn_needed(up, kind):
+        assert up is not None
+        gaussians = transformed(gaussians, turn_from_usual(up).T, np.zeros(3))
+    with atomic_path(output) as path:
+        if kind == "glb":
+            if footprint != CLASSIC:
+                log.warning("a .glb has no place for the scene's footprint: readers draw 3DGS's")
+            write_glb(path, gaussians, note=note)
+        elif kind == "spz":
+            write_spz(path, gaussians, footprint=footprint)
+        else:
+            gaussians = write_sog(path, gaussians, footprint=footprint, note=note)
+        found = PLAIN[f".{kind}"](path)
+        if len(found) < len(gaussians):
+            raise InputError(f"a .{kind} cannot hold numbers as large as in this scene")
+        loss = measure_loss(gaussians, found)
+        if 2 * loss.lost > loss.count:
+            raise InputError(f"a .{kind} cannot hold this scene: {loss}; write a .ply or .glb")
+        if str(loss):
+            log.warning("the .%s does not hold all of the scene: %s", kind, loss)
     return output.stat().st_size
+
+
+def turn_needed(up: Vector | None, kind: Kind) -> bool:
+    """Return True if a scene with this upward direction is turned for a file of this kind."""
+    return kind != "ply" and up is not None and bool(np.abs(up - USUAL).max() > TURN_MIN)
 
 
 def teacher_of(student: Path) -> Path | None:

@@ -70,6 +70,25 @@ def sh_colors(sh: Float[Tensor, "n k 3"], directions: Float[Tensor, "n 3"]) -> F
     return (0.5 + (basis[:, :, None] * sh).sum(1)).clamp_min(0)
 
 
+@torch.no_grad()
+def rotated_sh(
+    sh: Float[Tensor, "n k 3"], rotation: Float[Tensor, "3 3"]
+) -> Float[Tensor, "n k 3"]:
+    """Return the coefficients of the colours after a rotation of the scene, or a reflection.
+
+    The new colour in the direction `rotation @ d` is the old one in the direction d. The matrix
+    of the change is the solution of these equations for more directions than coefficients, and
+    exact, because a rotation keeps each degree.
+    """
+    degree = round(sh.shape[1] ** 0.5) - 1
+    generator = torch.Generator().manual_seed(0)
+    directions = torch.randn(64, 3, generator=generator, dtype=torch.float64)
+    directions = torch.nn.functional.normalize(directions, dim=1)
+    after = sh_basis(directions @ rotation.double().cpu().T, degree)
+    change = torch.linalg.lstsq(after, sh_basis(directions, degree)).solution
+    return torch.einsum("jk,nkc->njc", change.to(sh), sh)
+
+
 def rgb_to_sh0(rgb: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3"]:
     """Return the degree-0 coefficients of colours `rgb` in [0, 1]."""
     return (rgb - 0.5) / C0

@@ -15,7 +15,7 @@ from tyro.conf import Positional, arg
 from mobilegs import __version__
 from mobilegs.cli.options import call
 from mobilegs.cli.output import print_contents, print_findings, print_metrics, progress_bar
-from mobilegs.cli.render import Device, open_scene_and_capture, render, usual_capture
+from mobilegs.cli.render import Device, Up, open_scene_and_capture, render, usual_capture
 from mobilegs.cli.train import capture, compress, convert, demo, train
 from mobilegs.errors import InputError
 
@@ -94,6 +94,7 @@ def view(
     no_browser: bool = False,
     native: bool = False,
     compare: Annotated[Path | None, arg(metavar="SCENE")] = None,
+    up: Up = None,
 ) -> None:
     """Show a scene in the browser, on a phone, or in a window.
 
@@ -107,6 +108,8 @@ def view(
         no_browser: Do not open the browser.
         native: Show the scene in a window instead of the browser, with Vulkan, Metal or DirectX 12.
         compare: A second scene. Both have the same camera, and a slider divides the view.
+        up: Axis of the scene that points up; while the scene is shown, the key U changes it.
+            Default: as the file or its cameras tell, otherwise -y.
     """
     from mobilegs.scene_file import scene_at
 
@@ -116,10 +119,10 @@ def view(
     if native:
         from mobilegs.view.window import show
 
-        return show(scene)
+        return show(scene, up)
     from mobilegs.view.serve import serve
 
-    serve(scene, compare, lan=lan, port=port, browser=not no_browser)
+    serve(scene, compare, up=up, lan=lan, port=port, browser=not no_browser)
 
 
 def export(
@@ -129,6 +132,7 @@ def export(
     output: Annotated[Path, arg(aliases=["-o"], metavar="PATH")],
     title: Annotated[str, arg(metavar="TEXT")] = "",
     url: Annotated[str, arg(metavar="ADDRESS")] = "",
+    up: Up = None,
     refit: bool = False,
     capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
     seed: Annotated[int, arg(metavar="N")] = 0,
@@ -151,6 +155,8 @@ def export(
         title: Title of the page. Default: the name of the capture, or of the file.
         url: Address that the site will have, like https://me.example/garden/. Services that
             preview links need it to find the image.
+        up: Axis of the scene that points up. A .ply names it; spz, sog and glb have their own, to
+            which the scene is turned. Default: as the file or its cameras tell, otherwise -y.
         refit: Refit the .mgs even if its teacher is there.
         capture: Capture whose cameras a refit uses. Default: the capture of the run, or cameras
             that the program places.
@@ -169,17 +175,17 @@ def export(
             )
         title = title or title_of(scene)
         if to == "site":
-            size = export_site(scene, output, title=title, url=url)
+            size = export_site(scene, output, title=title, url=url, up=up)
         elif url:
             raise InputError("a page in one file needs no address: leave out --url")
         else:
-            size = export_html(scene, output, title=title)
+            size = export_html(scene, output, title=title, up=up)
     else:
         for option, value in (("title", title), ("url", url)):
             if value:
                 raise InputError(f"a .{to} file has no {option}: leave out --{option}")
         options = {"refit": refit, "capture": capture, "seed": seed, "device": device}
-        size = convert(scene, output, to, **options)
+        size = convert(scene, output, to, up=up, **options)
     print(f"{output}: {size:,} bytes")
 
 

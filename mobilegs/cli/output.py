@@ -177,9 +177,14 @@ def print_contents(found: dict[str, Any]) -> None:
 
 def _topics(found: dict[str, Any]) -> dict[str, str]:
     """Return descriptions of a scene by topic."""
+    import numpy as np
+
+    from mobilegs.scene_file import up_source
+
     colour = f"spherical harmonics of degree {found['sh_degree']}"
+    up = up_source(Path(found["file"]), None if found["up"] is None else np.array(found["up"]))
     if "mode" not in found:
-        return {"blending": SORTED, "colour": colour}
+        return {"blending": SORTED, "colour": colour, "up": up}
     sorts = found["blend"] == "sorted"
     topics = {
         "version": f"{found['version']} of the format",
@@ -213,6 +218,7 @@ def _topics(found: dict[str, Any]) -> dict[str, str]:
     if "layers" in found:
         topics["LOD levels"] = " + ".join(f"{n:,}" for n in found["layers"]) + " Gaussians"
     topics["cameras"] = f"{found['views']} for a first look"
+    topics["up"] = up
     return topics
 
 

@@ -8,6 +8,7 @@ from tyro.conf import Positional, arg
 
 from mobilegs.cli.output import progress_bar
 from mobilegs.errors import InputError
+from mobilegs.up import Axis
 
 if TYPE_CHECKING:
     from mobilegs.camera import Camera
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from mobilegs.render.scene import Scene
 
 Device = Annotated[str, arg(metavar="{auto,cpu,cuda,cuda:N}")]
+Up = Annotated[Axis | None, arg(metavar="{x,-x,y,-y,z,-z}")]
 Renderer = Literal["kernels", "wgpu"]
 
 
@@ -28,6 +30,7 @@ def render(
     downscale: Annotated[int | None, arg(metavar="N")] = None,
     seconds: Annotated[float, arg(metavar="SECONDS")] = 8.0,
     size: Annotated[tuple[int, int], arg(metavar="WIDTH HEIGHT")] = (1280, 720),
+    up: Up = None,
     device: Device = "auto",
     renderer: Renderer = "kernels",
 ) -> None:
@@ -47,6 +50,8 @@ def render(
             for other scenes, reduce photos to a width of at most 1600 pixels.
         seconds: Length of the video.
         size: Size of the video in pixels.
+        up: Axis of the scene that points up in the video. Default: as the file or its cameras tell,
+            otherwise -y.
         device: Device that renders; auto takes an NVIDIA GPU if there is one.
         renderer: kernels: the renderer of the training, on --device. wgpu: the renderer of the
             viewer, in float16, on any GPU with Vulkan, Metal or DirectX 12.
@@ -59,7 +64,9 @@ def render(
     if orbit is not None:
         if capture or output or downscale:
             raise InputError("--orbit needs no photos: leave out --capture, -o and --downscale")
-        return render_orbit(scene, orbit, seconds, size, device, renderer)
+        return render_orbit(scene, orbit, seconds, size, up, device, renderer)
+    if up is not None:
+        raise InputError("the cameras of the photos are used: --up is for --orbit")
     if output is None:
         raise InputError(
             "there is nothing to render: give --capture CAPTURE -o DIR, or --orbit MP4"
@@ -105,11 +112,12 @@ def render_orbit(
     output: Path,
     seconds: float,
     size: tuple[int, int],
+    up: Axis | None,
     device: Device,
     renderer: Renderer,
 ) -> None:
     """Write a video of one turn around a scene."""
-    from mobilegs.scene_file import choose_device, open_with_views
+    from mobilegs.scene_file import choose_device, open_with_views, up_source
     from mobilegs.view.video import write_orbit
 
     opened, views = open_with_views(scene, choose_device(device))
@@ -117,8 +125,10 @@ def render_orbit(
     width, height = size
     with progress_bar("rendering") as advance:
         options = {"seconds": seconds, "width": width, "height": height, "progress": advance}
-        written = write_orbit(opened, views, output, draw=draw, **options)
+        written = write_orbit(opened, views, output, up=up, draw=draw, **options)
     print(f"{output}: {written:,} bytes")
+    if up is None and opened.up is None:
+        print(f"up is {up_source(scene, None)} (--up changes it)")
 
 
 def draw_function(

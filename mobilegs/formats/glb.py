@@ -1,24 +1,29 @@
 """Reads and writes `.glb` with `KHR_gaussian_splatting`: 3DGS scenes as glTF points, in floats.
 
 Scales and opacities are linear, rotations are xyzw, and each SH coefficient is an attribute. Axes
-are LUF in glTF (y up, front towards +z) and RDF here: half a turn around z. Source: the extension
-as ratified by Khronos in 2026,
+are LUF in glTF (y up, front towards +z) and RDF here: half a turn around z. Nodes place sets of
+splats in the scene, by a matrix or by translation, rotation and scale, below other nodes. Source:
+the extension as ratified by Khronos in 2026,
 https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Khronos/KHR_gaussian_splatting.
 """
 
 import json
 import logging
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
+from jaxtyping import Float
 
 from mobilegs import __version__
 from mobilegs.atomic import atomic_path, read_if
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.project import rotation_matrices
+from mobilegs.render.transform import SCALE_MIN, is_even, transformed
 from mobilegs.spherical_harmonics import C0
 
 log = logging.getLogger(__name__)
@@ -27,6 +32,8 @@ MAGIC, VERSION, JSON, BIN = b"glTF", 2, b"JSON", b"BIN\0"
 EXTENSION = "KHR_gaussian_splatting"
 COLOR_SPACE = "srgb_rec709_display"  # of 3DGS
 JSON_MAX = 1 << 19  # bytes; parsed JSON needs many times as much memory
+COUNT_MAX = 10_000_000  # Gaussians in all nodes
+GAUSSIANS_PER_BYTE = 1  # far above real scenes: nodes may hold one set many times
 POINTS, FLOAT, BYTE, VERTICES = 0, 5126, 5121, 34962  # OpenGL constants
 TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COMPONENTS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
@@ -39,9 +46,11 @@ SHAPES = {
 SH_ATTRIBUTES = [f"{EXTENSION}:SH_DEGREE_{d}_COEF_{m}" for d in range(4) for m in range(2 * d + 1)]
 AXIS_SIGNS = np.array([-1, -1, 1], np.float32)  # RDF <-> LUF
 SH_SIGNS = np.array([(-1) ** k for k in range(16)], np.float32)  # of SH under that turn
-SCALE_MIN = 1e-30  # a scale of 0 has no logarithm
+NAMED_MAX = 5  # nodes in a message
 OPACITY_MIN, OPACITY_MAX = 1e-12, 1 - 2.0**-24  # opacities 0 and 1 have no logit
 LOG_SCALE_MAX = 80.0  # of written scales, so that they stay finite
+
+Matrix = Float[np.ndarray, "4 4"]
 
 
 def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None:
@@ -56,7 +65,7 @@ def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
     """
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     if not len(gaussians):
-        raise InputError(f"cannot write {path}: glTF does not allow a scene without Gaussians")
+        raise InputError("glTF does not allow a scene without Gaussians: write a .ply")
     arrays = _attributes(gaussians)
     views, accessors, offset = [], [], 0
     for array in arrays.values():
@@ -103,7 +112,7 @@ def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
     text += b" " * (-len(text) % 4)
     size = 28 + len(text) + offset
     if size >= 1 << 32:
-        raise InputError(f"cannot write {path}: {size} bytes, and a .glb has at most 4 GiB")
+        raise InputError(f"a .glb has at most 4 GiB, and this scene needs {size:,} bytes")
     with atomic_path(path) as temporary, temporary.open("wb") as file:
         file.write(MAGIC + struct.pack("<II", VERSION, size))
         file.write(struct.pack("<I", len(text)) + JSON + text)
@@ -140,11 +149,13 @@ def _attributes(gaussians: Gaussians) -> dict[str, np.ndarray]:
 def read_glb(path: Path | str) -> Gaussians:
     """Read the splats of a `.glb` as float32 on the CPU.
 
-    Gaussians that are not finite are left out, and counted in a logged warning.
+    The sets of splats in all nodes of the file's scene become one, each transformed by its nodes.
+    A node that stretches splats unevenly, sets that are in no node, and Gaussians that are not
+    finite, which are left out, are named in logged warnings.
 
     Raises:
-        InputError: the file is missing, not a `.glb`, damaged or cut off, has not exactly one set
-            of splats, or uses compression or node transforms.
+        InputError: the file is missing, not a `.glb`, damaged or cut off, has no splats, or uses
+            compression.
     """
     path = Path(path)
     try:
@@ -152,23 +163,21 @@ def read_glb(path: Path | str) -> Gaussians:
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     content, body = _chunks(data, path)
+    sets, count = [], 0
     try:
-        primitive = _splats(content, path)
-        attributes = primitive["attributes"]
-        degree = _degree(attributes, path)
-        names = [*SHAPES, *SH_ATTRIBUTES[: (degree + 1) ** 2]]
-        arrays = [
-            _accessor(content, body, attributes[name], SHAPES.get(name, "VEC3")) for name in names
-        ]
+        for primitive, matrix in _placed_splats(content, path):
+            arrays = _arrays(content, body, primitive["attributes"], path)
+            count += len(arrays[0])
+            if count > min(COUNT_MAX, GAUSSIANS_PER_BYTE * len(data)):
+                raise InputError(f"{path} repeats its splats in too many nodes")
+            sets.append(_gaussians(arrays, matrix))
     except InputError:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError):
         raise InputError(
             f"{path} is damaged: its JSON is not consistent, or does not fit the file"
         ) from None
-    if len({len(array) for array in arrays}) != 1:
-        raise InputError(f"{path} is damaged: its attributes have different lengths")
-    return _gaussians(arrays, path)
+    return _merged(sets).finite(path)
 
 
 def _chunks(data: bytes, path: Path) -> tuple[dict[str, Any], memoryview]:
@@ -197,32 +206,116 @@ def _chunks(data: bytes, path: Path) -> tuple[dict[str, Any], memoryview]:
     return content, memoryview(data)[begin : begin + length]
 
 
-def _splats(content: dict[str, Any], path: Path) -> dict[str, Any]:
-    """Return the only primitive with splats."""
-    meshes = content.get("meshes", [])
-    found = [
-        primitive
-        for mesh in meshes
-        for primitive in mesh["primitives"]
-        if EXTENSION in primitive.get("extensions", {})
-    ]
-    if len(found) != 1:
-        raise InputError(f"{path} has {len(found)} sets of splats, not one")
-    about = found[0]["extensions"][EXTENSION]
-    if about.get("extensions"):
-        raise InputError(
-            f"{path} has compressed splats, which are not supported: decompress it first"
+def _placed_splats(content: dict[str, Any], path: Path) -> list[tuple[dict[str, Any], Matrix]]:
+    """Return the primitives with splats and the matrix of each, glTF's axes, `[4, 4]`.
+
+    A mesh in several nodes is repeated. In a file without nodes every mesh counts.
+    """
+    meshes = [_splats(mesh["primitives"], path) for mesh in content.get("meshes", [])]
+    if not any(meshes):
+        raise InputError(f"{path} has no splats")
+    found, used, uneven = [], set(), []
+    nodes = content.get("nodes") or [{"mesh": number} for number in range(len(meshes))]
+    for number, matrix in _matrices(nodes, content, path).items():
+        node = nodes[number]
+        if "mesh" not in node or not (mesh := meshes[_natural(node["mesh"])]):
+            continue
+        used.add(node["mesh"])
+        found += [(primitive, matrix) for primitive in mesh]
+        if not is_even(matrix[:3, :3]) and any(SH_ATTRIBUTES[1] in p["attributes"] for p in mesh):
+            uneven.append(number)
+    if uneven:
+        log.warning(
+            "%s: nodes that stretch splats unevenly, which shapes follow exactly, but "
+            "view-dependent colours only turn: %s",
+            path,
+            ", ".join(map(str, uneven[:NAMED_MAX])) + (", ..." if uneven[NAMED_MAX:] else ""),
         )
-    if about.get("kernel", "ellipse") != "ellipse":
-        raise InputError(f"{path} has splats that are not Gaussians, which are not supported")
-    if about.get("colorSpace", COLOR_SPACE) != COLOR_SPACE:
+    if any(
+        _about(primitive).get("colorSpace", COLOR_SPACE) != COLOR_SPACE for primitive, _ in found
+    ):
         log.warning("%s does not have sRGB colours; they are drawn as sRGB", path)
-    for node in content.get("nodes", []):
-        if any(key in node for key in ("matrix", "rotation", "translation", "scale")):
+    unused = sum(len(mesh) for number, mesh in enumerate(meshes) if number not in used)
+    if not found:
+        raise InputError(f"{path} has splats, but no node of its scene holds them")
+    if unused:
+        log.warning("%s: left out sets of splats that no node of the scene holds: %d", path, unused)
+    return found
+
+
+def _splats(primitives: list[dict[str, Any]], path: Path) -> list[dict[str, Any]]:
+    """Return the primitives of a mesh that have splats. Raises InputError for unknown kinds."""
+    found = [primitive for primitive in primitives if EXTENSION in primitive.get("extensions", {})]
+    for about in map(_about, found):
+        if about.get("extensions"):
             raise InputError(
-                f"{path} transforms splats in its nodes: apply the transform to the splats first"
+                f"{path} has compressed splats, which are not supported: decompress it first"
             )
-    return found[0]
+        if about.get("kernel", "ellipse") != "ellipse":
+            raise InputError(f"{path} has splats that are not Gaussians, which are not supported")
+    return found
+
+
+def _about(primitive: dict[str, Any]) -> dict[str, Any]:
+    return primitive["extensions"][EXTENSION]
+
+
+def _matrices(
+    nodes: list[dict[str, Any]], content: dict[str, Any], path: Path
+) -> dict[int, Matrix]:
+    """Return the matrix of each node of the scene by its number, parents included.
+
+    Without scenes, all nodes count. Raises InputError for a node with two parents or below itself,
+    and for a transform that is not valid.
+    """
+    if content.get("nodes") and (scenes := content.get("scenes")):
+        roots = scenes[_natural(content.get("scene", 0))].get("nodes", [])
+    else:
+        below = {child for node in nodes for child in node.get("children", [])}
+        roots = [number for number in range(len(nodes)) if number not in below]
+    found: dict[int, Matrix] = {}
+    stack = [(root, np.eye(4)) for root in reversed(roots)]
+    while stack:
+        number, above = stack.pop()
+        if number in found:
+            raise InputError(
+                f"{path} is damaged: node {number} has two parents, or is below itself"
+            )
+        node = nodes[_natural(number)]
+        with np.errstate(all="ignore"):  # checked below
+            matrix = above @ _own_matrix(node)
+        if not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
+            raise InputError(f"{path} is damaged: the transform of node {number} is not valid")
+        found[number] = matrix
+        stack += [(child, matrix) for child in reversed(node.get("children", []))]
+    return found
+
+
+def _own_matrix(node: dict[str, Any]) -> Matrix:
+    """Return a node's transform relative to its parent, which may not be finite."""
+    if "matrix" in node:
+        return np.array(node["matrix"], np.float64).reshape(4, 4).T
+    matrix = np.eye(4)
+    if "rotation" in node:
+        x, y, z, w = quat = np.array(node["rotation"], np.float64).reshape(4)
+        turn = rotation_matrices(torch.tensor([[w, x, y, z]], dtype=torch.float64))[0]
+        matrix[:3, :3] = turn.numpy() if quat.any() else np.nan
+    matrix[:3, :3] *= np.array(node.get("scale", [1, 1, 1]), np.float64).reshape(3)
+    matrix[:3, 3] = np.array(node.get("translation", [0, 0, 0]), np.float64).reshape(3)
+    return matrix
+
+
+def _arrays(
+    content: dict[str, Any], body: memoryview, attributes: dict[str, Any], path: Path
+) -> list[np.ndarray]:
+    """Return the attributes of a set of splats, in the order of `SHAPES` and `SH_ATTRIBUTES`."""
+    names = [*SHAPES, *SH_ATTRIBUTES[: (_degree(attributes, path) + 1) ** 2]]
+    arrays = [
+        _accessor(content, body, attributes[name], SHAPES.get(name, "VEC3")) for name in names
+    ]
+    if len({len(array) for array in arrays}) != 1:
+        raise InputError(f"{path} is damaged: its attributes have different lengths")
+    return arrays
 
 
 def _degree(attributes: dict[str, Any], path: Path) -> int:
@@ -269,7 +362,8 @@ def _natural(value: Any) -> int:
     return value
 
 
-def _gaussians(arrays: list[np.ndarray], path: Path) -> Gaussians:
+def _gaussians(arrays: list[np.ndarray], matrix: Matrix) -> Gaussians:
+    """Return a set of splats in a node of this matrix, in the axes used here."""
     positions, rotations, scales, opacities, *sh_arrays = arrays
     count = len(positions)
     quats = np.empty((count, 4), np.float32)
@@ -288,4 +382,23 @@ def _gaussians(arrays: list[np.ndarray], path: Path) -> Gaussians:
         for k, values in enumerate(sh_arrays):
             sh[:, k] = values * SH_SIGNS[k]
     parts = [means.astype(np.float32, copy=False), quats, log_scales, logits, sh]
-    return Gaussians(*(torch.from_numpy(part) for part in parts)).finite(path)
+    found = Gaussians(*(torch.from_numpy(part) for part in parts))
+    if np.array_equal(matrix, np.eye(4)):
+        return found
+    linear = AXIS_SIGNS[:, None] * matrix[:3, :3] * AXIS_SIGNS
+    return transformed(found, linear, AXIS_SIGNS * matrix[:3, 3])
+
+
+def _merged(sets: list[Gaussians]) -> Gaussians:
+    """Return all Gaussians as one set of the highest SH degree."""
+    if len(sets) == 1:
+        return sets[0]
+    most = max(part.sh.shape[1] for part in sets)
+    padded = [
+        replace(part, sh=torch.nn.functional.pad(part.sh, (0, 0, 0, most - part.sh.shape[1])))
+        for part in sets
+    ]
+    names = padded[0].tensors()
+    return Gaussians(
+        **{name: torch.cat([part.tensors()[name] for part in padded]) for name in names}
+    )

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from jaxtyping import Float
 
 from mobilegs.atomic import atomic_path
 from mobilegs.data.ply_table import (
@@ -29,6 +30,7 @@ from mobilegs.errors import InputError
 from mobilegs.formats.ply_compressed import SH_DEGREES, Table, read_compressed
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import BLUR, BLUR_MAX, CLASSIC, Footprint
+from mobilegs.up import AXES, Axis, Vector, parsed_up, up_text, written_up
 
 log = logging.getLogger(__name__)
 
@@ -40,6 +42,8 @@ COLUMNS = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR]  # in the order o
 FLAT_AXIS, FLAT_FROM = SCALES[2], SCALES[0]  # 2DGS has no third scale
 LOG_FLAT = -6.9  # logarithm of a thousandth
 RENDER_MODES = ("default", "mip")
+# of `Vertical Axis`: nerfstudio writes z for scenes with z up, Brush y for all scenes
+VERTICAL_AXES: dict[str, Axis] = {"x": "x", "y": "-y", "z": "z"}
 # replace infinities, which other tools write for opacities of 0 and 1 and scales of 0
 LOGIT_MAX, LOG_SCALE_MIN = 13.8, -69.0  # logit of 1 - 1e-6, logarithm of 1e-30
 
@@ -52,6 +56,28 @@ def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     """
     mode, blur = coverage(read_header(Path(path))[0], Path(path))
     return read_ply(path), Footprint(blur, antialiased=mode == "mip")
+
+
+def read_ply_up(path: Path | str) -> Vector | None:
+    """Return the upward direction that a PLY names, length 1, or None. Raises as `read_ply`."""
+    return upward(read_header(Path(path))[0])
+
+
+def upward(header: Header) -> Vector | None:
+    """Return the upward direction that the comments name, length 1, or None.
+
+    nerfstudio writes `Vertical Axis: z`, and `write_ply` a direction: `mobilegs up X Y Z`. Brush
+    writes `Vertical axis: y` for scenes of COLMAP, whose up is -y. Other words name none.
+    """
+    found = None
+    for words in header.comments:
+        match [word.lower() for word in words]:
+            case ["vertical", "axis:", name] if name in VERTICAL_AXES:
+                found = AXES[VERTICAL_AXES[name]]
+            case ["mobilegs", "up", *numbers]:
+                given = parsed_up(" ".join(numbers))
+                found = found if given is None else given
+    return found
 
 
 def coverage(header: Header, path: Path) -> tuple[str, float]:
@@ -188,17 +214,23 @@ def gaussians_from_rows(
 
 
 def write_ply(
-    path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC, note: str = ""
+    path: Path | str,
+    gaussians: Gaussians,
+    *,
+    footprint: Footprint = CLASSIC,
+    up: Float[np.ndarray, "3"] | None = None,
+    note: str = "",
 ) -> None:
     """Write a scene for sorted blending to a PLY; the file appears complete or not at all.
 
     The layout is INRIA's, little-endian float32. The header has the comments `SplatRenderMode:
     default` or, antialiased, `mip`, which other tools read, and `mobilegs blend sorted`. A blur
-    other than 0.3 and `note`, a line of ASCII, become further comments. Other tools draw a blur of
-    0.3. Raises InputError for a soft edge, which sorted blending does not have.
+    other than 0.3, the upward direction and `note`, a line of ASCII, become further comments. Other
+    tools draw a blur of 0.3. Raises InputError for a soft edge, which sorted blending does not
+    have.
     """
     if footprint.soft_edge:
-        raise InputError(f"cannot write {path}: sorted blending has no soft edge")
+        raise InputError("a .ply is blended sorted, and sorted blending has no soft edge")
     count, coefficients = gaussians.sh.shape[:2]
     rest = [f"f_rest_{i}" for i in range(3 * (coefficients - 1))]
     normal = ["nx", "ny", "nz"]
@@ -221,9 +253,17 @@ def write_ply(
         f"comment SplatRenderMode: {'mip' if footprint.antialiased else 'default'}",
         "comment mobilegs blend sorted",
         *([f"comment mobilegs blur {footprint.blur:g}"] if footprint.blur != BLUR else []),
+        *([] if up is None else [f"comment {up_comment(up)}"]),
         *([f"comment mobilegs {note}"] if note else []),
         "end_header\n",
     ]
     with atomic_path(path) as temporary, temporary.open("wb") as file:
         file.write("\n".join(header).encode())
         file.write(table.astype("<f4", copy=False).tobytes())
+
+
+def up_comment(up: Vector) -> str:
+    """Return the comment from which `upward` reads a direction."""
+    if up_text(up) == "z":  # other tools read this one
+        return "Vertical Axis: z"
+    return f"mobilegs up {written_up(up)}"

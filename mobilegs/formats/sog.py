@@ -312,8 +312,8 @@ def _look_up(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def write_sog(
     path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC, note: str = ""
-) -> None:
-    """Write a scene for sorted blending to a `.sog` of version 2.
+) -> Gaussians:
+    """Write a scene for sorted blending to a `.sog` of version 2; return it in the file's order.
 
     The file appears complete or not at all, and has the same bytes for the same scene. Gaussians
     are sorted along a Morton curve; those that are not finite are left out, and counted in a logged
@@ -322,7 +322,7 @@ def write_sog(
     draw a blur of 0.3: another blur is named in a logged warning.
     """
     if footprint.blur != BLUR:
-        log.warning("%s has no place for the blur %g: readers draw 0.3", path, footprint.blur)
+        log.warning("a .sog has no place for the blur %g: readers draw 0.3", footprint.blur)
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     gaussians = gaussians.select(morton_order(gaussians.means))
     count = len(gaussians)
@@ -338,10 +338,9 @@ def write_sog(
 
     signed = gaussians.means.double().sign() * gaussians.means.double().abs().log1p()
     low, high = (
-        end(signed, dim=0).tolist() if count else [0.0] * 3 for end in (torch.amin, torch.amax)
+        end(signed, dim=0) if count else signed.new_zeros(3) for end in (torch.amin, torch.amax)
     )
-    span = (torch.tensor(high) - torch.tensor(low)).double().clamp_min(1e-30)
-    steps = ((signed - torch.tensor(low).double()) / span * 65535).round().clamp(0, 65535)
+    steps = ((signed - low) / (high - low).clamp_min(1e-30) * 65535).round().clamp(0, 65535)
     words = steps.numpy().astype(np.uint16)
     scale_book, scales = codebook(gaussians.log_scales.numpy())
     color_book, colors = codebook(gaussians.sh[:, 0].numpy())
@@ -361,7 +360,11 @@ def write_sog(
         },
         "count": count,
         **({"model": ANTIALIASED} if footprint.antialiased else {}),
-        "means": {"mins": low, "maxs": high, "files": ["means_l.webp", "means_u.webp"]},
+        "means": {
+            "mins": low.tolist(),
+            "maxs": high.tolist(),
+            "files": ["means_l.webp", "means_u.webp"],
+        },
         "scales": {"codebook": scale_book.tolist(), "files": ["scales.webp"]},
         "quats": {"files": ["quats.webp"]},
         "sh0": {"codebook": color_book.tolist(), "files": ["sh0.webp"]},
@@ -386,6 +389,7 @@ def write_sog(
     with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name, content in {**files, "meta.json": json.dumps(meta).encode()}.items():
             archive.writestr(zipfile.ZipInfo(name), content)
+    return gaussians
 
 
 def _encode_webp(pixels: np.ndarray) -> bytes:

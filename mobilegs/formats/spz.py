@@ -39,6 +39,8 @@ GAUSSIANS_PER_BYTE = 1  # far above real scenes; limits the memory for small fil
 WINDOW_MAX = 1 << 27  # bytes of a Zstandard window
 FRACTION_BITS, FRACTION_BITS_MAX = 12, 24  # of positions: usual and largest number
 POSITION_BITS_MIN = 16  # of the farthest position
+STEPS_PER_SIZE = 4  # of positions, in the size of a small Gaussian
+SMALL = 0.01  # share of the Gaussians that are smaller than it
 SH_STEPS = (8, 16)  # steps of a byte: 5 bits for degree 1 and 4 for higher ones, as is usual
 GZIP_LEVEL = 6  # 9 saves 2 % and takes five times as long
 BLOCK = 1 << 15  # rows that are decoded at a time
@@ -262,19 +264,12 @@ def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = 
         InputError: there are more than 10 million Gaussians, or a coordinate reaches 2^23.
     """
     if footprint.blur != BLUR:
-        log.warning("%s has no place for the blur %g: readers draw 0.3", path, footprint.blur)
+        log.warning("a .spz has no place for the blur %g: readers draw 0.3", footprint.blur)
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     count, degree = len(gaussians), gaussians.sh_degree
     if count > COUNT_MAX:
-        raise InputError(
-            f"cannot write {path}: {count} Gaussians are more than the {COUNT_MAX} of .spz"
-        )
-    # integer bits of the farthest position
-    integer_bits = math.frexp(float(gaussians.means.abs().max()))[1] if count else 0
-    fraction_bits = max(FRACTION_BITS, POSITION_BITS_MIN - integer_bits)
-    fraction_bits = min(23 - integer_bits, fraction_bits, FRACTION_BITS_MAX)
-    if fraction_bits < 0:
-        raise InputError(f"cannot write {path}: a Gaussian is too far away for .spz (2^23)")
+        raise InputError(f"a .spz holds at most {COUNT_MAX:,} Gaussians, not {count:,}")
+    fraction_bits = _fraction_bits(gaussians) if count else FRACTION_BITS
     flags = ANTIALIASED * footprint.antialiased
     header = Header(3, count, degree, fraction_bits, footprint.antialiased, False, 0, 0)
     start = MAGIC + struct.pack("<IIBBBB", 3, count, degree, fraction_bits, flags, 0)
@@ -283,6 +278,22 @@ def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = 
             zipped.write(start)
             for part in _encoded(header, gaussians):
                 zipped.write(part.tobytes())
+
+
+def _fraction_bits(gaussians: Gaussians) -> int:
+    """Return the fractional bits of positions, which small Gaussians and small scenes need.
+
+    More than the usual ones cost space. Raises InputError for a Gaussian that is too far away.
+    """
+    integer_bits = math.frexp(float(gaussians.means.abs().max()))[1]  # of the farthest position
+    sizes = gaussians.log_scales.amax(1)
+    small = float(sizes.kthvalue(max(1, round(SMALL * len(sizes)))).values)
+    needed = math.ceil((math.log(STEPS_PER_SIZE) - small) / math.log(2))
+    wanted = max(FRACTION_BITS, POSITION_BITS_MIN - integer_bits, needed)
+    found = min(23 - integer_bits, wanted, FRACTION_BITS_MAX)
+    if found < 0:
+        raise InputError("a Gaussian is too far away for a .spz: 2^23 is the limit")
+    return found
 
 
 def _encoded(header: Header, gaussians: Gaussians) -> list[np.ndarray]:

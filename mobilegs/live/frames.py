@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import torch
 from jaxtyping import Float
 from torch import Tensor
-from torch.nn.functional import interpolate, normalize
+from torch.nn.functional import interpolate
 
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View
 from mobilegs.evaluate.metrics import as_displayed, psnr
 from mobilegs.render.scene import Scene
+from mobilegs.up import up_of_cameras
 
 ERROR_MAX = 0.25  # mean channel difference that gets the last colour of the map
 ALPHA_MIN = 0.5  # pixels below have no depth
@@ -69,7 +70,7 @@ class TrainingCameras:
         self.positions = torch.stack([camera.position for camera in self.cameras]).double()
         self.forwards = mats[:, 2, :3]
         self._center = dataset.center.double()
-        self.up = mean_up(mats)
+        self.up = up_of_cameras(mats.cpu().numpy())
 
     def nearest(self, browser: BrowserCamera) -> int:
         """Return the index of the camera with the most similar position and direction."""
@@ -97,14 +98,6 @@ class TrainingCameras:
         half_width = camera.width / (2 * float(camera.K[0, 0]))
         half_height = camera.height / (2 * float(camera.K[1, 1]))
         return 2 * math.atan(max(half_height, half_width / aspect))
-
-
-def mean_up(viewmats: Float[Tensor, "n 4 4"]) -> Float[Tensor, "3"]:
-    """Return the mean upward direction of the photos, of unit length."""
-    mean = -viewmats[:, 1, :3].mean(0)
-    if mean.norm() < 1e-3:  # photos of all orientations
-        mean = -viewmats[0, 1, :3]
-    return normalize(mean, dim=0)
 
 
 def render_color(scene: Scene, camera: Camera) -> Image:

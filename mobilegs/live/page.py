@@ -121,7 +121,7 @@ class Page:
 
     def _set_scene(self) -> None:
         scene, cameras = self._server.scene, self.cameras
-        scene.set_up_direction(cameras.up.numpy())
+        scene.set_up_direction(cameras.up)
         scene.configure_environment_map(hdri=None)
         first = self._server.initial_camera  # of new browsers
         position, target = cameras.position_and_target(0)

@@ -33,6 +33,7 @@ from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import C0
+from mobilegs.up import parsed_up, up_of_cameras
 
 COUNT_MAX = 1 << 26
 LOD_LEVELS_MAX = 8
@@ -70,7 +71,8 @@ class QuantizedScene:
         blend, weighting, footprint, background, near: as in `Scene`; the background lies in
             [0, 1].
         views: cameras for a first look; their near plane becomes `near`.
-        meta: notes for people. They hold no times, so that equal scenes are equal files.
+        meta: notes for people. They hold no times, so that equal scenes are equal files. The note
+            `up`, a text `X Y Z`, is the upward direction.
     """
 
     positions: Float16[Tensor, "n 3"]
@@ -124,6 +126,14 @@ class QuantizedScene:
         if "both1" in self.decoder:
             return ColorShape("latent_networks", degree)
         return ColorShape("linear", degree, LATENTS + view.shape[1])
+
+    @property
+    def up(self) -> Float[np.ndarray, "3"] | None:
+        """Upward direction that the note `up` tells, or else the views; None without either."""
+        noted = parsed_up(self.meta.get("up"))
+        if noted is not None or not self.views:
+            return noted
+        return up_of_cameras(np.stack([view.viewmat.double().numpy() for view in self.views]))
 
     def sorted(self) -> "QuantizedScene":
         """Return the scene in the file's order: by Morton code within each LOD level, stable."""
@@ -202,6 +212,7 @@ class QuantizedScene:
             footprint=self.footprint,
             background=self.background.to(device),
             near=self.near,
+            up=self.up,
         )
 
     def check(self) -> None:

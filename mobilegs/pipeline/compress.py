@@ -24,6 +24,7 @@ from mobilegs.synthetic_capture.render import (
 )
 from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.train.recipes import PresetName
+from mobilegs.up import Axis
 
 # For a trained scene and renders of it: means move little, colours need more latents for their view
 # dependence, and coarse, early quantisation costs no quality (docs/explanation/compression.md,
@@ -36,6 +37,7 @@ FINISHED_SCENE = (
     "student.schedule.rate_from=1",
     "student.loss.overdraw_weight=0",
     "student.loss.virtual_view_every=0",
+    "student.exposure.learned=never",
 )
 # number of rendered views by preset, and pixels of their longer side
 VIEWS: dict[PresetName, tuple[int, int]] = {
@@ -77,6 +79,9 @@ class CompressRun:
     downscale: Annotated[int | None, arg(metavar="N")] = None
     """Divide the width and height of the photos by N. Default: reduce photos to a width of at
     most 1600 pixels."""
+    up: Annotated[Axis | None, arg(metavar="{x,-x,y,-y,z,-z}")] = None
+    """Axis of the scene that points up, for cameras that the program places. Default: as the file
+    tells, otherwise the direction across which the scene's middle is flattest."""
     background: Annotated[tuple[float, float, float] | None, arg(metavar="R G B")] = None
     """Background colour in 0..1 that the scene was trained with; scene files do not contain it.
     Default: black, or white if the photos of --capture have transparency."""
@@ -127,11 +132,13 @@ def compress_run(
     run = replace(run, scene=plain_scene_at(run.scene))
     preset: PresetName = run.preset or ("gpu" if torch.cuda.is_available() else "cpu")
     capture = run.capture
-    of_views = {"cameras": run.cameras, "views": run.views, "size": run.size}
+    of_views = {"cameras": run.cameras, "views": run.views, "size": run.size, "up": run.up}
     if capture is not None:
         given = [name for name, value in of_views.items() if value is not None]
         if given:
             raise InputError(f"with --capture no views are rendered: leave out --{given[0]}")
+    elif run.up is not None and run.cameras is not None:
+        raise InputError("the cameras of --cameras tell which way is up: leave out --up")
     elif run.downscale is not None:
         raise InputError("--downscale is for the photos of --capture: use --size")
     settings: list[str] = [*FINISHED_SCENE] if capture is None else []
@@ -168,7 +175,7 @@ def compress_run(
         if run.size is not None:
             size = run.size
         options = CaptureOptions(
-            views, size, run.cameras, run.seed, run.background or DEFAULT_BACKGROUND
+            views, size, run.cameras, run.seed, run.background or DEFAULT_BACKGROUND, run.up
         )
         render_synthetic_capture(scene, run.scene, training.capture, options, progress=progress)
     elif not (run.output / "config.json").exists():

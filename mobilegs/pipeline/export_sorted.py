@@ -12,6 +12,7 @@ from mobilegs.pipeline.refit import Views, measure_fit, refit, views_around, vie
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import (
     PLAIN,
+    WRITERS,
     Device,
     Kind,
     capture_of_run,
@@ -19,9 +20,11 @@ from mobilegs.scene_file import (
     open_scene,
     scene_at,
     teacher_of,
+    turn_needed,
     write_gaussians,
 )
 from mobilegs.synthetic_capture.render import Progress, no_progress
+from mobilegs.up import AXES, Axis, Vector
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,8 @@ class SortedExport:
     """The file to write."""
     kind: Kind
     """Format of the file."""
+    up: Axis | None = None
+    """Axis that points up; None is the scene's own direction."""
     refit: bool = False
     """Refit a student even if its teacher is there."""
     capture: Path | None = None
@@ -48,7 +53,8 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
     """Write the file; return its size in bytes and a message, which may be empty.
 
     A scene for sorted blending is converted. For a student in its run's folder, the run's teacher
-    is written; any other student is refitted. The file appears complete or not at all.
+    is written; any other student is refitted. A file that cannot name the upward direction gets
+    the scene turned. The file appears complete or not at all.
 
     Raises InputError if the scene cannot be read, does not fit the format or would be overwritten,
     and for options that have no effect.
@@ -60,6 +66,7 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
     if not 0 <= run.seed < 1 << 32:
         raise InputError(f"the seed must be between 0 and {(1 << 32) - 1}, not {run.seed}")
     opened = open_scene(scene, choose_device(run.device))
+    up = opened.up if run.up is None else AXES[run.up]
     teacher = teacher_of(scene) if opened.blend != "sorted" else None
     for source, what in ((scene, "the scene itself"), (teacher, "the scene's teacher")):
         if source is not None and output.exists() and output.samefile(source):
@@ -71,27 +78,30 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
                 "export another scene, such as the teacher.ply of its run"
             )
         _validate_no_refit(run, f"{scene} is already made for sorted blending")
-        size = write_gaussians(output, opened.gaussians, kind, footprint=opened.footprint)
-        return size, antialiased_note(opened, kind)
+        options = {"footprint": opened.footprint, "up": up, "note": turn_note(up, kind)}
+        size = write_gaussians(output, opened.gaussians, kind, **options)
+        return size, _joined(turn_note(up, kind), antialiased_note(opened, kind))
     if teacher is not None and not run.refit:
         _validate_no_refit(run, f"{teacher} is written instead of {scene}, unless you add --refit")
         plain = open_scene(teacher, choose_device("cpu"))
-        message = f"{scene} is sort-free: wrote {teacher} instead (--refit refits the scene)"
-        note = antialiased_note(plain, kind)
-        message += f"; {note}" if note else ""
-        moved = offset_of(scene)
-        message += f"; the capture's origin is moved by {moved}" if moved else ""
-        note = moved and f"offset {moved}"
-        size = write_gaussians(output, plain.gaussians, kind, footprint=plain.footprint, note=note)
-        return size, message
+        moved, turned = offset_of(scene), turn_note(up, kind)
+        message = _joined(
+            f"{scene} is sort-free: wrote {teacher} instead (--refit refits the scene)",
+            turned,
+            antialiased_note(plain, kind),
+            moved and f"the capture's origin is moved by {moved}",
+        )
+        note = _joined(turned, moved and f"offset {moved}")
+        options = {"footprint": plain.footprint, "up": up, "note": note}
+        return write_gaussians(output, plain.gaussians, kind, **options), message
     with atomic_path(output) as path:  # raises for an unusable folder before the minutes of work
         views = _views(run, opened, progress)
         found = refit(opened, views, seed=run.seed, progress=progress)
-        write_gaussians(path, found, kind)  # measured as other tools will read it
+        WRITERS[kind](path, found)  # measured as other tools will read it
         fit = measure_fit(opened, PLAIN[f".{kind}"](path), views, progress=progress)
         moved = offset_of(scene)
-        note = f"{fit}; offset {moved}" if moved else str(fit)
-        size = write_gaussians(path, found, kind, note=note)
+        note = _joined(str(fit), turn_note(up, kind), moved and f"offset {moved}")
+        size = write_gaussians(path, found, kind, up=up, note=note)
     return size, f"{scene}: {note}"
 
 
@@ -104,6 +114,17 @@ def offset_of(scene: Path) -> str:
         return ""
     found = inspect_mgs(scene)["meta"].get("offset")
     return found if isinstance(found, str) and re.fullmatch(r"(-?\d{1,20} ?){3}", found) else ""
+
+
+def turn_note(up: Vector | None, kind: Kind) -> str:
+    """Return how a scene is turned for a file of this kind; empty if it is not."""
+    if up is None or not turn_needed(up, kind):
+        return ""
+    return f"turned to be upright: up was {' '.join(f'{number:.6g}' for number in up + 0.0)}"
+
+
+def _joined(*notes: str) -> str:
+    return "; ".join(note for note in notes if note)
 
 
 def antialiased_note(scene: Scene, kind: Kind) -> str:

@@ -27,7 +27,6 @@ STEPS = 800
 SIDE_MAX = 640  # pixels of an image's longer side
 TRAIN_MAX, TEST_MAX = 160, 24  # images
 VIEWS = 112  # placed where there is no capture
-UPRIGHT = 0.3  # length of the cameras' mean up vector from which on they define the vertical
 PARALLEL_DEGREES = 40  # around their mean, within which cameras look in one direction
 # 3DGS's learning rates except for the means, which are in place already; all Gaussians stay
 # with the footprint of 3DGS: many tools ignore another one
@@ -135,10 +134,7 @@ def _place_views(
 ) -> list[Camera]:
     """Return cameras between those given and around the scene's centre, shuffled."""
     side = min([SIDE_MAX, *(max(camera.width, camera.height) for camera in given)])
-    up = -torch.stack([camera.viewmat[1, :3] for camera in given]).mean(0) if given else None
-    bounds = find_scene_bounds(
-        scene.gaussians, up=up if up is not None and up.norm() > UPRIGHT else None
-    )
+    bounds = find_scene_bounds(scene.gaussians, up=scene.up)
     between = VIEWS // 2 if given else 0
     if len(given) > 2 and _are_parallel(given):
         between = VIEWS

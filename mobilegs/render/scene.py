@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
@@ -45,6 +46,7 @@ class Scene:
         footprint: how a Gaussian covers pixels; a soft edge has no effect on sorted blending.
         background: sRGB in [0, 1], `[3]`.
         near: near plane with which the scene was trained, in world units.
+        up: upward direction that the file tells, length 1; None if it tells none.
     """
 
     gaussians: Gaussians
@@ -56,6 +58,7 @@ class Scene:
     near: float = NEAR
     attenuation: Float[Tensor, "n 2"] | None = None
     footprint: Footprint = CLASSIC
+    up: Float[np.ndarray, "3"] | None = None
 
     @property
     def is_plain(self) -> bool:

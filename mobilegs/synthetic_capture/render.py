@@ -1,6 +1,7 @@
 """Renders a capture from a scene: images from placed cameras, and a COLMAP model of the poses."""
 
 import json
+import logging
 import zlib
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -24,6 +25,9 @@ from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
 from mobilegs.synthetic_capture.scene_bounds import SceneBounds, find_scene_bounds
 from mobilegs.synthetic_capture.visibility import validate_visibility
+from mobilegs.up import AXES, Axis, up_text
+
+log = logging.getLogger(__name__)
 
 POINTS_MAX = 10_000  # sparse points of the capture
 RECORD = "made_from.json"
@@ -53,6 +57,8 @@ class CaptureOptions:
     """Seed of all random choices."""
     background: Color = DEFAULT_BACKGROUND
     """Background colour, RGB in [0, 1]."""
+    up: Axis | None = None
+    """Axis that points up. None: the scene's own direction, or else that of `find_scene_bounds`."""
 
     def __post_init__(self) -> None:
         if not 16 <= self.views <= 10_000:
@@ -97,7 +103,15 @@ def render_synthetic_capture(
     background = torch.tensor(options.background, device=scene.gaussians.means.device)
     scene = replace(scene, background=background)
     generator = torch.Generator().manual_seed(options.seed)
-    bounds = find_scene_bounds(scene.gaussians)
+    up = scene.up if options.up is None else AXES[options.up]
+    bounds = find_scene_bounds(scene.gaussians, up=up)
+    if options.cameras is None and up is None:
+        log.warning(
+            "%s does not say which way is up: cameras are placed with %s up, as its shape suggests "
+            "(--up changes it)",
+            source,
+            up_text(bounds.up.double().cpu().numpy()),
+        )
     if options.cameras is None:
         with progress("placing cameras") as advance:
             cameras = place_cameras(
@@ -134,6 +148,8 @@ def render_synthetic_capture(
 
 def _record(source: Path, options: CaptureOptions) -> dict[str, Any]:
     how = asdict(options) | {"cameras": None}
+    if options.up is None:
+        del how["up"]  # captures of earlier versions have none
     if options.cameras is not None:
         how["cameras"] = f"{zlib.crc32(options.cameras.read_bytes()):08x}"
     data = (source / "meta.json" if source.is_dir() else source).read_bytes()

@@ -2,18 +2,19 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.up import USUAL
 
-UP_ANGLE_MAX = 25  # degrees between the ground's normal and `USUAL_UP` or its opposite
+UP_ANGLE_MAX = 25  # degrees between the ground's normal and `USUAL` or its opposite
 FLAT = 0.5  # there is a ground if the least variance is at most this share of the middle one
 ROUNDS = 8  # of the search for the centre
 AREA_MAX = 10  # times the median area: limits the weight of a sky
-USUAL_UP = (0.0, -1.0, 0.0)  # in scenes from COLMAP
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,9 @@ class SceneBounds:
 
 
 @torch.no_grad()
-def find_scene_bounds(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = None) -> SceneBounds:
+def find_scene_bounds(
+    gaussians: Gaussians, *, up: Float[np.ndarray, "3"] | None = None
+) -> SceneBounds:
     """Estimate the bounds of a scene.
 
     The centre is a weighted median, repeated over the Gaussians within three times their median
@@ -71,12 +74,11 @@ def find_scene_bounds(gaussians: Gaussians, *, up: Float[Tensor, "3"] | None = N
             break
     if radius <= 0:
         radius = float(two[fine].median())
-    if up is None:
-        up = _vertical(means - center, near)
+    upward = _vertical(means - center, near) if up is None else torch.from_numpy(up)
     seen = torch.where(fine, gaussians.opacities, 0.0)
     detail = float(_median(two.prod(1).sqrt().nan_to_num(0), seen))
     return SceneBounds(
-        center, radius, detail, torch.nn.functional.normalize(up.to(center), dim=0), weights
+        center, radius, detail, torch.nn.functional.normalize(upward.to(center), dim=0), weights
     )
 
 
@@ -91,7 +93,7 @@ def _vertical(offsets: Float[Tensor, "n 3"], weights: Float[Tensor, "n"]) -> Flo
     offsets = offsets.double()
     offsets = offsets - (share * offsets).sum(0)
     variances, axes = torch.linalg.eigh(offsets.T @ (share * offsets))
-    usual = torch.tensor(USUAL_UP, dtype=torch.float64, device=offsets.device)
+    usual = torch.from_numpy(USUAL).to(offsets)
     normal = axes[:, 0]
     if variances[0] > FLAT * variances[1]:
         return usual.float()

@@ -13,13 +13,12 @@ import torch
 from PIL import Image
 
 from mobilegs.atomic import atomic_write
-from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.mgs.codec import inspect_mgs, read_mgs
-from mobilegs.render.scene import Scene
+from mobilegs.mgs.codec import inspect_mgs
 from mobilegs.render.supersampling import supersampling_for
-from mobilegs.scene_file import open_scene
+from mobilegs.scene_file import open_with_views
+from mobilegs.up import Axis
 from mobilegs.view.assets import (
     SCRIPT,
     TITLE,
@@ -30,6 +29,7 @@ from mobilegs.view.assets import (
     service_worker,
     viewer_script,
 )
+from mobilegs.view.orbit import camera_of, first_pose
 from mobilegs.view.serve import KINDS, validate_scene_file
 
 POSTER = (1200, 630)  # pixels, the size that services which preview links expect
@@ -59,11 +59,11 @@ PREVIEW = """    <meta property="og:url" content="{}" />
 """
 
 
-def export_html(scene: Path, output: Path, *, title: str) -> int:
+def export_html(scene: Path, output: Path, *, title: str, up: Axis | None = None) -> int:
     """Write one HTML file with viewer and scene, which needs no server. Returns its bytes.
 
-    Raises InputError for a scene that the web viewer does not show or of more than 400 MB, and if
-    `output` is a file that is not an exported page.
+    `up` replaces the scene's upward direction. Raises InputError for a scene that the web viewer
+    does not show or of more than 400 MB, and if `output` is a file that is not an exported page.
     """
     validate_scene_file(scene)
     if output.is_file() and not _is_page(output):
@@ -73,12 +73,12 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
             f"{scene} is larger than the {HTML_MAX // 10**6} MB that browsers take in a page: "
             "use --to site"
         )
-    image = base64.b64encode(jpeg(poster_of(scene))).decode()
+    image = base64.b64encode(jpeg(poster_of(scene, up))).decode()
     data = base64.b64encode(scene.read_bytes()).decode()
     page = _page(
         {
             TITLE: f"<title>{escaped(title)}</title>",
-            ELEMENT: f'<mobile-gs poster="data:image/jpeg;base64,{image}"></mobile-gs>',
+            ELEMENT: f'<mobile-gs{_up(up)} poster="data:image/jpeg;base64,{image}"></mobile-gs>',
             SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
             f'    <script type="module">\n{viewer_script()}</script>',
         }
@@ -87,18 +87,20 @@ def export_html(scene: Path, output: Path, *, title: str) -> int:
     return len(page.encode())
 
 
-def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
+def export_site(
+    scene: Path, output: Path, *, title: str, url: str = "", up: Axis | None = None
+) -> int:
     """Write a folder for any web host, which phones can install and open offline.
 
-    `url` is the address where the site will be: link previews need the full address of the image.
-    Returns the bytes in the folder. Raises InputError for a scene that the web viewer does not
-    show, if `output` has files that are not from an earlier export, and for a `url` that is not an
-    http or https address.
+    `up` replaces the scene's upward direction. `url` is the address where the site will be: link
+    previews need the full address of the image. Returns the bytes in the folder. Raises InputError
+    for a scene that the web viewer does not show, if `output` has files that are not from an
+    earlier export, and for a `url` that is not an http or https address.
     """
     validate_scene_file(scene)
     url = url and _folder_address(url)
     _validate_site_folder(output)
-    image = poster_of(scene)
+    image = poster_of(scene, up)
     name, title = f"scene{scene.suffix.lower()}", escaped(title)
     files = {
         "manifest.webmanifest": _manifest(title),
@@ -108,7 +110,7 @@ def export_site(scene: Path, output: Path, *, title: str, url: str = "") -> int:
         "mobile-gs.js": element_script().encode(),
         name: scene.read_bytes(),
     }
-    page = _site_page(files, name, title, url)
+    page = _site_page(files, name, title, url, up)
     version = hashlib.sha256(page.encode() + b"".join(files.values())).hexdigest()[:16]
     page = _replaced(
         page, {LINK_ICON: f'<meta name="version" content="{version}" />\n    {LINK_ICON}'}
@@ -136,7 +138,7 @@ def _validate_site_folder(output: Path) -> None:
     raise InputError(f"{output} has files that are not from an export: give a new folder")
 
 
-def _site_page(files: dict[str, bytes], name: str, title: str, url: str) -> str:
+def _site_page(files: dict[str, bytes], name: str, title: str, url: str, up: Axis | None) -> str:
     """Return the page of a site; `title` is escaped, `name` is the scene's file."""
     poster, scene = _digest(files["poster.jpg"]), _digest(files[name])
     return _page(
@@ -148,10 +150,16 @@ def _site_page(files: dict[str, bytes], name: str, title: str, url: str) -> str:
             '    <link rel="manifest" href="manifest.webmanifest" />',
             LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
             # addresses that change with the files: browsers may have cached earlier ones
-            ELEMENT: f'<mobile-gs src="{name}?{scene}" poster="poster.jpg?{poster}"></mobile-gs>',
+            ELEMENT: f'<mobile-gs src="{name}?{scene}"{_up(up)} poster="poster.jpg?{poster}">'
+            "</mobile-gs>",
             SCRIPT: f"{script_tags('viewer.js')}\n    {REGISTER}",
         }
     )
+
+
+def _up(up: Axis | None) -> str:
+    """Return the attribute of an element for `--up`."""
+    return f' up="{up}"' if up else ""
 
 
 def _manifest(title: str) -> bytes:
@@ -205,41 +213,21 @@ def title_of(scene: Path) -> str:
 
 
 @torch.inference_mode()
-def poster_of(path: Path) -> Image.Image:
-    """Render the image that is shown while the scene loads, 1200 x 630.
+def poster_of(path: Path, up: Axis | None = None) -> Image.Image:
+    """Render the image that is shown while the scene loads, 1200 x 630: the viewer's first view.
 
-    From the first training camera if the file has any, else from the side. Reads the whole file.
-    Raises InputError for a scene that the web viewer does not show.
+    `up` replaces the scene's upward direction. Reads the whole file. Raises InputError for a scene
+    that the web viewer does not show, or without Gaussians.
     """
-    if path.suffix.lower() == ".mgs":
-        coded = read_mgs(path)
-        scene, views = coded.decode(), coded.views or []
-    else:
-        scene, views = open_scene(path, torch.device("cpu")), []
+    scene, views = open_with_views(path)
+    if not len(scene.gaussians):
+        raise InputError(f"{path} has no Gaussians: there is nothing to show")
     if scene.weighting.name == "two_pass":
         raise InputError(f"{path} has the weighting 'two_pass', which no viewer renders")
-    camera = views[0] if views else _side_view(scene)
-    width, height = POSTER
-    # as cameraOf in pose.js: the geometric mean of showing the whole view and filling the image
-    focal = float(
-        (camera.K[0, 0] * width / camera.width * camera.K[1, 1] * height / camera.height) ** 0.5
-    )
-    k = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
-    poster = Camera(camera.viewmat, k, width, height, scene.near)
-    rendered = scene.render(poster, supersampling=supersampling_for(poster, views))
+    pose = first_pose(scene, views, up)
+    camera = camera_of(pose, views[0] if views else None, *POSTER, scene.near)
+    rendered = scene.render(camera, supersampling=supersampling_for(camera, views))
     return Image.fromarray(to_bytes(rendered.image).numpy())
-
-
-def _side_view(scene: Scene) -> Camera:
-    """Return a camera that looks at the scene from the side, for scenes without cameras."""
-    if not len(scene.gaussians):
-        raise InputError("the scene has no Gaussians: there is nothing to show")
-    shares = torch.tensor([0.25, 0.5, 0.75])
-    low, middle, high = torch.quantile(scene.gaussians.means[:1_000_000], shares, dim=0)
-    size = float((high - low).max()) or 1.0
-    eye = middle + 2 * size * torch.tensor([0.0, -0.3, -1.0])
-    viewmat = look_at(eye, middle, torch.tensor([0.0, -1.0, 0.0]))
-    return Camera(viewmat, torch.tensor([[1.0, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]), 1, 1)
 
 
 def _is_page(file: Path) -> bool:

@@ -13,9 +13,10 @@ import torch
 from jaxtyping import Float
 
 from mobilegs.camera import Camera
+from mobilegs.render.scene import Scene
+from mobilegs.up import AXES, USUAL, Axis, Vector, turn_from_usual, unit, up_of_cameras
 
 POLE = 0.02  # smallest angle between the view and straight up or down, radians
-TRUST = 0.02  # weight of the cameras' mean upward direction
 NEAREST = 1e-3  # smallest distance to the target, in starting distances
 NEARBY = 12.0  # pixels around the pointer
 FIELD = 50.0  # field of view in degrees, without a training camera
@@ -41,8 +42,6 @@ TURNING = {
 }
 COMMAND = {"Control", "Meta", "Alt"}  # with these, keys do not move
 
-Vector = Float[np.ndarray, "3"]
-
 
 class Pose:
     """Position and direction of the viewer, with a fixed upward direction.
@@ -61,8 +60,13 @@ class Pose:
         self.reach = float(np.linalg.norm(self.target - self.eye)) or 1.0
 
     @classmethod
-    def from_views(cls, views: Sequence[Camera], index: int = 0) -> "Pose":
-        """Return the pose of training camera `index`; its target is the point that all look at."""
+    def from_views(
+        cls, views: Sequence[Camera], index: int = 0, up: Vector | None = None
+    ) -> "Pose":
+        """Return the pose of training camera `index`; its target is the point that all look at.
+
+        Without `up`, the views tell it.
+        """
         mats = np.stack([view.viewmat.double().cpu().numpy() for view in views])
         axes, eyes = mats[:, :3, :3], _eyes(mats)  # rows of axes: right, down, forward
         eye, forward = eyes[index], axes[index, 2]
@@ -71,17 +75,18 @@ class Pose:
         spread = float(np.linalg.norm(eyes - eye, axis=1).max()) or 1.0
         if not distance > NEAREST * spread:
             distance = spread
-        return cls(eye, eye + forward * distance, _sky(axes))
+        return cls(eye, eye + forward * distance, up_of_cameras(mats) if up is None else up)
 
     @classmethod
-    def around(cls, means: Float[np.ndarray, "n 3"]) -> "Pose":
+    def around(cls, means: Float[np.ndarray, "n 3"], up: Vector = USUAL) -> "Pose":
         """Return a pose from the side for a scene without cameras, with most means in view."""
         places = [int(share * (len(means) - 1)) for share in (0.15, 0.5, 0.85)]
         low, target, high = np.zeros((3, 3))
         if len(means):
             low, target, high = np.partition(means, places, axis=0)[places].astype(np.float64)
         size = float((high - low).max()) or 1.0
-        return cls(target + 1.5 * size * np.array([0, -0.3, -1]), target, np.array([0.0, -1, 0]))
+        away = turn_from_usual(up) @ np.array([0, -0.3, -1])
+        return cls(target + 1.5 * size * away, target, up)
 
     @property
     def forward(self) -> Vector:
@@ -227,6 +232,19 @@ class Input:
             self.pose.look(across, down)
 
 
+def first_pose(scene: Scene, views: Sequence[Camera], up: Axis | None = None) -> Pose:
+    """Return the pose in which viewers show a scene first.
+
+    That is the first of its training `views`, or a pose from the side. If `up` is given, it
+    replaces the scene's upward direction, and the views are not used.
+    """
+    if views and up is None:
+        return Pose.from_views(views, up=scene.up)
+    means = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
+    direction = scene.up if up is None else AXES[up]
+    return Pose.around(means.cpu().numpy(), USUAL if direction is None else direction)
+
+
 def camera_of(pose: Pose, view: Camera | None, width: int, height: int, near: float) -> Camera:
     """Return a camera of `width` x `height` pixels with about the field of view of `view`.
 
@@ -258,12 +276,6 @@ def point_under(
     return means[ahead[close[points[close, 2].argmin()]]]
 
 
-def unit(a: Vector) -> Vector:
-    """Return `a` at length 1; the x axis for a vector of length 0."""
-    size = np.linalg.norm(a)
-    return a / size if size > 0 else np.array([1.0, 0, 0])
-
-
 def turned(a: Vector, axis: Vector, angle: float) -> Vector:
     """Rotate `a` about `axis` (length 1) by the right-hand rule, with Rodrigues' formula."""
     c, s = np.cos(angle), np.sin(angle)
@@ -272,22 +284,6 @@ def turned(a: Vector, axis: Vector, angle: float) -> Vector:
 
 def _eyes(mats: np.ndarray) -> np.ndarray:
     return -np.einsum("nij,ni->nj", mats[:, :3, :3], mats[:, :3, 3])
-
-
-def _sky(axes: np.ndarray) -> Vector:
-    """Return the upward direction from cameras' axes `[n, 3, 3]`.
-
-    People hold cameras level, so it is perpendicular to the cameras' right axes. If these are all
-    parallel, the mean upward direction of the cameras decides.
-    """
-    rights = axes[:, 0]
-    mean = unit(-axes[:, 1].sum(0))
-    up = mean
-    # power iteration: largest eigenvector of `(1 + TRUST) I - mean(r r^T) + TRUST mean mean^T`
-    for _ in range(200):
-        level = rights.T @ (rights @ up) / len(rights)
-        up = unit((1 + TRUST) * up - level + TRUST * (mean @ up) * mean)
-    return up
 
 
 def _meeting(eyes: np.ndarray, forwards: np.ndarray) -> Vector:

@@ -13,7 +13,9 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from mobilegs.data.ply_table import parse_header
 from mobilegs.errors import InputError
-from mobilegs.formats.ply import COLUMNS
+from mobilegs.formats.ply import COLUMNS, read_ply_up
+from mobilegs.scene_file import up_source
+from mobilegs.up import Axis
 from mobilegs.view.assets import (
     SCRIPT,
     TITLE,
@@ -45,12 +47,19 @@ class Server(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(
-        self, scene: Path, other: Path | None = None, *, host: str = "127.0.0.1", port: int = 0
+        self,
+        scene: Path,
+        other: Path | None = None,
+        *,
+        up: Axis | None = None,
+        host: str = "127.0.0.1",
+        port: int = 0,
     ) -> None:
-        """Listen on `host` and `port`, 0 for any free port.
+        """Listen on `host` and `port`, 0 for any free port; `up` replaces the scene's direction.
 
         Raises InputError if a file does not exist or the address cannot be used.
         """
+        self.up = up
         self.scenes = {SCENE: scene}
         if other:  # with file names, which the page shows
             self.scenes = {
@@ -81,10 +90,9 @@ class Server(ThreadingHTTPServer):
     def path(self) -> str:
         """The page's URL path, with the addresses of its scenes."""
         addresses = [quote(path, errors=UNDECODED) for path in self.scenes]
-        return "/?" + "&".join(
-            f"{name}={quote(address)}"
-            for name, address in zip(("url", "compare"), addresses, strict=False)
-        )
+        options = [*zip(("url", "compare"), map(quote, addresses), strict=False)]
+        options += [("up", self.up)] if self.up else []
+        return "/?" + "&".join(f"{name}={value}" for name, value in options)
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -176,20 +184,26 @@ def _gzipped(text: str) -> bytes:
     return gzip.compress(text.encode(), mtime=0)
 
 
-def serve(scene: Path, other: Path | None, *, lan: bool, port: int, browser: bool) -> None:
+def serve(
+    scene: Path, other: Path | None, *, up: Axis | None = None, lan: bool, port: int, browser: bool
+) -> None:
     """Serve the viewer with a scene, or with two to compare, until interrupted.
 
-    With `lan`, other devices in the network can open it; the address is shown as a QR code. They
-    get WebGL2: browsers allow WebGPU over plain http only from the same machine. Raises InputError
-    for files that the viewer does not show.
+    `up` replaces the scene's upward direction. With `lan`, other devices in the network can open
+    it; the address is shown as a QR code. They get WebGL2: browsers allow WebGPU over plain http
+    only from the same machine. Raises InputError for files that the viewer does not show.
     """
     for file in (scene, other):
         if file is not None:
             validate_scene_file(file)
-    server = Server(scene, other, host="0.0.0.0" if lan else "127.0.0.1", port=port)
+    server = Server(scene, other, up=up, host="0.0.0.0" if lan else "127.0.0.1", port=port)
     with server:
         local = server.address("127.0.0.1")
         print(f"{scene} is shown at {local}")
+        if up is None and scene.suffix.lower() != ".mgs":
+            named = read_ply_up(scene) if scene.suffix.lower() == ".ply" else None
+            turn = "" if named is not None else " (the key U or --up changes it)"
+            print(f"up is {up_source(scene, named)}{turn}")
         host = own_address() if lan else None
         if host:
             print(f"in this network at {server.address(host)}")

@@ -12,7 +12,8 @@ from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
-from mobilegs.view.orbit import Pose, camera_of
+from mobilegs.up import Axis
+from mobilegs.view.orbit import camera_of, first_pose
 
 RATE = 30  # frames per second
 CODECS = ("libx264", "mpeg4")  # the first one available
@@ -25,15 +26,20 @@ Progress = Callable[[int, int], None]
 
 
 def orbit_cameras(
-    scene: Scene, views: list[Camera], count: int, *, width: int, height: int
+    scene: Scene,
+    views: list[Camera],
+    count: int,
+    *,
+    width: int,
+    height: int,
+    up: Axis | None = None,
 ) -> list[Camera]:
     """Return `count` cameras on a circle around the point that `views` look at.
 
-    Distance and height are those of the first of `views`. Without views, the circle is around the
-    scene's middle.
+    Distance and height are those of the first of `views`. Without views, or with another `up` than
+    theirs, the circle is around the scene's middle.
     """
-    means = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
-    pose = Pose.from_views(views) if views else Pose.around(means.cpu().numpy())
+    pose = first_pose(scene, views, up)
     cameras = []
     for _ in range(count):
         cameras.append(camera_of(pose, views[0] if views else None, width, height, scene.near))
@@ -49,14 +55,16 @@ def write_orbit(
     seconds: float,
     width: int,
     height: int,
+    up: Axis | None = None,
     draw: Callable[[Camera], Any],
     progress: Progress = lambda done, total: None,
 ) -> int:
     """Write an MP4 of one turn around a scene. Returns its bytes.
 
-    `draw` renders a camera to an object with an `image` `[h, w, 3]`; `progress` gets the number of
-    finished frames and of all. Raises InputError for a file name that does not end in .mp4, an odd
-    size or one outside 16 to 4,096 pixels, a length outside 1/30 to 600 seconds, and without PyAV.
+    `up` replaces the scene's upward direction. `draw` renders a camera to an object with an
+    `image` `[h, w, 3]`; `progress` gets the number of finished frames and of all. Raises InputError
+    for a file name that does not end in .mp4, an odd size or one outside 16 to 4,096 pixels, a
+    length outside 1/30 to 600 seconds, and without PyAV.
     """
     try:
         import av
@@ -72,7 +80,8 @@ def write_orbit(
             f"{SIDE_MAX}"
         )
     codec = next(name for name in CODECS if name in av.codecs_available)
-    cameras = orbit_cameras(scene, views, round(RATE * seconds), width=width, height=height)
+    count = round(RATE * seconds)
+    cameras = orbit_cameras(scene, views, count, width=width, height=height, up=up)
     device = scene.gaussians.means.device
     with (
         atomic_path(output) as temporary,

@@ -22,8 +22,9 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.supersampling import supersampling_for
-from mobilegs.scene_file import open_with_views
-from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, point_under
+from mobilegs.scene_file import open_with_views, up_source
+from mobilegs.up import AXES, USUAL, Axis, next_axis
+from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, first_pose, point_under
 from mobilegs.view.wgpu_device import INSTALL
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 
@@ -43,6 +44,7 @@ HELP = """\
   M                     switch between orbiting and looking around
   V                     next training camera
   R                     first view
+  U                     turn another axis upwards
   F                     full screen
   P                     save an image
   I                     frame rate and time of each pass, in the title
@@ -50,8 +52,8 @@ HELP = """\
   Esc, Ctrl-Q           leave full screen, close"""
 
 
-def show(path: Path) -> None:
-    """Show a scene in a window, until the window is closed.
+def show(path: Path, up: Axis | None = None) -> None:
+    """Show a scene in a window, until the window is closed; `up` replaces its upward direction.
 
     Raises InputError without a display, a GPU or the packages for them, and for a file that
     WgpuRenderer does not support.
@@ -62,10 +64,12 @@ def show(path: Path) -> None:
     renderer = WgpuRenderer(scene, level_sigma=level_sigma)
     canvas = toolkit.RenderCanvas(size=SIZE, title=path.stem, max_fps=FPS_MAX)
     try:
-        window = Window(canvas, renderer, views, path.stem)
+        window = Window(canvas, renderer, views, path.stem, up)
     except Exception:
         canvas.close()
         raise
+    if up is None and scene.up is None:
+        print(f"up is {up_source(path, None)} (the key U or --up changes it)")
     print(f"{path} is open in a window. Keys:\n{HELP}", flush=True)
     try:
         toolkit.loop.run()
@@ -103,16 +107,24 @@ class Window:
     """
 
     def __init__(
-        self, canvas: Any, renderer: WgpuRenderer, views: Sequence[Camera], name: str
+        self,
+        canvas: Any,
+        renderer: WgpuRenderer,
+        views: Sequence[Camera],
+        name: str,
+        up: Axis | None = None,
     ) -> None:
-        """Show the scene of `renderer`; `views` are its training cameras, or empty."""
+        """Show the scene of `renderer`; `views` are its training cameras, or empty.
+
+        `up` replaces the scene's upward direction.
+        """
         self.canvas = canvas
         self.timed = False
         self._renderer, self._views, self._name = renderer, views, name
         scene = renderer.scene
         logits = scene.gaussians.logit_opacities if scene.lobes is None else scene.lobes[:, 0, 0]
-        means = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
-        self._start = Pose.from_views(views) if views else Pose.around(means.cpu().numpy())
+        self._up: Axis | None = up
+        self._start = first_pose(scene, views, up)
         self._solid = scene.gaussians.means[logits >= 0].cpu().numpy()  # targets of a double click
         self.input = Input(self._start.copy())
         self._view = 0
@@ -154,8 +166,16 @@ class Window:
         """Go back to the first view, or to training camera `index`."""
         pose = self._start.copy()
         if index is not None and self._views:
-            pose = Pose.from_views(self._views, index % len(self._views))
+            up = self._renderer.scene.up if self._up is None else AXES[self._up]
+            pose = Pose.from_views(self._views, index % len(self._views), up)
         self.input.pose = pose
+
+    def turn_up(self) -> None:
+        """Let the next axis point up; the scene's own direction is one of the steps."""
+        scene = self._renderer.scene
+        self._up = next_axis(self._up, USUAL if scene.up is None else scene.up)
+        self._start = first_pose(scene, self._views, self._up)
+        self.reset()
 
     def close(self) -> None:
         """Close the window, if it is open."""
@@ -265,6 +285,8 @@ class Window:
         elif key == "v":
             self._view += 1
             self.reset(self._view)
+        elif key == "u":
+            self.turn_up()
         elif key == "m":
             self.input.mode = "fly" if self.input.mode == "orbit" else "orbit"
         elif key == "f":

@@ -12,8 +12,12 @@ import pytest
 import torch
 
 from mobilegs.errors import InputError
-from mobilegs.formats.glb import EXTENSION, SH_ATTRIBUTES, read_glb, write_glb
+from mobilegs.formats import spz
+from mobilegs.formats.glb import EXTENSION, SH_ATTRIBUTES, SH_SIGNS, read_glb, write_glb
 from mobilegs.formats.ply import read_ply
+from mobilegs.gaussians import Gaussians
+from mobilegs.render.project import rotation_matrices
+from mobilegs.spherical_harmonics import rotated_sh, sh_colors
 from tests.support.random_scenes import error_message, max_error, random_scene, rotation_error
 
 OTHERS = Path(__file__).parent / "other_tools"
@@ -39,6 +43,25 @@ def attribute(data: bytes, name: str) -> np.ndarray:
     kind = {5126: "<f4", 5121: "u1"}[accessor["componentType"]]
     part = body[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
     return np.frombuffer(part, kind).reshape(accessor["count"], -1)
+
+
+def with_nodes(data: bytes, *nodes: dict[str, Any], roots: list[int] | None = None) -> bytes:
+    """Return a file with other nodes; `roots` are those of its scene, by default the first."""
+    content, body = parts_of(data)
+    content |= {"nodes": list(nodes), "scenes": [{"nodes": [0] if roots is None else roots}]}
+    return joined(content, body)
+
+
+def read_with_nodes(
+    path: Path, data: bytes, *nodes: dict[str, Any], roots: list[int] | None = None
+) -> Gaussians:
+    path.write_bytes(with_nodes(data, *nodes, roots=roots))
+    return read_glb(path)
+
+
+def covariances(scene: Gaussians) -> torch.Tensor:
+    shapes = rotation_matrices(scene.quats.double()) * scene.log_scales.double().exp()[:, None]
+    return shapes @ shapes.mT
 
 
 @pytest.fixture
@@ -113,6 +136,119 @@ def test_normalised_integers_with_a_stride_are_read(tmp_path: Path) -> None:
     assert max_error(found.opacities, expected) < 1e-6
 
 
+def test_identities_and_nodes_without_splats_change_no_bit(valid: bytes, tmp_path: Path) -> None:
+    (tmp_path / "valid.glb").write_bytes(valid)
+    plain = read_glb(tmp_path / "valid.glb").tensors()
+    still = {"mesh": 0, "translation": [0, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
+    moved = {"camera": 0, "translation": [0, 1, 3]}
+    for nodes in ([still], [{"mesh": 0}, moved], [{"children": [1, 2]}, moved, {"mesh": 0}]):
+        roots = [0] if "children" in nodes[0] else list(range(len(nodes)))
+        found = read_with_nodes(tmp_path / "scene.glb", valid, *nodes, roots=roots)
+        for name, value in found.tensors().items():
+            assert torch.equal(value, plain[name]), name
+
+
+def test_a_node_moves_turns_and_scales_its_splats(tmp_path: Path) -> None:
+    made = random_scene(200, 3)
+    write_glb(tmp_path / "made.glb", made)
+    made = read_glb(tmp_path / "made.glb")  # without -0
+    # in glTF's axes: a quarter of a turn around y, which takes z to x, twice the size
+    node = {"mesh": 0, "rotation": [0, 0.5**0.5, 0, 0.5**0.5], "scale": [2, 2, 2]}
+    node["translation"] = [1, 2, 3]
+    found = read_with_nodes(tmp_path / "moved.glb", (tmp_path / "made.glb").read_bytes(), node)
+    # here x and y have the opposite signs, so that turn takes z to -x and x to z
+    turn = torch.tensor([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
+    expected = 2 * made.means @ turn.T + torch.tensor([-1.0, -2, 3])
+    assert max_error(found.means, expected) < 1e-5
+    both = turn.double() @ covariances(made) @ turn.T.double() * 4
+    assert max_error(covariances(found) / both.abs().amax(), both / both.abs().amax()) < 1e-6
+    directions = torch.nn.functional.normalize(made.means, dim=1)
+    colors = sh_colors(made.sh, directions)
+    assert max_error(sh_colors(found.sh, directions @ turn.T), colors) < 1e-5
+    assert torch.equal(found.logit_opacities, made.logit_opacities)
+    # the same as a matrix, column by column, and split between a node and its parent
+    matrix = [0, 0, -2, 0, 0, 2, 0, 0, 2, 0, 0, 0, 1, 2, 3, 1]
+    parent = {"children": [1], "translation": [1, 2, 3], "scale": [2, 2, 2]}
+    child = {"mesh": 0, "rotation": node["rotation"]}
+    for nodes in ([{"mesh": 0, "matrix": matrix}], [parent, child]):
+        data = (tmp_path / "made.glb").read_bytes()
+        same = read_with_nodes(tmp_path / "same.glb", data, *nodes)
+        assert max_error(same.means, found.means) < 1e-5
+        assert max_error(covariances(same), covariances(found)) < 1e-6
+        assert max_error(same.sh, found.sh) < 1e-5
+
+
+def test_signs_of_harmonics_are_those_of_half_a_turn() -> None:
+    ones = torch.ones(1, 16, 3)
+    around_z = rotated_sh(ones, torch.diag(torch.tensor([-1.0, -1, 1])))
+    assert max_error(around_z[0, :, 0], torch.from_numpy(SH_SIGNS)) < 1e-6
+    around_x = rotated_sh(ones, torch.diag(torch.tensor([1.0, -1, -1])))
+    assert max_error(around_x[0, 1:, 0], torch.from_numpy(spz.SH_SIGNS)) < 1e-6
+
+
+def test_a_reflection_and_an_uneven_scale_change_shapes_exactly(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    write_glb(tmp_path / "made.glb", random_scene(200, 2))
+    data, made = (tmp_path / "made.glb").read_bytes(), read_glb(tmp_path / "made.glb")
+    directions = torch.nn.functional.normalize(made.means, dim=1)
+    for scale, even in (([-1, 1, 1], True), ([1, -3, 0.5], False), ([1, 0, 1], False)):
+        caplog.clear()
+        found = read_with_nodes(tmp_path / "other.glb", data, {"mesh": 0, "scale": scale})
+        change = torch.diag(torch.tensor(scale, dtype=torch.float64))
+        assert max_error(found.means, made.means @ change.float()) < 1e-6
+        expected = change @ covariances(made) @ change
+        assert max_error(covariances(found), expected) < 1e-6 * float(expected.abs().max())
+        assert ("view-dependent colours only turn: 0\n" in caplog.text) != even
+        if even:
+            colors = sh_colors(found.sh, directions @ change.float())
+            assert max_error(colors, sh_colors(made.sh, directions)) < 1e-5
+
+
+def test_the_splats_of_several_nodes_become_one_scene(
+    valid: bytes, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    content, body = parts_of(valid)
+    smaller = json.loads(json.dumps(content["meshes"][0]))
+    for name in SH_ATTRIBUTES[1:]:
+        smaller["primitives"][0]["attributes"].pop(name, None)
+    content["meshes"] += [smaller, smaller]
+    data = joined(content, body)
+    up = {"mesh": 0, "translation": [0, 5, 0]}
+    found = read_with_nodes(tmp_path / "a.glb", data, {"mesh": 1}, up, {"mesh": 1}, roots=[0, 1])
+    plain = read_with_nodes(tmp_path / "b.glb", data, {"mesh": 0})
+    assert len(found) == 6 and found.sh_degree == 1
+    assert torch.equal(found.means[:3], plain.means)
+    assert torch.equal(found.means[3:], plain.means - torch.tensor([0.0, 5, 0]))
+    assert torch.equal(found.sh[3:], plain.sh) and not found.sh[:3, 1:].any()
+    assert "no node of the scene holds: 1" in caplog.text  # the third mesh
+
+
+def test_a_file_without_nodes_or_scenes_is_read(valid: bytes, tmp_path: Path) -> None:
+    content, body = parts_of(valid)
+    for name in ("scene", "scenes"):
+        content.pop(name)
+    content["nodes"] = [{"mesh": 0}, {"children": [0], "translation": [0, 0, 1]}]
+    (tmp_path / "rootless.glb").write_bytes(joined(content, body))
+    moved = read_glb(tmp_path / "rootless.glb")
+    content.pop("nodes")
+    (tmp_path / "bare.glb").write_bytes(joined(content, body))
+    found = read_glb(tmp_path / "bare.glb")
+    assert torch.equal(moved.means, found.means + torch.tensor([0.0, 0, 1]))
+
+
+def test_a_long_chain_of_nodes_is_read(valid: bytes, tmp_path: Path) -> None:
+    nodes = [{"children": [i + 1]} for i in range(20_000)]
+    assert len(read_with_nodes(tmp_path / "deep.glb", valid, *nodes, {"mesh": 0})) == 3
+
+
+def test_splats_in_too_many_nodes_are_refused(tmp_path: Path) -> None:
+    write_glb(tmp_path / "made.glb", random_scene(200, 0))
+    roots = list(range(2000))
+    data = with_nodes((tmp_path / "made.glb").read_bytes(), *[{"mesh": 0}] * 2000, roots=roots)
+    assert "too many nodes" in error_message(read_glb, tmp_path / "many.glb", data)
+
+
 def test_other_color_spaces_are_read_with_a_warning(
     valid: bytes, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -158,21 +294,40 @@ def splats(**values: object) -> Change:
     return lambda content: primitive_of(content)["extensions"][EXTENSION].update(values)
 
 
-def twice(content: dict[str, Any]) -> None:
-    content["meshes"] *= 2
+def nodes(*given: dict[str, Any]) -> Change:
+    return lambda content: content.update(nodes=list(given))
 
 
 CHANGES: dict[str, tuple[Change, str]] = {
-    "no splats": (lambda c: primitive_of(c).pop("extensions"), "has 0 sets of splats"),
-    "two sets": (twice, "has 2 sets"),
+    "no splats": (lambda c: primitive_of(c).pop("extensions"), "has no splats"),
     "no opacity": (without(f"{EXTENSION}:OPACITY"), "OPACITY"),
     "no SH of degree 0": (without(SH_ATTRIBUTES[0]), "SH_DEGREE_0"),
     "half a degree": (without(SH_ATTRIBUTES[2]), "has 3 SH"),
     "compressed": (splats(extensions={"KHR_x": {}}), "decompress it first"),
     "another kernel": (splats(kernel="cone"), "not Gaussians"),
-    "a node with a rotation": (
-        lambda c: c["nodes"][0].update(rotation=[0, 0, 0, 1]),
-        "in its nodes",
+    "no node with splats": (nodes({"camera": 0}), "no node of its scene holds them"),
+    "a node below itself": (nodes({"mesh": 0, "children": [0]}), "node 0 has two parents"),
+    "a cycle": (nodes({"children": [1]}, {"children": [2]}, {"children": [1]}), "below itself"),
+    "two parents": (nodes({"children": [1, 1]}, {"mesh": 0}), "node 1 has two parents"),
+    "a missing node": (nodes({"children": [7]}), "does not fit"),
+    "a negative node": (nodes({"children": [-1]}), "does not fit"),
+    "a missing mesh": (nodes({"mesh": 5}), "does not fit"),
+    "a missing scene": (lambda c: c.update(scene=3), "does not fit"),
+    "a string as a child": (nodes({"children": "0"}), "does not fit"),
+    "a short matrix": (nodes({"mesh": 0, "matrix": [1] * 9}), "does not fit"),
+    "a matrix of words": (nodes({"mesh": 0, "matrix": ["a"] * 16}), "does not fit"),
+    "an infinite matrix": (nodes({"mesh": 0, "matrix": [float("inf")] * 16}), "node 0 is not"),
+    "a number beyond floats": (nodes({"mesh": 0, "scale": [10**400, 1, 1]}), "does not fit"),
+    "no translation": (nodes({"mesh": 0, "translation": [0, float("nan"), 0]}), "node 0 is not"),
+    "no rotation": (nodes({"mesh": 0, "rotation": [0, 0, 0, 0]}), "node 0 is not valid"),
+    "a projection": (nodes({"mesh": 0, "matrix": [*[1, 0, 0, 1] * 3, 0, 0, 0, 1]}), "node 0 is"),
+    "an overflow": (
+        nodes(
+            {"scale": [1e200, 1, 1], "children": [1]},
+            {"scale": [1e200, 1, 1], "children": [2]},
+            {"mesh": 0},
+        ),
+        "node 1 is not valid",
     ),
     "another length": (accessor(count=2), "different lengths"),
     "a long accessor": (accessor(count=10**9), "does not fit"),

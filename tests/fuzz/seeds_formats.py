@@ -36,7 +36,7 @@ def splat_seeds() -> dict[str, Seed]:
     return {"one": Seed(rows[:1].tobytes()), "seven": Seed(rows.tobytes())}
 
 
-def _written(write: Callable[[Path, Gaussians], None], scene: Gaussians) -> bytes:
+def _written(write: Callable[[Path, Gaussians], object], scene: Gaussians) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "seed"
         write(path, scene)

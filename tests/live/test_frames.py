@@ -114,7 +114,7 @@ def test_cameras_that_look_outwards_have_a_point_to_orbit(dataset) -> None:
     assert float((target - position).norm()) == pytest.approx(dataset.extent, rel=1e-5)
 
 
-def test_up_is_the_mean_up_of_the_photos(dataset: Dataset) -> None:
+def test_up_is_the_direction_in_which_the_photos_are_level(dataset: Dataset) -> None:
     assert float(TrainingCameras(dataset).up[2]) > 0.9
 
 

@@ -5,6 +5,7 @@ import zipfile
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 
@@ -13,6 +14,7 @@ from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
+from mobilegs.spherical_harmonics import sh_colors
 from tests.support.random_scenes import matched, max_error, random_scene
 from tests.support.scene_cases import Case, make_scene
 
@@ -68,6 +70,56 @@ def test_a_sorted_mgs_with_opacities_by_direction_is_not_converted(
         assert not there.exists()
 
 
+def up_of(path: Path) -> list[float]:
+    scene = open_scene(path)
+    return [0, -1, 0] if scene.up is None else scene.up.tolist()
+
+
+@pytest.mark.parametrize("kind", ["spz", "sog", "glb"])
+@pytest.mark.parametrize("named", ["by the file", "by the option"])
+def test_a_scene_is_turned_so_that_the_file_opens_upright(
+    kind: str, named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made, there = random_scene(60, 3), tmp_path / f"there.{kind}"
+    up = np.array([0.0, 0, 1]) if named == "by the file" else None
+    write_ply(tmp_path / "scene.ply", made, up=up)
+    words = ["export", str(tmp_path / "scene.ply"), "--to", kind, "-o", str(there)]
+    assert main([*words, *(["--up", "z"] if up is None else [])]) == 0
+    assert "turned to be upright: up was 0 0 1" in capsys.readouterr().out
+    # a quarter of a turn around x takes z to -y
+    turn = torch.tensor([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    found = open_scene(there).gaussians
+    expected = made.means @ turn.T
+    rows = torch.cdist(expected, found.means).argmin(1)
+    found = found.select(rows)
+    assert max_error(found.means, expected) < 1e-3
+    directions = torch.nn.functional.normalize(made.means, dim=1)
+    colors = sh_colors(made.sh, directions)
+    assert max_error(sh_colors(found.sh, directions @ turn.T), colors) < 0.2
+    assert up_of(there) == [0, -1, 0]
+    if kind != "spz":  # which has no place for a note
+        assert b"up was 0 0 1" in there.read_bytes()
+
+
+def test_a_ply_keeps_its_positions_and_names_what_is_up(scene: Path, tmp_path: Path) -> None:
+    there, back = tmp_path / "there.ply", tmp_path / "back.ply"
+    assert main(["export", str(scene), "--to", "ply", "-o", str(there), "--up", "-x"]) == 0
+    assert torch.equal(read_ply(there).means, read_ply(scene).means)
+    assert up_of(there) == pytest.approx([-1, 0, 0])
+    assert main(["export", str(there), "--to", "ply", "-o", str(back)]) == 0
+    assert up_of(back) == pytest.approx([-1, 0, 0])
+
+
+def test_a_scene_that_names_nothing_and_a_glb_are_not_turned(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for source, kind in ((scene, "glb"), (tmp_path / "scene.glb", "sog")):
+        words = ["export", str(source), "--to", kind, "-o", str(tmp_path / f"scene.{kind}")]
+        assert main(words) == 0
+        assert "turned" not in capsys.readouterr().out
+    assert torch.equal(read_ply(scene).means, open_scene(tmp_path / "scene.glb").gaussians.means)
+
+
 def test_the_teacher_is_exported_for_a_student_in_its_run(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -81,6 +133,7 @@ def test_the_teacher_is_exported_for_a_student_in_its_run(
     assert main([*words, str(there)]) == 0
     assert f"wrote {teacher} instead" in capsys.readouterr().out
     assert torch.equal(read_ply(there).means, read_ply(teacher).means)
+    assert up_of(there) == pytest.approx(open_scene(path).up, abs=1e-5)  # of the run's cameras
     assert main([*words, str(teacher)]) == 2
     assert teacher.read_bytes() == scene.read_bytes()
 

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 
@@ -17,6 +18,7 @@ from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
 from mobilegs.synthetic_capture.render import CaptureOptions, render_synthetic_capture
 from mobilegs.synthetic_capture.scene_bounds import find_scene_bounds
+from mobilegs.up import Axis, up_of_cameras
 from tests.support.garden import UP, cameras_json, garden
 
 
@@ -46,8 +48,8 @@ def test_up_is_that_of_colmap_if_nothing_is_flat() -> None:
 
 
 def test_a_given_up_direction_is_used() -> None:
-    given = torch.tensor([0.0, 3.0, 4.0])
-    assert torch.allclose(find_scene_bounds(garden(), up=given).up, given / 5)
+    given = np.array([0.0, 3.0, 4.0])
+    assert find_scene_bounds(garden(), up=given).up.tolist() == pytest.approx([0, 0.6, 0.8])
 
 
 def test_a_scene_without_visible_gaussians_raises_an_error() -> None:
@@ -220,6 +222,27 @@ def test_a_rendered_capture_can_be_loaded(tmp_path: Path) -> None:
         render_synthetic_capture(Scene(scene), source, folder, CaptureOptions(views=16, size=64))
     with pytest.raises(InputError, match="something else"):
         render_synthetic_capture(Scene(scene), source, tmp_path, CaptureOptions(views=16, size=64))
+
+
+def test_cameras_are_placed_upright(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """By the option, by the file, or else by the scene's shape, which is said."""
+    source, scene = tmp_path / "garden.ply", garden(600)
+    write_ply(source, scene)
+    named = Scene(scene, up=np.array([1.0, 0, 0]))
+    cases: list[tuple[Scene, Axis | None, list[int]]] = [
+        (named, "-y", [0, -1, 0]),
+        (named, None, [1, 0, 0]),
+        (Scene(scene), None, [0, 0, 1]),
+    ]
+    for number, (given, option, expected) in enumerate(cases):
+        folder, options = tmp_path / str(number), CaptureOptions(views=16, size=64, up=option)
+        render_synthetic_capture(given, source, folder, options)
+        cameras = [frame.camera for frame in load_capture(folder).train]
+        up = up_of_cameras(np.stack([camera.viewmat.numpy() for camera in cameras]))
+        assert up @ np.array(expected) > (0.999 if number < 2 else 0.99)
+        said = f"{source} does not say which way is up: cameras are placed with (" in caplog.text
+        assert said == (number == 2)
+        assert ("up" in json.loads((folder / "made_from.json").read_text())) == (option is not None)
 
 
 def test_an_interrupted_capture_is_completed(tmp_path: Path) -> None:

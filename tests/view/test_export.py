@@ -18,9 +18,13 @@ from PIL import Image
 
 from mobilegs.cli.main import main
 from mobilegs.compress.lobes import LobeShape
+from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render import Weighting
+from mobilegs.render.supersampling import supersampling_for
+from mobilegs.scene_file import open_with_views
+from mobilegs.up import Axis
 from mobilegs.view.assets import (
     SCRIPT,
     element_script,
@@ -28,6 +32,8 @@ from mobilegs.view.assets import (
     script_tags,
     viewer_script,
 )
+from mobilegs.view.export import poster_of
+from mobilegs.view.orbit import camera_of, first_pose
 from tests.support.browser import Chromium
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import COUNT_WORKERS, SETTLED
@@ -107,6 +113,37 @@ def test_a_ply_can_be_exported_to_html(chromium: Chromium, scene: Path, tmp_path
     tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     tab.close()
+
+
+@pytest.mark.parametrize("to", ["html", "site"])
+def test_a_page_shows_the_axis_of_the_option_upright(
+    chromium: Chromium, scene: Path, tmp_path: Path, to: str
+) -> None:
+    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
+    page = tmp_path / ("plain.html" if to == "html" else "site")
+    words = ["export", str(tmp_path / "plain.ply"), "--to", to, "-o", str(page), "--up", "z"]
+    assert main(words) == 0
+    text = (page if to == "html" else page / "index.html").read_text()
+    assert re.search(r'<mobile-gs[^>]* up="z"', text)
+    if to == "site":
+        return
+    tab = chromium.tab()
+    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.up") == [0, 0, 1]
+    tab.close()
+
+
+@pytest.mark.parametrize("up", [None, "z"])
+def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path, up: Axis | None) -> None:
+    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
+    for path in (scene, tmp_path / "plain.ply"):
+        opened, views = open_with_views(path)
+        pose = first_pose(opened, views, up)
+        camera = camera_of(pose, views[0] if views else None, 1200, 630, opened.near)
+        n = supersampling_for(camera, views)
+        expected = to_bytes(opened.render(camera, supersampling=n).image).numpy()
+        assert (np.array(poster_of(path, up)) == expected).all()
 
 
 def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]) -> None:

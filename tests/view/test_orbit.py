@@ -1,24 +1,20 @@
 """The pose and its input, compared with the web viewer."""
 
-import json
-import subprocess
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from mobilegs.up import USUAL, Axis, next_axis, turn_from_usual
 from mobilegs.view.orbit import Input, Pose, camera_of, point_under
-from tests.support.node import node_program
+from tests.support.node import javascript
 from tests.support.window import event, ring
 
-VIEWER = Path(__file__).parents[2] / "viewer" / "src" / "viewer"
 # moves a pose by [name, ...arguments] and prints its state after each
 MOVES = """
 const [{ Pose, cameraOf }, { pointUnder }] = await Promise.all([
-  import(`${process.argv[1]}/pose.js`), import(`${process.argv[1]}/pick.js`)]);
-const { views, index, centers, moves } = JSON.parse(process.argv[2]);
+  import(`${process.argv[1]}/viewer/pose.js`), import(`${process.argv[1]}/viewer/pick.js`)]);
+const { views, index, centers, moves, up } = JSON.parse(process.argv[2]);
 const flat = Float32Array.from(centers.flat());
-const pose = views.length ? Pose.fromViews(views, index) : Pose.around(flat);
+const pose = views.length ? Pose.fromViews(views, index) : Pose.around(flat, up ?? undefined);
 const state = () => [...pose.eye, ...pose.target, ...pose.up, pose.reach, ...pose.viewmat()];
 const path = [state()];
 for (const [move, ...given] of moves) { pose[move](...given); path.push(state()); }
@@ -35,10 +31,50 @@ MOVED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("case", ["ring", "outwards", "none"])
+DIRECTIONS = {
+    "z": [0, 0, 1], "y": [0, 1, 0], "-x": [-1, 0, 0], "tilted": [0.0, -0.96, -0.28],
+    "about y": [0.0, (1 - 1e-8) ** 0.5, 1e-4],
+}  # fmt: skip
+# prints the steps of the button from each direction
+STEPS = """
+const { nextAxis } = await import(`${process.argv[1]}/viewer/up.js`);
+console.log(JSON.stringify(JSON.parse(process.argv[2]).map((own) => {
+  const steps = [];
+  for (let now = null, i = 0; i < 7; i++) steps.push((now = nextAxis(now, own)));
+  return [...steps, nextAxis("z", own), nextAxis("-y", own)];
+})));
+"""
+
+
+def test_the_axes_that_point_up_in_turn_are_those_of_the_web_viewer() -> None:
+    theirs = javascript(STEPS, list(DIRECTIONS.values()))
+    for own, steps in zip(DIRECTIONS.values(), theirs, strict=True):
+        direction = np.array(own, np.float64)
+        now: Axis | None = None
+        ours: list[Axis | None] = []
+        for _ in range(7):
+            ours.append(now := next_axis(now, direction))
+        assert [*ours, next_axis("z", direction), next_axis("-y", direction)] == steps
+        assert ours.count(None) == 1 and len({*ours}) == 6  # the nearest axis is left out
+    assert theirs[0][:6] == ["-y", "y", "-z", "x", "-x", None]
+
+
+@pytest.mark.parametrize("up", DIRECTIONS)
+def test_a_first_pose_is_upright_and_looks_a_little_down(up: str) -> None:
+    direction = np.array(DIRECTIONS[up], np.float64)
+    turn = turn_from_usual(direction)
+    np.testing.assert_allclose(turn @ USUAL, direction, atol=1e-7)
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-7)
+    assert np.linalg.det(turn) == pytest.approx(1)
+    pose = Pose.around(np.random.default_rng(3).normal(size=(400, 3)).astype(np.float32), direction)
+    assert -pose.viewmat()[1, :3] @ direction > 0.9
+    assert (pose.eye - pose.target) @ direction > 0
+
+
+@pytest.mark.parametrize("case", ["ring", "outwards", "none", *DIRECTIONS])
 def test_a_pose_moves_like_the_web_viewers(case: str) -> None:
-    views = {"ring": ring(), "outwards": ring(outwards=True), "none": []}[case]
-    index = 2 if views else 0
+    views = {"ring": ring(), "outwards": ring(outwards=True)}.get(case, [])
+    index, up = (2 if views else 0), DIRECTIONS.get(case)
     centers = np.random.default_rng(3).normal(size=(400, 3)).astype(np.float32)
     given = {
         "views": [
@@ -53,12 +89,12 @@ def test_a_pose_moves_like_the_web_viewers(case: str) -> None:
         "index": index,
         "centers": centers.tolist(),
         "moves": MOVED,
+        "up": up,
     }
-    words = [node_program(), "--input-type=module", "-e", MOVES, str(VIEWER), json.dumps(given)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
-    theirs = json.loads(done.stdout)
+    theirs = javascript(MOVES, given)
     pose = Pose.from_views(views, index) if views else Pose.around(centers)
+    if up is not None:
+        pose = Pose.around(centers, np.array(up, np.float64))
 
     def state() -> list[float]:
         place = [*pose.eye, *pose.target, *pose.up, pose.reach]

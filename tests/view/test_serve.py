@@ -20,6 +20,7 @@ import segno
 from mobilegs.cli.main import main
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS
+from mobilegs.up import Axis
 from mobilegs.view.assets import viewer_script
 from mobilegs.view.serve import SCENE, Server, own_address, serve
 
@@ -147,6 +148,32 @@ def test_lan_prints_an_address_and_its_qr_code(
     drawn = io.StringIO()
     segno.make(address, error="l").terminal(drawn, compact=True)
     assert drawn.getvalue() in said
+
+
+@pytest.mark.parametrize(
+    ("comment", "option", "sentence"),
+    [
+        ("", None, "up is -y, as usual: the file does not say (the key U or --up changes it)"),
+        ("comment Vertical Axis: z\n", None, "up is z, as the file says"),
+        ("comment Vertical Axis: z\n", "x", "&up=x"),
+    ],
+)
+def test_view_says_which_way_is_up(
+    comment: str,
+    option: Axis | None,
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    scene = tmp_path / "a.ply"
+    head = ply("binary_little_endian", "float")
+    scene.write_bytes(head.replace(b"element", f"{comment}element".encode()))
+    monkeypatch.setattr(Server, "serve_forever", lambda self: None)
+    serve(scene, None, up=option, lan=False, port=0, browser=False)
+    said = capsys.readouterr().out
+    assert sentence in said
+    assert ("up is" in said) == (option is None)
 
 
 def test_the_root_redirects_to_the_scene(server: Server) -> None:

@@ -64,6 +64,28 @@ def test_cameras_circle_the_target_of_the_training_cameras() -> None:
         assert torch.allclose(ahead / ahead.norm(), torch.tensor([0.0, 0, 1]), atol=1e-3)
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_the_video_is_upright(
+    named: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, video = tmp_path / "garden.ply", tmp_path / "out.mp4"
+    up = np.array([0.0, 0, 1])  # as in the garden
+    write_ply(source, garden(), up=up if named else None)
+    words = ["render", str(source), "--orbit", str(video), "--seconds", "0.1", "--size", "96", "64"]
+    for more in ([], ["--up", "z"]):
+        assert main([*words, *more]) == 0
+        said = capsys.readouterr().out
+        assert ("up is -y, as usual: the file does not say" in said) == (not named and not more)
+        scene, views = open_with_views(source)
+        cameras = orbit_cameras(scene, views, 3, width=96, height=64, up="z" if more else None)
+        for camera in cameras:
+            level = -camera.viewmat[1, :3].numpy() @ up
+            assert (level > 0.9) == (named or more != [])
+        frames, _ = read_video(video)
+        expected = to_bytes(scene.render(cameras[0]).image).numpy().astype(float)
+        assert np.abs(frames[0] - expected).mean() < 12
+
+
 def test_an_mgs_file_has_its_training_cameras(tmp_path: Path) -> None:
     path = tmp_path / "scene.mgs"
     path.write_bytes(pack(make_scene(Case(20))))
@@ -82,6 +104,7 @@ def test_an_mgs_file_has_its_training_cameras(tmp_path: Path) -> None:
         (["--orbit", "out.mp4", "--capture", "here"], "leave out --capture"),
         ([], "--orbit MP4"),
         (["--capture", "here"], "--orbit MP4"),
+        (["--capture", "here", "-o", "there", "--up", "z"], "--up is for --orbit"),
     ],
 )
 def test_impossible_videos_are_refused(

@@ -13,6 +13,7 @@ from PIL import Image
 from mobilegs.cli.main import main
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
+from mobilegs.up import AXES
 from mobilegs.view import window as windows
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 from tests.support.golden import as_scene
@@ -92,6 +93,20 @@ def test_the_first_view_is_a_training_camera_and_v_shows_the_next(opened: Any) -
         forward = views[index].viewmat[2, :3]
         torch.testing.assert_close(seen.viewmat[2, :3], forward, atol=1e-5, rtol=1e-5)
     assert float(seen.K[0, 0]) == pytest.approx((90 * 80) ** 0.5)
+
+
+@needs_gpu
+def test_u_turns_one_axis_after_the_other_upwards(opened: Any) -> None:
+    window = opened()
+    own = window.input.pose.up
+    for name in list(AXES)[1:]:  # -y is the scene's own
+        press(window, "u")
+        np.testing.assert_array_equal(window.input.pose.up, AXES[name])
+        assert -window.camera(80, 60).viewmat[1, :3].numpy() @ AXES[name] > 0.9
+        press(window, "v")
+        np.testing.assert_array_equal(window.input.pose.up, AXES[name])
+    press(window, "u")
+    np.testing.assert_array_equal(window.input.pose.up, own)
 
 
 def drag(window: windows.Window, dx: float, dy: float, *, button: int = 1, **more: Any) -> None:
@@ -280,7 +295,9 @@ def test_view_opens_a_ply_in_a_window(
     images: list[np.ndarray] = []
     toolkit.loop.user = lambda: images.append(toolkit.canvases[0].draw())
     assert main(["view", str(tmp_path / "made.ply"), "--native"]) == 0
-    assert "made.ply is open in a window" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "made.ply is open in a window" in said
+    assert "up is -y, as usual: the file does not say (the key U or --up changes it)" in said
     assert images[0].shape == (720, 1280, 4) and images[0][..., :3].std() > 5
     assert toolkit.canvases[0].get_closed()
 

@@ -12,6 +12,7 @@
  * - `scale`: share of the screen's resolution, instead of one chosen by the frame time
  * - `background`: a CSS colour instead of the scene's own
  * - `fov`: field of view in degrees
+ * - `up`: the axis of the scene that points up: x, -x, y, -y, z or -z; by default as the file or its cameras tell
  * - `autorotate`: rotates the scene until the first input
  * - `noui`: hides the buttons
  * - `poster`: URL of an image to show until the scene appears
@@ -36,7 +37,7 @@ import { Viewer } from "./viewer/viewer.js";
 /** @typedef {string | Blob} Source a URL, or a file that the visitor opened */
 
 const DIALOGS = ["settings", "help", "report"];
-const VIEWER_ATTRIBUTES = ["scale", "background", "fov", "autorotate"];
+const VIEWER_ATTRIBUTES = ["scale", "background", "fov", "up", "autorotate"];
 const NOTICE_TIME = 2000; // milliseconds
 const SORTED = "sorted"; // value of `compare`: the same scene, rendered sorted
 const NEAR = { rootMargin: "100%" };
@@ -180,7 +181,10 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   async open(source) {
     this.#source = source;
     this.#again = this.#twice; // until it has loaded, the previous scene stays on both sides
-    await this.#load(0, source, (viewer, request) => viewer.load(request));
+    await this.#load(0, source, (viewer, request) => {
+      viewer.load(request);
+      this.#apply("up");
+    });
   }
 
   /**
@@ -219,6 +223,10 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     } else if (what === "help" || what === "settings") this.#dialog(what);
     else if (what === "stats") viewer.timed = this.#toggle("stats");
     else if (what === "own") viewer.background = null;
+    else if (what === "up") {
+      const name = viewer.turnUp();
+      this.#announce(name ? `The axis ${name} points up.` : "The scene's own direction points up.", true);
+    }
     else if (what === "mode") {
       const turns = viewer.mode === "fly";
       viewer.mode = turns ? "orbit" : "fly";
@@ -387,6 +395,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     if (name === "scale") viewer.scale = number > 0 && number <= 1 ? number : null;
     else if (name === "fov") viewer.fov = number >= 1 && number <= 150 ? number : null;
     else if (name === "background") viewer.background = colorOf(text);
+    else if (name === "up") viewer.up = text;
     else viewer.turning = text !== null && !matchMedia(STILL).matches;
     viewer.redraw();
   }

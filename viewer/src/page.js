@@ -7,7 +7,7 @@ import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
 
 /** Attributes of the element that URL parameters of the same names set. */
 const ATTRIBUTES =
-  "renderer variant levels scale noui poster background fov autorotate compare".split(" ");
+  "renderer variant levels scale noui poster background fov up autorotate compare".split(" ");
 const QUIET = 400; // milliseconds without a frame before the URL is updated
 
 /** Shows the scene that the address names, or the embedded one, in the page's `<mobile-gs>`. */

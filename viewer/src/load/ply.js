@@ -1,9 +1,11 @@
 /** Reads 3DGS scenes in INRIA's `.ply` layout, which are rendered sorted. */
 
 import { CLASSIC } from "../mgs/header.js";
+import { parsedUp } from "../viewer/up.js";
 
 /** @typedef {import("../render/types.js").Footprint} Footprint */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
+/** @typedef {import("../viewer/vector.js").Vector} Vector */
 
 const HEADER_MAX = 1 << 16;
 const C0 = 0.28209479177387814;
@@ -13,6 +15,8 @@ const TYPES = new Map([
   ["uint16", 2], ["int", 4], ["int32", 4], ["uint", 4], ["uint32", 4], ["float", 4], ["float32", 4],
   ["double", 8], ["float64", 8],
 ]); // prettier-ignore
+/** Of `Vertical Axis`: nerfstudio writes z for scenes with z up, Brush y for all scenes. */
+const VERTICAL_AXES = /** @type {Map<string, Vector>} */ (new Map([["x", [1, 0, 0]], ["y", [0, -1, 0]], ["z", [0, 0, 1]]]));
 const NEEDED = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1"];
 NEEDED.push("scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
 
@@ -28,7 +32,7 @@ export function isPly(bytes) {
  * @returns {SceneData}
  */
 export function readPly(bytes) {
-  const { offsets, stride, rows, start, footprint } = parseHeader(bytes);
+  const { offsets, stride, rows, start, footprint, up } = parseHeader(bytes);
   const view = new DataView(bytes.buffer, bytes.byteOffset + start);
   const rest = [...offsets.keys()].filter((name) => name.startsWith("f_rest_")).length;
   const shSize = rest / 3 + 1;
@@ -45,7 +49,7 @@ export function readPly(bytes) {
   const lost = order.find((name) => !offsets.has(name));
   if (lost) throw new Error(`the .ply file has ${rest} numbers f_rest_*, but not ${lost}`);
   const places = order.map(at);
-  const scene = roomFor(rows, shSize, footprint);
+  const scene = { ...roomFor(rows, shSize, footprint), up };
   const row = new Float32Array(places.length);
   for (let i = 0; i < rows; i++) {
     for (let k = 0; k < row.length; k++) row[k] = view.getFloat32(i * stride + places[k], true);
@@ -110,7 +114,8 @@ export function addRow(scene, row) {
 
 /**
  * @param {Uint8Array} bytes
- * @returns {{offsets: Map<string, number>, stride: number, rows: number, start: number, footprint: Footprint}}
+ * @returns {{offsets: Map<string, number>, stride: number, rows: number, start: number, footprint: Footprint,
+ *   up: Vector | null}}
  */
 function parseHeader(bytes) {
   const text = new TextDecoder("latin1").decode(bytes.subarray(0, HEADER_MAX));
@@ -147,7 +152,7 @@ function parseHeader(bytes) {
   if (start + rows * stride > bytes.length) {
     throw new Error(`the .ply file is cut off: ${rows} Gaussians were announced`);
   }
-  return { offsets, stride, rows, start, footprint: footprintOf(lines) };
+  return { offsets, stride, rows, start, footprint: footprintOf(lines), up: upOf(lines) };
 }
 
 /**
@@ -170,6 +175,24 @@ function footprintOf(lines) {
   }
   if (!(found.blur > 0 && found.blur <= 4)) {
     throw new Error("the .ply file names a blur that is not possible: above 0 and at most 4 is");
+  }
+  return found;
+}
+
+/**
+ * The upward direction that a header's comments name, length 1, or null: nerfstudio's `Vertical Axis: z`, Brush's
+ * `Vertical axis: y` for -y, or `mobilegs up X Y Z`; as mobilegs/formats/ply.py.
+ *
+ * @param {string[][]} lines words of the header's lines
+ * @returns {Vector | null}
+ */
+function upOf(lines) {
+  let found = null;
+  for (const line of lines) {
+    const [kind, first, second, ...rest] = line.map((word) => word.toLowerCase());
+    if (kind !== "comment") continue;
+    if (first === "vertical" && second === "axis:" && rest.length === 1) found = VERTICAL_AXES.get(rest[0]) ?? found;
+    if (first === "mobilegs" && second === "up") found = parsedUp(rest.join(" ")) ?? found;
   }
   return found;
 }

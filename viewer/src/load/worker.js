@@ -10,6 +10,7 @@ import { backToFront } from "./depth_sort.js";
 import { nearOf } from "./near.js";
 import { isPly, readPly } from "./ply.js";
 import { isSpz, readSpz } from "./spz.js";
+import { parsedUp } from "../viewer/up.js";
 
 /** @typedef {import("../mgs/stream_decoder.js").QuantizedLevel} QuantizedLevel */
 /** @typedef {import("../mgs/header.js").Header} Header */
@@ -22,10 +23,17 @@ import { isSpz, readSpz } from "./spz.js";
 /** @typedef {import("../render/types.js").Numbers} Numbers */
 /** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
+/** @typedef {import("../viewer/vector.js").Vector} Vector */
 /** @typedef {{url: string} | {file: Blob} | {forward: [number, number, number]}} Request */
 /**
- * @typedef {{kind: "dots", dots: Dots, views: View[], near: number}
- *   | {kind: "scene", data: SceneData, means: StoredMeans, views: View[], near: number}
+ * @typedef {object} Cameras what a file tells of them
+ * @property {View[]} views training cameras
+ * @property {number} near
+ * @property {Vector | null} up upward direction
+ */
+/**
+ * @typedef {({kind: "dots", dots: Dots} & Cameras)
+ *   | ({kind: "scene", data: SceneData, means: StoredMeans} & Cameras)
  *   | {kind: "more", means: StoredMeans}
  *   | {kind: "rows", part: Part, from: number, numbers: Numbers}
  *   | {kind: "order", order: Uint32Array<ArrayBuffer>}
@@ -106,14 +114,19 @@ class SceneSender {
     this.#levels = levels;
     this.#pool = pool;
     this.#own = own;
-    const { grid, views, near } = header;
     const background = /** @type {[number, number, number]} */ (Array.from(header.background));
     const { color, side } = own.neutral;
-    const means = toWorld(subsampled(/** @type {Uint16Array} */ (levels[0].positions), DOTS), grid);
+    const means = toWorld(subsampled(/** @type {Uint16Array} */ (levels[0].positions), DOTS), header.grid);
     // fewer dots are larger, to cover about the same area
     const grown = side * Math.sqrt((3 * header.count) / means.length);
     const dots = { means, color, side: grown, background };
-    send({ kind: "dots", dots, views, near }, [dots.means.buffer]);
+    send({ kind: "dots", dots, ...this.#cameras }, [dots.means.buffer]);
+  }
+
+  /** @returns {Cameras} */
+  get #cameras() {
+    const { views, near, meta } = this.#header;
+    return { views, near, up: parsedUp(meta.up) };
   }
 
   /** Send the results since the last call. @param {number} received bytes of the file */
@@ -126,8 +139,7 @@ class SceneSender {
     const scene = this.#scene;
     if (scene) {
       this.#scene = this.#pool.output = null; // it is transferred
-      const { views, near } = this.#header;
-      send({ kind: "scene", data: scene, means: this.#storedMeans(), views, near }, buffersOf(scene));
+      send({ kind: "scene", data: scene, means: this.#storedMeans(), ...this.#cameras }, buffersOf(scene));
       return;
     }
     for (const [from, packed] of taken) {
@@ -242,7 +254,8 @@ async function loadOther(source, total, read) {
   if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
   means = new Float32Array(3 * data.count);
   for (let i = 0; i < means.length; i++) means[i] = data.shapes[4 * i + 3];
-  send({ kind: "scene", data, means, views: [], near: nearOf(means) }, buffersOf(data));
+  const cameras = { views: [], near: nearOf(means), up: data.up ?? null };
+  send({ kind: "scene", data, means, ...cameras }, buffersOf(data));
   return received;
 }
 

@@ -24,6 +24,7 @@ import { INPUT_WORDS } from "./view_network.js";
  * @property {boolean} sorted whether Gaussians are blended back to front, or as weighted sums
  * @property {Weighting} weighting of a sort-free scene
  * @property {Footprint} [footprint] how a Gaussian covers pixels; by default as 3DGS does
+ * @property {import("../viewer/vector.js").Vector | null} [up] upward direction that the file names
  * @property {[number, number, number]} background sRGB in [0, 1]; read in every frame, so that
  *     the owner can change it
  */

@@ -1,5 +1,6 @@
 /** The camera pose and its movements: orbit, look around, pan, dolly, fly. */
 
+import { USUAL, turnedFromUsual, upOfCameras } from "./up.js";
 import { cross, dot, length, minus, plus, turned, unit } from "./vector.js";
 
 /** @typedef {import("../mgs/header.js").View} View */
@@ -7,7 +8,6 @@ import { cross, dot, length, minus, plus, turned, unit } from "./vector.js";
 /** @typedef {import("./vector.js").Vector} Vector */
 
 const POLE = 0.02; // smallest angle to straight up or down, radians
-const TRUST = 0.02; // weight of the cameras' mean upward direction
 const NEAREST = 1e-3; // smallest distance to the target, as a share of the first one
 
 /** A camera pose: eye, target, and the world's up direction. */
@@ -29,23 +29,24 @@ export class Pose {
    *
    * @param {View[]} views at least one
    * @param {number} [index]
+   * @param {Vector | null} [up] null: as the views tell
    */
-  static fromViews(views, index = 0) {
+  static fromViews(views, index = 0, up = null) {
     const axes = views.map(axesOf);
-    const up = skyOf(axes);
     const { eye, forward } = axes[index];
     const distance = dot(minus(meeting(axes), eye), forward);
     // lines of sight of outward or parallel cameras do not meet: look one step ahead
     const step = Math.max(...axes.map((other) => length(minus(other.eye, eye))), 0) || 1;
-    return new Pose(eye, plus(eye, forward, distance > NEAREST * step ? distance : step), up);
+    return new Pose(eye, plus(eye, forward, distance > NEAREST * step ? distance : step), up ?? upOfCameras(axes));
   }
 
   /**
    * A pose for a scene without cameras: from the side, with most of the scene in view.
    *
    * @param {Float32Array} means of Gaussians, 3 each
+   * @param {Vector} [up]
    */
-  static around(means) {
+  static around(means, up = USUAL) {
     /** @type {number[][]} */
     const ends = [0, 1, 2].map((axis) => {
       const sorted = means.filter((_, i) => i % 3 === axis).sort();
@@ -54,7 +55,7 @@ export class Pose {
     });
     const target = /** @type {Vector} */ (ends.map(([, middle]) => middle));
     const size = Math.max(...ends.map(([low, , high]) => high - low)) || 1;
-    return new Pose(plus(target, [0, -0.3, -1], 1.5 * size), target, [0, -1, 0]);
+    return new Pose(plus(target, turnedFromUsual([0, -0.3, -1], up), 1.5 * size), target, up);
   }
 
   /** @returns {Vector} */
@@ -148,26 +149,6 @@ export function cameraOf(pose, view, width, height, near, fov = null) {
   const focal = Math.sqrt(byWidth * byHeight);
   const center = { cx: width / 2, cy: height / 2 };
   return { viewmat: pose.viewmat(), fx: focal, fy: focal, ...center, width, height, near };
-}
-
-/**
- * The up direction: cameras are held level, so it is perpendicular to their right axes. Where all look
- * the same way, the mean upward direction decides.
- *
- * @param {{right: Vector, down: Vector}[]} axes
- * @returns {Vector}
- */
-function skyOf(axes) {
-  const mean = unit(axes.reduce((sum, { down }) => minus(sum, down), /** @type {Vector} */ ([0, 0, 0])));
-  let up = mean;
-  // power iteration: the largest eigenvector of `(1 + TRUST) - mean of r r^T + TRUST mean mean^T`
-  for (let step = 0; step < 200; step++) {
-    /** @type {Vector} */
-    let next = plus([0, 0, 0], up, 1 + TRUST);
-    for (const { right } of axes) next = plus(next, right, -dot(right, up) / axes.length);
-    up = unit(plus(next, mean, TRUST * dot(mean, up)));
-  }
-  return up;
 }
 
 /** @param {View} view @returns {{eye: Vector, right: Vector, forward: Vector, down: Vector}} */

@@ -40,6 +40,8 @@ export class SceneView {
   /** Training cameras that the file contains. @type {View[]} */
   views = [];
   near = 0.2;
+  /** Upward direction that the file names. @type {Vector | null} */
+  up = null;
   /** Logits of the mean opacities, for picking. */
   logits = new Float32Array(0);
   /** The request that is loading, else the one that is shown. @type {Request | null} */
@@ -354,19 +356,19 @@ export class SceneView {
   }
 
   /** @param {Extract<Message, {kind: "dots"}>} message @param {Worker} worker */
-  #takeDots({ dots, views, near }, worker) {
+  #takeDots({ dots, ...cameras }, worker) {
     this.#sortSchedule.reset("");
     const taken = this.#replace(worker, dots.background, () => this.#renderer?.setDots(dots));
     if (!taken) return;
     this.#dots = true;
-    this.#setCameras(views, near);
+    this.#setCameras(cameras);
     this.logits = new Float32Array(dots.means.length / 3);
     this.#show(dots.means);
     if (!this.#reloaded) this.#listener.arrived();
   }
 
   /** @param {Extract<Message, {kind: "scene"}>} message @param {Worker} worker */
-  #take({ data, means, views, near }, worker) {
+  #take({ data, means, ...cameras }, worker) {
     const more = worker === this.#worker; // of the scene that is shown
     this.#sortSchedule.reset(data.sorted ? "worker" : this.#sorting ? "page" : "");
     data.sorted = this.#sortSchedule.by !== "";
@@ -378,7 +380,7 @@ export class SceneView {
     });
     if (!taken) return;
     this.#dots = false;
-    this.#setCameras(views, near);
+    this.#setCameras(cameras);
     this.logits = new Float32Array(data.count);
     this.#lobeStride = strides(data).lobes;
     recordLogits(this.logits, this.#lobeStride, 0, data.lobes);
@@ -423,10 +425,11 @@ export class SceneView {
     return true;
   }
 
-  /** @param {View[]} views @param {number} near */
-  #setCameras(views, near) {
+  /** @param {import("../load/worker.js").Cameras} cameras */
+  #setCameras({ views, near, up }) {
     this.views = views;
     this.near = near;
+    this.up = up;
   }
 
   /** Render the first Gaussians of the scene, as many as there are means. @param {StoredMeans} means */

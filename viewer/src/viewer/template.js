@@ -12,6 +12,7 @@ const HELP = [
   ["M", "switch between orbiting and looking around"],
   ["V", "next training camera"],
   ["R", "back to the first view"],
+  ["U", "turn another axis upwards"],
   ["F", "full screen"],
   ["P", "save a picture"],
   ["I", "frame rate and size"],
@@ -50,6 +51,7 @@ export const TEMPLATE = `
   <small class="device"></small>
   <p><button data-act="open">Open a file</button><input type="file" multiple hidden />
   <button data-act="view">Next camera</button> <button data-act="picture">Save a picture</button>
+  <button data-act="up" title="Another axis points up (U)">Turn upright</button>
   <button data-act="close">Close</button></p>
 </div>
 <div class="panel help" role="dialog" aria-label="Help" tabindex="-1" hidden>
@@ -68,5 +70,5 @@ export const TEMPLATE = `
 <div class="panel drop" hidden>Drop a scene to open it, or two to compare them</div>`;
 
 export const KEYS = new Map(Object.entries({
-  r: "reset", m: "mode", f: "full", h: "help", i: "stats", o: "settings", p: "picture", v: "view",
+  r: "reset", m: "mode", f: "full", h: "help", i: "stats", o: "settings", p: "picture", v: "view", u: "up",
 })); // prettier-ignore

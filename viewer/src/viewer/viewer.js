@@ -6,6 +6,7 @@ import { pointUnder } from "./pick.js";
 import { Pose, cameraOf } from "./pose.js";
 import { Resolution } from "./resolution.js";
 import { supersamplingFor } from "./supersampling.js";
+import { AXES, USUAL, nextAxis } from "./up.js";
 
 /** @typedef {import("../load/worker.js").Request} Request */
 /** @typedef {import("../render/create_renderer.js").Choice} Choice */
@@ -63,6 +64,8 @@ export class Viewer {
   #choice = "auto";
   /** @type {Vector | null} */
   #chosen = null; // background
+  /** Name of the axis that points up instead of the scene's own direction. @type {string | null} */
+  #up = null;
   #resolution;
   #input;
   #start = this.pose;
@@ -111,7 +114,10 @@ export class Viewer {
 
   /** Load a scene; the previous one stays if that fails. @param {Request} request */
   load(request) {
-    if (this.#first.request) this.#placed = false; // the pose belonged to the previous scene
+    if (this.#first.request) {
+      this.#placed = false; // pose and axis belonged to the previous scene
+      this.#up = null;
+    }
     this.#first.load(request);
   }
 
@@ -149,8 +155,31 @@ export class Viewer {
     this.pose =
       index === undefined || views.length === 0
         ? this.#start.copy()
-        : Pose.fromViews(views, ((index % views.length) + views.length) % views.length);
+        : Pose.fromViews(views, ((index % views.length) + views.length) % views.length, this.#direction);
     this.redraw();
+  }
+
+  /** Name of the axis that points up; null: the scene's own direction. */
+  get up() {
+    return this.#up;
+  }
+
+  /** Let another axis point up, and return to the first pose. @param {string | null} name */
+  set up(name) {
+    const chosen = name !== null && AXES.has(name) ? name : null;
+    if (chosen === this.#up) return;
+    this.#up = chosen;
+    if (!this.#first.count) return;
+    this.#start = this.#firstPose();
+    this.reset();
+  }
+
+  /** Let the next axis point up. @returns {string} its name, or the empty text for the scene's own direction */
+  turnUp() {
+    const { views } = this;
+    const own = this.#first.up ?? (views.length ? Pose.fromViews(views).up : USUAL);
+    this.up = nextAxis(this.#up, own);
+    return this.#up ?? "";
   }
 
   /** Set the pose, also for a scene that is still loading. @param {Pose} pose */
@@ -204,8 +233,8 @@ export class Viewer {
 
   /** The visitor's settings, for a viewer that replaces this one. */
   get choices() {
-    const { mode, fov, turning, scale, timed } = this;
-    return { mode, fov, turning, scale, timed, background: this.#chosen };
+    const { mode, fov, turning, scale, timed, up } = this;
+    return { mode, fov, turning, scale, timed, up, background: this.#chosen };
   }
 
   /** The background. @returns {Vector} sRGB in [0, 1] */
@@ -318,10 +347,22 @@ export class Viewer {
     // the second scene sets the pose only if the first has no cameras and nobody has moved yet
     const asked = side === 0 || (!this.#first.views.length && this.#touched === -Infinity);
     if (asked && (views.length || this.#first.count)) {
-      this.#start = views.length ? Pose.fromViews(views) : Pose.around(this.#first.means);
+      this.#start = this.#firstPose();
       if (!this.#placed) this.reset();
     }
     this.redraw();
+  }
+
+  /** As `first_pose` in mobilegs/view/orbit.py. */
+  #firstPose() {
+    const { views } = this;
+    if (views.length && this.#up === null) return Pose.fromViews(views, 0, this.#direction);
+    return Pose.around(this.#first.means, this.#direction ?? USUAL);
+  }
+
+  /** The chosen upward direction, or else that of the file; null: as the views tell. */
+  get #direction() {
+    return AXES.get(this.#up ?? "") ?? this.#first.up;
   }
 
   /** @param {number} time */
