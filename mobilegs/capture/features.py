@@ -5,12 +5,19 @@ from pathlib import Path
 from typing import Any, Literal
 
 from mobilegs.capture.photos import PreparedPhoto
-from mobilegs.capture.pycolmap_runtime import Progress, in_background, load_pycolmap, threads
+from mobilegs.capture.pycolmap_runtime import Progress, load_pycolmap, threads
+from mobilegs.capture.rigs import camera_of, set_rig_of_faces
 
-Lens = Literal["simple", "opencv"]
-MODELS = {"simple": "SIMPLE_RADIAL", "opencv": "OPENCV"}
+Lens = Literal["simple", "opencv", "fisheye", "panorama"]
+MODELS = {  # of COLMAP; the last one is of a panorama's faces
+    "simple": "SIMPLE_RADIAL",
+    "opencv": "OPENCV",
+    "fisheye": "OPENCV_FISHEYE",
+    "panorama": "PINHOLE",
+}
 BATCH = 16  # photos between two progress updates
 GUESSED_FOCAL = 1.2  # times the longer side, without EXIF: the default of COLMAP
+GUESSED_FISHEYE = 0.45  # the same; 0.38 is a lens of 180 degrees from corner to corner
 
 
 def extract_features(
@@ -19,23 +26,23 @@ def extract_features(
     """Write cameras, photos and their features into `database`; existing entries stay.
 
     Photos of the same lens and size share a camera, whose focal length starts at the EXIF value.
+    Those of a rig have one camera per folder. The faces of panoramas become a rig.
     Returns the record `{"cameras": number, "features": mean per photo}`.
     """
     import_cameras(database, folder, photos, lens)
+    if lens == "panorama":
+        set_rig_of_faces(database)
     pycolmap = load_pycolmap()
     options = pycolmap.FeatureExtractionOptions(num_threads=threads(), use_gpu=False)
     for start in range(0, len(photos), BATCH):
         progress(start, len(photos))
         batch = [photo.name for photo in photos[start : start + BATCH]]
-        in_background(
-            lambda token, batch=batch: pycolmap.extract_features(
-                database,
-                folder,
-                image_names=batch,
-                extraction_options=options,
-                device=pycolmap.Device.cpu,
-                cancellation_token=token,
-            )
+        pycolmap.extract_features(
+            database,
+            folder,
+            image_names=batch,
+            extraction_options=options,
+            device=pycolmap.Device.cpu,
         )
     progress(len(photos), len(photos))
     with pycolmap.Database.open(database) as content:
@@ -46,7 +53,7 @@ def extract_features(
 
 
 def import_cameras(database: Path, folder: Path, photos: list[PreparedPhoto], lens: Lens) -> None:
-    """Add photos in the order of names and one camera per lens and size.
+    """Add photos in the order of names and one camera per folder, lens and size.
 
     Done before extraction, so that the order of ids does not depend on threads.
     """
@@ -56,8 +63,8 @@ def import_cameras(database: Path, folder: Path, photos: list[PreparedPhoto], le
             return
         content.clear_all_tables()
 
-    def shared(photo: PreparedPhoto) -> tuple[str, int, int]:
-        return photo.lens, photo.width, photo.height
+    def shared(photo: PreparedPhoto) -> tuple[str, str, int, int]:
+        return camera_of(photo.name), photo.lens, photo.width, photo.height
 
     for _, group in groupby(sorted(photos, key=lambda p: (*shared(p), p.name)), key=shared):
         members = list(group)
@@ -65,8 +72,12 @@ def import_cameras(database: Path, folder: Path, photos: list[PreparedPhoto], le
         options = pycolmap.ImageReaderOptions(
             camera_model=MODELS[lens], default_focal_length_factor=GUESSED_FOCAL
         )
-        if one.focal is not None:
-            options.camera_params = camera_params(one, lens)
+        focal = one.focal
+        if focal is None and lens == "fisheye":
+            # parameters make COLMAP estimate motion from rays; a fundamental matrix fits no fisheye
+            focal = GUESSED_FISHEYE * max(one.width, one.height)
+        if focal is not None:
+            options.camera_params = camera_params(one, focal, lens)
         pycolmap.import_images(
             database,
             folder,
@@ -76,8 +87,9 @@ def import_cameras(database: Path, folder: Path, photos: list[PreparedPhoto], le
         )
 
 
-def camera_params(photo: PreparedPhoto, lens: Lens) -> str:
+def camera_params(photo: PreparedPhoto, focal: float, lens: Lens) -> str:
     """Return COLMAP camera parameters: focal length(s), principal point, no distortion."""
-    focal = [photo.focal] if lens == "simple" else [photo.focal, photo.focal]
-    center = [photo.width / 2, photo.height / 2]
-    return ",".join(str(x) for x in (*focal, *center, *([0] if lens == "simple" else [0] * 4)))
+    focals = [focal] if lens == "simple" else [focal, focal]
+    distortion = {"simple": 1, "opencv": 4, "fisheye": 4, "panorama": 0}[lens]
+    values = [*focals, photo.width / 2, photo.height / 2, *[0] * distortion]
+    return ",".join(map(str, values))

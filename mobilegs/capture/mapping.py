@@ -1,6 +1,7 @@
 """Reconstructs poses and points from matches, and undistorts photos."""
 
 import shutil
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -9,9 +10,11 @@ from jaxtyping import Float, Int
 
 from mobilegs.atomic import make_folder
 from mobilegs.capture.misplaced_photos import drop_misplaced
-from mobilegs.capture.pycolmap_runtime import SEED, Progress, in_background, load_pycolmap, threads
+from mobilegs.capture.pycolmap_runtime import SEED, Progress, load_pycolmap, threads
+from mobilegs.capture.rigs import set_rig_of_model
 
 Mapper = Literal["auto", "incremental", "global"]
+Rig = Literal["none", "cameras", "faces"]
 INCREMENTAL_UP_TO = 250  # photos
 MODEL_PHOTOS_MIN = 3
 JPEG_QUALITY = 95  # of undistorted photos
@@ -26,13 +29,16 @@ def map_photos(
     total: int,
     progress: Progress,
     enough: int = MODEL_PHOTOS_MIN,
+    rig: Rig = "none",
 ) -> dict[str, Any]:
     """Reconstruct, and write the model with most photos to `models/best`.
 
     `incremental` adds photo by photo, `global` solves for all at once; `auto` is `incremental` for
-    a `total` of up to `INCREMENTAL_UP_TO` photos, and tries the other one if fewer than `enough`
-    photos get a pose. Misplaced photos are removed. Returns the record `{"mapper": mapper, "tried":
-    mappers, "models": photos of each model, largest first, **figures(best model)}`.
+    a `total` of up to `INCREMENTAL_UP_TO` photos or panoramas, and tries the other one if fewer
+    than `enough` photos get a pose. `faces` are those of panoramas, whose rig the database has. Of
+    `cameras` the rig is measured in the largest model, and mapping is repeated with it. Misplaced
+    photos are removed. Returns the record `{"mapper": mapper, "tried": mappers, "models": photos
+    of each model, largest first, "rig": whether it was used, **figures(best model)}`.
     """
     tried = ["incremental", "global"]
     if mapper == "global" or (mapper == "auto" and total > INCREMENTAL_UP_TO):
@@ -42,25 +48,60 @@ def map_photos(
     if models.exists():
         shutil.rmtree(models)
     make_folder(models / "best")
-    best: dict[str, Any] = {"mapper": tried[0], "models": [], **_NOTHING}
+    best: dict[str, Any] = {"mapper": tried[0], "models": [], "rig": rig == "faces", **_NOTHING}
     for number, name in enumerate(tried, start=1):
-        folder = models / name
-        make_folder(folder)
-        found = (_incremental if name == "incremental" else _global)(
-            database, photos, folder, lambda done: progress(min(done, total), total)
-        )
-        ranked = sorted(found.values(), key=lambda model: -model.num_reg_images())
-        if ranked:
-            sizes = [model.num_reg_images() for model in ranked]
-            misplaced = drop_misplaced(ranked[0], database)
-            record = {"mapper": name, "models": sizes, **figures(ranked[0]), "misplaced": misplaced}
-            if len(record["registered"]) > len(best["registered"]):
-                best = record
-                ranked[0].write_binary(models / "best")
+        found = _mapped(name, database, photos, models / name, rig, _limited(progress, total))
+        if rig == "cameras" and found["registered"]:
+            found = _with_rig(found, database, photos, models / name, _limited(progress, total))
+        if len(found["registered"]) > len(best["registered"]):
+            best = found
+            shutil.copytree(models / name / "kept", models / "best", dirs_exist_ok=True)
         if len(best["registered"]) >= enough:
             tried = tried[:number]
             break
     return {**best, "tried": tried}
+
+
+def _limited(progress: Progress, total: int) -> Callable[[int], None]:
+    return lambda done: progress(min(done, total), total)
+
+
+def _mapped(
+    mapper: str, database: Path, photos: Path, folder: Path, rig: Rig, progress: Any
+) -> dict[str, Any]:
+    """Reconstruct into `folder`, and write the largest model to `kept` in it."""
+    make_folder(folder)
+    run = _incremental if mapper == "incremental" else _global
+    faces = rig == "faces"
+    found = run(database, photos, folder, faces, progress)
+    ranked = sorted(found.values(), key=lambda model: -model.num_reg_images())
+    if not ranked:
+        return {"mapper": mapper, "models": [], "rig": False, **_NOTHING}
+    sizes = [model.num_reg_frames() if faces else model.num_reg_images() for model in ranked]
+    misplaced = drop_misplaced(ranked[0], database)
+    make_folder(folder / "kept")
+    ranked[0].write_binary(folder / "kept")
+    record = {"mapper": mapper, "models": sizes, "rig": faces}
+    return {**record, **figures(ranked[0]), "misplaced": misplaced}
+
+
+def _with_rig(
+    record: dict[str, Any], database: Path, photos: Path, folder: Path, progress: Any
+) -> dict[str, Any]:
+    """Map again with the cameras at the places on the rig that `kept` in `folder` gives them.
+
+    Returns `record` if that model does not connect the cameras, or if fewer photos get a pose.
+    """
+    with_rig = folder / "rig.db"
+    shutil.copyfile(database, with_rig)
+    if not set_rig_of_model(with_rig, load_pycolmap().Reconstruction(folder / "kept")):
+        return record
+    found = _mapped(record["mapper"], with_rig, photos, folder / "rig", "cameras", progress)
+    with_rig.unlink()
+    if len(found["registered"]) < len(record["registered"]):
+        return record
+    shutil.copytree(folder / "rig" / "kept", folder / "kept", dirs_exist_ok=True)
+    return {**found, "rig": True}
 
 
 _NOTHING = {
@@ -116,74 +157,79 @@ def read_geometry(model: Path) -> Geometry:
     )
 
 
+def keep_photos(model: Path, photos: Path, output: Path, names: Sequence[str]) -> None:
+    """Write `images/` and `sparse/` into the new folder `output`: photos and model as they are."""
+    if output.exists():
+        shutil.rmtree(output)
+    shutil.copytree(model, output / "sparse")
+    for name in names:
+        make_folder((output / "images" / name).parent)
+        shutil.copyfile(photos / name, output / "images" / name)
+
+
 def undistort_photos(model: Path, photos: Path, output: Path) -> None:
     """Write `images/` and `sparse/` with pinhole cameras into the new folder `output`."""
     if output.exists():
         shutil.rmtree(output)
-    pycolmap = load_pycolmap()
-    in_background(
-        lambda token: pycolmap.undistort_images(
-            output,
-            model,
-            photos,
-            jpeg_quality=JPEG_QUALITY,
-            num_threads=threads(),
-            cancellation_token=token,
-        )
+    load_pycolmap().undistort_images(
+        output, model, photos, jpeg_quality=JPEG_QUALITY, num_threads=threads()
     )
 
 
-def _incremental(database: Path, photos: Path, models: Path, progress: Any) -> dict[int, Any]:
+def _incremental(
+    database: Path, photos: Path, models: Path, calibrated: bool, progress: Any
+) -> dict[int, Any]:
+    """Run incremental mapping. `calibrated` keeps intrinsics and rigs as they are."""
     pycolmap = load_pycolmap()
     options = pycolmap.IncrementalPipelineOptions(
         num_threads=threads(), random_seed=SEED, min_model_size=MODEL_PHOTOS_MIN
     )
-    placed = [0]
+    if calibrated:
+        options.ba_refine_focal_length = options.ba_refine_sensor_from_rig = False
+    placed = 0
 
-    def begun() -> None:
-        placed[0] += 2
+    def add(number: int) -> None:
+        nonlocal placed
+        placed += number
+        progress(placed)
 
-    def added() -> None:
-        placed[0] += 1
-
-    return in_background(
-        lambda token: pycolmap.incremental_mapping(
-            database,
-            photos,
-            models,
-            options,
-            initial_image_pair_callback=begun,
-            next_image_callback=added,
-            cancellation_token=token,
-        ),
-        lambda: progress(placed[0]),
+    return pycolmap.incremental_mapping(
+        database,
+        photos,
+        models,
+        options,
+        initial_image_pair_callback=lambda: add(2),
+        next_image_callback=lambda: add(1),
     )
 
 
-def _global(database: Path, photos: Path, models: Path, progress: Any) -> dict[int, Any]:
-    """Run global mapping. It needs focal lengths: those missing in EXIF are calibrated first."""
+def _global(
+    database: Path, photos: Path, models: Path, calibrated: bool, progress: Any
+) -> dict[int, Any]:
+    """Run global mapping. It needs focal lengths: those missing in EXIF are calibrated first.
+
+    `calibrated` keeps intrinsics and rigs as they are.
+    """
     pycolmap = load_pycolmap()
-    calibrated = models / "database.db"  # a copy, because calibration changes it
+    copy = models / "database.db"  # because calibration changes it
     with pycolmap.Database.open(database):
         pass  # closing merges a journal that an interruption left
-    shutil.copyfile(database, calibrated)
+    shutil.copyfile(database, copy)
     # one thread: with more, the last digits differ from run to run
     options = pycolmap.GlobalPipelineOptions(
         num_threads=1, random_seed=SEED, min_model_size=MODEL_PHOTOS_MIN
     )
-
-    def work(token: Any) -> Any:
-        with pycolmap.Database.open(calibrated) as content:
-            known = all(camera.has_prior_focal_length for camera in content.read_all_cameras())
-        if not known:
-            seeded = pycolmap.ViewGraphCalibrationOptions(random_seed=SEED)
-            pycolmap.calibrate_view_graph(calibrated, seeded)
-        return pycolmap.global_mapping(calibrated, photos, models, options)
-
-    try:
-        return in_background(work)
-    finally:
-        calibrated.unlink(missing_ok=True)
+    if calibrated:
+        options.mapper.refine_sensor_from_rig = False
+        options.mapper.bundle_adjustment.refine_focal_length = False
+    with pycolmap.Database.open(copy) as content:
+        known = all(camera.has_prior_focal_length for camera in content.read_all_cameras())
+    if not known:
+        seeded = pycolmap.ViewGraphCalibrationOptions(random_seed=SEED)
+        pycolmap.calibrate_view_graph(copy, seeded)
+    found = pycolmap.global_mapping(copy, photos, models, options)
+    copy.unlink()
+    return found
 
 
 def _name(image: Any) -> str:

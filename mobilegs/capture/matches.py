@@ -1,7 +1,7 @@
 """Chooses pairs of photos and matches their features."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal
@@ -11,7 +11,8 @@ from jaxtyping import Float, Shaped, UInt8
 from scipy.cluster.vq import kmeans2
 
 from mobilegs.atomic import atomic_write
-from mobilegs.capture.pycolmap_runtime import SEED, Progress, in_background, load_pycolmap, threads
+from mobilegs.capture.pycolmap_runtime import SEED, Progress, load_pycolmap, threads
+from mobilegs.capture.rigs import camera_of, moment_of
 
 Pairs = Literal["auto", "all", "alike"]
 ALL_UP_TO = 80  # photos: 3,160 pairs
@@ -24,13 +25,14 @@ ROUNDS = 10  # of k-means
 
 
 def match_photos(
-    database: Path, names: Sequence[str], *, pairs: Pairs, progress: Progress
+    database: Path, names: Sequence[str], *, pairs: Pairs, apart: bool = False, progress: Progress
 ) -> dict[str, Any]:
     """Match features of photos, and keep matches that agree with one camera motion.
 
     `names` are in capture order. `pairs` is `all` for every pair, `alike` for each photo
     with its neighbours and its look-alikes, or `auto`, which is `all` up to `ALL_UP_TO` photos.
-    Pairs in the database are kept. Returns the record
+    `apart` leaves out pairs of one moment, as faces of a panorama share nothing. Pairs in the
+    database are kept. Returns the record
     `{"pairs": pairs, "compared": number, "verified": number}`.
     """
     chosen = pairs if pairs != "auto" else "all" if len(names) <= ALL_UP_TO else "alike"
@@ -38,6 +40,8 @@ def match_photos(
         listed = list(combinations(names, 2))
     else:
         listed = similar_pairs(names, vlad_vectors(read_descriptors(database, names)))
+    if apart:
+        listed = [(one, other) for one, other in listed if moment_of(one) != moment_of(other)]
     pycolmap = load_pycolmap()
     for start in range(0, len(listed), BATCH):
         progress(start, len(listed))
@@ -62,15 +66,12 @@ def _match(database: Path, listed: Sequence[tuple[str, str]]) -> None:
     atomic_write(names, "".join(f"{one} {other}\n" for one, other in listed))
     matching = pycolmap.FeatureMatchingOptions(num_threads=threads(), use_gpu=False)
     ransac = pycolmap.RANSACOptions(random_seed=SEED)
-    in_background(
-        lambda token: pycolmap.match_image_pairs(
-            database,
-            matching_options=matching,
-            pairing_options=pycolmap.ImportedPairingOptions(match_list_path=names),
-            verification_options=pycolmap.TwoViewGeometryOptions(ransac=ransac),
-            device=pycolmap.Device.cpu,
-            cancellation_token=token,
-        )
+    pycolmap.match_image_pairs(
+        database,
+        matching_options=matching,
+        pairing_options=pycolmap.ImportedPairingOptions(match_list_path=names),
+        verification_options=pycolmap.TwoViewGeometryOptions(ransac=ransac),
+        device=pycolmap.Device.cpu,
     )
 
 
@@ -85,19 +86,33 @@ def forget_matches(database: Path) -> None:
 def similar_pairs(names: Sequence[str], looks: Float[np.ndarray, "n d"]) -> list[tuple[str, str]]:
     """Pair each photo with near and far neighbours in order, and with its look-alikes.
 
-    `looks` are unit vectors `[n, d]`; similarity is their dot product.
+    Neighbours are those of the same camera of a rig; photos of one moment are pairs, too. `looks`
+    are unit vectors `[n, d]`; similarity is their dot product.
     """
     count = len(names)
-    offsets = [*range(1, NEIGHBOURS + 1)]
-    while 2 * offsets[-1] < count:
-        offsets.append(2 * offsets[-1])
-    chosen = {(i, i + offset) for offset in offsets for i in range(count - offset)}
+    chosen: set[tuple[int, int]] = set()
+    for photos in grouped(names, camera_of):
+        offsets = [*range(1, NEIGHBOURS + 1)]
+        while 2 * offsets[-1] < len(photos):
+            offsets.append(2 * offsets[-1])
+        for offset in offsets:
+            chosen |= set(zip(photos, photos[offset:], strict=False))
+    for photos in grouped(names, moment_of):
+        chosen |= set(combinations(photos, 2))
     similarity = looks @ looks.T
     np.fill_diagonal(similarity, -np.inf)
     for i, row in enumerate(similarity):
         nearest = np.argsort(-row, kind="stable")[: min(LOOK_ALIKES, count - 1)]
         chosen |= {(min(i, int(j)), max(i, int(j))) for j in nearest}
     return [(names[i], names[j]) for i, j in sorted(chosen)]
+
+
+def grouped(names: Sequence[str], key: Callable[[str], str]) -> list[list[int]]:
+    """Return the indices of the names with each key, in order."""
+    found: dict[str, list[int]] = {}
+    for index, name in enumerate(names):
+        found.setdefault(key(name), []).append(index)
+    return list(found.values())
 
 
 def read_descriptors(database: Path, names: Sequence[str]) -> list[UInt8[np.ndarray, "_ 128"]]:

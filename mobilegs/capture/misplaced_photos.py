@@ -13,7 +13,7 @@ AGREEMENT_MIN = 0.5  # share of a photo's matches that agree with its pose
 
 
 class Pair(NamedTuple):
-    """Two photos, the number of their matches, and the number that agrees with both poses."""
+    """The moments of two photos, their number of matches, and how many agree with both poses."""
 
     one: int
     other: int
@@ -27,36 +27,38 @@ def drop_misplaced(model: Any, database: Path) -> list[str]:
     Mapping can place a photo by a few wrong points, far from its true pose and still with a small
     reprojection error. In bonsai this was 1 of 98 photos, at three times the capture's extent: 25 %
     of its matches agreed, of other photos' at least 60 % (96 % in the median). The worst photo is
-    removed, with its matches, until all agree. Changes `model`, a pycolmap Reconstruction;
-    returns the removed names.
+    removed, with its matches, until all agree; photos that a rig took at one moment are removed
+    together. Changes `model`, a pycolmap Reconstruction; returns the removed names.
     """
     pairs = verified_pairs(model, database)
+    names: dict[int, list[str]] = {}
+    for number in model.reg_image_ids():
+        names.setdefault(model.image(number).frame_id, []).append(model.image(number).name)
     dropped = []
     while pairs:
         shares = agreement_shares(pairs)
-        worst = min(shares, key=lambda number: (shares[number], number))
+        worst = min(shares, key=lambda moment: (shares[moment], moment))
         if shares[worst] >= AGREEMENT_MIN:
             break
-        image = model.image(worst)
-        dropped.append(image.name)
-        model.deregister_frame(image.frame_id)
+        dropped += sorted(names[worst])
+        model.deregister_frame(worst)
         pairs = [pair for pair in pairs if worst not in (pair.one, pair.other)]
     return dropped
 
 
 def agreement_shares(pairs: list[Pair]) -> dict[int, float]:
-    """Return the share of each photo's matches that agree, by image id."""
+    """Return the share of matches that agree, by moment (COLMAP's frame id)."""
     total: dict[int, int] = {}
     agreeing: dict[int, int] = {}
     for pair in pairs:
-        for number in (pair.one, pair.other):
-            total[number] = total.get(number, 0) + pair.matches
-            agreeing[number] = agreeing.get(number, 0) + pair.agreeing
-    return {number: agreeing[number] / total[number] for number in total}
+        for moment in (pair.one, pair.other):
+            total[moment] = total.get(moment, 0) + pair.matches
+            agreeing[moment] = agreeing.get(moment, 0) + pair.agreeing
+    return {moment: agreeing[moment] / total[moment] for moment in total}
 
 
 def verified_pairs(model: Any, database: Path) -> list[Pair]:
-    """Return all pairs of registered photos with verified matches."""
+    """Return all pairs of registered photos of different moments with verified matches."""
     pycolmap = load_pycolmap()
     placed = set(model.reg_image_ids())
     cameras, rays = {}, {}
@@ -65,11 +67,14 @@ def verified_pairs(model: Any, database: Path) -> list[Pair]:
         for number in placed:
             cameras[number] = model.cameras[model.image(number).camera_id]
             keypoints = content.read_keypoints(number)[:, :2].astype(np.float64)
-            rays[number] = cameras[number].cam_from_img(keypoints)
+            rays[number] = cameras[number].cam_ray_from_img(keypoints)
         numbers, inliers = content.read_two_view_geometry_num_inliers()
         for pair, count in zip(numbers, inliers, strict=True):
             one, other = pycolmap.pair_id_to_image_pair(pair)
             if not count or one not in placed or other not in placed:
+                continue
+            moments = model.image(one).frame_id, model.image(other).frame_id
+            if moments[0] == moments[1]:
                 continue
             matches = content.read_two_view_geometry(one, other).inlier_matches
             motion = (
@@ -79,21 +84,24 @@ def verified_pairs(model: Any, database: Path) -> list[Pair]:
             errors = focal * epipolar_errors(
                 rays[one][matches[:, 0]], rays[other][matches[:, 1]], motion.matrix()
             )
-            found.append(Pair(one, other, len(matches), int((errors < ERROR_MAX).sum())))
+            found.append(Pair(*moments, len(matches), int((errors < ERROR_MAX).sum())))
     return found
 
 
 def epipolar_errors(
-    one: Float[np.ndarray, "m 2"], other: Float[np.ndarray, "m 2"], motion: Float[np.ndarray, "3 4"]
+    one: Float[np.ndarray, "m 3"], other: Float[np.ndarray, "m 3"], motion: Float[np.ndarray, "3 4"]
 ) -> Float[np.ndarray, "m"]:
-    """Return the Sampson distance of matches `one` and `other` on the plane z = 1.
+    """Return how far the rays `one` and `other` of matches are from epipolar planes, in radians.
 
-    `motion` maps coordinates of the first camera to those of the second. Formula: Hartley and
-    Zisserman, Multiple View Geometry, section 11.4.3, as a square root.
+    `motion` maps coordinates of the first camera to those of the second. This is the Sampson
+    distance (Hartley and Zisserman, Multiple View Geometry, section 11.4.3) on the sphere of
+    directions instead of the plane z = 1, so that it holds for fisheye lenses, too.
     """
     x, y, z = motion[:, 3]
     essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ motion[:, :3]
-    one, other = (np.c_[points, np.ones(len(points))] for points in (one, other))
-    lines, back = one @ essential.T, other @ essential
-    lengths = (lines[:, :2] ** 2).sum(1) + (back[:, :2] ** 2).sum(1)
-    return np.abs((other * lines).sum(1)) / np.sqrt(np.maximum(lengths, 1e-30))
+    one, other = (rays / np.linalg.norm(rays, axis=1, keepdims=True) for rays in (one, other))
+    ahead, back = one @ essential.T, other @ essential
+    error = (other * ahead).sum(1)
+    # slopes along the sphere: without the parts of the gradients along the rays
+    slopes = (ahead**2).sum(1) + (back**2).sum(1) - 2 * error**2
+    return np.abs(error) / np.sqrt(np.maximum(slopes, 1e-30))

@@ -3,16 +3,21 @@
 import math
 import re
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from os.path import commonpath
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
+import numpy as np
+import torch
 from PIL import Image, ImageOps
 
 from mobilegs.atomic import atomic_path, make_folder
+from mobilegs.camera import Camera
 from mobilegs.capture.pycolmap_runtime import INSTALL, Progress
 from mobilegs.data import images
+from mobilegs.data.distortion import undistort
+from mobilegs.data.pinhole_views import panorama_views
 from mobilegs.errors import InputError
 
 HEIC = (".heic", ".heif")
@@ -21,7 +26,7 @@ PHOTOS = images.SUFFIXES + HEIC + RAW
 HEIC_BRANDS = (b"heic", b"heix", b"hevc", b"hevx", b"heim", b"heis", b"mif1", b"msf1")
 # folders that hold no photos to reconstruct from; also those with a file that we write
 OTHER_FOLDERS = ("masks", "mask", "depth", "depths", "sparse", "colmap", "__macosx")
-OUR_FILES = ("config.json", "capture.json")
+OUR_FILES = ("config.json", "capture.json", "photos.json")
 LOSSLESS = (".png", ".tif", ".tiff", ".bmp")  # become PNG; others become JPEG
 JPEG_QUALITY = 97  # high, because undistortion decodes and encodes the photo once more
 PHOTOS_MIN = 3
@@ -36,11 +41,13 @@ class PreparedPhoto:
     """A photo that is ready for reconstruction.
 
     Attributes:
-        name: of its file in `work/photos` and in the finished capture.
-        source: name of the original file.
+        name: of its file in `work/photos` and in the finished capture; with a folder for photos
+            of a rig and for faces of panoramas.
+        source: name of the original file, below the folder that all of them share.
         width, height: in pixels, upright.
         focal: focal length in pixels, from EXIF; None if unknown.
         lens: photos of the same lens and size share a camera.
+        sphere: whether the file says that it is a panorama of the whole sphere.
     """
 
     name: str
@@ -49,6 +56,7 @@ class PreparedPhoto:
     height: int
     focal: float | None = None
     lens: str = ""
+    sphere: bool = False
 
 
 def list_photos(path: Path) -> list[Path]:
@@ -91,18 +99,24 @@ def _files(folder: Path) -> list[Path]:
     return found
 
 
-def prepared_names(sources: list[Path]) -> dict[Path, str]:
+def relative_names(sources: list[Path]) -> list[str]:
+    """Return the path of each photo below the folder that all of them share."""
+    root = Path(commonpath([source.parent for source in sources]))
+    return [source.relative_to(root).as_posix() for source in sources]
+
+
+def prepared_names(sources: list[Path], *, rig: bool = False) -> dict[Path, str]:
     """Return the name of each photo in the capture, without characters that COLMAP cannot read.
 
-    Photos in several folders have the folders in their names. Raises InputError if two photos would
-    have the same name.
+    Photos in several folders have the folders in their names; with `rig`, the photo left/1.jpg
+    stays in the folder left. Raises InputError if two photos would have the same name.
     """
     names: dict[Path, str] = {}
     taken: dict[str, Path] = {}
-    root = Path(commonpath([source.parent for source in sources]))
-    for source in sources:
-        place = source.relative_to(root).with_suffix("").as_posix()
-        stem = re.sub(r"[^\w.()+-]", "_", place)
+    for source, relative in zip(sources, relative_names(sources), strict=True):
+        place = PurePosixPath(relative).with_suffix("")
+        parts = (place.parent.as_posix(), place.name) if rig else (place.as_posix(),)
+        stem = "/".join(re.sub(r"[^\w.()+-]", "_", part) for part in parts)
         if stem in taken:
             raise InputError(
                 f"{taken[stem].name} and {source.name} in {source.parent} have the same name: "
@@ -114,24 +128,40 @@ def prepared_names(sources: list[Path]) -> dict[Path, str]:
 
 
 def prepare_photos(
-    sources: list[Path], folder: Path, *, max_size: int, progress: Progress
+    sources: list[Path],
+    folder: Path,
+    *,
+    max_size: int,
+    progress: Progress,
+    rig: bool = False,
+    panorama: bool = False,
 ) -> dict[str, Any]:
     """Write every photo upright, with a longer side of at most `max_size` pixels, to `folder`.
 
-    Existing files stay. A JPEG that needs no change is copied. Returns the record
-    `{"photos": [PreparedPhoto as a dict, ...], "unreadable": [sentence, ...]}`: damaged photos are
-    left out. Raises InputError for two photos of the same name, and if more photos are damaged
-    than not.
+    Existing files stay. A JPEG that needs no change is copied. With `panorama` the faces of each
+    photo are written instead. Returns the record `{"photos": [PreparedPhoto as a dict, ...],
+    "unreadable": [sentence, ...]}`: damaged photos are left out. Raises InputError for two photos
+    of the same name, and if more photos are damaged than not.
     """
     make_folder(folder)
-    found, damaged = [], []
-    for done, (source, name) in enumerate(prepared_names(sources).items(), start=1):
+    found, damaged, read = [], [], 0
+    names = prepared_names(sources, rig=rig)
+    originals = relative_names(sources)
+    for done, (source, name) in enumerate(names.items(), start=1):
+        original = originals[done - 1]
         try:
-            found.append(asdict(prepare_photo(source, folder / name, max_size=max_size)))
+            if panorama:
+                photos = prepare_panorama(source, folder, name, max_size=max_size)
+            else:
+                photos = [
+                    replace(prepare_photo(source, folder / name, max_size=max_size), name=name)
+                ]
+            found += [asdict(replace(photo, source=original)) for photo in photos]
+            read += 1
         except InputError as error:
             damaged.append(str(error))
         progress(done, len(sources))
-    if len(found) < max(PHOTOS_MIN, len(damaged)):
+    if read < max(PHOTOS_MIN, len(damaged)):
         raise InputError(damaged[0])
     return {"photos": found, "unreadable": damaged}
 
@@ -146,14 +176,14 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
         with image:
             exif = image.getexif()
             details = exif.get_ifd(_EXIF)
+            sphere = b"equirectangular" in _xmp(image)
             if not target.exists():
                 image.load()  # raises for a photo that is cut off
                 if target.suffix == ".jpg" and is_ready(image, max_size):
                     with atomic_path(target) as temporary:
                         shutil.copyfile(source, temporary)
                 else:
-                    picture = images.as_rgb(ImageOps.exif_transpose(image))
-                    save_photo(reduced(picture, max_size), target)
+                    save_photo(reduced(upright(image), max_size), target)
     except images.PIL_ERRORS as error:
         raise InputError(f"{source} cannot be decoded ({error})") from error
     width, height = images.image_size(target)
@@ -161,7 +191,55 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
     focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
     made_by = [exif.get(_MAKE), exif.get(_MODEL), number(details.get(_FOCAL)), focal]
     lens = " ".join(str(part).strip("\0 ") for part in made_by if part)
-    return PreparedPhoto(target.name, source.name, width, height, focal, lens)
+    return PreparedPhoto(target.name, source.name, width, height, focal, lens, sphere)
+
+
+def prepare_panorama(
+    source: Path, folder: Path, name: str, *, max_size: int
+) -> list[PreparedPhoto]:
+    """Write the faces of a panorama. Raises InputError if it is none, or cannot be read."""
+    with open_photo(source) as image:
+        try:
+            picture = upright(image)
+        except images.PIL_ERRORS as error:
+            raise InputError(f"{source} cannot be decoded ({error})") from error
+    return save_faces(picture, folder, name, source=source, max_size=max_size)
+
+
+def save_faces(
+    picture: Image.Image, folder: Path, name: str, *, source: Path, max_size: int
+) -> list[PreparedPhoto]:
+    """Write the six faces of a panorama to `folder / face / name`, unless they exist.
+
+    A face is a quarter as wide as the panorama, and at most `max_size`. Raises InputError, which
+    begins with `source`, if the picture is no panorama of the whole sphere.
+    """
+    side = max(1, min(picture.width // 4, max_size))
+    anywhere = Camera(torch.eye(4), torch.eye(3), *picture.size)
+    views = panorama_views(str(source), anywhere, picture.size, side)
+    missing = [view for view in views if not (folder / view.face / name).exists()]
+    for view in missing:
+        assert view.photo is not None
+        size = (view.photo.width, view.photo.height)
+        picture = picture if picture.size == size else picture.resize(size)
+        pixels = torch.from_numpy(np.array(picture)).float()
+        face, _ = undistort(pixels, view.photo, K=view.camera.K, size=(side, side))
+        face = Image.fromarray(face.round().to(torch.uint8).numpy())
+        save_photo(face, folder / view.face / name)
+    return [
+        PreparedPhoto(f"{view.face}/{name}", source.name, side, side, side / 2) for view in views
+    ]
+
+
+def upright(image: Image.Image) -> Image.Image:
+    """Return a photo as its EXIF orientation says, as RGB without transparency."""
+    return images.as_rgb(ImageOps.exif_transpose(image))
+
+
+def _xmp(image: Image.Image) -> bytes:
+    """Return the XMP metadata of a photo, where 360-degree cameras name the projection."""
+    found = image.info.get("xmp", b"")
+    return found if isinstance(found, bytes) else b""
 
 
 def open_photo(path: Path) -> Image.Image:

@@ -1,5 +1,6 @@
 """Makes a capture from photos or a video: runs all stages and writes the report."""
 
+import logging
 import math
 import shutil
 from collections.abc import Callable
@@ -12,7 +13,13 @@ from tyro.conf import Positional, arg
 
 from mobilegs.capture.coverage import draw_coverage
 from mobilegs.capture.features import Lens, extract_features
-from mobilegs.capture.mapping import Mapper, map_photos, read_geometry, undistort_photos
+from mobilegs.capture.mapping import (
+    Mapper,
+    keep_photos,
+    map_photos,
+    read_geometry,
+    undistort_photos,
+)
 from mobilegs.capture.matches import Pairs, forget_matches, match_photos
 from mobilegs.capture.photos import (
     PHOTOS,
@@ -21,8 +28,16 @@ from mobilegs.capture.photos import (
     list_photos,
     other_files,
     prepare_photos,
+    prepared_names,
+    relative_names,
 )
-from mobilegs.capture.pycolmap_runtime import SEED, Progress, load_pycolmap
+from mobilegs.capture.pycolmap_runtime import (
+    SEED,
+    Progress,
+    PycolmapProcess,
+    validate_pycolmap,
+)
+from mobilegs.capture.rigs import validate_rig
 from mobilegs.capture.video import SUFFIXES as VIDEOS
 from mobilegs.capture.video import is_video, prepare_video
 from mobilegs.capture.workspace import Workspace, digest, file_digest
@@ -32,6 +47,7 @@ VERSION = 1  # of the stages; a change makes them run again
 SIZE_MIN = 64  # pixels, longer side of a photo
 NAMES_MAX = 5  # photos that an error message names
 
+log = logging.getLogger(__name__)
 Bar = Callable[[str], AbstractContextManager[Progress]]
 
 
@@ -55,8 +71,12 @@ class CaptureRun:
     """Number of frames to take from a video: the sharpest one of each time interval. Default: 3 per
     second, at most 240."""
     lens: Lens = "simple"
-    """Model of lens distortion. simple: one parameter. opencv: four parameters, for wide lenses
-    and many photos."""
+    """Model of the lens. simple: one parameter of distortion. opencv: four parameters, for wide
+    lenses and many photos. fisheye: a fisheye lens; the photos stay as they are. panorama: the
+    photos are panoramas of the whole sphere, twice as wide as high; each becomes six photos."""
+    rig: bool = False
+    """The photos are of several cameras on a rig that fired together: a folder for each camera,
+    and the same file name for the photos of one moment."""
     pairs: Pairs = "auto"
     """Pairs of photos to match. all: every pair. alike: each photo with its neighbours by name and
     with the 20 photos most similar to it. auto: all for up to 80 photos, otherwise alike."""
@@ -76,6 +96,7 @@ class Job:
     inputs: list[Path]
     workspace: Workspace
     bar: Bar
+    process: PycolmapProcess
 
 
 def capture_photos(
@@ -88,22 +109,24 @@ def capture_photos(
     `capture.json`.
 
     Raises:
-        InputError: the input or an option is not valid, pycolmap is not installed, or too few
-            photos get a pose; then neither `images/` nor `sparse/` is written.
+        InputError: the input or an option is not valid, pycolmap is not installed or crashes, or
+            too few photos get a pose; then neither `images/` nor `sparse/` is written.
     """
     validate_options(run)
-    load_pycolmap()
+    validate_pycolmap()
     inputs = list_inputs(run.source)
     photo_folders = (run.source.resolve(), *(path.resolve().parent for path in inputs))
     if run.output.resolve() in photo_folders:
         raise InputError(f"{run.output} holds the photos: give another folder for the capture")
-    job = Job(run, inputs, Workspace(run.output), bar)
-    job.workspace.validate_not_foreign()
+    workspace = Workspace(run.output)
+    workspace.validate_not_foreign()
     with bar("reading") as progress:
         keys = stage_keys(run, digest_inputs(inputs, progress))
-    report = job.workspace.finished(keys["capture"])
-    if report is None:
-        report = run_stages(job, keys)
+    with PycolmapProcess(workspace.log) as process:
+        job = Job(run, inputs, workspace, bar, process)
+        report = workspace.finished(keys["capture"])
+        if report is None:
+            report = run_stages(job, keys)
     validate_placed(report["registered"], report["left_out"], job)
     return report
 
@@ -117,18 +140,19 @@ def run_stages(job: Job, keys: dict[str, str]) -> dict[str, Any]:
     before = workspace.read("matches")
     if before is not None and before["key"] != keys["matches"]:
         workspace.forget("matches")
-        forget_matches(workspace.database)
+        job.process.call("forgetting matches", forget_matches, workspace.database)
     workspace.run("matches", keys["matches"], lambda: matches(job, photos))
     found = workspace.run("model", keys["model"], lambda: model(job, photos))
-    validate_placed(len(found["registered"]), left_out(photos, found), job)
+    validate_placed(len(placed(photos, found)), left_out(photos, found), job)
     return workspace.run("capture", keys["capture"], lambda: finish(job, photos))
 
 
 def stage_keys(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]:
     """Return the key of every stage: a digest of everything that decides its result."""
     key, keys = digest(VERSION, SEED, inputs), {}
+    arranged = [run.lens == "panorama", run.rig]
     for stage, own in (
-        ("photos", [run.max_size, run.frames]),
+        ("photos", [run.max_size, run.frames, *(arranged if any(arranged) else [])]),
         ("features", run.lens),
         ("matches", run.pairs),
         ("model", run.mapper),
@@ -144,25 +168,47 @@ def stage_keys(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]
 def prepare(job: Job) -> dict[str, Any]:
     """Write upright photos or frames of a limited size."""
     run, folder = job.run, job.workspace.photos
+    panorama = run.lens == "panorama"
     if is_video(run.source):
+        if run.rig:
+            raise InputError(f"--rig needs a folder per camera, and {run.source} is a video")
         with job.bar("sharpest frames") as progress:
             return prepare_video(
                 run.source,
                 folder,
                 frames=run.frames,
                 max_size=run.max_size,
+                panorama=panorama,
                 progress=progress,
             )
     if run.frames is not None:
         raise InputError(f"--frames needs a video, and {run.source} is not one: leave it out")
+    if run.rig:
+        validate_rig(list(prepared_names(job.inputs, rig=True).values()), run.source)
     with job.bar("photos") as progress:
-        return prepare_photos(job.inputs, folder, max_size=run.max_size, progress=progress)
+        found = prepare_photos(
+            job.inputs,
+            folder,
+            max_size=run.max_size,
+            rig=run.rig,
+            panorama=panorama,
+            progress=progress,
+        )
+    spheres = [photo["source"] for photo in found["photos"] if photo["sphere"]]
+    if spheres:
+        raise InputError(
+            f"{spheres[0]} in {run.source} is a panorama by its metadata: add --lens panorama to "
+            "`mobilegs capture` if all photos are, or take it out"
+        )
+    return found
 
 
 def features(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write features of the photos into the database."""
     with job.bar("features") as progress:
-        return extract_features(
+        return job.process.call(
+            "finding features",
+            extract_features,
             job.workspace.database,
             job.workspace.photos,
             photos,
@@ -175,27 +221,42 @@ def matches(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write matches of the photos into the database."""
     names = [photo.name for photo in photos]
     with job.bar("matching") as progress:
-        return match_photos(job.workspace.database, names, pairs=job.run.pairs, progress=progress)
+        return job.process.call(
+            "matching photos",
+            match_photos,
+            job.workspace.database,
+            names,
+            pairs=job.run.pairs,
+            apart=job.run.lens == "panorama",
+            progress=progress,
+        )
 
 
 def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Compute poses and points, and draw their coverage even if they are too few."""
-    workspace = job.workspace
+    workspace, panorama = job.workspace, job.run.lens == "panorama"
     with job.bar("computing poses") as progress:
-        found = map_photos(
+        found = job.process.call(
+            "computing poses",
+            map_photos,
             workspace.database,
             workspace.photos,
             workspace.models,
             mapper=job.run.mapper,
-            total=len(photos),
+            total=len(sources(photos)),
             progress=progress,
             enough=enough_photos(job.run, len(photos)),
+            rig="faces" if panorama else "cameras" if job.run.rig else "none",
+        )
+    if job.run.rig and not found["rig"]:
+        log.warning(
+            "the photos do not show how the cameras sit on the rig: they are placed one by one"
         )
     if found["models"]:
         draw_coverage(
             workspace.coverage,
-            read_geometry(workspace.models / "best"),
-            title=f"poses for {len(found['registered'])} of {len(photos)} photos, "
+            job.process.call("reading poses", read_geometry, workspace.models / "best"),
+            title=f"poses for {len(placed(photos, found))} of {len(sources(photos))} photos, "
             f"{found['points']:,} points, {found['reprojection_error']:.2f} px reprojection error",
             points_of_photos={
                 photo.name: found["points_of_photos"].get(photo.name, 0) for photo in photos
@@ -207,8 +268,14 @@ def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
 def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write `images/` and `sparse/0/`, poses last, and return the report."""
     workspace = job.workspace
+    model, output = workspace.models / "best", workspace.undistorted
     with job.bar("undistorting"):
-        undistort_photos(workspace.models / "best", workspace.photos, workspace.undistorted)
+        if job.run.lens == "fisheye":  # a pinhole photo shows no more than its middle
+            names = (workspace.read("model") or {})["registered"]
+            keep_photos(model, workspace.photos, output, names)
+        else:
+            doing = "undistorting photos"
+            job.process.call(doing, undistort_photos, model, workspace.photos, output)
     workspace.sparse.mkdir()
     (workspace.undistorted / "images").replace(workspace.images)
     (workspace.undistorted / "sparse").replace(workspace.sparse / "0")
@@ -219,8 +286,8 @@ def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     found, compared = records["model"], records["matches"]
     return {
         "source": job.run.source.name,
-        "photos": len(photos),
-        "registered": len(found["registered"]),
+        "photos": len(sources(photos)),
+        "registered": len(placed(photos, found)),
         "left_out": left_out(photos, found),
         "hdr": records["photos"].get("hdr", ""),
         "unreadable": records["photos"].get("unreadable", []),
@@ -230,6 +297,7 @@ def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
         "tried": found.get("tried", [found["mapper"]]),
         **{name: found[name] for name in ("mapper", "models", "reprojection_error", "points")},
         **{name: found[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
+        "rig": found.get("rig", False),
         "misplaced": found["misplaced"],
         "seconds_of": {name: record["seconds"] for name, record in records.items()},
     }
@@ -267,16 +335,27 @@ def list_inputs(source: Path) -> list[Path]:
 def digest_inputs(inputs: list[Path], progress: Progress) -> list[tuple[str, str]]:
     """Return (name, SHA-256) of every input."""
     found = []
-    for done, path in enumerate(inputs, start=1):
-        found.append((path.name, file_digest(path)))
+    for done, (path, name) in enumerate(zip(inputs, relative_names(inputs), strict=True), start=1):
+        found.append((name, file_digest(path)))
         progress(done, len(inputs))
     return found
 
 
+def sources(photos: list[PreparedPhoto]) -> list[str]:
+    """Return the original names, each once: the faces of a panorama have one."""
+    return list(dict.fromkeys(photo.source for photo in photos))
+
+
+def placed(photos: list[PreparedPhoto], found: dict[str, Any]) -> list[str]:
+    """Return the original names of photos with a pose."""
+    names = set(found["registered"])
+    return sources([photo for photo in photos if photo.name in names])
+
+
 def left_out(photos: list[PreparedPhoto], found: dict[str, Any]) -> list[str]:
     """Return the original names of photos without a pose."""
-    placed = set(found["registered"])
-    return [photo.source for photo in photos if photo.name not in placed]
+    names = set(placed(photos, found))
+    return [source for source in sources(photos) if source not in names]
 
 
 def validate_options(run: CaptureRun) -> None:
@@ -287,6 +366,8 @@ def validate_options(run: CaptureRun) -> None:
         raise InputError(f"--frames must be {PHOTOS_MIN} or more, got {run.frames}")
     if not 0 <= run.min_placed <= 1:
         raise InputError(f"--min-placed must lie between 0 and 1, got {run.min_placed}")
+    if run.rig and run.lens == "panorama":
+        raise InputError("the faces of a panorama are a rig of their own: leave out --rig")
 
 
 def enough_photos(run: CaptureRun, total: int) -> int:

@@ -1,7 +1,7 @@
 """Extracts the sharpest frame of each of many equal intervals of a video."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,14 @@ from PIL import Image
 
 from mobilegs.atomic import make_folder
 from mobilegs.capture.hdr import hdr_kind, sdr_pixels
-from mobilegs.capture.photos import PHOTOS_MIN, PreparedPhoto, fitted, reduced, save_photo
+from mobilegs.capture.photos import (
+    PHOTOS_MIN,
+    PreparedPhoto,
+    fitted,
+    reduced,
+    save_faces,
+    save_photo,
+)
 from mobilegs.capture.pycolmap_runtime import INSTALL, Progress
 from mobilegs.errors import InputError
 
@@ -27,27 +34,41 @@ def is_video(path: Path) -> bool:
 
 
 def prepare_video(
-    video: Path, folder: Path, *, frames: int | None, max_size: int, progress: Progress
+    video: Path,
+    folder: Path,
+    *,
+    frames: int | None,
+    max_size: int,
+    progress: Progress,
+    panorama: bool = False,
 ) -> dict[str, Any]:
     """Write the sharpest frame of each of `frames` equal intervals of a video to `folder`.
 
     With `frames` None there are `FRAMES_PER_SECOND` per second and at most `FRAMES_MAX`. Frames
     are rotated as the video says, converted from HDR to sRGB, and reduced to at most `max_size`
-    pixels on the longer side. Returns the record `{"photos": [PreparedPhoto as a dict, ...],
-    "hdr": "HLG", "PQ" or ""}`. Raises InputError if the file has no video, or too few frames.
+    pixels on the longer side; with `panorama` their faces are written instead. Returns the record
+    `{"photos": [PreparedPhoto as a dict, ...], "hdr": "HLG", "PQ" or ""}`. Raises InputError if the
+    file has no video, or too few frames.
     """
     first, last = time_span(video)
     count = frames or max(PHOTOS_MIN, min(FRAMES_MAX, round((last - first) * FRAMES_PER_SECOND)))
     make_folder(folder)
     found: list[dict[str, Any]] = []
-    current, sharpest, best, kind = -1, -1.0, None, ""
+    saved, current, sharpest, best, kind = 0, -1, -1.0, None, ""
 
     def save_best() -> None:
-        if best is not None:
-            name = f"frame_{len(found) + 1:04d}.jpg"
-            picture = reduced(upright(best), max_size)
+        nonlocal saved
+        if best is None:
+            return
+        saved += 1
+        name, source = f"frame_{saved:04d}.jpg", f"{video.name} at {best.time:.2f} s"
+        picture = upright(best)
+        if panorama:
+            faces = save_faces(picture, folder, name, source=video, max_size=max_size)
+            found.extend(asdict(replace(face, source=source)) for face in faces)
+        else:
+            picture = reduced(picture, max_size)
             save_photo(picture, folder / name)
-            source = f"{video.name} at {best.time:.2f} s"
             found.append(asdict(PreparedPhoto(name, source, *picture.size)))
 
     for frame in decoded(video):
@@ -62,9 +83,9 @@ def prepare_video(
             sharpest, best = value, frame
     save_best()
     progress(count, count)
-    if len(found) < PHOTOS_MIN:
+    if saved < PHOTOS_MIN:
         raise InputError(
-            f"{video} has only {len(found)} frames: a scene needs at least {PHOTOS_MIN}, and 30 or "
+            f"{video} has only {saved} frames: a scene needs at least {PHOTOS_MIN}, and 30 or "
             "more to look good"
         )
     return {"photos": found, "hdr": kind}

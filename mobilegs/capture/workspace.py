@@ -25,6 +25,7 @@ class Workspace:
         path: the capture's folder.
         work: `work/` in it, which may be deleted once the capture is complete.
         photos: upright photos for reconstruction, in `work/`.
+        log: messages of pycolmap.
         database: COLMAP's database of features and matches.
         models: reconstructions, one folder per model.
         undistorted: output of undistortion, before it moves to `images` and `sparse`.
@@ -37,6 +38,7 @@ class Workspace:
         self.path = path
         self.work = path / "work"
         self.photos = self.work / "photos"
+        self.log = self.work / "pycolmap.log"
         self.database = self.work / "database.db"
         self.models = self.work / "models"
         self.undistorted = self.work / "undistorted"

@@ -17,6 +17,7 @@ from mobilegs.data.colmap_files import (
     count_images,
     read_cameras,
     read_images,
+    read_moments,
     read_points,
 )
 from mobilegs.data.dataset import (
@@ -24,7 +25,7 @@ from mobilegs.data.dataset import (
     Dataset,
     Frame,
     assemble,
-    posed_frame,
+    posed_frames,
     recentred,
     split_every_eighth,
 )
@@ -87,8 +88,11 @@ def load_colmap(
     points = read_points(_model_file(model, "points3D"))
     viewmats, xyz, offset = recentred([_viewmat(image) for image in registered], points.xyz)
     files, factor = _photo_files(path, [image.name for image in registered], downscale)
+    groups = _moments(model)
     frames = [
-        _frame(
+        frame
+        for image, viewmat in zip(registered, viewmats, strict=True)
+        for frame in _frames(
             image,
             cameras,
             files[image.name],
@@ -97,8 +101,8 @@ def load_colmap(
             background=background or (0.0, 0.0, 0.0),
             model=model,
             viewmat=viewmat,
+            group=groups.get(image.number, ""),
         )
-        for image, viewmat in zip(registered, viewmats, strict=True)
     ]
     train, test = split_every_eighth(frames)
     return assemble(
@@ -153,7 +157,20 @@ def _photo_files(
     return {name: folder / name for name in names}, downscale
 
 
-def _frame(
+def _moments(model: Path) -> dict[int, str]:
+    """Return a name of the moment for each image that a rig took together with others."""
+    files = (model / "frames.bin", model / "frames.txt")  # as COLMAP 3.12 and later write them
+    file = next((file for file in files if file.is_file()), None)
+    moments = [] if file is None else read_moments(file)
+    return {
+        image: f"moment {index}"
+        for index, photos in enumerate(moments)
+        if len(photos) > 1
+        for image in photos
+    }
+
+
+def _frames(
     image: ColmapImage,
     cameras: dict[int, ColmapCamera],
     file: Path,
@@ -163,7 +180,8 @@ def _frame(
     background: Color,
     model: Path,
     viewmat: Float[np.ndarray, "4 4"],
-) -> Frame:
+    group: str,
+) -> list[Frame]:
     if image.camera_id not in cameras:
         raise InputError(
             f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not exist"
@@ -176,13 +194,14 @@ def _frame(
         width=lens.width,
         height=lens.height,
     )
-    return posed_frame(
+    return posed_frames(
         image.name,
         camera,
         image_path=file,
         downscale=downscale,
         mask_path=mask_path,
         distortion=lens.distortion,
+        group=group,
         background=background,
     )
 

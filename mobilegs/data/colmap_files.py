@@ -1,4 +1,4 @@
-"""Reads the files of a COLMAP model, binary or text: cameras, images, points3D.
+"""Reads the files of a COLMAP model, binary or text: cameras, images, points3D, frames.
 
 The layouts are those of https://colmap.github.io/format.html. The bytes are not trusted: every
 count is compared with the size of the file before memory is allocated.
@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from mobilegs.data.distortion import Distortion
+from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.errors import InputError
 
 MODELS = {  # id: (name, number of parameters)
@@ -30,7 +31,14 @@ MODELS = {  # id: (name, number of parameters)
     9: ("RADIAL_FISHEYE", 5),
     10: ("THIN_PRISM_FISHEYE", 12),
     11: ("RAD_TAN_THIN_PRISM_FISHEYE", 16),
+    12: ("SIMPLE_DIVISION", 4),
+    13: ("DIVISION", 5),
+    14: ("SIMPLE_FISHEYE", 3),
+    15: ("FISHEYE", 4),
+    16: ("EUCM", 6),
+    17: ("EQUIRECTANGULAR", 2),
 }
+CAMERA_SENSOR = 0  # type of a rig's sensor; others are no cameras
 SIDE_MAX = 1 << 16  # pixels
 
 
@@ -46,6 +54,7 @@ class ColmapCamera(NamedTuple):
 class ColmapImage(NamedTuple):
     """A registered photo: world-to-camera rotation (quaternion wxyz) and translation."""
 
+    number: int
     name: str
     camera_id: int
     quat: tuple[float, ...]
@@ -103,6 +112,8 @@ class _BinaryReader:
 _COUNT = struct.Struct("<Q")
 _CAMERA = struct.Struct("<IiQQ")
 _IMAGE = struct.Struct("<I7dI")
+_FRAME = struct.Struct("<2I7dI")
+_DATUM = struct.Struct("<iIQ")
 _OBSERVATION_BYTES = 24
 _POINT = np.dtype(
     [("id", "<u8"), ("xyz", "<f8", 3), ("rgb", "u1", 3), ("error", "<f8"), ("track", "<u8")]
@@ -120,7 +131,7 @@ def read_bytes(path: Path) -> bytes:
 def read_cameras(path: Path) -> dict[int, ColmapCamera]:
     """Read `cameras.bin` or `cameras.txt` into cameras by id.
 
-    Raises `InputError` for a damaged file, and for a lens model that is not supported (fisheye).
+    Raises `InputError` for a damaged file, and for a lens model that is not supported.
     """
     cameras = {}
     for number, model, width, height, parameters in (
@@ -160,6 +171,15 @@ def count_images(path: Path) -> int:
         return 0
 
 
+def read_moments(path: Path) -> list[list[int]]:
+    """Read the numbers of the images that a rig of cameras took at each moment.
+
+    COLMAP calls a moment a frame: `frames.bin` or `frames.txt`. Poses are not read: `images` has
+    them, too. Raises `InputError` for a damaged file.
+    """
+    return list(_binary_moments(path) if path.suffix == ".bin" else _text_moments(path))
+
+
 def read_points(path: Path) -> ColmapPoints:
     """Read `points3D.bin` or `points3D.txt`. Raises `InputError` for a damaged file."""
     return _binary_points(path) if path.suffix == ".bin" else _text_points(path)
@@ -185,6 +205,31 @@ def _camera(
         case "FULL_OPENCV":
             intrinsics = (p[0], p[1], p[2], p[3])
             lens = Distortion((p[4], p[5], p[8], 0.0), (p[9], p[10], p[11]), (p[6], p[7]))
+        case "SIMPLE_FISHEYE" | "SIMPLE_RADIAL_FISHEYE" | "RADIAL_FISHEYE":
+            intrinsics = (p[0], p[0], p[1], p[2])
+            k1, k2 = (*p[3:], 0.0, 0.0)[:2]
+            lens = Distortion((k1, k2, 0.0, 0.0), projection="equidistant")
+        case "FISHEYE" | "OPENCV_FISHEYE":
+            intrinsics = (p[0], p[1], p[2], p[3])
+            k1, k2, k3, k4 = p[4:] or (0.0,) * 4
+            lens = Distortion((k1, k2, k3, k4), projection="equidistant")
+        case "THIN_PRISM_FISHEYE":
+            intrinsics = (p[0], p[1], p[2], p[3])
+            lens = Distortion(
+                (p[4], p[5], p[8], p[9]),
+                tangential=(p[6], p[7]),
+                prism=(p[10], p[11]),
+                projection="equidistant",
+            )
+        case "FOV":
+            if not 0 < p[4] < math.pi:
+                raise InputError(f"{where} has a field of view that is not between 0 and pi")
+            intrinsics = (p[0], p[1], p[2], p[3])
+            lens = Distortion(projection="fov", omega=p[4])
+        case "EQUIRECTANGULAR":
+            if (round(p[0]), round(p[1])) != (width, height):
+                raise InputError(f"{where} is a panorama of another size than its photos")
+            intrinsics, lens = sphere_intrinsics(width, height), EQUIRECTANGULAR
         case _:
             raise InputError(
                 f"{where} has the lens model {model}, which is not supported; run `colmap "
@@ -216,7 +261,7 @@ def _binary_cameras(path: Path) -> Iterator[_RawCamera]:
 def _binary_images(path: Path) -> Iterator[ColmapImage]:
     file = _BinaryReader.of(path)
     for _ in range(file.count(_IMAGE.size + 1 + _COUNT.size, "images")):
-        _, *pose, camera_id = file.take(_IMAGE)
+        number, *pose, camera_id = file.take(_IMAGE)
         end = file.data.find(b"\0", file.offset)
         if end < 0:
             raise file.damaged(f"ends inside the file name that begins at byte {file.offset}")
@@ -229,7 +274,18 @@ def _binary_images(path: Path) -> Iterator[ColmapImage]:
         file.offset = end + 1
         observations = file.count(_OBSERVATION_BYTES, "observations")
         file.offset += observations * _OBSERVATION_BYTES
-        yield ColmapImage(name, camera_id, tuple(pose[:4]), tuple(pose[4:]))
+        yield ColmapImage(number, name, camera_id, tuple(pose[:4]), tuple(pose[4:]))
+    file.finish()
+
+
+def _binary_moments(path: Path) -> Iterator[list[int]]:
+    file = _BinaryReader.of(path)
+    for _ in range(file.count(_FRAME.size, "frames")):
+        *_, count = file.take(_FRAME)
+        if count * _DATUM.size > file.left:
+            raise file.damaged(f"announces {count} photos at byte {file.offset - 4}")
+        data = [file.take(_DATUM) for _ in range(count)]
+        yield [photo for kind, _, photo in data if kind == CAMERA_SENSOR]
     file.finish()
 
 
@@ -294,18 +350,19 @@ def _text_cameras(path: Path) -> Iterator[_RawCamera]:
 
 
 def _text_images(path: Path) -> Iterator[ColmapImage]:
-    for number, line in _lines(path):
+    layout = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
+    for line_number, line in _lines(path):
         if not line or _are_observations(line):  # some tools write no observations
             continue
         fields = line.split(maxsplit=9)
         try:
-            _, *pose, camera_id, name = fields
+            number, *pose, camera_id, name = fields
             values = tuple(map(float, pose))
-            image = ColmapImage(name, int(camera_id), values[:4], values[4:])
+            image = ColmapImage(int(number), name, int(camera_id), values[:4], values[4:])
         except ValueError as error:
-            raise _bad_line(path, number, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME") from error
+            raise _bad_line(path, line_number, layout) from error
         if len(values) != 7:
-            raise _bad_line(path, number, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME")
+            raise _bad_line(path, line_number, layout)
         yield image
 
 
@@ -318,6 +375,25 @@ def _are_observations(line: str) -> bool:
         return all(map(math.isfinite, map(float, fields)))
     except ValueError:
         return False
+
+
+def _text_moments(path: Path) -> Iterator[list[int]]:
+    for number, line in _lines(path):
+        if not line:
+            continue
+        fields = line.split()
+        kinds, photos = fields[10::3], fields[12::3]
+        try:
+            found = [
+                int(photo) for kind, photo in zip(kinds, photos, strict=True) if kind == "CAMERA"
+            ]
+            complete = int(fields[9]) == len(photos) and len(fields) == 10 + 3 * len(photos)
+        except (ValueError, IndexError):
+            found, complete = [], False
+        if not complete:
+            layout = "FRAME_ID RIG_ID QW QX QY QZ TX TY TZ NUM_DATA_IDS (TYPE SENSOR_ID DATA_ID)..."
+            raise _bad_line(path, number, layout)
+        yield found
 
 
 def _text_points(path: Path) -> ColmapPoints:

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -15,7 +15,8 @@ from torch.nn.functional import avg_pool2d, max_pool2d
 
 from mobilegs.camera import NEAR, Camera
 from mobilegs.data import images
-from mobilegs.data.distortion import Distortion, undistort
+from mobilegs.data.distortion import Distortion, LensPhoto, undistort
+from mobilegs.data.pinhole_views import fields_of_view, pinhole_views
 from mobilegs.errors import InputError
 
 CACHE_BYTES = 2 << 30  # of decoded photos that a loader keeps
@@ -31,11 +32,15 @@ class Frame:
     """A posed photo that is not decoded yet.
 
     Attributes:
-        name: file name relative to the folder of images, extension included.
+        name: file name relative to the folder of images, extension included. Views of a panorama
+            have the name of their face at its end.
         camera: pinhole camera at the size at which the photo will be loaded.
         image_path: file of the photo; None if `pixels` hold it.
         mask_path: file of a mask that is white where the photo is used; None uses all of it.
-        distortion: lens distortion to remove on load; None for pinhole photos.
+        photo: the photo through its lens, from which the view is resampled on load; None for
+            pinhole photos.
+        group: frames of a group are held back together: views of a panorama, and photos that a
+            rig took at one moment. Empty for a frame by itself.
         alpha: meaning of transparency: `mask` leaves those pixels out of the loss, `over`
             composites the photo over `background`.
         background: RGB in [0, 1], used by `over`.
@@ -46,7 +51,8 @@ class Frame:
     camera: Camera
     image_path: Path | None = None
     mask_path: Path | None = None
-    distortion: Distortion | None = None
+    photo: LensPhoto | None = None
+    group: str = ""
     alpha: Literal["mask", "over"] = "mask"
     background: Color = (0.0, 0.0, 0.0)
     pixels: UInt8[Tensor, "h w 3"] | None = None
@@ -146,6 +152,7 @@ def assemble(
         raise InputError(f"capture {name} has no training view: all views are held back")
     _validate_unique_names(train)
     _validate_unique_names(test)
+    _report_views([*train, *test])
     kept = torch.from_numpy(np.concatenate([points, colors], axis=1)).float()
     kept = kept[kept.isfinite().all(1)]
     center, extent = center_and_extent([frame.camera for frame in train], kept[:, :3])
@@ -193,11 +200,40 @@ def recentred(
 
 
 def split_every_eighth(frames: Sequence[Frame]) -> tuple[list[Frame], list[Frame]]:
-    """Split frames into (train, test): in order of names, frames 0, 8, 16, ... are the test."""
+    """Split frames into (train, test): in order of names, frames 0, 8, 16, ... are the test.
+
+    A group of frames counts as one, at its first name.
+    """
     _validate_unique_names(frames)
     ordered = sorted(frames, key=lambda frame: frame.name)
-    train = [frame for index, frame in enumerate(ordered) if index % TEST_EVERY]
-    return train, ordered[::TEST_EVERY]
+    groups = list(dict.fromkeys(frame.group or frame.name for frame in ordered))
+    held = set(groups[::TEST_EVERY])
+    parts: tuple[list[Frame], list[Frame]] = [], []
+    for frame in ordered:
+        parts[(frame.group or frame.name) in held].append(frame)
+    return parts
+
+
+def _report_views(frames: Sequence[Frame]) -> None:
+    """Say which views stand for fisheye photos and for panoramas."""
+    fisheye, panoramas = [], set()
+    for frame in frames:
+        projection = "perspective" if frame.photo is None else frame.photo.distortion.projection
+        if projection == "equirectangular":
+            panoramas.add(frame.image_path)
+        elif projection != "perspective":
+            fisheye.append(fields_of_view(frame.camera))
+    if fisheye:
+        across, down = (max(angles) for angles in zip(*fisheye, strict=True))
+        log.warning(
+            "%d fisheye photos become pinhole views of up to %.0f x %.0f degrees: what the photos "
+            "show beyond is not used",
+            len(fisheye),
+            across,
+            down,
+        )
+    if panoramas:
+        log.warning("%d panoramas become six pinhole views each, a cube's faces", len(panoramas))
 
 
 def _validate_unique_names(frames: Sequence[Frame]) -> None:
@@ -316,35 +352,35 @@ class ViewLoader:
 
 
 def _decode(frame: Frame) -> _Decoded:
-    """Decode the photo and mask of a frame at the size of its camera, 8 bits per channel."""
-    width, height = frame.camera.width, frame.camera.height
+    """Decode the photo and mask of a frame, 8 bits per channel, and undistort them."""
+    at = frame.photo or frame.camera
     if frame.pixels is not None:
         return _Decoded(frame.pixels, None)
     if frame.image_path is None:
         raise InputError(f"frame {frame.name} has neither image_path nor pixels")
     over = frame.background if frame.alpha == "over" else None
-    pixels, usable = images.read_pixels(frame.image_path, width, height, over=over)
+    pixels, usable = images.read_pixels(frame.image_path, at.width, at.height, over=over)
     image = torch.from_numpy(np.array(pixels))
     mask = None if usable is None else torch.from_numpy(usable)
     if frame.mask_path is not None:
-        white = torch.from_numpy(images.read_mask(frame.mask_path, width, height))
+        white = torch.from_numpy(images.read_mask(frame.mask_path, at.width, at.height))
         mask = white if mask is None else mask & white
-    if frame.distortion:
-        image, mask = _undistorted(image, mask, frame.camera.K, frame.distortion)
+    if frame.photo is not None:
+        image, mask = _undistorted(image, mask, frame.photo, frame.camera)
     return _Decoded(image, None if mask is None or bool(mask.all()) else mask)
 
 
 def _undistorted(
-    image: UInt8[Tensor, "h w 3"],
-    mask: Bool[Tensor, "h w"] | None,
-    K: Float[Tensor, "3 3"],
-    distortion: Distortion,
+    image: UInt8[Tensor, "H W 3"],
+    mask: Bool[Tensor, "H W"] | None,
+    photo: LensPhoto,
+    camera: Camera,
 ) -> tuple[UInt8[Tensor, "h w 3"], Bool[Tensor, "h w"]]:
     """Undistort photo and mask; a pixel is in the mask if all pixels it is made of are."""
     channels = image.float()
     if mask is not None:
         channels = torch.cat([channels, mask[:, :, None].float()], dim=2)
-    channels, known = undistort(channels, K=K, distortion=distortion)
+    channels, known = undistort(channels, photo, K=camera.K, size=(camera.width, camera.height))
     if mask is not None:
         known = known & (channels[:, :, 3] > 0.999)
     return channels[:, :, :3].round().to(torch.uint8), known
@@ -356,7 +392,7 @@ def _view(frame: Frame, decoded: _Decoded, device: torch.device | str = "cpu") -
     return View(frame.name, frame.camera.to(device), image, mask)
 
 
-def posed_frame(
+def posed_frames(
     name: str,
     camera: Camera,
     *,
@@ -364,14 +400,16 @@ def posed_frame(
     downscale: int | None,
     mask_path: Path | None = None,
     distortion: Distortion | None = None,
+    group: str = "",
     alpha: Literal["mask", "over"] = "mask",
     background: Color = (0.0, 0.0, 0.0),
-) -> Frame:
-    """Return a frame at the photo's size divided by `downscale` (None: at most 1600 pixels wide).
+) -> list[Frame]:
+    """Return the frames of a photo at its size divided by `downscale` (None: at most 1600 wide).
 
-    `camera` may have another resolution than the file, but needs the same aspect ratio. Only
-    headers of files are read. Raises `InputError` if a file cannot be read or if the aspect
-    ratios of camera, photo and mask differ.
+    A panorama has six, any other photo one. `camera` has the pose of the photo and its intrinsics
+    before the `distortion`, at any resolution of the same aspect ratio. Only headers of files are
+    read. Raises `InputError` if a file cannot be read, if the aspect ratios of camera, photo and
+    mask differ, or if the lens leaves no view.
     """
     size = images.image_size(image_path)
     recorded = (camera.width, camera.height)
@@ -385,12 +423,20 @@ def posed_frame(
         raise InputError(f"mask {mask_path} has another aspect ratio than its photo {image_path}")
     if not bool(camera.viewmat.isfinite().all() and camera.K.isfinite().all()):
         raise InputError(f"the camera of {name} has numbers that are not finite")
-    return Frame(
-        name=name,
-        camera=camera.resized(*images.reduced_size(*size, downscale)),
-        image_path=image_path,
-        mask_path=mask_path,
-        distortion=distortion or None,
-        alpha=alpha,
-        background=background,
+    views = pinhole_views(
+        str(image_path), camera, size, distortion=distortion or Distortion(), downscale=downscale
     )
+    path = PurePosixPath(name)
+    return [
+        Frame(
+            name=str(path.with_stem(f"{path.stem}_{view.face}")) if view.face else name,
+            camera=view.camera,
+            image_path=image_path,
+            mask_path=mask_path,
+            photo=view.photo,
+            group=group or (name if view.face else ""),
+            alpha=alpha,
+            background=background,
+        )
+        for view in views
+    ]

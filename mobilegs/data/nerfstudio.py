@@ -8,6 +8,7 @@ https://docs.nerf.studio/quickstart/data_conventions.html.
 import json
 import math
 from collections.abc import Sequence
+from itertools import chain
 from os.path import commonpath
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
@@ -25,16 +26,18 @@ from mobilegs.data.dataset import (
     Frame,
     Offset,
     assemble,
-    posed_frame,
+    posed_frames,
     recentred,
     split_every_eighth,
 )
 from mobilegs.data.distortion import Distortion
+from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.data.points import read_points_ply
 from mobilegs.errors import InputError
 
 ALL_SUFFIXES = ("", *images.SUFFIXES, *(suffix.upper() for suffix in images.SUFFIXES))
-LENSES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
+PINHOLES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
+PANORAMA = "EQUIRECTANGULAR"
 
 
 def load_nerfstudio(
@@ -63,13 +66,14 @@ def load_nerfstudio(
     _, points, offset = recentred(poses, points)
     options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
     options["offset"] = offset
-    frames = read_frames(path, "transforms.json", **options)
+    photos = frames_of_photos(path, "transforms.json", **options)
+    frames = list(chain.from_iterable(photos))
     if (path / "transforms_test.json").is_file():
         train, test = frames, read_frames(path, "transforms_test.json", **options)
     elif "train_filenames" in meta and ("test_filenames" in meta or "val_filenames" in meta):
-        train = _named(path, meta, "train_filenames", files, frames)
+        train = _named(path, meta, "train_filenames", files, photos)
         held = "test_filenames" if meta.get("test_filenames") else "val_filenames"
-        test = _named(path, meta, held, files, frames)
+        test = _named(path, meta, held, files, photos)
     else:
         train, test = split_every_eighth(frames)
     return assemble(
@@ -140,10 +144,24 @@ def read_frames(
     masks: bool = True,
     offset: Offset = (0.0, 0.0, 0.0),
 ) -> list[Frame]:
-    """Read the posed photos of the transforms file `file` in `path`, in the file's order.
+    """Read the frames of the transforms file `file` in `path`, in the file's order.
 
     `offset` is subtracted from the positions of the cameras.
     """
+    options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
+    return list(chain.from_iterable(frames_of_photos(path, file, offset=offset, **options)))
+
+
+def frames_of_photos(
+    path: Path,
+    file: str,
+    *,
+    downscale: int | None,
+    background: Color,
+    masks: bool,
+    offset: Offset,
+) -> list[list[Frame]]:
+    """Read the frames of each photo of a transforms file: six of a panorama, one of any other."""
     source = path / file
     meta = read_transforms(source)
     photos = frame_files(path, meta, source)
@@ -157,7 +175,7 @@ def read_frames(
         where = f"{source}: frame {index} ({name})"
         values = {**meta, **entry}
         frames.append(
-            posed_frame(
+            posed_frames(
                 name,
                 _camera(where, values, images.image_size(photo), offset),
                 image_path=photo if reduced is None else reduced[name],
@@ -186,12 +204,14 @@ def _camera(where: str, values: dict[str, Any], size: tuple[int, int], offset: O
     )
     if not (0 < width <= SIDE_MAX and 0 < height <= SIDE_MAX):
         raise InputError(f"{where} has an impossible size of {width}x{height} pixels")
-    fx = _focal(where, values, "x", width)
-    fy = fx
-    if "fl_y" in values or "camera_angle_y" in values:
-        fy = _focal(where, values, "y", height)
-    cx = _number(where, values, "cx", width / 2)
-    cy = _number(where, values, "cy", height / 2)
+    if _model(where, values) == PANORAMA:  # of the whole sphere: it needs no focal length
+        fx, fy, cx, cy = sphere_intrinsics(width, height)
+    else:
+        fx = fy = _focal(where, values, "x", width)
+        if "fl_y" in values or "camera_angle_y" in values:
+            fy = _focal(where, values, "y", height)
+        cx = _number(where, values, "cx", width / 2)
+        cy = _number(where, values, "cy", height / 2)
     viewmat = _viewmat(where, values.get("transform_matrix"))
     viewmat[:3, 3] += viewmat[:3, :3] @ offset
     return Camera(
@@ -203,8 +223,12 @@ def _camera(where: str, values: dict[str, Any], size: tuple[int, int], offset: O
 
 
 def _focal(where: str, values: dict[str, Any], axis: str, side: int) -> float:
-    """Return the focal length in pixels along one axis, from `fl_x` or the field of view."""
-    if f"fl_{axis}" in values or f"camera_angle_{axis}" not in values:
+    """Return the focal length in pixels along one axis, from `fl_x` or the field of view.
+
+    The field of view is that of a pinhole camera: it does not count for a fisheye.
+    """
+    given = f"fl_{axis}" in values or f"camera_angle_{axis}" not in values
+    if given or _model(where, values) not in PINHOLES:
         focal = _number(where, values, f"fl_{axis}")
     else:
         angle = _number(where, values, f"camera_angle_{axis}")
@@ -235,17 +259,28 @@ def _viewmat(where: str, matrix: Any) -> Float[np.ndarray, "4 4"]:
     return viewmat
 
 
-def _distortion(where: str, values: dict[str, Any]) -> Distortion:
+def _model(where: str, values: dict[str, Any]) -> str:
     model = values.get("camera_model", "OPENCV")
-    if model not in LENSES or values.get("is_fisheye"):
+    if values.get("is_fisheye"):  # as instant-ngp writes it
+        model = "OPENCV_FISHEYE"
+    if model not in (*PINHOLES, "OPENCV_FISHEYE", PANORAMA):
         raise InputError(
             f"{where} has the camera model {model!r}, which is not supported; undistort the photos "
             "first, for example with `colmap image_undistorter`"
         )
+    return model
+
+
+def _distortion(where: str, values: dict[str, Any]) -> Distortion:
+    model = _model(where, values)
+    if model == PANORAMA:
+        return EQUIRECTANGULAR
     k1, k2, k3, k4, p1, p2 = (
         _number(where, values, key, 0.0) for key in ("k1", "k2", "k3", "k4", "p1", "p2")
     )
-    return Distortion((k1, k2, k3, k4), tangential=(p1, p2))
+    if model in PINHOLES:
+        return Distortion((k1, k2, k3, k4), tangential=(p1, p2))
+    return Distortion((k1, k2, k3, k4), projection="equidistant")  # which has no p1 and p2
 
 
 def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
@@ -259,20 +294,20 @@ def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
 
 
 def _named(
-    path: Path, meta: dict[str, Any], key: str, files: Sequence[Path], frames: Sequence[Frame]
+    path: Path, meta: dict[str, Any], key: str, files: Sequence[Path], photos: list[list[Frame]]
 ) -> list[Frame]:
-    """Return the frames whose files the list `meta[key]` names, in the order of the frames."""
+    """Return the frames of the photos that the list `meta[key]` names, in the file's order."""
     names = meta[key]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InputError(f"{path / 'transforms.json'} has a {key} that is not a list of file names")
     listed = {find_file(path, name, ALL_SUFFIXES) or path / name for name in names if name}
-    picked = [frame for frame, file in zip(frames, files, strict=True) if file in listed]
+    picked = [frames for frames, file in zip(photos, files, strict=True) if file in listed]
     if len(picked) < len(listed):
         raise InputError(
             f"{path / 'transforms.json'}: {key} names {len(listed)} photos, but only "
             f"{len(picked)} of them are frames"
         )
-    return picked
+    return list(chain.from_iterable(picked))
 
 
 def _points(

@@ -160,10 +160,11 @@ def test_photos_in_folders_are_found_and_named_after_them(tmp_path: Path) -> Non
     for name in ("a/1.jpg", "b/1.jpg", "2.PNG", "b/c/3.webp"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         Image.new("RGB", (4, 4)).save(tmp_path / name)
-    for name in ("masks/1.png", ".cache/1.png", "run/previews/1.png"):
+    for name in ("masks/1.png", ".cache/1.png", "run/previews/1.png", "cut/work/photos/1.png"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         Image.new("RGB", (4, 4)).save(tmp_path / name)
     (tmp_path / "run" / "config.json").touch()
+    (tmp_path / "cut/work/photos.json").touch()  # of a capture that was not finished
     (tmp_path / "a" / "clip.MOV").touch()
     (tmp_path / "README").touch()
     found = list_photos(tmp_path)

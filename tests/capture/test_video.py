@@ -94,6 +94,25 @@ def test_a_video_becomes_a_capture(tmp_path: Path) -> None:
     assert report["registered"] == 8
 
 
+def test_frames_of_a_panorama_video_become_faces(tmp_path: Path) -> None:
+    frames = [photo.resize((128, 64)) for photo in [layered_photo((0, 0))] * 4]
+    video = write_video(tmp_path / "sphere.mp4", frames)
+    found = prepare_video(
+        video, tmp_path / "out", frames=3, max_size=100, panorama=True, progress=no_progress
+    )
+    assert len(found["photos"]) == 18 and found["photos"][0]["name"] == "front/frame_0001.jpg"
+    assert len({photo["source"] for photo in found["photos"]}) == 3
+    with Image.open(tmp_path / "out/down/frame_0003.jpg") as face:
+        assert face.size == (32, 32)
+    with pytest.raises(InputError, match=r"flat\.mp4 is 240x180 pixels"):
+        flat = write_video(tmp_path / "flat.mp4", [layered_photo((0, 0))] * 4)
+        prepare_video(
+            flat, tmp_path / "b", frames=3, max_size=9, panorama=True, progress=no_progress
+        )
+    with pytest.raises(InputError, match="--rig needs a folder per camera"):
+        capture_photos(CaptureRun(video, tmp_path / "c", rig=True))
+
+
 def test_invalid_videos_raise_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def error_of(path: Path) -> str:
         with pytest.raises(InputError) as caught:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from mobilegs.data import load_capture, load_view
-from mobilegs.data.colmap_files import read_cameras, read_images, read_points
+from mobilegs.data.colmap_files import read_cameras, read_images, read_moments, read_points
 from mobilegs.data.images import reduced_size
 from mobilegs.errors import InputError
 from tests.support.colmap_capture import (
@@ -20,6 +20,8 @@ from tests.support.colmap_capture import (
     POINTS,
     cameras_bin,
     cameras_txt,
+    frames_bin,
+    frames_txt,
     images_bin,
     images_txt,
     points_bin,
@@ -256,8 +258,8 @@ def test_errors_name_the_cause(tmp_path):
     assert "fewer than two views" in error_of(write_capture_of_noise(tmp_path / "d", views=1))
     root = write_capture_of_noise(tmp_path / "e", camera=(1, 42, 12, 8, (1.0,)))
     assert "unknown lens model 42" in error_of(root)
-    root = write_capture_of_noise(tmp_path / "f", camera=(1, 5, 12, 8, (1.0,) * 8))
-    assert "OPENCV_FISHEYE" in error_of(root) and "image_undistorter" in error_of(root)
+    root = write_capture_of_noise(tmp_path / "f", camera=(1, 11, 12, 8, (1.0,) * 16))
+    assert "RAD_TAN_THIN" in error_of(root) and "image_undistorter" in error_of(root)
     root = write_capture_of_noise(tmp_path / "g", camera=(2, *PINHOLE[1:]))
     assert "camera 1" in error_of(root)
     root = write_capture_of_noise(tmp_path / "h")
@@ -279,6 +281,8 @@ READERS = {
     "cameras.txt": (read_cameras, cameras_txt(PINHOLE, (2, 4, 9, 9, (5.0,) * 8))),
     "images.bin": (read_images, images_bin(random_poses(3), 2)),
     "images.txt": (read_images, images_txt(random_poses(3), "1.0 2.0 -1")),
+    "frames.bin": (read_moments, frames_bin([[1, 2], [3], [4, 5, 6]])),
+    "frames.txt": (read_moments, frames_txt([[1, 2], [3], [4, 5, 6]])),
     "points3D.bin": (read_points, points_bin(POINTS)),
     "points3D.txt": (read_points, points_txt(POINTS)),
 }

@@ -6,7 +6,7 @@ import torch
 from PIL import Image
 
 from mobilegs.data import load_capture, load_view
-from mobilegs.data.distortion import Distortion, undistort
+from mobilegs.data.distortion import Distortion, LensPhoto, undistort
 from tests.support.colmap_capture import random_poses, write_capture_of_noise
 
 K = torch.tensor([[150.0, 0, 81.0], [0, 145.0, 59.0], [0, 0, 1]])
@@ -29,6 +29,13 @@ def plane():
     return (columns + 0.5 - K[0, 2]) / K[0, 0], (rows + 0.5 - K[1, 2]) / K[1, 1]
 
 
+def straightened(image, lens, K=K):
+    """Undistort an image into a view with the same intrinsics."""
+    height, width, _ = image.shape
+    intrinsics = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
+    return undistort(image, LensPhoto(width, height, intrinsics, lens), K=K, size=(width, height))
+
+
 def distorted(lens):
     """Render the pattern through a lens; iteration finds the ideal point of each pixel."""
     xd, yd = (coordinate.double() for coordinate in plane())
@@ -42,7 +49,7 @@ def distorted(lens):
 
 @pytest.mark.parametrize("lens", LENSES.values(), ids=LENSES.keys())
 def test_undistortion_recovers_the_pattern(lens):
-    straight, known = undistort(distorted(lens), K=K, distortion=lens)
+    straight, known = straightened(distorted(lens), lens)
     error = (straight - pattern(*plane())).abs().amax(-1)
     inner = known.clone()
     inner[:3] = inner[-3:] = False
@@ -54,19 +61,19 @@ def test_undistortion_recovers_the_pattern(lens):
 
 def test_no_distortion_changes_nothing():
     image = torch.rand(*SIZE, 3, generator=torch.Generator().manual_seed(0))
-    straight, known = undistort(image, K=K, distortion=Distortion())
+    straight, known = straightened(image, Distortion())
     assert known.all() and (straight - image).abs().max() < 1e-4
 
 
 def test_pixels_outside_of_the_photo_are_unknown():
-    _, known = undistort(torch.zeros(*SIZE, 3), K=K, distortion=LENSES["pincushion"])
+    _, known = straightened(torch.zeros(*SIZE, 3), LENSES["pincushion"])
     assert not known[0, 0] and known[60, 80]
 
 
 def test_pixels_beyond_the_fold_of_a_polynomial_are_unknown():
     lens = Distortion((-1.5, 0.0, 0.0, 0.0))  # r (1 - 1.5 r^2) falls from r = 0.471 on
     assert lens.valid_radius(2.0) == pytest.approx((1 / 4.5) ** 0.5, abs=2e-3)
-    _, known = undistort(torch.zeros(*SIZE, 3), K=K, distortion=lens)
+    _, known = straightened(torch.zeros(*SIZE, 3), lens)
     x, y = plane()
     assert not known[(x * x + y * y).sqrt() > 0.475].any()
     assert known[(x * x + y * y).sqrt() < 0.46].all()
@@ -86,8 +93,8 @@ def test_photos_of_distorted_colmap_models_are_undistorted_on_load(tmp_path, mod
     root = write_capture_of_noise(tmp_path, camera=(1, model, 160, 120, values), size=(160, 120))
     photo = np.array(Image.open(root / "images" / random_poses(2)[1][0]))
     view = load_view(load_capture(root).train[0])
-    expected, known = undistort(
-        torch.from_numpy(photo).float() / 255, K=square if model < 4 else K, distortion=lens
+    expected, known = straightened(
+        torch.from_numpy(photo).float() / 255, lens, square if model < 4 else K
     )
     assert bool(known.all()) if view.mask is None else torch.equal(view.mask.bool(), known)
     assert (view.image - expected).abs().max() < 0.51 / 255

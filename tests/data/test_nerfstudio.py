@@ -221,7 +221,7 @@ def test_errors_name_the_cause(tmp_path):
     assert "file_path" in broken("b", lambda m: first(m).pop("file_path"))
     assert "transform_matrix" in broken("c", lambda m: first(m).pop("transform_matrix"))
     assert "rotation" in broken("d", lambda m: first(m).update(transform_matrix=[[1.0] * 4] * 4))
-    assert "OPENCV_FISHEYE" in broken("e", lambda m: m.update(camera_model="OPENCV_FISHEYE"))
+    assert "FISHEYE624" in broken("e", lambda m: m.update(camera_model="FISHEYE624"))
     assert "fl_x" in broken("f", lambda m: m.pop("fl_x"))
     assert "no.ply" in broken("g", lambda m: m.update(ply_file_path="no.ply"))
     assert "no.png" in broken("h", lambda m: first(m).update(mask_path="no.png"))

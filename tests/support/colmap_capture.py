@@ -45,6 +45,24 @@ def images_txt(images: list[ImageRow], observations: str = "") -> bytes:
     return "\n".join(lines).encode()
 
 
+def frames_bin(moments: list[list[int]]) -> bytes:
+    """Encode the images of each moment, as the frames of a rig with one camera for each place."""
+    out = struct.pack("<Q", len(moments))
+    for number, photos in enumerate(moments):
+        out += struct.pack("<2I7dI", number, 1, 1, *[0] * 6, len(photos))
+        for camera, photo in enumerate(photos):
+            out += struct.pack("<iIQ", 0, camera, photo)
+    return out
+
+
+def frames_txt(moments: list[list[int]]) -> bytes:
+    lines = ["# frames"]
+    for number, photos in enumerate(moments):
+        data = " ".join(f"CAMERA {camera} {photo}" for camera, photo in enumerate(photos))
+        lines.append(f"{number} 1 1 0 0 0 0 0 0 {len(photos)} {data}")
+    return "\n".join(lines).encode()
+
+
 def points_bin(points: list[Point]) -> bytes:
     out = struct.pack("<Q", len(points))
     for number, (xyz, rgb, track) in enumerate(points):

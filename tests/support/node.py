@@ -16,6 +16,7 @@ from mobilegs.errors import InputError
 from mobilegs.mgs.codec import unpack
 
 WEB = Path(__file__).parents[1] / "web"
+SOURCES = Path(__file__).parents[2] / "viewer" / "src"
 
 
 def node_program() -> str:
@@ -37,6 +38,14 @@ def node(script: str, *arguments: str | Path) -> None:
     command = [node_program(), WEB / script, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
+
+
+def javascript(program: str, given: object) -> Any:
+    """Return what a program prints as JSON; its arguments are the viewer's sources and `given`."""
+    words = [node_program(), "--input-type=module", "-e", program, SOURCES, json.dumps(given)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 def refusals(folder: Path, files: list[bytes]) -> list[str | None]:
