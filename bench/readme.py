@@ -171,6 +171,43 @@ def trained_rows(rows: list[dict]) -> list[list[str]]:
     return found
 
 
+def off_path_rows(students: dict) -> list[list[str]]:
+    """Return each student's PSNR to held-back photos, and to its teacher by kind of view."""
+    kinds = list(next(iter(students.values()))["to_teacher"])
+    rows = [["share of virtual views beside the path", "held-back photos dB", *kinds, "file MB"]]
+    for share, found in students.items():
+        near = [found["to_teacher"][kind] for kind in kinds]
+        cells = [f"{each['mean']:.2f} ({each['least']:.1f})" for each in near]
+        held = number(found["held_back"], 2)
+        rows.append([share, held, *cells, number(found["bytes"] / 1e6, 2)])
+    return rows
+
+
+def pose_rows(found: dict) -> list[list[str]]:
+    """Return a teacher's PSNR and the error of its cameras, by what happened to their poses."""
+    rows = [["poses", "held-back photos dB", "median error of training cameras, px"]]
+    rows += [
+        [name, number(row["psnr"], 2), number(row["median_pixels"], 2)]
+        for name, row in found.items()
+    ]
+    return rows
+
+
+def exposure_rows(cells: dict) -> list[list[str]]:
+    """Return the student's figures by capture, made steps and setting."""
+    head = "capture, photos | exposures learned | spread, log2 | PSNR dB | cc-PSNR dB | LPIPS (VGG)"
+    rows = [[*head.split(" | ")]]
+    for name, cell in cells.items():
+        capture, photos, setting = name.split(", ")
+        student, seen = cell["student"], cell["exposures"].get("student")
+        learned = "yes" if seen and seen["learned"] else "no"
+        spread = number(seen["spread"] if seen else None, 3)
+        figures = [number(student[key], 2) for key in ("psnr", "cc_psnr")]
+        lpips = number(student["lpips_vgg"], 3)
+        rows.append([f"{capture}, {photos}", f"{setting}: {learned}", spread, *figures, lpips])
+    return rows
+
+
 def comparison_rows(paper: dict, formats: dict, viewers: dict) -> list[list[str]]:
     """Return size, quality and frame times of one teacher in other formats and of its student."""
     teacher, student, ours = paper[TEACHER], paper[STUDENT], viewers["ours, WebGPU"]
@@ -203,6 +240,7 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     captures, kernels, viewer = results["captures"], results["kernels"], results["viewer"]
     loading, paper = results["loading"], results["paper"]["cells"]
     sizes, screens, trained = results["sizes"], results["screens"], results["trained_kernels"]
+    off_path, poses, exposure = (results[name] for name in ("off_path", "poses", "exposure"))
     first = next(iter(screens.values()))
     student = paper[STUDENT]
     size = "x".join(map(str, student["image_size"]))
@@ -245,6 +283,24 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
             f"{first['plan']['frames']} frames:",
             screen_rows(screens),
         ),
+        "off_path": (
+            f"`python -m bench.studies.off_path`, {off_path['date']}, {off_path['machine']}, "
+            f"bonsai at {'x'.join(map(str, off_path['size']))}, {off_path['steps']:,} steps of the "
+            "student, one seed; PSNR in dB to the teacher's images, mean (least):",
+            off_path_rows(off_path["students"]),
+        ),
+        "poses": (
+            f"`python -m bench.studies.poses`, {poses['date']}, {poses['machine']}, teachers of "
+            f"{poses['steps']:,} steps, bonsai at 200x133, one seed:",
+            pose_rows(poses["rows"]),
+        ),
+        "exposure": (
+            f"`python -m bench.studies.exposure`, {exposure['date']}, {exposure['machine']}, the "
+            "preset cpu with at most 30,000 Gaussians and "
+            f"{' '.join(exposure['settings'])}, photos at a quarter of their size, one seed, "
+            "students on held-back photos:",
+            exposure_rows(exposure["cells"]),
+        ),
         "trained": (
             f"`python -m bench.kernels --scenes`, {trained['date']}, {trained['machine']}:",
             trained_rows(trained["scenes"]),
@@ -274,7 +330,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the tables' cells here")
     options = parser.parse_args()
     names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
-    names += ("sizes", "screens", "trained_kernels")
+    names += ("sizes", "screens", "trained_kernels", "off_path", "poses", "exposure")
     results = {
         name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }

@@ -118,8 +118,11 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
         ("read_mgs", "write_mgs", "unpack", "pack", "QuantizedScene", "with_lod_levels"),
     ),
     "Files of other tools": (
-        "Plain 3DGS scenes ([formats](formats.md)).",
+        "Plain 3DGS scenes ([formats](formats.md)). `write_gaussians` writes every kind, turns a "
+        "scene upright for a file that cannot name its upward direction, and logs what a file does "
+        "not hold. The writers of one kind do neither.",
         (
+            "write_gaussians",
             "read_ply",
             "write_ply",
             "read_spz",

@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parent.parent / "mobilegs"
 # in the order of docs/explanation/architecture.md
 LEVELS: list[set[str]] = [
     {"errors", "atomic", "validation"},
-    {"camera", "gaussians", "spherical_harmonics", "kmeans"},
+    {"camera", "gaussians", "spherical_harmonics", "up", "kmeans"},
     {"csrc"},
     {"render"},
     {"data"},

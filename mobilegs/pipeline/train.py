@@ -8,14 +8,16 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import torch
+from jaxtyping import Float
 from tyro.conf import Positional, UseAppendAction, arg
 
 from mobilegs import __version__
 from mobilegs.atomic import make_folder
 from mobilegs.camera import Camera
 from mobilegs.data import Dataset, ViewLoader, load_capture
-from mobilegs.data.dataset import Offset
+from mobilegs.data.dataset import Frame, Offset
 from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
@@ -31,8 +33,10 @@ from mobilegs.scene_file import Device, read_plain_scene
 from mobilegs.synthetic_capture.render import Progress, no_progress
 from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
+from mobilegs.train.exposure import exposures_for
 from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
-from mobilegs.train.progress import Monitor
+from mobilegs.train.poses import with_poses, write_poses
+from mobilegs.train.progress import Monitor, exposures_of
 from mobilegs.train.recipes import (
     RECIPES,
     MethodName,
@@ -54,6 +58,7 @@ from mobilegs.train.stage import Stage
 from mobilegs.train.student.config import NO_FILE
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
+from mobilegs.up import up_of_cameras, written_up
 
 MINUTES = (1.0, 10_000)  # that --minutes takes
 USUAL_MINUTES = {"cpu": 30.0, "cuda": 10.0}
@@ -215,7 +220,7 @@ def train_in_team(
             if not resuming:
                 run_dir.create(config)
             if given is not None:
-                write_ply(run_dir.teacher, given.gaussians, footprint=given.footprint)
+                write_ply(run_dir.teacher, given.gaussians, footprint=given.footprint, up=given.up)
         team.barrier()
         return train_stages(run, config, dataset, run_dir, team, lpips, progress)
 
@@ -232,6 +237,7 @@ def train_stages(
     """Train what is left of a run, measure it and return the contents of `metrics.json`."""
     recipe, checkpoint = config.recipe, run_dir.load_checkpoint()
     with (
+        ExitStack() as opened,
         ViewLoader(dataset.train) as loader,
         Monitor(
             run_dir.log,
@@ -254,6 +260,10 @@ def train_stages(
         announce(job)
         if not run_dir.teacher.exists():
             train_teacher(job)
+        if run_dir.poses.exists():
+            dataset = with_poses(dataset, run_dir.poses)
+            loader = opened.enter_context(ViewLoader(dataset.train))
+            job = replace(job, dataset=dataset, loader=loader)
         gaussians, footprint = read_ply_scene(run_dir.teacher)
         teacher = Scene(
             gaussians.to(team.device),
@@ -285,18 +295,8 @@ def announce(job: Job) -> None:
             f"{job.pace.plan.minutes:g} minutes on this machine: "
             f"{text.replace(', ', ', ' + most + 'about ', 1)}"
         )
-        text += memory_note(job.pace.plan)
+        text += job.pace.plan.memory_note
     job.monitor.print(text)
-
-
-def memory_note(plan: Plan) -> str:
-    """Return a clause about the memory of a planned run, or nothing if there is enough."""
-    free, needed = 1e-9 * plan.free_memory, 1e-9 * plan.needed_memory
-    if not free:
-        return ""
-    if needed > free:
-        return f"; this can take {needed:.1f} GB of memory, and {free:.1f} GB are free"
-    return f"; more Gaussians or larger photos would not fit into {free:.1f} GB of free memory"
 
 
 def train_teacher(job: Job) -> None:
@@ -305,15 +305,21 @@ def train_teacher(job: Job) -> None:
     stage = Teacher(job.recipe.teacher, job.dataset, seed=seed, device=team.device, team=team)
     run_stage(job, stage, order_seed=2 * seed)
     if team.is_main:
+        if stage.poses is not None:
+            write_poses(job.run_dir.poses, stage.poses.refined(job.dataset, stage.scene()))
         footprint = job.recipe.teacher.footprint
         note = offset_note(job.dataset.offset)
-        write_ply(job.run_dir.teacher, stage.gaussians(), footprint=footprint, note=note)
+        options = {"footprint": footprint, "up": up_of_frames(job.dataset.train), "note": note}
+        write_ply(job.run_dir.teacher, stage.gaussians(), **options)
     team.barrier()
 
 
 def train_student(job: Job, teacher: Scene) -> None:
     """Train the student and write `scene.mgs`."""
     dataset, seed, team = job.dataset, job.run.seed, job.team
+    exposures, spread = None, None
+    if job.checkpoint.stage != "student":  # a checkpoint holds them
+        exposures, spread = exposures_for(job.recipe.student.exposure, teacher, dataset.train)
     stage = Student(
         job.recipe.student,
         teacher,
@@ -321,7 +327,10 @@ def train_student(job: Job, teacher: Scene) -> None:
         extent=dataset.extent,
         seed=seed,
         team=team,
+        exposures=exposures,
     )
+    if spread is not None:
+        job.monitor.exposures(stage, spread)
     run_stage(job, stage, order_seed=2 * seed + 1)
     if team.is_main:
         write_scene(job, stage)
@@ -354,6 +363,7 @@ def write_scene(job: Job, stage: Student) -> None:
         "capture": dataset.name,
         "photos": f"{len(dataset.train)} of {camera.width}x{camera.height}",
         "student_steps": config.steps,
+        "up": written_up(up_of_frames(dataset.train)),
     }
     if note := offset_note(dataset.offset):
         meta["offset"] = note.removeprefix("offset ")
@@ -368,6 +378,11 @@ def write_scene(job: Job, stage: Student) -> None:
             f"the file has {size:.3f} MB, but target_mb is {target:g}: rate control changes step "
             "sizes up to eightfold, and networks and header not at all"
         )
+
+
+def up_of_frames(frames: list[Frame]) -> Float[np.ndarray, "3"]:
+    """Return the upward direction that the cameras of photos share."""
+    return up_of_cameras(torch.stack([frame.camera.viewmat for frame in frames]).double().numpy())
 
 
 def offset_note(offset: Offset) -> str:
@@ -407,6 +422,8 @@ def measure(
             "capture": dataset.name,
             "image_size": [camera.width, camera.height],
             "views": {"train": len(dataset.train), "test": len(dataset.test)},
+            "exposures": exposures_of(job.monitor.rows),
+            "poses": "refined" if run_dir.poses.exists() else "as given",
             "seed": job.run.seed,
             "device": str(job.team.device),
         },

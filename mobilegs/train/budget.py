@@ -80,6 +80,16 @@ class Plan:
         """Return the seconds of training after which a stage should end."""
         return self.seconds * (self.teacher_share if stage == "teacher" else 1.0)
 
+    @property
+    def memory_note(self) -> str:
+        """A clause about the memory of the run, or nothing if there is enough."""
+        free, needed = 1e-9 * self.free_memory, 1e-9 * self.needed_memory
+        if not free:
+            return ""
+        if needed > free:
+            return f"; this can take {needed:.1f} GB of memory, and {free:.1f} GB are free"
+        return f"; more Gaussians or larger photos would not fit into {free:.1f} GB of free memory"
+
     def as_json(self) -> dict[str, Any]:
         """Return the plan as JSON data."""
         corrections = [[each.stage, each.at, each.steps] for each in self.corrections]

@@ -1,55 +1,98 @@
 """Exposure and white balance of single photos: an affine change of colours for each of them.
 
 The scene learns colours that all photos share. A render becomes `image @ A.T + b` before it is
-compared with photo i, with A `[3, 3]` and b `[3]` of that photo. After every step the changes are
-moved so that their mean over all photos is no change: the scene takes no tint. They are dropped
-when training ends.
+compared with photo i, with A `[3, 3]` and b `[3]` of that photo. The changes start as gains that
+explain the different colours of the same points in different photos, and learn with the scene. The
+gain that a photo shares with its neighbours stays in the scene: light that changes slowly with the
+direction is a property of its surfaces. After every step the changes are moved so that their mean
+over all photos is no change: the scene takes no tint. They are dropped when training ends.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mobilegs.camera import MIN_SIDE
+from mobilegs.data.dataset import Frame, View, load_view
+from mobilegs.errors import InputError
+from mobilegs.render.scene import Scene
 from mobilegs.train.optim import NamedAdam, exponential_lr
-from mobilegs.validation import NOT_NEGATIVE, POSITIVE, check
+from mobilegs.validation import FRACTION, NOT_NEGATIVE, POSITIVE, check
+
+WHEN = ("auto", "always", "never")
+POINTS = 8192  # whose colours are compared between photos
+IMAGE_SIDE = 300  # pixels of the longer side of images in which they are looked up
+NEARNESS = 0.05  # of its depth by which a point may miss the surface
+UNCLIPPED = (0.02, 0.98)  # colours that tell an exposure
+OFFSET = 0.055  # of sRGB: with it, colours are proportional to a power of light
+ROUNDS = 8  # of reweighted least squares
+DOUBT = 0.05  # a residual in log2 from which on an observation counts less
+PULL = 1e-3  # of gains to 0, in observations
+NEIGHBOURS = 16  # nearest photos, whose mean gain is left to the scene
 
 
 @dataclass(frozen=True)
 class ExposureConfig:
     """Learned exposure and white balance of each training photo."""
 
-    learned: bool = False
-    """Learn an affine change of colours for each photo."""
-    lr: float = 3e-3
+    learned: str = "auto"
+    """Learn an affine change of colours for each photo: `always`, `never`, or `auto`, if the photos
+    differ by more than `least_spread`."""
+    least_spread: float = 0.12
+    """Spread of the photos' gains from which on `auto` learns them, at least 0: the root mean
+    square over photos and channels of log2 of the gain over that of the photo's neighbours."""
+    start: float = 0.18
+    """Time of the teacher at which this is decided and learning begins, 0 to 1. It must not follow
+    a reset of opacities. The student begins in its first step."""
+    vignetting: bool = False
+    """Also learn a falloff of brightness to the corners, one for all photos."""
+    lr: float = 1e-3
     """Learning rate at the start, above 0."""
-    lr_end: float = 3e-4
+    lr_end: float = 1e-4
     """Learning rate at the end, above 0. In between it falls geometrically."""
-    weight: float = 0.1
+    weight: float = 0.01
     """Weight of the squared distance to no change in the loss, at least 0."""
 
     def __post_init__(self) -> None:
-        check(self, lr=POSITIVE, lr_end=POSITIVE, weight=NOT_NEGATIVE)
+        if self.learned not in WHEN:
+            raise InputError(f"unknown value '{self.learned}': use {' or '.join(WHEN)}")
+        ranges = {"lr": POSITIVE, "lr_end": POSITIVE, "start": FRACTION}
+        check(self, weight=NOT_NEGATIVE, least_spread=NOT_NEGATIVE, **ranges)
 
 
 class Exposures:
     """The changes of colours of all training photos, and the Adam that learns them."""
 
-    def __init__(self, config: ExposureConfig, photos: int, device: torch.device) -> None:
-        """Begin with no change."""
+    def __init__(self, config: ExposureConfig, gains: Float[Tensor, "photos 3"]) -> None:
+        """Begin with gains of the photos, as log2."""
         self.config = config
-        self.same = torch.eye(3, 4, device=device)
-        changes = self.same.repeat(photos, 1, 1)
-        self.adam = NamedAdam({"changes": changes}, {"changes": config.lr})
+        self.same = torch.eye(3, 4, device=gains.device)
+        factors = gains.exp2()
+        offsets = OFFSET * (factors - 1)
+        changes = torch.cat([torch.diag_embed(factors), offsets[:, :, None]], dim=2)
+        tensors = {"changes": changes - changes.mean(0) + self.same}
+        if config.vignetting:
+            tensors["falloff"] = gains.new_zeros(2)
+        self.adam = NamedAdam(tensors, dict.fromkeys(tensors, config.lr))
+
+    @property
+    def leaves(self) -> list[Tensor]:
+        """All that is learned."""
+        return list(self.adam.tensors.values())
 
     @property
     def changes(self) -> Float[Tensor, "photos 3 4"]:
-        """`(A | b)` of each photo, a leaf."""
+        """`(A | b)` of each photo."""
         return self.adam.tensors["changes"]
 
     def apply(self, index: int, image: Float[Tensor, "h w 3"]) -> Float[Tensor, "h w 3"]:
         """Return a render with the colours of photo `index`."""
+        if self.config.vignetting:
+            image = image * vignette(self.adam.tensors["falloff"], image)
         change = self.changes[index]
         return image @ change[:, :3].T + change[:, 3]
 
@@ -59,9 +102,10 @@ class Exposures:
 
     @torch.no_grad()
     def step(self, progress: float) -> None:
-        """Take an Adam step with the gradients of `changes`; `progress` is the time, 0 to 1."""
+        """Take an Adam step with the gradients; `progress` is the time, 0 to 1."""
         config = self.config
-        self.adam.set_lr("changes", exponential_lr(config.lr, config.lr_end, progress))
+        for name in self.adam.tensors:
+            self.adam.set_lr(name, exponential_lr(config.lr, config.lr_end, progress))
         self.adam.step()
         self.changes.sub_(self.changes.mean(0) - self.same)
 
@@ -69,6 +113,117 @@ class Exposures:
         """Return everything that later steps depend on."""
         return self.adam.state()
 
-    def restore(self, state: dict) -> None:
-        """Continue from a result of `state()`."""
-        self.adam.restore(state)
+    @classmethod
+    def restored(cls, config: ExposureConfig, state: dict, device: torch.device) -> "Exposures":
+        """Return the exposures whose `state()` is given."""
+        found = cls(config, torch.zeros(len(state["changes"]["value"]), 3, device=device))
+        found.adam.restore(state)
+        return found
+
+
+def exposures_for(
+    config: ExposureConfig, scene: Scene, frames: Sequence[Frame]
+) -> tuple[Exposures | None, float | None]:
+    """Return the exposures of photos to begin with, and the spread of the photos.
+
+    The first is None if they are not learned, the second if it was not measured. `scene` holds the
+    colours that all photos share.
+    """
+    if config.learned == "never":
+        return None, None
+    halves = photo_gains(scene, frames)
+    eyes = torch.stack([frame.camera.position for frame in frames]).to(halves)
+    distances = torch.cdist(eyes, eyes).fill_diagonal_(torch.inf)
+    nearest = distances.argsort(dim=1, stable=True)[:, : min(NEIGHBOURS, max(1, len(frames) - 1))]
+    halves = halves - halves[:, nearest].mean(2)
+    gains = halves.mean(0)
+    noise = (halves[0] - halves[1]).square().mean() / 4  # of the mean of both
+    spread = math.sqrt(max(0.0, float(gains.square().mean() - noise)))
+    if config.learned == "auto" and spread <= config.least_spread:
+        return None, spread
+    return Exposures(config, gains), spread
+
+
+@torch.no_grad()
+def photo_gains(scene: Scene, frames: Sequence[Frame]) -> Float[Tensor, "2 photos 3"]:
+    """Return log2 of the gain of each photo's channels twice, each from half of the points.
+
+    A common constant is arbitrary. The scene gives its geometry only: points, and depths that tell
+    which photos see them.
+    """
+    means = scene.gaussians.means
+    points = means[:: math.ceil(len(means) / POINTS)]
+    seen = [_colors_at(points, scene, load_view(frame).to(points.device)) for frame in frames]
+    colors, weights = zip(*seen, strict=True)
+    all_colors, shown = torch.stack(colors, 1), torch.stack(weights, 1)
+    return torch.stack([solve_gains(all_colors[i::2], shown[i::2]) for i in range(2)])
+
+
+def _colors_at(
+    points: Float[Tensor, "n 3"], scene: Scene, view: View
+) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n"]]:
+    """Return log2 of the colours of points in a photo, and 1 for points that it shows, else 0."""
+    longer, shorter = sorted((view.camera.width, view.camera.height), reverse=True)
+    view = view.reduced(max(1, min(longer // IMAGE_SIDE, shorter // MIN_SIDE)))
+    drawn = scene.render(view.camera, depth=True)
+    assert drawn.depth is not None
+    viewmat, K = view.camera.viewmat, view.camera.K
+    inside = points @ viewmat[:3, :3].T + viewmat[:3, 3]
+    z = inside[:, 2].clamp_min(view.camera.near)
+    x, y = ((inside[:, i] / z * K[i, i] + K[i, 2]).floor().long() for i in range(2))
+    shown = (inside[:, 2] > view.camera.near) & (x >= 0) & (x < view.camera.width)
+    shown &= (y >= 0) & (y < view.camera.height)
+    x, y = torch.where(shown, x, 0), torch.where(shown, y, 0)
+    surface = drawn.depth[y, x] / drawn.alpha[y, x].clamp_min(1e-6)
+    shown &= (drawn.alpha[y, x] > 0.5) & ((z - surface).abs() < NEARNESS * surface)
+    color = view.image[y, x]
+    shown &= (color > UNCLIPPED[0]).all(1) & (color < UNCLIPPED[1]).all(1)
+    if view.mask is not None:
+        shown &= view.mask[y, x] > 0.5
+    return (color + OFFSET).log2(), shown.float()
+
+
+def solve_gains(
+    colors: Float[Tensor, "n photos 3"], weights: Float[Tensor, "n photos"]
+) -> Float[Tensor, "photos 3"]:
+    """Return the gains g of photos that best explain colours of points: `colors = g + a`.
+
+    Each point has a colour a of its own. Least squares, reweighted so that observations far from
+    the rest count little (Geman-McClure); `weights` are 0 where a photo does not show a point.
+    """
+    gains = colors.new_zeros(colors.shape[1:]).double()
+    eye = torch.eye(len(gains), dtype=gains.dtype, device=gains.device)
+    colors, visible = colors.double(), weights.double()
+    trust = visible
+    for _ in range(ROUNDS):
+        own = _weighted_mean(colors, trust)
+        # normal equations of the gains, without the points' colours
+        each = trust.sum(1).clamp_min(1e-9)
+        matrix = torch.diag(trust.sum(0)) - trust.T @ (trust / each[:, None])
+        right = (trust[:, :, None] * (colors - own)).sum(0)
+        gains = torch.linalg.solve(matrix + PULL * eye, right)
+        left = colors - gains
+        left = left - _weighted_mean(left, trust)
+        trust = visible / (1 + left.square().mean(2) / DOUBT**2).square()
+    return gains.float()
+
+
+def _weighted_mean(
+    values: Float[Tensor, "n photos 3"], weights: Float[Tensor, "n photos"]
+) -> Float[Tensor, "n 1 3"]:
+    total = weights.sum(1).clamp_min(1e-9)
+    return ((weights[:, :, None] * values).sum(1) / total[:, None])[:, None]
+
+
+def vignette(falloff: Float[Tensor, "2"], image: Float[Tensor, "h w 3"]) -> Float[Tensor, "h w 1"]:
+    """Return the brightness `1 + a r^2 + b r^4`, where r is 0 in the middle and 1 in the corners.
+
+    `falloff` is (a, b).
+    """
+    height, width = image.shape[:2]
+    y, x = (
+        (torch.arange(n, device=image.device, dtype=image.dtype) + 0.5) * 2 / n - 1
+        for n in (height, width)
+    )
+    squares = (x.square() * width**2 + y.square()[:, None] * height**2) / (width**2 + height**2)
+    return (1 + falloff[0] * squares + falloff[1] * squares.square())[..., None]

@@ -65,6 +65,8 @@ def train_stage(
         while stage.done < stage.steps:
             result = stage.advance(next_views(stage, loader, team, order_seed))
             monitor.after_step(stage, result)
+            if result.spread is not None:
+                monitor.exposures(stage, result.spread)
             if pace is not None:
                 pace.after_step(stage, sum(monitor.seconds.values()), team)
             if stage.done % preview_every == 0:

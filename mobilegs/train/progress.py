@@ -6,6 +6,7 @@ import sys
 import time
 from collections import deque
 from pathlib import Path
+from typing import Any
 
 import torch
 from rich.console import Console
@@ -106,6 +107,16 @@ class Monitor:
         if not self.silent:
             atomic_write(self.log_path, "".join(json.dumps(row) + "\n" for row in self.rows))
 
+    def exposures(self, stage: Stage, spread: float) -> None:
+        """Log the spread of the photos' exposures, and print it if the stage learns them."""
+        learned = stage.exposures is not None
+        self.log(stage=stage.name, step=stage.done, exposure_spread=spread, learned=int(learned))
+        if learned:
+            self.print(
+                f"the photos' exposures differ by {100 * (2**spread - 1):.0f} %: the {stage.name} "
+                "learns colours for each photo"
+            )
+
     def print(self, text: str) -> None:
         """Print a line above the progress bar."""
         self.console.print(text, highlight=False, markup=False, soft_wrap=True)
@@ -183,3 +194,12 @@ def _clock(seconds: float) -> str:
     minutes, seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"
+
+
+def exposures_of(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return by stage the spread of the photos' exposures, and whether the stage learned them."""
+    return {
+        row["stage"]: {"spread": row["exposure_spread"], "learned": bool(row["learned"])}
+        for row in rows
+        if "exposure_spread" in row
+    }

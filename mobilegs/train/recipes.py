@@ -161,6 +161,7 @@ PAPER = (
     "student.loss.depth_weight=0.1",
     "student.loss.virtual_view_every=0",
     "student.loss.overdraw_weight=0",
+    "student.exposure.learned=never",
     "student.ablation.mask_depth=false",
     "student.ablation.round_means=false",
     "student.pruning.votes.votes_per_interval=1000",
@@ -200,6 +201,7 @@ RELEASE = (
 LONG = (
     *CLASSIC_TEACHER,
     "teacher.min_views=0",
+    "teacher.exposure.learned=never",
     "teacher.init_splats=10000000",
     "student.lr.means_max=1e9",
     "student.lr.final_factor=1",

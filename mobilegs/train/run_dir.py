@@ -87,6 +87,7 @@ class RunDir:
         self.checkpoint = path / "checkpoint.safetensors"
         self.teacher = path / "teacher.ply"
         self.scene = path / "scene.mgs"
+        self.poses = path / "poses.json"
         self.metrics = path / "metrics.json"
         self.log = path / "metrics.jsonl"
         self.contact_sheet = path / "contact_sheet.png"
@@ -107,7 +108,15 @@ class RunDir:
                 "folder"
             )
         shown = (self.contact_sheet, self.previews, self.report)
-        for file in (self.checkpoint, self.teacher, self.scene, self.metrics, self.log, *shown):
+        for file in (
+            self.checkpoint,
+            self.teacher,
+            self.poses,
+            self.scene,
+            self.metrics,
+            self.log,
+            *shown,
+        ):
             if file.exists():
                 raise InputError(f"{file} would be overwritten: give another folder for the run")
 

@@ -8,13 +8,21 @@ from torch import Tensor
 
 from mobilegs.data.dataset import View
 from mobilegs.render.scene import Scene
+from mobilegs.train.exposure import Exposures
 
 
 class StepResult(NamedTuple):
-    """Results of one step: `loss`, and the mean squared error `mse` of the step's image."""
+    """Results of one step.
+
+    Attributes:
+        loss: of the step's images, the mean.
+        mse: mean squared error of the step's images.
+        spread: of the photos' exposures (`train/exposure.py`), in the step that measured it.
+    """
 
     loss: Float[Tensor, ""]
     mse: Float[Tensor, ""]
+    spread: float | None = None
 
 
 @runtime_checkable
@@ -29,6 +37,8 @@ class Stage(Protocol):
     """Number of steps taken so far."""
     views_per_step: int
     """Views in a step, over all processes."""
+    exposures: Exposures | None
+    """Colours of single photos; None while they are not learned."""
 
     @property
     def phase(self) -> str:

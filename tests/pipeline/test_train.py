@@ -10,12 +10,14 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
+import torch
 from PIL import Image
 
 from mobilegs.cli.options import call
+from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import inspect_mgs
+from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.pipeline import train
 from mobilegs.pipeline.train import TrainRun, options_as_json, resolve_recipe, train_run
 from mobilegs.train.recipes import RECIPES, PresetName, Recipe, from_json, with_settings, with_steps
@@ -33,7 +35,9 @@ OUTPUTS = {
 }
 
 
-def stopped_after(steps: int, run: TrainRun, monkeypatch: pytest.MonkeyPatch) -> None:
+def stopped_after(
+    steps: int, run: TrainRun, monkeypatch: pytest.MonkeyPatch, recipe: Recipe = RECIPE
+) -> None:
     """Start `run` and interrupt it during step `steps`, counted over both stages."""
     taken = 0
     for kind in (train.Teacher, train.Student):
@@ -47,7 +51,7 @@ def stopped_after(steps: int, run: TrainRun, monkeypatch: pytest.MonkeyPatch) ->
 
         monkeypatch.setattr(kind, "advance", advance)
     with pytest.raises(KeyboardInterrupt):
-        train_run(run, recipe=RECIPE)
+        train_run(run, recipe=recipe)
     monkeypatch.undo()
 
 
@@ -112,6 +116,29 @@ def test_a_run_resumed_after_ctrl_c_ends_in_the_same_bytes(
     assert {path.name for path in (tmp_path / "run").iterdir()} == OUTPUTS
     rows = [len((p / "metrics.jsonl").read_text().splitlines()) for p in (run.output, finished)]
     assert rows[0] == rows[1]
+
+
+def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = ["teacher.pose.learned=true", "teacher.pose.lr=0.01"]
+    settings += [f"{stage}.exposure.learned=always" for stage in ("teacher", "student")]
+    recipe = with_settings(RECIPE, settings)
+    whole = train_run(TrainRun(capture, tmp_path / "whole"), recipe=recipe)
+    assert whole["poses"] == "refined"
+    assert all(whole["exposures"][name]["learned"] for name in ("teacher", "student"))
+    poses = json.loads((tmp_path / "whole" / "poses.json").read_text())
+    assert len(poses["train"]) == whole["views"]["train"] and len(poses["test"]) > 0
+    first = read_mgs(tmp_path / "whole" / "scene.mgs").views[0].viewmat
+    given = load_capture(capture).train[0]
+    torch.testing.assert_close(first, torch.tensor(poses["train"][given.name]))
+    assert not torch.allclose(first, given.camera.viewmat, atol=1e-5)
+    for steps in (8, 20):  # in each stage
+        run = TrainRun(capture, tmp_path / str(steps))
+        stopped_after(steps, run, monkeypatch, recipe)
+        train_run(replace(run, resume=True))
+        for name in ("teacher.ply", "poses.json", "scene.mgs"):
+            assert (run.output / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
 def test_a_run_that_is_killed_can_be_resumed(capture: Path, finished: Path, tmp_path: Path) -> None:

@@ -161,12 +161,12 @@ def test_a_plan_chooses_less_where_memory_is_short(
     short = planned(many, 120, monkeypatch)
     assert short.plan.needed_memory <= 0.8 * 0.6 * chosen
     assert short.plan.free_memory == pytest.approx(0.6 * chosen, rel=1e-6)
-    assert "would not fit into" in train.memory_note(short.plan)
+    assert "would not fit into" in short.plan.memory_note
     monkeypatch.setattr(budget, "free_memory", lambda: 10 << 20)
     least = planned(many, 120, monkeypatch)
     assert least.plan.needed_memory > least.plan.free_memory
-    assert "0.0 GB are free" in train.memory_note(least.plan)
-    assert train.memory_note(free.plan) == ""
+    assert "0.0 GB are free" in least.plan.memory_note
+    assert free.plan.memory_note == ""
 
 
 def test_the_measured_speed_grows_with_gaussians_and_pixels(dataset: Dataset) -> None:

@@ -10,12 +10,13 @@ import torch
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
-from mobilegs.train.exposure import ExposureConfig, Exposures
+from mobilegs.train.exposure import ExposureConfig, Exposures, exposures_for, solve_gains, vignette
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.tiny import CPU, STUDENT, TEACHER, train
 
-LEARNED = ExposureConfig(learned=True, lr=0.01, lr_end=0.002)
+LEARNED = ExposureConfig(learned="always", lr=0.01, lr_end=0.002)
+NEVER = ExposureConfig(learned="never")
 GAINS = torch.tensor([0.7, 0.85, 1.0, 1.05, 1.15, 1.25])  # of the six photos; their mean is 1
 
 
@@ -30,11 +31,19 @@ def uneven(dataset: Dataset) -> Dataset:
     return replace(dataset, train=frames)
 
 
+def some_gains(generator: torch.Generator) -> torch.Tensor:
+    return 0.1 * torch.randn(3, 3, generator=generator)
+
+
 def test_a_photo_s_colours_are_an_affine_change_of_the_render(generator: torch.Generator) -> None:
-    exposures = Exposures(LEARNED, 3, CPU)
+    gains = some_gains(generator)
+    exposures = Exposures(LEARNED, gains)
+    image = torch.rand(4, 5, 3, generator=generator)
+    factors = 2**gains - (2**gains).mean(0) + 1  # in sRGB, light is a power of colour + 0.055
+    expected = (image[0, 0] + 0.055) * factors[2] - 0.055
+    torch.testing.assert_close(exposures.apply(2, image)[0, 0].detach(), expected)
     with torch.no_grad():
         exposures.changes.add_(0.1 * torch.randn(3, 3, 4, generator=generator))
-    image = torch.rand(4, 5, 3, generator=generator)
     change = exposures.changes[1].detach().numpy()
     expected = np.einsum("ij,hwj->hwi", change[:, :3], image.numpy()) + change[:, 3]
     found = exposures.apply(1, image)
@@ -47,6 +56,22 @@ def test_a_photo_s_colours_are_an_affine_change_of_the_render(generator: torch.G
     exposures.step(0.5)
     mean = exposures.changes.mean(0)
     torch.testing.assert_close(mean, torch.eye(3, 4))  # the scene takes no tint
+
+
+def test_a_vignette_falls_off_to_the_corners_and_learns(generator: torch.Generator) -> None:
+    found = vignette(torch.tensor([-0.3, 0.1]), torch.zeros(4, 6, 3)).numpy()
+    for row, column in ((0, 0), (1, 4), (3, 2)):
+        squares = ((column + 0.5 - 3) ** 2 + (row + 0.5 - 2) ** 2) / (3**2 + 2**2)
+        expected = 1 - 0.3 * squares + 0.1 * squares**2
+        assert found[row, column, 0] == pytest.approx(expected, rel=1e-6)
+    exposures = Exposures(replace(LEARNED, vignetting=True), some_gains(generator))
+    assert len(exposures.leaves) == 2
+    image = torch.rand(8, 6, 3, generator=generator)
+    before = exposures.apply(0, image)
+    (before * vignette(torch.tensor([-1.0, 0.0]), image)).sum().backward()
+    exposures.step(0.0)
+    falloff = exposures.adam.tensors["falloff"].detach()
+    torch.testing.assert_close(falloff.abs(), torch.full((2,), LEARNED.lr))
 
 
 def trained(config: TeacherConfig, dataset: Dataset) -> Teacher:
@@ -65,13 +90,41 @@ def quality(teacher: Teacher, dataset: Dataset) -> float:
 
 def test_a_teacher_finds_the_gains_of_uneven_photos(uneven: Dataset) -> None:
     plain = replace(TEACHER, steps=240)
-    without, learned = (
-        trained(replace(plain, exposure=each), uneven) for each in (ExposureConfig(), LEARNED)
-    )
+    without, learned = (trained(replace(plain, exposure=each), uneven) for each in (NEVER, LEARNED))
     assert learned.exposures is not None and without.exposures is None
-    found = learned.exposures.changes.detach()[:, :, :3].diagonal(dim1=1, dim2=2).mean(1)
+    grey = torch.full((1, 1, 3), 0.4)
+    found = torch.stack([learned.exposures.apply(i, grey).mean() for i in range(6)]).detach()
     assert float(torch.corrcoef(torch.stack([found, GAINS]))[0, 1]) > 0.9
     assert quality(learned, uneven) > quality(without, uneven)
+
+
+def test_photos_decide_whether_exposures_are_learned(dataset: Dataset, uneven: Dataset) -> None:
+    scene = trained(replace(TEACHER, steps=240, exposure=NEVER), dataset).scene()
+    (found, even), (_, differing) = (
+        exposures_for(ExposureConfig(), scene, each.train) for each in (dataset, uneven)
+    )
+    assert even is not None and differing is not None and even < 0.12 < differing and found is None
+    found, spread = exposures_for(ExposureConfig(), scene, uneven.train)
+    assert found is not None and spread == differing
+    grey = torch.full((1, 1, 3), 0.4)
+    gains = torch.stack([found.apply(i, grey).mean() for i in range(6)]).detach()
+    assert float(torch.corrcoef(torch.stack([gains, GAINS]))[0, 1]) > 0.9
+    assert exposures_for(NEVER, scene, uneven.train) == (None, None)
+    assert exposures_for(LEARNED, scene, dataset.train)[0] is not None
+
+
+def test_gains_follow_from_points_that_photos_share(generator: torch.Generator) -> None:
+    """Colours are gain + colour of the point, with outliers and points that few photos show."""
+    gains = 0.3 * torch.randn(12, 3, generator=generator)
+    points = torch.randn(500, 1, 3, generator=generator)
+    colors = gains + points + 0.01 * torch.randn(500, 12, 3, generator=generator)
+    outliers = torch.rand(500, 12, generator=generator) < 0.2
+    colors[outliers] += 2 * torch.rand(int(outliers.sum()), 3, generator=generator)
+    shown = (torch.rand(500, 12, generator=generator) < 0.4).float()
+    found = solve_gains(torch.where(shown[..., None] > 0, colors, 9.0), shown)
+    torch.testing.assert_close(found - found.mean(0), gains - gains.mean(0), atol=0.01, rtol=0)
+    nothing = solve_gains(colors, torch.zeros_like(shown))
+    assert torch.equal(nothing, torch.zeros(12, 3))
 
 
 def test_a_resumed_run_with_exposures_ends_with_the_same_state(
@@ -82,21 +135,26 @@ def test_a_resumed_run_with_exposures_ends_with_the_same_state(
         return Teacher(config, uneven, seed=0, device=CPU)
 
     def student() -> Student:
-        return make_student(replace(STUDENT, exposure=LEARNED))
+        made = make_student(replace(STUDENT, exposure=LEARNED))
+        made.exposures, _ = exposures_for(LEARNED, made.teacher_images.teacher, uneven.train)
+        return made
 
-    for make in (teacher, student):
+    for make, steps in ((teacher, 15), (student, 9)):
         whole, first, second = make(), make(), make()
-        train(whole, uneven, 9)
-        train(first, uneven, 4)
+        train(whole, uneven, steps)
+        train(first, uneven, steps - 5)
+        second.exposures = None  # a resumed run has none before
         second.restore(first.state())
-        train(second, uneven, 9)
+        train(second, uneven, steps)
         assert whole.exposures is not None and second.exposures is not None
         assert torch.equal(whole.exposures.changes, second.exposures.changes)
         assert not torch.equal(whole.exposures.changes[0], torch.eye(3, 4))
-        assert (whole.state()["exposures"]["changes"]["step"] == 9).all()
 
 
 def test_invalid_settings_are_refused() -> None:
-    for name, value in (("lr", 0.0), ("lr_end", -1.0), ("weight", -0.1)):
+    for name, value in (
+        *(("lr", 0.0), ("lr_end", -1.0), ("weight", -0.1)),
+        *(("learned", "maybe"), ("start", 1.5), ("least_spread", -1.0)),
+    ):
         with pytest.raises(InputError):
             replace(ExposureConfig(), **{name: value})

@@ -117,6 +117,9 @@ class LossConfig:
     virtual_view_divisor: int = 2
     """Divisor of the photos' width and height in virtual views, at least 1; less if fewer than 64
     pixels were left of the shorter side."""
+    virtual_view_beside: float = 0.5
+    """Share of the virtual views that lie beside the path of the photos: nearer, farther, higher,
+    lower or to the side; 0 to 1. The others lie between two cameras."""
     overdraw_weight: float = 5e-5
     """Weight of the mean number of fragments per pixel, which decides the time of a frame; at least
     0. Only scales receive its gradient. It counts what levels paint, if there is a `level_sigma`.
@@ -128,6 +131,7 @@ class LossConfig:
             self,
             ssim_weight=FRACTION,
             virtual_view_divisor=COUNT,
+            virtual_view_beside=FRACTION,
             **dict.fromkeys(names, NOT_NEGATIVE),
         )
 

@@ -35,7 +35,7 @@ from mobilegs.train.student.distill import TeacherImages, release_depth
 from mobilegs.train.student.model import Phase, StudentModel
 from mobilegs.train.student.position_grid import choose_grid
 from mobilegs.train.student.shared_decode import SharedDecode
-from mobilegs.train.student.virtual_views import virtual_cameras
+from mobilegs.train.student.virtual_views import beside_the_path, virtual_cameras
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
 
 RATE_UPDATES = 50  # of rate control in a run
@@ -64,6 +64,7 @@ class Student:
         extent: float,
         seed: int,
         team: Team = SINGLE_PROCESS,
+        exposures: Exposures | None = None,
     ) -> None:
         """Start from the teacher.
 
@@ -74,6 +75,7 @@ class Student:
             extent: of the scene, in world units.
             seed: of all random choices.
             team: the processes that share the views of a step.
+            exposures: of the photos, if they differ (`exposures_for`).
         """
         self.config = config
         self.steps = config.steps
@@ -91,16 +93,15 @@ class Student:
             release_depths=not config.ablation.mask_depth,
         )
         self.cameras = [camera.to(device) for camera in cameras]
-        self.exposures = None
-        if config.exposure.learned:
-            self.exposures = Exposures(config.exposure, len(self.cameras), device)
+        self.exposures = exposures
         self.team = team
         self.virtual_cameras: list[Camera] = []
         if config.loss.virtual_view_every and self._distils:
-            n = config.loss.virtual_view_divisor
+            n, share = config.loss.virtual_view_divisor, config.loss.virtual_view_beside
+            between = virtual_cameras(self.cameras, seed)
             self.virtual_cameras = [
                 camera.reduced(max(1, min(n, min(camera.width, camera.height) // MIN_SIDE)))
-                for camera in virtual_cameras(self.cameras, seed)
+                for camera in beside_the_path(between, gaussians.means, share, seed)
             ]
         if config.ablation.start_opacity:
             opacities = torch.full_like(gaussians.logit_opacities, config.ablation.start_opacity)
@@ -251,8 +252,10 @@ class Student:
         self.generator.set_state(state["generator"])
         self.model.restore(state["model"])
         self.votes.restore(state["votes"])
-        if self.exposures is not None:
-            self.exposures.restore(state["exposures"])
+        found, device = state["exposures"], self.background.device
+        self.exposures = (
+            None if found is None else Exposures.restored(self.config.exposure, found, device)
+        )
 
     # --- phases
 
@@ -309,7 +312,7 @@ class Student:
         virtual, depth = self._pick_virtual_view(), config.loss.depth_weight > 0
         rendered = cameras if virtual is None else [*cameras, self.virtual_cameras[virtual]]
         shared = SharedDecode(self.model, rendered, masks=masks)
-        photos = [] if self.exposures is None else [self.exposures.changes]
+        photos = [] if self.exposures is None else self.exposures.leaves
         for number, (index, view) in enumerate(views):
             at = number * team.world_size + team.rank
             drawn = shared.render(

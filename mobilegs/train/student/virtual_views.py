@@ -1,6 +1,10 @@
-"""Virtual cameras between the training cameras, where only the teacher gives a target."""
+"""Virtual cameras between and beside the photos, where only the teacher gives a target."""
+
+from dataclasses import replace
 
 import torch
+from jaxtyping import Float
+from torch import Tensor
 
 from mobilegs.camera import Camera
 
@@ -8,6 +12,11 @@ NEIGHBOURS = 4
 MIN_COSINE = 0.7  # of the angle between the directions of cameras that look at the same things
 MIN_SHARE, MAX_SHARE = 0.25, 0.75  # of the way from one camera to the other
 MIN_TOTAL, MIN_PER_CAMERA = 300, 2
+POINTS = 10_000  # of the scene, that tell its distance from a camera
+# Of a camera beside the path, in median distances of what it sees: the standard deviation of its
+# shift to the sides and up or down, and the range of its shift forwards.
+SIDEWAYS, BACK, FORTH = 0.12, -0.25, 0.4
+FREE = 0.5  # of the distance to the nearest twentieth of what it sees, that a camera may advance
 
 
 def views_per_camera(photos: int) -> int:
@@ -38,3 +47,38 @@ def virtual_cameras(cameras: list[Camera], seed: int) -> list[Camera]:
             share = MIN_SHARE + (MAX_SHARE - MIN_SHARE) * float(torch.rand(1, generator=generator))
             found.append(camera.interpolate(cameras[other], share))
     return found
+
+
+def beside_the_path(
+    cameras: list[Camera], means: Float[Tensor, "n 3"], share: float, seed: int
+) -> list[Camera]:
+    """Move about `share` of the cameras off the path of the photos, in all directions.
+
+    People who look at a scene move where nobody photographed. There, the order-independent weights
+    of a student are extrapolated, and a faint Gaussian can cover everything behind it. `means` are
+    those of the scene: shifts are in proportion to their distance. Cameras keep their rotations;
+    the same `seed` gives the same cameras.
+    """
+    generator = torch.Generator().manual_seed(seed)
+    points, moved = means[:: max(1, len(means) // POINTS)], []
+    for camera in cameras:
+        chosen, along = torch.rand(2, generator=generator).tolist()
+        sideways = SIDEWAYS * torch.randn(2, generator=generator)
+        depths = _depths_in_view(points, camera) if chosen < share else means[:0, 0]
+        if len(depths):
+            distance, nearest = depths.median(), depths.quantile(0.05)
+            forwards = min((BACK + (FORTH - BACK) * along) * distance, FREE * nearest)
+            shift = torch.stack([*(sideways.to(means) * distance), forwards])
+            viewmat = camera.viewmat.clone()
+            viewmat[:3, 3] -= shift
+            camera = replace(camera, viewmat=viewmat)
+        moved.append(camera)
+    return moved
+
+
+def _depths_in_view(points: Float[Tensor, "n 3"], camera: Camera) -> Float[Tensor, "m"]:
+    """Return the depths of the points that a camera sees, occluded ones included."""
+    inside = points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    inside = inside[inside[:, 2] > camera.near]
+    x, y, _ = (inside @ camera.K.T / inside[:, 2:]).unbind(1)
+    return inside[(x > 0) & (x < camera.width) & (y > 0) & (y < camera.height), 2]

@@ -14,9 +14,10 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import Footprint, render_sorted, visible_rows
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
-from mobilegs.train.exposure import ExposureConfig, Exposures
+from mobilegs.train.exposure import ExposureConfig, Exposures, exposures_for
 from mobilegs.train.losses import masked_mse, photo_loss
 from mobilegs.train.optim import NamedAdam, exponential_lr
+from mobilegs.train.poses import PoseConfig, Poses
 from mobilegs.train.sampling import EVERY, limit_scales
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
@@ -97,6 +98,8 @@ class TeacherConfig:
     """Learning rates."""
     exposure: ExposureConfig = field(default_factory=ExposureConfig)
     """Exposure and white balance of each photo."""
+    pose: PoseConfig = field(default_factory=PoseConfig)
+    """Corrections of the photos' poses, which the student takes over."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)
     """How Gaussians are added and removed."""
     mini_splatting: MiniSplattingConfig = field(default_factory=MiniSplattingConfig)
@@ -152,9 +155,11 @@ class Teacher:
         self.frames = dataset.train
         self.shortest_side = min(min(f.camera.width, f.camera.height) for f in self.frames)
         self.background = dataset.background.to(device)
-        self.exposures = None
-        if config.exposure.learned:
-            self.exposures = Exposures(config.exposure, len(self.frames), device)
+        self.exposures: Exposures | None = None
+        self.poses: Poses | None = None
+        if config.pose.learned:
+            cameras = [frame.camera.to(device) for frame in self.frames]
+            self.poses = Poses(config.pose, cameras, self.extent)
         self.generator = torch.Generator().manual_seed(seed)
         self.degree_max = config.sh_degree if start is None else start.sh_degree
         self.degree_first = 0 if start is None else start.sh_degree
@@ -207,16 +212,22 @@ class Teacher:
         """Take a step on the sum of the views' losses; the result has their means."""
         for name, rate in self._lrs().items():
             self.adam.set_lr(name, rate)
+        spread = self._begin_exposures()
         leaves, shown = list(self.adam.tensors.values()), self._gaussians(0).detached()
         if self.exposures is not None:
-            leaves.append(self.exposures.changes)
+            leaves += self.exposures.leaves
+        poses = self.poses if self.done >= self.config.pose.start * self.steps else None
+        if poses is not None:
+            leaves.append(poses.motions)
         results, divisor = [], self.divisor
         for index, view in views:
-            loss = self._view_loss(index, view.reduced(divisor))
+            loss = self._view_loss(index, view.reduced(divisor), poses)
             results += self.team.accumulate_gradients(leaves, *loss)
         self.done += 1
         if self.exposures is not None:
             self.exposures.step(self.done / self.steps)
+        if poses is not None:
+            poses.step(self.done / self.steps)
         order = self.team.interleave([index for index, _ in views])
         for index, (_, _, screen_grads, radii) in zip(order, results, strict=True):
             camera = self.frames[index].camera.reduced(divisor).to(radii.device)
@@ -231,22 +242,33 @@ class Teacher:
         if self.done == self.steps:
             self._remove_unsupported()
         losses, errors, *_ = zip(*results, strict=True)
-        return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
+        return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean(), spread)
 
-    def _view_loss(self, index: int, view: View) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    def _begin_exposures(self) -> float | None:
+        """Decide in one of the steps whether photos differ; return their spread in that step."""
+        config = self.config.exposure
+        if self.done != round(config.start * self.config.steps):
+            return None
+        self.exposures, spread = exposures_for(config, self.scene(), self.frames)
+        return spread
+
+    def _view_loss(
+        self, index: int, view: View, poses: Poses | None
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Return loss and squared error of photo `index`, its screen-space gradients and radii.
 
-        The backward pass fills in the gradients.
+        The backward pass fills in the gradients. `poses` corrects the camera.
         """
         shown = self._gaussians(self.sh_degree)
         screen_grads = torch.zeros_like(shown.means[:, :2])
+        camera = view.camera if poses is None else poses.camera(index, view.camera)
         drawn = render_sorted(
             shown.means,
             shown.quats,
             shown.scales,
             shown.opacities,
             shown.sh,
-            camera=view.camera,
+            camera=camera,
             background=self.background,
             footprint=self.config.footprint,
             screen_grads=screen_grads,
@@ -282,6 +304,7 @@ class Teacher:
             "adam": self.adam.state(),
             "strategy": self.strategy.state(),
             "exposures": None if self.exposures is None else self.exposures.state(),
+            "poses": None if self.poses is None else self.poses.state(),
         }
 
     def restore(self, state: dict) -> None:
@@ -290,8 +313,12 @@ class Teacher:
         self.generator.set_state(state["generator"])
         self.adam.restore(state["adam"])
         self.strategy.restore(state["strategy"])
-        if self.exposures is not None:
-            self.exposures.restore(state["exposures"])
+        if self.poses is not None:
+            self.poses.restore(state["poses"])
+        found = state["exposures"]
+        if found is not None:
+            device = self.background.device
+            self.exposures = Exposures.restored(self.config.exposure, found, device)
 
     def _strategy(self, count: int, device: torch.device) -> Fixed:
         config, densify = self.config, self.config.densify

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.train.student.trainer import Student
-from mobilegs.train.student.virtual_views import virtual_cameras
+from mobilegs.train.student.virtual_views import beside_the_path, virtual_cameras
 from tests.support.tiny import STUDENT, cameras, changed, grad_of, train
 
 MakeStudent = Callable[..., Student]
@@ -65,6 +65,37 @@ def test_cameras_without_similar_neighbours_have_no_virtual_cameras(degrees: lis
 def test_cameras_in_one_place_have_finite_virtual_cameras() -> None:
     found = virtual_cameras([cameras()[0]] * 3, seed=0)
     assert len(found) == 300 and all(camera.viewmat.isfinite().all() for camera in found)
+
+
+def test_some_cameras_move_off_the_path_by_the_distance_of_the_scene(
+    generator: torch.Generator,
+) -> None:
+    given = ring(torch.linspace(0, 350, 200).tolist())
+    points = 0.3 * torch.randn(500, 3, generator=generator)  # around the centre, 3 units away
+    moved = beside_the_path(given, points, 0.5, seed=3)
+    still = [torch.equal(a.viewmat, b.viewmat) for a, b in zip(given, moved, strict=True)]
+    assert 0.4 < sum(still) / 200 < 0.6
+    shifts = torch.stack(
+        [
+            a.viewmat[:3, :3] @ (b.position - a.position)
+            for a, b, same in zip(given, moved, still, strict=True)
+            if not same
+        ]
+    )
+    assert all(
+        torch.equal(a.viewmat[:3, :3], b.viewmat[:3, :3]) for a, b in zip(given, moved, strict=True)
+    )
+    sideways, forwards = shifts[:, :2], shifts[:, 2]
+    assert sideways.std() == pytest.approx(0.12 * 3, rel=0.15)
+    assert -0.8 < forwards.min() < -0.6 and 1.0 < forwards.max() < 1.25
+    near = [*points, *torch.full((100, 3), 0.5) * torch.tensor([5.0, 0, 0])]  # 0.5 units away
+    [close] = beside_the_path(given[:1], torch.stack(near), 1.0, seed=1)
+    forth = given[0].viewmat[2, :3] @ (close.position - given[0].position)
+    assert forth <= 0.26
+    for a, b in zip(moved, beside_the_path(given, points, 0.5, seed=3), strict=True):
+        assert torch.equal(a.viewmat, b.viewmat)
+    assert beside_the_path(given, points, 0.0, seed=3) == given
+    assert beside_the_path(given[:3], points + 100, 1.0, seed=3) == given[:3]  # none in view
 
 
 def recorded(student: Student, monkeypatch: pytest.MonkeyPatch) -> list[int]:

@@ -51,7 +51,7 @@ def test_a_teacher_follows_the_sum_of_its_views_gradients(dataset: Dataset) -> N
     views = [(index, load_view(dataset.train[index])) for index in (4, 0, 2)]
     losses = []
     for index, view in views:
-        loss, *_ = apart._view_loss(index, view)
+        loss, *_ = apart._view_loss(index, view, None)
         loss.backward()
         losses.append(loss)
     expected = {name: t.grad for name, t in apart.adam.tensors.items()}
