@@ -138,7 +138,14 @@ def test_the_process_ends_with_its_parent(tmp_path: Path) -> None:
 def test_a_capture_that_dies_keeps_its_stages(tmp_path: Path, number: int) -> None:
     photos, capture = write_photos(tmp_path / "photos"), tmp_path / "capture"
     words = [sys.executable, "-m", "mobilegs", "capture", str(photos), "-o", str(capture)]
-    command = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = subprocess.Popen(
+        words,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # shells start background jobs with SIGINT ignored, and children inherit that
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     child = wait_for(lambda: workers(command.pid))[0]  # type: ignore[index]
     if number == signal.SIGKILL:
         child.kill()  # as the kernel does when memory runs out
