@@ -183,6 +183,16 @@ def off_path_rows(students: dict) -> list[list[str]]:
     return rows
 
 
+def pose_rows(found: dict) -> list[list[str]]:
+    """Return a teacher's PSNR and the error of its cameras, by what happened to their poses."""
+    rows = [["poses", "held-back photos dB", "median error of training cameras, px"]]
+    rows += [
+        [name, number(row["psnr"], 2), number(row["median_pixels"], 2)]
+        for name, row in found.items()
+    ]
+    return rows
+
+
 def exposure_rows(cells: dict) -> list[list[str]]:
     """Return the student's figures by capture, made steps and setting."""
     head = "capture, photos | exposures learned | spread, log2 | PSNR dB | cc-PSNR dB | LPIPS (VGG)"
@@ -230,7 +240,7 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     captures, kernels, viewer = results["captures"], results["kernels"], results["viewer"]
     loading, paper = results["loading"], results["paper"]["cells"]
     sizes, screens, trained = results["sizes"], results["screens"], results["trained_kernels"]
-    off_path, exposure = results["off_path"], results["exposure"]
+    off_path, poses, exposure = (results[name] for name in ("off_path", "poses", "exposure"))
     first = next(iter(screens.values()))
     student = paper[STUDENT]
     size = "x".join(map(str, student["image_size"]))
@@ -279,6 +289,11 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
             "student, one seed; PSNR in dB to the teacher's images, mean (least):",
             off_path_rows(off_path["students"]),
         ),
+        "poses": (
+            f"`python -m bench.studies.poses`, {poses['date']}, {poses['machine']}, teachers of "
+            f"{poses['steps']:,} steps, bonsai at 200x133, one seed:",
+            pose_rows(poses["rows"]),
+        ),
         "exposure": (
             f"`python -m bench.studies.exposure`, {exposure['date']}, {exposure['machine']}, the "
             "preset cpu with at most 30,000 Gaussians and "
@@ -315,7 +330,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the tables' cells here")
     options = parser.parse_args()
     names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
-    names += ("sizes", "screens", "trained_kernels", "off_path", "exposure")
+    names += ("sizes", "screens", "trained_kernels", "off_path", "poses", "exposure")
     results = {
         name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }
