@@ -20,14 +20,14 @@ from pathlib import Path
 
 import torch
 
+from bench.studies.off_path import run
 from mobilegs.camera import Camera
 from mobilegs.csrc.binding import kernel_level
-from mobilegs.data import Dataset, ViewLoader, load_capture, load_view
+from mobilegs.data import Dataset, load_capture, load_view
 from mobilegs.data.dataset import Frame
 from mobilegs.evaluate.metrics import as_displayed, psnr
 from mobilegs.train.poses import Poses, refined_camera, rotation_matrix
 from mobilegs.train.recipes import cpu_recipe, rates_for, with_settings
-from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.trainer import Teacher
 
 TURN, SHIFT = math.radians(0.3), 0.005
@@ -68,10 +68,7 @@ def train(dataset: Dataset, true: Dataset, steps: int, learned: bool) -> dict:
     config = with_settings(cpu_recipe(), settings).teacher
     config = replace(config, max_splats=30_000, init_splats=20_000, lr=rates_for(steps))
     teacher = Teacher(config, dataset, seed=0, device=torch.device("cpu"))
-    with ViewLoader(dataset.train) as loader:
-        while teacher.done < teacher.steps:
-            [index] = view_order(len(loader), teacher.done, 1, 0)
-            teacher.advance([(index, loader.get(index))])
+    run(teacher, dataset, 0)
     scene, values = teacher.scene(), []
     for frame in dataset.test[::EVERY]:
         view = load_view(frame)

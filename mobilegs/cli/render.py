@@ -170,18 +170,25 @@ def open_scene_and_capture(
 ) -> "tuple[Scene, list[Camera], Dataset]":
     """Open a scene on its device, its training views, and a capture with the same background.
 
-    The background is that of a .mgs, and for other scenes that of the capture.
+    The background is that of a .mgs, and for other scenes that of the capture. The capture of the
+    scene's run has the poses that the run refined.
     """
     from dataclasses import replace
 
     from mobilegs.data import load_capture
-    from mobilegs.scene_file import choose_device, open_with_views
+    from mobilegs.scene_file import capture_of_run, choose_device, open_with_views
+    from mobilegs.train.poses import with_poses
+    from mobilegs.train.run_dir import RunDir
 
     opened, views = open_with_views(scene, choose_device(device))
-    if scene.suffix.lower() == ".mgs":
-        color = tuple(opened.background.tolist())
-        return opened, views, load_capture(capture, downscale=downscale, background=color)
-    dataset = load_capture(capture, downscale=downscale)
+    coded = scene.suffix.lower() == ".mgs"
+    color = tuple(opened.background.tolist()) if coded else None
+    dataset = load_capture(capture, downscale=downscale, background=color)
+    own, poses = capture_of_run(scene)[0], RunDir(scene.parent).poses
+    if own is not None and own.samefile(capture) and poses.exists():
+        dataset = with_poses(dataset, poses)
+    if coded:
+        return opened, views, dataset
     background = dataset.background.to(opened.background.device)
     return replace(opened, background=background, near=dataset.near), views, dataset
 

@@ -1,4 +1,4 @@
-"""What files of other tools do not hold of a scene: found, named, and refused if it is too much."""
+"""Losses of other formats: found, named, and refused if they are too much."""
 
 import logging
 import math

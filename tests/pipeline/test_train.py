@@ -14,6 +14,7 @@ import torch
 from PIL import Image
 
 from mobilegs.cli.options import call
+from mobilegs.cli.render import open_scene_and_capture
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
@@ -133,6 +134,9 @@ def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
     given = load_capture(capture).train[0]
     torch.testing.assert_close(first, torch.tensor(poses["train"][given.name]))
     assert not torch.allclose(first, given.camera.viewmat, atol=1e-5)
+    for name in ("scene.mgs", "teacher.ply"):
+        *_, seen = open_scene_and_capture(tmp_path / "whole" / name, capture, None, "cpu")
+        assert seen.test[0].camera.viewmat.tolist() == poses["test"][seen.test[0].name]
     for steps in (8, 20):  # in each stage
         run = TrainRun(capture, tmp_path / str(steps))
         stopped_after(steps, run, monkeypatch, recipe)

@@ -17,7 +17,7 @@ export const AXES = new Map([
   ["-x", [-1, 0, 0]],
 ]);
 
-/** That of scenes whose file names no direction. @type {Vector} */
+/** The upward direction of scenes whose file names none. @type {Vector} */
 export const USUAL = [0, -1, 0];
 
 /**
