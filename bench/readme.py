@@ -109,6 +109,41 @@ def loading_rows(loading: dict) -> list[list[str]]:
     return found
 
 
+def first_picture_rows(scenes: dict) -> list[list[str]]:
+    """Return when first visits show something, by scene and network."""
+    head = "scene | file MB | page kB | network | first paint ms | first meaningful picture ms"
+    found = [f"{head} | complete ms | blank pictures after".split(" | ")]
+    for name, scene in scenes.items():
+        size = [f"{scene['file_bytes'] / 1e6:.2f}", f"{scene['page_bytes'] / 1e3:.0f}"]
+        for network, row in scene.items():
+            if isinstance(row, dict):
+                times = [f"{row[key]:,}" for key in ("first_paint", "meaningful", "loaded")]
+                found.append([name, *size, network, *times, str(row["blank_after"])])
+    return found
+
+
+def framing_rows(scenes: dict) -> list[list[str]]:
+    """Return the greatest unseen shares over four screens, by scene."""
+    head = "scene | Gaussians | cameras | first camera | first view | subject in it"
+    found = [f"{head} | inside the limits, mean | p90 | most | seconds to find".split(" | ")]
+    for name, scene in scenes.items():
+        screens = list(scene["screens"].values())
+        cells = [
+            percent(max(row["before"] for row in screens)),
+            percent(max(row["first_view"] for row in screens)),
+            percent(min(row["subject"] for row in screens)) if "subject" in screens[0] else "",
+        ]
+        for key in ("inside_mean", "inside_p90", "inside_most"):
+            cells.append(percent(max(row[key] for row in screens)) if key in screens[0] else "")
+        seconds = number(scene.get("seconds"), 1)
+        found.append([name, f"{scene['gaussians']:,}", str(scene["cameras"]), *cells, seconds])
+    return found
+
+
+def percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
 def size_rows(sizes: dict) -> list[list[str]]:
     """Return PSNR at other sizes than that of training, each beside the resized image."""
     head = "capture | scene | 1/4 | area average | 1/2 | area average | 1 | 2 | bicubic"
@@ -241,6 +276,7 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     loading, paper = results["loading"], results["paper"]["cells"]
     sizes, screens, trained = results["sizes"], results["screens"], results["trained_kernels"]
     off_path, poses, exposure = (results[name] for name in ("off_path", "poses", "exposure"))
+    picture, framing = results["first_picture"], results["framing"]
     first = next(iter(screens.values()))
     student = paper[STUDENT]
     size = "x".join(map(str, student["image_size"]))
@@ -313,6 +349,17 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
             "later:",
             loading_rows(loading),
         ),
+        "first_picture": (
+            f"`python -m bench.viewers.first_picture`, {picture['date']}, {picture['machine']}, "
+            f"{'x'.join(map(str, picture['size']))} pixels, medians of {picture['rounds']} visits:",
+            first_picture_rows(picture["scenes"]),
+        ),
+        "framing": (
+            f"`python -m bench.studies.framing`, {framing['date']}, {framing['machine']}, the "
+            "greatest share over four screens (390x844, 820x1180, 1440x900, 844x390) of pixels "
+            "that no training camera saw:",
+            framing_rows(framing["scenes"]),
+        ),
     }
 
 
@@ -331,6 +378,7 @@ def main() -> None:
     options = parser.parse_args()
     names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
     names += ("sizes", "screens", "trained_kernels", "off_path", "poses", "exposure")
+    names += ("first_picture", "framing")
     results = {
         name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }

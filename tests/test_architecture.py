@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parent.parent / "mobilegs"
 # in the order of docs/explanation/architecture.md
 LEVELS: list[set[str]] = [
     {"errors", "atomic", "validation"},
-    {"camera", "gaussians", "spherical_harmonics", "up", "kmeans"},
+    {"camera", "gaussians", "spherical_harmonics", "up", "framing", "kmeans"},
     {"csrc"},
     {"render"},
     {"data"},
@@ -21,6 +21,7 @@ LEVELS: list[set[str]] = [
     {"evaluate"},
     {"scene_file"},
     {"synthetic_capture"},
+    {"edit"},
     {"train"},
     {"live"},
     {"pipeline"},

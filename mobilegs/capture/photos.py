@@ -31,7 +31,7 @@ LOSSLESS = (".png", ".tif", ".tiff", ".bmp")  # become PNG; others become JPEG
 JPEG_QUALITY = 97  # high, because undistortion decodes and encodes the photo once more
 PHOTOS_MIN = 3
 
-_ORIENTATION, _EXIF, _MAKE, _MODEL = 0x112, 0x8769, 0x10F, 0x110
+_ORIENTATION, _MAKE, _MODEL = 0x112, 0x10F, 0x110
 _FOCAL, _FOCAL_35MM = 0x920A, 0xA405
 _DIAGONAL_35MM = math.hypot(36, 24)
 
@@ -48,6 +48,7 @@ class PreparedPhoto:
         focal: focal length in pixels, from EXIF; None if unknown.
         lens: photos of the same lens and size share a camera.
         sphere: whether the file says that it is a panorama of the whole sphere.
+        exposure: `images.exposure_of` the original; None if unknown.
     """
 
     name: str
@@ -57,6 +58,7 @@ class PreparedPhoto:
     focal: float | None = None
     lens: str = ""
     sphere: bool = False
+    exposure: float | None = None
 
 
 def list_photos(path: Path) -> list[Path]:
@@ -175,7 +177,8 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
     try:
         with image:
             exif = image.getexif()
-            details = exif.get_ifd(_EXIF)
+            details = exif.get_ifd(images.EXIF)
+            exposure = images.exposure_of(image)
             sphere = b"equirectangular" in _xmp(image)
             if not target.exists():
                 image.load()  # raises for a photo that is cut off
@@ -187,11 +190,12 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
     except images.PIL_ERRORS as error:
         raise InputError(f"{source} cannot be decoded ({error})") from error
     width, height = images.image_size(target)
-    focal = number(details.get(_FOCAL_35MM))
+    focal = images.exif_number(details.get(_FOCAL_35MM))
     focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
-    made_by = [exif.get(_MAKE), exif.get(_MODEL), number(details.get(_FOCAL)), focal]
+    own_focal = images.exif_number(details.get(_FOCAL))
+    made_by = [exif.get(_MAKE), exif.get(_MODEL), own_focal, focal]
     lens = " ".join(str(part).strip("\0 ") for part in made_by if part)
-    return PreparedPhoto(target.name, source.name, width, height, focal, lens, sphere)
+    return PreparedPhoto(target.name, source.name, width, height, focal, lens, sphere, exposure)
 
 
 def prepare_panorama(
@@ -309,12 +313,3 @@ def is_ready(image: Image.Image, longest: int) -> bool:
     """Return whether a photo can be copied: an upright JPEG in colour, small enough."""
     plain = image.format == "JPEG" and image.mode == "RGB" and max(image.size) <= longest
     return plain and image.getexif().get(_ORIENTATION, 1) not in range(2, 9)
-
-
-def number(value: Any) -> float:
-    """Return an EXIF value as a number in (0, 1e5), or 0 if it is not one."""
-    try:
-        found = float(value)
-    except (TypeError, ValueError, ZeroDivisionError):
-        return 0.0
-    return found if 0 < found < 1e5 else 0.0

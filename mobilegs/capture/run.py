@@ -297,6 +297,7 @@ def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
         "tried": found.get("tried", [found["mapper"]]),
         **{name: found[name] for name in ("mapper", "models", "reprojection_error", "points")},
         **{name: found[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
+        "exposures": {photo.name: photo.exposure for photo in photos if photo.exposure is not None},
         "rig": found.get("rig", False),
         "misplaced": found["misplaced"],
         "seconds_of": {name: record["seconds"] for name, record in records.items()},

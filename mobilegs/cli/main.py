@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from mobilegs import __version__
+from mobilegs.cli.edit import NO_EDITS, EditOptions, convert_edited, edit, edited_copy
 from mobilegs.cli.options import call
 from mobilegs.cli.output import print_contents, print_findings, print_metrics, progress_bar
 from mobilegs.cli.render import Device, Up, open_scene_and_capture, render, usual_capture
@@ -133,12 +134,16 @@ def export(
     title: Annotated[str, arg(metavar="TEXT")] = "",
     url: Annotated[str, arg(metavar="ADDRESS")] = "",
     up: Up = None,
+    edits: EditOptions = NO_EDITS,
     refit: bool = False,
     capture: Annotated[Path | None, arg(metavar="CAPTURE")] = None,
     seed: Annotated[int, arg(metavar="N")] = 0,
     device: Device = "auto",
 ) -> None:
     """Export a scene as a web page or a web site, or convert it.
+
+    The options of `mobilegs edit` change what is exported, not the scene's own file. Converted
+    scenes can lose Gaussians, and have no place for the rest.
 
     The formats ply, spz, sog and glb are for tools that sort Gaussians. A .mgs file is made for
     rendering without sorting, so it cannot be converted directly. If the .mgs lies in the folder
@@ -158,8 +163,9 @@ def export(
         up: Axis of the scene that points up. A .ply names it; spz, sog and glb have their own, to
             which the scene is turned. Default: as the file or its cameras tell, otherwise -y.
         refit: Refit the .mgs even if its teacher is there.
-        capture: Capture whose cameras a refit uses. Default: the capture of the run, or cameras
-            that the program places.
+        capture: Capture whose cameras a refit uses, and which --min-cameras and --remove-floaters
+            count. Default: the capture of the run; for a refit without one, cameras that the
+            program places.
         seed: Seed of all random choices of a refit.
         device: Device of a refit; auto takes an NVIDIA GPU if there is one.
     """
@@ -168,24 +174,32 @@ def export(
     scene = scene_at(scene)
     if to == "html" or to == "site":
         from mobilegs.view.export import export_html, export_site, title_of
+        from mobilegs.view.serve import validate_scene_file
 
-        if refit or capture or seed or device != "auto":
+        counts = edits.min_cameras or edits.remove_floaters
+        if refit or (capture and not counts) or seed or device != "auto":
             raise InputError(
                 "a page shows the scene itself: leave out --refit, --capture, --seed and --device"
             )
-        title = title or title_of(scene)
-        if to == "site":
-            size = export_site(scene, output, title=title, url=url, up=up)
-        elif url:
+        if url and to == "html":
             raise InputError("a page in one file needs no address: leave out --url")
-        else:
-            size = export_html(scene, output, title=title, up=up)
+        validate_scene_file(scene)
+        with edited_copy(scene, edits, title=title, capture=capture) as (copy, notes):
+            options = {"up": up, "heading": title, "notes": notes}
+            title = title or title_of(scene)
+            if to == "site":
+                size = export_site(copy, output, title=title, url=url, **options)
+            else:
+                size = export_html(copy, output, title=title, **options)
     else:
         for option, value in (("title", title), ("url", url)):
             if value:
                 raise InputError(f"a .{to} file has no {option}: leave out --{option}")
         options = {"refit": refit, "capture": capture, "seed": seed, "device": device}
-        size = convert(scene, output, to, up=up, **options)
+        if edits == NO_EDITS:
+            size = convert(scene, output, to, up=up, **options)
+        else:
+            size = convert_edited(scene, output, to, edits, up=up, **options)
     print(f"{output}: {size:,} bytes")
 
 
@@ -230,6 +244,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "render": render,
     "eval": evaluate,
     "view": view,
+    "edit": edit,
     "export": export,
     "info": info,
     "doctor": doctor,

@@ -2,13 +2,14 @@
 
 tyro takes names, types and defaults from the parameters of a function or a dataclass. This module
 gives it the descriptions: "Default: ..." at the end of a docstring replaces a default that says
-nothing (None, False, an empty text), and long lists of options are grouped under two headings.
+nothing (None, False, an empty text), and long lists of options are grouped under two headings. A
+parameter that is a dataclass stands for its fields, which are options of several verbs.
 """
 
 import shutil
 import textwrap
 from collections.abc import Callable, Sequence
-from dataclasses import field, make_dataclass
+from dataclasses import field, is_dataclass, make_dataclass
 from inspect import Parameter, signature
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -30,15 +31,19 @@ def call(
     `common` there is one list. Raises SystemExit with code 0 after `--help`, and with code 2 after
     a message about unknown, missing or malformed options.
     """
-    docs = docstring_parser.parse_from_object(target)
     if {"-h", "--help"} & set(words):
+        docs = docstring_parser.parse_from_object(target)
         print(f"{wrapped(docs.description or '')}\n")
-    texts = {param.arg_name: param.description or "" for param in docs.params}
-    hints = get_type_hints(target, include_extras=True)
     groups: dict[str, list[tuple[str, Any, Any]]] = {"common": [], "expert": []}
-    for name, parameter in signature(target).parameters.items():
-        group = "common" if name in common or not common else "expert"
-        groups[group].append(option(parameter, hints[name], texts.get(name, "")))
+    shared: dict[str, type] = {}
+    for name, found in options_of(target).items():
+        hint = get_type_hints(target, include_extras=True)[name]
+        if is_dataclass(hint):
+            assert isinstance(hint, type)
+            shared[name] = hint
+            groups["expert" if common else "common"] += options_of(hint).values()
+        else:
+            groups["common" if name in common or not common else "expert"].append(found)
     if common:
         kinds = {name: make_dataclass(name, part, kw_only=True) for name, part in groups.items()}
         whole = make_dataclass("Options", [(name, OmitArgPrefixes[kinds[name]]) for name in kinds])
@@ -49,7 +54,20 @@ def call(
     )
     parts = vars(parsed).values() if common else [parsed]
     values = {name: value for part in parts for name, value in vars(part).items()}
+    for name, kind in shared.items():
+        values[name] = kind(**{field: values.pop(field) for field in options_of(kind)})
     return target(**values)
+
+
+def options_of(target: Callable[..., Any]) -> dict[str, tuple[str, Any, Any]]:
+    """Return the parameters of a function or a dataclass, described, for `make_dataclass`."""
+    docs = docstring_parser.parse_from_object(target)
+    texts = {param.arg_name: param.description or "" for param in docs.params}
+    hints = get_type_hints(target, include_extras=True)
+    return {
+        name: option(parameter, hints[name], texts.get(name, ""))
+        for name, parameter in signature(target).parameters.items()
+    }
 
 
 def option(parameter: Parameter, hint: Any, text: str) -> tuple[str, Any, Any]:

@@ -66,7 +66,7 @@ def load_capture(
     else:
         raise InputError(_no_poses(path))
     dataset = load(path, downscale=downscale, background=background, masks=masks)
-    dataset = replace(dataset, name=_name_of(path))
+    dataset = _with_exposures(replace(dataset, name=_name_of(path)), path / MADE_FROM)
     return _with_near(dataset, path / NEAR_PLANE) if (path / NEAR_PLANE).is_file() else dataset
 
 
@@ -80,6 +80,20 @@ def _name_of(path: Path) -> str:
     except (OSError, ValueError, KeyError, TypeError):
         folder = path.resolve()
         return folder.parent.name if folder.name == "capture" else folder.name
+
+
+def _with_exposures(dataset: Dataset, file: Path) -> Dataset:
+    """Return the dataset with the exposures of photos, if the file knows that of each."""
+    try:
+        known = json.loads(file.read_bytes())["exposures"]
+        exposures = {name: float(known[name]) for name in known}
+    except (OSError, ValueError, KeyError, TypeError):
+        return dataset
+
+    def exposed(frames: list[Frame]) -> list[Frame]:
+        return [replace(frame, exposure=exposures.get(frame.name)) for frame in frames]
+
+    return replace(dataset, train=exposed(dataset.train), test=exposed(dataset.test))
 
 
 def _with_near(dataset: Dataset, file: Path) -> Dataset:

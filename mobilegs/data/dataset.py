@@ -45,6 +45,7 @@ class Frame:
             composites the photo over `background`.
         background: RGB in [0, 1], used by `over`.
         pixels: the photo in memory, `[h, w, 3]` uint8.
+        exposure: `images.exposure_of` the photo that was taken; None if that is not known.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Frame:
     alpha: Literal["mask", "over"] = "mask"
     background: Color = (0.0, 0.0, 0.0)
     pixels: UInt8[Tensor, "h w 3"] | None = None
+    exposure: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

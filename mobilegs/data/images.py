@@ -1,5 +1,6 @@
 """Reads photos and masks from disk: sizes, and pixels averaged down to a given size."""
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from mobilegs.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff", ".avif")
 WIDTH_MAX = 1600  # pixels: wider photos are downscaled if no factor is given, as in 3DGS
+
+EXIF, TIME, F_NUMBER, ISO = 0x8769, 0x829A, 0x829D, 0x8827  # tags
 
 # the errors that PIL raises for damaged or oversized files
 PIL_ERRORS = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
@@ -37,6 +40,26 @@ def image_size(path: Path) -> tuple[int, int]:
     """Return width and height in pixels as stored, without EXIF rotation."""
     with open_image(path) as image:
         return image.size
+
+
+def exposure_of(image: Image.Image) -> float | None:
+    """Return the exposure of a photo after its EXIF, None if it does not say.
+
+    It is log2 of exposure time (seconds) times ISO speed over the square of the f-number: 1 more
+    is twice the brightness of the same light.
+    """
+    details = image.getexif().get_ifd(EXIF)
+    time, iso, number = (exif_number(details.get(tag)) for tag in (TIME, ISO, F_NUMBER))
+    return math.log2(time * iso / number**2) if time and iso and number else None
+
+
+def exif_number(value: object) -> float:
+    """Return an EXIF value as a number in (0, 1e5), or 0 if it is not one."""
+    try:
+        found = float(value[0] if isinstance(value, tuple) else value)  # pyright: ignore
+    except (TypeError, ValueError, ZeroDivisionError, IndexError):
+        return 0.0
+    return found if 0 < found < 1e5 else 0.0
 
 
 def has_alpha(path: Path) -> bool:

@@ -25,6 +25,7 @@ from mobilegs.compress.rotations import decode_rotations, refinement_bits_of
 from mobilegs.compress.uniform_quantizer import CODE_MAX, COLUMNS, column_ranges
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
+from mobilegs.framing import parsed_framing
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.limits import check_footprint, check_meta, check_ranges, check_views
 from mobilegs.mgs.positions import PositionGrid, morton_codes
@@ -213,6 +214,7 @@ class QuantizedScene:
             background=self.background.to(device),
             near=self.near,
             up=self.up,
+            framing=parsed_framing(self.meta),
         )
 
     def check(self) -> None:

@@ -30,6 +30,7 @@ from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.scene_file import Device, read_plain_scene
+from mobilegs.synthetic_capture.first_view import find_framing
 from mobilegs.synthetic_capture.render import Progress, no_progress
 from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
@@ -369,6 +370,9 @@ def write_scene(job: Job, stage: Student) -> None:
         meta["offset"] = note.removeprefix("offset ")
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
     coded = stage.quantized_scene(views=views, meta=meta)
+    cameras = [frame.camera for frame in dataset.train]
+    framing = find_framing(coded.decode(job.team.device), cameras)
+    coded = replace(coded, meta=meta | framing.notes)
     levels = config.quantization.lod_levels
     levels = levels or min(lod_levels_for(len(coded)), config.max_lod_levels)
     write_mgs(job.run_dir.scene, with_lod_levels(coded, levels, stage.cameras))

@@ -9,6 +9,7 @@ from torch import Tensor
 from torch.nn.functional import normalize
 
 from mobilegs.camera import NEAR, Camera
+from mobilegs.framing import Framing
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import (
     Footprint,
@@ -47,6 +48,7 @@ class Scene:
         background: sRGB in [0, 1], `[3]`.
         near: near plane with which the scene was trained, in world units.
         up: upward direction that the file tells, length 1; None if it tells none.
+        framing: first views and limits that the file tells; None if it tells none.
     """
 
     gaussians: Gaussians
@@ -59,6 +61,7 @@ class Scene:
     attenuation: Float[Tensor, "n 2"] | None = None
     footprint: Footprint = CLASSIC
     up: Float[np.ndarray, "3"] | None = None
+    framing: Framing | None = None
 
     @property
     def is_plain(self) -> bool:

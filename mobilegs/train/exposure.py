@@ -17,6 +17,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.camera import MIN_SIDE
+from mobilegs.data import images
 from mobilegs.data.dataset import Frame, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
@@ -31,7 +32,8 @@ UNCLIPPED = (0.02, 0.98)  # colours that tell an exposure
 OFFSET = 0.055  # of sRGB: with it, colours are proportional to a power of light
 ROUNDS = 8  # of reweighted least squares
 DOUBT = 0.05  # a residual in log2 from which on an observation counts less
-PULL = 1e-3  # of gains to 0, in observations
+PULL = 1e-3  # of gains to a first guess, in observations
+SLOPE = 1 / 2.4  # log2 of the gain for twice the light: sRGB's exponent
 NEIGHBOURS = 16  # nearest photos, whose mean gain is left to the scene
 
 
@@ -131,7 +133,7 @@ def exposures_for(
     """
     if config.learned == "never":
         return None, None
-    halves = photo_gains(scene, frames)
+    halves = photo_gains(scene, frames, exposure_gains(frames))
     eyes = torch.stack([frame.camera.position for frame in frames]).to(halves)
     distances = torch.cdist(eyes, eyes).fill_diagonal_(torch.inf)
     nearest = distances.argsort(dim=1, stable=True)[:, : min(NEIGHBOURS, max(1, len(frames) - 1))]
@@ -145,18 +147,40 @@ def exposures_for(
 
 
 @torch.no_grad()
-def photo_gains(scene: Scene, frames: Sequence[Frame]) -> Float[Tensor, "2 photos 3"]:
+def photo_gains(
+    scene: Scene, frames: Sequence[Frame], guess: Float[Tensor, "photos"] | None = None
+) -> Float[Tensor, "2 photos 3"]:
     """Return log2 of the gain of each photo's channels twice, each from half of the points.
 
     A common constant is arbitrary. The scene gives its geometry only: points, and depths that tell
-    which photos see them.
+    which photos see them. `guess` holds for photos that share no points with others; without it
+    their gain is 0.
     """
     means = scene.gaussians.means
     points = means[:: math.ceil(len(means) / POINTS)]
     seen = [_colors_at(points, scene, load_view(frame).to(points.device)) for frame in frames]
     colors, weights = zip(*seen, strict=True)
     all_colors, shown = torch.stack(colors, 1), torch.stack(weights, 1)
-    return torch.stack([solve_gains(all_colors[i::2], shown[i::2]) for i in range(2)])
+    halves = [solve_gains(all_colors[i::2], shown[i::2], guess) for i in range(2)]
+    return torch.stack(halves)
+
+
+def exposure_gains(frames: Sequence[Frame]) -> Float[Tensor, "photos"] | None:
+    """Return log2 of the gains that follow from the exposures in EXIF, with a mean of 0.
+
+    None unless the exposure of each photo is known.
+    """
+    known = [exposure_of(frame) for frame in frames]
+    found = torch.tensor([each for each in known if each is not None])
+    return (found - found.mean()) * SLOPE if len(found) == len(frames) else None
+
+
+def exposure_of(frame: Frame) -> float | None:
+    """Return the exposure of a photo, from its capture or its file."""
+    if frame.exposure is not None or frame.image_path is None:
+        return frame.exposure
+    with images.open_image(frame.image_path) as image:
+        return images.exposure_of(image)
 
 
 def _colors_at(
@@ -184,15 +208,19 @@ def _colors_at(
 
 
 def solve_gains(
-    colors: Float[Tensor, "n photos 3"], weights: Float[Tensor, "n photos"]
+    colors: Float[Tensor, "n photos 3"],
+    weights: Float[Tensor, "n photos"],
+    guess: Float[Tensor, "photos"] | None = None,
 ) -> Float[Tensor, "photos 3"]:
     """Return the gains g of photos that best explain colours of points: `colors = g + a`.
 
     Each point has a colour a of its own. Least squares, reweighted so that observations far from
     the rest count little (Geman-McClure); `weights` are 0 where a photo does not show a point.
+    Gains are pulled a little towards `guess`, 0 without it.
     """
     gains = colors.new_zeros(colors.shape[1:]).double()
     eye = torch.eye(len(gains), dtype=gains.dtype, device=gains.device)
+    pull = gains if guess is None else guess.to(gains)[:, None].expand_as(gains)
     colors, visible = colors.double(), weights.double()
     trust = visible
     for _ in range(ROUNDS):
@@ -201,7 +229,7 @@ def solve_gains(
         each = trust.sum(1).clamp_min(1e-9)
         matrix = torch.diag(trust.sum(0)) - trust.T @ (trust / each[:, None])
         right = (trust[:, :, None] * (colors - own)).sum(0)
-        gains = torch.linalg.solve(matrix + PULL * eye, right)
+        gains = torch.linalg.solve(matrix + PULL * eye, right + PULL * pull)
         left = colors - gains
         left = left - _weighted_mean(left, trust)
         trust = visible / (1 + left.square().mean(2) / DOUBT**2).square()

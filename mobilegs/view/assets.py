@@ -7,6 +7,8 @@ from functools import cache
 from pathlib import Path
 
 DIST = Path(__file__).parent / "dist"
+# parts of viewer.js that it loads when they are needed, from files beside it
+CHUNKS = ("formats.js", "webgl.js", "languages.js", "extras.js")
 # parts of index.html that pages replace
 SCRIPT = '<script type="module" src="viewer.js"></script>'
 TITLE = "<title>mobilegs</title>"
@@ -20,7 +22,7 @@ def index_page() -> str:
 
 @cache
 def viewer_script() -> str:
-    """The viewer's page as one script, which is also the script of its workers.
+    """The viewer's page, which is also the script of its workers; it loads `CHUNKS`.
 
     It shows the scene that the page's address names, or else the one in the element with the id
     `scene` (base64), or else the one that `<mobile-gs>` names.
@@ -30,8 +32,24 @@ def viewer_script() -> str:
 
 @cache
 def element_script() -> str:
-    """The custom element `<mobile-gs>` for other pages, as one script."""
+    """The custom element `<mobile-gs>`, as one script.
+
+    With the attribute `page` the element is a whole page, as that of `viewer_script`.
+    """
     return _read("mobile-gs.js")
+
+
+@cache
+def chunk(name: str) -> str:
+    """One of `CHUNKS`."""
+    assert name in CHUNKS
+    return _read(name)
+
+
+@cache
+def editor_script() -> str:
+    """The tools of the editor, as one script, for a page with the viewer's script."""
+    return _read("edit.js")
 
 
 def service_worker() -> str:
@@ -45,9 +63,9 @@ def shader(name: str) -> str:
 
 
 @cache
-def viewer_version() -> str:
-    """The first 16 hexadecimal digits of the SHA-256 of `viewer_script()`."""
-    return hashlib.sha256(viewer_script().encode()).hexdigest()[:16]
+def version_of(script: str) -> str:
+    """The first 16 hexadecimal digits of a script's SHA-256: the query of its address."""
+    return hashlib.sha256(script.encode()).hexdigest()[:16]
 
 
 def script_tags(path: str) -> str:
@@ -56,7 +74,7 @@ def script_tags(path: str) -> str:
     The script's address contains its version, so that browsers may cache it forever and workers
     have the page's version.
     """
-    address = f"{path}?{viewer_version()}"
+    address = f"{path}?{version_of(viewer_script())}"
     preload = _read("preload.js").strip()
     assert preload.count('"viewer.js"') == 1
     preload = preload.replace('"viewer.js"', json.dumps(address))

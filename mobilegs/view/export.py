@@ -6,22 +6,21 @@ import html
 import io
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import urlsplit
 
-import torch
 from PIL import Image
 
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
-from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.mgs.codec import inspect_mgs
-from mobilegs.render.supersampling import supersampling_for
-from mobilegs.scene_file import open_with_views
 from mobilegs.up import Axis
 from mobilegs.view.assets import (
+    CHUNKS,
     SCRIPT,
     TITLE,
+    chunk,
     element_script,
     escaped,
     index_page,
@@ -29,10 +28,9 @@ from mobilegs.view.assets import (
     service_worker,
     viewer_script,
 )
-from mobilegs.view.orbit import camera_of, first_pose
+from mobilegs.view.poster import SIZE, Posters, posters_of
 from mobilegs.view.serve import KINDS, validate_scene_file
 
-POSTER = (1200, 630)  # pixels, the size that services which preview links expect
 ICON = 512  # pixels
 DESCRIPTION = "A scene in 3D, exported by mobilegs"
 # files and a text in each: a folder with one of them is from `export_site`, which writes the first
@@ -46,10 +44,19 @@ HTML_MAX = 400_000_000  # bytes of a scene: strings in browsers end at 2^29 char
 # parts of index.html that exported pages replace
 LINK = '<link rel="icon" href="data:," />'
 ELEMENT = "<mobile-gs></mobile-gs>"
+HEAD_END = "</head>"
+# attributes of the element whose names are not those of the notes
+ATTRIBUTES = {"title": "heading", "start_portrait": "start-portrait"}
 LINK_ICON = '<link rel="icon" href="icon.png" />'
 # registered after loading: the service worker downloads the files it keeps once more
 REGISTER = """<script>
-      const keep = () => navigator.serviceWorker?.register("sw.js").catch(() => {});
+      const keep = async () => {
+        try {
+          await navigator.serviceWorker?.register("sw.js");
+        } catch {
+          // sandboxed frames have none, and pages over plain http may not
+        }
+      };
       const scene = document.querySelector("mobile-gs");
       for (const name of ["load", "error"]) scene.addEventListener(name, keep, { once: true });
     </script>"""
@@ -59,11 +66,20 @@ PREVIEW = """    <meta property="og:url" content="{}" />
 """
 
 
-def export_html(scene: Path, output: Path, *, title: str, up: Axis | None = None) -> int:
+def export_html(
+    scene: Path,
+    output: Path,
+    *,
+    title: str,
+    up: Axis | None = None,
+    heading: str = "",
+    notes: Mapping[str, str] | None = None,
+) -> int:
     """Write one HTML file with viewer and scene, which needs no server. Returns its bytes.
 
-    `up` replaces the scene's upward direction. Raises InputError for a scene that the web viewer
-    does not show or of more than 400 MB, and if `output` is a file that is not an exported page.
+    `up` replaces the scene's upward direction, `heading` the title that viewers show. `notes` are
+    those of a scene whose file has none. Raises InputError for a scene that the web viewer does not
+    show or of more than 400 MB, and if `output` is a file that is not an exported page.
     """
     validate_scene_file(scene)
     if output.is_file() and not _is_page(output):
@@ -73,14 +89,18 @@ def export_html(scene: Path, output: Path, *, title: str, up: Axis | None = None
             f"{scene} is larger than the {HTML_MAX // 10**6} MB that browsers take in a page: "
             "use --to site"
         )
-    image = base64.b64encode(jpeg(poster_of(scene, up))).decode()
+    posters = posters_of(scene, up, notes)
+    image = base64.b64encode(jpeg(posters.preview)).decode()
+    attribute = "" if posters.style else f"data:image/jpeg;base64,{image}"
     data = base64.b64encode(scene.read_bytes()).decode()
     page = _page(
         {
             TITLE: f"<title>{escaped(title)}</title>",
-            ELEMENT: f'<mobile-gs{_up(up)} poster="data:image/jpeg;base64,{image}"></mobile-gs>',
+            **_styled(posters),
+            ELEMENT: f'<mobile-gs page{_attributes(up, heading, notes)} poster="{attribute}">'
+            "</mobile-gs>",
             SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
-            f'    <script type="module">\n{viewer_script()}</script>',
+            f'    <script type="module">\n{element_script()}</script>',
         }
     )
     atomic_write(output, page)
@@ -88,29 +108,38 @@ def export_html(scene: Path, output: Path, *, title: str, up: Axis | None = None
 
 
 def export_site(
-    scene: Path, output: Path, *, title: str, url: str = "", up: Axis | None = None
+    scene: Path,
+    output: Path,
+    *,
+    title: str,
+    url: str = "",
+    up: Axis | None = None,
+    heading: str = "",
+    notes: Mapping[str, str] | None = None,
 ) -> int:
     """Write a folder for any web host, which phones can install and open offline.
 
-    `up` replaces the scene's upward direction. `url` is the address where the site will be: link
-    previews need the full address of the image. Returns the bytes in the folder. Raises InputError
-    for a scene that the web viewer does not show, if `output` has files that are not from an
-    earlier export, and for a `url` that is not an http or https address.
+    `up`, `heading` and `notes` are as in `export_html`. `url` is the address where the site will
+    be: link previews need the full address of the image. Returns the bytes in the folder. Raises
+    InputError for a scene that the web viewer does not show, if `output` has files that are not
+    from an earlier export, and for a `url` that is not an http or https address.
     """
     validate_scene_file(scene)
     url = url and _folder_address(url)
     _validate_site_folder(output)
-    image = poster_of(scene, up)
+    posters = posters_of(scene, up, notes)
+    image = posters.preview
     name, title = f"scene{scene.suffix.lower()}", escaped(title)
     files = {
         "manifest.webmanifest": _manifest(title),
         "poster.jpg": jpeg(image),
         "icon.png": _icon(image),
         "viewer.js": viewer_script().encode(),
+        **{part: chunk(part).encode() for part in CHUNKS},
         "mobile-gs.js": element_script().encode(),
         name: scene.read_bytes(),
     }
-    page = _site_page(files, name, title, url, up)
+    page = _site_page(files, posters, name, title, url, _attributes(up, heading, notes))
     version = hashlib.sha256(page.encode() + b"".join(files.values())).hexdigest()[:16]
     page = _replaced(
         page, {LINK_ICON: f'<meta name="version" content="{version}" />\n    {LINK_ICON}'}
@@ -138,28 +167,40 @@ def _validate_site_folder(output: Path) -> None:
     raise InputError(f"{output} has files that are not from an export: give a new folder")
 
 
-def _site_page(files: dict[str, bytes], name: str, title: str, url: str, up: Axis | None) -> str:
+def _site_page(
+    files: dict[str, bytes], posters: Posters, name: str, title: str, url: str, attributes: str
+) -> str:
     """Return the page of a site; `title` is escaped, `name` is the scene's file."""
-    poster, scene = _digest(files["poster.jpg"]), _digest(files[name])
+    # addresses that change with the files: browsers may have cached earlier ones
+    poster = "" if posters.style else f"poster.jpg?{_digest(files['poster.jpg'])}"
     return _page(
         {
+            **_styled(posters),
             TITLE: f"<title>{title}</title>\n"
             f'    <meta property="og:title" content="{title}" />\n'
             f'    <meta property="og:image" content="{html.escape(url)}poster.jpg" />\n'
             f"{PREVIEW.format(html.escape(url)) if url else ''}"
             '    <link rel="manifest" href="manifest.webmanifest" />',
             LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
-            # addresses that change with the files: browsers may have cached earlier ones
-            ELEMENT: f'<mobile-gs src="{name}?{scene}"{_up(up)} poster="poster.jpg?{poster}">'
-            "</mobile-gs>",
+            ELEMENT: f'<mobile-gs src="{name}?{_digest(files[name])}"{attributes} '
+            f'poster="{poster}"></mobile-gs>',
             SCRIPT: f"{script_tags('viewer.js')}\n    {REGISTER}",
         }
     )
 
 
-def _up(up: Axis | None) -> str:
-    """Return the attribute of an element for `--up`."""
-    return f' up="{up}"' if up else ""
+def _styled(posters: Posters) -> dict[str, str]:
+    """Return the change of the page that shows a poster before any script runs."""
+    if not posters.style:
+        return {}
+    return {HEAD_END: f"  <style>\n{posters.style}\n    </style>\n  {HEAD_END}"}
+
+
+def _attributes(up: Axis | None, heading: str, notes: Mapping[str, str] | None) -> str:
+    """Return the attributes of an element for `--up`, a heading, and notes that no file holds."""
+    values = {ATTRIBUTES.get(name, name): text for name, text in (notes or {}).items()}
+    values |= {name: text for name, text in (("up", up), ("heading", heading)) if text}
+    return "".join(f' {name}="{escaped(text)}"' for name, text in values.items())
 
 
 def _manifest(title: str) -> bytes:
@@ -185,7 +226,8 @@ def _service_worker(files: dict[str, bytes], name: str, version: str) -> bytes:
     """Return sw.js, which knows the version and the SHA-256 of the files that it keeps."""
     # no digests of pages and images, which hosts may change
     expected = {".": version, "index.html": version, **dict.fromkeys(COSMETIC, "")}
-    expected |= {file: hashlib.sha256(files[file]).hexdigest() for file in ("viewer.js", name)}
+    kept = ("viewer.js", *CHUNKS, name)
+    expected |= {file: hashlib.sha256(files[file]).hexdigest() for file in kept}
     changes = {
         'VERSION = ""': f'VERSION = "{version}"',
         "FILES = {}": f"FILES = {json.dumps(expected)}",
@@ -206,28 +248,11 @@ def _folder_address(url: str) -> str:
 
 
 def title_of(scene: Path) -> str:
-    """Return the name of the capture that a .mgs stores, else the file's name."""
+    """Return the title that a .mgs stores, or the name of its capture, else the file's name."""
     if scene.suffix.lower() != ".mgs":
         return scene.stem
-    return str(inspect_mgs(scene)["meta"].get("capture") or scene.stem)
-
-
-@torch.inference_mode()
-def poster_of(path: Path, up: Axis | None = None) -> Image.Image:
-    """Render the image that is shown while the scene loads, 1200 x 630: the viewer's first view.
-
-    `up` replaces the scene's upward direction. Reads the whole file. Raises InputError for a scene
-    that the web viewer does not show, or without Gaussians.
-    """
-    scene, views = open_with_views(path)
-    if not len(scene.gaussians):
-        raise InputError(f"{path} has no Gaussians: there is nothing to show")
-    if scene.weighting.name == "two_pass":
-        raise InputError(f"{path} has the weighting 'two_pass', which no viewer renders")
-    pose = first_pose(scene, views, up)
-    camera = camera_of(pose, views[0] if views else None, *POSTER, scene.near)
-    rendered = scene.render(camera, supersampling=supersampling_for(camera, views))
-    return Image.fromarray(to_bytes(rendered.image).numpy())
+    notes = inspect_mgs(scene)["meta"]
+    return str(notes.get("title") or notes.get("capture") or scene.stem)
 
 
 def _is_page(file: Path) -> bool:
@@ -256,8 +281,8 @@ def _digest(content: bytes) -> str:
 def _icon(image: Image.Image) -> bytes:
     """Return the square middle of the poster as a PNG."""
     out = io.BytesIO()
-    edge = (POSTER[0] - POSTER[1]) // 2
-    square = image.crop((edge, 0, edge + POSTER[1], POSTER[1])).resize((ICON, ICON))
+    edge = (SIZE[0] - SIZE[1]) // 2
+    square = image.crop((edge, 0, edge + SIZE[1], SIZE[1])).resize((ICON, ICON))
     square.save(out, format="PNG")
     return out.getvalue()
 

@@ -13,6 +13,7 @@ import torch
 from jaxtyping import Float
 
 from mobilegs.camera import Camera
+from mobilegs.framing import Start, meeting_point
 from mobilegs.render.scene import Scene
 from mobilegs.up import AXES, USUAL, Axis, Vector, turn_from_usual, unit, up_of_cameras
 
@@ -20,6 +21,7 @@ POLE = 0.02  # smallest angle between the view and straight up or down, radians
 NEAREST = 1e-3  # smallest distance to the target, in starting distances
 NEARBY = 12.0  # pixels around the pointer
 FIELD = 50.0  # field of view in degrees, without a training camera
+AROUND = (0.42, 0.42)  # box of the pose for a scene without cameras
 TURN = 0.006  # radians per pixel
 WHEEL = 0.0012  # change of the log distance per unit of the wheel
 SPEED = 0.9  # starting distances per second, when flying with keys
@@ -51,6 +53,8 @@ class Pose:
         target: the centre of an orbit, `[3]`.
         up: upward direction of length 1, `[3]`.
         reach: starting distance of the target, which sets the speed of flying.
+        box: tangents of half the width and height that must be in the picture (`framing.Start`);
+            None for the field of view of a training camera.
     """
 
     def __init__(self, eye: Vector, target: Vector, up: Vector) -> None:
@@ -58,6 +62,14 @@ class Pose:
         self.target = np.asarray(target, np.float64)
         self.up = unit(np.asarray(up, np.float64))
         self.reach = float(np.linalg.norm(self.target - self.eye)) or 1.0
+        self.box: tuple[float, float] | None = None
+
+    @classmethod
+    def from_start(cls, start: Start, up: Vector) -> "Pose":
+        """Return the pose of a first view that a file notes."""
+        made = cls(start.eye, start.target, up)
+        made.box = start.box
+        return made
 
     @classmethod
     def from_views(
@@ -70,7 +82,7 @@ class Pose:
         mats = np.stack([view.viewmat.double().cpu().numpy() for view in views])
         axes, eyes = mats[:, :3, :3], _eyes(mats)  # rows of axes: right, down, forward
         eye, forward = eyes[index], axes[index, 2]
-        distance = float((_meeting(eyes, axes[:, 2]) - eye) @ forward)
+        distance = float((meeting_point(eyes, axes[:, 2]) - eye) @ forward)
         # cameras that look outwards or in parallel have no common target: take one ahead
         spread = float(np.linalg.norm(eyes - eye, axis=1).max()) or 1.0
         if not distance > NEAREST * spread:
@@ -86,7 +98,9 @@ class Pose:
             low, target, high = np.partition(means, places, axis=0)[places].astype(np.float64)
         size = float((high - low).max()) or 1.0
         away = turn_from_usual(up) @ np.array([0, -0.3, -1])
-        return cls(target + 1.5 * size * away, target, up)
+        made = cls(target + 1.5 * size * away, target, up)
+        made.box = AROUND
+        return made
 
     @property
     def forward(self) -> Vector:
@@ -101,7 +115,7 @@ class Pose:
     def copy(self) -> "Pose":
         """Return an independent copy."""
         made = Pose(self.eye, self.target, self.up)
-        made.reach = self.reach
+        made.reach, made.box = self.reach, self.box
         return made
 
     def orbit(self, across: float, down: float) -> None:
@@ -232,12 +246,22 @@ class Input:
             self.pose.look(across, down)
 
 
-def first_pose(scene: Scene, views: Sequence[Camera], up: Axis | None = None) -> Pose:
-    """Return the pose in which viewers show a scene first.
+def first_pose(
+    scene: Scene,
+    views: Sequence[Camera],
+    up: Axis | None = None,
+    *,
+    size: tuple[int, int] = (1, 1),
+) -> Pose:
+    """Return the pose in which viewers of `size` (width, height) show a scene first.
 
-    That is the first of its training `views`, or a pose from the side. If `up` is given, it
-    replaces the scene's upward direction, and the views are not used.
+    That is the one that the file notes, or the first of its training `views`, or a pose from the
+    side. If `up` is given, it replaces the scene's upward direction, and a pose from the side is
+    shown.
     """
+    start = None if scene.framing is None else scene.framing.start_for(*size)
+    if up is None and start is not None:
+        return Pose.from_start(start, USUAL if scene.up is None else scene.up)
     if views and up is None:
         return Pose.from_views(views, up=scene.up)
     means = scene.gaussians.means[scene.gaussians.means.isfinite().all(1)]
@@ -246,10 +270,11 @@ def first_pose(scene: Scene, views: Sequence[Camera], up: Axis | None = None) ->
 
 
 def camera_of(pose: Pose, view: Camera | None, width: int, height: int, near: float) -> Camera:
-    """Return a camera of `width` x `height` pixels with about the field of view of `view`.
+    """Return a camera of `width` x `height` pixels that shows the pose's `box`.
 
-    If the aspect ratio differs, the focal length is the geometric mean of the two that match the
-    width and the height. Without a view, the field of view is 50 degrees.
+    Without a box it has about the field of view of `view`: if the aspect ratio differs, the focal
+    length is the geometric mean of the two that match the width and the height. Without a view
+    either, the field of view is 50 degrees.
     """
     slope = np.tan(np.radians(FIELD / 2))
     by_width, by_height = width / (2 * slope), height / (2 * slope)
@@ -257,6 +282,8 @@ def camera_of(pose: Pose, view: Camera | None, width: int, height: int, near: fl
         by_width = width * float(view.K[0, 0]) / view.width
         by_height = height * float(view.K[1, 1]) / view.height
     focal = float(np.sqrt(by_width * by_height))
+    if pose.box is not None:
+        focal = min(width / (2 * pose.box[0]), height / (2 * pose.box[1]))
     k = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
     return Camera(torch.from_numpy(pose.viewmat()).float(), k, width, height, near)
 
@@ -284,11 +311,3 @@ def turned(a: Vector, axis: Vector, angle: float) -> Vector:
 
 def _eyes(mats: np.ndarray) -> np.ndarray:
     return -np.einsum("nij,ni->nj", mats[:, :3, :3], mats[:, :3, 3])
-
-
-def _meeting(eyes: np.ndarray, forwards: np.ndarray) -> Vector:
-    """Return the point nearest to all lines of sight, by least squares."""
-    # sum of (I - f f^T) (x - eye) = 0; a small multiple of I for parallel lines
-    matrix = (1e-3 + len(eyes)) * np.eye(3) - forwards.T @ forwards
-    along = forwards * (forwards * eyes).sum(1, keepdims=True)
-    return np.linalg.solve(matrix, ((1 + 1e-3 / len(eyes)) * eyes - along).sum(0))

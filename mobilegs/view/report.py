@@ -13,8 +13,9 @@ from PIL import Image
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 from mobilegs.train.run_dir import RunDir
-from mobilegs.view.assets import escaped, viewer_script
-from mobilegs.view.export import HTML_MAX, jpeg, poster_of, title_of
+from mobilegs.view.assets import element_script, escaped
+from mobilegs.view.export import HTML_MAX, jpeg, title_of
+from mobilegs.view.poster import posters_of
 from mobilegs.view.serve import validate_scene_file
 
 WIDTH, HEIGHT, LEFT, BOTTOM = 460, 220, 52, 24  # of a chart, in pixels
@@ -88,16 +89,16 @@ def _scene(scene: Path) -> str:
     """Return the viewer with the scene, or a sentence if the web viewer does not show it."""
     try:
         validate_scene_file(scene)
-        poster = jpeg(poster_of(scene))
+        poster = jpeg(posters_of(scene).preview)
     except InputError as error:
         return f"<p>{escaped(str(error))}</p>"
     if scene.stat().st_size > HTML_MAX:
         return "<p>The scene is too large for a page: see `mobilegs export --to site`.</p>"
     image, data = (base64.b64encode(each).decode() for each in (poster, scene.read_bytes()))
     return (
-        f'<mobile-gs poster="data:image/jpeg;base64,{image}"></mobile-gs>\n'
+        f'<mobile-gs page poster="data:image/jpeg;base64,{image}"></mobile-gs>\n'
         f'    <script type="application/octet-stream" id="scene">{data}</script>\n'
-        f'    <script type="module">\n{viewer_script()}</script>'
+        f'    <script type="module">\n{element_script()}</script>'
     )
 
 

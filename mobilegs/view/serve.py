@@ -17,13 +17,15 @@ from mobilegs.formats.ply import COLUMNS, read_ply_up
 from mobilegs.scene_file import up_source
 from mobilegs.up import Axis
 from mobilegs.view.assets import (
+    CHUNKS,
     SCRIPT,
     TITLE,
+    chunk,
     escaped,
     index_page,
     script_tags,
+    version_of,
     viewer_script,
-    viewer_version,
 )
 
 SCENE, OTHER = (
@@ -118,9 +120,10 @@ class Handler(BaseHTTPRequestHandler):
             page = index_page().replace(SCRIPT, script_tags(VIEWER))
             title = f"<title>{escaped(self.server.title)}</title>"
             self._answer("text/html", page.replace(TITLE, title))
-        elif request.path == VIEWER:
-            immutable = request.query == viewer_version()
-            self._answer("text/javascript", viewer_script(), immutable=immutable)
+        elif request.path == VIEWER or request.path[1:] in CHUNKS:
+            script = viewer_script() if request.path == VIEWER else chunk(request.path[1:])
+            immutable = request.query == version_of(script)
+            self._answer("text/javascript", script, immutable=immutable)
         elif path in self.server.scenes:
             self._answer_scene(self.server.scenes[path])
         else:

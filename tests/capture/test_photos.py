@@ -1,5 +1,6 @@
 """Preparing photos: orientation, HEIC, focal lengths, shared cameras."""
 
+import math
 import re
 import shutil
 import sys
@@ -105,6 +106,19 @@ def test_an_invalid_focal_length_is_ignored(value: object, tmp_path: Path) -> No
     exif.get_ifd(EXIF)[FOCAL_35MM] = value
     layered_photo((0, 0)).save(tmp_path / "photo.jpg", exif=exif)
     assert prepare_photo(tmp_path / "photo.jpg", tmp_path / "out.jpg", max_size=99).focal is None
+
+
+def test_the_exposure_is_that_of_exif(tmp_path: Path) -> None:
+    for number, values in enumerate(({0x829A: 0.01, 0x8827: 200, 0x829D: 2.0}, {0x829A: 0.01})):
+        exif = Image.Exif()
+        exif.get_ifd(EXIF).update(values)
+        layered_photo((0, 0)).save(tmp_path / f"{number}.jpg", exif=exif)
+    known, unknown = (
+        prepare_photo(tmp_path / f"{number}.jpg", tmp_path / f"out{number}.jpg", max_size=64)
+        for number in range(2)
+    )
+    assert known.exposure == pytest.approx(math.log2(0.01 * 200 / 4))
+    assert unknown.exposure is None
 
 
 def test_photos_of_a_lens_and_size_share_a_camera(tmp_path: Path) -> None:

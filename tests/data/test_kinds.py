@@ -1,5 +1,6 @@
 """Captures as other tools and other machines leave them: places, spellings, coordinates."""
 
+import json
 import logging
 import os
 import shutil
@@ -63,6 +64,12 @@ def test_a_capture_has_the_name_of_what_it_was_made_from(tmp_path: Path) -> None
     assert load_capture(root).name == "garden"
     (root / "capture.json").write_text('{"source": "walk.mp4"}')
     assert load_capture(root).name == "walk"
+    name = load_capture(root).train[0].name
+    assert load_capture(root).train[0].exposure is None
+    (root / "capture.json").write_text(json.dumps({"exposures": {name: -3.5}}))
+    assert load_capture(root).train[0].exposure == -3.5
+    (root / "capture.json").write_text(json.dumps({"exposures": {name: "bright"}}))
+    assert load_capture(root).train[0].exposure is None
     (root / "capture.json").write_text("{")
     assert load_capture(root).name == "garden"
 

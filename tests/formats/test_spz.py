@@ -14,7 +14,7 @@ from mobilegs.errors import InputError
 from mobilegs.formats.spz import read_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.scene_file import inspect_scene, open_scene
-from mobilegs.view.export import poster_of
+from mobilegs.view.poster import posters_of
 from tests.support.node import WEB, node_program
 from tests.support.random_scenes import error_message
 
@@ -101,7 +101,7 @@ def test_an_spz_can_be_opened_inspected_and_rendered(capsys: pytest.CaptureFixtu
     scene = open_scene(path, torch.device("cpu"))
     assert scene.blend == "sorted" and len(scene.gaussians) == COUNT
     assert inspect_scene(path)["sh_degree"] == 3
-    assert poster_of(path).size == (1200, 630)
+    assert posters_of(path).preview.size == (1200, 630)
     assert main(["info", str(path)]) == 0
     assert "60" in capsys.readouterr().out
 

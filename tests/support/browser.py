@@ -173,9 +173,14 @@ class Chromium:
         self._browser = browser
         self._server = server
 
-    def tab(self, device_pixel_ratio: float = 0.5) -> Tab:
-        """Open a page in a new browser context, with few pixels: a processor draws each of them."""
-        page = self._browser.new_page(viewport=SMALL, device_scale_factor=device_pixel_ratio)
+    def tab(self, device_pixel_ratio: float = 0.5, **options: Any) -> Tab:
+        """Open a page in a new browser context, with few pixels: a processor draws each of them.
+
+        `options` are others of playwright's `new_page`.
+        """
+        page = self._browser.new_page(
+            viewport=SMALL, device_scale_factor=device_pixel_ratio, **options
+        )
         return Tab(page, self._server)
 
     def foreign(self) -> Any:

@@ -2,15 +2,25 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
+from PIL import Image
 
-from mobilegs.data.dataset import Dataset, load_view
+from mobilegs.camera import Camera
+from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
-from mobilegs.train.exposure import ExposureConfig, Exposures, exposures_for, solve_gains, vignette
+from mobilegs.train.exposure import (
+    ExposureConfig,
+    Exposures,
+    exposure_gains,
+    exposures_for,
+    solve_gains,
+    vignette,
+)
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.tiny import CPU, STUDENT, TEACHER, train
@@ -125,6 +135,37 @@ def test_gains_follow_from_points_that_photos_share(generator: torch.Generator) 
     torch.testing.assert_close(found - found.mean(0), gains - gains.mean(0), atol=0.01, rtol=0)
     nothing = solve_gains(colors, torch.zeros_like(shown))
     assert torch.equal(nothing, torch.zeros(12, 3))
+
+
+def test_photos_without_shared_points_have_the_gain_of_their_exif(
+    generator: torch.Generator, tmp_path: Path
+) -> None:
+    gains = 0.3 * torch.randn(6, 3, generator=generator)
+    colors = gains + torch.randn(200, 1, 3, generator=generator)
+    shown = torch.ones(200, 6)
+    shown[:, 5] = 0
+    guess = torch.tensor([0.3, 0.1, -0.2, 0.0, 0.1, -0.5])
+    found = solve_gains(colors, shown, guess)
+    assert torch.equal(found[5], torch.full((3,), -0.5))
+    others = found[:5] - found[:5].mean(0)
+    torch.testing.assert_close(others, gains[:5] - gains[:5].mean(0), atol=1e-3, rtol=0)
+
+    exposures = [(1 / 100, 100, 1.8), (1 / 50, 100, 1.8), (1 / 100, 800, 1.8), (1 / 100, 100, 3.6)]
+    frames = []
+    for index, (time, iso, number) in enumerate(exposures):
+        exif = Image.Exif()
+        exif.get_ifd(0x8769).update({0x829A: time, 0x8827: iso, 0x829D: number})
+        Image.new("RGB", (8, 8)).save(tmp_path / f"{index}.jpg", exif=exif)
+        camera = Camera(torch.eye(4), torch.eye(3), 8, 8)
+        frames.append(Frame(f"{index}.jpg", camera, tmp_path / f"{index}.jpg"))
+    found = exposure_gains(frames)
+    assert found is not None
+    steps = torch.tensor([0.0, 1.0, 3.0, -2.0]) / 2.4  # in light, to the power of sRGB
+    torch.testing.assert_close(found, steps - steps.mean(), atol=1e-4, rtol=0)
+    # that of the capture counts before that of its file, and none is guessed
+    assert exposure_gains([replace(frames[0], exposure=5.0), frames[1]]) is not None
+    Image.new("RGB", (8, 8)).save(tmp_path / "0.jpg")
+    assert exposure_gains(frames) is None
 
 
 def test_a_resumed_run_with_exposures_ends_with_the_same_state(

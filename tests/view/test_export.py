@@ -1,5 +1,6 @@
 """Exported scenes: one HTML file, and a site that opens offline."""
 
+import base64
 import gzip
 import hashlib
 import json
@@ -25,18 +26,12 @@ from mobilegs.render import Weighting
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views
 from mobilegs.up import Axis
-from mobilegs.view.assets import (
-    SCRIPT,
-    element_script,
-    index_page,
-    script_tags,
-    viewer_script,
-)
-from mobilegs.view.export import poster_of
+from mobilegs.view.assets import CHUNKS, DIST, chunk, element_script, version_of, viewer_script
 from mobilegs.view.orbit import camera_of, first_pose
+from mobilegs.view.poster import posters_of
 from tests.support.browser import Chromium
 from tests.support.scene_cases import Case, make_scene
-from tests.support.viewer_page import COUNT_WORKERS, SETTLED
+from tests.support.viewer_page import COUNT_WORKERS, SETTLED, until
 
 # registers the service worker and returns its state once it is installed or refused
 INSTALL = """async () => {
@@ -143,7 +138,7 @@ def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path, up: Axis | No
         camera = camera_of(pose, views[0] if views else None, 1200, 630, opened.near)
         n = supersampling_for(camera, views)
         expected = to_bytes(opened.render(camera, supersampling=n).image).numpy()
-        assert (np.array(poster_of(path, up)) == expected).all()
+        assert (np.array(posters_of(path, up).preview) == expected).all()
 
 
 def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]) -> None:
@@ -294,10 +289,58 @@ def test_scenes_that_the_viewer_does_not_support_are_refused(
         assert not (tmp_path / "out").exists()
 
 
-def test_page_and_script_take_less_than_66_kb() -> None:
-    page = index_page().replace(SCRIPT, script_tags("/viewer.js"))
-    sent = [gzip.compress(text.encode(), mtime=0) for text in (page, viewer_script())]
-    assert sum(map(len, sent)) < 66_000
+def test_what_a_first_visit_loads_takes_less_than_60_kb() -> None:
+    files = ("index.html", "preload.js", "viewer.js")
+    sizes = [len(gzip.compress((DIST / file).read_bytes(), 9, mtime=0)) for file in files]
+    print(dict(zip(files, sizes, strict=True)))
+    assert sum(sizes) < 60_000
+
+
+def test_the_parts_of_the_viewer_are_those_that_it_names() -> None:
+    named = re.search(r'\{formats:"([^}]*)\}', viewer_script())
+    assert named
+    addresses = re.findall(r"(\w+\.js)\?([0-9a-f]{16})", named[0])
+    assert [file for file, _ in addresses] == list(CHUNKS)
+    assert all(version_of(chunk(file)) == version for file, version in addresses)
+
+
+def test_a_site_shows_other_formats_offline_with_a_strict_policy(
+    chromium: Chromium, site: tuple[Path, str]
+) -> None:
+    folder, address = site
+    write_ply(folder / "plain.ply", read_mgs(folder / "scene.mgs").decode().gaussians)
+    page = folder / "index.html"
+    policy = (
+        "default-src 'self'; img-src 'self' data: blob:; worker-src 'self' blob:; "
+        "style-src 'self' 'unsafe-inline'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'"
+    )
+    tag = f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
+    page.write_text(page.read_text().replace("<head>", f"<head>{tag}"))
+    tab = chromium.tab(locale="de-DE")
+    tab.page.goto(f"{address}?renderer=webgl")
+    # the policy forbids playwright's own polling
+    until(tab, lambda: tab.page.evaluate(SETTLED) == "loaded")
+    until(tab, lambda: tab.page.evaluate("Boolean(navigator.serviceWorker.controller)"))
+    plain = base64.b64encode((folder / "plain.ply").read_bytes()).decode()
+    tab.page.context.set_offline(True)
+    tab.page.goto(f"{address}?renderer=webgl")
+    until(tab, lambda: tab.page.evaluate(SETTLED) == "loaded")
+    count = tab.page.evaluate(
+        """async (plain) => {
+          const element = document.querySelector("mobile-gs");
+          const loaded = new Promise((done) => element.addEventListener("load", done));
+          element.open(new Blob([Uint8Array.from(atob(plain), (c) => c.charCodeAt(0))]));
+          await loaded;
+          return element.viewer.count;
+        }""",
+        plain,
+    )
+    assert count == 500
+    assert tab.page.get_by_role("button", name="Einstellungen").is_visible()
+    tab.page.get_by_role("button", name="Teilen").click()
+    tab.page.get_by_text("Diese Adresse gilt nur auf diesem Gerät.").wait_for()
+    assert tab.page.evaluate("fetch('extras.js').then((answer) => answer.ok)")
+    tab.close()
 
 
 @pytest.mark.parametrize("script", [viewer_script, element_script])

@@ -169,9 +169,9 @@ def test_events_are_announced_to_screen_readers(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     said = tab.page.get_by_role("status").first
     assert re.fullmatch(r"[\d,]+ Gaussians loaded\.", said.text_content())
-    for words in ("looks around", "rotates the scene"):
+    for words in ("Dragging looks around.", "Walk with the stick", "Dragging rotates the scene."):
         tab.page.keyboard.press("m")
-        assert said.text_content() == f"Dragging {words}."
+        assert said.text_content().startswith(words)
         assert "seen" in said.get_attribute("class")
     tab.page.wait_for_function(
         "!document.querySelector('mobile-gs').shadowRoot.querySelector('.seen')", timeout=10_000

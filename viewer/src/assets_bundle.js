@@ -1,9 +1,11 @@
 /** The viewer's own files, inside the bundle. It replaces `assets.js` there and exports the same functions. */
 
+import { workerPrefix } from "./chunks.js";
+
 /** @returns {Worker} */
 export function newWorker() {
   // build.mjs wraps the whole script in the function `bundle`, so that a worker can run its source text
-  const url = URL.createObjectURL(new Blob([`(${bundle})()`], { type: "text/javascript" }));
+  const url = URL.createObjectURL(new Blob([`${workerPrefix()}(${bundle})()`], { type: "text/javascript" }));
   setTimeout(() => URL.revokeObjectURL(url), 60000);
   return new Worker(url);
 }

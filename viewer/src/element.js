@@ -13,31 +13,58 @@
  * - `background`: a CSS colour instead of the scene's own
  * - `fov`: field of view in degrees
  * - `up`: the axis of the scene that points up: x, -x, y, -y, z or -z; by default as the file or its cameras tell
- * - `autorotate`: rotates the scene until the first input
- * - `noui`: hides the buttons
- * - `poster`: URL of an image to show until the scene appears
+ * - `start` and `start-portrait`: first view on wide and on high screens, in place of the file's notes of these
+ *   names, with eight numbers: eye, target, tangents of half the width and height that must be in the picture
+ * - `camera`: the camera, in the form of a page's fragment (`eye=x,y,z&at=x,y,z&up=x,y,z`); also a property
+ * - `limits`: limits of the camera in place of the file's note; `free`: none
+ * - `autorotate`: rotates the scene until the first input, within the limits
+ * - `annotations` and `path`: in place of the file's notes of these names
+ * - `autoplay`: follows that path until the first input
+ * - `editable`: for the editor (edit.js), which can hide Gaussians and shows annotations itself
+ * - `noui`: hides the buttons, the title and the hint
+ * - `heading` and `credit`: the scene's title and whom to thank, instead of those in the file
+ * - `lang`: language of the interface, instead of that of the page or of the visitor
+ * - `poster`: URL of an image to show until the scene appears; empty if a style of the page shows one
  * - `loading`: with the value lazy, loading starts when the element is nearly in sight
  * - `alt`: description of the scene for screen readers
  * - `polite`: the page scrolls by wheel and by one finger; Ctrl and wheel, or two fingers, zoom
+ * - `page`: the element is a whole page, whose address names options and the view (in `mobile-gs.js`)
  *
  * `data-state` is `loading`, then `loaded` or `failed`.
  */
 
+import { extras } from "./chunks.js";
+import { giveBack, seen, take, used } from "./contexts.js";
 import { LoadProgress } from "./viewer/load_progress.js";
+import { Chrome } from "./viewer/chrome.js";
 import { colorOf } from "./viewer/color.js";
+import { Dialogs } from "./viewer/dialogs.js";
+import { FREE } from "./viewer/framing.js";
+import { icon } from "./viewer/icons.js";
+import { filled, languageOf, localize, textsOf } from "./viewer/localize.js";
 import { applySetting, showSettings } from "./viewer/settings.js";
+import { shareable } from "./viewer/share.js";
+import { makeJoystick } from "./viewer/joystick.js";
+import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
 import { Split } from "./viewer/split.js";
+import { FrameStats } from "./viewer/stats.js";
 import { KEYS, TEMPLATE } from "./viewer/template.js";
+import { en } from "./viewer/texts.js";
 import { Viewer } from "./viewer/viewer.js";
 
 /** @typedef {import("./load/worker.js").Request} Request */
 /** @typedef {import("./render/create_renderer.js").Choice} Choice */
+/** @typedef {import("./viewer/pose.js").Pose} Pose */
 /** @typedef {import("./viewer/viewer.js").Side} Side */
 /** @typedef {import("./viewer/viewer.js").Stats} Stats */
 /** @typedef {string | Blob} Source a URL, or a file that the visitor opened */
 
-const DIALOGS = ["settings", "help", "report"];
-const VIEWER_ATTRIBUTES = ["scale", "background", "fov", "up", "autorotate"];
+/** @type {import("./viewer/viewer.js").Mode[]} */
+const MODES = ["orbit", "fly", "walk"];
+const LOWEST = 120; // pixels: the height of an element without one
+const FRAMING = ["start", "start-portrait", "limits", "free"];
+const VIEWER_ATTRIBUTES = ["camera", "scale", "background", "fov", "up", "autorotate", ...FRAMING];
+const TEXT_ATTRIBUTES = ["heading", "credit", "alt", "lang"];
 const NOTICE_TIME = 2000; // milliseconds
 const SORTED = "sorted"; // value of `compare`: the same scene, rendered sorted
 const NEAR = { rootMargin: "100%" };
@@ -45,11 +72,15 @@ const STILL = "(prefers-reduced-motion: reduce)";
 
 // a worker runs this module too, and has no elements
 export class MobileGs extends (globalThis.HTMLElement ?? Object) {
-  static observedAttributes = ["src", "compare", ...VIEWER_ATTRIBUTES];
+  static observedAttributes = ["src", "compare", ...VIEWER_ATTRIBUTES, ...TEXT_ATTRIBUTES];
 
   /** @type {Viewer | null} */
   viewer = null;
   #root;
+  #chrome;
+  #dialogs;
+  #texts = en;
+  #language = "en";
   /** @type {Split | null} */
   #split = null;
   #loadProgress = new LoadProgress();
@@ -59,20 +90,24 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #other;
   #twice = false; // whether the scene is compared with itself, sorted
   #again = false; // whether it will be, once it has loaded
-  /** The element that had the focus before a dialog. @type {HTMLElement | null} */
-  #opener = null;
-  /** Recent frame times, milliseconds. @type {number[]} */
-  #times = [];
+  #stats = new FrameStats();
   #view = 0;
   #ready = Promise.resolve(false);
   #blind = false; // no renderer works
+  /** What to restore when the element has its context again. @type {{choices: object, pose: Pose | null} | null} */
+  #asleep = null;
+  /** @type {import("./contexts.js").Holder} */
+  #holder = { inSight: true, suspend: () => this.#suspend(), resume: () => this.#start() };
+  #sight = new IntersectionObserver(([{ isIntersecting }]) => seen(this.#holder, isIntersecting));
   /** Starts the viewer when the element is less than a screen away from the visible part of the page. */
-  #near = new IntersectionObserver((all) => all.some((one) => one.isIntersecting) && this.#begin(), NEAR);
+  #near = new IntersectionObserver((all) => all.some((one) => one.isIntersecting) && this.#start(), NEAR);
 
   constructor() {
     super();
     this.#root = this.attachShadow({ mode: "open", delegatesFocus: true });
     this.#root.innerHTML = TEMPLATE;
+    this.#dialogs = new Dialogs(this.#root);
+    this.#chrome = new Chrome(this, this.#part("chrome"));
     for (const button of this.#root.querySelectorAll("button")) {
       button.addEventListener("click", () => this.act(button.dataset.act ?? ""));
     }
@@ -80,8 +115,11 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       const { code, key, ctrlKey, metaKey, altKey, repeat, target, defaultPrevented } = /** @type {KeyboardEvent} */ (event);
       // the code is the key's place, for keyboards with other alphabets
       const act = KEYS.get(key.toLowerCase()) ?? KEYS.get(code.slice(3).toLowerCase());
-      const typing = defaultPrevented || /** @type {Element} */ (target).matches("textarea, select");
-      if (act && !ctrlKey && !metaKey && !altKey && !repeat && !typing) this.act(act);
+      const typing = defaultPrevented || /** @type {Element} */ (target).matches("textarea, select, input:not([type])");
+      if (act && !ctrlKey && !metaKey && !altKey && !repeat && !typing) {
+        this.#part("help").classList.add("typed"); // there is a keyboard
+        this.act(act);
+      }
       if (code === "Escape") this.act("close");
     });
     // show the focus only to keyboard users: pages set the focus too
@@ -96,7 +134,17 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       const control = /** @type {HTMLInputElement} */ (target);
       if (control.name === "stats") this.act("stats");
       else if (this.viewer) applySetting(control, this.viewer);
+      this.#part("stick").classList.toggle("shown", this.viewer?.mode === "walk");
     });
+    this.addEventListener("fullscreenchange", () => {
+      const button = this.#button("full");
+      const name = document.fullscreenElement ? "window" : "full";
+      button.innerHTML = icon(name);
+      button.dataset.name = name;
+      localize(this.#root, this.#texts);
+    });
+    makeJoystick(this.#part("stick"), (right, forward) => this.viewer?.stride(right, forward));
+    this.addEventListener("pointerdown", () => used(this.#holder));
     this.addEventListener("dragover", (event) => {
       event.preventDefault();
       this.#part("drop").hidden = false;
@@ -109,7 +157,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     });
     const picked = this.#picker;
     picked.addEventListener("change", () => {
-      this.#dialog(null);
+      this.#dialogs.show(null);
       this.#openFiles(picked.files);
       picked.value = ""; // so that the same file can be opened again
     });
@@ -121,16 +169,52 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       if (!this.isConnected || this.viewer) return;
       const poster = this.getAttribute("poster")?.replace(/[\x22\\\n]/g, encodeURIComponent);
       if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
+      if (this.clientHeight <= LOWEST) this.style.aspectRatio = "16 / 10"; // the page gives it no height
+      this.#sight.observe(this);
       if (this.getAttribute("loading") === "lazy") this.#near.observe(this);
-      else this.#begin();
+      else this.#start();
     });
+  }
+
+  /** Begin, or wait until another element of the page gives its context back. @param {boolean} [asked] by the visitor */
+  #start(asked = false) {
+    this.#near.disconnect();
+    const able = take(this.#holder, asked);
+    this.#part("wake").hidden = able;
+    if (!able) return void this.#localize();
+    this.#begin();
+    const before = this.#asleep;
+    this.#asleep = null;
+    if (before) this.#restore(before);
+  }
+
+  /** @param {{choices: object, pose: Pose | null}} before */
+  #restore({ choices, pose }) {
+    const viewer = /** @type {Viewer} */ (this.viewer);
+    Object.assign(viewer, choices);
+    if (pose) viewer.place(pose);
+  }
+
+  /** Give the context back; a still picture stays. */
+  #suspend() {
+    const { viewer } = this;
+    if (!viewer) return;
+    this.#asleep = { choices: viewer.choices, pose: viewer.count ? viewer.pose : null };
+    if (viewer.count) {
+      const still = viewer.copy();
+      still.className = "still";
+      this.#part("bar").before(still);
+    }
+    this.#part("wake").hidden = false;
+    this.#end();
   }
 
   /** @param {Choice} [choice] of a renderer, instead of the attribute */
   #begin(choice = /** @type {Choice} */ (this.getAttribute("renderer") ?? "auto")) {
-    this.#near.disconnect();
-    this.#part("buttons").hidden = this.hasAttribute("noui");
-    /** @type {HTMLElement} */ (this.#root.querySelector("[data-act=full]")).hidden = !document.fullscreenEnabled;
+    this.#part("chrome").hidden = this.hasAttribute("noui");
+    this.#button("full").hidden = !document.fullscreenEnabled;
+    this.#button("share").hidden = !shareable();
+    void this.#localize();
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
     const variant = this.getAttribute("variant");
     const [floats, strips] = ["floats", "strips"].map((word) => Boolean(variant?.includes(word)));
@@ -138,8 +222,9 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.viewer = new Viewer(canvas, this, {
       variant: variant === null ? null : { floats, strips },
       levels: levels === 0 || (levels >= 0.6 && levels <= 100) ? levels : null,
+      patient: this.hasAttribute("poster"),
+      editable: this.hasAttribute("editable"),
     });
-    canvas.setAttribute("aria-label", `${this.getAttribute("alt") ?? "3D scene"}. Press H for the keys.`);
     canvas.classList.toggle("polite", this.hasAttribute("polite"));
     for (const name of VIEWER_ATTRIBUTES) this.#apply(name);
     this.#ready = this.viewer.begin(choice);
@@ -153,7 +238,19 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
 
   disconnectedCallback() {
     this.#near.disconnect();
+    this.#sight.disconnect();
     this.#end();
+    giveBack(this.#holder);
+  }
+
+  /** The camera, in the form of the page's fragment: `eye=x,y,z&at=x,y,z&up=x,y,z`; empty without a scene. */
+  get camera() {
+    return this.viewer ? poseToHash(this.viewer.pose) : "";
+  }
+
+  set camera(text) {
+    const pose = poseFromHash(text);
+    if (pose) this.viewer?.place(pose);
   }
 
   #end() {
@@ -172,6 +269,10 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     if (name === "src") this.#source = null;
     if (name === "compare") this.#other = undefined;
     if (!this.viewer || value === before) return;
+    if (TEXT_ATTRIBUTES.includes(name)) {
+      void this.#localize();
+      return;
+    }
     if (name === "compare") void this.compare(value || null);
     else if (name !== "src") this.#apply(name);
     else if (value) void this.open(value);
@@ -216,34 +317,38 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   /** Perform the action of a button or key. @param {string} what */
   act(what) {
     const viewer = this.viewer;
+    if (what === "wake") this.#start(true);
     if (!viewer) return;
     if (what === "reset" || what === "view") {
       viewer.turning = false;
       viewer.reset(what === "view" ? ++this.#view : undefined);
-    } else if (what === "help" || what === "settings") this.#dialog(what);
-    else if (what === "stats") viewer.timed = this.#toggle("stats");
+    } else if (what === "help" || what === "settings") this.#dialogs.show(what);
+    else if (what === "stats") viewer.timed = this.#dialogs.toggle("stats");
     else if (what === "own") viewer.background = null;
     else if (what === "up") {
       const name = viewer.turnUp();
-      this.#announce(name ? `The axis ${name} points up.` : "The scene's own direction points up.", true);
+      this.#announce(name ? filled(this.#texts.axis, name) : this.#texts.ownAxis, true);
     }
     else if (what === "mode") {
-      const turns = viewer.mode === "fly";
-      viewer.mode = turns ? "orbit" : "fly";
-      this.#announce(`Dragging ${turns ? "rotates the scene" : "looks around"}.`, true);
+      const next = MODES[(MODES.indexOf(viewer.mode) + 1) % MODES.length];
+      viewer.mode = next;
+      this.#announce(this.#texts[/** @type {const} */ ({ orbit: "orbits", fly: "flies", walk: "walks" })[next]], true);
     }
     else if (what === "picture") void this.#save();
     else if (what === "open") this.#picker.click();
-    else if (what === "copy") void this.#copy();
-    else if (what === "share") void navigator.share?.({ text: this.#report }).catch(() => {});
+    else if (what === "copy") void this.#dialogs.copy(this.#texts);
+    else if (what === "share") void this.#dialogs.share(this.#texts);
+    else if (what === "send") this.#dialogs.send();
+    else if (what === "retry") this.#retry();
     else if (what === "full") {
       if (document.fullscreenElement) void document.exitFullscreen();
       else void this.requestFullscreen?.().catch(() => {});
     } else if (what === "close") {
       this.#part("message").hidden = true;
-      this.#dialog(null);
+      this.#dialogs.show(null);
     }
-    showSettings(this.#part("settings"), viewer, !this.#part("stats").hidden);
+    this.#part("stick").classList.toggle("shown", viewer.mode === "walk");
+    showSettings(this.#part("settings"), viewer, !this.#part("stats").hidden, this.#texts);
     viewer.redraw();
   }
 
@@ -259,8 +364,19 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#update();
     if (side === 1) return;
     if (this.#again) void this.compare(SORTED);
-    this.#announce(`${this.viewer?.count.toLocaleString("en")} Gaussians loaded.`);
+    this.#announce(filled(this.#texts.loaded, (this.viewer?.count ?? 0).toLocaleString(this.#language)));
     this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds, bytes } }));
+    void this.#showNotes();
+  }
+
+  /** Show the annotations of the file; with `autoplay`, follow its camera path. */
+  async #showNotes() {
+    const { viewer } = this;
+    this.#root.querySelector(".annotations")?.remove();
+    const asked = ["annotations", "path"].some((name) => viewer?.notes[name] || this.hasAttribute(name));
+    if (!viewer || !asked || this.hasAttribute("editable")) return;
+    const { showNotes } = await extras();
+    if (viewer === this.viewer) showNotes(this, this.#root, viewer, this.hasAttribute("autoplay"));
   }
 
   /** @param {Side} side @param {string} sentence @param {boolean} [kept] whether the previous scene stays */
@@ -268,10 +384,17 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#loadProgress.fail(side, sentence, kept);
     if (side === 0) this.#again = false;
     this.#update();
-    this.#part("message").hidden = false;
+    const message = this.#part("message");
+    message.hidden = false;
     if (side === 0) this.#source = this.viewer?.source ?? this.#source; // the previous scene stays
-    /** @type {HTMLElement} */ (this.#root.querySelector(".message [data-act=open]")).hidden =
-      Boolean(this.viewer?.count);
+    const { viewer } = this;
+    const shown = Boolean(viewer?.count);
+    const heading = /** @type {HTMLElement} */ (message.querySelector("h2"));
+    heading.hidden = shown;
+    heading.dataset.text = navigator.onLine ? "failed" : "offline";
+    localize(message, this.#texts);
+    this.#button("open", message).hidden = shown;
+    this.#button("retry", message).hidden = shown || typeof this.#source !== "string" || !viewer?.device.renderer;
     this.dispatchEvent(new CustomEvent("error", { detail: { sentence } }));
   }
 
@@ -285,8 +408,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     console.warn(`WebGL2 takes over: ${sentence}`);
     this.#end();
     this.#begin("webgl");
-    Object.assign(/** @type {any} */ (this.viewer), viewer.choices);
-    if (viewer.count) this.viewer?.place(viewer.pose);
+    this.#restore({ choices: viewer.choices, pose: viewer.count ? viewer.pose : null });
   }
 
   /** Show a report that can be copied or shared. @param {Record<string, unknown>} figures */
@@ -297,31 +419,24 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const scenes = /** @type {import("./viewer/bench.js").Measured[]} */ (figures.scenes);
     const interrupted = scenes.some((one) => one.interrupted);
     const words = scenes.map(({ cold, steady }) => `${cold.fps} frames/s cold, ${steady.fps} steady`).join(" | ");
-    /** @type {HTMLElement} */ (panel.querySelector("h2")).textContent =
-      interrupted ? "The page was hidden during the measurement: measure again" : words;
-    /** @type {HTMLElement} */ (panel.querySelector("[data-act=share]")).hidden = !navigator.share;
-    if (panel.hidden) this.#dialog("report");
+    const heading = /** @type {HTMLElement} */ (panel.querySelector("h2"));
+    delete heading.dataset.text;
+    heading.textContent = interrupted ? "The page was hidden during the measurement: measure again" : words;
+    this.#button("send", panel).hidden = !navigator.share;
+    if (panel.hidden) this.#dialogs.show("report");
     this.dispatchEvent(new CustomEvent("report", { detail: figures }));
   }
 
   /** @param {Stats} stats */
   drawn(stats) {
     this.#root.querySelector("canvas")?.classList.add("drawn");
-    if (stats.compared && this.#part("split").hidden) this.#split?.show(this.#loadProgress.names);
+    this.#root.querySelector(".still")?.remove();
+    if (stats.compared && this.#part("split").hidden) this.#split?.show(this.#loadProgress.names, this.#texts.compared);
+    this.#showTitle();
+    if (!this.viewer?.measured) this.#chrome.invite(this.#source);
     this.dispatchEvent(new CustomEvent("frame", { detail: stats }));
     const panel = this.#part("stats");
-    if (panel.hidden) return;
-    if (stats.milliseconds) this.#times = [...this.#times.slice(-29), stats.milliseconds];
-    const mean = this.#times.reduce((sum, time) => sum + time, 0) / this.#times.length;
-    const counts = [stats.count, stats.compared].filter((count, side) => side === 0 || count);
-    const lines = [
-      `${stats.renderer}, ${stats.width} x ${stats.height}`,
-      `${counts.map((count) => count.toLocaleString("en")).join(" | ")} Gaussians`,
-      this.#times.length ? `${(1000 / mean).toFixed(0)} frames/s, ${mean.toFixed(1)} ms` : "still",
-      ...(stats.fragments ? fragmentLines(stats.fragments) : []),
-      ...Object.entries(stats.passes ?? {}).map(([pass, time]) => `${pass} ${time.toFixed(2)} ms`),
-    ];
-    panel.textContent = lines.join("\n");
+    if (!panel.hidden) panel.textContent = this.#stats.lines(stats);
   }
 
   /** Announce a text to screen readers and, if `seen`, show it for two seconds. @param {string} text */
@@ -332,20 +447,27 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     setTimeout(() => said.classList.remove("seen"), NOTICE_TIME);
   }
 
-  get #report() {
-    const area = /** @type {HTMLTextAreaElement} */ (this.#root.querySelector("textarea"));
-    area.focus();
-    area.select(); // so that the visitor can copy it where pages may not
-    return area.value;
+  /** Set all texts, in the language of the attribute, the page or the visitor. */
+  async #localize() {
+    this.#language = languageOf(this);
+    this.#texts = await textsOf(this.#language);
+    localize(this.#root, this.#texts);
+    const canvas = this.#root.querySelector("canvas");
+    canvas?.setAttribute("aria-label", `${this.getAttribute("alt") ?? this.#texts.scene}. ${this.#texts.keysHint}`);
+    this.#showTitle();
   }
 
-  /** Copy the report. Pages served over plain http have no clipboard API. */
-  async #copy() {
-    const text = this.#report;
-    const done = navigator.clipboard
-      ? await navigator.clipboard.writeText(text).then(() => true, () => false)
-      : document.execCommand("copy");
-    this.#part("copied").textContent = done ? "Copied." : "This browser does not allow copying: the text is selected, press Ctrl+C.";
+  /** Show title and credit: those of the attributes, or else of the file. */
+  #showTitle() {
+    const { title = "", credit = "" } = this.viewer?.notes ?? {};
+    this.#chrome.setTitle(this.getAttribute("heading") ?? String(title ?? ""), this.getAttribute("credit") ?? String(credit ?? ""));
+  }
+
+  /** Load the scene that failed once more. */
+  #retry() {
+    if (this.#source === null) return;
+    this.#part("message").hidden = true;
+    void this.open(this.#source);
   }
 
   /** @returns {HTMLInputElement} */
@@ -368,25 +490,6 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
-  /** @param {string} name @param {boolean} [shown] @returns {boolean} whether it is shown now */
-  #toggle(name, shown) {
-    const part = this.#part(name);
-    part.hidden = shown === undefined ? !part.hidden : !shown;
-    this.#root.querySelector(`[data-act=${name}]`)?.setAttribute("aria-expanded", String(!part.hidden));
-    return !part.hidden;
-  }
-
-  /** Toggle a dialog and close the others; null closes all. @param {string | null} name */
-  #dialog(name) {
-    if (DIALOGS.every((one) => this.#part(one).hidden)) {
-      this.#opener = /** @type {HTMLElement | null} */ (this.#root.activeElement);
-    }
-    const shown = name !== null && this.#part(name).hidden;
-    for (const one of DIALOGS) this.#toggle(one, shown && one === name);
-    if (shown) this.#part(name).focus();
-    else (this.#opener ?? this.#root.querySelector("canvas"))?.focus({ preventScroll: true });
-  }
-
   /** Apply an attribute to the viewer. @param {string} name one of VIEWER_ATTRIBUTES */
   #apply(name) {
     const viewer = /** @type {Viewer} */ (this.viewer);
@@ -396,8 +499,22 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     else if (name === "fov") viewer.fov = number >= 1 && number <= 150 ? number : null;
     else if (name === "background") viewer.background = colorOf(text);
     else if (name === "up") viewer.up = text;
+    else if (FRAMING.includes(name)) this.#frame(viewer);
+    else if (name === "camera") this.camera = text ?? "";
     else viewer.turning = text !== null && !matchMedia(STILL).matches;
     viewer.redraw();
+  }
+
+  /** Pass on the attributes of first views and limits. @param {Viewer} viewer */
+  #frame(viewer) {
+    /** @type {Record<string, string>} */
+    const given = {};
+    for (const name of FRAMING) {
+      const text = this.getAttribute(name);
+      if (name === "free" && text !== null) given.limits = FREE;
+      else if (text !== null) given[name.replace("-", "_")] = text;
+    }
+    viewer.given = given;
   }
 
   /**
@@ -439,7 +556,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const words = /** @type {HTMLElement} */ (message.querySelector("p"));
     if (words.textContent !== sentence) words.textContent = sentence; // setting it again would read it out again
     if (!sentence) message.hidden = true;
-    if (!this.#part("split").hidden) this.#split?.show(names);
+    if (!this.#part("split").hidden) this.#split?.show(names, this.#texts.compared);
     if (state) this.dataset.state = state;
   }
 
@@ -450,18 +567,15 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#split = null;
   }
 
+  /** A button, the first one of an action. @param {string} act @param {ParentNode} [within] @returns {HTMLElement} */
+  #button(act, within = this.#root) {
+    return /** @type {HTMLElement} */ (within.querySelector(`[data-act=${act}]`));
+  }
+
   /** @param {string} name @returns {HTMLElement} */
   #part(name) {
     return /** @type {HTMLElement} */ (this.#root.querySelector(`.${name}`));
   }
-}
-
-/** @param {number[]} levels fragments per pixel by level */
-function fragmentLines(levels) {
-  const told = (/** @type {number} */ value) => value.toFixed(1);
-  const sum = levels.reduce((all, value) => all + value);
-  const lines = [`${told(sum)} fragments per pixel`];
-  return levels.length > 1 ? [...lines, `${levels.map(told).join(" + ")} by level`] : lines;
 }
 
 globalThis.customElements?.define("mobile-gs", MobileGs);

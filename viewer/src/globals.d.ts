@@ -1,7 +1,12 @@
 /** Names that the build defines in the bundle. */
 declare const SHADERS: Record<string, string>;
 declare const PACKAGE_VERSION: string;
+declare const CHUNKS: Record<string, string>;
+declare const WEBGL_CHUNK: string;
 declare const bundle: () => void;
+
+/** The address of `viewer.js`, in workers that run its source text. */
+declare var viewerAddress: string | undefined;
 
 /** Objects that preload.js leaves for the viewer. */
 declare var preloadedAdapter: Promise<GPUAdapter | null> | undefined;

@@ -2,12 +2,12 @@
 
 import "./element.js";
 import { embeddedScene, version } from "./assets.js";
-import { parsePlan, runBench } from "./viewer/bench.js";
+import { extras } from "./chunks.js";
 import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
 
 /** Attributes of the element that URL parameters of the same names set. */
 const ATTRIBUTES =
-  "renderer variant levels scale noui poster background fov up autorotate compare".split(" ");
+  "renderer variant levels scale noui poster background fov up start start-portrait limits free autorotate autoplay compare heading credit lang".split(" ");
 const QUIET = 400; // milliseconds without a frame before the URL is updated
 
 /** Shows the scene that the address names, or the embedded one, in the page's `<mobile-gs>`. */
@@ -18,6 +18,7 @@ export function startPage() {
     const value = parameters.get(name);
     if (value !== null) element.setAttribute(name, value);
   }
+  element.lang ||= navigator.language; // that of the page is its author's
   const url = parameters.get("url");
   if (url) element.setAttribute("src", url);
   // the element starts in a microtask after this script
@@ -71,11 +72,13 @@ async function measure(element, bench, others) {
     width: Math.round(innerWidth * devicePixelRatio),
     height: Math.round(innerHeight * devicePixelRatio),
   };
+  let loading = loaded(element);
+  const { parsePlan, runBench } = await extras();
   const plan = parsePlan(bench, screen);
   const scenes = [];
   let awake;
   for (const url of [null, ...others]) {
-    const loading = loaded(element);
+    if (url !== null) loading = loaded(element);
     if (url !== null) element.setAttribute("src", url);
     const file = await loading;
     const { viewer } = element;

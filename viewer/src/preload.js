@@ -6,13 +6,17 @@
 {
   const parameters = new URLSearchParams(location.search);
   const source = parameters.get("url") || document.querySelector("mobile-gs")?.getAttribute("src");
+  const script = new URL("viewer.js", document.baseURI).href;
   try {
-    if (parameters.get("renderer") !== "webgl") {
-      globalThis.preloadedAdapter = navigator.gpu?.requestAdapter({ powerPreference: "high-performance" });
+    if (parameters.get("renderer") === "webgl" || !navigator.gpu) {
+      const link = { rel: "modulepreload", href: new URL(WEBGL_CHUNK, script).href };
+      document.head.append(Object.assign(document.createElement("link"), link));
+    } else {
+      globalThis.preloadedAdapter = navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
     }
     if (source) {
       const url = new URL(source, document.baseURI).href;
-      const worker = new Worker("viewer.js", { name: url });
+      const worker = new Worker(script, { name: url });
       /** @type {MessageEvent[]} */
       const messages = []; // until the viewer receives them itself
       worker.onmessage = (event) => messages.push(event);

@@ -2,6 +2,7 @@
 
 import { CLASSIC } from "../mgs/header.js";
 import { parsedUp } from "../viewer/up.js";
+import { isPly } from "./file_kind.js";
 
 /** @typedef {import("../render/types.js").Footprint} Footprint */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
@@ -19,11 +20,6 @@ const TYPES = new Map([
 const VERTICAL_AXES = /** @type {Map<string, Vector>} */ (new Map([["x", [1, 0, 0]], ["y", [0, -1, 0]], ["z", [0, 0, 1]]]));
 const NEEDED = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1"];
 NEEDED.push("scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
-
-/** True if bytes begin as a PLY file does. @param {Uint8Array} bytes */
-export function isPly(bytes) {
-  return bytes[0] === 0x70 && bytes[1] === 0x6c && bytes[2] === 0x79;
-}
 
 /**
  * The scene of a whole file; rows with numbers that are not finite are left out.

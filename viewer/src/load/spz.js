@@ -36,12 +36,6 @@ const COLOR = 0.15; // of the constant coefficient in a byte's range
 const SIGNS = [-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1];
 const DAMAGED = "the .spz file is damaged or cut off";
 
-/** True if bytes begin as an SPZ file does: with its name, or as gzip. @param {Uint8Array} bytes */
-export function isSpz(bytes) {
-  const named = bytes[0] === 0x4e && bytes[1] === 0x47 && bytes[2] === 0x53 && bytes[3] === 0x50;
-  return named || (bytes[0] === 0x1f && bytes[1] === 0x8b);
-}
-
 /**
  * The scene of a whole file.
  *

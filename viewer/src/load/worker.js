@@ -4,12 +4,12 @@ import { COLORED, COMPLETE } from "../mgs/stream_decoder.js";
 import { worldMeans, subsampled, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
+import { formats } from "../chunks.js";
 import { emptyScene, packRows } from "../render/pack.js";
 import { WorkerPool, yieldToMessages } from "./worker_pool.js";
 import { backToFront } from "./depth_sort.js";
 import { nearOf } from "./near.js";
-import { isPly, readPly } from "./ply.js";
-import { isSpz, readSpz } from "./spz.js";
+import { isPly, isSpz } from "./file_kind.js";
 import { parsedUp } from "../viewer/up.js";
 
 /** @typedef {import("../mgs/stream_decoder.js").QuantizedLevel} QuantizedLevel */
@@ -30,6 +30,7 @@ import { parsedUp } from "../viewer/up.js";
  * @property {View[]} views training cameras
  * @property {number} near
  * @property {Vector | null} up upward direction
+ * @property {import("../mgs/header.js").Header["meta"]} notes
  */
 /**
  * @typedef {({kind: "dots", dots: Dots} & Cameras)
@@ -126,7 +127,7 @@ class SceneSender {
   /** @returns {Cameras} */
   get #cameras() {
     const { views, near, meta } = this.#header;
-    return { views, near, up: parsedUp(meta.up) };
+    return { views, near, up: parsedUp(meta.up), notes: meta };
   }
 
   /** Send the results since the last call. @param {number} received bytes of the file */
@@ -254,7 +255,7 @@ async function loadOther(source, total, read) {
   if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
   means = new Float32Array(3 * data.count);
   for (let i = 0; i < means.length; i++) means[i] = data.shapes[4 * i + 3];
-  const cameras = { views: [], near: nearOf(means), up: data.up ?? null };
+  const cameras = { views: [], near: nearOf(means), up: data.up ?? null, notes: {} };
   send({ kind: "scene", data, means, ...cameras }, buffersOf(data));
   return received;
 }
@@ -291,8 +292,8 @@ async function load(request) {
     const { source, total } = await bytesOf(request);
     const { first, whole } = await peek(source);
     let bytes;
-    if (isPly(first)) bytes = await loadOther(whole, total, readPly);
-    else if (isSpz(first)) bytes = await loadOther(whole, total, readSpz);
+    if (isPly(first)) bytes = await loadOther(whole, total, (await formats()).readPly);
+    else if (isSpz(first)) bytes = await loadOther(whole, total, (await formats()).readSpz);
     else bytes = await loadMgs(whole);
     send({ kind: "done", milliseconds: performance.now() - started, bytes });
   } catch (error) {

@@ -30,7 +30,7 @@ import { INPUT_WORDS, networkMatrices } from "./view_network.js";
 const { fround } = Math;
 const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
 // an opacity logit that no lobe can make visible
-const INVISIBLE = toFloat16(-1e4);
+export const INVISIBLE = toFloat16(-1e4);
 // quantization levels of the standard deviations
 const STEPS = [2047, 2047, 1023];
 // the smaller components of a unit quaternion are at most sqrt(1/2)

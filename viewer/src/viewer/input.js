@@ -4,7 +4,7 @@
 /**
  * @typedef {object} Target callbacks of the input
  * @property {() => Pose} pose
- * @property {() => "orbit" | "fly"} mode
+ * @property {() => import("./viewer.js").Mode} mode
  * @property {() => void} held a pointer went down
  * @property {() => void} changed the pose has changed
  * @property {(x: number, y: number) => void} focus look at the point under a pixel, CSS pixels
@@ -41,6 +41,8 @@ export class Input {
   /** @type {Set<string>} */
   #keys = new Set();
   #shift = false;
+  /** How far a stick is pushed to the right and forwards, -1 to 1. */
+  stride = [0, 0];
   #pressed = { x: 0, y: 0, time: 0 }; // previous tap, to detect a double tap
 
   /**
@@ -63,9 +65,14 @@ export class Input {
     listen("blur", () => this.#keys.clear());
   }
 
-  /** True if movement keys are down. */
+  /** True if movement keys are down, or a stick is pushed. */
   get busy() {
-    return this.#keys.size > 0;
+    return this.#keys.size > 0 || this.stride.some(Boolean);
+  }
+
+  /** True while a pointer or a movement key is down. */
+  get held() {
+    return this.busy || this.#pointers.size > 0;
   }
 
   /** Move by the keys that are down. @param {number} seconds since the last call */
@@ -75,11 +82,20 @@ export class Input {
     const step = SPEED * pose.reach * seconds * (this.#shift ? 4 : 1);
     for (const key of this.#keys) {
       const way = FLYING.get(key);
-      if (way) pose.move(way[0] * step, way[1] * step, way[2] * step);
+      if (way) this.#go(way[0] * step, way[1] * step, way[2] * step);
       const turn = TURNING.get(key);
       if (turn) this.#turn(turn[0] * 1.5 * seconds, turn[1] * 1.5 * seconds);
     }
+    const [right, forward] = this.stride;
+    if (right || forward) this.#go(right * step, 0, forward * step);
     this.#target.changed();
+  }
+
+  /** Move along the picture's axes, or along the floor. @param {number} right @param {number} down @param {number} forward */
+  #go(right, down, forward) {
+    const pose = this.#target.pose();
+    if (this.#target.mode() === "walk") pose.walk(right, forward);
+    else pose.move(right, down, forward);
   }
 
   destroy() {
@@ -138,14 +154,14 @@ export class Input {
     if (last === undefined || other === undefined) return;
     const before = Math.hypot(last.x - other.x, last.y - other.y);
     const after = Math.hypot(now.x - other.x, now.y - other.y);
-    if (this.#target.mode() === "fly") this.#target.pose().move(0, 0, 2 * (after - before) * this.#unit);
+    if (this.#target.mode() !== "orbit") this.#go(0, 0, 2 * (after - before) * this.#unit);
     else if (before > 0 && after > 0) this.#target.pose().dolly(before / after);
     this.#pan((now.x - last.x) / 2, (now.y - last.y) / 2);
   }
 
   /** @param {number} dx @param {number} dy pixels */
   #pan(dx, dy) {
-    this.#target.pose().move(-dx * this.#unit, -dy * this.#unit, 0);
+    this.#go(-dx * this.#unit, -dy * this.#unit, 0);
   }
 
   /** World units per pixel at the target. */
@@ -163,7 +179,7 @@ export class Input {
     const amount = event.deltaY * lines * (event.ctrlKey ? PINCH : 1) * WHEEL;
     const pose = this.#target.pose();
     if (this.#target.mode() === "orbit") pose.dolly(Math.exp(amount));
-    else pose.move(0, 0, -amount * pose.reach);
+    else this.#go(0, 0, -amount * pose.reach);
     this.#target.changed();
   }
 

@@ -8,6 +8,8 @@ import { cross, dot, length, minus, plus, turned, unit } from "./vector.js";
 /** @typedef {import("./vector.js").Vector} Vector */
 
 const POLE = 0.02; // smallest angle to straight up or down, radians
+/** Box of the pose for a scene without cameras. @type {[number, number]} */
+const AROUND = [0.42, 0.42];
 const NEAREST = 1e-3; // smallest distance to the target, as a share of the first one
 
 /** A camera pose: eye, target, and the world's up direction. */
@@ -22,6 +24,15 @@ export class Pose {
     this.target = target;
     this.up = unit(up);
     this.reach = length(minus(target, eye)) || 1;
+    /** Tangents of half the width and height that must be in the picture; null: as a training camera. @type {[number, number] | null} */
+    this.box = null;
+  }
+
+  /** A first view that a file notes. @param {import("./framing.js").Start} start @param {Vector} up */
+  static fromStart({ eye, target, box }, up) {
+    const made = new Pose(eye, target, up);
+    made.box = box;
+    return made;
   }
 
   /**
@@ -55,7 +66,9 @@ export class Pose {
     });
     const target = /** @type {Vector} */ (ends.map(([, middle]) => middle));
     const size = Math.max(...ends.map(([low, , high]) => high - low)) || 1;
-    return new Pose(plus(target, turnedFromUsual([0, -0.3, -1], up), 1.5 * size), target, up);
+    const made = new Pose(plus(target, turnedFromUsual([0, -0.3, -1], up), 1.5 * size), target, up);
+    made.box = AROUND;
+    return made;
   }
 
   /** @returns {Vector} */
@@ -71,6 +84,7 @@ export class Pose {
   copy() {
     const made = new Pose(this.eye, this.target, this.up);
     made.reach = this.reach;
+    made.box = this.box;
     return made;
   }
 
@@ -97,6 +111,14 @@ export class Pose {
     const below = cross(this.forward, this.right);
     let step = plus([0, 0, 0], this.right, right);
     step = plus(plus(step, below, down), this.forward, forward);
+    this.eye = plus(this.eye, step);
+    this.target = plus(this.target, step);
+  }
+
+  /** Move eye and target along the horizontal plane. @param {number} right world units @param {number} forward */
+  walk(right, forward) {
+    const ahead = unit(cross(this.up, this.right));
+    const step = plus(plus([0, 0, 0], this.right, right), ahead, forward);
     this.eye = plus(this.eye, step);
     this.target = plus(this.target, step);
   }
@@ -130,15 +152,15 @@ export class Pose {
 }
 
 /**
- * A camera of the given size with about the field of view of a training camera. For other aspect ratios it
- * uses the geometric mean of fitting the whole image and filling the screen.
+ * A camera of the given size that shows the pose's box. Without a box it has about the field of view of a
+ * training camera: for other aspect ratios, the geometric mean of fitting the whole image and filling the screen.
  *
  * @param {Pose} pose
  * @param {View | null} view whose field of view to take; 50 degrees without one
  * @param {number} width pixels
  * @param {number} height pixels
  * @param {number} near
- * @param {number | null} [fov] degrees to take instead of the view's
+ * @param {number | null} [fov] degrees to take instead of the box's or the view's
  * @returns {Camera}
  */
 export function cameraOf(pose, view, width, height, near, fov = null) {
@@ -146,7 +168,8 @@ export function cameraOf(pose, view, width, height, near, fov = null) {
   const known = fov === null ? view : null;
   const byWidth = known ? (width * known.K[0]) / known.width : width / (2 * slope);
   const byHeight = known ? (height * known.K[4]) / known.height : height / (2 * slope);
-  const focal = Math.sqrt(byWidth * byHeight);
+  const box = fov === null ? pose.box : null;
+  const focal = box ? Math.min(width / (2 * box[0]), height / (2 * box[1])) : Math.sqrt(byWidth * byHeight);
   const center = { cx: width / 2, cy: height / 2 };
   return { viewmat: pose.viewmat(), fx: focal, fy: focal, ...center, width, height, near };
 }

@@ -6,6 +6,7 @@ import { worldMeans } from "../mgs/positions.js";
 import { knownVariant, warmUp, warmUpDots } from "../render/calibrate.js";
 import { usualLevelSigma } from "../render/levels.js";
 import { createRenderer } from "../render/create_renderer.js";
+import { INVISIBLE } from "../render/pack.js";
 import { strides } from "../render/types.js";
 import { selectVariant, storage } from "./variant_select.js";
 import { SortSchedule } from "./sort_schedule.js";
@@ -42,12 +43,18 @@ export class SceneView {
   near = 0.2;
   /** Upward direction that the file names. @type {Vector | null} */
   up = null;
+  /** Notes of the file. @type {import("../mgs/header.js").Header["meta"]} */
+  notes = {};
+  /** Whether Gaussians can be hidden, which takes a copy of their lobes. */
+  editable = false;
   /** Logits of the mean opacities, for picking. */
   logits = new Float32Array(0);
   /** The request that is loading, else the one that is shown. @type {Request | null} */
   request = null;
   /** Fragments per pixel by level when they were counted last, while each pass is timed. @type {number[] | null} */
   fragments = null;
+  /** True if dots are not shown: the page has a poster, which is better. */
+  patient = false;
   /** Resolves when the fastest variant is known; measured after the first scene has loaded. */
   calibrated = Promise.resolve();
 
@@ -76,6 +83,8 @@ export class SceneView {
   #shown = null;
   #reloaded = false; // the same scene again, after the renderer had lost it
   #lobeStride = 2;
+  /** Packed lobes of an editable scene. @type {Uint32Array<ArrayBuffer>} */
+  #lobes = new Uint32Array(0);
   /** Background colours: the scene's own, the chosen one, and the array that the renderer reads. */
   #background = [0, 0, 0];
   /** @type {Vector | null} */
@@ -257,6 +266,17 @@ export class SceneView {
     return shown ?? Promise.reject(new Error("nothing can be drawn"));
   }
 
+  /** Do not render some Gaussians of an editable `.mgs`. @param {Uint8Array} hidden 1 for those, by Gaussian */
+  hide(hidden) {
+    const lobes = this.#lobes.slice();
+    for (let i = 0, at = 0; at < lobes.length; i++, at += this.#lobeStride) {
+      if (hidden[i]) lobes[at] = INVISIBLE | (lobes[at] & 0xffff0000);
+    }
+    this.#renderer?.update("lobes", 0, lobes);
+    recordLogits(this.logits, this.#lobeStride, 0, lobes);
+    this.#listener.ordered();
+  }
+
   /** The chosen background, or the scene's own. @returns {Vector} sRGB in [0, 1] */
   get background() {
     return /** @type {Vector} */ (this.#chosen ?? this.#background);
@@ -357,6 +377,11 @@ export class SceneView {
 
   /** @param {Extract<Message, {kind: "dots"}>} message @param {Worker} worker */
   #takeDots({ dots, ...cameras }, worker) {
+    if (this.patient && !this.count) {
+      this.#dots = true; // until the scene: compile its shaders meanwhile
+      void this.#warmUp();
+      return;
+    }
     this.#sortSchedule.reset("");
     const taken = this.#replace(worker, dots.background, () => this.#renderer?.setDots(dots));
     if (!taken) return;
@@ -383,6 +408,7 @@ export class SceneView {
     this.#setCameras(cameras);
     this.logits = new Float32Array(data.count);
     this.#lobeStride = strides(data).lobes;
+    if (this.editable && data.lobes instanceof Uint32Array) this.#lobes = data.lobes;
     recordLogits(this.logits, this.#lobeStride, 0, data.lobes);
     this.#show(means);
     if (!more && !this.#reloaded) this.#listener.arrived();
@@ -426,10 +452,11 @@ export class SceneView {
   }
 
   /** @param {import("../load/worker.js").Cameras} cameras */
-  #setCameras({ views, near, up }) {
+  #setCameras({ views, near, up, notes }) {
     this.views = views;
     this.near = near;
     this.up = up;
+    this.notes = notes;
   }
 
   /** Render the first Gaussians of the scene, as many as there are means. @param {StoredMeans} means */
@@ -444,7 +471,10 @@ export class SceneView {
   /** @param {Extract<Message, {kind: "rows"}>} message */
   #takeRows({ part, from, numbers }) {
     this.#renderer?.update(part, from, numbers);
-    if (part === "lobes") recordLogits(this.logits, this.#lobeStride, from, numbers);
+    if (part === "lobes") {
+      if (this.#lobes.length) this.#lobes.set(numbers, from * this.#lobeStride);
+      recordLogits(this.logits, this.#lobeStride, from, numbers);
+    }
     this.#listener.changed();
   }
 

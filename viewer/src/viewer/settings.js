@@ -1,6 +1,7 @@
 /** Connects the settings panel and the viewer. */
 
 import { colorOf, hexOf } from "./color.js";
+import { filled } from "./localize.js";
 
 /** @typedef {import("./viewer.js").Viewer} Viewer */
 /** @typedef {HTMLInputElement | HTMLSelectElement} Control */
@@ -11,8 +12,9 @@ import { colorOf, hexOf } from "./color.js";
  * @param {HTMLElement} panel
  * @param {Viewer} viewer
  * @param {boolean} stats whether the frame rate is shown
+ * @param {import("./texts.js").Texts} texts
  */
-export function showSettings(panel, viewer, stats) {
+export function showSettings(panel, viewer, stats, texts) {
   const control = (/** @type {string} */ name) =>
     /** @type {Control} */ (panel.querySelector(`[name=${name}]`));
   control("background").value = hexOf(viewer.background);
@@ -26,7 +28,7 @@ export function showSettings(panel, viewer, stats) {
   /** @type {HTMLInputElement} */ (control("turning")).checked = viewer.turning;
   /** @type {HTMLInputElement} */ (control("stats")).checked = stats;
   const { renderer, adapter } = viewer.device;
-  const words = renderer ? `Rendered with ${renderer}${adapter ? ` on ${adapter}` : ""}` : "";
+  const words = renderer ? filled(adapter ? texts.adapter : texts.device, renderer, adapter) : "";
   /** @type {HTMLElement} */ (panel.querySelector(".device")).textContent = words;
   const next = /** @type {HTMLElement} */ (panel.querySelector("[data-act=view]"));
   next.hidden = viewer.views.length < 2;
@@ -37,7 +39,7 @@ export function applySetting(control, viewer) {
   const { name, value } = control;
   if (name === "background") viewer.background = colorOf(value);
   else if (name === "scale") viewer.scale = Number(value) || null;
-  else if (name === "mode") viewer.mode = value === "fly" ? "fly" : "orbit";
+  else if (name === "mode") viewer.mode = /** @type {import("./viewer.js").Mode} */ (value);
   else if (name === "turning") viewer.turning = /** @type {HTMLInputElement} */ (control).checked;
   viewer.redraw();
 }

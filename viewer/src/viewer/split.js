@@ -1,5 +1,7 @@
 /** The handle between two scenes, the first on the left, the second on the right. */
 
+import { filled } from "./localize.js";
+
 const STEP = 0.02; // share of the width per press of an arrow key
 /** Movement by key, as a share of the width. */
 const KEYS = new Map([
@@ -43,11 +45,11 @@ export class Split {
     };
   }
 
-  /** Show the handle and the second scene. @param {[string, string]} names of both */
-  show(names) {
+  /** Show the handle and the second scene. @param {[string, string]} names of both @param {string} phrase says where they are */
+  show(names, phrase) {
     this.#names = names;
     this.#handle.querySelectorAll("span").forEach((place, side) => (place.textContent = names[side]));
-    this.#handle.setAttribute("aria-label", `${names[0]} on the left, ${names[1]} on the right`);
+    this.#handle.setAttribute("aria-label", filled(phrase, ...names));
     this.#handle.hidden = false;
     this.#canvas.classList.add("drawn");
     this.#place(this.share);

@@ -1,5 +1,6 @@
 /** Renders one or two scenes with one camera, and follows the input. */
 
+import { FREE, excessOf, parsedFloor, parsedLimits, resist, spring, startFor } from "./framing.js";
 import { Input } from "./input.js";
 import { SceneView } from "./scene_view.js";
 import { pointUnder } from "./pick.js";
@@ -7,12 +8,14 @@ import { Pose, cameraOf } from "./pose.js";
 import { Resolution } from "./resolution.js";
 import { supersamplingFor } from "./supersampling.js";
 import { AXES, USUAL, nextAxis } from "./up.js";
+import { dot, plus } from "./vector.js";
 
 /** @typedef {import("../load/worker.js").Request} Request */
 /** @typedef {import("../render/create_renderer.js").Choice} Choice */
 /** @typedef {import("../render/types.js").Camera} Camera */
 /** @typedef {import("../render/types.js").Variant} Variant */
 /** @typedef {import("./vector.js").Vector} Vector */
+/** @typedef {"orbit" | "fly" | "walk"} Mode the effect of dragging and of keys */
 /** @typedef {0 | 1} Side 0: the scene; 1: the one that it is compared with */
 /**
  * @typedef {object} Listener callbacks of a viewer
@@ -37,11 +40,10 @@ import { AXES, USUAL, nextAxis } from "./up.js";
 
 const PATIENCE = 100; // milliseconds between frames of a scene that is loading and does not move
 const LINGER = 150; // milliseconds after an input during which the scene counts as moving
+const GRAVITY = 6; // rate at which the eye returns to its height, per second
 const IDLE = (9 * Math.PI) / 180; // radians per second of automatic rotation
 
 export class Viewer {
-  /** The effect of dragging. @type {"orbit" | "fly"} */
-  mode = "orbit";
   /** @type {Pose} */
   pose = new Pose([0, 0, -3], [0, 0, 0], [0, -1, 0]);
   /** Field of view in degrees; null: that of the training cameras. @type {number | null} */
@@ -52,7 +54,6 @@ export class Viewer {
   turning = false;
   /** True if only `drawAndWait` renders. */
   measured = false;
-
   #listener;
   #canvas;
   #variant;
@@ -66,10 +67,20 @@ export class Viewer {
   #chosen = null; // background
   /** Name of the axis that points up instead of the scene's own direction. @type {string | null} */
   #up = null;
+  /** @type {Record<string, string>} */
+  #given = {};
   #resolution;
   #input;
   #start = this.pose;
   #placed = false; // the pose was set from outside
+  #atStart = true; // nobody has moved since the first view
+  /** Limits of the camera; null: none. @type {import("./framing.js").Limits | null} */
+  #limits = null;
+  #swing = { way: 1, speed: 1, excess: 0 }; // of automatic rotation
+  /** @type {Mode} */
+  #mode = "orbit";
+  /** The plane in which the eye walks: its normal and offset. @type {{normal: Vector, offset: number} | null} */
+  #ground = null;
   #requested = 0; // animation frame
   #last = 0; // time of the last frame
   #touched = -Infinity; // time of the last input
@@ -81,28 +92,36 @@ export class Viewer {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Listener} listener
-   * @param {{variant?: Variant | null, levels?: number | null}} [options] variant null: the fastest on this
-   *     device; levels: `levelSigma` of the renderer, null: that of the scene
+   * @param {{variant?: Variant | null, levels?: number | null, editable?: boolean, patient?: boolean}} [options] variant
+   *     null: the fastest on this device; levels: `levelSigma` of the renderer, null: that of the scene; editable:
+   *     whether `hide` has an effect; patient: nothing is shown before the first LOD level
    */
-  constructor(canvas, listener, { variant = null, levels = null } = {}) {
+  constructor(canvas, listener, { variant = null, levels = null, editable = false, patient = false } = {}) {
     this.#canvas = canvas;
     this.#listener = listener;
     this.#variant = variant;
     this.#levels = levels;
     this.#resolution = new Resolution(null);
     this.#first = this.#sceneView(canvas, 0, false);
+    this.#first.editable = editable;
+    this.#first.patient = patient;
     this.#input = new Input(canvas, {
       pose: () => this.pose,
       mode: () => this.mode,
       held: () => (this.turning = false),
       changed: () => {
         this.#touched = performance.now();
-        this.turning = false;
+        this.turning = this.#atStart = false;
+        if (this.#limits) resist(this.pose, this.#limits, this.mode);
         this.redraw();
       },
       focus: (x, y) => this.#focus(x, y),
     });
-    this.#resize = new ResizeObserver(() => this.redraw());
+    this.#resize = new ResizeObserver(() => {
+      // a rotated phone shows another first view
+      if (this.#atStart && this.count) this.#return();
+      this.redraw();
+    });
     this.#resize.observe(canvas);
   }
 
@@ -152,11 +171,26 @@ export class Viewer {
   /** Return to the first pose, or to a training camera. @param {number} [index] */
   reset(index) {
     const { views } = this;
-    this.pose =
-      index === undefined || views.length === 0
-        ? this.#start.copy()
-        : Pose.fromViews(views, ((index % views.length) + views.length) % views.length, this.#direction);
+    this.#atStart = index === undefined || views.length === 0;
+    if (this.#atStart) this.#return();
+    else {
+      const one = /** @type {number} */ (index) % views.length;
+      this.pose = Pose.fromViews(views, (one + views.length) % views.length, this.#direction);
+    }
     this.redraw();
+  }
+
+  /** Return to the first view of a screen of this shape, and find the limits. */
+  #return() {
+    this.#prepare();
+    this.pose = this.#start.copy();
+  }
+
+  /** Find the first view and the limits of the scene. */
+  #prepare() {
+    this.#start = this.#firstPose();
+    const { limits } = this.notes;
+    this.#limits = this.#up === null && limits !== FREE ? parsedLimits(limits) : null;
   }
 
   /** Name of the axis that points up; null: the scene's own direction. */
@@ -169,9 +203,7 @@ export class Viewer {
     const chosen = name !== null && AXES.has(name) ? name : null;
     if (chosen === this.#up) return;
     this.#up = chosen;
-    if (!this.#first.count) return;
-    this.#start = this.#firstPose();
-    this.reset();
+    if (this.#first.count) this.reset();
   }
 
   /** Let the next axis point up. @returns {string} its name, or the empty text for the scene's own direction */
@@ -185,7 +217,30 @@ export class Viewer {
   /** Set the pose, also for a scene that is still loading. @param {Pose} pose */
   place(pose) {
     this.pose = pose;
+    pose.box ??= this.#start.box;
     this.#placed = true;
+    this.#atStart = false;
+    this.redraw();
+  }
+
+  /** The effect of dragging and of keys. @returns {Mode} */
+  get mode() {
+    return this.#mode;
+  }
+
+  /** Walking keeps the eye at its height above the floor: that of the first view, if the file notes a floor. @param {Mode} mode */
+  set mode(mode) {
+    this.#mode = mode;
+    const floor = mode === "walk" ? parsedFloor(this.notes.floor) : null;
+    const eye = floor ? this.#start.eye : this.pose.eye;
+    const normal = floor ?? this.pose.up;
+    this.#ground = mode === "walk" ? { normal, offset: dot(eye, normal) } : null;
+    this.redraw();
+  }
+
+  /** Walk, as a stick is pushed. @param {number} right -1 to 1 @param {number} forward */
+  stride(right, forward) {
+    this.#input.stride = [right, forward];
     this.redraw();
   }
 
@@ -199,9 +254,39 @@ export class Viewer {
     return this.#first.views.length ? this.#first.views : (this.#second?.views ?? []);
   }
 
+  /** Notes of the scene's file, or those given instead. */
+  get notes() {
+    return { ...this.#first.notes, ...this.#given };
+  }
+
+  /** Notes to use instead of those of the file: `start`, `start_portrait`, `limits`. @param {Record<string, string>} notes */
+  set given(notes) {
+    this.#given = notes;
+    if (!this.count) return;
+    if (this.#atStart) this.reset();
+    else this.#prepare();
+  }
+
   /** Gaussians of the scene. */
   get count() {
     return this.#first.count;
+  }
+
+  /** Means of the Gaussians, world units, 3 each, in the order of the file. */
+  get means() {
+    return this.#first.means;
+  }
+
+  /** Do not render the Gaussians whose byte is not 0. @param {Uint8Array} hidden one byte per Gaussian */
+  hide(hidden) {
+    this.#first.hide(hidden);
+  }
+
+  /** The point of the scene under a pixel. @param {number} x @param {number} y CSS pixels @returns {Vector | null} */
+  pointAt(x, y) {
+    const { clientWidth, clientHeight } = this.#canvas;
+    const { means, logits } = this.#first;
+    return pointUnder(means, logits, this.camera(clientWidth, clientHeight), x, y);
   }
 
   /** Resolves when the fastest variant is known, after the first scene has loaded. */
@@ -296,6 +381,11 @@ export class Viewer {
    * @returns {Promise<Blob | null>}
    */
   screenshot(share = 1) {
+    return new Promise((resolve) => this.copy(share).toBlob(resolve, "image/png"));
+  }
+
+  /** The image at its present size. @param {number} [share] of the width that shows the first of two scenes */
+  copy(share = 1) {
     const { width, height } = this.#draw();
     const picture = document.createElement("canvas");
     [picture.width, picture.height] = [width, height];
@@ -305,7 +395,7 @@ export class Viewer {
       const across = width - from;
       if (across > 0) context?.drawImage(canvas, from, 0, across, height, from, 0, across, height);
     });
-    return new Promise((resolve) => picture.toBlob(resolve, "image/png"));
+    return picture;
   }
 
   destroy() {
@@ -347,8 +437,9 @@ export class Viewer {
     // the second scene sets the pose only if the first has no cameras and nobody has moved yet
     const asked = side === 0 || (!this.#first.views.length && this.#touched === -Infinity);
     if (asked && (views.length || this.#first.count)) {
-      this.#start = this.#firstPose();
-      if (!this.#placed) this.reset();
+      this.#prepare();
+      if (this.#placed) this.pose.box ??= this.#start.box;
+      else this.reset();
     }
     this.redraw();
   }
@@ -356,7 +447,12 @@ export class Viewer {
   /** As `first_pose` in mobilegs/view/orbit.py. */
   #firstPose() {
     const { views } = this;
-    if (views.length && this.#up === null) return Pose.fromViews(views, 0, this.#direction);
+    if (this.#up === null) {
+      const { clientWidth, clientHeight } = this.#canvas;
+      const start = startFor(this.notes, clientWidth, clientHeight);
+      if (start) return Pose.fromStart(start, this.#direction ?? (views.length ? Pose.fromViews(views).up : USUAL));
+      if (views.length) return Pose.fromViews(views, 0, this.#direction);
+    }
     return Pose.around(this.#first.means, this.#direction ?? USUAL);
   }
 
@@ -378,7 +474,8 @@ export class Viewer {
     if (this.#moving && followed) this.#resolution.note(since);
     const seconds = Math.min(since, 100) / 1000;
     this.#input.advance(seconds);
-    if (turning) this.pose.orbit(IDLE * seconds, 0);
+    if (turning) this.#rotate(seconds);
+    const returning = this.#springs(seconds);
     const { width, height } = this.#draw();
     clearTimeout(this.#rest);
     if (this.#moving) this.#rest = setTimeout(() => this.redraw(), 2 * LINGER);
@@ -389,7 +486,38 @@ export class Viewer {
       this.#listener.drawn({ renderer: name, count, compared, width, height, milliseconds, passes, fragments });
       if (this.timed) void this.#first.time();
     }
-    if (this.#input.busy || turning) this.redraw();
+    const falling = this.#falls(seconds);
+    if (this.#input.busy || turning || returning || falling) this.redraw();
+  }
+
+  /** Rotate by itself; at a limit, back again. @param {number} seconds */
+  #rotate(seconds) {
+    const swing = this.#swing;
+    swing.speed += (swing.way - swing.speed) * (1 - Math.exp(-2 * seconds));
+    this.pose.orbit(IDLE * seconds * swing.speed, 0);
+    this.#atStart = false;
+    const excess = this.#limits ? excessOf(this.pose, this.#limits) : 0;
+    if (excess > swing.excess && swing.way * swing.speed > 0) swing.way = -swing.way;
+    swing.excess = excess;
+  }
+
+  /** Return to the height of walking. @param {number} seconds @returns {boolean} whether more frames follow */
+  #falls(seconds) {
+    if (!this.#ground) return false;
+    const { normal, offset } = this.#ground;
+    const high = dot(this.pose.eye, normal) - offset;
+    if (Math.abs(high) < 1e-4 * this.pose.reach) return false;
+    const step = -high * (1 - Math.exp(-GRAVITY * seconds));
+    this.pose.eye = plus(this.pose.eye, normal, step);
+    this.pose.target = plus(this.pose.target, normal, step);
+    return true;
+  }
+
+  /** Return to the limits after an input. @param {number} seconds @returns {boolean} whether more frames follow */
+  #springs(seconds) {
+    const idle = this.#limits && this.#touched > -Infinity && !this.turning;
+    if (!idle || this.#input.held) return false;
+    return spring(this.pose, /** @type {import("./framing.js").Limits} */ (this.#limits), this.mode, seconds);
   }
 
   #draw() {
@@ -406,9 +534,7 @@ export class Viewer {
 
   /** @param {number} x @param {number} y CSS pixels */
   #focus(x, y) {
-    const { clientWidth, clientHeight } = this.#canvas;
-    const { means, logits } = this.#first;
-    const place = pointUnder(means, logits, this.camera(clientWidth, clientHeight), x, y);
+    const place = this.pointAt(x, y);
     if (place) this.pose.focus(place);
     this.redraw();
   }

@@ -1,0 +1,1 @@
+"""Edits of finished scenes: Gaussians removed, notes set, always into a new file."""

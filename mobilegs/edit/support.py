@@ -1,0 +1,145 @@
+"""How well photos support each Gaussian: the cameras that saw it, and floaters, which few did."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import torch
+from jaxtyping import Bool, Float, Int
+from scipy.spatial import KDTree
+from torch import Tensor
+
+from mobilegs.camera import Camera
+from mobilegs.mgs.lod import pixel_contributions
+from mobilegs.render.scene import Scene
+
+SIDE = 256  # pixels, longer side of the renders that are counted
+SEEN_MIN = 0.02  # sum of blending weights, in pixels of such a render, from which a camera sees
+CAMERAS_MAX = 400  # of a capture with more, evenly spread ones are counted
+NEIGHBOURS = 8  # of a Gaussian, whose distance tells how lonely it is
+LONELY = 3.0  # standard deviations, along the longest axis, to the farthest of them
+FEW = 0.1  # share of the cameras that have the Gaussian in their picture and see it
+COVERED = 0.1  # alpha of a pixel from which it has a surface
+AHEAD = 0.7  # share of the depth of a pixel, before which a Gaussian floats
+MOST = 0.6  # share of the cameras, in whose pictures a floater floats
+WEIGHT_MAX = 5e-4  # share of all blending weights that floaters may have together
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Support:
+    """What cameras tell of each Gaussian.
+
+    Attributes:
+        seen: number of cameras that saw it, `[n]`: those in whose picture, at a longer side of 256
+            pixels, its blending weights add up to at least 0.02 pixels.
+        framed: number of cameras whose picture contains its mean, whatever is before it, `[n]`.
+        ahead: number of those in which its mean is nearer than 0.7 of the depth at its pixel of
+            the Gaussians that are not lonely.
+        lonely: whether its eight nearest neighbours reach farther than three standard deviations
+            along its longest axis, `[n]`.
+        weight: sum of its blending weights over all pictures, in pixels.
+        cameras: number of cameras.
+    """
+
+    seen: Int[Tensor, "n"]
+    framed: Int[Tensor, "n"]
+    ahead: Int[Tensor, "n"]
+    lonely: Bool[Tensor, "n"]
+    weight: Float[Tensor, "n"]
+    cameras: int
+
+
+def measure_support(
+    scene: Scene, cameras: Sequence[Camera], *, progress: Progress | None = None
+) -> Support:
+    """Render the scene for each camera, at most 400 of them, on the device of the scene.
+
+    `progress` is called with the cameras that are done and their number. At least one is needed.
+    """
+    every = -(-len(cameras) // CAMERAS_MAX)
+    used = cameras[::every]
+    means = scene.gaussians.means
+    lonely = _lonely(scene)
+    surface = _selected(scene, ~lonely)
+    seen = torch.zeros(len(means), dtype=torch.int32)
+    framed, ahead = torch.zeros_like(seen), torch.zeros_like(seen)
+    weight = torch.zeros(len(means))
+    for number, camera in enumerate(used):
+        small = _reduced(camera).to(means.device, torch.float32)
+        shares = pixel_contributions(scene, [small]).cpu()
+        seen += shares >= SEEN_MIN
+        weight += shares.clamp_min(0)
+        inside, before = _depth_order(means, surface, small)
+        framed += inside
+        ahead += before
+        if progress is not None:
+            progress(number + 1, len(used))
+    return Support(seen, framed, ahead, lonely, weight, len(used))
+
+
+@torch.no_grad()
+def floaters(support: Support) -> Bool[Tensor, "n"]:
+    """Return which Gaussians float: lonely, and hardly seen or before what most cameras see.
+
+    A Gaussian floats if it is lonely and either at most a tenth of the cameras that have it in
+    their picture see it, or it is before the scene in most of them (`Support`). The least weighted
+    come first, up to a share of 0.0005 of all blending weights, so that what the cameras see hardly
+    changes.
+    """
+    framed = support.framed.clamp_min(1)
+    hidden = support.seen <= FEW * framed
+    before = support.ahead >= MOST * framed
+    found = support.lonely & (support.framed > 0) & (hidden | before)
+    rows = found.nonzero()[:, 0]
+    rows = rows[support.weight[rows].argsort(stable=True)]
+    total = support.weight.double().sum()
+    few = support.weight[rows].double().cumsum(0) <= WEIGHT_MAX * total
+    floating = torch.zeros_like(found)
+    floating[rows[few]] = True
+    return floating
+
+
+def _reduced(camera: Camera) -> Camera:
+    """Return the camera with a longer side of at most 256 pixels."""
+    factor = min(1.0, SIDE / max(camera.width, camera.height))
+    return camera.resized(*(max(1, round(factor * s)) for s in (camera.width, camera.height)))
+
+
+@torch.no_grad()
+def _lonely(scene: Scene) -> Bool[Tensor, "n"]:
+    gaussians = scene.gaussians
+    if len(gaussians) <= NEIGHBOURS:
+        return torch.zeros(len(gaussians), dtype=torch.bool)
+    means = gaussians.means.cpu().double().numpy()
+    distances, _ = KDTree(means).query(means, k=NEIGHBOURS + 1, workers=-1)
+    sizes = gaussians.scales.amax(1).cpu().double().numpy()
+    return torch.from_numpy(distances[:, -1] > LONELY * sizes)
+
+
+def _selected(scene: Scene, rows: Bool[Tensor, "n"]) -> Scene:
+    """Return the scene with the Gaussians at `rows` only."""
+    rows = rows.to(scene.gaussians.means.device)
+    parts = {"lobes": scene.lobes, "attenuation": scene.attenuation}
+    chosen = {name: None if part is None else part[rows] for name, part in parts.items()}
+    return replace(scene, gaussians=scene.gaussians.select(rows), **chosen)  # pyright: ignore[reportArgumentType]
+
+
+@torch.no_grad()
+def _depth_order(
+    means: Float[Tensor, "n 3"], surface: Scene, camera: Camera
+) -> tuple[Bool[Tensor, "n"], Bool[Tensor, "n"]]:
+    """Return which means lie in the picture, and which of them clearly before the surface."""
+    rendered = surface.render(camera, depth=True)
+    assert rendered.depth is not None
+    alpha = rendered.alpha.cpu()
+    depth = torch.where(alpha < COVERED, 0, rendered.depth.cpu() / alpha.clamp_min(COVERED))
+    points = (means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).cpu()
+    z = points[:, 2]
+    pixels = (points @ camera.K.cpu().T)[:, :2] / z[:, None].clamp_min(1e-9)
+    column, row = pixels.floor().T
+    inside = (z > camera.near) & (column >= 0) & (column < camera.width)
+    inside &= (row >= 0) & (row < camera.height)
+    before = torch.zeros_like(inside)
+    before[inside] = z[inside] < AHEAD * depth[row[inside].long(), column[inside].long()]
+    return inside, before

@@ -1,0 +1,349 @@
+"""Finds the first view of a captured scene, and the limits within which photos show it.
+
+Both follow from depth images of the training cameras: a point is *seen* if it lies in the picture
+of a training camera and not behind its surface. The *subject* is what most cameras have in the
+middle of their pictures.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor
+from torch.nn.functional import max_pool2d
+
+from mobilegs.camera import Camera, look_at
+from mobilegs.framing import SECTORS, Framing, Limits, Start, direction_of
+from mobilegs.render.scene import Scene
+
+VIEWS = 48  # training cameras that are used, at most
+SIDE = 96  # pixels of the longer side of depth images
+BEHIND = 1.05  # of the surface's depth up to which a point is seen
+EMPTY = 0.2  # share of pixels without a surface from which on an object has no surroundings
+SOLID = 0.5  # coverage of a pixel from which on it has a surface
+MIDDLE = 0.7  # of half the picture: radius of its middle
+POINTS = 6000  # of surfaces, among which the subject is found
+FRONT = 1.5  # of the depth of the nearest quarter of a picture's middle: depth of the subject
+ATTENTION = (0.15, 0.6)  # share of cameras that look at the subject; of the greatest share
+CANDIDATES = 12  # training cameras from which the first view may be
+STEPS_BACK = (1.0, 1.2)  # distance to the subject, of that camera's
+GROWTH = (0.55, 0.7, 0.9, 1.1, 1.3, 1.5, 1.8)  # of the picture's box over the subject's
+ROOM = 1.5  # the growth that is best where everything was seen
+SHAPES = {"start": (1.33, 2.16), "portrait": (0.46, 0.75)}  # width over height of screens
+EXTENT = 0.98  # share of the subject's points that its box holds, on each axis
+UNSEEN = 0.02  # share of a first view that no camera saw, above which a view loses
+ELEVATION_STEP = 8  # degrees between pictures in which limits are tested
+NEARBY = 24.0  # degrees from the nearest camera, as seen from the subject, that are tested
+FARTHEST = 1.1  # of the median distance of cameras
+UNSEEN_MAX = 0.12  # share of a picture at the limits that no camera saw
+NEAREST = 0.25  # of the least distance of a camera
+
+
+class Coverage:
+    """The surfaces that training cameras see, as depth images."""
+
+    def __init__(self, scene: Scene, views: Sequence[Camera]) -> None:
+        """Render the depth of some of the views, at least one."""
+        device = scene.gaussians.means.device
+        step = max(1, len(views) / VIEWS)
+        chosen = [views[int(i * step)] for i in range(min(len(views), VIEWS))]
+        self.scene = scene
+        self.cameras = [_small(view, SIDE).to(device) for view in chosen]
+        drawn = [depth_of(scene, camera) for camera in self.cameras]
+        self.depths = [depth for depth, _ in drawn]
+        # an object without surroundings: there is nothing to see past it
+        empty = torch.stack([~solid for _, solid in drawn]).float().mean()
+        self.alone = bool(empty > EMPTY)
+        self.viewmats = torch.stack([camera.viewmat for camera in self.cameras])
+        self.K = torch.stack([camera.K for camera in self.cameras])
+        sizes = [(camera.width, camera.height) for camera in self.cameras]
+        self.sizes = torch.tensor(sizes, device=device)
+        width, height = self.sizes.amax(0).tolist()
+        # edges of surfaces are not exact at this size: the greatest depth of the neighbours counts
+        self.reach = torch.zeros(len(sizes), height, width, device=device)
+        for reach, depth in zip(self.reach, self.depths, strict=True):
+            reach[: len(depth), : depth.shape[1]] = max_pool2d(depth[None, None], 3, 1, 1)[0, 0]
+
+    def seen(
+        self,
+        points: Float[Tensor, "n 3"],
+        *,
+        radius: float = math.inf,
+        front: Float[Tensor, "cameras"] | None = None,
+    ) -> Bool[Tensor, "cameras n"]:
+        """Return which points each camera sees.
+
+        They lie within a radius around the middle of its picture (1 is its edge), and less deep
+        than its `front`.
+        """
+        local = points @ self.viewmats[:, :3, :3].mT + self.viewmats[:, None, :3, 3]
+        z = local[..., 2]
+        focal, center = self.K.diagonal(dim1=1, dim2=2)[:, None, :2], self.K[:, None, :2, 2]
+        place = local[..., :2] / z[..., None] * focal + center
+        across = 2 * place / self.sizes[:, None] - 1
+        seen = (z > self.scene.near) & (across.abs() < 1).all(2)
+        seen &= across.square().sum(2) < radius * radius
+        if front is not None:
+            seen &= z < front[:, None]
+        column, row = torch.where(seen[..., None], place, 0.0).long().unbind(2)
+        number = torch.arange(len(self.sizes), device=points.device)[:, None]
+        return seen & (z < BEHIND * self.reach[number, row, column])
+
+    def unseen(self, camera: Camera) -> Bool[Tensor, "h w"]:
+        """Return the pixels of a camera whose surface no training camera sees.
+
+        A pixel without a surface counts as seen if a training camera looks past all surfaces in
+        that direction, and everywhere around an object without surroundings.
+        """
+        depth, solid = depth_of(self.scene, camera)
+        seen = self.seen(unprojected(camera, depth).reshape(-1, 3)).any(0)
+        unseen = ~seen.reshape(depth.shape)
+        return unseen & solid if self.alone else unseen
+
+
+def depth_of(scene: Scene, camera: Camera) -> tuple[Float[Tensor, "h w"], Bool[Tensor, "h w"]]:
+    """Return the depth of the surfaces in a picture, and where there are any.
+
+    Elsewhere the depth is a million near planes.
+    """
+    drawn = scene.render(camera, depth=True)
+    assert drawn.depth is not None
+    solid = drawn.alpha > SOLID
+    return torch.where(solid, drawn.depth / drawn.alpha.clamp_min(1e-6), 1e6 * camera.near), solid
+
+
+def unprojected(camera: Camera, depth: Float[Tensor, "h w"]) -> Float[Tensor, "h w 3"]:
+    """Return the world point of each pixel at its depth."""
+    rows = torch.arange(camera.height, device=depth.device) + 0.5
+    columns = torch.arange(camera.width, device=depth.device) + 0.5
+    K = camera.K
+    x = (columns - K[0, 2]) / K[0, 0] * depth
+    y = ((rows - K[1, 2]) / K[1, 1])[:, None] * depth
+    local = torch.stack([x, y, depth], dim=-1)
+    return (local - camera.viewmat[:3, 3]) @ camera.viewmat[:3, :3]
+
+
+@torch.no_grad()
+def find_framing(scene: Scene, views: Sequence[Camera]) -> Framing:
+    """Return first views and limits of a scene that was trained with `views`.
+
+    Without views, without an upward direction, or where cameras look at nothing in common, the
+    framing tells nothing: viewers then show the first of the views.
+    """
+    if not views or scene.up is None or not len(scene.gaussians):
+        return Framing()
+    coverage = Coverage(scene, views)
+    subject = find_subject(coverage)
+    if subject is None:
+        return Framing()
+    pivot = subject.median(0).values
+    starts = {
+        name: _best_start(coverage, subject, pivot, shapes) for name, shapes in SHAPES.items()
+    }
+    reach = max(float(np.linalg.norm(start.eye - _numbers(pivot))) for start in starts.values())
+    limits = _find_limits(coverage, pivot, views, reach)
+    return Framing(starts["start"], starts["portrait"], limits)
+
+
+def find_subject(coverage: Coverage) -> Float[Tensor, "n 3"] | None:
+    """Return points of the subject's surface; None if cameras look at nothing in common."""
+    points = []
+    count = math.ceil(POINTS / len(coverage.cameras))
+    for camera, depth in zip(coverage.cameras, coverage.depths, strict=True):
+        found = unprojected(camera, depth)[depth < 1e5 * camera.near]
+        points.append(found[:: max(1, len(found) // count)])
+    surface = torch.cat(points)
+    if not len(surface):
+        return None
+    fronts = []
+    for depth in coverage.depths:
+        y, x = len(depth) // 4, depth.shape[1] // 4
+        fronts.append(FRONT * depth[y:-y, x:-x].quantile(0.25))
+    seen = coverage.seen(surface, radius=MIDDLE, front=torch.stack(fronts))
+    attention = seen.float().mean(0)
+    most = float(attention.max())
+    if most < ATTENTION[0]:
+        return None
+    return surface[attention >= ATTENTION[1] * most]
+
+
+def _best_start(
+    coverage: Coverage,
+    subject: Float[Tensor, "n 3"],
+    pivot: Float[Tensor, "3"],
+    shapes: tuple[float, float],
+) -> Start:
+    """Return the first view for screens of these shapes."""
+    up = torch.from_numpy(coverage.scene.up).to(pivot)
+    eyes = torch.stack([camera.position for camera in coverage.cameras])
+    directions = torch.nn.functional.normalize(eyes - pivot, dim=1)
+    heights = directions @ up
+    middle, spread = heights.median(), heights.std(unbiased=False).clamp_min(0.05)
+    best: tuple[float, Start] | None = None
+    for index in _spread_out(eyes, CANDIDATES):
+        for factor in STEPS_BACK:
+            eye = pivot + factor * (eyes[index] - pivot)
+            if abs(float(torch.nn.functional.normalize(eye - pivot, dim=0) @ up)) > 0.98:
+                continue
+            target, box = _aimed(eye, pivot, up, subject)
+            # one picture that holds those of all shapes and sizes
+            side = max(max(box[0], box[1] * shapes[1]), max(box[1], box[0] / shapes[0]))
+            whole = GROWTH[-1] * side
+            camera = _camera(eye, target, up, (whole, whole), coverage.scene.near)
+            unseen = coverage.unseen(camera.to(pivot.device)).float()
+            for growth in GROWTH:
+                share = max(
+                    float(_middle(unseen, _shown(box, growth, shape), whole).mean())
+                    for shape in shapes
+                )
+                score = (
+                    -60 * max(0.0, share - UNSEEN)
+                    - share
+                    - 0.5 * abs(math.log(growth / ROOM))
+                    - 0.5 * abs(math.log(factor))
+                    - 0.3 * abs(float((heights[index] - middle) / spread))
+                    - 0.6 * float((directions[index] @ directions[0]).clamp(-1, 1).acos()) / math.pi
+                )
+                if best is None or score > best[0]:
+                    grown = (growth * box[0], growth * box[1])
+                    best = score, Start(_numbers(eye), _numbers(target), grown)
+    assert best is not None
+    return best[1]
+
+
+def _find_limits(
+    coverage: Coverage, pivot: Float[Tensor, "3"], views: Sequence[Camera], reach: float
+) -> Limits | None:
+    """Return limits inside of which cameras saw nearly all of each picture; None without any.
+
+    `reach` is a distance to the pivot that is allowed.
+    """
+    up = coverage.scene.up
+    assert up is not None
+    eyes = torch.stack([view.position.to(pivot) for view in views])
+    forwards = torch.stack([view.viewmat[2, :3].to(pivot) for view in views])
+    distances = (eyes - pivot).norm(dim=1)
+    directions = (eyes - pivot) / distances[:, None]
+    targets = eyes + forwards * ((pivot - eyes) * forwards).sum(1, keepdim=True).clamp_min(0)
+    pan = float((targets - pivot).norm(dim=1).quantile(0.75))
+    farthest = max(reach, FARTHEST * float(distances.median()))
+    elevations = np.tile([90.0, -90.0], (SECTORS, 1))
+    angles = np.arange(-80, 81, ELEVATION_STEP)
+    for sector in range(SECTORS):
+        azimuth = 360 * (sector + 0.5) / SECTORS
+        shown = []
+        for angle in angles:
+            direction = torch.from_numpy(direction_of(azimuth, float(angle), up)).to(pivot)
+            near = float((directions @ direction).max()) > math.cos(math.radians(NEARBY))
+            shown.append(near and _is_shown(coverage, pivot, farthest * direction, views[0]))
+        if run := _longest_run(shown):
+            elevations[sector] = angles[run[0]], angles[run[1]]
+    found = Limits(_numbers(pivot), pan, NEAREST * float(distances.min()), farthest, elevations)
+    return found if any(found.open) else None
+
+
+def _is_shown(
+    coverage: Coverage, pivot: Float[Tensor, "3"], away: Float[Tensor, "3"], view: Camera
+) -> bool:
+    """Return True if cameras saw nearly all of a picture of the pivot from `pivot + away`."""
+    assert coverage.scene.up is not None
+    up = torch.from_numpy(coverage.scene.up).to(pivot)
+    near = coverage.scene.near
+    camera = _camera(pivot + away, pivot, up, _tangents(view), near, side=SIDE // 2)
+    return float(coverage.unseen(camera).float().mean()) <= UNSEEN_MAX
+
+
+def _longest_run(shown: list[bool]) -> tuple[int, int] | None:
+    """Return the first and last index of the longest run of True; None without any."""
+    best: tuple[int, int] | None = None
+    begin = 0
+    for index, each in enumerate([*shown, False]):
+        if each:
+            continue
+        if index > begin and (best is None or index - begin > best[1] - best[0] + 1):
+            best = begin, index - 1
+        begin = index + 1
+    return best
+
+
+def _spread_out(points: Float[Tensor, "n 3"], count: int) -> list[int]:
+    """Return indices of points that lie far from each other, the first one included."""
+    chosen = [0]
+    distances = (points - points[0]).norm(dim=1)
+    while len(chosen) < min(count, len(points)):
+        chosen.append(int(distances.argmax()))
+        distances = torch.minimum(distances, (points - points[chosen[-1]]).norm(dim=1))
+    return chosen
+
+
+def _aimed(
+    eye: Float[Tensor, "3"],
+    pivot: Float[Tensor, "3"],
+    up: Float[Tensor, "3"],
+    points: Float[Tensor, "n 3"],
+) -> tuple[Float[Tensor, "3"], tuple[float, float]]:
+    """Return a target that has the points in the middle of the picture, and their box."""
+    viewmat = look_at(eye, pivot, up)
+    low, high = _ends(viewmat, points)
+    middle = torch.cat([(low + high) / 2, low.new_ones(1)])
+    target = eye + (pivot - eye).norm() * (viewmat[:3, :3].T @ middle)
+    low, high = _ends(look_at(eye, target, up), points)
+    x, y = torch.maximum(-low, high).clamp_min(0.02).tolist()
+    return target, (x, y)
+
+
+def _ends(
+    viewmat: Float[Tensor, "4 4"], points: Float[Tensor, "n 3"]
+) -> tuple[Float[Tensor, "2"], Float[Tensor, "2"]]:
+    """Return the least and greatest tangents of most points to the right and downwards."""
+    local = points @ viewmat[:3, :3].T + viewmat[:3, 3]
+    slopes = local[:, :2] / local[:, 2:].clamp_min(1e-6)
+    least = (1 - EXTENT) / 2
+    return slopes.quantile(least, dim=0), slopes.quantile(1 - least, dim=0)
+
+
+def _shown(box: tuple[float, float], growth: float, shape: float) -> tuple[float, float]:
+    """Return the tangents of half the picture in which a screen of a shape shows the box."""
+    half = growth * max(box[1], box[0] / shape)
+    return half * shape, half
+
+
+def _middle(
+    picture: Float[Tensor, "h w"], half: tuple[float, float], whole: float
+) -> Float[Tensor, "y x"]:
+    """Return the middle of a square picture whose half side has the tangent `whole`."""
+    side = len(picture)
+    x, y = (max(1, round(side / 2 * min(1.0, part / whole))) for part in half)
+    return picture[side // 2 - y : side // 2 + y, side // 2 - x : side // 2 + x]
+
+
+def _tangents(view: Camera) -> tuple[float, float]:
+    return view.width / (2 * float(view.K[0, 0])), view.height / (2 * float(view.K[1, 1]))
+
+
+def _camera(
+    eye: Float[Tensor, "3"],
+    target: Float[Tensor, "3"],
+    up: Float[Tensor, "3"],
+    half: tuple[float, float],
+    near: float,
+    *,
+    side: int = SIDE,
+) -> Camera:
+    """Return a small camera whose half picture has these tangents."""
+    longer = max(half)
+    width, height = (max(8, 2 * round(side / 2 * part / longer)) for part in half)
+    x, y = width / (2 * half[0]), height / (2 * half[1])
+    K = torch.tensor([[x, 0, width / 2], [0, y, height / 2], [0, 0, 1]]).to(eye)
+    return Camera(look_at(eye, target, up), K, width, height, near)
+
+
+def _small(view: Camera, side: int) -> Camera:
+    share = side / max(view.width, view.height)
+    return view.resized(*(max(8, round(share * size)) for size in (view.width, view.height)))
+
+
+def _numbers(points: Tensor) -> np.ndarray:
+    return points.double().cpu().numpy()

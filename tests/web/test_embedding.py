@@ -1,0 +1,219 @@
+"""Elements in other pages: many of them, without a height, in a sandbox; their cameras."""
+
+import http.server
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mobilegs.cli.main import main
+from tests.support.browser import Tab
+from tests.support.viewer_page import MGS, SETTLED, frames, visit
+
+HOLDERS = "[...document.querySelectorAll('mobile-gs')].map((one) => Boolean(one.viewer))"
+
+
+def gallery(tab: Tab, count: int, style: str) -> None:
+    """Show a page with some elements, and wait until none is loading."""
+    tab.share("scene.mgs", MGS)
+    tab.page.evaluate(
+        """async ([count, style]) => {
+          document.body.innerHTML = "";
+          await import("/src/element.js");
+          for (let i = 0; i < count; i++) {
+            const one = document.createElement("mobile-gs");
+            one.style.cssText = style;
+            one.setAttribute("renderer", "webgl");
+            one.setAttribute("variant", "floats");
+            one.setAttribute("src", "/arrays/scene.mgs");
+            document.body.append(one);
+          }
+        }""",
+        [count, style],
+    )
+    quiet(tab)
+
+
+def quiet(tab: Tab) -> None:
+    """Wait until each element that has a viewer has loaded its scene."""
+    tab.page.wait_for_function(
+        """() => [...document.querySelectorAll("mobile-gs")].every(
+          (one) => !one.viewer || (one.viewer.count && one.dataset.state === "loaded"))""",
+        timeout=60_000,
+    )
+    frames(tab, 5)
+
+
+def test_elements_out_of_sight_give_their_contexts_back(tab: Tab) -> None:
+    gallery(tab, 7, "display: block; height: 380px")
+    first = tab.page.evaluate(HOLDERS)
+    assert sum(first) == 4 and first[0]
+    tab.page.evaluate(
+        """() => document.querySelectorAll("mobile-gs").forEach(({ viewer }) => {
+          viewer?.pose.orbit(0.5, 0.1);
+          if (viewer) viewer.background = [1, 0, 0];
+        })"""
+    )
+    cameras = tab.page.evaluate(
+        "[...document.querySelectorAll('mobile-gs')].map((one) => one.camera)"
+    )
+    come_into_sight(tab, 6)
+    held = tab.page.evaluate(HOLDERS)
+    assert held[6] and sum(held) == 4
+    lost = held.index(False)
+    assert lost < 4
+    still = """(index) => {
+      const root = document.querySelectorAll("mobile-gs")[index].shadowRoot;
+      const still = root.querySelector(".still");
+      if (!still) return null;
+      const { data } = still.getContext("2d").getImageData(0, 0, still.width, still.height);
+      return [!root.querySelector(".wake").hidden, Math.max(...data.slice(0, 40000))];
+    }"""
+    shown = tab.page.evaluate(still, lost)
+    assert shown[0] and shown[1] > 0
+    # it comes back as it was
+    come_into_sight(tab, lost)
+    assert sum(tab.page.evaluate(HOLDERS)) == 4
+    assert tab.page.evaluate(still, lost) is None
+    found = tab.page.evaluate(
+        """(i) => {
+          const one = document.querySelectorAll("mobile-gs")[i];
+          return [one.camera, one.viewer.background];
+        }""",
+        lost,
+    )
+    assert found == [cameras[lost], [1, 0, 0]]
+
+
+def come_into_sight(tab: Tab, index: int) -> None:
+    """Scroll to an element, and wait until it shows its scene."""
+    tab.page.evaluate("(i) => document.querySelectorAll('mobile-gs')[i].scrollIntoView()", index)
+    tab.page.wait_for_function(
+        "(i) => document.querySelectorAll('mobile-gs')[i].viewer?.count", arg=index
+    )
+    quiet(tab)
+
+
+def test_elements_in_sight_wait_until_somebody_asks(tab: Tab) -> None:
+    gallery(tab, 6, "display: inline-block; width: 190px; height: 180px")
+    held = tab.page.evaluate(HOLDERS)
+    assert held == [True] * 4 + [False] * 2
+    tab.page.evaluate(
+        "document.querySelectorAll('mobile-gs')[5].shadowRoot.querySelector('.wake').click()"
+    )
+    quiet(tab)
+    assert tab.page.evaluate(HOLDERS) == [False, True, True, True, False, True]
+    # one that goes leaves its context to one that waits
+    tab.page.evaluate("document.querySelectorAll('mobile-gs')[2].remove()")
+    quiet(tab)
+    assert sum(tab.page.evaluate(HOLDERS)) == 4
+
+
+@pytest.mark.parametrize(
+    ("style", "width", "height"),
+    [
+        ("display: block; width: 320px", 320, 200),
+        ("display: block; width: 320px; height: 100px", 320, 120),  # the least
+        ("display: block; width: 320px; height: 300px", 320, 300),
+        ("position: fixed; inset: 0", 640, 400),
+    ],
+)
+def test_an_element_has_a_height(tab: Tab, style: str, width: int, height: int) -> None:
+    gallery(tab, 1, style)
+    box = tab.page.evaluate(
+        "(({ width, height }) => [width, height])"
+        "(document.querySelector('mobile-gs').getBoundingClientRect())"
+    )
+    assert box == [width, height]
+
+
+def test_the_camera_is_an_attribute_and_a_property(tab: Tab) -> None:
+    gallery(tab, 1, "display: block; height: 300px")
+    wanted = "eye=1,2,-3&at=0,0.5,0&up=0,-1,0"
+    tab.page.evaluate("(text) => (document.querySelector('mobile-gs').camera = text)", wanted)
+    assert tab.page.evaluate("document.querySelector('mobile-gs').camera") == wanted
+    other = wanted.replace("eye=1", "eye=2")
+    tab.page.evaluate(
+        "(text) => document.querySelector('mobile-gs').setAttribute('camera', text)", other
+    )
+    assert tab.page.evaluate("document.querySelector('mobile-gs').camera") == other
+    tab.page.evaluate("(document.querySelector('mobile-gs').camera = 'nonsense')")
+    assert tab.page.evaluate("document.querySelector('mobile-gs').camera") == other
+
+
+class Open(http.server.SimpleHTTPRequestHandler):
+    """Serves a folder to pages of any origin."""
+
+    def end_headers(self) -> None:
+        self.send_header("Access-Control-Allow-Origin", "*")
+        super().end_headers()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        pass
+
+
+@pytest.fixture
+def exported(tmp_path: Path) -> Iterator[Callable[[str], str]]:
+    """A function that exports the scene and returns the address of its page."""
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), partial(Open, directory=tmp_path))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    (tmp_path / "scene.mgs").write_bytes(MGS)
+
+    def export(to: str) -> str:
+        output = tmp_path / ("page.html" if to == "html" else "site")
+        words = ["export", str(tmp_path / "scene.mgs"), "--to", to, "--output", str(output)]
+        assert main(words) == 0
+        return f"http://127.0.0.1:{server.server_port}/{output.name}"
+
+    yield export
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.mark.parametrize("to", ["html", "site"])
+def test_a_sandboxed_frame_without_an_origin_works(
+    tab: Tab, exported: Callable[[str], str], to: str
+) -> None:
+    address = exported(to)
+    tab.page.evaluate(
+        """(address) => {
+          const src = `${address}?scale=1&variant=floats`;
+          document.body.innerHTML =
+            `<iframe sandbox="allow-scripts" src="${src}" width=400 height=300></iframe>`;
+        }""",
+        address,
+    )
+    [frame] = [each for each in tab.page.frames if each != tab.page.main_frame]
+    frame.wait_for_load_state()
+    assert frame.evaluate("self.origin") == "null"
+    assert frame.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+
+
+def test_walking_keeps_the_height(tab: Tab, served: Callable[[str, bytes], Any]) -> None:
+    assert visit(tab, served("scene.mgs", MGS), "renderer=webgl") == "loaded"
+    height = """() => {
+      const { pose } = document.querySelector("mobile-gs").viewer;
+      return pose.eye.reduce((sum, x, i) => sum + x * pose.up[i], 0);
+    }"""
+    before = tab.page.evaluate(height)
+    tab.page.evaluate(
+        """() => {
+          const { viewer } = document.querySelector("mobile-gs");
+          viewer.mode = "walk";
+          viewer.pose.look(0, 0.4); // downwards: walking ahead stays level
+          viewer.stride(0.3, 1);
+        }"""
+    )
+    eye = tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.eye")
+    frames(tab, 20)
+    tab.page.evaluate("document.querySelector('mobile-gs').viewer.stride(0, 0)")
+    moved = tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.eye")
+    assert max(abs(a - b) for a, b in zip(eye, moved, strict=True)) > 0.01
+    assert tab.page.evaluate(height) == pytest.approx(before, abs=1e-3)
+    # lifted, it falls back
+    tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.move(0, -0.5, 0)")
+    tab.page.evaluate("document.querySelector('mobile-gs').viewer.redraw()")
+    tab.page.wait_for_function(f"Math.abs(({height})() - {before}) < 1e-2", timeout=20_000)

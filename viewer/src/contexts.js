@@ -1,0 +1,69 @@
+/**
+ * The graphics contexts of all elements in a page. Browsers give a page few of them, and take the oldest away
+ * without asking when there are more: elements out of sight give theirs back before that.
+ */
+
+/**
+ * @typedef {object} Holder an element
+ * @property {boolean} inSight
+ * @property {() => void} suspend gives its context back
+ * @property {() => void} resume tries again to begin
+ */
+
+const MOST = 4; // calibration and comparisons need more
+
+/** Those with a context; the one that was used last comes last. @type {Set<Holder>} */
+const holders = new Set();
+/** Those that wait for one. @type {Set<Holder>} */
+const waiting = new Set();
+
+/**
+ * Take a context.
+ *
+ * @param {Holder} holder
+ * @param {boolean} asked whether a visitor asked for it: then an element in sight gives its own back
+ * @returns {boolean} false: it waits until another gives its own back
+ */
+export function take(holder, asked) {
+  holders.delete(holder);
+  if (holders.size >= MOST) {
+    const all = [...holders];
+    const other = all.find(({ inSight }) => !inSight) ?? (asked ? all[0] : undefined);
+    if (!other) {
+      waiting.add(holder);
+      return false;
+    }
+    holders.delete(other);
+    waiting.add(other);
+    other.suspend();
+  }
+  waiting.delete(holder);
+  holders.add(holder);
+  return true;
+}
+
+/** The element is gone. @param {Holder} holder */
+export function giveBack(holder) {
+  holders.delete(holder);
+  waiting.delete(holder);
+  wake();
+}
+
+/** The element came into sight or left it. @param {Holder} holder @param {boolean} inSight */
+export function seen(holder, inSight) {
+  holder.inSight = inSight;
+  wake();
+}
+
+/** The visitor used the element. @param {Holder} holder */
+export function used(holder) {
+  if (holders.delete(holder)) holders.add(holder);
+}
+
+/** Let elements in sight try again, if there may be a context for them. */
+function wake() {
+  for (const one of [...waiting]) {
+    const free = holders.size < MOST || [...holders].some(({ inSight }) => !inSight);
+    if (one.inSight && free) one.resume();
+  }
+}

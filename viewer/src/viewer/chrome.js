@@ -1,0 +1,60 @@
+/** What lies over the picture: title, hint and icon bar, which fade while nobody uses them. */
+
+const IDLE_TIME = 4000; // milliseconds
+const HINT_TIME = 7000;
+const USES = ["pointermove", "pointerdown", "wheel", "keydown", "focusin"];
+const INPUTS = ["pointerdown", "wheel", "keydown"];
+
+/** Title, hint and icon bar of an element. */
+export class Chrome {
+  #part;
+  /** Scenes that the hint was shown for. @type {Set<unknown>} */
+  #hinted = new Set();
+  #idle = 0; // timer
+  #end = 0; // timer of the hint
+
+  /**
+   * @param {HTMLElement} host
+   * @param {HTMLElement} part holds `.title`, `.hint` and `.buttons`
+   */
+  constructor(host, part) {
+    this.#part = part;
+    const options = { capture: true, passive: true };
+    for (const type of USES) host.addEventListener(type, () => this.#wake(), options);
+    for (const type of INPUTS) host.addEventListener(type, () => this.#endHint(), options);
+  }
+
+  /** Show the hint, once for each scene, and let the rest fade after a while. @param {unknown} scene */
+  invite(scene) {
+    if (this.#hinted.has(scene)) return;
+    this.#hinted.add(scene);
+    this.#wake();
+    this.#of("hint").hidden = false;
+    clearTimeout(this.#end);
+    this.#end = setTimeout(() => this.#endHint(), HINT_TIME);
+  }
+
+  /** @param {string} heading @param {string} credit */
+  setTitle(heading, credit) {
+    const title = this.#of("title");
+    const texts = [heading, credit];
+    if (texts.every((text, i) => title.children[i].textContent === text)) return;
+    texts.forEach((text, i) => (title.children[i].textContent = text));
+    title.hidden = !heading && !credit;
+  }
+
+  #wake() {
+    this.#part.classList.remove("idle");
+    clearTimeout(this.#idle);
+    if (this.#hinted.size) this.#idle = setTimeout(() => this.#part.classList.add("idle"), IDLE_TIME);
+  }
+
+  #endHint() {
+    this.#of("hint").hidden = true;
+  }
+
+  /** @param {string} name @returns {HTMLElement} */
+  #of(name) {
+    return /** @type {HTMLElement} */ (this.#part.querySelector(`.${name}`));
+  }
+}
