@@ -6,7 +6,7 @@ viewer/src/viewer/framing.js has the same definitions; a test compares the numbe
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -126,22 +126,33 @@ class Framing:
         start: the first view on screens that are at least as wide as high.
         portrait: that on screens that are higher than wide, instead of `start`.
         limits: limits of the visitor's camera.
+        portrait_limits: those on screens that are higher than wide, instead of `limits`.
         free: whether the notes say that there are none.
     """
 
     start: Start | None = None
     portrait: Start | None = None
     limits: Limits | None = None
-    free: bool = field(default=False)
+    portrait_limits: Limits | None = None
+    free: bool = False
 
     def start_for(self, width: int, height: int) -> Start | None:
         """Return the first view on a screen of this shape."""
         return self.portrait if width < height and self.portrait else self.start
 
+    def limits_for(self, width: int, height: int) -> Limits | None:
+        """Return the limits on a screen of this shape."""
+        return self.portrait_limits if width < height and self.portrait_limits else self.limits
+
     @property
     def notes(self) -> dict[str, str]:
         """The notes of a file, by name."""
-        found = {"start": self.start, "start_portrait": self.portrait, "limits": self.limits}
+        found = {
+            "start": self.start,
+            "start_portrait": self.portrait,
+            "limits": self.limits,
+            "limits_portrait": self.portrait_limits,
+        }
         notes = {name: value.text for name, value in found.items() if value is not None}
         return notes | ({"limits": FREE} if self.free else {})
 
@@ -152,6 +163,7 @@ def parsed_framing(notes: Mapping[str, object]) -> Framing:
         start=parsed_start(notes.get("start")),
         portrait=parsed_start(notes.get("start_portrait")),
         limits=_parsed_limits(notes.get("limits")),
+        portrait_limits=_parsed_limits(notes.get("limits_portrait")),
         free=notes.get("limits") == FREE,
     )
 

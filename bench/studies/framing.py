@@ -30,7 +30,7 @@ from mobilegs.cli.main import main as command
 from mobilegs.data import load_capture
 from mobilegs.data.demo.capture import write_capture
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.framing import SECTORS, Framing, Limits, direction_of, parsed_framing
+from mobilegs.framing import SECTORS, Framing, Limits, Start, direction_of
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
@@ -66,7 +66,7 @@ def small(camera: Camera) -> Camera:
     return camera.resized(round(share * camera.width), round(share * camera.height))
 
 
-def anywhere(limits: Limits, framing: Framing, up: np.ndarray, rng: np.random.Generator) -> Pose:
+def anywhere(limits: Limits, start: Start, up: np.ndarray, rng: np.random.Generator) -> Pose:
     """Return a random pose inside the limits."""
     sector = int(rng.choice(np.flatnonzero(limits.open)))
     azimuth, low, high = limits.range_at(360 * (sector + rng.random()) / SECTORS)
@@ -74,8 +74,7 @@ def anywhere(limits: Limits, framing: Framing, up: np.ndarray, rng: np.random.Ge
     away = rng.normal(size=3)
     target = limits.pivot + limits.pan * rng.random() ** (1 / 3) * away / np.linalg.norm(away)
     eye = target + distance * direction_of(azimuth, rng.uniform(low, high), up)
-    assert framing.start is not None
-    return Pose.from_start(replace(framing.start, eye=eye, target=target), up)
+    return Pose.from_start(replace(start, eye=eye, target=target), up)
 
 
 def former_pose(scene: Scene, views: list[Camera], up: np.ndarray) -> Pose:
@@ -119,10 +118,13 @@ def measure(
         x, y, _ = (local @ shown.K.T / local[:, 2:]).T
         inside = (x > 0) & (x < width) & (y > 0) & (y < height)
         row["subject"] = float(inside.float().mean())
-        if framing.limits is None:
+        limits = framing.limits_for(width, height)
+        if limits is None:
             continue
         rng = np.random.default_rng(0)
-        shares = [unseen(anywhere(framing.limits, framing, up, rng)) for _ in range(RANDOM)]
+        start = framing.start_for(width, height)
+        assert start is not None
+        shares = [unseen(anywhere(limits, start, up, rng)) for _ in range(RANDOM)]
         row["inside_mean"] = float(np.mean(shares))
         row["inside_p90"] = float(np.quantile(shares, 0.9))
         row["inside_most"] = max(shares)
@@ -151,15 +153,16 @@ def main() -> None:
         began = time.perf_counter()
         framing = find_framing(scene, views)
         seconds = time.perf_counter() - began
-        noted = parsed_framing(coded.meta)
         pictures = options.pictures / name if options.pictures else None
         found = {
             "gaussians": len(coded),
             "cameras": len(views),
             "seconds": seconds,
-            "noted": noted.notes == framing.notes,
             "note_bytes": sum(len(text) for text in framing.notes.values()),
-            "open_sectors": sum(framing.limits.open) if framing.limits else 0,
+            "open_sectors": [
+                sum(limits.open) if limits else 0
+                for limits in (framing.limits, framing.portrait_limits)
+            ],
             "screens": measure(scene, views, framing, pictures, plain=False),
         }
         result["scenes"][name] = found

@@ -3,12 +3,12 @@
     python -m bench.viewers.first_picture --mgs SCENE.mgs ... [--json OUT] [--rounds 3]
 
 Each scene is exported with `export --to site` and opened by a browser that has never seen it, at
-100 kB/s, 400 kB/s (each with 40 ms of latency) and without a limit, in the size of a phone. The
-server compresses scripts and pages, as hosts do. Chromium's screencast gives every picture that it
-painted, and when. A picture is meaningful from 20 dB to the last one on, which is the complete
-scene. Times are milliseconds from navigation, medians of `--rounds` visits: `first_paint` (the
-first picture that is not blank), `meaningful`, `loaded` (everything is decoded). `blank_after`
-counts pictures of one colour after the first paint.
+100 kB/s, 400 kB/s (each with 40 ms of latency) and without a limit, in the size of a phone, without
+buttons: they would count as errors. The server compresses scripts and pages, as hosts do.
+Chromium's screencast gives every picture that it painted, and when. A picture is meaningful from
+20 dB to the last one on, which is the complete scene. Times are milliseconds from navigation,
+medians of `--rounds` visits: `first_paint` (the first picture that is not blank), `meaningful`,
+`loaded` (everything is decoded). `blank_after` counts pictures of one colour after the first paint.
 """
 
 import argparse
@@ -132,7 +132,7 @@ def main() -> None:
             handler = functools.partial(Host, directory=str(site))
             server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
             threading.Thread(target=server.serve_forever, daemon=True).start()
-            address = f"http://127.0.0.1:{server.server_port}/"
+            address = f"http://127.0.0.1:{server.server_port}/?noui"
             page = gzip.compress((site / "index.html").read_bytes(), 9)
             row: dict[str, Any] = {
                 "file_bytes": path.stat().st_size,

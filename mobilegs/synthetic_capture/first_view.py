@@ -142,9 +142,10 @@ def find_framing(scene: Scene, views: Sequence[Camera]) -> Framing:
     starts = {
         name: _best_start(coverage, subject, pivot, shapes) for name, shapes in SHAPES.items()
     }
-    reach = max(float(np.linalg.norm(start.eye - _numbers(pivot))) for start in starts.values())
-    limits = _find_limits(coverage, pivot, views, reach)
-    return Framing(starts["start"], starts["portrait"], limits)
+    wide = _find_limits(coverage, pivot, views, starts["start"], _tangents(views[0]))
+    tall = _shown(starts["portrait"].box, 1.0, SHAPES["portrait"][0])
+    high = _find_limits(coverage, pivot, views, starts["portrait"], tall)
+    return Framing(starts["start"], starts["portrait"], wide, high)
 
 
 def find_subject(coverage: Coverage) -> Float[Tensor, "n 3"] | None:
@@ -214,11 +215,15 @@ def _best_start(
 
 
 def _find_limits(
-    coverage: Coverage, pivot: Float[Tensor, "3"], views: Sequence[Camera], reach: float
+    coverage: Coverage,
+    pivot: Float[Tensor, "3"],
+    views: Sequence[Camera],
+    start: Start,
+    half: tuple[float, float],
 ) -> Limits | None:
     """Return limits inside of which cameras saw nearly all of each picture; None without any.
 
-    `reach` is a distance to the pivot that is allowed.
+    The distance of the first view `start` is allowed. `half` has the tangents of half the picture.
     """
     up = coverage.scene.up
     assert up is not None
@@ -228,6 +233,7 @@ def _find_limits(
     directions = (eyes - pivot) / distances[:, None]
     targets = eyes + forwards * ((pivot - eyes) * forwards).sum(1, keepdim=True).clamp_min(0)
     pan = float((targets - pivot).norm(dim=1).quantile(0.75))
+    reach = float(np.linalg.norm(start.eye - start.target))
     farthest = max(reach, FARTHEST * float(distances.median()))
     elevations = np.tile([90.0, -90.0], (SECTORS, 1))
     angles = np.arange(-80, 81, ELEVATION_STEP)
@@ -237,7 +243,7 @@ def _find_limits(
         for angle in angles:
             direction = torch.from_numpy(direction_of(azimuth, float(angle), up)).to(pivot)
             near = float((directions @ direction).max()) > math.cos(math.radians(NEARBY))
-            shown.append(near and _is_shown(coverage, pivot, farthest * direction, views[0]))
+            shown.append(near and _is_shown(coverage, pivot, farthest * direction, half))
         if run := _longest_run(shown):
             elevations[sector] = angles[run[0]], angles[run[1]]
     found = Limits(_numbers(pivot), pan, NEAREST * float(distances.min()), farthest, elevations)
@@ -245,13 +251,16 @@ def _find_limits(
 
 
 def _is_shown(
-    coverage: Coverage, pivot: Float[Tensor, "3"], away: Float[Tensor, "3"], view: Camera
+    coverage: Coverage,
+    pivot: Float[Tensor, "3"],
+    away: Float[Tensor, "3"],
+    half: tuple[float, float],
 ) -> bool:
     """Return True if cameras saw nearly all of a picture of the pivot from `pivot + away`."""
     assert coverage.scene.up is not None
     up = torch.from_numpy(coverage.scene.up).to(pivot)
     near = coverage.scene.near
-    camera = _camera(pivot + away, pivot, up, _tangents(view), near, side=SIDE // 2)
+    camera = _camera(pivot + away, pivot, up, half, near, side=SIDE // 2)
     return float(coverage.unseen(camera).float().mean()) <= UNSEEN_MAX
 
 

@@ -43,7 +43,9 @@ def orbit_cameras(
     back.
     """
     pose = first_pose(scene, views, up, size=(width, height))
-    limits = None if scene.framing is None or up is not None else scene.framing.limits
+    limits = (
+        None if scene.framing is None or up is not None else scene.framing.limits_for(width, height)
+    )
     away = pose.eye - pose.target
     distance = float(np.linalg.norm(away))
     start, height_angle = azimuth_of(away / distance, pose.up)

@@ -133,6 +133,34 @@ def test_lod_levels_appear_one_after_the_other(
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
 
 
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_poster_stays_until_the_scene_shows_more(
+    tab: Tab, served: Any, moves: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = pack(leveled_scene())
+    gate = Gate(monkeypatch, data)
+    tab.page.set_viewport_size(SMALL)
+    address = served("scene.mgs", data).address("127.0.0.1")
+    tab.page.goto(f"{address}&scale=1&variant=floats&renderer=webgl&poster=")
+    visible = "document.querySelector('mobile-gs').shadowRoot.querySelector('canvas.drawn')"
+    gate.let(behind(data, "positions"))
+    frames(tab, 20)
+    assert not tab.page.evaluate(f"{SHOWN} ?? 0")  # no dots
+    gate.let(ends(data)[0])
+    tab.page.wait_for_function(f"{SHOWN} === {LOD_SIZES[0]}", timeout=30_000)
+    frames(tab, 10)
+    assert tab.page.evaluate(f"{visible} === null")
+    if moves:  # a poster cannot follow
+        tab.page.mouse.move(100, 100)
+        tab.page.mouse.down()
+        tab.page.mouse.move(140, 100, steps=4)
+        tab.page.wait_for_function(visible, timeout=10_000)
+        tab.page.mouse.up()
+    gate.let(len(data))
+    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    tab.page.wait_for_function(visible, timeout=10_000)
+
+
 def behind(data: bytes, name: str) -> int:
     """Bytes up to the end of a stream, by how its name begins; of several, of the last one."""
     header, body = split(data)

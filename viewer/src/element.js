@@ -183,9 +183,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#part("wake").hidden = able;
     if (!able) return void this.#localize();
     this.#begin();
-    const before = this.#asleep;
-    this.#asleep = null;
-    if (before) this.#restore(before);
+    if (this.#asleep) this.#restore(this.#asleep); // kept until the scene is drawn
   }
 
   /** @param {{choices: object, pose: Pose | null}} before */
@@ -199,8 +197,8 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #suspend() {
     const { viewer } = this;
     if (!viewer) return;
-    this.#asleep = { choices: viewer.choices, pose: viewer.count ? viewer.pose : null };
     if (viewer.count) {
+      this.#asleep = { choices: viewer.choices, pose: viewer.pose };
       const still = viewer.copy();
       still.className = "still";
       this.#part("bar").before(still);
@@ -429,8 +427,9 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
 
   /** @param {Stats} stats */
   drawn(stats) {
-    this.#root.querySelector("canvas")?.classList.add("drawn");
+    if (!stats.early) this.#root.querySelector("canvas")?.classList.add("drawn");
     this.#root.querySelector(".still")?.remove();
+    this.#asleep = null;
     if (stats.compared && this.#part("split").hidden) this.#split?.show(this.#loadProgress.names, this.#texts.compared);
     this.#showTitle();
     if (!this.viewer?.measured) this.#chrome.invite(this.#source);

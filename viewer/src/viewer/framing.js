@@ -111,6 +111,20 @@ export function rangeAt({ elevations }, azimuth) {
   return [edge, elevations[sector][0], elevations[sector][1]];
 }
 
+/**
+ * The limits on a screen of this shape; null if the notes tell none, or that there are none.
+ *
+ * @param {Record<string, unknown>} notes
+ * @param {number} width
+ * @param {number} height
+ * @returns {Limits | null}
+ */
+export function limitsFor(notes, width, height) {
+  if (notes.limits === FREE) return null;
+  const portrait = width < height ? parsedLimits(notes.limits_portrait) : null;
+  return portrait ?? parsedLimits(notes.limits);
+}
+
 /** The upward normal of the floor that a note tells as `nx ny nz d`, length 1; null for anything else. @param {unknown} text @returns {Vector | null} */
 export function parsedFloor(text) {
   const numbers = numbersOf(text);

@@ -38,6 +38,8 @@ const WARM_UP_DELAY = 50; // milliseconds, so that the first image reaches the s
 export class SceneView {
   /** Gaussians of the scene. */
   count = 0;
+  /** Gaussians of the whole file, once the first level is here. */
+  total = 0;
   /** Training cameras that the file contains. @type {View[]} */
   views = [];
   near = 0.2;
@@ -407,6 +409,7 @@ export class SceneView {
     this.#dots = false;
     this.#setCameras(cameras);
     this.logits = new Float32Array(data.count);
+    this.total = data.count;
     this.#lobeStride = strides(data).lobes;
     if (this.editable && data.lobes instanceof Uint32Array) this.#lobes = data.lobes;
     recordLogits(this.logits, this.#lobeStride, 0, data.lobes);

@@ -1,6 +1,6 @@
 /** Renders one or two scenes with one camera, and follows the input. */
 
-import { FREE, excessOf, parsedFloor, parsedLimits, resist, spring, startFor } from "./framing.js";
+import { excessOf, limitsFor, parsedFloor, resist, spring, startFor } from "./framing.js";
 import { Input } from "./input.js";
 import { SceneView } from "./scene_view.js";
 import { pointUnder } from "./pick.js";
@@ -31,6 +31,7 @@ import { dot, plus } from "./vector.js";
  * @property {string} renderer
  * @property {number} count Gaussians
  * @property {number} compared Gaussians of the other scene, or 0
+ * @property {boolean} early true if a poster shows more: the visitor has not moved, and most of the scene is missing
  * @property {number} width pixels rendered
  * @property {number} height
  * @property {number} milliseconds since the previous frame; 0 while nothing moves
@@ -41,6 +42,7 @@ import { dot, plus } from "./vector.js";
 const PATIENCE = 100; // milliseconds between frames of a scene that is loading and does not move
 const LINGER = 150; // milliseconds after an input during which the scene counts as moving
 const GRAVITY = 6; // rate at which the eye returns to its height, per second
+const EARLY = 0.2; // share of a scene's Gaussians that looks worse than a poster: less than a quarter
 const IDLE = (9 * Math.PI) / 180; // radians per second of automatic rotation
 
 export class Viewer {
@@ -119,7 +121,7 @@ export class Viewer {
     });
     this.#resize = new ResizeObserver(() => {
       // a rotated phone shows another first view
-      if (this.#atStart && this.count) this.#return();
+      if (this.count) this.#atStart ? this.#return() : this.#prepare();
       this.redraw();
     });
     this.#resize.observe(canvas);
@@ -189,8 +191,8 @@ export class Viewer {
   /** Find the first view and the limits of the scene. */
   #prepare() {
     this.#start = this.#firstPose();
-    const { limits } = this.notes;
-    this.#limits = this.#up === null && limits !== FREE ? parsedLimits(limits) : null;
+    const { clientWidth, clientHeight } = this.#canvas;
+    this.#limits = this.#up === null ? limitsFor(this.notes, clientWidth, clientHeight) : null;
   }
 
   /** Name of the axis that points up; null: the scene's own direction. */
@@ -483,7 +485,8 @@ export class Viewer {
       const { name, count, milliseconds: passes, fragments } = this.#first;
       const milliseconds = this.#moving && followed ? since : 0;
       const compared = this.#second?.count ?? 0;
-      this.#listener.drawn({ renderer: name, count, compared, width, height, milliseconds, passes, fragments });
+      const early = this.#first.patient && this.#atStart && count < EARLY * this.#first.total;
+      this.#listener.drawn({ renderer: name, count, compared, early, width, height, milliseconds, passes, fragments });
       if (this.timed) void this.#first.time();
     }
     const falling = this.#falls(seconds);
