@@ -4,7 +4,8 @@
 
 A capture is trained as it is and with made steps: each training photo gets a gain of -1 to +1 EV in
 light and one of three colour temperatures. Held-back photos stay as they are. Captures come from
-MOBILEGS_DATA. Finished runs under FOLDER are not repeated, so the script resumes.
+MOBILEGS_DATA; the sample is the program's own. Finished runs under FOLDER are not repeated, so the
+script resumes.
 """
 
 import argparse
@@ -22,11 +23,13 @@ from PIL import Image
 
 from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import load_capture
+from mobilegs.data.demo.capture import write_capture
 
 # name: (folder of the data, options of `mobilegs train`)
 CAPTURES = {
     "bonsai": ("bonsai", ["--downscale", "4", "--max-splats", "30000"]),
     "stitch": ("stitch", ["--downscale", "4", "--max-splats", "30000"]),
+    "sample": ("", ["--max-splats", "30000"]),  # which the program makes itself
 }
 TEMPERATURES = ((1.0, 1.0, 1.0), (1.12, 1.0, 0.85), (0.88, 1.0, 1.15))  # gains of R, G, B in light
 # without steps, auto learns none on bonsai: then it is the same as never
@@ -106,9 +109,12 @@ def main() -> None:
         if options.settings:
             train_options = [*train_options, "--set", *options.settings]
         changed = options.runs / "captures" / name
-        with_steps(data / folder, changed)
+        source = data / folder if folder else options.runs / "captures" / f"{name}_source"
+        if not source.exists():
+            write_capture(source)
+        with_steps(source, changed)
         for photos, modes in MODES.items():
-            capture = data / folder if photos == "as it is" else changed
+            capture = source if photos == "as it is" else changed
             for learned in modes:
                 output = options.runs / f"{name}-{photos.replace(' ', '-')}-{learned}"
                 found = train(capture, output, train_options, learned, data)
