@@ -140,6 +140,19 @@ def framing_rows(scenes: dict) -> list[list[str]]:
     return found
 
 
+def far_rows(cells: dict) -> list[list[str]]:
+    """Return PSNR and bytes with and without Gaussians on a far sphere."""
+    head = "capture | far Gaussians at first | teacher PSNR dB | student PSNR dB | file kB"
+    rows = [head.split(" | ")]
+    for name, cell in cells.items():
+        capture, count = name.split(", ")
+        size = "x".join(map(str, cell["image_size"]))
+        figures = [number(cell[who]["psnr"], 2) for who in ("teacher", "student")]
+        size_kb = f"{cell['student']['file_bytes'] / 1e3:.0f}"
+        rows.append([f"{capture}, {size}", f"{int(count):,}", *figures, size_kb])
+    return rows
+
+
 def percent(share: float) -> str:
     return f"{100 * share:.1f} %"
 
@@ -276,7 +289,7 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     loading, paper = results["loading"], results["paper"]["cells"]
     sizes, screens, trained = results["sizes"], results["screens"], results["trained_kernels"]
     off_path, poses, exposure = (results[name] for name in ("off_path", "poses", "exposure"))
-    picture, framing = results["first_picture"], results["framing"]
+    picture, framing, far = (results[name] for name in ("first_picture", "framing", "far_splats"))
     first = next(iter(screens.values()))
     student = paper[STUDENT]
     size = "x".join(map(str, student["image_size"]))
@@ -354,6 +367,11 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
             f"{'x'.join(map(str, picture['size']))} pixels, medians of {picture['rounds']} visits:",
             first_picture_rows(picture["scenes"]),
         ),
+        "far_splats": (
+            f"`python -m bench.studies.far_splats`, {far['date']}, {far['machine']}, the preset "
+            "cpu with at most 30,000 Gaussians and 2,000 + 2,000 steps, one seed:",
+            far_rows(far["cells"]),
+        ),
         "framing": (
             f"`python -m bench.studies.framing`, {framing['date']}, {framing['machine']}, the "
             "greatest share over four screens (390x844, 820x1180, 1440x900, 844x390) of pixels "
@@ -378,7 +396,7 @@ def main() -> None:
     options = parser.parse_args()
     names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
     names += ("sizes", "screens", "trained_kernels", "off_path", "poses", "exposure")
-    names += ("first_picture", "framing")
+    names += ("first_picture", "framing", "far_splats")
     results = {
         name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }

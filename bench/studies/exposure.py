@@ -3,7 +3,8 @@
     python -m bench.studies.exposure [--json OUT] [--runs FOLDER] [--only bonsai stitch]
 
 A capture is trained as it is and with made steps: each training photo gets a gain of -1 to +1 EV in
-light and one of three colour temperatures. Held-back photos stay as they are. Captures come from
+light and one of three colour temperatures; or, of the sample, corners that are 40 % darker in
+light. Held-back photos stay as they are. Captures come from
 MOBILEGS_DATA; the sample is the program's own. Finished runs under FOLDER are not repeated, so the
 script resumes.
 """
@@ -36,7 +37,9 @@ TEMPERATURES = ((1.0, 1.0, 1.0), (1.12, 1.0, 0.85), (0.88, 1.0, 1.15))  # gains 
 MODES = {
     "as it is": ("auto", "always"),
     "with steps": ("never", "auto"),
+    "with vignetting": ("never", "always", "vignetting"),
 }
+FALLOFF = 0.4  # share of the light that is missing in the corners of photos with vignetting
 SEED = 5
 
 
@@ -74,12 +77,34 @@ def with_steps(source: Path, target: Path) -> None:
     shutil.copytree(source / "sparse", target / "sparse")  # last: the copy is complete
 
 
+def with_vignetting(source: Path, target: Path) -> None:
+    """Copy a capture, the light of each training photo less towards the corners."""
+    if (target / "sparse").exists():
+        return
+    held_back = {frame.name for frame in load_capture(source).test}
+    (target / "images").mkdir(parents=True, exist_ok=True)
+    for photo in sorted((source / "images").iterdir()):
+        pixels = np.asarray(Image.open(photo).convert("RGB")) / 255
+        height, width = pixels.shape[:2]
+        y, x = np.mgrid[:height, :width] + 0.5
+        squares = (x - width / 2) ** 2 + (y - height / 2) ** 2
+        fall = 1 - FALLOFF * squares / ((width / 2) ** 2 + (height / 2) ** 2)
+        fall = 1 if photo.name in held_back else fall[..., None]
+        changed = (255 * to_srgb(to_light(pixels) * fall)).round().astype(np.uint8)
+        Image.fromarray(changed).save(target / "images" / photo.name, quality=97)
+    shutil.copytree(source / "sparse", target / "sparse")  # last: the copy is complete
+
+
 def train(capture: Path, output: Path, options: list[str], learned: str, data: Path) -> dict:
     """Train through the command line and return the metrics."""
     command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
     command += ["--preset", "cpu", "--resume", *options]
     for stage in ("teacher", "student"):
-        command += ["--set", f"{stage}.exposure.learned={learned}"]
+        if learned == "vignetting":
+            command += ["--set", f"{stage}.exposure.learned=always"]
+            command += ["--set", f"{stage}.exposure.vignetting=true"]
+        else:
+            command += ["--set", f"{stage}.exposure.learned={learned}"]
     if (data / "lpips").exists():
         command += ["--lpips-weights", str(data / "lpips")]
     subprocess.run(command, check=True)
@@ -109,15 +134,19 @@ def main() -> None:
         if options.settings:
             train_options = [*train_options, "--set", *options.settings]
         changed = options.runs / "captures" / name
+        dark = options.runs / "captures" / f"{name}_vignetting"
         source = data / folder if folder else options.runs / "captures" / f"{name}_source"
         if not source.exists():
             write_capture(source)
         with_steps(source, changed)
+        with_vignetting(source, dark)
+        captures = {"as it is": source, "with steps": changed, "with vignetting": dark}
         for photos, modes in MODES.items():
-            capture = source if photos == "as it is" else changed
+            if name != "sample" and photos == "with vignetting":
+                continue  # real photos have their own, which nobody knows
             for learned in modes:
                 output = options.runs / f"{name}-{photos.replace(' ', '-')}-{learned}"
-                found = train(capture, output, train_options, learned, data)
+                found = train(captures[photos], output, train_options, learned, data)
                 for who in ("teacher", "student"):
                     found[who].pop("views")
                 result["cells"][f"{name}, {photos}, {learned}"] = found

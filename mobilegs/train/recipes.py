@@ -83,6 +83,7 @@ def cpu_recipe() -> Recipe:
             first_divisor=4,
             max_splats=60_000,
             init_splats=40_000,
+            far_splats=3000,
             lr=rates_for(5000),
             # without large Gaussians, a small budget leaves holes in the background
             densify=DensifyConfig(start=LATE_START, prune_scale=0.0),
@@ -112,6 +113,7 @@ def demo_recipe() -> Recipe:
             steps=2000,
             max_splats=20_000,
             init_splats=15_000,
+            far_splats=2000,
             densify=DensifyConfig(start=LATE_START, min_interval=40, prune_scale=0.0),
             mini_splatting=SMALL_BUDGET,
         ),

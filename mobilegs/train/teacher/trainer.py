@@ -81,6 +81,10 @@ class TeacherConfig:
     """Opacity of initial Gaussians, and after restarts of mini_splatting, in (0, 1)."""
     init_scale: float = 1.0
     """Size of initial Gaussians, in distances to their neighbors."""
+    far_splats: int = 0
+    """Maximum number of initial Gaussians that lie on a far sphere, 0 or more: skies, and what is
+    behind the scene where it has holes. Its radius is 20 extents of the scene. None if photos show
+    an object before nothing. Large Gaussians must not be pruned (`densify.prune_scale=0`)."""
     sh_degree: int = 3
     """Final degree of the colour's spherical harmonics, 0 to 3."""
     sh_interval: float = 1 / 30
@@ -117,7 +121,7 @@ class TeacherConfig:
                 ("steps", "views_per_step", "max_splats", "init_splats", "first_divisor"), COUNT
             ),
             init_scale=POSITIVE,
-            **dict.fromkeys(("min_views", "least_variance"), NOT_NEGATIVE),
+            **dict.fromkeys(("min_views", "least_variance", "far_splats"), NOT_NEGATIVE),
             **dict.fromkeys(("sh_interval", "ssim_weight", "full_size_from"), FRACTION),
             init_opacity=Range(high=1.0, above=True, below=True),
             sh_degree=DEGREE,
@@ -171,6 +175,7 @@ class Teacher:
                 opacity=config.init_opacity,
                 sh_degree=config.sh_degree,
                 generator=self.generator,
+                far=config.far_splats,
             )
             start.log_scales += math.log(config.init_scale)
         self.strategy = self._strategy(len(start), device)
