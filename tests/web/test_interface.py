@@ -111,6 +111,7 @@ def test_all_text_has_contrast_on_any_picture(tab: Tab, served: Any, scheme: str
 @pytest.mark.parametrize("language", ["en", "de", "zh", "es", "ja"])
 def test_every_control_has_a_name_in_each_language(tab: Tab, served: Any, language: str) -> None:
     visit(tab, served("scene.mgs", MGS), f"lang={language}")
+    tool(tab, "settings").and_(tab.page.locator("[aria-label]")).wait_for()  # texts have arrived
     nameless = tab.page.evaluate(
         f"""() => [...{ROOT}.querySelectorAll(
             "button, select, input:not([type=file]), textarea, [tabindex='0'], [role=dialog]")]
