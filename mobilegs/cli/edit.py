@@ -30,7 +30,7 @@ JsonFile = Annotated[Path | None, arg(metavar="JSON")]
 
 @dataclass(frozen=True)
 class EditOptions:
-    """What an edit removes, and what it notes.
+    """Options of an edit: the Gaussians that it removes, and the notes that it sets.
 
     Args:
         crop: Keep only Gaussians in this box: two opposite corners "X0 Y0 Z0 X1 Y1 Z1" in world
@@ -146,6 +146,8 @@ def edit_of(options: EditOptions, scene: Path, *, title: str = "", up: str = "")
         if text:
             option = "--start-view" if name == "start" else "--start-portrait"
             changes[name] = start_note(text, option, scene)
+    if options.start_view and not options.start_portrait:
+        changes["start_portrait"] = ""  # the file's own would hide the new view on phones
     if options.floor:
         plane = r.parsed_plane(options.floor, "--floor")
         changes["floor"] = n.plane_text(plane.normal, plane.offset)

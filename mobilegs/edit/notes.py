@@ -24,6 +24,7 @@ ANNOTATION_MAX = 1000  # characters of an annotation's text
 ANNOTATIONS_MAX = 200
 POSES_MAX = 1000  # key poses of a camera path
 CONTINUED = ("annotations", "path")
+LIMITS_GONE = {"limits": "", "limits_portrait": ""}
 Key = tuple[Triple, Triple]
 
 
@@ -135,9 +136,11 @@ def path_notes(keys: Iterable[Key]) -> dict[str, str]:
 def merged_notes(notes: Mapping[str, Any], changes: Mapping[str, str]) -> dict[str, Any]:
     """Return notes with `changes`, of which an empty text removes a note.
 
-    A new `annotations` or `path` also removes the notes that continued the old one. Raises
-    InputError if there are too many.
+    A new `annotations` or `path` also removes the notes that continued the old one, and another
+    `up` the limits, whose azimuths turn around it. Raises InputError if there are too many.
     """
+    if "up" in changes and changes["up"] != notes.get("up", ""):
+        changes = {**LIMITS_GONE, **changes}
     stale = {name for name in CONTINUED if name in changes}
     kept = {
         name: value

@@ -33,7 +33,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class SceneEdit:
-    """What an edit removes from a scene, and the notes that it sets.
+    """An edit of a scene: the Gaussians that it removes, and the notes that it sets.
 
     A Gaussian stays if its mean lies in all of `keep` and in none of `remove`, and if no other
     field removes it.
@@ -67,7 +67,7 @@ class SceneEdit:
 
 @dataclass(frozen=True)
 class EditReport:
-    """What an edit did.
+    """The result of an edit.
 
     Attributes:
         count: number of Gaussians before.

@@ -1,4 +1,4 @@
-"""How well photos support each Gaussian: the cameras that saw it, and floaters, which few did."""
+"""Support of each Gaussian by photos: the cameras that saw it, and floaters, which few did."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Support:
-    """What cameras tell of each Gaussian.
+    """Counts of the cameras that see each Gaussian, and its loneliness.
 
     Attributes:
         seen: number of cameras that saw it, `[n]`: those in whose picture, at a longer side of 256

@@ -100,7 +100,7 @@ class EditServer(Server):
 
     @property
     def hosts(self) -> set[str]:
-        """How requests may name this machine."""
+        """Names and ports by which requests may address this machine."""
         return {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
 
     def support(self) -> tuple[Support, str]:

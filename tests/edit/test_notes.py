@@ -76,6 +76,10 @@ def test_notes_are_merged_removed_and_replaced_with_their_continuations() -> Non
         "n": 3,
         "credit": "me",
     }
+    framed = {"up": "0 -1 0", "start": "s", "limits": "l", "limits_portrait": "p"}
+    assert merged_notes(framed, {"up": "0 0 1"}) == {"up": "0 0 1", "start": "s"}
+    assert merged_notes(framed, {"up": "0 -1 0"}) == framed
+    assert merged_notes(framed, {"up": "0 0 1", "limits": "none"})["limits"] == "none"
     assert merged_notes(old, annotation_notes([])) == {"title": "a", "path": "1", "path.2": "2"}
 
 

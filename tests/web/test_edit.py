@@ -79,7 +79,7 @@ def slide(section: Any, name: str, value: float) -> None:
 
 
 def picture(tab: Tab) -> np.ndarray:
-    """What the viewer renders now, `[48, 64, 4]`."""
+    """Return the picture that the viewer renders now, `[48, 64, 4]`."""
     found = tab.page.evaluate(
         f"""async () => {{
           await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));

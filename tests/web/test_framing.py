@@ -73,6 +73,17 @@ def test_the_first_view_is_the_noted_one(tab: Tab, served: Callable[[str, bytes]
     assert place(tab) == pytest.approx((60, 10, 3), abs=1e-3)
 
 
+def test_attributes_replace_notes_on_high_screens_too(
+    tab: Tab, served: Callable[[str, bytes], Any]
+) -> None:
+    tab.page.set_viewport_size({"width": 300, "height": 600})
+    other = Start(WIDE.eye + 1, WIDE.target, WIDE.box)
+    wish = f"start={other.text.replace(' ', '+')}"
+    assert visit(tab, served("scene.mgs", FRAMED), "renderer=webgl", wish) == "loaded"
+    eye = tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.eye")
+    assert eye == pytest.approx(other.eye.tolist(), abs=1e-4)
+
+
 def test_the_camera_stays_inside_its_limits(tab: Tab, served: Callable[[str, bytes], Any]) -> None:
     assert visit(tab, served("scene.mgs", FRAMED), "renderer=webgl") == "loaded"
     for across, down in ((500, 0), (-900, 0), (0, 400), (0, -400)):

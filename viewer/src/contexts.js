@@ -5,7 +5,7 @@
 
 /**
  * @typedef {object} Holder an element
- * @property {boolean} inSight
+ * @property {boolean | null} inSight null: not known yet
  * @property {() => void} suspend gives its context back
  * @property {() => void} resume tries again to begin
  */
@@ -28,7 +28,7 @@ export function take(holder, asked) {
   holders.delete(holder);
   if (holders.size >= MOST) {
     const all = [...holders];
-    const other = all.find(({ inSight }) => !inSight) ?? (asked ? all[0] : undefined);
+    const other = all.find(({ inSight }) => inSight === false) ?? (asked ? all[0] : undefined);
     if (!other) {
       waiting.add(holder);
       return false;
@@ -63,7 +63,7 @@ export function used(holder) {
 /** Let elements in sight try again, if there may be a context for them. */
 function wake() {
   for (const one of [...waiting]) {
-    const free = holders.size < MOST || [...holders].some(({ inSight }) => !inSight);
+    const free = holders.size < MOST || [...holders].some(({ inSight }) => inSight === false);
     if (one.inSight && free) one.resume();
   }
 }

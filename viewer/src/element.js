@@ -97,7 +97,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   /** What to restore when the element has its context again. @type {{choices: object, pose: Pose | null} | null} */
   #asleep = null;
   /** @type {import("./contexts.js").Holder} */
-  #holder = { inSight: true, suspend: () => this.#suspend(), resume: () => this.#start() };
+  #holder = { inSight: null, suspend: () => this.#suspend(), resume: () => this.#start() };
   #sight = new IntersectionObserver(([{ isIntersecting }]) => seen(this.#holder, isIntersecting));
   /** Starts the viewer when the element is less than a screen away from the visible part of the page. */
   #near = new IntersectionObserver((all) => all.some((one) => one.isIntersecting) && this.#start(), NEAR);
@@ -511,7 +511,10 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     for (const name of FRAMING) {
       const text = this.getAttribute(name);
       if (name === "free" && text !== null) given.limits = FREE;
-      else if (text !== null) given[name.replace("-", "_")] = text;
+      else if (text !== null) {
+        given[name.replace("-", "_")] = text;
+        if (!name.includes("-")) given[`${name}_portrait`] = ""; // the file's own would hide this one
+      }
     }
     viewer.given = given;
   }

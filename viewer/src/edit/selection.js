@@ -115,7 +115,7 @@ export class History {
     this.#done.push(rows);
   }
 
-  /** What is removed if a mask is removed, too. @param {Mask} mask @returns {Mask} */
+  /** The Gaussians that are removed together with those of a mask. @param {Mask} mask @returns {Mask} */
   with(mask) {
     return this.hidden.map((value, i) => value | mask[i]);
   }
