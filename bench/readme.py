@@ -72,6 +72,34 @@ def kernel_rows(rows: list[dict]) -> list[list[str]]:
     return found
 
 
+def gpu_rows(rows: dict) -> list[list[str]]:
+    """Return the CUDA kernels' milliseconds beside gsplat's, by number of Gaussians and size."""
+    kinds = ("forward", "both")
+    found = [["Gaussians", "size"]]
+    found[0] += [f"sorted, {kind}" for kind in ("forward", "forward + backward")]
+    found[0] += [f"gsplat, {kind}" for kind in ("forward", "forward + backward")]
+    found[0] += [f"sort-free, {kind}" for kind in ("forward", "forward + backward")]
+    for count, size in dict.fromkeys(tuple(name.split()[:2]) for name in rows):
+        by_kind = {
+            path: [rows[f"{count} {size} {path} {kind}"] for kind in kinds]
+            for path in ("sorted", "sortfree")
+        }
+        times = [row["ms"] for row in by_kind["sorted"]]
+        times += [row["gsplat_ms"] for row in by_kind["sorted"]]
+        times += [row["ms"] for row in by_kind["sortfree"]]
+        found.append([f"{int(count):,}", size, *(number(ms, 2) for ms in times)])
+    return found
+
+
+def gpu_frame_rows(rows: dict) -> list[list[str]]:
+    """Return the milliseconds of whole frames of trained scenes beside gsplat's."""
+    found = [["scene", "Gaussians", "ms", "gsplat sorted, ms"]]
+    for name, row in rows.items():
+        times = [number(row[key], 2) for key in ("ms", "gsplat_ms")]
+        found.append([f"{name}, {row['blend']}", f"{row['gaussians']:,}", *times])
+    return found
+
+
 def viewer_rows(viewers: dict) -> list[list[str]]:
     """Return the time per frame, the bytes sent and the error during a turn of every viewer."""
     head = (
@@ -290,6 +318,7 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     sizes, screens, trained = results["sizes"], results["screens"], results["trained_kernels"]
     off_path, poses, exposure = (results[name] for name in ("off_path", "poses", "exposure"))
     picture, framing, far = (results[name] for name in ("first_picture", "framing", "far_splats"))
+    gpu = results["gpu_h200"]
     first = next(iter(screens.values()))
     student = paper[STUDENT]
     size = "x".join(map(str, student["image_size"]))
@@ -310,6 +339,17 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
         "kernels": (
             f"`python -m bench.kernels`, {kernels['date']}, {kernels['machine']}:",
             kernel_rows(kernels["rows"]),
+        ),
+        "gpu": (
+            f"`python -m bench.gpu.kernels`, {gpu['date']}, {gpu['device']}, torch {gpu['torch']}, "
+            "the study's dense scene, medians in ms:",
+            gpu_rows(gpu["kernels"]["rows"]),
+        ),
+        "gpu_frames": (
+            f"`python -m bench.gpu.frames`, {gpu['date']}, {gpu['device']}, bonsai at "
+            f"{'x'.join(map(str, gpu['frames']['image_size']))}, medians of "
+            f"{gpu['frames']['cameras']} held-back cameras:",
+            gpu_frame_rows(gpu["frames"]["rows"]),
         ),
         "viewer": (
             f"`python -m bench.viewers.compare`, {viewer['date']}, {viewer['machine']}, "
@@ -396,7 +436,7 @@ def main() -> None:
     options = parser.parse_args()
     names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
     names += ("sizes", "screens", "trained_kernels", "off_path", "poses", "exposure")
-    names += ("first_picture", "framing", "far_splats")
+    names += ("first_picture", "framing", "far_splats", "gpu_h200")
     results = {
         name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }

@@ -42,15 +42,18 @@ def module_words(name: str, *words: object) -> tuple[str, ...]:
     return ("-m", name, *(str(word) for word in words))
 
 
-def parts_of(out: Path, data: Path | None, steps: int) -> list[Part]:
-    """All parts in their order. `data` holds the captures; without it there is nothing to train."""
+def parts_of(out: Path, data: Path | None, minutes: float) -> list[Part]:
+    """All parts in their order. `data` holds the captures; without it there is nothing to train.
+
+    The training takes `minutes`.
+    """
     capture = (data or Path("MOBILEGS_DATA")) / "bonsai"
     scene, teacher = out / "bonsai" / "scene.mgs", out / "bonsai" / "teacher.ply"
     files = ("--mgs", scene, "--ply", teacher)
-    frames = (*files, "--capture", capture, "--downscale", 2, "--json", out / "frames.json")
+    frames = (*files, "--capture", capture, "--json", out / "frames.json")
     kernels = ("--json", out / "kernels.json")
     tests = ("-m", "gpu", "-q", "-W", "default", f"--junitxml={out / 'tests.xml'}")
-    preset = ("--preset", "gpu", "--downscale", 2, "--steps", steps, "--device", "cuda")
+    length = ("--minutes", minutes, "--device", "cuda")
     paper = ("--scenes", "full", "--rows", *PAPER_ROWS, "--runs", out / "paper", "--data", data)
     trained = (scene, teacher)
     return [
@@ -59,7 +62,7 @@ def parts_of(out: Path, data: Path | None, steps: int) -> list[Part]:
         Part("kernels-gsplat", module_words("bench.gpu.kernels", *kernels, "--by", "gsplat")),
         Part(
             "train",
-            module_words("mobilegs", "train", capture, "-o", scene.parent, "--resume", *preset),
+            module_words("mobilegs", "train", capture, "-o", scene.parent, "--resume", *length),
             (capture,),
         ),
         Part("frames", module_words("bench.gpu.frames", *frames), (capture, *trained)),
@@ -222,11 +225,11 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs/gpu"), help="folder for everything")
     parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
     parser.add_argument("--minutes", type=float, help="start no part after this time")
-    parser.add_argument("--steps", type=int, default=8000, help="of the training, both stages")
+    parser.add_argument("--train-minutes", type=float, default=10, help="of the training")
     parser.add_argument("--parts", nargs="+", help="only these; default: all but paper")
     options = parser.parse_args()
     data = None if options.data is None else Path(options.data)
-    parts = parts_of(options.out, data, options.steps)
+    parts = parts_of(options.out, data, options.train_minutes)
     names = options.parts or [part.name for part in parts if part.name != "paper"]
     unknown = set(names) - {part.name for part in parts}
     if unknown:

@@ -101,7 +101,7 @@ class TrainRun:
     steps. demo: 2,000 and 3,400 steps, for small captures. paper: the steps of gpu, with the
     paper's choices in place of this project's. release: the same for the paper's published code,
     errors included. With --minutes, the preset decides all but steps, photo size and number of
-    Gaussians. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
+    Gaussians. Default: cpu, and gpu for a run on an NVIDIA GPU whose --steps are given."""
     method: MethodName | None = None
     """Training method of the teacher. 3dgs: clones, splits and prunes Gaussians, resets opacities.
     mini-splatting: the paper's method; restarts from surface points and keeps the most important
@@ -525,7 +525,8 @@ def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
             "train for many hours, or give --minutes or --steps, or leave out --preset"
         )
     if recipe is None:
-        recipe = RECIPES[run.preset or ("gpu" if torch.cuda.is_available() else "cpu")]()
+        usual = "gpu" if trains_on_gpu(run) and budget_of(run) is None else "cpu"
+        recipe = RECIPES[run.preset or usual]()
     if run.method is not None:
         if run.teacher is not None:
             raise InputError(f"{run.teacher} is trained already: leave out --method")

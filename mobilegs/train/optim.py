@@ -56,6 +56,10 @@ class NamedAdam:
 
     def step(self) -> None:
         """Take one Adam step with the current gradients, then clear them."""
+        for tensor in self.tensors.values():
+            # on a GPU, Adam refuses gradients with other strides, be they of empty dimensions
+            if tensor.grad is not None and tensor.grad.stride() != tensor.stride():
+                tensor.grad = torch.empty_like(tensor).copy_(tensor.grad)
         self.adam.step()
         self.adam.zero_grad(set_to_none=True)
 
@@ -168,4 +172,5 @@ class NamedAdam:
 
 
 def _leaf(value: Tensor) -> Tensor:
-    return value.detach().clone().contiguous().requires_grad_()
+    found = torch.empty(value.shape, dtype=value.dtype, device=value.device)
+    return found.copy_(value.detach()).requires_grad_()

@@ -146,6 +146,20 @@ def test_a_gpu_is_named_by_its_number(monkeypatch: pytest.MonkeyPatch) -> None:
         choose_device("cuda:2")
 
 
+def test_a_run_of_a_time_has_the_settings_for_short_runs_on_a_gpu_too(
+    monkeypatch: pytest.MonkeyPatch, capture: Path, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    run = TrainRun(capture, tmp_path / "run")
+    strategies = {
+        "clone_split": (run, replace(run, minutes=5.0), replace(run, steps=9, device="cpu")),
+        "mini_splatting": (replace(run, steps=9), replace(run, preset="gpu", minutes=5.0)),
+    }
+    for strategy, runs in strategies.items():
+        for each in runs:
+            assert resolve_recipe(each).teacher.densify.strategy == strategy
+
+
 @NO_GPU
 def test_presets_for_a_gpu_ask_before_they_train_on_a_cpu(capture: Path, tmp_path: Path) -> None:
     for preset in ("gpu", "paper", "release"):

@@ -101,3 +101,22 @@ def test_a_network_keeps_its_parameters() -> None:
     assert not torch.equal(layer.weight, saved["weight"]["value"])
     adam.restore(saved)
     assert torch.equal(layer.weight, saved["weight"]["value"])
+
+
+def test_gradients_get_the_strides_that_adam_asks_for_on_a_gpu() -> None:
+    sh = torch.zeros(5, 16, 3)
+    tensors = {"sh0": sh[:, :1], "sh_rest": sh[:, 1:1], "square": torch.zeros(4, 4)}
+    adam = NamedAdam(tensors, dict.fromkeys(tensors, 0.1))
+    strides = []
+
+    def note(*_: object) -> None:
+        strides.extend(
+            (t.stride(), t.grad.stride()) for t in adam.tensors.values() if t.grad is not None
+        )
+
+    adam.adam.register_step_pre_hook(note)
+    adam.tensors["sh0"].grad = torch.ones(5, 1, 3)
+    adam.tensors["sh_rest"].grad = torch.ones(5, 16, 3)[:, 1:1]
+    adam.tensors["square"].grad = torch.ones(4, 4).T
+    adam.step()
+    assert strides == [((3, 3, 1),) * 2, ((3, 3, 1),) * 2, ((4, 1),) * 2]

@@ -1,8 +1,8 @@
 """The CUDA kernels: csrc/cuda.cu, compiled by NVRTC at first use; torch sorts and scans.
 
 Users need no CUDA toolkit: cuda-core and NVRTC are Python packages. Compiled kernels are kept in a
-cache folder. Tests compile every kernel and emulate it thread by thread on a CPU; no kernel has run
-on a GPU yet.
+cache folder. Where there is no GPU, tests compile every kernel and emulate it thread by thread on a
+CPU.
 """
 
 # pyright takes `cuda` for this file

@@ -88,7 +88,8 @@ def kernel_view(
     if lobe_size not in (0, 1, 4, 9, 16):
         raise InputError(f"{lobe_size} spherical harmonics per lobe: use 1, 4, 9 or 16")
     weighting, footprint = settings.weighting, settings.footprint
-    viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
+    camera = camera.to("cpu")  # once, since each number of a GPU's camera waits for the GPU
+    viewmat, k = camera.viewmat.double(), camera.K.double()
     rotation, translation = viewmat[:3, :3], viewmat[:3, 3]
     view = KernelView()
     view.rotation[:] = rotation.flatten().tolist()

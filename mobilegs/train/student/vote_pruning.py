@@ -64,11 +64,13 @@ def vote(
 def _quantile(values: Float[Tensor, "n"], q: float) -> Float[Tensor, ""]:
     # torch.quantile raises an error above 16 million values, and sorts them all
     place = q * (len(values) - 1)
-    low = int(place)
-    first = values.kthvalue(low + 1).values
-    if low + 1 >= len(values):
-        return first
-    return first + (values.kthvalue(low + 2).values - first) * (place - low)
+    low, high = int(place), min(int(place) + 1, len(values) - 1)
+    if values.is_cuda:  # there a sort takes a tenth of the time of kthvalue
+        ordered = values.sort().values
+        first, second = ordered[low], ordered[high]
+    else:
+        first, second = (values.kthvalue(rank + 1).values for rank in (low, high))
+    return first + (second - first) * (place - low)
 
 
 class VoteCounter:
