@@ -102,6 +102,7 @@ class Handler(BaseHTTPRequestHandler):
 
     server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
     protocol_version = "HTTP/1.1"
+    timeout = 60.0  # seconds without a byte, after which a connection ends
 
     def do_GET(self) -> None:
         try:

@@ -22,7 +22,7 @@ from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS
 from mobilegs.up import Axis
 from mobilegs.view.assets import viewer_script
-from mobilegs.view.serve import SCENE, Server, own_address, serve
+from mobilegs.view.serve import SCENE, Handler, Server, own_address, serve
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +60,15 @@ def test_the_scene_is_served_unchanged(server: Server) -> None:
     status, headers, body = get(server, "/scene")
     assert status == 200 and body == server.scenes[SCENE].read_bytes()
     assert headers["Content-Length"] == str(len(body))
+
+
+def test_a_client_that_says_nothing_is_let_go(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Handler, "timeout", 0.2)
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as connection:
+        connection.sendall(b"GET /scene HT")
+        assert connection.recv(1) == b""
 
 
 def test_head_requests_get_headers_only(server: Server) -> None:
