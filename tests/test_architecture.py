@@ -26,6 +26,7 @@ LEVELS: list[set[str]] = [
     {"live"},
     {"pipeline"},
     {"view"},
+    {"batch"},
     {"cli"},
     {"__main__"},
 ]

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from mobilegs import __version__
+from mobilegs.cli.batch import batch
 from mobilegs.cli.edit import NO_EDITS, EditOptions, convert_edited, edit, edited_copy
 from mobilegs.cli.options import call
 from mobilegs.cli.output import print_contents, print_findings, print_metrics, progress_bar
@@ -241,6 +242,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "train": train,
     "compress": compress,
     "capture": capture,
+    "batch": batch,
     "render": render,
     "eval": evaluate,
     "view": view,
@@ -265,7 +267,7 @@ scene.mgs. `demo` does the same with a small capture of its own.
 
 Environment: MOBILEGS_LPIPS is the folder or http(s) address of LPIPS weights.
 Exit codes: 0 success; 2 input that cannot be used, or a full disk (the message
-says why); 130 interrupted; 1 an error of the program.
+says why); 130 interrupted; 1 an error of the program, or failed rows of a batch.
 """
 
 

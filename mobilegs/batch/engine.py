@@ -1,0 +1,132 @@
+"""Engines: run tasks on this machine (`LocalEngine`) or on a Ray cluster (`ray_engine`)."""
+
+import os
+import queue
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
+
+from mobilegs.batch.task import Outcome, Task, run_task
+
+
+@dataclass(frozen=True)
+class Node:
+    """A machine with its processor cores and GPUs."""
+
+    name: str
+    cores: int
+    gpus: int
+
+
+@runtime_checkable
+class Engine(Protocol):
+    """Runs tasks in the order in which they are submitted, as resources allow."""
+
+    name: str
+
+    def nodes(self) -> Sequence[Node]:
+        """Return the machines that are alive."""
+        ...
+
+    def accepts(self, task: Task) -> bool:
+        """Return True if a task can be submitted now."""
+        ...
+
+    def submit(self, task: Task) -> None:
+        """Start a task, or queue it where the engine chooses the machine."""
+        ...
+
+    def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
+        """Return tasks that ended; wait for one for at most some seconds."""
+        ...
+
+    def stop(self) -> None:
+        """Stop all tasks, with their checkpoints, and wait for them."""
+        ...
+
+    def close(self) -> None:
+        """Leave the engine; no task may run."""
+        ...
+
+
+class LocalEngine:
+    """Runs tasks in processes of this machine."""
+
+    name = "this machine"
+
+    def __init__(self, gpus: Sequence[str] = ()) -> None:
+        """Use all cores of this process, and GPUs with these values of CUDA_VISIBLE_DEVICES."""
+        self._node = Node("local", available_cores(), len(gpus))
+        self._cores, self._gpus = self._node.cores, list(gpus)
+        self._ended: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
+        self._threads: list[threading.Thread] = []
+        self._stopping = threading.Event()
+
+    def nodes(self) -> list[Node]:
+        """Return this machine."""
+        return [self._node]
+
+    def accepts(self, task: Task) -> bool:
+        """Return True if there are free cores and GPUs for the task."""
+        return task.cores <= self._cores and task.gpus <= len(self._gpus)
+
+    def submit(self, task: Task) -> None:
+        """Start a task in a process."""
+        self._cores -= task.cores
+        gpu = self._gpus.pop() if task.gpus else None
+        visible = "" if gpu is None else gpu
+        given = replace(task, environment={**task.environment, "CUDA_VISIBLE_DEVICES": visible})
+
+        def run() -> None:
+            outcome = Outcome("lost", "it could not be started")
+            try:
+                outcome = run_task(given, self._stopping.is_set)
+            except OSError as error:
+                outcome = Outcome("lost", str(error))
+            finally:
+                if gpu is not None:
+                    self._gpus.append(gpu)
+                self._ended.put((task, outcome))
+
+        thread = threading.Thread(target=run, daemon=True)
+        thread.start()
+        self._threads.append(thread)
+
+    def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
+        """Return tasks that ended; wait for one for at most some seconds."""
+        try:
+            found = [self._ended.get(timeout=seconds)]
+        except queue.Empty:
+            return []
+        while not self._ended.empty():
+            found.append(self._ended.get())
+        for task, _ in found:
+            self._cores += task.cores
+        self._threads = [thread for thread in self._threads if thread.is_alive()]
+        return found
+
+    def stop(self) -> None:
+        """Stop all tasks, with their checkpoints, and wait for them."""
+        self._stopping.set()
+        for thread in self._threads:
+            thread.join()
+
+    def close(self) -> None:
+        """Nothing is to be left."""
+
+
+def available_cores() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def visible_gpus() -> list[str]:
+    """Return a value of CUDA_VISIBLE_DEVICES for each GPU of this machine."""
+    import torch
+
+    count = torch.cuda.device_count() if torch.cuda.is_available() else 0
+    given = [name for name in os.environ.get("CUDA_VISIBLE_DEVICES", "").split(",") if name]
+    return given[:count] if given else [str(number) for number in range(count)]

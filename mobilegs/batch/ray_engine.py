@@ -1,0 +1,103 @@
+"""The engine on a Ray cluster: each task is a Ray task that starts a process on its machine."""
+
+import logging
+import os
+import time
+from typing import Any
+
+from mobilegs.batch.engine import Node
+from mobilegs.batch.task import GRACE, Outcome, Task, run_task
+from mobilegs.errors import InputError
+
+AHEAD = 1.25  # share of the cluster that is asked for, so that no machine waits for the batch
+
+
+def _run(line: str) -> tuple[str, str]:
+    """Run a task on a machine of the cluster; plain values need no code of ours to be read."""
+    outcome = run_task(Task.from_json(line))
+    return outcome.result, outcome.message
+
+
+class RayEngine:
+    """Runs tasks on the Ray cluster of RAY_ADDRESS or of this machine."""
+
+    def __init__(self, *, start: bool) -> None:
+        """Join the cluster; if there is none, `start` one on this machine.
+
+        Raises ConnectionError if there is none, and InputError if Ray is not installed.
+        """
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # sends nothing to anybody
+        # a task without GPUs shall see none, now and in later versions
+        os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "1")
+        try:
+            import ray
+        except ImportError:
+            raise InputError(
+                "Ray is not installed: pip install 'mobilegs[batch]', or add --engine local"
+            ) from None
+        self._ray: Any = ray
+        address = os.environ.get("RAY_ADDRESS") or (None if start else "auto")
+        ray.init(address, log_to_driver=False, logging_level=logging.CRITICAL)
+        self.name = f"Ray {ray.__version__}"
+        self._function = ray.remote(_run)
+        self._running: dict[Any, Task] = {}
+
+    def nodes(self) -> list[Node]:
+        """Return the machines of the cluster that are alive."""
+        found = [
+            Node(node["NodeName"], int(own.get("CPU", 0)), int(own.get("GPU", 0)))
+            for node in self._ray.nodes()
+            if node["Alive"] and (own := node["Resources"])
+        ]
+        return [node for node in found if node.cores]  # a head may leave the work to others
+
+    def accepts(self, task: Task) -> bool:
+        """Return True while little more than the whole cluster is asked for."""
+        nodes = self.nodes()
+        cores = sum(other.cores for other in self._running.values())
+        gpus = sum(other.gpus for other in self._running.values())
+        if task.gpus:
+            return gpus < max(1, AHEAD * sum(node.gpus for node in nodes))
+        return cores < max(1, AHEAD * sum(node.cores for node in nodes))
+
+    def submit(self, task: Task) -> None:
+        """Queue a task; Ray chooses the machine."""
+        options = {"num_cpus": task.cores, "num_gpus": task.gpus, "max_retries": 0}
+        function = self._function.options(scheduling_strategy="SPREAD", **options)
+        self._running[function.remote(task.as_json())] = task
+
+    def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
+        """Return tasks that ended; wait for one for at most some seconds."""
+        if not self._running:
+            time.sleep(seconds)
+            return []
+        references, _ = self._ray.wait(list(self._running), timeout=seconds)
+        return [(self._running.pop(each), self._outcome(each)) for each in references]
+
+    def _outcome(self, reference: Any) -> Outcome:
+        """Return the outcome of a Ray task that ended, also of one whose machine died."""
+        from ray import exceptions
+
+        try:
+            result, message = self._ray.get(reference)
+        except exceptions.TaskCancelledError:
+            return Outcome("stopped", "it was stopped")
+        except exceptions.NodeDiedError:
+            return Outcome("lost", "its machine died")
+        except exceptions.WorkerCrashedError:
+            return Outcome("lost", "its machine or its process died")
+        except exceptions.RayError as error:
+            return Outcome("lost", (str(error).strip().splitlines() or [repr(error)])[-1])
+        return Outcome(result, message)
+
+    def stop(self) -> None:
+        """Stop all tasks, with their checkpoints, and wait for them."""
+        for reference in self._running:
+            self._ray.cancel(reference)
+        if self._running:
+            self._ray.wait(list(self._running), num_returns=len(self._running), timeout=GRACE)
+        self._running = {}
+
+    def close(self) -> None:
+        """Leave the cluster."""
+        self._ray.shutdown()

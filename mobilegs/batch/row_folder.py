@@ -1,0 +1,120 @@
+"""The folder of a row: its options, and the events of its tasks on all machines."""
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+from filelock import FileLock, Timeout
+
+from mobilegs.atomic import atomic_write, make_folder
+from mobilegs.errors import InputError
+
+Kind = Literal["capture", "photos", "scene"]  # of a row's source
+LOCK_SECONDS = 180.0  # until a network's filesystem gives up the lock of a machine that died
+
+
+class RowFolder:
+    """Paths in the folder of a row, which is that of a run (`RunDir`) with a folder `batch`.
+
+    The events tell how far a row is; tasks append them from whatever machine they run on.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        own = path / "batch"
+        self.own = own
+        self.row = own / "row.json"
+        self.place_file = own / "place.json"
+        self.events_file = own / "events.jsonl"
+        self.log = own / "log.txt"
+        self.capture = path / "capture"
+        self.poster = path / "poster.jpg"
+        self.page = path / f"{path.name}.html"
+        self.site = path / "site"
+
+    def create(self, source: str, options: dict[str, str], own: list[str]) -> None:
+        """Write what the list says of a row."""
+        make_folder(self.own)
+        content = {"source": source, "options": options, "own": own}
+        atomic_write(self.row, json.dumps(content, indent=2) + "\n")
+
+    def load_row(self) -> dict[str, Any] | None:
+        """Return what `create` wrote, or None if the row is new."""
+        if not self.row.exists():
+            return None
+        try:
+            found = json.loads(self.row.read_text())
+            return {key: found[key] for key in ("source", "options", "own")}
+        except (ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{self.row} is damaged: delete the folder {self.path}") from error
+
+    def set_place(self, path: Path, kind: Kind) -> None:
+        """Note where the source lies on the shared storage, and its kind."""
+        atomic_write(self.place_file, json.dumps({"path": str(path), "kind": kind}) + "\n")
+
+    def place(self) -> tuple[Path, Kind] | None:
+        """Return path and kind of the source, or None if it must be fetched."""
+        if not self.place_file.exists():
+            return None
+        found = json.loads(self.place_file.read_text())
+        path = Path(found["path"])
+        return (path, found["kind"]) if path.exists() else None
+
+    def append(self, event: str, attempt: int, **about: Any) -> None:
+        """Append an event with the time."""
+        row = {"event": event, "attempt": attempt, "time": round(time.time(), 3), **about}
+        with self.events_file.open("a") as file:
+            file.write(json.dumps(row) + "\n")
+
+    def events(self) -> list[dict[str, Any]]:
+        """Return all events; a line that a dying machine left half written is skipped."""
+        if not self.events_file.exists():
+            return []
+        found = []
+        for line in self.events_file.read_text().splitlines():
+            try:
+                found.append(json.loads(line))
+            except ValueError:
+                continue
+        return found
+
+    def started(self, attempt: int) -> dict[str, Any] | None:
+        """Return the event of an attempt that began, if it did."""
+        return self._find("started", attempt)
+
+    def ended(self, attempt: int) -> dict[str, Any] | None:
+        """Return the event of an attempt that ended, if it did."""
+        return self._find("ended", attempt)
+
+    def done_stages(self) -> set[str]:
+        """Return the stages that are done."""
+        return {row["stage"] for row in self.events() if row.get("result") == "done"}
+
+    def attempts(self) -> int:
+        """Return the number of the last attempt, or 0."""
+        return max((row["attempt"] for row in self.events()), default=0)
+
+    def _find(self, event: str, attempt: int) -> dict[str, Any] | None:
+        for row in self.events():
+            if row["event"] == event and row["attempt"] == attempt:
+                return row
+        return None
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """Keep other machines from this row; wait for one that is ending.
+
+        Raises TimeoutError if another machine keeps the row.
+        """
+        lock = FileLock(self.own / ".lock")
+        try:
+            lock.acquire(timeout=LOCK_SECONDS)
+        except Timeout:
+            raise TimeoutError(f"another process works in {self.path}") from None
+        try:
+            yield
+        finally:
+            lock.release()
