@@ -16,13 +16,15 @@ export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 # each process that the tests start would compile every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test lint docs viewer drivers install clean
+.PHONY: help demo test fuzz lint docs viewer package drivers install clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo   render a small capture, train on it, compress, evaluate: see demo/"
 	@echo "make test   formatting, lint, types, tests"
+	@echo "make fuzz   the fuzzers, a minute each; SECONDS=600 for longer: see fuzz/README.md"
 	@echo "make viewer build the web viewer: mobilegs/view/dist from viewer/"
+	@echo "make package build the npm package: build/npm"
 	@echo "make lint   formatting, lint, types"
 	@echo "make docs   the documentation's site: build/docs/index.html"
 	@echo "make clean  remove what was built and installed, runs and demo excepted"
@@ -37,6 +39,11 @@ test: $(VENV)/installed viewer/node_modules/.package-lock.json $(if $(CI),driver
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS) \
 		|| failed=1; \
 	wait $$lint || { echo "formatting, lint or types failed: make lint" >&2; failed=1; }; exit $$failed
+
+# needs clang and atheris, and says so; TARGETS="python-mgs agreement" runs some
+fuzz: SECONDS ?= 60
+fuzz: $(VENV)/installed
+	@$(BIN)/python -m fuzz $(TARGETS) --seconds $(SECONDS)
 
 # a Vulkan device in software, and a browser; without them, tests that draw with them are skipped
 drivers:
@@ -58,6 +65,10 @@ docs: $(VENV)/docs-installed
 # mobilegs/view/dist, which is committed: after a change in viewer/
 viewer: viewer/node_modules/.package-lock.json
 	$(NODE) viewer/build.mjs
+
+# build/npm: `npm pack ./build/npm` makes a tarball of it
+package: viewer/node_modules/.package-lock.json
+	$(NODE) viewer/build_package.mjs
 
 install: $(VENV)/installed
 

@@ -28,13 +28,22 @@ def need(condition: object, part: str) -> None:
 # --- 1. container ---------------------------------------------------------------------------------
 
 
+def number(text: str) -> int | float:
+    """Parse a number with a point or an exponent: JSON has one type of number, so 3.0 is 3."""
+    value = float(text)
+    return int(value) if value.is_integer() else value
+
+
 def read_container(data: bytes) -> tuple[dict, dict[str, tuple[str, bytes]]]:
     """Return the header, and the codec and bytes of each stream by name."""
     need(data[:8] == MAGIC and len(data) >= 20, "its first bytes")
     major, _, size, crc = struct.unpack_from("<HHII", data, 8)
     need(major in (2, 3, 4) and size <= 1 << 20, "its version")
     need(crc == zlib.crc32(data[8:16] + data[20 : 20 + size]), "the checksum of its header")
-    header, place, streams = json.loads(data[20 : 20 + size]), 20 + size, {}
+    header = json.loads(data[20 : 20 + size], parse_float=number)
+    place, streams = 20 + size, {}
+    if major == 2:
+        header.pop("layers", None)  # an unknown field
     for row in header["streams"]:
         part = data[place : place + row["bytes"]]
         need(len(part) == row["bytes"] and zlib.crc32(part) == row["crc32"], row["name"])

@@ -9,79 +9,11 @@
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { join, relative } from "node:path";
-import { fileURLToPath, pathToFileURL } from "node:url";
 
-import { build, transform } from "esbuild";
+import { here, plugins, replace, script, selfContained, shaders, shadersOf, version } from "./bundling.mjs";
 
-const here = fileURLToPath(new URL(".", import.meta.url));
 const dist = join(here, "..", "mobilegs", "view", "dist");
 const output = process.argv[2] ?? dist;
-const { version } = JSON.parse(readFileSync(join(here, "package.json"), "utf8"));
-const options = {
-  absWorkingDir: here, bundle: true, minify: true, format: "esm", target: "es2022",
-  legalComments: "none", logLevel: "warning", write: false,
-}; // prettier-ignore
-
-/** Without comments, indentation and blank lines. @param {string} text */
-const slim = (text) =>
-  text
-    .replace(/\/\/.*/g, "")
-    .split("\n")
-    .map((line) => line.trim())
-    .filter(Boolean)
-    .join("\n") + "\n";
-
-const shaders = Object.fromEntries(
-  readdirSync(join(here, "shaders"))
-    .sort()
-    .map((file) => [file, slim(readFileSync(join(here, "shaders", file), "utf8"))]),
-);
-
-/** Shaders of one language, or all. @param {string} [suffix] */
-const shadersOf = (suffix = "") =>
-  JSON.stringify(Object.fromEntries(Object.entries(shaders).filter(([file]) => file.endsWith(suffix))));
-
-/** Replaces a module of the sources by another one. @param {string} name @param {string} by */
-const replace = (name, by) => ({
-  name,
-  setup: (/** @type {import("esbuild").PluginBuild} */ { onResolve }) =>
-    onResolve({ filter: new RegExp(`/${name}$`) }, () => ({ path: join(here, "src", by) })),
-});
-
-/** The bundle has its own `assets.js`, a minified style sheet, and HTML without indentation. */
-const plugins = [replace("assets.js", "assets_bundle.js"), {
-  name: "viewer",
-  setup({ onLoad }) {
-    onLoad({ filter: /[\\/]style\.js$/ }, async ({ path }) => {
-      const { STYLE } = await import(pathToFileURL(path).href);
-      const { code } = await transform(STYLE, { loader: "css", minify: true });
-      return { contents: `export const STYLE = ${JSON.stringify(code.trim())};` };
-    });
-    onLoad({ filter: /[\\/]template\.js$/ }, ({ path }) => ({
-      contents: readFileSync(path, "utf8").replace(/\n\s+/g, "\n"),
-    }));
-  },
-}];
-
-/** One script. @param {string} entry @param {object} [more] options @returns {Promise<string>} */
-async function script(entry, more) {
-  const { outputFiles } = await build({ entryPoints: [join("src", entry)], ...options, ...more });
-  return outputFiles[0].text;
-}
-
-/**
- * A script that can run its own source text in a worker, and that leaves no global names.
- *
- * @param {string} entry
- * @param {object} more options
- */
-const selfContained = (entry, more) =>
-  script(entry, {
-    plugins,
-    banner: { js: '(function bundle(){"use strict";' },
-    footer: { js: "})();" },
-    ...more,
-  });
 
 /** Parts of viewer.js that are loaded when they are needed, with the functions of `chunks.js` that load them. */
 const chunks = {
@@ -89,6 +21,7 @@ const chunks = {
   webgl: "render/webgl_chunk.js",
   languages: "viewer/languages.js",
   extras: "viewer/extras.js",
+  xr: "viewer/xr.js",
 };
 const VERSION = { PACKAGE_VERSION: JSON.stringify(version) };
 /** @type {Record<string, string>} */

@@ -8,7 +8,7 @@ from pathlib import Path
 
 DIST = Path(__file__).parent / "dist"
 # parts of viewer.js that it loads when they are needed, from files beside it
-CHUNKS = ("formats.js", "webgl.js", "languages.js", "extras.js")
+CHUNKS = ("formats.js", "webgl.js", "languages.js", "extras.js", "xr.js")
 # parts of index.html that pages replace
 SCRIPT = '<script type="module" src="viewer.js"></script>'
 TITLE = "<title>mobilegs</title>"

@@ -216,7 +216,7 @@ def test_file_names_are_not_interpreted_as_html(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     name = "<img src=x onerror=alert(1)>.mgs"
     tab.page.evaluate(
-        """([bytes, name]) => document.querySelector("mobile-gs").compare(
+        """([bytes, name]) => document.querySelector("mobile-gs").compareWith(
           new File([Uint8Array.from(bytes)], name))""",
         [list(MGS), name],
     )

@@ -38,6 +38,9 @@ float weight_of(float depth, float largest, float phi) {
   return w;
 }
 
+// Centre and radius of a sphere: Gaussians that reach out of it by two standard deviations are not drawn. Radius 0: all are.
+uniform vec4 crop;
+
 Look look_at(int i) {
   Look look = Look(vec3(0.0), 0.0, 0.0);
   if (i >= count) { return look; }
@@ -48,7 +51,7 @@ Look look_at(int i) {
   float basis[16];
   harmonics(max(sh_size, lobe_size), away * inversesqrt(dot(away, away)), basis);
   vec2 seen = lobes_along(i, basis);
-  float opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
+  float opacity = (1.0 - whole.w) / (1.0 + exp(min(-seen.x, 80.0)));
   if (!(opacity > scale_bits.z)) { return look; }
   vec2 box = reach_of(opacity) * sqrt(e.variance);
   if (any(lessThan(e.center + box, vec2(0.5)))) { return look; }
@@ -57,7 +60,9 @@ Look look_at(int i) {
   vec3 b = shape.axes[1];
   vec3 c = shape.axes[2];
   float largest = sqrt(max(dot(a, a), max(dot(b, b), dot(c, c))));
-  look.color = max(color_along(i, basis), vec3(0.0));
+  if (crop.w > 0.0 && distance(shape.mean, crop.xyz) + 2.0 * largest > crop.w) { return look; }
+  vec4 color = vec4(color_along(i, basis), 1.0);
+  look.color = max(color.rgb + vec3(dot(grade[0], color), dot(grade[1], color), dot(grade[2], color)), vec3(0.0));
   look.weight = weight_of(e.depth, largest, max(seen.y, 0.0)) * weight_scale;
   look.opacity = opacity;
   return look;

@@ -3,6 +3,7 @@
 uniform sampler2D color_sums;
 uniform sampler2D weight_sums;
 uniform int last_row;  // of the picture, where the target's rows count from below; 0 elsewhere
+uniform int first_column;  // of the picture in the target
 
 #ifdef LEVELED
 
@@ -81,7 +82,7 @@ vec4 resolved(ivec2 at) {
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
-  at.y = abs(last_row - at.y);
+  at = ivec2(at.x - first_column, abs(last_row - at.y));
   if (supersampling == 1) {
     color_out = resolved(at);
     return;

@@ -37,6 +37,9 @@ void main() {
   vec2 target = size.xy;
 #ifdef LEVELED
   int level = level_of(e, look.weight / weight_scale);
+#ifdef PARTLY_HIDDEN
+  if (level > 0 && partly_hidden(e, opacity, level)) { level = 0; }
+#endif
   if (level > 0) {
     Ellipse coarse = to_level(e, level);
     opacity *= fading(e, coarse, level);
@@ -65,7 +68,7 @@ void main() {
   vec2 side = (reach_of(opacity) * sizes + 0.02) *
       (vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
   vec2 at = e.center + side.x * way + side.y * across;
-  gl_Position = vec4(at / target * 2.0 - 1.0, 0.0, 1.0);
+  gl_Position = vec4(at / target * 2.0 - 1.0, min(whole.z / e.depth, 1.0), 1.0);
 }
 
 #else
@@ -79,7 +82,7 @@ flat in vec4 region;
 
 layout(location = 0) out vec4 color_out;  // sort-free: sum of c a w; a becomes the product of 1 - a
 #ifndef SORTED
-layout(location = 1) out vec4 weight_out;  // sum of a w
+layout(location = 1) out vec4 weight_out;  // sum of a w, and with the nearness
 #endif
 
 void main() {
@@ -98,7 +101,7 @@ void main() {
 #else
   float weighted = alpha * color.w;
   color_out = vec4(color.rgb * weighted, alpha);
-  weight_out = vec4(weighted, 0.0, 0.0, 0.0);
+  weight_out = vec4(weighted, weighted * (2.0 * gl_FragCoord.z - 1.0), 0.0, 0.0);
 #endif
 }
 

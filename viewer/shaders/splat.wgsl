@@ -107,7 +107,7 @@ fn corner_of(vertex: u32, look: Look, opacity: f32, ellipse: Ellipse, size: vec2
   let side = (reach_of(opacity) * sizes + 0.02) *
       (vec2f(vec2u(vertex & 1u, (vertex >> 1u) & 1u)) * 2.0 - 1.0);
   let at = ellipse.center + side.x * way + side.y * across;
-  out.position = vec4f(at / size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
+  out.position = vec4f(at / size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), min(view.nearest / ellipse.depth, 1.0), 1.0);
   return out;
 }
 
@@ -125,12 +125,12 @@ fn alpha_at(position: vec2f, axes: vec4f, center: vec4f) -> f32 {
 
 struct Sums {
   @location(0) color: vec4f,   // sum of c a w; a becomes the product of 1 - a
-  @location(1) weight: vec4f,  // sum of a w
+  @location(1) weight: vec4f,  // sum of a w, and with the nearness
 }
 
 @fragment
 fn add_weighted(corner: Corner) -> Sums {
-  return sums_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.color);
+  return sums_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.color, corner.position.z);
 }
 
 @fragment
@@ -138,12 +138,12 @@ fn add_to_level(corner: LevelCorner) -> Sums {
   let at = corner.position.xy;
   // not into the target of another level
   let outside = any(at < corner.region.xy) || any(at > corner.region.zw);
-  return sums_of(select(alpha_at(at, corner.axes, corner.center), 0.0, outside), corner.color);
+  return sums_of(select(alpha_at(at, corner.axes, corner.center), 0.0, outside), corner.color, corner.position.z);
 }
 
-fn sums_of(alpha: f32, color: vec4f) -> Sums {
+fn sums_of(alpha: f32, color: vec4f, nearness: f32) -> Sums {
   let weighted = alpha * color.w;
-  return Sums(vec4f(color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
+  return Sums(vec4f(color.rgb * weighted, alpha), vec4f(weighted, weighted * nearness, 0.0, 0.0));
 }
 
 @fragment

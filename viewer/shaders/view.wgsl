@@ -28,6 +28,9 @@ struct View {
   supersampling: u32,  // pixels of the sums along a side of the picture's pixel; `size` counts the former
   regions: array<vec4f, 4>,  // first pixel and end of each level in the texture of all: levelPlaces in levels.js
   whole: vec2f,              // size of that texture
+  nearest: f32,              // depth at which the nearness is 1; 0: no depth is compared
+  faded: f32,                // the share that opacities lose
+  grade: array<vec4f, 3>,    // what is added to r, g and b: factors of r, g, b and 1
 }
 
 @group(0) @binding(0) var<uniform> view: View;

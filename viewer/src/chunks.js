@@ -15,5 +15,8 @@ export const languages = () => import("./viewer/languages.js");
 /** The benchmark, QR codes, annotations and camera paths. */
 export const extras = () => import("./viewer/extras.js");
 
+/** Sessions of WebXR, where the device offers them. */
+export const xr = () => import("./viewer/xr.js");
+
 /** JavaScript that a worker runs before the viewer's script. */
 export const workerPrefix = () => "";

@@ -19,6 +19,7 @@ export const formats = () => load("formats");
 export const webgl = () => load("webgl");
 export const languages = () => load("languages");
 export const extras = () => load("extras");
+export const xr = () => load("xr");
 
 // a worker that runs source text does not know where it is from
 export const workerPrefix = () => `viewerAddress=${JSON.stringify(address())};`;

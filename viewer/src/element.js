@@ -16,6 +16,7 @@
  * - `start` and `start-portrait`: first view on wide and on high screens, in place of the file's notes of these
  *   names, with eight numbers: eye, target, tangents of half the width and height that must be in the picture
  * - `camera`: the camera, in the form of a page's fragment (`eye=x,y,z&at=x,y,z&up=x,y,z`); also a property
+ * - `follow`: id of another element, whose camera this one takes
  * - `limits`: limits of the camera in place of the file's note; `free`: none
  * - `autorotate`: rotates the scene until the first input, within the limits
  * - `annotations` and `path`: in place of the file's notes of these names
@@ -30,16 +31,19 @@
  * - `polite`: the page scrolls by wheel and by one finger; Ctrl and wheel, or two fingers, zoom
  * - `page`: the element is a whole page, whose address names options and the view (in `mobile-gs.js`)
  *
+ * Children with `slot="annotation"` follow the points that their `data-at="x y z"` names (slotted.js).
+ *
  * `data-state` is `loading`, then `loaded` or `failed`.
  */
 
 import { extras } from "./chunks.js";
 import { giveBack, seen, take, used } from "./contexts.js";
+import { STILL, VIEWER_ATTRIBUTES, applyAttribute, optionsOf } from "./viewer/attributes.js";
 import { LoadProgress } from "./viewer/load_progress.js";
 import { Chrome } from "./viewer/chrome.js";
-import { colorOf } from "./viewer/color.js";
 import { Dialogs } from "./viewer/dialogs.js";
-import { FREE } from "./viewer/framing.js";
+import { listenToFiles, listenToKeys } from "./viewer/element_input.js";
+import { followCamera } from "./viewer/follow.js";
 import { icon } from "./viewer/icons.js";
 import { filled, languageOf, localize, textsOf } from "./viewer/localize.js";
 import { applySetting, showSettings } from "./viewer/settings.js";
@@ -48,33 +52,42 @@ import { makeJoystick } from "./viewer/joystick.js";
 import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
 import { Split } from "./viewer/split.js";
 import { FrameStats } from "./viewer/stats.js";
-import { KEYS, TEMPLATE } from "./viewer/template.js";
+import { TEMPLATE } from "./viewer/template.js";
 import { en } from "./viewer/texts.js";
 import { Viewer } from "./viewer/viewer.js";
 
-/** @typedef {import("./load/worker.js").Request} Request */
-/** @typedef {import("./render/create_renderer.js").Choice} Choice */
-/** @typedef {import("./viewer/pose.js").Pose} Pose */
-/** @typedef {import("./viewer/viewer.js").Side} Side */
-/** @typedef {import("./viewer/viewer.js").Stats} Stats */
+/** @import { Request } from "./load/worker.js" */
+/** @import { Choice } from "./render/create_renderer.js" */
+/** @import { Pose } from "./viewer/pose.js" */
+/** @import { Stats } from "./viewer/stats.js" */
+/** @import { Vector } from "./viewer/vector.js" */
+/** @import { Side } from "./viewer/viewer.js" */
 /** @typedef {string | Blob} Source a URL, or a file that the visitor opened */
+/** @typedef {{eye: Vector, target: Vector, up?: Vector}} CameraPose world units; without `up` that direction stays */
+/**
+ * @typedef {object} CameraChange detail of the event `camera`
+ * @property {string} camera in the form of the attribute
+ * @property {Vector} eye
+ * @property {Vector} target centre of the orbit
+ * @property {Vector} up of the world
+ * @property {MobileGs} origin the element whose camera was moved: this one, or the one that it follows
+ */
 
 /** @type {import("./viewer/viewer.js").Mode[]} */
 const MODES = ["orbit", "fly", "walk"];
 const LOWEST = 120; // pixels: the height of an element without one
-const FRAMING = ["start", "start-portrait", "limits", "free"];
-const VIEWER_ATTRIBUTES = ["camera", "scale", "background", "fov", "up", "autorotate", ...FRAMING];
 const TEXT_ATTRIBUTES = ["heading", "credit", "alt", "lang"];
+const OTHER_ATTRIBUTES = ["src", "compare", "annotations", "follow"];
 const NOTICE_TIME = 2000; // milliseconds
 const SORTED = "sorted"; // value of `compare`: the same scene, rendered sorted
 const NEAR = { rootMargin: "100%" };
-const STILL = "(prefers-reduced-motion: reduce)";
 
 // a worker runs this module too, and has no elements
 export class MobileGs extends (globalThis.HTMLElement ?? Object) {
-  static observedAttributes = ["src", "compare", ...VIEWER_ATTRIBUTES, ...TEXT_ATTRIBUTES];
+  /** @internal */
+  static observedAttributes = [...OTHER_ATTRIBUTES, ...VIEWER_ATTRIBUTES, ...TEXT_ATTRIBUTES];
 
-  /** @type {Viewer | null} */
+  /** @internal @type {Viewer | null} */
   viewer = null;
   #root;
   #chrome;
@@ -94,6 +107,11 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #view = 0;
   #ready = Promise.resolve(false);
   #blind = false; // no renderer works
+  #camera = ""; // of the last event
+  /** The element whose camera moved this one since the last event. @type {MobileGs | null} */
+  #origin = null;
+  /** Ends following another element. */
+  #following = new AbortController();
   /** What to restore when the element has its context again. @type {{choices: object, pose: Pose | null} | null} */
   #asleep = null;
   /** @type {import("./contexts.js").Holder} */
@@ -111,25 +129,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     for (const button of this.#root.querySelectorAll("button")) {
       button.addEventListener("click", () => this.act(button.dataset.act ?? ""));
     }
-    this.#root.addEventListener("keydown", (event) => {
-      const { code, key, ctrlKey, metaKey, altKey, repeat, target, defaultPrevented } = /** @type {KeyboardEvent} */ (event);
-      // the code is the key's place, for keyboards with other alphabets
-      const act = KEYS.get(key.toLowerCase()) ?? KEYS.get(code.slice(3).toLowerCase());
-      const typing = defaultPrevented || /** @type {Element} */ (target).matches("textarea, select, input:not([type])");
-      if (act && !ctrlKey && !metaKey && !altKey && !repeat && !typing) {
-        this.#part("help").classList.add("typed"); // there is a keyboard
-        this.act(act);
-      }
-      if (code === "Escape") this.act("close");
-    });
-    // show the focus only to keyboard users: pages set the focus too
-    this.#root.addEventListener("keyup", (event) => {
-      const { code, target } = /** @type {KeyboardEvent} */ (event);
-      const { classList } = /** @type {Element} */ (target);
-      if (code !== "Tab") return;
-      classList.add("reached");
-      target?.addEventListener("blur", () => classList.remove("reached"), { once: true });
-    });
+    listenToKeys(this.#root, (action) => this.act(action), () => this.#part("help").classList.add("typed"));
     this.#part("settings").addEventListener("input", ({ target }) => {
       const control = /** @type {HTMLInputElement} */ (target);
       if (control.name === "stats") this.act("stats");
@@ -145,24 +145,22 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     });
     makeJoystick(this.#part("stick"), (right, forward) => this.viewer?.stride(right, forward));
     this.addEventListener("pointerdown", () => used(this.#holder));
-    this.addEventListener("dragover", (event) => {
-      event.preventDefault();
-      this.#part("drop").hidden = false;
-    });
-    this.addEventListener("dragleave", () => (this.#part("drop").hidden = true));
-    this.addEventListener("drop", (event) => {
-      event.preventDefault();
-      this.#part("drop").hidden = true;
-      this.#openFiles(event.dataTransfer?.files);
-    });
+    listenToFiles(this, this.#part("drop"), (files) => this.#openFiles(files));
     const picked = this.#picker;
     picked.addEventListener("change", () => {
       this.#dialogs.show(null);
       this.#openFiles(picked.files);
       picked.value = ""; // so that the same file can be opened again
     });
+    const slot = /** @type {HTMLSlotElement} */ (this.#root.querySelector("slot"));
+    const follow = async () => {
+      const { Slotted } = await extras();
+      new Slotted(this, slot, () => this.viewer);
+    };
+    slot.addEventListener("slotchange", () => void follow(), { once: true });
   }
 
+  /** @internal */
   connectedCallback() {
     // scripts may set attributes right after they create the element
     queueMicrotask(() => {
@@ -212,31 +210,28 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#part("chrome").hidden = this.hasAttribute("noui");
     this.#button("full").hidden = !document.fullscreenEnabled;
     this.#button("share").hidden = !shareable();
+    void this.#chrome.offer();
     void this.#localize();
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
-    const variant = this.getAttribute("variant");
-    const [floats, strips] = ["floats", "strips"].map((word) => Boolean(variant?.includes(word)));
-    const levels = Number(this.getAttribute("levels") ?? NaN);
-    this.viewer = new Viewer(canvas, this, {
-      variant: variant === null ? null : { floats, strips },
-      levels: levels === 0 || (levels >= 0.6 && levels <= 100) ? levels : null,
-      patient: this.hasAttribute("poster"),
-      editable: this.hasAttribute("editable"),
-    });
+    this.viewer = new Viewer(canvas, this, optionsOf(this));
     canvas.classList.toggle("polite", this.hasAttribute("polite"));
-    for (const name of VIEWER_ATTRIBUTES) this.#apply(name);
+    for (const name of VIEWER_ATTRIBUTES) applyAttribute(this, this.viewer, name);
     this.#ready = this.viewer.begin(choice);
     this.#blind = false;
+    this.#camera = "";
+    this.#follow();
     void this.#ready.then((able) => (this.#blind = !able));
     const source = this.#source ?? this.getAttribute("src");
     const other = this.#other === undefined ? this.getAttribute("compare") : this.#other;
     if (source) void this.open(source);
-    if (other) void this.compare(other);
+    if (other) void this.compareWith(other);
   }
 
+  /** @internal */
   disconnectedCallback() {
     this.#near.disconnect();
     this.#sight.disconnect();
+    this.#following.abort();
     this.#end();
     giveBack(this.#holder);
   }
@@ -247,8 +242,49 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   }
 
   set camera(text) {
+    // frameworks set null where there is no value
+    if (!text || text === this.camera) return;
     const pose = poseFromHash(text);
-    if (pose) this.viewer?.place(pose);
+    if (!this.viewer) this.setAttribute("camera", text); // for the viewer that begins later
+    else if (pose) this.viewer.place(pose);
+  }
+
+  /**
+   * Fly to a camera. An input of the visitor, another flight or the signal stops the flight.
+   *
+   * @param {string | CameraPose} camera
+   * @param {{seconds?: number, signal?: AbortSignal}} [options] 0.9 seconds; 0 for visitors who prefer reduced motion
+   * @returns {Promise<boolean>} whether it arrived
+   */
+  async flyTo(camera, { seconds, signal } = {}) {
+    const to = typeof camera === "string" ? poseFromHash(camera) : camera;
+    if (!to) throw new TypeError(`"${camera}" is not a camera: write eye=x,y,z&at=x,y,z&up=x,y,z`);
+    const { flyTo } = await extras();
+    const { viewer } = this;
+    if (!viewer?.count || signal?.aborted) return false;
+    viewer.turning = false;
+    return flyTo(viewer, this, to, { seconds: matchMedia(STILL).matches ? 0 : seconds, signal });
+  }
+
+  /**
+   * The point of the scene under a pixel of the element, in world units; null where there is none.
+   *
+   * @param {number} x CSS pixels from the left
+   * @param {number} y from the top
+   * @returns {Vector | null}
+   */
+  pointAt(x, y) {
+    return this.viewer?.count ? this.viewer.pointAt(x, y) : null;
+  }
+
+  /** Follow the camera of another element. */
+  #follow() {
+    this.#following.abort();
+    this.#following = new AbortController();
+    followCamera(this, this.#following.signal, (pose, origin) => {
+      this.#origin = origin;
+      this.viewer?.place(pose);
+    });
   }
 
   #end() {
@@ -262,7 +298,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     canvas?.replaceWith(canvas.cloneNode());
   }
 
-  /** @param {string} name @param {string | null} before @param {string | null} value */
+  /** @internal @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
     if (name === "src") this.#source = null;
     if (name === "compare") this.#other = undefined;
@@ -271,8 +307,11 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       void this.#localize();
       return;
     }
-    if (name === "compare") void this.compare(value || null);
-    else if (name !== "src") this.#apply(name);
+    if (name === "compare") void this.compareWith(value || null);
+    else if (name === "annotations") void this.#showNotes(false);
+    else if (name === "follow") this.#follow();
+    else if (name === "camera") this.camera = value ?? "";
+    else if (name !== "src") applyAttribute(this, this.viewer, name);
     else if (value) void this.open(value);
   }
 
@@ -282,7 +321,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#again = this.#twice; // until it has loaded, the previous scene stays on both sides
     await this.#load(0, source, (viewer, request) => {
       viewer.load(request);
-      this.#apply("up");
+      applyAttribute(this, viewer, "up");
     });
   }
 
@@ -291,7 +330,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
    *
    * @param {Source | null} other `sorted`: the same scene, rendered sorted
    */
-  async compare(other) {
+  async compareWith(other) {
     this.#other = other;
     this.#again = false;
     this.#twice = other === SORTED;
@@ -332,7 +371,9 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       viewer.mode = next;
       this.#announce(this.#texts[/** @type {const} */ ({ orbit: "orbits", fly: "flies", walk: "walks" })[next]], true);
     }
-    else if (what === "picture") void this.#save();
+    else if (what === "vr" || what === "ar") {
+      this.#chrome.present(what, viewer)?.catch(({ message }) => this.#announce(message, true));
+    } else if (what === "picture") void this.#save();
     else if (what === "open") this.#picker.click();
     else if (what === "copy") void this.#dialogs.copy(this.#texts);
     else if (what === "share") void this.#dialogs.share(this.#texts);
@@ -350,34 +391,34 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     viewer.redraw();
   }
 
-  /** @param {Side} side @param {number} share of the file that has been received */
+  /** @internal @param {Side} side @param {number} share of the file that has been received */
   progress(side, share) {
     this.#loadProgress.note(side, { share, state: "loading" });
     this.#update();
   }
 
-  /** @param {Side} side @param {number} milliseconds @param {number} bytes of the file */
+  /** @internal @param {Side} side @param {number} milliseconds @param {number} bytes of the file */
   loaded(side, milliseconds, bytes) {
     this.#loadProgress.note(side, { share: 1, state: "loaded" });
     this.#update();
     if (side === 1) return;
-    if (this.#again) void this.compare(SORTED);
+    if (this.#again) void this.compareWith(SORTED);
     this.#announce(filled(this.#texts.loaded, (this.viewer?.count ?? 0).toLocaleString(this.#language)));
     this.dispatchEvent(new CustomEvent("load", { detail: { milliseconds, bytes } }));
-    void this.#showNotes();
+    void this.#showNotes(this.hasAttribute("autoplay"));
   }
 
-  /** Show the annotations of the file; with `autoplay`, follow its camera path. */
-  async #showNotes() {
+  /** Show the annotations of the file. @param {boolean} autoplay whether the camera follows its path */
+  async #showNotes(autoplay) {
     const { viewer } = this;
     this.#root.querySelector(".annotations")?.remove();
     const asked = ["annotations", "path"].some((name) => viewer?.notes[name] || this.hasAttribute(name));
     if (!viewer || !asked || this.hasAttribute("editable")) return;
     const { showNotes } = await extras();
-    if (viewer === this.viewer) showNotes(this, this.#root, viewer, this.hasAttribute("autoplay"));
+    if (viewer === this.viewer) showNotes(this, this.#root, viewer, autoplay);
   }
 
-  /** @param {Side} side @param {string} sentence @param {boolean} [kept] whether the previous scene stays */
+  /** @internal @param {Side} side @param {string} sentence @param {boolean} [kept] whether the previous scene stays */
   failed(side, sentence, kept = false) {
     this.#loadProgress.fail(side, sentence, kept);
     if (side === 0) this.#again = false;
@@ -396,7 +437,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.dispatchEvent(new CustomEvent("error", { detail: { sentence } }));
   }
 
-  /** The renderer cannot continue: WebGL2 takes over from WebGPU. @param {Side} side @param {string} sentence */
+  /** The renderer cannot continue: WebGL2 takes over from WebGPU. @internal @param {Side} side @param {string} sentence */
   broken(side, sentence) {
     const viewer = this.viewer;
     if (!viewer || viewer.device.renderer === "WebGL2" || this.getAttribute("renderer") === "webgpu") {
@@ -409,23 +450,13 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#restore({ choices: viewer.choices, pose: viewer.count ? viewer.pose : null });
   }
 
-  /** Show a report that can be copied or shared. @param {Record<string, unknown>} figures */
-  report(figures) {
-    const text = JSON.stringify(figures, null, 1);
-    const panel = this.#part("report");
-    /** @type {HTMLTextAreaElement} */ (panel.querySelector("textarea")).value = text;
-    const scenes = /** @type {import("./viewer/bench.js").Measured[]} */ (figures.scenes);
-    const interrupted = scenes.some((one) => one.interrupted);
-    const words = scenes.map(({ cold, steady }) => `${cold.fps} frames/s cold, ${steady.fps} steady`).join(" | ");
-    const heading = /** @type {HTMLElement} */ (panel.querySelector("h2"));
-    delete heading.dataset.text;
-    heading.textContent = interrupted ? "The page was hidden during the measurement: measure again" : words;
-    this.#button("send", panel).hidden = !navigator.share;
-    if (panel.hidden) this.#dialogs.show("report");
-    this.dispatchEvent(new CustomEvent("report", { detail: figures }));
+  /** Show the report of a measurement. @internal @param {Record<string, unknown>} figures */
+  async report(figures) {
+    const { showReport } = await extras();
+    showReport(this, this.#root, this.#dialogs, figures);
   }
 
-  /** @param {Stats} stats */
+  /** @internal @param {Stats} stats */
   drawn(stats) {
     if (!stats.early) this.#root.querySelector("canvas")?.classList.add("drawn");
     this.#root.querySelector(".still")?.remove();
@@ -434,8 +465,21 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#showTitle();
     if (!this.viewer?.measured) this.#chrome.invite(this.#source);
     this.dispatchEvent(new CustomEvent("frame", { detail: stats }));
+    this.#tellCamera();
     const panel = this.#part("stats");
     if (!panel.hidden) panel.textContent = this.#stats.lines(stats);
+  }
+
+  /** Dispatch the event `camera` if the camera has moved. */
+  #tellCamera() {
+    const { viewer, camera } = this;
+    if (!viewer || camera === this.#camera) return;
+    this.#camera = camera;
+    const { eye, target, up } = viewer.pose;
+    const detail = { camera, eye, target, up, origin: this.#origin ?? this };
+    this.#origin = null;
+    // elements that follow this one listen at its root
+    this.dispatchEvent(new CustomEvent("camera", { detail, bubbles: true }));
   }
 
   /** Announce a text to screen readers and, if `seen`, show it for two seconds. @param {string} text */
@@ -478,7 +522,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #openFiles(files) {
     const [file, other] = files ?? [];
     if (file) void this.open(file);
-    if (other) void this.compare(other);
+    if (other) void this.compareWith(other);
   }
 
   async #save() {
@@ -487,36 +531,6 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const link = document.createElement("a");
     Object.assign(link, { href: URL.createObjectURL(picture), download: "scene.png" }).click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  }
-
-  /** Apply an attribute to the viewer. @param {string} name one of VIEWER_ATTRIBUTES */
-  #apply(name) {
-    const viewer = /** @type {Viewer} */ (this.viewer);
-    const text = this.getAttribute(name);
-    const number = Number(text);
-    if (name === "scale") viewer.scale = number > 0 && number <= 1 ? number : null;
-    else if (name === "fov") viewer.fov = number >= 1 && number <= 150 ? number : null;
-    else if (name === "background") viewer.background = colorOf(text);
-    else if (name === "up") viewer.up = text;
-    else if (FRAMING.includes(name)) this.#frame(viewer);
-    else if (name === "camera") this.camera = text ?? "";
-    else viewer.turning = text !== null && !matchMedia(STILL).matches;
-    viewer.redraw();
-  }
-
-  /** Pass on the attributes of first views and limits. @param {Viewer} viewer */
-  #frame(viewer) {
-    /** @type {Record<string, string>} */
-    const given = {};
-    for (const name of FRAMING) {
-      const text = this.getAttribute(name);
-      if (name === "free" && text !== null) given.limits = FREE;
-      else if (text !== null) {
-        given[name.replace("-", "_")] = text;
-        if (!name.includes("-")) given[`${name}_portrait`] = ""; // the file's own would hide this one
-      }
-    }
-    viewer.given = given;
   }
 
   /**
@@ -580,4 +594,5 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   }
 }
 
-globalThis.customElements?.define("mobile-gs", MobileGs);
+// a page may have two copies of this module
+if (!globalThis.customElements?.get("mobile-gs")) globalThis.customElements?.define("mobile-gs", MobileGs);

@@ -104,7 +104,7 @@ async function measure(element, bench, others) {
     element.loaded(0, file.milliseconds, file.bytes);
   }
   void awake?.release();
-  element.report({
+  await element.report({
     date: new Date().toISOString(),
     ...plan,
     viewer: version(),

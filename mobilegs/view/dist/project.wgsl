@@ -54,13 +54,15 @@ if (!(ellipse.depth > view.near) || !(ellipse.compensation > 0.0)) { return seen
 let away = shape.mean - view.position;
 let basis = harmonics(max(view.sh_size, view.lobe_size), away * inverseSqrt(dot(away, away)));
 let seen = lobes_along(i, basis);
-let opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
+let opacity = (1.0 - view.faded) / (1.0 + exp(min(-seen.x, 80.0)));
 if (!(opacity > view.alpha_min)) { return seen_now; }
 if (!touches(ellipse, opacity)) { return seen_now; }
 let a = shape.axes;
 let largest = sqrt(max(dot(a[0], a[0]), max(dot(a[1], a[1]), dot(a[2], a[2]))));
 let weight = weight_of(ellipse.depth, largest, max(seen.y, 0.0));
-seen_now.look = Look(max(color_along(i, basis), vec3f(0.0)), weight * view.weight_scale, opacity);
+let color = vec4f(color_along(i, basis), 1.0);
+let added = vec3f(dot(view.grade[0], color), dot(view.grade[1], color), dot(view.grade[2], color));
+seen_now.look = Look(max(color.rgb + added, vec3f(0.0)), weight * view.weight_scale, opacity);
 seen_now.level = level_of(ellipse, weight);
 return seen_now;
 }
@@ -78,14 +80,15 @@ fn project_sortfree(
 @builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
 @builtin(local_invocation_index) local: u32) {
 let i = (group.y * groups.x + group.x) * BATCH + local;
+var seen: Seen;
+if (i < view.count) { seen = look_at(i); }
+append_to_list(i, local, seen);
+}
+fn append_to_list(i: u32, local: u32, seen: Seen) {
 if (local == 0u) { atomicStore(&found, 0u); }
 workgroupBarrier();
-var seen: Seen;
 var place = 0u;
-if (i < view.count) {
-seen = look_at(i);
 if (seen.look.opacity > 0.0) { place = atomicAdd(&found, 1u); }
-}
 workgroupBarrier();
 if (local == 0u) {
 let number = atomicLoad(&found);

@@ -27,6 +27,9 @@ level_sigma: f32,
 supersampling: u32,
 regions: array<vec4f, 4>,
 whole: vec2f,
+nearest: f32,
+faded: f32,
+grade: array<vec4f, 3>,
 }
 @group(0) @binding(0) var<uniform> view: View;
 struct Shape {

@@ -6,10 +6,12 @@ import { readScene } from "../mgs/reader.js";
 import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
 import { formats } from "../chunks.js";
 import { emptyScene, packRows } from "../render/pack.js";
-import { WorkerPool, yieldToMessages } from "./worker_pool.js";
+import { WorkerPool } from "./worker_pool.js";
 import { backToFront } from "./depth_sort.js";
+import { bytesOf } from "./bytes_of.js";
 import { nearOf } from "./near.js";
 import { isPly, isSpz } from "./file_kind.js";
+import { yieldToMessages } from "./yield_to_messages.js";
 import { parsedUp } from "../viewer/up.js";
 
 /** @typedef {import("../mgs/stream_decoder.js").QuantizedLevel} QuantizedLevel */
@@ -61,28 +63,6 @@ const send = (message, transfer = []) => self.postMessage(message, { transfer })
 
 /** The buffers of a scene, to be transferred to the page. @param {SceneData} data */
 const buffersOf = ({ shapes, colors, lobes }) => [shapes.buffer, colors.buffer, lobes.buffer];
-
-/**
- * @param {{url: string} | {file: Blob}} request
- * @returns {Promise<{source: ReadableStream<Uint8Array<ArrayBuffer>>, total: number}>}
- */
-async function bytesOf(request) {
-  if ("file" in request) return { source: request.file.stream(), total: request.file.size };
-  let response;
-  try {
-    response = await fetch(request.url);
-  } catch {
-    throw new Error(
-      `${request.url} cannot be reached: is the address right, the network there, and may this site load it (CORS)?`,
-    );
-  }
-  if (!response.ok || response.body === null) {
-    throw new Error(`${request.url} could not be loaded: the server says ${response.status}`);
-  }
-  // Content-Length counts compressed bytes where the transfer is compressed
-  const length = response.headers.has("Content-Encoding") ? NaN : Number(response.headers.get("Content-Length"));
-  return { source: response.body, total: length || NaN };
-}
 
 /**
  * A `.mgs` whose first positions are decoded.

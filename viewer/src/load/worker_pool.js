@@ -4,6 +4,7 @@ import { newWorker } from "../assets.js";
 import { COLORED } from "../mgs/stream_decoder.js";
 import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
 import { packRows } from "../render/pack.js";
+import { yieldToMessages } from "./yield_to_messages.js";
 
 /** @typedef {import("../mgs/stream_decoder.js").StreamDecoder} StreamDecoder */
 /** @typedef {import("../mgs/gaussian_decoder.js").DecoderInputs} DecoderInputs */
@@ -20,8 +21,6 @@ const WORTH = 100_000;
 const HELPERS = 3;
 /** Jobs that a helper has at once, so that it never waits for the next one. */
 const AHEAD = 2;
-/** Milliseconds between two yields to messages. */
-const PATIENCE = 8;
 
 /**
  * Computes each chunk when a stage of its LOD level has arrived, and again for a later stage.
@@ -230,21 +229,4 @@ export function partOf(scene, count, from, to) {
 /** @param {PackedRows} packed @param {PackedRows} place of as many */
 export function write(packed, place) {
   for (const part of /** @type {Part[]} */ (Object.keys(place))) place[part].set(packed[part]);
-}
-
-/** Time of the last yield. */
-let last = 0;
-
-/** Let waiting messages be handled, at most every 8 ms: a yield takes a millisecond or two. */
-export async function yieldToMessages() {
-  if (performance.now() - last < PATIENCE) return;
-  const { port1, port2 } = new MessageChannel();
-  await new Promise((resolve) => {
-    port1.onmessage = () => {
-      port1.close();
-      resolve(null);
-    };
-    port2.postMessage(null);
-  });
-  last = performance.now();
 }

@@ -11,7 +11,7 @@ import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
 import { BATCH, TARGETS, blendsFloats, makeCounter, makeFixed, makePrograms } from "./webgl_program.js";
-import { ROW, extent } from "./webgl_textures.js";
+import { PACKED, ROW, extent } from "./webgl_textures.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
@@ -20,14 +20,18 @@ import { ROW, extent } from "./webgl_textures.js";
 /** @typedef {import("./types.js").SceneData} SceneData */
 /** @typedef {import("./types.js").Variant} Variant */
 /** @typedef {import("./webgl_textures.js").Input} Input */
+/**
+ * A part of a framebuffer that gets an image of the camera's size.
+ *
+ * @typedef {object} Target
+ * @property {WebGLFramebuffer | null} framebuffer whose rows count from below
+ * @property {number} x its first column
+ * @property {number} y its lowest row
+ */
 
 const NOTHING = new Float32Array(0);
-/** @type {Record<Part, Input>} */
-const PACKED = {
-  shapes: ["RGBA32UI", "RGBA_INTEGER", 4],
-  colors: ["RGBA32UI", "RGBA_INTEGER", 4],
-  lobes: ["R32UI", "RED_INTEGER", 1],
-};
+/** @type {Target} */
+const CANVAS = { framebuffer: null, x: 0, y: 0 };
 /** @type {Record<Part, Input>} */
 const FLOATS = {
   shapes: ["RGBA32F", "RGBA", 4],
@@ -52,6 +56,8 @@ export class WebGlRenderer {
   levelSigma = 0;
   /** Pixels rendered and averaged along a side of each pixel of the canvas: `supersampling` of mobilegs. */
   supersampling = 1;
+  /** A sphere, outside of which nothing is drawn: centre and radius, world units. @type {number[] | null} */
+  crop = null;
   /** Why the renderer cannot continue, or null. @type {string | null} */
   lost = null;
   /** Called with a message when the context is lost. @type {(sentence: string) => void} */
@@ -194,11 +200,11 @@ export class WebGlRenderer {
     this.#dots.take(dots);
   }
 
-  /** Render the dots; the canvas gets the camera's size. @param {Camera} camera */
-  drawDots(camera) {
+  /** Render the dots, as `draw`. @param {Camera} camera @param {Target | null} [target] */
+  drawDots(camera, target = null) {
     if (!this.#dots) return;
-    this.#fit(camera);
-    this.#dots.draw(camera);
+    if (!target) this.#fit(camera);
+    this.#dots.draw(camera, target ?? CANVAS);
   }
 
   /**
@@ -215,16 +221,18 @@ export class WebGlRenderer {
   }
 
   /**
-   * Render into the canvas, which gets the camera's size. Does nothing without a scene.
+   * Render into the canvas, which gets the camera's size, or into a target. Does nothing without a scene.
    *
    * @param {Camera} camera
+   * @param {Target | null} [target] null: the canvas
    */
-  draw(camera) {
+  draw(camera, target = null) {
     if (this.#scene === null) return;
-    this.#fit(camera);
+    if (!target) this.#fit(camera);
+    const { framebuffer, x, y } = target ?? CANVAS;
     this.#timer.start();
     this.#sum(this.#scene, camera);
-    this.#resolve(this.#scene, camera, null, camera.height - 1);
+    this.#resolve(this.#scene, camera, framebuffer, x, y, y + camera.height - 1);
     this.#timer.pass();
   }
 
@@ -291,6 +299,11 @@ export class WebGlRenderer {
     ]);
   }
 
+  /** The context that this renderer uses alone. */
+  get context() {
+    return this.#gl;
+  }
+
   /** The name of the device, as far as the browser reveals it. */
   describe() {
     const gl = this.#gl;
@@ -314,7 +327,7 @@ export class WebGlRenderer {
     gl.bindRenderbuffer(gl.RENDERBUFFER, picture);
     gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32F, width, height);
     gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, picture);
-    this.#resolve(this.#scene, camera, target, 0);
+    this.#resolve(this.#scene, camera, target, 0, 0, 0);
     const pixels = new Float32Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, pixels);
     gl.deleteFramebuffer(target);
@@ -375,6 +388,7 @@ export class WebGlRenderer {
     const [width, height] = extent(scene.count);
     gl.viewport(0, 0, width, height);
     gl.useProgram(programs.project);
+    gl.uniform4fv(gl.getUniformLocation(programs.project, "crop"), this.crop ?? [0, 0, 0, 0]);
     this.#timer.pass("project");
     gl.drawArrays(gl.TRIANGLES, 0, 3);
 
@@ -407,9 +421,11 @@ export class WebGlRenderer {
    * @param {SceneData} scene
    * @param {Camera} camera
    * @param {WebGLFramebuffer | null} target
-   * @param {number} lastRow of the target if its rows are counted from the bottom, or 0
+   * @param {number} x first column of the picture in the target
+   * @param {number} y first row
+   * @param {number} lastRow of the picture in the target if its rows are counted from the bottom, or 0
    */
-  #resolve(scene, camera, target, lastRow) {
+  #resolve(scene, camera, target, x, y, lastRow) {
     const gl = this.#gl;
     const fine = magnified(camera, this.supersampling);
     const { resolve, enlarge } = this.#programs(scene, this.#leveled(scene, fine));
@@ -417,8 +433,9 @@ export class WebGlRenderer {
     this.#timer.pass("resolve");
     if (enlarge.length) this.#enlarge(enlarge, fine);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
-    gl.viewport(0, 0, camera.width, camera.height);
+    gl.viewport(x, y, camera.width, camera.height);
     gl.useProgram(resolve);
+    gl.uniform1i(gl.getUniformLocation(resolve, "first_column"), x);
     gl.uniform1i(gl.getUniformLocation(resolve, "last_row"), lastRow);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }

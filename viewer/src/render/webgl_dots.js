@@ -37,14 +37,17 @@ export class WebGlDots {
     gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
   }
 
-  /** Render into the canvas. @param {Camera} camera */
-  draw(camera) {
+  /** Render into a target. @param {Camera} camera @param {import("./webgl.js").Target} target */
+  draw(camera, { framebuffer, x, y }) {
     const [gl, dots] = [this.#gl, this.#dots];
     if (!dots) return;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, camera.width, camera.height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.viewport(x, y, camera.width, camera.height);
     gl.disable(gl.BLEND);
+    gl.enable(gl.SCISSOR_TEST); // another part of the target may hold another picture
+    gl.scissor(x, y, camera.width, camera.height);
     gl.clearBufferfv(gl.COLOR, 0, [...dots.background, 1]);
+    gl.disable(gl.SCISSOR_TEST);
     gl.useProgram(this.#program);
     gl.uniform4fv(gl.getUniformLocation(this.#program, "dots"), packDots(dots, camera));
     gl.bindVertexArray(this.#triangles);

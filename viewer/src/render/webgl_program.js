@@ -96,7 +96,7 @@ export function makeCounter(gl, { view, packed, wide, whole, count }, kind) {
  * @param {Kind} kind
  * @returns {(vertex: string, fragment: string) => WebGLProgram}
  */
-function maker(gl, view, { sorted, strips, leveled }) {
+export function maker(gl, view, { sorted, strips, leveled }) {
   const words = { SORTED: sorted, STRIPS: strips, LEVELED: leveled };
   const defined = Object.entries(words).map(([word, set]) => (set ? `#define ${word}\n` : "")).join("");
   return (vertex, fragment) => {

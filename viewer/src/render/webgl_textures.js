@@ -7,6 +7,13 @@
 
 export const ROW = 4096; // texels in a row of textures that hold Gaussians, as in view.glsl
 
+/** The textures of a packed scene. @type {Record<import("./types.js").Part, Input>} */
+export const PACKED = {
+  shapes: ["RGBA32UI", "RGBA_INTEGER", 4],
+  colors: ["RGBA32UI", "RGBA_INTEGER", 4],
+  lobes: ["R32UI", "RED_INTEGER", 1],
+};
+
 /** Samplers in the order of their texture units. */
 export const SAMPLERS = [
   "shapes",
@@ -93,6 +100,14 @@ export class Textures {
       const start = done * channels;
       gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, width, height, gl[layout], kind, data, start);
       done += width * height;
+    }
+  }
+
+  /** Bind all textures to their units again, in a context that others use too. */
+  bind() {
+    for (const [name, texture] of this.#all) {
+      this.#gl.activeTexture(this.#gl.TEXTURE0 + SAMPLERS.indexOf(name));
+      this.#gl.bindTexture(this.#gl.TEXTURE_2D, texture);
     }
   }
 

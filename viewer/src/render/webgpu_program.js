@@ -10,9 +10,9 @@ export const BATCH = 128; // quads of an instance, as in view.wgsl
 /** @type {GPUBlendComponent} */
 const COVER = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
 /** @type {GPUBlendState} */
-const OVER = { color: COVER, alpha: COVER };
+export const OVER = { color: COVER, alpha: COVER };
 /** Colours add up, alpha is multiplied by one minus itself. @type {GPUBlendState} */
-const SUMS = {
+export const SUMS = {
   color: { srcFactor: "one", dstFactor: "one", operation: "add" },
   alpha: { srcFactor: "zero", dstFactor: "one-minus-src-alpha", operation: "add" },
 };
@@ -89,21 +89,21 @@ export class Program {
 
   /** The pipeline of the view network. @param {Kind} kind */
   network(kind) {
-    return this.#cached(`network ${kind.packed}`, () =>
+    return this.cached(`network ${kind.packed}`, () =>
       this.device.createComputePipeline({
         layout: "auto",
-        compute: { module: this.#module("network", kind), entryPoint: "evaluate_network" },
+        compute: { module: this.module("network", kind), entryPoint: "evaluate_network" },
       }),
     );
   }
 
   /** @param {Kind} kind @param {Variant} variant */
   project(kind, { strips }) {
-    return this.#cached(`project ${kind.packed} ${kind.sorted} ${strips}`, () =>
+    return this.cached(`project ${kind.packed} ${kind.sorted} ${strips}`, () =>
       this.device.createComputePipeline({
         layout: "auto",
         compute: {
-          module: this.#module("project", kind),
+          module: this.module("project", kind),
           entryPoint: kind.sorted ? "project_sorted" : "project_sortfree",
           constants: { STRIPS: Number(strips) },
         },
@@ -113,11 +113,11 @@ export class Program {
 
   /** The pipeline that counts fragments. @param {Kind} kind */
   count(kind) {
-    return this.#cached(`count ${kind.packed} ${kind.sorted}`, () =>
+    return this.cached(`count ${kind.packed} ${kind.sorted}`, () =>
       this.device.createComputePipeline({
         layout: "auto",
         compute: {
-          module: this.#module("count", kind),
+          module: this.module("count", kind),
           entryPoint: "count_fragments",
           constants: { SORTED: Number(kind.sorted) },
         },
@@ -127,9 +127,9 @@ export class Program {
 
   /** @param {Kind} kind @param {Variant} variant @param {boolean} leveled */
   splat(kind, { floats, strips }, leveled) {
-    return this.#cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats} ${leveled}`, () => {
+    return this.cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats} ${leveled}`, () => {
       const blend = kind.sorted ? OVER : SUMS;
-      const module = this.#module("splat", kind);
+      const module = this.module("splat", kind);
       return this.device.createRenderPipeline({
         layout: "auto",
         vertex: {
@@ -149,8 +149,8 @@ export class Program {
 
   /** The pipeline that adds the coarser levels to level 1 or 2. @param {number} level @param {boolean} floats */
   enlarge(level, floats) {
-    return this.#cached(`enlarge ${level} ${floats}`, () => {
-      const module = this.#module("resolve", null);
+    return this.cached(`enlarge ${level} ${floats}`, () => {
+      const module = this.module("resolve", null);
       return this.device.createRenderPipeline({
         layout: "auto",
         vertex: { module, entryPoint: "whole_picture" },
@@ -171,8 +171,8 @@ export class Program {
    * @param {boolean} levels whether the sums of `enlarge` are added
    */
   resolve(sorted, format, levels) {
-    return this.#cached(`resolve ${sorted} ${levels} ${format}`, () => {
-      const module = this.#module("resolve", null);
+    return this.cached(`resolve ${sorted} ${levels} ${format}`, () => {
+      const module = this.module("resolve", null);
       return this.device.createRenderPipeline({
         layout: "auto",
         vertex: { module, entryPoint: "whole_picture" },
@@ -188,7 +188,7 @@ export class Program {
 
   /** @param {GPUTextureFormat} format of the target */
   dots(format) {
-    return this.#cached(`dots ${format}`, () => {
+    return this.cached(`dots ${format}`, () => {
       const module = this.device.createShaderModule({ code: this.#shaders.dots, label: "dots" });
       /** @type {GPUVertexAttribute[]} */
       const attributes = [{ shaderLocation: 0, offset: 0, format: "float32x3" }];
@@ -268,19 +268,21 @@ export class Program {
   }
 
   /**
+   * A pipeline, made at its first use.
+   *
    * @template {GPURenderPipeline | GPUComputePipeline} T
    * @param {string} key
    * @param {() => T} make
    * @returns {T}
    */
-  #cached(key, make) {
+  cached(key, make) {
     const found = /** @type {T | undefined} */ (this.#pipelines.get(key)) ?? make();
     this.#pipelines.set(key, found);
     return found;
   }
 
-  /** @param {Pass | "count"} name @param {Kind | null} kind whose rows it reads */
-  #module(name, kind) {
+  /** A module of the shaders, by name. @param {string} name @param {Pick<Kind, "packed"> | null} kind whose rows it reads */
+  module(name, kind) {
     const rows = kind === null ? "" : this.#shaders[kind.packed ? "packed" : "wide"];
     const key = `${name} ${kind?.packed}`;
     const enabled = this.number === "f16" ? "enable f16;\n" : "";

@@ -56,6 +56,23 @@ export function showNotes(element, root, viewer, autoplay) {
   if (autoplay && path.length > 1 && !matchMedia(STILL).matches) play(viewer, element, path);
 }
 
+/**
+ * Where a camera sees a point: pixels, and whether that is inside the picture. Otherwise it is the place of the
+ * picture's edge that is nearest.
+ *
+ * @param {import("../render/types.js").Camera} camera
+ * @param {Vector} at
+ */
+export function projected({ viewmat: m, fx, fy, cx, cy, width, height, near }, at) {
+  const [x, y, z] = [0, 4, 8].map((row) => dot([m[row], m[row + 1], m[row + 2]], at) + m[row + 3]);
+  const [left, top] = [(fx * x) / z + cx, (fy * y) / z + cy];
+  if (z > near && left > 0 && left < width && top > 0 && top < height) return { x: left, y: top, inside: true };
+  // along the line from the centre; a point behind the camera is on the side to which a turn brings it into sight
+  const [across, down] = [fx * x, fy * y];
+  const share = 1 / Math.max((2 * Math.abs(across)) / width, (2 * Math.abs(down)) / height, Number.MIN_VALUE);
+  return { x: cx + share * across, y: cy + share * down, inside: false };
+}
+
 /** The dots of a scene, while they are in the document. */
 export class Dots {
   #layer = document.createElement("div");
@@ -120,11 +137,9 @@ export class Dots {
   #move() {
     const { clientWidth: width, clientHeight: height } = this.#layer;
     if (!width || !height) return;
-    const { viewmat: m, fx, fy, cx, cy, near } = this.#viewer.camera(width, height);
+    const camera = this.#viewer.camera(width, height);
     this.#dots.forEach(({ button, annotation: { at } }, i) => {
-      const [x, y, z] = [0, 4, 8].map((row) => dot([m[row], m[row + 1], m[row + 2]], at) + m[row + 3]);
-      const [left, top] = [(fx * x) / z + cx, (fy * y) / z + cy];
-      const seen = z > near && left > 0 && left < width && top > 0 && top < height;
+      const { x: left, y: top, inside: seen } = projected(camera, at);
       button.style.visibility = seen ? "" : "hidden";
       if (seen) button.style.transform = `translate(${left}px, ${top}px)`;
       if (i !== this.#open) return;

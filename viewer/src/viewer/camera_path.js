@@ -1,10 +1,10 @@
 /** Flights of the camera: to a place, and along the path that a file's notes hold. */
 
-import { length, minus } from "./vector.js";
+import { length, minus, plus, unit } from "./vector.js";
 
 /** @typedef {import("./vector.js").Vector} Vector */
 /** @typedef {import("./viewer.js").Viewer} Viewer */
-/** @typedef {{eye: Vector, target: Vector}} Key pose on a path */
+/** @typedef {{eye: Vector, target: Vector, up?: Vector}} Key pose on a path */
 /** @typedef {Record<string, unknown>} Notes */
 
 const FLIGHT = 0.9; // seconds of a flight to a place
@@ -49,7 +49,7 @@ export function poseAt(keys, at) {
   const t = at - from;
   const key = (/** @type {number} */ i) => keys[Math.min(Math.max(i, 0), keys.length - 1)];
   const [a, b, c, d] = [-1, 0, 1, 2].map((step) => key(from + step));
-  const curve = (/** @type {keyof Key} */ part) =>
+  const curve = (/** @type {"eye" | "target"} */ part) =>
     /** @type {Vector} */ (
       b[part].map((value, k) => {
         const [p, q, r] = [a[part][k], c[part][k], d[part][k]];
@@ -68,13 +68,21 @@ export function poseAt(keys, at) {
  * @param {Viewer} viewer
  * @param {EventTarget} input whose inputs stop the flight
  * @param {Key} to
+ * @param {{seconds?: number, signal?: AbortSignal}} [options]
+ * @returns {Promise<boolean>} whether it arrived
  */
-export function flyTo(viewer, input, to) {
-  const { eye, target } = viewer.pose;
-  return animate(viewer, input, (seconds) => {
-    const share = Math.min(seconds / FLIGHT, 1);
-    const eased = share * share * (3 - 2 * share);
-    return { key: poseAt([{ eye, target }, to], eased), last: share === 1 };
+export function flyTo(viewer, input, to, { seconds: duration = FLIGHT, signal } = {}) {
+  const { eye, target, up } = viewer.pose;
+  return new Promise((resolve) => {
+    const stop = animate(viewer, input, (seconds) => {
+      const share = duration > 0 ? Math.min(seconds / duration, 1) : 1;
+      const eased = share * share * (3 - 2 * share);
+      const key = poseAt([{ eye, target }, to], eased);
+      if (to.up) key.up = unit(plus(up, minus(to.up, up), eased));
+      return { key, last: share === 1 };
+    }, resolve);
+    if (signal?.aborted) stop();
+    signal?.addEventListener("abort", stop, { once: true });
   });
 }
 
@@ -94,14 +102,22 @@ export function play(viewer, input, keys) {
   });
 }
 
+/** What stops the flight of a viewer: another flight does. @type {WeakMap<Viewer, AbortController>} */
+const flights = new WeakMap();
+
 /**
  * @param {Viewer} viewer
  * @param {EventTarget} input
  * @param {(seconds: number) => {key: Key, last: boolean}} at the pose after some seconds
+ * @param {(arrived: boolean) => void} [ended]
+ * @returns {() => void} stops it
  */
-function animate(viewer, input, at) {
+function animate(viewer, input, at, ended = () => {}) {
   const started = performance.now();
   const over = new AbortController();
+  flights.get(viewer)?.abort();
+  flights.set(viewer, over);
+  over.signal.addEventListener("abort", () => ended(false));
   for (const kind of STOPS) input.addEventListener(kind, () => over.abort(), { signal: over.signal, capture: true });
   const step = () => {
     if (over.signal.aborted) return;
@@ -109,9 +125,11 @@ function animate(viewer, input, at) {
     const pose = viewer.pose.copy();
     pose.eye = key.eye;
     pose.target = key.target;
+    pose.up = key.up ?? pose.up;
     viewer.place(pose);
-    if (last) over.abort();
-    else requestAnimationFrame(step);
+    if (!last) return void requestAnimationFrame(step);
+    ended(true);
+    over.abort();
   };
   step();
   return () => over.abort();

@@ -1,9 +1,13 @@
 /** What lies over the picture: title, hint and icon bar, which fade while nobody uses them. */
 
+import { xr } from "../chunks.js";
+
 const IDLE_TIME = 4000; // milliseconds
 const HINT_TIME = 7000;
 const USES = ["pointermove", "pointerdown", "wheel", "keydown", "focusin"];
 const INPUTS = ["pointerdown", "wheel", "keydown"];
+/** Modes of WebXR. */
+const SESSIONS = /** @type {const} */ ({ vr: "immersive-vr", ar: "immersive-ar" });
 
 /** Title, hint and icon bar of an element. */
 export class Chrome {
@@ -12,6 +16,8 @@ export class Chrome {
   #hinted = new Set();
   #idle = 0; // timer
   #end = 0; // timer of the hint
+  /** Starts sessions, once the device is known to offer them. @type {typeof import("./xr.js").present | null} */
+  #present = null;
 
   /**
    * @param {HTMLElement} host
@@ -41,6 +47,29 @@ export class Chrome {
     if (texts.every((text, i) => title.children[i].textContent === text)) return;
     texts.forEach((text, i) => (title.children[i].textContent = text));
     title.hidden = !heading && !credit;
+  }
+
+  /** Show the buttons of the sessions that the device offers. */
+  async offer() {
+    // in a frame without its page's permission, browsers that tell so complain about a question
+    const { featurePolicy } = /** @type {{ featurePolicy?: { allowsFeature(name: string): boolean } }} */ (document);
+    if (featurePolicy && !featurePolicy.allowsFeature("xr-spatial-tracking")) return;
+    for (const [name, mode] of Object.entries(SESSIONS)) {
+      if (!(await navigator.xr?.isSessionSupported(mode).catch(() => false))) continue;
+      this.#present = (await xr()).present;
+      this.#of(name).hidden = false;
+    }
+  }
+
+  /**
+   * Start a session, or end the one that runs.
+   *
+   * @param {"vr" | "ar"} name
+   * @param {import("./viewer.js").Viewer} viewer
+   * @returns {Promise<void> | undefined} rejects with a message for visitors
+   */
+  present(name, viewer) {
+    return this.#present?.(viewer, SESSIONS[name], this.#of(name));
   }
 
   #wake() {

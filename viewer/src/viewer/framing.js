@@ -125,12 +125,19 @@ export function limitsFor(notes, width, height) {
   return portrait ?? parsedLimits(notes.limits);
 }
 
-/** The upward normal of the floor that a note tells as `nx ny nz d`, length 1; null for anything else. @param {unknown} text @returns {Vector | null} */
+/**
+ * The floor that a note tells as `nx ny nz d`: the plane of the points with `normal . x = offset`, whose normal points
+ * up and has length 1; null for anything else.
+ *
+ * @param {unknown} text
+ * @returns {{normal: Vector, offset: number} | null}
+ */
 export function parsedFloor(text) {
   const numbers = numbersOf(text);
   if (numbers?.length !== 4) return null;
   const normal = vectorAt(numbers, 0);
-  return length(normal) > 0 ? unit(normal) : null;
+  const size = length(normal);
+  return size > 0 ? { normal: unit(normal), offset: numbers[3] / size } : null;
 }
 
 /**

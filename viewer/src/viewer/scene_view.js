@@ -20,6 +20,7 @@ import { recordLogits } from "./pick.js";
 /** @typedef {import("../render/create_renderer.js").Renderer} Renderer */
 /** @typedef {import("../render/types.js").Camera} Camera */
 /** @typedef {import("../render/types.js").Variant} Variant */
+/** @typedef {import("../render/webgl.js").Target} Target */
 /** @typedef {import("./vector.js").Vector} Vector */
 /**
  * @typedef {object} SceneListener callbacks of a scene view
@@ -32,6 +33,7 @@ import { recordLogits } from "./pick.js";
  * @property {(sentence: string) => void} broken the renderer cannot continue
  */
 
+const LEAST_SIGMA = 0.6; // of levels: `levelSigma` of the renderers
 const COUNT_EVERY = 1000; // milliseconds between two counts of fragments
 const WARM_UP_DELAY = 50; // milliseconds, so that the first image reaches the screen before
 
@@ -235,6 +237,45 @@ export class SceneView {
     this.#renderer.supersampling = supersampling;
     this.#renderer.draw(seen);
     this.#renderer.supersampling = 1;
+  }
+
+  /** The context of a renderer that uses WebGL2; null: it uses WebGPU, or there is none. */
+  get context() {
+    return this.#webgl?.context ?? null;
+  }
+
+  /** @returns {import("../render/webgl.js").WebGlRenderer | null} */
+  get #webgl() {
+    return this.#renderer && "context" in this.#renderer ? this.#renderer : null;
+  }
+
+  /**
+   * Render into parts of a framebuffer of WebGL2: the eyes of a headset. A sorted scene has one order for all. Reports
+   * an error once.
+   *
+   * @param {{camera: Camera, target: Target}[]} eyes
+   * @param {number} coarseness factor of `levelSigma`
+   * @param {number[] | null} crop of the renderer
+   */
+  drawEyes(eyes, coarseness, crop) {
+    const renderer = this.#webgl;
+    if (this.#worker === null || this.broken || !renderer) return;
+    if (!this.#dots) this.#requestOrder(eyes[0].camera);
+    const { levelSigma } = renderer;
+    if (levelSigma) renderer.levelSigma = Math.max(LEAST_SIGMA, coarseness * levelSigma);
+    renderer.crop = crop;
+    try {
+      for (const { camera, target } of eyes) {
+        const seen = { ...camera, near: Math.max(camera.near, this.near) };
+        if (this.#dots) renderer.drawDots(seen, target);
+        else renderer.draw(seen, target);
+      }
+    } catch (error) {
+      this.#break(messageOf(error));
+    }
+    renderer.crop = null;
+    renderer.levelSigma = levelSigma;
+    if (this.#dots) void this.#warmUp();
   }
 
   /** Compile the shaders of scenes after the first image of dots. */

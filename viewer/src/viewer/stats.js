@@ -1,6 +1,17 @@
 /** The lines of the panel with the frame rate. */
 
-/** @typedef {import("./viewer.js").Stats} Stats */
+/**
+ * @typedef {object} Stats of a frame
+ * @property {string} renderer
+ * @property {number} count Gaussians
+ * @property {number} compared Gaussians of the other scene, or 0
+ * @property {boolean} early true if a poster shows more: the visitor has not moved, and most of the scene is missing
+ * @property {number} width pixels rendered
+ * @property {number} height
+ * @property {number} milliseconds since the previous frame; 0 while nothing moves
+ * @property {Record<string, number> | null} passes milliseconds by pass, where the device has a timer
+ * @property {number[] | null} fragments per pixel by level, while each pass is timed
+ */
 
 const KEPT = 30; // frame times whose mean is shown
 

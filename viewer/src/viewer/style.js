@@ -43,6 +43,11 @@ canvas.reached { outline: 2px solid var(--accent); outline-offset: -2px; }
 }
 .split span:first-child { right: 18px; }
 .split span:last-child { left: 18px; }
+slot { display: block; position: absolute; inset: 0; overflow: hidden; pointer-events: none; }
+::slotted(*) {
+  position: absolute; left: var(--annotation-x, 0); top: var(--annotation-y, 0); translate: -50% -50%; pointer-events: auto;
+}
+::slotted([data-outside]) { visibility: hidden; }
 .bar { position: absolute; inset: 0 0 auto; height: 3px; background: #0006; }
 .bar > div { height: 100%; width: 0; background: #8ab8ff; transition: width 0.15s; }
 .bar.unknown > div { width: 100% !important; animation: wait 1.2s ease-in-out infinite alternate; }
@@ -136,7 +141,7 @@ button, select, input:not([type]), [type=color] {
 button, select, [type=color], [type=checkbox] { cursor: pointer; }
 select, input:not([type]) { font-size: 16px; }
 .buttons button, .icon { display: grid; place-items: center; padding: 0; width: 44px; background: none; }
-.buttons [aria-expanded=true] { background: var(--field); color: var(--accent); }
+.buttons :is([aria-expanded=true], [aria-pressed=true]) { background: var(--field); color: var(--accent); }
 .main { background: var(--accent); color: var(--on); }
 [type=color] { padding: 8px; width: 52px; }
 [type=checkbox] {

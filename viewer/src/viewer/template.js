@@ -26,7 +26,7 @@ const KEY_HELP = [
   ["Esc", "close"],
 ];
 
-/** A button of the bar. @param {"reset" | "share" | "settings" | "help" | "full"} act @param {string} [more] */
+/** A button of the bar. @param {"reset" | "share" | "settings" | "help" | "vr" | "ar" | "full"} act @param {string} [more] */
 const tool = (act, more = "") => `<button data-act="${act}" data-name="${act}" ${more}>${icon(act)}</button>`;
 
 /** A button with a text. @param {string} act @param {string} [text] @param {string} [more] */
@@ -56,6 +56,7 @@ export const TEMPLATE = `
 <div class="split" role="slider" tabindex="0" aria-valuemin="0" aria-valuemax="100" hidden>
   <span></span><span></span>
 </div>
+<slot name="annotation"></slot>
 <div class="stick" aria-hidden="true"><span></span></div>
 <button class="wake" data-act="wake" data-name="wake" hidden>${icon("wake")}</button>
 <div class="bar" role="progressbar" data-name="loading" hidden><div></div></div>
@@ -70,6 +71,8 @@ export const TEMPLATE = `
       ${tool("share", 'aria-expanded="false"')}
       ${tool("settings", 'data-key="O" aria-expanded="false"')}
       ${tool("help", 'data-key="H" aria-expanded="false"')}
+      ${tool("vr", 'class="vr" hidden')}
+      ${tool("ar", 'class="ar" hidden')}
       ${tool("full", 'data-key="F"')}
     </div>
   </div>

@@ -1,6 +1,6 @@
 /** Selects the fastest variant on this device: measured once per page and API, and stored. */
 
-import { fastestVariant } from "../render/calibrate.js";
+import { fastestVariant, knownVariant } from "../render/calibrate.js";
 import { createRenderer } from "../render/create_renderer.js";
 
 /** @typedef {import("../render/types.js").Variant} Variant */
@@ -19,7 +19,7 @@ export function selectVariant(choice) {
 async function measured(choice) {
   const { renderer } = await createRenderer(document.createElement("canvas"), choice);
   try {
-    return await fastestVariant(renderer, storage());
+    return knownVariant(renderer, storage()) ?? (await fastestVariant(renderer, storage()));
   } finally {
     renderer.destroy();
   }

@@ -14,6 +14,7 @@ import { dot, plus } from "./vector.js";
 /** @typedef {import("../render/create_renderer.js").Choice} Choice */
 /** @typedef {import("../render/types.js").Camera} Camera */
 /** @typedef {import("../render/types.js").Variant} Variant */
+/** @typedef {import("./stats.js").Stats} Stats */
 /** @typedef {import("./vector.js").Vector} Vector */
 /** @typedef {"orbit" | "fly" | "walk"} Mode the effect of dragging and of keys */
 /** @typedef {0 | 1} Side 0: the scene; 1: the one that it is compared with */
@@ -25,18 +26,6 @@ import { dot, plus } from "./vector.js";
  * @property {(side: Side, sentence: string, kept?: boolean) => void} failed `kept`: the previous scene stays
  * @property {(side: Side, sentence: string) => void} broken the renderer cannot continue
  * @property {(stats: Stats) => void} drawn
- */
-/**
- * @typedef {object} Stats
- * @property {string} renderer
- * @property {number} count Gaussians
- * @property {number} compared Gaussians of the other scene, or 0
- * @property {boolean} early true if a poster shows more: the visitor has not moved, and most of the scene is missing
- * @property {number} width pixels rendered
- * @property {number} height
- * @property {number} milliseconds since the previous frame; 0 while nothing moves
- * @property {Record<string, number> | null} passes milliseconds by pass, where the device has a timer
- * @property {number[] | null} fragments per pixel by level, while each pass is timed
  */
 
 const PATIENCE = 100; // milliseconds between frames of a scene that is loading and does not move
@@ -56,6 +45,8 @@ export class Viewer {
   turning = false;
   /** True if only `drawAndWait` renders. */
   measured = false;
+  /** The session of WebXR that shows the scene; null: the page shows it. @type {XRSession | null} */
+  session = null;
   #listener;
   #canvas;
   #variant;
@@ -167,7 +158,7 @@ export class Viewer {
 
   /** Render in the next animation frame. */
   redraw() {
-    if (!this.#requested && !this.measured) this.#requested = requestAnimationFrame((time) => this.#frame(time));
+    if (!this.#requested && !this.measured && !this.session) this.#requested = requestAnimationFrame((time) => this.#frame(time));
   }
 
   /** Return to the first pose, or to a training camera. @param {number} [index] */
@@ -235,7 +226,7 @@ export class Viewer {
     this.#mode = mode;
     const floor = mode === "walk" ? parsedFloor(this.notes.floor) : null;
     const eye = floor ? this.#start.eye : this.pose.eye;
-    const normal = floor ?? this.pose.up;
+    const normal = floor?.normal ?? this.pose.up;
     this.#ground = mode === "walk" ? { normal, offset: dot(eye, normal) } : null;
     this.redraw();
   }
@@ -400,7 +391,33 @@ export class Viewer {
     return picture;
   }
 
+  /** The pose of the first view. */
+  get start() {
+    return this.#start.copy();
+  }
+
+  /**
+   * A view of the scene that draws with WebGL2, for WebXR: the page's own, or one that loads the scene again.
+   *
+   * @param {boolean} patient whether it shows nothing before the first LOD level
+   * @param {(sentence: string) => void} failed called with a message when it cannot continue
+   * @returns {Promise<{sceneView: SceneView, own: boolean}>} the caller destroys it unless it is the page's own
+   */
+  async webglView(patient, failed) {
+    const { context, request } = this.#first;
+    if (context) return { sceneView: this.#first, own: true };
+    const none = () => {};
+    const listener = { progress: none, arrived: none, changed: none, ordered: none, loaded: none, failed, broken: failed };
+    // a measurement of variants would stop the session
+    const variant = this.#variant ?? { floats: false, strips: false };
+    const sceneView = new SceneView(document.createElement("canvas"), listener, variant, false, this.#levels);
+    sceneView.patient = patient;
+    if ((await sceneView.begin("webgl")) && request) sceneView.load(request);
+    return { sceneView, own: false };
+  }
+
   destroy() {
+    void this.session?.end();
     cancelAnimationFrame(this.#requested);
     clearTimeout(this.#rest);
     clearTimeout(this.#soon);

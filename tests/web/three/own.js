@@ -1,0 +1,14 @@
+// The body of a function: the viewer's picture of the scene of `mesh`, with the settings that the viewer chooses.
+const Renderer = (await import(`/src/render/${kind.module}`))[kind.name];
+const texts = await Promise.all(
+  Renderer.files.map(async (file) => [file.split(".")[0], await (await fetch(`/shaders/${file}`)).text()]),
+);
+const own = await Renderer.create(document.createElement("canvas"), Object.fromEntries(texts));
+const { usualLevelSigma } = await import("/src/render/levels.js");
+const { supersamplingFor } = await import("/src/viewer/supersampling.js");
+own.setScene({ ...mesh.data });
+own.levelSigma = usualLevelSigma(mesh.data.footprint);
+own.supersampling = supersamplingFor(view, mesh.views);
+const pixels = await own.pixels(view);
+own.destroy();
+return Uint8Array.from(pixels, (value) => Math.round(255 * Math.min(Math.max(value, 0), 1)));

@@ -1,0 +1,165 @@
+/** Finds the meshes of a render call, and draws them together. */
+
+import { shaderText } from "../assets.js";
+import { Frustum, Matrix4 } from "three";
+import { selectVariant } from "../viewer/variant_select.js";
+import { WebGlStage } from "./webgl_stage.js";
+import { WebGpuStage } from "./webgpu_stage.js";
+
+/** @typedef {import("three").Camera} Camera */
+/** @typedef {import("three").Material} Material */
+/** @typedef {import("three").Object3D} Object3D */
+/** @typedef {any} AnyRenderer WebGLRenderer, or WebGPURenderer, whose types are in `three/webgpu` */
+/** @typedef {import("./mobile_gs_mesh.js").MobileGSMesh} MobileGSMesh */
+/**
+ * @typedef {object} Call
+ * @property {number} frame
+ * @property {Camera} camera
+ * @property {unknown} target
+ */
+
+/**
+ * What draws in a renderer.
+ *
+ * @typedef {object} Drawing
+ * @property {WebGlStage | WebGpuStage} stage
+ * @property {Call | null} call the render call that it drew in last
+ * @property {boolean} measured whether the fastest way to draw is known, or being measured
+ */
+
+const FILES = {
+  glsl: ["view", "packed", "whole", "project", "splat", "resolve"],
+  wgsl: ["view", "packed", "network", "project", "splat", "resolve"],
+};
+/** @type {Promise<unknown> | null} */
+let loading = null;
+/** Shaders by language and name. @type {Record<"glsl" | "wgsl", Record<string, string>>} */
+const shaders = { glsl: {}, wgsl: {} };
+
+/** By renderer. @type {Map<AnyRenderer, Drawing>} */
+const stages = new Map();
+let warned = false; // of an orthographic camera
+const frustum = new Frustum();
+const projection = new Matrix4();
+
+/** Load the shaders once. */
+export function loadShaders() {
+  loading ??= Promise.all(
+    Object.entries(FILES).flatMap(([language, names]) =>
+      names.map(async (name) => {
+        shaders[/** @type {"glsl" | "wgsl"} */ (language)][name] = await shaderText(`${name}.${language}`);
+      }),
+    ),
+  );
+  return loading;
+}
+
+/**
+ * Draw all meshes of a scene, unless another one of them has done so in this render call.
+ *
+ * @param {MobileGSMesh} mesh
+ * @param {AnyRenderer} renderer
+ * @param {Object3D} scene
+ * @param {Camera} camera
+ */
+export function drawMeshes(mesh, renderer, scene, camera) {
+  if (!mesh.drawable) return;
+  if (camera.projectionMatrix.elements[15] !== 0) {
+    if (!warned) console.warn("MobileGSMesh is drawn by perspective cameras only, and this one is orthographic");
+    warned = true;
+    return;
+  }
+  const known = stageOf(mesh, renderer);
+  if (!known) return;
+  const target = renderer.getRenderTarget();
+  const frame = renderer.isWebGPURenderer ? renderer.info.calls : renderer.info.render.frame;
+  const last = known.call;
+  if (last && last.frame === frame && last.camera === camera && last.target === target) return;
+  known.call = { frame, camera, target };
+  const found = visibleIn(rootOf(mesh, scene), camera);
+  const meshes = found.meshes.filter((one) => {
+    const refusal = known.stage.refusal(one);
+    if (refusal) one.fail(new Error(refusal));
+    return !refusal;
+  });
+  if (!meshes.length) return;
+  // without a clear, an earlier render call may have written depths
+  const tested = found.others || !renderer.autoClear || !renderer.autoClearDepth;
+  known.stage.draw(meshes, camera, tested);
+  if (known.measured || meshes[0].variant || !meshes.every(({ complete }) => complete)) return;
+  known.measured = true;
+  const calibrated = selectVariant(known.stage.api).then(
+    (variant) => (known.stage.variant = variant),
+    () => {}, // a device that fails here also fails when it draws
+  );
+  for (const one of meshes) one.calibrated = calibrated;
+}
+
+/** Free the resources of a mesh in all renderers. @param {MobileGSMesh} mesh */
+export function dropMesh(mesh) {
+  for (const [renderer, { stage }] of stages) {
+    stage.forget(mesh);
+    if (!stage.empty) continue;
+    stage.destroy();
+    stages.delete(renderer);
+  }
+}
+
+/** What draws in a renderer; null if it cannot. @param {MobileGSMesh} mesh @param {AnyRenderer} renderer */
+function stageOf(mesh, renderer) {
+  const known = stages.get(renderer);
+  if (known) return known;
+  try {
+    const made = { stage: newStage(renderer), call: null, measured: false };
+    stages.set(renderer, made);
+    renderer.domElement.addEventListener("webglcontextlost", () => stages.delete(renderer), { once: true });
+    return /** @type {Drawing} */ (made);
+  } catch (error) {
+    mesh.fail(error instanceof Error ? error : new Error(String(error)));
+    return null;
+  }
+}
+
+/** @param {AnyRenderer} renderer */
+function newStage(renderer) {
+  if (!renderer.isWebGPURenderer) return new WebGlStage(renderer, shaders.glsl);
+  if (renderer.backend.isWebGPUBackend) return new WebGpuStage(renderer, shaders.wgsl);
+  throw new Error("WebGPURenderer has no WebGPU in this browser: use WebGLRenderer here");
+}
+
+/** The scene of a mesh; three.js gives another one if it renders an object without one. @param {MobileGSMesh} mesh @param {Object3D} scene */
+function rootOf(mesh, scene) {
+  /** @type {Object3D} */
+  let root = mesh;
+  while (root.parent && root !== scene) root = root.parent;
+  return root;
+}
+
+/**
+ * The meshes that a camera may see, and whether anything else may have written a depth.
+ *
+ * @param {Object3D} root
+ * @param {Camera} camera
+ */
+function visibleIn(root, camera) {
+  /** @type {MobileGSMesh[]} */
+  const meshes = [];
+  let others = false;
+  projection.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+  const { reversedDepth } = /** @type {{reversedDepth?: boolean}} */ (/** @type {unknown} */ (camera));
+  frustum.setFromProjectionMatrix(projection, camera.coordinateSystem, reversedDepth);
+  root.traverseVisible((object) => {
+    if (!object.layers.test(camera.layers)) return;
+    const mesh = /** @type {MobileGSMesh} */ (object);
+    if (!mesh.isMobileGSMesh) others ||= writesDepth(object);
+    else if (mesh.drawable && mesh.material.visible && (!mesh.frustumCulled || mesh.intersectsFrustum(frustum))) meshes.push(mesh);
+  });
+  return { meshes, others };
+}
+
+/** @param {Object3D} object */
+function writesDepth(object) {
+  const { material } = /** @type {{material?: Material | Material[]}} */ (object);
+  const all = material ? [material].flat() : [];
+  return all.some(({ visible, depthWrite }) => visible && depthWrite);
+}

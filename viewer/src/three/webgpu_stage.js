@@ -1,0 +1,495 @@
+/** Draws all meshes of a scene into the current render pass of a WebGPURenderer, as webgl_stage.js does in WebGL2. */
+
+import { toFloat16 } from "../mgs/float16.js";
+import { levelPlaces, levelSizes, usualLevelSigma } from "../render/levels.js";
+import { strides } from "../render/types.js";
+import { GAUSSIANS } from "../render/view_network.js";
+import { FLOAT16_SCALE, VIEW_BYTES } from "../render/view_uniforms.js";
+import { BATCH, numbered } from "../render/webgpu_program.js";
+import { supersamplingFor } from "../viewer/supersampling.js";
+import { lensOf, meshUniforms, nearestOf } from "./placed_camera.js";
+import { BLOCKS_FORMAT, MeshProgram, SUMS_DEPTH } from "./webgpu_passes.js";
+import { BLOCKS, DEPTH, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } from "./webgpu_texts.js";
+
+/** @typedef {import("three").Camera} ThreeCamera */
+/** @typedef {import("./mobile_gs_mesh.js").MobileGSMesh} MobileGSMesh */
+/** @typedef {import("./placed_camera.js").Frame} Frame */
+/** @typedef {import("./webgpu_passes.js").Attachments} Attachments */
+/** @typedef {import("../render/types.js").Part} Part */
+/** @typedef {import("../render/types.js").SceneData} SceneData */
+/** @typedef {import("../render/types.js").Variant} Variant */
+/** @typedef {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} Resources by binding */
+/**
+ * A mesh's scene on a device.
+ *
+ * @typedef {object} Splats
+ * @property {SceneData} data that was uploaded
+ * @property {number} applied changes that were uploaded
+ * @property {Record<Part, GPUBuffer>} parts
+ * @property {GPUBuffer} looks
+ * @property {GPUBuffer} list of visible Gaussians
+ * @property {GPUBuffer} drawn arguments of the indirect draw
+ * @property {{weights: GPUBuffer, lobes: GPUBuffer} | null} network weights, and results
+ * @property {Map<ThreeCamera, GPUBuffer>} views uniforms of each camera: a nested render call must not change them
+ */
+/**
+ * Textures of one size.
+ *
+ * @typedef {object} Targets
+ * @property {string} key
+ * @property {GPUTexture[]} all
+ * @property {GPUTextureView[][]} sums of all levels; then of levels 1 and 2 with the coarser ones
+ * @property {GPUTextureView} depth of the sums
+ * @property {GPUTextureView[]} blocks
+ */
+
+const DRAWN_BYTES = 24; // of Drawn in project.wgsl
+const LOOK_BYTES = 8;
+const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
+const KIND = { sorted: false, packed: true, network: true };
+
+export class WebGpuStage {
+  /** Of `selectVariant`. */
+  api = /** @type {const} */ ("webgpu");
+  /** The way to draw meshes that name none. */
+  variant = { floats: false, strips: false };
+
+  #renderer;
+  #backend;
+  /** @type {GPUDevice} */
+  #device;
+  #shaders;
+  /** By whether the depth of opaque meshes is multisampled. @type {Map<boolean, MeshProgram>} */
+  #programs = new Map();
+  /** @type {Map<MobileGSMesh, Splats>} */
+  #splats = new Map();
+  /** @type {Targets | null} */
+  #targets = null;
+  /** A copy of the framebuffer's colours. @type {GPUTexture | null} */
+  #picture = null;
+  /** Of each camera. @type {Map<ThreeCamera, GPUBuffer>} */
+  #placed = new Map();
+  #corners;
+  #reset;
+
+  /**
+   * @param {any} renderer a WebGPURenderer with the WebGPU backend
+   * @param {Record<string, string>} shaders WGSL by name
+   */
+  constructor(renderer, shaders) {
+    this.#renderer = renderer;
+    this.#backend = renderer.backend;
+    this.#device = renderer.backend.device;
+    this.#shaders = shaders;
+    const corners = new Uint16Array(6 * BATCH);
+    for (let quad = 0; quad < BATCH; quad++) {
+      corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
+    }
+    const use = GPUBufferUsage;
+    this.#corners = this.#program(false).filled(corners, use.INDEX);
+    /** The arguments before anything is listed, by whether an instance is a quad. */
+    this.#reset = [6 * BATCH, 4].map((vertices) =>
+      this.#program(false).filled(Uint32Array.of(vertices, 0, 0, 0, 0, 0), use.COPY_SRC),
+    );
+  }
+
+  /** Why a mesh cannot be drawn here, or null. @param {MobileGSMesh} mesh */
+  refusal(mesh) {
+    const { maxStorageBufferBindingSize: most } = this.#device.limits;
+    const needed = Math.max(...PARTS.map((part) => mesh.data?.[part].byteLength ?? 0));
+    if (needed <= most) return null;
+    const [asked, given] = [needed, most].map((bytes) => Math.ceil(bytes / 2 ** 20));
+    return (
+      `this scene needs ${asked} MiB in one buffer and the renderer allows ${given}: create it with ` +
+      "requiredLimits: { maxStorageBufferBindingSize, maxBufferSize }"
+    );
+  }
+
+  /** True if nothing is uploaded any more. */
+  get empty() {
+    return this.#splats.size === 0;
+  }
+
+  /** Free the resources of a mesh. @param {MobileGSMesh} mesh */
+  forget(mesh) {
+    const splats = this.#splats.get(mesh);
+    if (!splats) return;
+    this.#splats.delete(mesh);
+    const { parts, looks, list, drawn, network, views } = splats;
+    const buffers = [...Object.values(parts), looks, list, drawn, ...Object.values(network ?? {}), ...views.values()];
+    for (const buffer of buffers) buffer.destroy();
+  }
+
+  /** Free all resources. */
+  destroy() {
+    for (const mesh of [...this.#splats.keys()]) this.forget(mesh);
+    for (const buffer of [this.#corners, ...this.#reset, ...this.#placed.values()]) buffer.destroy();
+    for (const texture of [...(this.#targets?.all ?? []), this.#picture]) texture?.destroy();
+  }
+
+  /**
+   * Draw meshes, all of which have a scene.
+   *
+   * @param {MobileGSMesh[]} meshes
+   * @param {ThreeCamera} camera
+   * @param {boolean} tested whether the framebuffer may have depths
+   */
+  draw(meshes, camera, tested) {
+    const backend = this.#backend;
+    const context = this.#renderer._currentRenderContext;
+    const data = backend.get(context);
+    const { encoder, descriptor } = data;
+    const { x, y, width, height } = context.viewportValue;
+    // passes of layers are recorded for later
+    if (!data.currentPass || !(width > 0 && height > 0)) return;
+    data.currentPass.end();
+    const finish = this.#sum(encoder, context, meshes, camera, tested);
+    // go on with the pass, as three.js does after it has copied a framebuffer
+    for (const attachment of descriptor.colorAttachments) attachment.loadOp = "load";
+    if (context.depth) descriptor.depthStencilAttachment.depthLoadOp = "load";
+    if (context.stencil) descriptor.depthStencilAttachment.stencilLoadOp = "load";
+    const pass = (data.currentPass = encoder.beginRenderPass(descriptor));
+    pass.setViewport(x, y, width, height, 0, 1);
+    if (context.scissor) backend.updateScissor(context);
+    finish(pass);
+    if (context.viewport) backend.updateViewport(context);
+    else pass.setViewport(0, 0, context.width, context.height, 0, 1);
+    // what three.js believes to be set in the pass
+    if (backend._resetRenderContextData) backend._resetRenderContextData(data);
+    else data.currentSets = { attributes: {}, bindingGroups: [], pipeline: null, index: null }; // before 0.187
+  }
+
+  /**
+   * Add the splats up; returns a function that draws the sums in a pass of three.js.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {any} context of three.js
+   * @param {MobileGSMesh[]} meshes
+   * @param {ThreeCamera} camera
+   * @param {boolean} tested
+   * @returns {(pass: GPURenderPassEncoder) => void}
+   */
+  #sum(encoder, context, meshes, camera, tested) {
+    const { x, y, width, height } = context.viewportValue;
+    const { color, depth } = this.#framebuffer(context);
+    const attachments = this.#attachments(context, color, depth);
+    const program = this.#program(attachments.samples > 1 && depth !== null);
+    const keeps = depth !== null && meshes.some((mesh) => mesh.material.depthWrite);
+    const variant = { ...(meshes[0].variant ?? this.variant), keeps };
+    variant.floats &&= program.blendsFloats;
+    /** @type {Frame} */
+    const frame = { camera, width, height, upward: false, supersampling: 1, weightScale: variant.floats ? 1 : FLOAT16_SCALE };
+    const lens = { ...lensOf(frame), viewmat: [], width, height, near: 0 };
+    frame.supersampling = Math.max(...meshes.map((mesh) => mesh.supersampling ?? supersamplingFor(lens, mesh.views)));
+    const fine = [width, height].map((side) => frame.supersampling * side);
+    const sigmas = meshes.map((mesh) => mesh.levelSigma ?? usualLevelSigma(mesh.data?.footprint));
+    const most = this.#device.limits.maxTextureDimension2D;
+    const leveled = Math.max(...levelPlaces(fine[0], fine[1]).size) <= most && Math.max(...sigmas) > 0;
+    const targets = this.#targetsOf(fine[0], fine[1], leveled, variant);
+    const all = meshes.map((mesh, i) => this.#uploaded(mesh, frame, leveled ? sigmas[i] : 0, program));
+    const view = /** @type {GPUBuffer} */ (all[0].views.get(camera));
+    // a multisampled depth that is not stored cannot be read
+    tested &&= depth !== null && (depth.usage & GPUTextureUsage.TEXTURE_BINDING) !== 0;
+    const edges = tested && attachments.samples > 1;
+    const scene = tested ? depth?.createView({ aspect: "depth-only" }) : null;
+    const placed = this.#placedOf(camera, x, y);
+    if (tested && scene && leveled) {
+      for (const level of [0, 1]) {
+        /** @type {Resources} */
+        const read = level ? { [BLOCKS]: targets.blocks[0] } : { 0: view, [PLACED]: placed, [DEPTH]: scene };
+        this.#fill(encoder, program, program.blocks(level), read, [targets.blocks[level]]);
+      }
+    }
+    for (const splats of all) this.#list(encoder, program, splats, camera, variant, tested && leveled ? targets.blocks : null);
+    const pass = encoder.beginRenderPass({
+      colorAttachments: targets.sums[0].map((target, i) => ({
+        view: target,
+        loadOp: "clear",
+        storeOp: "store",
+        clearValue: { r: 0, g: 0, b: 0, a: i ? 0 : 1 }, // nothing is covered yet
+      })),
+      depthStencilAttachment: tested
+        ? { view: targets.depth, depthLoadOp: "clear", depthStoreOp: edges ? "store" : "discard", depthClearValue: 0 }
+        : undefined,
+    });
+    if (tested && scene) {
+      const nearness = program.nearness(variant);
+      pass.setPipeline(nearness);
+      pass.setBindGroup(0, program.bind(nearness, { 0: view, [PLACED]: placed, [DEPTH]: scene }));
+      pass.draw(3);
+    }
+    const add = program.add(variant, leveled, tested);
+    pass.setPipeline(add);
+    pass.setIndexBuffer(this.#corners, "uint16");
+    for (const { parts, looks, list, drawn, views } of all) {
+      const own = /** @type {GPUBuffer} */ (views.get(camera));
+      pass.setBindGroup(0, program.bind(add, { 0: own, 1: parts.shapes, 4: looks, 5: list, 6: drawn }));
+      if (variant.strips) pass.drawIndirect(drawn, 0);
+      else pass.drawIndexedIndirect(drawn, 0);
+    }
+    pass.end();
+    if (leveled) {
+      for (const [level, coarser] of [[2, 0], [1, 2]]) {
+        const read = { 0: view, ...numbered([...targets.sums[0], ...targets.sums[coarser]], 1), 5: program.bilinear };
+        this.#fill(encoder, program, program.enlarge(level, variant.floats), read, targets.sums[level]);
+      }
+    }
+    const picture = this.#copy(encoder, color, x, y, width, height);
+    const sums = leveled ? [...targets.sums[0], ...targets.sums[1]] : targets.sums[0];
+    /** @type {Resources} */
+    const read = { 0: view, ...numbered(sums, 1), [PLACED]: placed };
+    if (leveled) read[5] = program.bilinear;
+    return (pass) => {
+      /** @type {import("./webgpu_passes.js").Way[]} */
+      const ways = edges ? ["samples", "behind edges"] : ["over"];
+      if (keeps) ways.push("depth");
+      for (const way of ways) {
+        const pipeline = program.over(way, attachments, leveled);
+        /** @type {Resources} */
+        const more = way === "depth" ? {} : { [PICTURE]: picture.createView() };
+        if (edges && way !== "depth") more[DEPTH] = targets.depth;
+        pass.setPipeline(pipeline);
+        pass.setBindGroup(0, program.bind(pipeline, { ...read, ...more }));
+        pass.draw(3);
+      }
+    };
+  }
+
+  /**
+   * The textures that three.js draws into: resolved colours, and the depth or null.
+   *
+   * @param {any} context
+   * @returns {{color: GPUTexture, depth: GPUTexture | null}}
+   */
+  #framebuffer(context) {
+    const backend = this.#backend;
+    if (context.textures !== null) {
+      const depth = context.depth ? backend.get(context.depthTexture).texture : null;
+      return { color: backend.get(context.textures[0]).texture, depth };
+    }
+    const depth = context.depth ? backend.textureUtils.getDepthBuffer(context.depth, context.stencil) : null;
+    return { color: backend.context.getCurrentTexture(), depth };
+  }
+
+  /** @param {any} context @param {GPUTexture} color @param {GPUTexture | null} depth @returns {Attachments} */
+  #attachments(context, color, depth) {
+    const backend = this.#backend;
+    const colors = context.textures?.map((/** @type {any} */ texture) => backend.get(texture).texture.format);
+    const samples = backend.utils.getSampleCountRenderContext(context);
+    const reversed = this.#renderer.reversedDepthBuffer === true;
+    return { colors: colors ?? [color.format], depth: depth?.format ?? null, samples, reversed };
+  }
+
+  /** @param {boolean} multisampled */
+  #program(multisampled) {
+    const program = this.#programs.get(multisampled) ?? new MeshProgram(this.#device, this.#shaders, multisampled);
+    this.#programs.set(multisampled, program);
+    return program;
+  }
+
+  /**
+   * Uniforms of `Placed`.
+   *
+   * @param {ThreeCamera} camera
+   * @param {number} x
+   * @param {number} y
+   */
+  #placedOf(camera, x, y) {
+    const p = camera.projectionMatrix.elements;
+    const nearest = nearestOf(camera);
+    const { far = 1000 } = /** @type {{far?: number}} */ (/** @type {unknown} */ (camera));
+    const reversed = this.#renderer.reversedDepthBuffer === true;
+    const log = this.#renderer.logarithmicDepthBuffer === true ? Math.log2(far / nearest) : 0;
+    const floats = Float32Array.of(nearest / p[14], (nearest * p[10]) / p[14], reversed ? 0 : 1, log, 0, 0, 0, 0);
+    new Int32Array(floats.buffer).set([x, y], 4);
+    return this.#write(this.#placed, camera, floats, PLACED_BYTES);
+  }
+
+  /**
+   * Write a camera's uniform buffer.
+   *
+   * @param {Map<ThreeCamera, GPUBuffer>} buffers
+   * @param {ThreeCamera} camera
+   * @param {Float32Array<ArrayBuffer>} floats
+   * @param {number} size
+   */
+  #write(buffers, camera, floats, size) {
+    const usage = GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST;
+    const buffer = buffers.get(camera) ?? this.#device.createBuffer({ size, usage });
+    buffers.set(camera, buffer);
+    this.#device.queue.writeBuffer(buffer, 0, floats);
+    return buffer;
+  }
+
+  /**
+   * Upload what has changed in a mesh, and its uniforms.
+   *
+   * @param {MobileGSMesh} mesh
+   * @param {Frame} frame
+   * @param {number} levelSigma
+   * @param {MeshProgram} program
+   */
+  #uploaded(mesh, frame, levelSigma, program) {
+    const data = /** @type {SceneData} */ (mesh.data);
+    let splats = this.#splats.get(mesh);
+    if (splats?.data !== data) {
+      this.forget(mesh);
+      splats = this.#upload(data, mesh.changes.length, program);
+      this.#splats.set(mesh, splats);
+    }
+    for (; splats.applied < mesh.changes.length; splats.applied++) {
+      const { part, from, count } = mesh.changes[splats.applied];
+      const stride = strides(data)[part];
+      const numbers = data[part].subarray(stride * from, stride * (from + count));
+      this.#device.queue.writeBuffer(splats.parts[part], 4 * stride * from, numbers);
+    }
+    this.#write(splats.views, frame.camera, meshUniforms(frame, mesh, data, mesh.near, levelSigma), VIEW_BYTES);
+    return splats;
+  }
+
+  /** @param {SceneData} data @param {number} applied @param {MeshProgram} program @returns {Splats} */
+  #upload(data, applied, program) {
+    const total = Math.max(1, data.shapes.length / strides(data).shapes);
+    const use = GPUBufferUsage;
+    const filled = (/** @type {Part} */ part) =>
+      program.filled(data[part].length ? data[part] : new Uint32Array(16), use.STORAGE | use.COPY_DST);
+    const storage = (/** @type {number} */ size, more = 0) =>
+      this.#device.createBuffer({ size, usage: use.STORAGE | more });
+    return {
+      data,
+      applied,
+      parts: { shapes: filled("shapes"), colors: filled("colors"), lobes: filled("lobes") },
+      looks: storage(LOOK_BYTES * total),
+      list: storage(4 * total),
+      drawn: storage(DRAWN_BYTES, use.INDIRECT | use.COPY_DST),
+      network: data.network
+        ? { weights: program.filled(this.#weights(data.network, program), use.STORAGE), lobes: storage(4 * total) }
+        : null,
+      views: new Map(),
+    };
+  }
+
+  /** Numbers of the view network in the device's precision. @param {Float32Array<ArrayBuffer>} matrices @param {MeshProgram} program */
+  #weights(matrices, program) {
+    return program.number === "f16" ? Uint16Array.from(matrices, toFloat16) : matrices;
+  }
+
+  /**
+   * List the visible Gaussians of a mesh.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {MeshProgram} program
+   * @param {Splats} splats
+   * @param {ThreeCamera} camera
+   * @param {Variant} variant
+   * @param {GPUTextureView[] | null} blocks null: the depth does not change levels
+   */
+  #list(encoder, program, { data, parts, looks, list, drawn, network, views }, camera, variant, blocks) {
+    const view = /** @type {GPUBuffer} */ (views.get(camera));
+    encoder.copyBufferToBuffer(this.#reset[Number(variant.strips)], 0, drawn, 0, DRAWN_BYTES);
+    if (network) {
+      const read = { 0: view, 1: parts.shapes, 4: parts.lobes, 5: network.weights, 6: network.lobes };
+      this.#compute(encoder, program, program.network(KIND), read, Math.ceil(data.count / GAUSSIANS));
+    }
+    const lobes = network?.lobes ?? parts.lobes;
+    /** @type {Resources} */
+    const all = numbered([view, parts.shapes, parts.colors, lobes, looks, list, drawn], 0);
+    if (blocks) [all[BLOCKS], all[WIDE_BLOCKS]] = blocks;
+    this.#compute(encoder, program, program.list(variant, blocks !== null), all, Math.ceil(data.count / BATCH));
+  }
+
+  /**
+   * @param {GPUCommandEncoder} encoder
+   * @param {MeshProgram} program
+   * @param {GPUComputePipeline} pipeline
+   * @param {Resources} resources
+   * @param {number} groups
+   */
+  #compute(encoder, program, pipeline, resources, groups) {
+    const across = Math.max(1, Math.min(groups, 65535));
+    const pass = encoder.beginComputePass();
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, program.bind(pipeline, resources));
+    pass.dispatchWorkgroups(across, Math.ceil(groups / across));
+    pass.end();
+  }
+
+  /**
+   * Compute every pixel of textures.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {MeshProgram} program
+   * @param {GPURenderPipeline} pipeline
+   * @param {Resources} resources
+   * @param {GPUTextureView[]} written
+   */
+  #fill(encoder, program, pipeline, resources, written) {
+    const colorAttachments = written.map((view) => ({
+      view,
+      loadOp: /** @type {const} */ ("clear"),
+      storeOp: /** @type {const} */ ("store"),
+    }));
+    const pass = encoder.beginRenderPass({ colorAttachments });
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, program.bind(pipeline, resources));
+    pass.draw(3);
+    pass.end();
+  }
+
+  /**
+   * Copy the colours of the framebuffer, which is read and drawn into.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {GPUTexture} color
+   * @param {number} x
+   * @param {number} y
+   * @param {number} width
+   * @param {number} height
+   */
+  #copy(encoder, color, x, y, width, height) {
+    const old = this.#picture;
+    const alike = old?.width === color.width && old.height === color.height && old.format === color.format;
+    if (!old || !alike) {
+      old?.destroy();
+      const usage = GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST;
+      this.#picture = this.#device.createTexture({ size: [color.width, color.height], format: color.format, usage });
+    }
+    const texture = /** @type {GPUTexture} */ (this.#picture);
+    const origin = [x, y];
+    encoder.copyTextureToTexture({ texture: color, origin }, { texture, origin }, [width, height]);
+    return texture;
+  }
+
+  /**
+   * @param {number} width
+   * @param {number} height
+   * @param {boolean} leveled
+   * @param {import("./webgpu_passes.js").Kept} kept
+   * @returns {Targets}
+   */
+  #targetsOf(width, height, leveled, kept) {
+    const { floats, keeps } = kept;
+    const key = `${width} ${height} ${leveled} ${floats} ${keeps}`;
+    if (this.#targets?.key === key) return this.#targets;
+    for (const texture of this.#targets?.all ?? []) texture.destroy();
+    /** @type {GPUTexture[]} */
+    const all = [];
+    const made = (/** @type {number[]} */ size, /** @type {GPUTextureFormat} */ format) => {
+      const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING;
+      const texture = this.#device.createTexture({ size, format, usage });
+      all.push(texture);
+      return texture.createView();
+    };
+    const place = leveled ? levelPlaces(width, height).size : [width, height];
+    const formats = MeshProgram.sums(kept);
+    const coarse = leveled ? levelSizes(width, height).slice(1, 3) : [];
+    const sums = [
+      formats.map((format) => made(place, format)),
+      ...coarse.map((size) => [made(size, formats[0]), made(size, floats ? "r32float" : "r16float")]),
+    ];
+    const depth = made(place, SUMS_DEPTH);
+    const sides = [8, 64].map((side) => [Math.ceil(width / side), Math.ceil(height / side)]);
+    const blocks = sides.map((size) => made(size, BLOCKS_FORMAT));
+    return (this.#targets = { key, all, sums, depth, blocks });
+  }
+}
