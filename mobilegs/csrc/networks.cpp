@@ -210,7 +210,8 @@ EXPORT void mgs_decode_lobes(int64 count, const float* latents, int latent_count
       load_tile(sh, sh_size, from, many, known, in);
       std::fill(in[known], in[COLOR], 0.0f);
       load_tile(log_scales, SCALES, from, many, SCALES, in + COLOR);
-      for (int i = 0; i < SCALES * TILE; i++) in[COLOR][i] = std::exp(in[COLOR][i]);
+      for (Row* row = in + COLOR; row < in + COLOR + SCALES; row++)
+        for (float& scale : *row) scale = std::exp(scale);
       load_tile(quats, TURNS, from, many, TURNS, in + COLOR + SCALES);
       normalise(in, COLOR);
       normalise(in + COLOR, SCALES);

@@ -1,6 +1,7 @@
 """Reads a capture from disk into a `Dataset`: posed photos, held-back photos, sparse points."""
 
 import json
+import math
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,8 @@ __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture"
 
 NEAR_PLANE = "near_plane.txt"
 MADE_FROM = "capture.json"  # written by `mobilegs capture`
+# the errors of a `MADE_FROM` that is missing or says nothing
+UNKNOWN = (OSError, ValueError, LookupError, TypeError, OverflowError, RecursionError)
 TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 
@@ -77,7 +80,7 @@ def _name_of(path: Path) -> str:
     """
     try:
         return Path(json.loads((path / MADE_FROM).read_bytes())["source"]).stem
-    except (OSError, ValueError, KeyError, TypeError):
+    except UNKNOWN:
         folder = path.resolve()
         return folder.parent.name if folder.name == "capture" else folder.name
 
@@ -87,7 +90,9 @@ def _with_exposures(dataset: Dataset, file: Path) -> Dataset:
     try:
         known = json.loads(file.read_bytes())["exposures"]
         exposures = {name: float(known[name]) for name in known}
-    except (OSError, ValueError, KeyError, TypeError):
+    except UNKNOWN:
+        return dataset
+    if not all(map(math.isfinite, exposures.values())):
         return dataset
 
     def exposed(frames: list[Frame]) -> list[Frame]:

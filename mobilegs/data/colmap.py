@@ -29,7 +29,7 @@ from mobilegs.data.dataset import (
     recentred,
     split_every_eighth,
 )
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, quoted
 
 BESIDE_PHOTOS = ("sparse",)
 MODEL_FOLDERS = (*BESIDE_PHOTOS, "colmap/sparse")  # and folders in them, mostly called 0, 1, ...
@@ -141,7 +141,7 @@ def _photo_files(
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
             raise InputError(
-                f"the COLMAP model of {path} names the photo {name!r}, outside of images/"
+                f"the COLMAP model of {path} names the photo {quoted(name)}, outside of images/"
             )
     reduced = images.reduced_files(folder, names, downscale)
     if reduced is not None:

@@ -16,7 +16,7 @@ from jaxtyping import Float, UInt8
 
 from mobilegs.data.distortion import Distortion
 from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, quoted
 
 MODELS = {  # id: (name, number of parameters)
     0: ("SIMPLE_PINHOLE", 3),
@@ -153,7 +153,7 @@ def read_images(path: Path) -> list[ColmapImage]:
     for image in found:
         if not image.name.isprintable() or not image.name:
             raise InputError(
-                f"{path} has the file name {image.name!r}, which is empty or not printable"
+                f"{path} has the file name {quoted(image.name)}, which is empty or not printable"
             )
         if not np.isfinite([*image.quat, *image.translation]).all() or not any(image.quat):
             raise InputError(f"{path}: the pose of {image.name} is not finite, or has no rotation")
@@ -340,7 +340,7 @@ def _text_cameras(path: Path) -> Iterator[_RawCamera]:
             raise _bad_line(path, line_number, layout) from error
         if model not in known:
             raise InputError(
-                f"{path}, line {line_number} has the unknown lens model {model!r}; "
+                f"{path}, line {line_number} has the unknown lens model {quoted(model)}; "
                 "export with SIMPLE_PINHOLE, PINHOLE or OPENCV cameras"
             )
         if len(values) != known[model]:

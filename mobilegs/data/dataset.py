@@ -177,6 +177,7 @@ def assemble(
     )
 
 
+@np.errstate(over="ignore", invalid="ignore")  # cameras that are not finite are refused later
 def recentred(
     viewmats: Sequence[Float[np.ndarray, "4 4"]], points: Float[np.ndarray, "m 3"]
 ) -> tuple[list[Float[np.ndarray, "4 4"]], Float[np.ndarray, "m 3"], Offset]:

@@ -1,6 +1,8 @@
 """Reads photos and masks from disk: sizes, and pixels averaged down to a given size."""
 
 import math
+import struct
+import zlib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -16,8 +18,13 @@ WIDTH_MAX = 1600  # pixels: wider photos are downscaled if no factor is given, a
 
 EXIF, TIME, F_NUMBER, ISO = 0x8769, 0x829A, 0x829D, 0x8827  # tags
 
-# the errors that PIL raises for damaged or oversized files
-PIL_ERRORS = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
+# of SUFFIXES; of PIL's others, EPS would start Ghostscript
+FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "AVIF")
+# the errors that PIL raises for damaged or oversized files; it names none in its documentation
+PIL_ERRORS = (
+    ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, OSError, RuntimeError,
+    SyntaxError, TypeError, ValueError, struct.error, zlib.error, Image.DecompressionBombError,
+)  # fmt: skip
 
 
 def is_file(path: Path) -> bool:
@@ -31,7 +38,7 @@ def is_file(path: Path) -> bool:
 def open_image(path: Path) -> Image.Image:
     """Open an image without decoding it. Raises `InputError` if it is not an image."""
     try:
-        return Image.open(path)
+        return Image.open(path, formats=FORMATS)
     except PIL_ERRORS as error:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
 
@@ -48,18 +55,21 @@ def exposure_of(image: Image.Image) -> float | None:
     It is log2 of exposure time (seconds) times ISO speed over the square of the f-number: 1 more
     is twice the brightness of the same light.
     """
-    details = image.getexif().get_ifd(EXIF)
+    try:
+        details = image.getexif().get_ifd(EXIF)
+    except PIL_ERRORS:  # a PNG is decoded before its EXIF is known
+        return None
     time, iso, number = (exif_number(details.get(tag)) for tag in (TIME, ISO, F_NUMBER))
     return math.log2(time * iso / number**2) if time and iso and number else None
 
 
 def exif_number(value: object) -> float:
-    """Return an EXIF value as a number in (0, 1e5), or 0 if it is not one."""
+    """Return an EXIF value as a number in (1e-9, 1e5), or 0 if it is not one."""
     try:
         found = float(value[0] if isinstance(value, tuple) else value)  # pyright: ignore
     except (TypeError, ValueError, ZeroDivisionError, IndexError):
         return 0.0
-    return found if 0 < found < 1e5 else 0.0
+    return found if 1e-9 < found < 1e5 else 0.0
 
 
 def has_alpha(path: Path) -> bool:

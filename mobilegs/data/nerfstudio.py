@@ -33,7 +33,7 @@ from mobilegs.data.dataset import (
 from mobilegs.data.distortion import Distortion
 from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.data.points import read_points_ply
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, quoted
 
 ALL_SUFFIXES = ("", *images.SUFFIXES, *(suffix.upper() for suffix in images.SUFFIXES))
 PINHOLES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
@@ -113,7 +113,9 @@ def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
             raise InputError(f"{source}: frame {index} has no file_path")
         found = find_file(path, name, ALL_SUFFIXES)
         if found is None:
-            raise InputError(f"{source}: the photo {name!r} of frame {index} is not in {path}")
+            raise InputError(
+                f"{source}: the photo {quoted(name)} of frame {index} is not in {path}"
+            )
         files.append(found)
     return files
 
@@ -194,7 +196,7 @@ def _number(
 ) -> float:
     value = values.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e30:
-        raise InputError(f"{where} needs a finite number as {key}, got {value!r}")
+        raise InputError(f"{where} needs a finite number as {key}, got {quoted(value)}")
     return float(value)
 
 
@@ -265,8 +267,8 @@ def _model(where: str, values: dict[str, Any]) -> str:
         model = "OPENCV_FISHEYE"
     if model not in (*PINHOLES, "OPENCV_FISHEYE", PANORAMA):
         raise InputError(
-            f"{where} has the camera model {model!r}, which is not supported; undistort the photos "
-            "first, for example with `colmap image_undistorter`"
+            f"{where} has the camera model {quoted(model)}, which is not supported; undistort the "
+            "photos first, for example with `colmap image_undistorter`"
         )
     return model
 
@@ -289,7 +291,7 @@ def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
         return None
     found = find_file(path, name) if isinstance(name, str) and name else None
     if found is None:
-        raise InputError(f"{where} names the mask {name!r}, which is not in {path}")
+        raise InputError(f"{where} names the mask {quoted(name)}, which is not in {path}")
     return found
 
 
@@ -319,6 +321,6 @@ def _points(
     found = find_file(path, name) if isinstance(name, str) and name else None
     if found is None:
         raise InputError(
-            f"{path / 'transforms.json'} names the points {name!r}, which are not in {path}"
+            f"{path / 'transforms.json'} names the points {quoted(name)}, which are not in {path}"
         )
     return read_points_ply(found)

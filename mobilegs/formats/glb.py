@@ -170,7 +170,7 @@ def read_glb(path: Path | str) -> Gaussians:
             count += len(arrays[0])
             if count > min(COUNT_MAX, GAUSSIANS_PER_BYTE * len(data)):
                 raise InputError(f"{path} repeats its splats in too many nodes")
-            sets.append(_gaussians(arrays, matrix))
+            sets.append(_gaussians(arrays, matrix, path))
     except InputError:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError):
@@ -362,7 +362,7 @@ def _natural(value: Any) -> int:
     return value
 
 
-def _gaussians(arrays: list[np.ndarray], matrix: Matrix) -> Gaussians:
+def _gaussians(arrays: list[np.ndarray], matrix: Matrix, path: Path) -> Gaussians:
     """Return a set of splats in a node of this matrix, in the axes used here."""
     positions, rotations, scales, opacities, *sh_arrays = arrays
     count = len(positions)
@@ -386,7 +386,7 @@ def _gaussians(arrays: list[np.ndarray], matrix: Matrix) -> Gaussians:
     if np.array_equal(matrix, np.eye(4)):
         return found
     linear = AXIS_SIGNS[:, None] * matrix[:3, :3] * AXIS_SIGNS
-    return transformed(found, linear, AXIS_SIGNS * matrix[:3, 3])
+    return transformed(found.finite(path), linear, AXIS_SIGNS * matrix[:3, 3])
 
 
 def _merged(sets: list[Gaussians]) -> Gaussians:

@@ -41,14 +41,15 @@ def _block(gaussians: Gaussians, linear: Matrix, offset: Float[np.ndarray, "3"])
 
     left, factors, right = np.linalg.svd(linear)
     turn = left @ right  # of determinant 1 or -1
-    means = gaussians.means.double().numpy() @ linear.T + offset
+    with np.errstate(over="ignore", invalid="ignore"):  # the caller drops what is not finite
+        means = gaussians.means.double().numpy() @ linear.T + offset
     own = rotation_matrices(gaussians.quats.double()).numpy()
     if is_even(linear):
         # a Gaussian is the same after a reflection at its mean
         axes = np.linalg.det(turn) * turn @ own
         log_scales = gaussians.log_scales.double().numpy() + np.log(factors.mean())
     else:
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             shapes = linear @ own * gaussians.log_scales.double().exp().numpy()[:, None]
         axes, scales, _ = np.linalg.svd(np.nan_to_num(shapes))
         axes *= np.linalg.det(axes)[:, None, None]

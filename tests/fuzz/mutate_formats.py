@@ -63,8 +63,8 @@ def _odd(r: random.Random, content: Any) -> None:
         inner[key] = deepcopy(r.choice(ODD))  # a later change is not to be one of ODD's
 
 
-def _text(r: random.Random, data: bytes) -> bytes:
-    """JSON with other values, or other bytes."""
+def mutated_json(r: random.Random, data: bytes) -> bytes:
+    """Return JSON with other values, or other bytes."""
     way = r.randrange(12)
     if way == 0:
         return r.choice(TEXTS)
@@ -83,7 +83,7 @@ def mutated_glb(r: random.Random, data: bytes, files: list[bytes]) -> bytes:
     (length,) = struct.unpack_from("<I", data, 12)
     text, body = data[20 : 20 + length], data[28 + length :]
     if r.random() < 0.7:
-        text = _text(r, text)
+        text = mutated_json(r, text)
     if r.random() < 0.3:
         body = damaged(r, body)
     if r.random() < 0.2 and len(body) > 8:
@@ -102,7 +102,7 @@ def mutated_sog(r: random.Random, data: bytes, files: list[bytes]) -> bytes:
     for _ in range(1 if r.random() < 0.6 else r.randrange(2, 4)):
         name, way = r.choice(names), r.randrange(12)
         if way < 5:
-            inside["meta.json"] = _text(r, inside.get("meta.json", b"{}"))
+            inside["meta.json"] = mutated_json(r, inside.get("meta.json", b"{}"))
         elif way == 5:
             inside.pop(name, None)
         elif way == 6:

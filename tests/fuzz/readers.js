@@ -5,6 +5,9 @@
  * length, bytes). Each gets a line in answer: a list of null (a scene), a sentence, or `{"error"}`. One
  * in `every` scenes is decoded to the last number, and one in `every` files opened in pieces, too; none
  * may take more `seconds` of processor time.
+ *
+ * With `"coverage": true` the answer is `{verdicts, novel, blocks}`: which inputs reached code of the viewer
+ * that none before them did, and how many blocks of it all inputs have reached.
  */
 
 import { readFileSync, writeFileSync } from "node:fs";
@@ -16,6 +19,7 @@ import { SceneError } from "../../viewer/src/mgs/error.js";
 import { SceneReader } from "../../viewer/src/mgs/reader.js";
 import { pieces, randomNumbers } from "../web/pieces.js";
 import { sceneOf } from "../web/whole.js";
+import { Coverage } from "./coverage.js";
 
 const SENTENCE = 300; // characters
 const FREE = 96 << 20; // bytes in addition to twice the file and the scene: garbage is collected late
@@ -23,9 +27,17 @@ const PARTS = ["means", "logScales", "quats", "sh", "lobes"];
 const PLAIN = ["shapes", "colors", "lobes"];
 const random = randomNumbers(1);
 
+/** @type {Coverage | null} */
+let coverage = null;
+
 for await (const line of createInterface({ input: process.stdin })) {
-  const { kind, path, every, seconds } = JSON.parse(line);
-  process.stdout.write(`${JSON.stringify(await verdicts(kind, rowsOf(path), every, seconds))}\n`);
+  const { kind, path, every, seconds, coverage: guided } = JSON.parse(line);
+  if (guided && !coverage) await (coverage = new Coverage()).start();
+  /** @type {number[]} */
+  const novel = [];
+  const found = await verdicts(kind, rowsOf(path), every, seconds, novel);
+  const answer = guided ? { verdicts: found, novel, blocks: coverage?.blocks } : found;
+  process.stdout.write(`${JSON.stringify(answer)}\n`);
 }
 
 /** @param {string} path of a file of rows */
@@ -41,8 +53,11 @@ function rowsOf(path) {
   return rows;
 }
 
-/** @param {string} kind @param {Uint8Array<ArrayBuffer>[]} inputs @param {number} every @param {number} seconds */
-async function verdicts(kind, inputs, every, seconds) {
+/**
+ * @param {string} kind @param {Uint8Array<ArrayBuffer>[]} inputs @param {number} every @param {number} seconds
+ * @param {number[]} novel gets the numbers of inputs that reached new code
+ */
+async function verdicts(kind, inputs, every, seconds, novel) {
   const found = [];
   let largest = 0;
   const before = memory("VmRSS", true);
@@ -50,6 +65,7 @@ async function verdicts(kind, inputs, every, seconds) {
     const begun = performance.now();
     const { size, verdict } = await opened(kind, bytes, i % every === 0);
     found.push(verdict);
+    if (await coverage?.grew()) novel.push(i);
     largest = Math.max(largest, size + bytes.length);
     if (performance.now() - begun < 1000 * seconds) continue;
     // a busy machine, or a slow reader?

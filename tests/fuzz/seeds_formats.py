@@ -44,8 +44,24 @@ def _written(write: Callable[[Path, Gaussians], object], scene: Gaussians) -> by
 
 
 def glb_seeds() -> dict[str, Seed]:
-    """Return files of every degree."""
-    return {f"degree {d}": Seed(_written(write_glb, random_scene(3, d))) for d in range(4)}
+    """Return files of every degree, and one with moved nodes and a camera."""
+    files = {f"degree {d}": _written(write_glb, random_scene(3, d)) for d in range(4)}
+    files["nodes"] = _with_nodes(files["degree 0"])
+    return {name: Seed(data) for name, data in files.items()}
+
+
+def _with_nodes(data: bytes) -> bytes:
+    """Return a `.glb` whose nodes are the children of a moved, turned and scaled one."""
+    (length,) = struct.unpack_from("<I", data, 12)
+    content = json.loads(data[20 : 20 + length])
+    nodes = content["nodes"]
+    roots = content["scenes"][0]["nodes"]
+    moved = {"translation": [1, 2, 3], "rotation": [0, 0, 0.6, 0.8], "scale": [2, 2, 2]}
+    camera = {"camera": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1]}
+    content["nodes"] = [*nodes, camera, {**moved, "children": [*roots, len(nodes)]}]
+    content["scenes"][0]["nodes"] = [len(nodes) + 1]
+    content["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
+    return glb(json.dumps(content).encode(), data[28 + length :])
 
 
 def sog_seeds() -> dict[str, Seed]:

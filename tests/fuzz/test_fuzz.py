@@ -17,7 +17,6 @@ from mobilegs.formats.spz import read_spz
 from mobilegs.mgs import bits, positions, rans
 from mobilegs.scene_file import WRITERS
 from tests.fuzz.campaign import ONLY_THERE, SEEDS, THERE, Node
-from tests.fuzz.decoders import BITS, POSITIONS, RANS, inputs
 from tests.fuzz.mutate import Mutator
 from tests.fuzz.mutate_plain import damaged
 from tests.fuzz.readers import READERS, Verdict, verdicts
@@ -29,6 +28,7 @@ from tests.fuzz.seeds import (
     spz_head,
     zipped,
 )
+from tests.fuzz.seeds_streams import BITS, POSITIONS, RANS, inputs
 from tests.support.format_files import encode_compressed_ply, encode_splat
 from tests.support.memory_meter import RESET, MemoryMeter
 from tests.support.mgs_parts import parse_parts

@@ -1,0 +1,43 @@
+"""Build the libFuzzer targets of the C++ decoders with AddressSanitizer and UBSan."""
+
+import platform
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+
+from tests.fuzz.seeds import mgs_seeds
+from tests.fuzz.seeds_streams import inputs
+
+HERE = Path(__file__).parent
+CSRC = HERE.parent / "mobilegs" / "csrc"
+KINDS = ("decode", "networks")
+SANITIZE = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=undefined"]
+# the library's lanes on a CPU with AVX2; others have 4, in portable code
+LANES = ["-DLANES=8", "-march=x86-64-v3"] if platform.machine() == "x86_64" else ["-DLANES=4"]
+# 557,056 positions are 3.2 MiB, and tables take 3 MiB; matrices of networks are smaller
+OPTIONS = ["-malloc_limit_mb=4", "-rss_limit_mb=1024", "-timeout=20", "-max_len=20000"]
+
+
+def compiler() -> str | None:
+    """Return the path of clang++, or None."""
+    return shutil.which("clang++")
+
+
+def build(kind: str, folder: Path) -> Path:
+    """Compile a target into `folder` and return its path."""
+    target = folder / kind
+    sources = [HERE / "cpp" / f"{kind}.cpp", CSRC / "decode.cpp"]
+    flags = ["-std=c++17", "-O2", "-g", "-Wno-psabi", *LANES, *SANITIZE]
+    subprocess.run([compiler() or "clang++", *flags, *sources, "-o", target], check=True)
+    return target
+
+
+def seeds(kind: str) -> list[bytes]:
+    """Return the first inputs of a target."""
+    if kind == "decode":
+        return inputs(mgs_seeds())
+    # a case, then numbers that choose its shapes, then float16 numbers
+    shapes = [struct.pack("<6I", 67, 5, 3, way, 2, 1) for way in (1, 2, 3)]
+    numbers = struct.pack("<40H", *(0x2C00 + 1711 * i % 0x9000 for i in range(40)))
+    return [bytes([case]) + shape + numbers for case in range(5) for shape in shapes]
