@@ -104,6 +104,9 @@ def test_all_text_has_contrast_on_any_picture(tab: Tab, served: Any, scheme: str
     tab.page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     tab.page.add_init_script(NO_LONG_TIMERS)
     visit(tab, served("scene.mgs", MGS), *TITLED)
+    tab.page.wait_for_function(  # it comes after the scene
+        f"() => {ROOT}.querySelector('.hint').checkVisibility({{ opacityProperty: true }})"
+    )
     found = tab.page.evaluate(CONTRASTS)
     assert any("A garden" in part for part in found) and any("Drag to" in part for part in found)
     for act in DIALOGS:
