@@ -1,4 +1,4 @@
-"""What became of the rows of a batch: `results.jsonl`, and the lines that are printed."""
+"""Results of a batch's rows: `results.jsonl`, and the lines that are printed."""
 
 import json
 import shlex

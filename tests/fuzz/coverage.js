@@ -23,7 +23,7 @@ export class Coverage {
     return this.#reached.size;
   }
 
-  /** Whether something new was reached since the last call; how often, in powers of two, counts as well. */
+  /** True if something new was reached since the last call; how often, in powers of two, counts as well. */
   async grew() {
     const { result } = await this.#session.post("Profiler.takePreciseCoverage");
     const before = this.#reached.size;

@@ -84,7 +84,7 @@ FRAMES = """async (count) => {
 
 
 class Eye(NamedTuple):
-    """What one eye saw."""
+    """The picture of one eye, with its camera."""
 
     projection: np.ndarray
     """Row by row: x right, y up, z back."""
@@ -96,7 +96,7 @@ class Eye(NamedTuple):
         height, width, _ = self.image.shape
 
         def pixel(x: float, y: float) -> np.ndarray:
-            """Where a point at depth 1 is, x to the right and y downwards."""
+            """The place of a point at depth 1, x to the right and y downwards."""
             clip = self.projection @ np.array([x, -y, -1, 1])
             ndc = clip[:2] / clip[3]
             return np.array([(ndc[0] + 1) / 2 * width, (1 - ndc[1]) / 2 * height])
@@ -167,7 +167,7 @@ def xr_frames(tab: Tab, count: int = 2) -> None:
 
 
 def visitor(tab: Tab) -> Visitor:
-    """Where the visitor is after the next frames; the page must have run `RECORD`."""
+    """The visitor's place after the next frames; the page must have run `RECORD`."""
     xr_frames(tab)
     eyes = np.array(tab.page.evaluate("drawn.eyes")).reshape(2, 4, 4)
     left, right = (-eye[:3, :3].T @ eye[:3, 3] for eye in eyes)
@@ -197,7 +197,7 @@ def eye_camera(
 
 
 def page_state(tab: Tab) -> Any:
-    """What must be as before after a session: camera, size and place of the canvas, background."""
+    """The state that a session must leave as it was: camera, canvas, background."""
     still(tab)
     return tab.page.evaluate("""() => {
       const { viewer, shadowRoot } = document.querySelector("mobile-gs");

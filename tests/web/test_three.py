@@ -74,7 +74,7 @@ def with_ball() -> torch.Tensor:
 
 
 def ball() -> dict[str, object]:
-    """What the page is told of the ball."""
+    """The ball as the page gets it."""
     return {"center": center().tolist(), "radius": RADIUS, "color": BLUE.tolist()}
 
 
