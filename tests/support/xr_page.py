@@ -84,7 +84,7 @@ FRAMES = """async (count) => {
 
 
 class Eye(NamedTuple):
-    """The picture of one eye, with its camera."""
+    """The picture of one eye, and its projection."""
 
     projection: np.ndarray
     """Row by row: x right, y up, z back."""
