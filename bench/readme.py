@@ -100,6 +100,21 @@ def gpu_frame_rows(rows: dict) -> list[list[str]]:
     return found
 
 
+def gpu_step_rows(rows: dict) -> list[list[str]]:
+    """Return where the time of a training step goes."""
+    keys = {
+        "gaussians": ("Gaussians", 0),
+        "ms": ("one step, ms", 1),
+        "gpu_ms": ("of them, the GPU works, ms", 1),
+        "rendering_gpu_ms": ("of them, rendering forward and backward, ms", 2),
+        "kernel_launches": ("kernels started in a step", 0),
+    }
+    found = [["", *rows]]
+    for key, (title, digits) in keys.items():
+        found.append([title, *(f"{row[key]:,.{digits}f}" for row in rows.values())])
+    return found
+
+
 def viewer_rows(viewers: dict) -> list[list[str]]:
     """Return the time per frame, the bytes sent and the error during a turn of every viewer."""
     head = (
@@ -350,6 +365,11 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
             f"{'x'.join(map(str, gpu['frames']['image_size']))}, medians of "
             f"{gpu['frames']['cameras']} held-back cameras:",
             gpu_frame_rows(gpu["frames"]["rows"]),
+        ),
+        "gpu_steps": (
+            f"`python -m bench.gpu.steps`, {gpu['date']}, {gpu['device']}, bonsai at 800x533, "
+            "profile of 15 steps each:",
+            gpu_step_rows(gpu["steps"]["rows"]),
         ),
         "viewer": (
             f"`python -m bench.viewers.compare`, {viewer['date']}, {viewer['machine']}, "

@@ -65,6 +65,11 @@ def parts_of(out: Path, data: Path | None, minutes: float) -> list[Part]:
             module_words("mobilegs", "train", capture, "-o", scene.parent, "--resume", *length),
             (capture,),
         ),
+        Part(
+            "steps",
+            module_words("bench.gpu.steps", capture, "--json", out / "steps.json"),
+            (capture,),
+        ),
         Part("frames", module_words("bench.gpu.frames", *frames), (capture, *trained)),
         Part(
             "frames-gsplat",
@@ -156,6 +161,7 @@ def write_result(out: Path, record: Record) -> None:
         "kernels": "kernels.json",
         "bonsai": "bonsai/metrics.json",
         "frames": "frames.json",
+        "steps": "steps.json",
         "wgpu": "wgpu.json",
     }
     found = {name: read_json(out / file) for name, file in files.items()}

@@ -92,7 +92,7 @@ def soak(folder: Path, browsers: int, visits: int, seed: int = 0) -> dict[str, A
         raise SoakError(f"the training ended with {process.returncode}")
     if digests(run) != digests(folder / "whole"):
         raise SoakError("the run with a live view differs")
-    return {"visits": made, "at_once": most, "before": before, "peak": peak, "different": 0}
+    return {"visits": made, "at_once": most, "before": before, "peak": peak}
 
 
 def main() -> None:

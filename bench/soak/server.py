@@ -186,7 +186,6 @@ def soak(folder: Path, visits: int, seed: int, size: int = 4 * MIB) -> dict[str,
     return {
         "visits": visits,
         "kinds": dict(sorted(kinds.items())),
-        "wrong_answers": 0,
         "before": before,
         "memory_mib_after_each_quarter": growth,
         "peak": peak,

@@ -123,7 +123,6 @@ def soak(folder: Path, kills: int, seed: int, steps: int = STEPS) -> dict[str, A
         "killed": dict(tally.places),
         "seconds_of_a_run": round(whole, 1),
         "seed": seed,
-        "different": 0,
     }
 
 
