@@ -30,7 +30,7 @@ import psutil
 from bench.soak.record import add_record
 from mobilegs.view.assets import viewer_script
 
-VISITORS = 16  # at once
+VISITORS = 64  # at once
 PATIENCE = 60.0  # seconds for an answer
 SETTLE = 90.0  # seconds until the server has forgotten its last visitors
 MIB = 1 << 20

@@ -47,6 +47,7 @@ class Server(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = 128  # with the usual 5, visitors who came together were sent away
 
     def __init__(
         self,
