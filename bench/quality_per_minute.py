@@ -1,10 +1,11 @@
 """Quality against time: `mobilegs train --minutes N`, on photos of a screen's size.
 
     python -m bench.quality_per_minute [--json OUT] [--runs FOLDER] [--only bonsai horns]
-                                       [--minutes 5 15 30 60 120]
+                                       [--minutes 5 15 30 60 120] [--target-mb MB]
     python -m bench.quality_per_minute --table [--json OUT]
 
-Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and resumes there. The
+Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and resumes there; with
+`--target-mb` it limits the file's size, and has that in its name. The
 scene's file is then compared with the held-back photos at most 1,600 pixels wide, whatever the size
 of the photos that the plan chose; LPIPS takes every fourth of them. `--table` writes the figures
 into docs/explanation/benchmarks.md. Nothing else may run on the machine.
@@ -35,20 +36,22 @@ MINUTES = (5, 15, 30, 60, 120)
 FEW_LPIPS = 4
 
 
-def train(capture: Path, output: Path, minutes: int) -> float:
+def train(capture: Path, output: Path, minutes: int, target_mb: float) -> float:
     """Train through the command line; return the seconds of the whole command."""
     command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
     command += ["--minutes", str(minutes), "--resume"]
+    if target_mb:
+        command += ["--set", f"student.quantization.target_mb={target_mb}"]
     started = time.monotonic()
     subprocess.run(command, check=True)
     return time.monotonic() - started
 
 
-def cell(capture: Path, output: Path, minutes: int, data: Path) -> dict:
+def cell(capture: Path, output: Path, minutes: int, target_mb: float, data: Path) -> dict:
     """Train and measure one run."""
     clock = output / "seconds.json"  # of all sessions
     before = json.loads(clock.read_text()) if clock.exists() else 0.0
-    seconds = before + train(capture, output, minutes)
+    seconds = before + train(capture, output, minutes, target_mb)
     atomic_write(clock, json.dumps(seconds))
     metrics = json.loads((output / "metrics.json").read_text())
     config = json.loads((output / "config.json").read_text())
@@ -63,6 +66,7 @@ def cell(capture: Path, output: Path, minutes: int, data: Path) -> dict:
     steps |= {stage: number for stage, _, number in config["plan"]["corrections"]}
     return {
         "minutes": minutes,
+        "target_mb": target_mb,
         "taken": seconds / 60,
         "trained_at": metrics["image_size"],
         "measured_at": [camera.width, camera.height],
@@ -109,6 +113,7 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, default=Path("runs/minutes"))
     parser.add_argument("--only", nargs="+", choices=CAPTURES, default=list(CAPTURES))
     parser.add_argument("--minutes", nargs="+", type=int, default=MINUTES)
+    parser.add_argument("--target-mb", type=float, default=0.0, help="largest file; 0: any size")
     parser.add_argument("--table", action="store_true", help="only write the table")
     options = parser.parse_args()
     cells = json.loads(options.json.read_text()) if options.json.exists() else {}
@@ -117,11 +122,14 @@ def main() -> None:
         for name in options.only:
             for minutes in options.minutes:
                 key = f"{name}-{minutes}"
+                if options.target_mb:
+                    key += f"-{options.target_mb:g}mb"
                 if key not in cells:
                     capture = data / CAPTURES[name]
-                    cells[key] = cell(capture, options.runs / key, minutes, data)
+                    cells[key] = cell(capture, options.runs / key, minutes, options.target_mb, data)
                     atomic_write(options.json, json.dumps(cells, indent=1) + "\n")
                     print(json.dumps({key: cells[key]}))
+        return
     before, _, rest = DOCS.read_text().partition(BEGIN)
     _, _, after = rest.partition(END)
     atomic_write(DOCS, f"{before}{BEGIN}\n\n{table(cells)}\n\n{END}{after}")

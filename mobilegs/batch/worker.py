@@ -46,7 +46,9 @@ def main() -> int:
 def _run(task: Task, folder: RowFolder) -> tuple[Result, str]:
     """Run the stage of a task; return the result and, if it is not done, why."""
     from mobilegs.batch.stages import run_stage
+    from mobilegs.train.memory import keep_freed_memory
 
+    keep_freed_memory()
     try:
         run_stage(task, folder)
     except InputError as error:

@@ -112,7 +112,9 @@ def convert(scene: Path, output: Path, kind: "Kind", **options: Any) -> int:
 def run_training(run: "TrainRun", how_to_continue: str) -> None:
     """Train and print a summary; `how_to_continue` is printed after an interruption."""
     from mobilegs.pipeline.train import train_run
+    from mobilegs.train.memory import keep_freed_memory
 
+    keep_freed_memory()
     finish(run.output, partial(train_run, run, progress=progress_bar), how_to_continue)
 
 

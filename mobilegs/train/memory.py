@@ -1,5 +1,7 @@
-"""Memory of a training on a CPU: what a run needs, and what is free."""
+"""Memory of a training on a CPU: what a run needs, what is free, and who keeps freed pages."""
 
+import ctypes
+import platform
 from pathlib import Path
 
 import psutil
@@ -16,6 +18,23 @@ PER_SPLAT = 2200  # bytes of the Gaussians, their gradients and moments, each
 HOLES = 1.5
 PHOTO, TARGET = 3, 8  # bytes per pixel of a cached photo, and of a cached image of the teacher
 CGROUP = Path("/sys/fs/cgroup")  # limits of a container under Linux
+
+# Parameters of glibc's mallopt: its malloc.h.
+TRIM_THRESHOLD, TOP_PAD, MMAP_MAX = -1, -2, -4
+GROWTH = 64 << 20  # bytes that the heap grows by at least
+
+
+def keep_freed_memory() -> bool:
+    """Let this process keep the memory that it frees, for its next tensors; for programs only.
+
+    Otherwise glibc returns large tensors to the system, and each step fetches and clears their
+    pages again: a quarter of the time of a teacher's step (bench/studies/freed_memory.py). Results
+    do not change. Returns False where the C library is not glibc; nothing changes there.
+    """
+    if platform.libc_ver()[0] != "glibc":
+        return False
+    mallopt = ctypes.CDLL(None).mallopt
+    return all([mallopt(MMAP_MAX, 0), mallopt(TRIM_THRESHOLD, -1), mallopt(TOP_PAD, GROWTH)])
 
 
 def needed_memory(config: StudentConfig, *, photos: int, pixels: int, splats: int) -> int:

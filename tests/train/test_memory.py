@@ -1,5 +1,8 @@
 """The memory of a training: what is reckoned, and what is free."""
 
+import platform
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -68,3 +71,28 @@ def test_few_photos_have_many_virtual_views() -> None:
     given = {"photos": 30, "pixels": 10_000, "splats": 0}
     images = needed_memory(StudentConfig(), **given) - needed_memory(without, **given)
     assert images == HOLES * 300 * TARGET * 10_000 // 4
+
+
+FAULTS = """
+import resource
+import torch
+from mobilegs.train.memory import keep_freed_memory
+print(keep_freed_memory())
+def faults():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(3):
+    torch.zeros(64 << 18)
+before = faults()
+for _ in range(20):
+    torch.zeros(64 << 18)  # 64 MiB
+print(faults() - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc returns memory so")
+def test_freed_memory_is_not_fetched_again() -> None:
+    command = [sys.executable, "-c", FAULTS]
+    found = subprocess.run(command, check=True, capture_output=True, text=True)
+    told, faults = found.stdout.split()
+    assert told == "True"
+    assert int(faults) < 100  # of 640 with huge pages, and 327,680 with small ones
