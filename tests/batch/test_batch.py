@@ -21,7 +21,7 @@ from mobilegs.cli.main import main
 from mobilegs.formats.ply import read_ply
 from mobilegs.pipeline.train import TrainRun, train_run
 
-STEPS = 100
+STEPS = 300  # so that a training still runs when another thread hears of its checkpoint
 SAME = ("scene.mgs", "teacher.ply", "contact_sheet.png")
 OPTIONS: dict[str, Any] = {"preset": "demo", "max_splats": 60}
 
