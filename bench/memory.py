@@ -24,13 +24,13 @@ from pathlib import Path
 
 from PIL import Image
 
+from bench.pages import between
 from mobilegs.atomic import atomic_write
 from mobilegs.train import memory
 from mobilegs.train.recipes import cpu_recipe
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs/explanation/benchmarks.md"
-BEGIN, END = "<!-- BEGIN:memory -->", "<!-- END:memory -->"
 SIZES = ((400, 267), (800, 533), (1600, 1067))
 SPLATS = (100_000, 500_000)
 TEACHER, STUDENT = 200, 60  # steps
@@ -107,9 +107,7 @@ def main() -> None:
                     if key not in cells:
                         cells[key] = cell(capture, size, splats, Path(folder))
                         atomic_write(options.json, json.dumps(cells, indent=1) + "\n")
-    before, _, rest = DOCS.read_text().partition(BEGIN)
-    _, _, after = rest.partition(END)
-    atomic_write(DOCS, f"{before}{BEGIN}\n\n{table(cells)}\n\n{END}{after}")
+    atomic_write(DOCS, between(DOCS.read_text(), "memory", table(cells)))
 
 
 if __name__ == "__main__":

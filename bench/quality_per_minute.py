@@ -4,11 +4,11 @@
                                        [--minutes 5 15 30 60 120] [--target-mb MB]
     python -m bench.quality_per_minute --table [--json OUT]
 
-Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and resumes there; with
-`--target-mb` it limits the file's size, and has that in its name. The
-scene's file is then compared with the held-back photos at most 1,600 pixels wide, whatever the size
-of the photos that the plan chose; LPIPS takes every fourth of them. `--table` writes the figures
-into docs/explanation/benchmarks.md. Nothing else may run on the machine.
+Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and resumes there. With
+`--target-mb` the file is at most that large, and the run's name ends with the size. The scene's
+file is then compared with the held-back photos at most 1,600 pixels wide, whatever the size of the
+photos that the plan chose; LPIPS takes every fourth of them. `--table` writes the figures into
+docs/explanation/benchmarks.md. Nothing else may run on the machine.
 """
 
 import argparse
@@ -21,6 +21,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from bench.pages import between
 from mobilegs.atomic import atomic_write
 from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import load_capture
@@ -30,7 +31,6 @@ from mobilegs.mgs.codec import read_mgs
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs/explanation/benchmarks.md"
-BEGIN, END = "<!-- BEGIN:quality_per_minute -->", "<!-- END:quality_per_minute -->"
 CAPTURES = {"bonsai": "bonsai", "horns": "llff_horns", "lego": "lego", "stitch": "stitch"}
 MINUTES = (5, 15, 30, 60, 120)
 FEW_LPIPS = 4
@@ -130,9 +130,7 @@ def main() -> None:
                     atomic_write(options.json, json.dumps(cells, indent=1) + "\n")
                     print(json.dumps({key: cells[key]}))
         return
-    before, _, rest = DOCS.read_text().partition(BEGIN)
-    _, _, after = rest.partition(END)
-    atomic_write(DOCS, f"{before}{BEGIN}\n\n{table(cells)}\n\n{END}{after}")
+    atomic_write(DOCS, between(DOCS.read_text(), "quality_per_minute", table(cells)))
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ class Training:
 
 
 def place_of(run: Path) -> str:
-    """How far a killed run had come, by the files that it left."""
+    """Return the progress of a killed run, by the files that it left."""
     for name in ("metrics.json", "scene.mgs", "teacher.ply", "checkpoint.safetensors"):
         if (run / name).exists():
             return f"after {name}"

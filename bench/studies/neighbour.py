@@ -1,11 +1,11 @@
 """Measure how much slower a training is beside a busy program, for several ways to wait.
 
-    python -m bench.studies.neighbour [--json OUT] [--rounds 3] [--spins 300000 10000 3000 1000 0]
+    python -m bench.studies.neighbour [--json OUT] [--rounds 3] [--spins usual 300000 3000 0]
 
 A training of `llff_horns` at half size, 700 + 700 steps, runs alone and beside a program that keeps
 one core busy. Threads of OpenMP wait for each other by spinning, GOMP_SPINCOUNT times, and then
-sleep; `usual` leaves the variable as the program sets it. The table has the medians of the seconds
-that metrics.json gives, and whether all runs wrote the same scene. Nothing else may run.
+sleep; `usual` does not set it. OUT has the medians of the seconds that metrics.json gives, and the
+number of different scenes. Nothing else may run.
 """
 
 import argparse

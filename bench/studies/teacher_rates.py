@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import torch
 
+from bench.pages import between
 from mobilegs.atomic import atomic_write
 from mobilegs.data import Dataset, View, load_capture
 from mobilegs.data.dataset import ViewLoader
@@ -32,7 +33,6 @@ from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs/guides/teachers.md"
-BEGIN, END = "<!-- BEGIN:rates -->", "<!-- END:rates -->"
 HARMONICS, FALL = "teacher.lr.sh_rest", "teacher.lr.final_factor"
 
 
@@ -142,9 +142,7 @@ def main() -> None:
                 cells[name] = cell(name, dataset, options.seed, torch.device(options.device))
                 atomic_write(options.json, json.dumps(cells, indent=1) + "\n")
         return
-    before, _, rest = DOCS.read_text().partition(BEGIN)
-    _, _, after = rest.partition(END)
-    atomic_write(DOCS, f"{before}{BEGIN}\n\n{table(cells)}\n\n{END}{after}")
+    atomic_write(DOCS, between(DOCS.read_text(), "rates", table(cells)))
 
 
 if __name__ == "__main__":

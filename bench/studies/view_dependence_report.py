@@ -10,6 +10,8 @@ import json
 from pathlib import Path
 from statistics import mean
 
+from bench.pages import between
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/explanation/view_dependence.md"
 PLOT = ROOT / "docs/images/view_dependence.png"
@@ -87,13 +89,6 @@ def where_table(found: dict) -> str:
         ]
         lines.append("| " + " | ".join([name, *cells]) + " |")
     return "\n".join(lines)
-
-
-def between(text: str, name: str, content: str) -> str:
-    """Return the page with `content` between two of its markers."""
-    head, begin, rest = text.partition(f"<!-- BEGIN:{name} -->")
-    _, end, tail = rest.partition(f"<!-- END:{name} -->")
-    return f"{head}{begin}\n\n{content}\n\n{end}{tail}"
 
 
 def plot(cells: dict, steps: int, path: Path) -> None:
