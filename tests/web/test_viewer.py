@@ -11,6 +11,7 @@ from playwright.sync_api import Route
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
 from tests.support.browser import Chromium, Tab
 from tests.support.golden import view_network
@@ -62,9 +63,23 @@ def test_a_ply_is_rendered_sorted(tab: Tab, served: Any, renderer: str, tmp_path
     assert decibels > 45
 
 
-def test_a_scene_with_a_view_network_needs_webgpu(tab: Tab, served: Any) -> None:
+def with_view_network() -> QuantizedScene:
+    """A scene that only WebGPU renders."""
     coded = make_scene(Case(800, network=True, size=300, layers=(200, 600)))
     coded.network = {name: value.half() for name, value in view_network().state_dict().items()}
+    return coded
+
+
+def test_messages_of_a_terminated_worker_do_not_hide_an_error(tab: Tab, served: Any) -> None:
+    tab.page.add_init_script("Worker.prototype.terminate = () => {}")
+    server = served("network.mgs", pack(with_view_network()))
+    assert "takes WebGPU" in visit(tab, server, "renderer=webgl")
+    tab.page.wait_for_timeout(500)
+    assert "takes WebGPU" in tab.page.evaluate(SETTLED)
+
+
+def test_a_scene_with_a_view_network_needs_webgpu(tab: Tab, served: Any) -> None:
+    coded = with_view_network()
     server = served("network.mgs", pack(coded))
     assert "takes WebGPU" in visit(tab, server, "renderer=webgl")
     assert visit(tab, server, "renderer=webgpu") == "loaded"

@@ -487,6 +487,8 @@ export class SceneView {
       give();
     } catch (error) {
       worker.terminate();
+      this.#worker = null; // its messages that are on the way would hide the error
+      this.#sortSchedule.reset("");
       this.count = 0;
       this.#listener.failed(messageOf(error));
       return false;
