@@ -37,22 +37,25 @@ FEW_LPIPS = 4
 
 
 def train(capture: Path, output: Path, minutes: int, target_mb: float) -> float:
-    """Train through the command line; return the seconds of the whole command."""
+    """Train through the command line; return the seconds of all commands, interrupted ones too."""
+    clock = output / "seconds.json"
+    before = json.loads(clock.read_text()) if clock.exists() else 0.0
     command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
     command += ["--minutes", str(minutes), "--resume"]
     if target_mb:
         command += ["--set", f"student.quantization.target_mb={target_mb}"]
     started = time.monotonic()
-    subprocess.run(command, check=True)
-    return time.monotonic() - started
+    try:
+        subprocess.run(command, check=True)
+    finally:
+        seconds = before + time.monotonic() - started
+        atomic_write(clock, json.dumps(seconds))
+    return seconds
 
 
 def cell(capture: Path, output: Path, minutes: int, target_mb: float, data: Path) -> dict:
     """Train and measure one run."""
-    clock = output / "seconds.json"  # of all sessions
-    before = json.loads(clock.read_text()) if clock.exists() else 0.0
-    seconds = before + train(capture, output, minutes, target_mb)
-    atomic_write(clock, json.dumps(seconds))
+    seconds = train(capture, output, minutes, target_mb)
     metrics = json.loads((output / "metrics.json").read_text())
     config = json.loads((output / "config.json").read_text())
     scene = read_mgs(output / "scene.mgs").decode("cpu")

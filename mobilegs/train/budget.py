@@ -27,7 +27,7 @@ TEACHER_SHARE = 0.45  # of the time
 # Fractions of a stage's steps after which the number of steps is set anew. Afterwards the student
 # quantises, and the teacher has no more than a tenth of its time left.
 CHECKS = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
-SPLATS_PER_PIXEL = 0.5  # most Gaussians for a size of photos, within the limits below
+SPLATS_PER_PIXEL = 0.6  # most Gaussians for a size of photos, within the limits below
 SPLATS_LEAST, SPLATS_MOST = 20_000, 1_000_000
 FRACTIONS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of these that are tried
 SIZE_LEAST = 300 * 200  # pixels of a photo

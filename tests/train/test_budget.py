@@ -14,7 +14,14 @@ from mobilegs.pipeline.train import TrainRun, budget_of, train_run
 from mobilegs.train import budget, memory
 from mobilegs.train.budget import Correction, Pace, Plan, Planned, Speed, make_plan
 from mobilegs.train.distributed import SINGLE_PROCESS
-from mobilegs.train.recipes import cpu_recipe, gpu_recipe, rates_for, with_method, with_steps
+from mobilegs.train.recipes import (
+    LONG_RATES,
+    cpu_recipe,
+    gpu_recipe,
+    rates_for,
+    with_method,
+    with_steps,
+)
 from mobilegs.train.student.vote_pruning import VoteConfig, VoteCounter
 from mobilegs.train.teacher.trainer import TeacherLearningRates
 from tests.support.runs import RECIPE
@@ -133,8 +140,8 @@ def test_more_minutes_buy_larger_photos_and_more_gaussians(
 
 def test_learning_rates_follow_the_steps_of_a_teacher_that_clones_and_splits() -> None:
     few, some, many = (rates_for(steps) for steps in (2000, 12_000, 40_000))
-    assert few == cpu_recipe().teacher.lr and many == TeacherLearningRates()
-    assert many.scales < some.scales < few.scales and few.final_factor < some.final_factor < 1
+    assert few == cpu_recipe().teacher.lr and many == LONG_RATES
+    assert many.scales < some.scales < few.scales and few.sh_rest > some.sh_rest > many.sh_rest
     assert with_steps(cpu_recipe(), 24_000).teacher.lr == some
     for recipe in (gpu_recipe(), with_method(cpu_recipe(), "mcmc")):
         assert with_steps(recipe, 24_000).teacher.lr == TeacherLearningRates()

@@ -118,6 +118,9 @@ class Fixed:
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
         """Add, remove or change Gaussians after step number `step` (from 1)."""
 
+    def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
+        """Gaussians have been removed: keep what is known of the others, where the mask is true."""
+
     def state(self) -> dict:
         """Return everything that later changes depend on."""
         return {}
@@ -175,6 +178,10 @@ class CloneSplit(Fixed):
         if schedule.opacity_reset and step % schedule.opacity_reset == 0:
             faint = torch.logit(torch.tensor(0.01)).item()
             adam.reset("logit_opacities", adam.tensors["logit_opacities"].clamp_max(faint))
+
+    def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
+        """Keep the averages of the Gaussians that are left."""
+        self.gradients, self.views = self.gradients[rows], self.views[rows]
 
     def state(self) -> dict:
         """Return the averages so far."""

@@ -9,14 +9,13 @@ from jaxtyping import Float
 from scipy.spatial import KDTree
 from torch import Tensor
 
-from mobilegs.camera import MIN_SIDE, Camera
-from mobilegs.data.dataset import Dataset, Frame, load_view
+from mobilegs.camera import Camera
+from mobilegs.data.dataset import Dataset
 from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import rgb_to_sh0
+from mobilegs.train.teacher.far import far_points
 
 NEIGHBORS = 3
-FAR = 20.0  # extents: radius of the far sphere
-FAR_PHOTOS = 32  # photos from which it takes colours
 SQUARED_DISTANCE_MIN = 1e-7  # of 3DGS, in world units: gives coinciding points a size
 
 
@@ -55,35 +54,6 @@ def initial_gaussians(
         points, colors = points[chosen], colors[chosen]
     points, colors = torch.cat([points, shell[0]]), torch.cat([colors, shell[1]])
     return gaussians_at(points, colors, opacity=opacity, sh_degree=sh_degree)
-
-
-def far_points(
-    frames: Sequence[Frame], center: Float[Tensor, "3"], extent: float, *, count: int
-) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n 3"]]:
-    """Return points of a far sphere that photos show, and their colours: at most `count`.
-
-    The sphere has a radius of 20 extents around `center`, and points at equal distances from each
-    other. A colour is the mean over the photos that show the direction, at most 32 of the capture,
-    whether or not something is before the sphere.
-    """
-    number = torch.arange(count) + 0.5
-    polar, turn = (1 - 2 * number / count).acos(), math.pi * (1 + math.sqrt(5)) * number
-    away = torch.stack([polar.sin() * turn.cos(), polar.cos(), polar.sin() * turn.sin()], dim=1)
-    points = center + FAR * extent * away
-    sums, seen = torch.zeros(count, 3), torch.zeros(count)
-    for frame in frames[:: math.ceil(len(frames) / FAR_PHOTOS)]:
-        view = load_view(frame)
-        view = view.reduced(max(1, min(view.camera.width, view.camera.height) // MIN_SIDE))
-        camera = view.camera
-        local = points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
-        place = (local @ camera.K.T)[:, :2] / local[:, 2:]
-        inside = (local[:, 2] > 0) & (place >= 0).all(1)
-        inside &= (place[:, 0] < camera.width) & (place[:, 1] < camera.height)
-        column, row = place[inside].long().T
-        sums[inside] += view.image[row, column]
-        seen[inside] += 1
-    shown = seen > 0
-    return points[shown], (sums / seen.clamp_min(1)[:, None])[shown]
 
 
 def gaussians_at(

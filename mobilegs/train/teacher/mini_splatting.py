@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
@@ -153,6 +153,11 @@ class MiniSplatting(CloneSplit):
         elif event == "trim":
             keep = importance_mask(self._importance(adam), self.mini.trim_keeps)
             adam.replace_all({name: tensor[keep] for name, tensor in adam.tensors.items()})
+
+    def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
+        """Keep what is known of the Gaussians that are left."""
+        super().keep_rows(rows)
+        self.blurred = self.blurred[rows]
 
     def state(self) -> dict:
         """Return the averages so far, and the Gaussians that blur."""

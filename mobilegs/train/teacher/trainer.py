@@ -21,6 +21,7 @@ from mobilegs.train.poses import PoseConfig, Poses
 from mobilegs.train.sampling import EVERY, limit_scales
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
+from mobilegs.train.teacher.far import hidden_far
 from mobilegs.train.teacher.init import initial_gaussians
 from mobilegs.train.teacher.mcmc import Mcmc, McmcConfig
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig
@@ -85,6 +86,12 @@ class TeacherConfig:
     """Maximum number of initial Gaussians that lie on a far sphere, 0 or more: skies, and what is
     behind the scene where it has holes. Its radius is 20 extents of the scene. None if photos show
     an object before nothing. Large Gaussians must not be pruned (`densify.prune_scale=0`)."""
+    far_visibility: float = 0.0
+    """Visibility, 0 to 1, below which Gaussians near the far sphere are removed after
+    `far_checked` of the steps, in a room for example: the share of their blending weight that is
+    left by what lies before them. 0 removes none."""
+    far_checked: float = 0.3
+    """Fraction of the steps after which `far_visibility` is checked."""
     sh_degree: int = 3
     """Final degree of the colour's spherical harmonics, 0 to 3."""
     sh_interval: float = 1 / 30
@@ -123,6 +130,7 @@ class TeacherConfig:
             init_scale=POSITIVE,
             **dict.fromkeys(("min_views", "least_variance", "far_splats"), NOT_NEGATIVE),
             **dict.fromkeys(("sh_interval", "ssim_weight", "full_size_from"), FRACTION),
+            **dict.fromkeys(("far_visibility", "far_checked"), FRACTION),
             init_opacity=Range(high=1.0, above=True, below=True),
             sh_degree=DEGREE,
         )
@@ -154,6 +162,7 @@ class Teacher:
         self.views_per_step = config.views_per_step
         self.team = team
         self.done = 0
+        self.dataset = dataset
         self.extent = dataset.extent
         self.near = dataset.near
         self.frames = dataset.train
@@ -178,6 +187,8 @@ class Teacher:
                 far=config.far_splats,
             )
             start.log_scales += math.log(config.init_scale)
+        far = config.far_splats and not given
+        self.far_check = round(config.far_checked * self.steps) if far else 0
         self.strategy = self._strategy(len(start), device)
         tensors = start.to(device).tensors()
         sh = tensors.pop("sh")
@@ -203,7 +214,7 @@ class Teacher:
 
     def set_steps(self, steps: int) -> None:
         """Change the number of steps in total, at least until the last Gaussians come or go."""
-        self.steps = max(steps, self.strategy.last_event + 1)
+        self.steps = max(steps, self.strategy.last_event + 1, self.far_check + 1)
 
     @property
     def divisor(self) -> int:
@@ -240,6 +251,8 @@ class Teacher:
             self.strategy.observe(self.done, shown, camera, **seen)
         self.adam.step()
         self.strategy.after_step(self.done, self.adam, self.generator)
+        if self.config.far_visibility and self.done == self.far_check:
+            self._remove_far()
         if self.config.least_variance and (self.done % EVERY == 0 or self.done == self.steps):
             tensors, cameras = self.adam.tensors, [frame.camera for frame in self.frames]
             scales = tensors["log_scales"].detach()
@@ -338,6 +351,14 @@ class Teacher:
         begin = {"frames": self.frames, "opacity": config.init_opacity}
         begin |= {"sh_degree": self.degree_max, "footprint": config.footprint}
         return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
+
+    def _remove_far(self) -> None:
+        """Remove Gaussians of the far sphere that the photos hardly show."""
+        config = self.config
+        keep = ~hidden_far(self.gaussians(), self.dataset, config.footprint, config.far_visibility)
+        if not keep.all():
+            self.adam.keep_rows(keep)
+            self.strategy.keep_rows(keep)
 
     @torch.no_grad()
     def _remove_unsupported(self) -> None:

@@ -1,7 +1,6 @@
 """Initial Gaussians."""
 
 import math
-from dataclasses import replace
 
 import pytest
 import torch
@@ -9,7 +8,6 @@ import torch
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, Frame
 from mobilegs.train.teacher.init import (
-    far_points,
     gaussians_at,
     initial_gaussians,
     neighbor_distances,
@@ -113,32 +111,3 @@ def test_cameras_around_an_object_give_the_cube_that_they_see() -> None:
 def test_cameras_that_look_outwards_give_a_cube_around_them() -> None:
     points = random_for(ring(20, 1.0, outwards=True), 1.1)
     assert 3 < points.abs().max() < 5 and (points.norm(dim=1) > 1.1).float().mean() > 0.9
-
-
-def test_far_gaussians_have_the_colours_that_photos_show() -> None:
-    """The upper half of the photos is blue, the lower half green; one half of the sphere unseen."""
-    pixels = torch.zeros(80, 100, 3, dtype=torch.uint8)
-    pixels[:40, :, 2], pixels[40:, :, 1] = 255, 255
-    cameras = [camera for camera in ring(8, 4.0, outwards=True) if camera.position[0] > 0]
-    frames = [Frame(f"{i}", camera, pixels=pixels) for i, camera in enumerate(cameras)]
-    scene = replace(dataset(torch.randn(500, 3)), train=frames)
-    points, colors = far_points(scene.train, scene.center, scene.extent, count=2000)
-    torch.testing.assert_close(points.norm(dim=1), torch.full((len(points),), 20 * 4.4))
-    assert 100 < len(points) < 1000
-    for point, color in zip(points[::10], colors[::10], strict=True):
-        seen = []
-        for camera in cameras:
-            x, y, z = camera.viewmat[:3, :3] @ point + camera.viewmat[:3, 3]
-            row = float(y / z * camera.K[1, 1] + camera.K[1, 2])
-            column = float(x / z * camera.K[0, 0] + camera.K[0, 2])
-            if z > 0 and 0 <= column < 100 and 0 <= row < 80 and abs(row - 40) > 2:
-                seen.append([0.0, 0.0, 1.0] if row < 40 else [0.0, 1.0, 0.0])
-        if seen:
-            torch.testing.assert_close(color, torch.tensor(seen).mean(0), atol=0.51, rtol=0)
-            assert color[0] == 0 and color.sum() == pytest.approx(1)
-    options = {"opacity": 0.1, "sh_degree": 1, "generator": torch.Generator()}
-    made = initial_gaussians(scene, count=300, far=200, **options)
-    far = made.means.norm(dim=1) > 80
-    assert len(made) == 300 and 5 < int(far.sum()) <= 150
-    over = replace(scene, train=[replace(frame, alpha="over") for frame in frames])
-    assert not (initial_gaussians(over, count=300, far=200, **options).means.norm(dim=1) > 80).any()
