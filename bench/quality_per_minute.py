@@ -8,7 +8,8 @@ Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and 
 `--target-mb` the file is at most that large, and the run's name ends with the size. The scene's
 file is then compared with the held-back photos at most 1,600 pixels wide, whatever the size of the
 photos that the plan chose; LPIPS takes every fourth of them. `--table` writes the figures into
-docs/explanation/benchmarks.md. Nothing else may run on the machine.
+docs/explanation/benchmarks.md and draws docs/images/minutes.png. Nothing else may run on the
+machine.
 """
 
 import argparse
@@ -31,6 +32,7 @@ from mobilegs.mgs.codec import read_mgs
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs/explanation/benchmarks.md"
+PLOT = ROOT / "docs/images/minutes.png"
 CAPTURES = {"bonsai": "bonsai", "horns": "llff_horns", "lego": "lego", "stitch": "stitch"}
 MINUTES = (5, 15, 30, 60, 120)
 FEW_LPIPS = 4
@@ -110,6 +112,30 @@ def table(cells: dict) -> str:
     return "\n".join(lines)
 
 
+def plot(cells: dict) -> None:
+    """Draw PSNR and LPIPS against minutes, a line for each capture with several runs."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3.2), layout="constrained")
+    for name in CAPTURES:
+        runs = [found for key, found in cells.items() if key.split("-")[0] == name]
+        runs.sort(key=lambda found: found["minutes"])
+        if len(runs) < 2:
+            continue
+        minutes = [found["minutes"] for found in runs]
+        for axis, key, digits in zip(axes, ("psnr", "lpips_vgg"), (2, 3), strict=True):
+            axis.plot(minutes, [found[key] for found in runs], marker="o", label=name)
+            for found in runs:
+                text = f"{found[key]:.{digits}f}, {found['bytes'] / 1e6:.1f} MB"
+                axis.annotate(text, (found["minutes"], found[key]), fontsize=7)
+    for axis, label in zip(axes, ("PSNR dB", "LPIPS"), strict=True):
+        axis.set(xscale="log", xlabel="minutes on two cores", ylabel=label)
+        axis.set_xticks(MINUTES, [str(minutes) for minutes in MINUTES])
+        axis.minorticks_off()
+        axis.legend()
+    figure.savefig(PLOT, dpi=110)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, default=ROOT / "bench/results/quality_per_minute.json")
@@ -134,6 +160,7 @@ def main() -> None:
                     print(json.dumps({key: cells[key]}))
         return
     atomic_write(DOCS, between(DOCS.read_text(), "quality_per_minute", table(cells)))
+    plot(cells)
 
 
 if __name__ == "__main__":
