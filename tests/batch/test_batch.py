@@ -1,9 +1,9 @@
 """A batch in processes of this machine: retries, failures, interruptions, results."""
 
-import _thread
 import json
 import re
 import shutil
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -61,6 +61,13 @@ def once_training(folder: RowFolder, act: Callable[[int], None]) -> Iterator[Non
     finally:
         over.set()
         thread.join()
+
+
+def interrupt() -> None:
+    """Send Ctrl-C to the main thread: a signal also ends its waiting, at once."""
+    main_thread = threading.main_thread().ident
+    assert main_thread is not None
+    signal.pthread_kill(main_thread, signal.SIGINT)
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +153,7 @@ def test_a_batch_continues_after_ctrl_c(
 ) -> None:
     output = tmp_path / "out"
     listed = write_list(tmp_path, [{"name": "a", "source": str(capture)}])
-    with once_training(RowFolder(output / "a"), lambda pid: _thread.interrupt_main()):
+    with once_training(RowFolder(output / "a"), lambda pid: interrupt()):
         assert batch(listed, output) == 130
     assert f"interrupted: add --resume to continue {output}" in capsys.readouterr().err
     assert results(output)["a"]["state"] == "waiting"
