@@ -1,6 +1,7 @@
 """Gaussians on a far sphere."""
 
 from dataclasses import replace
+from typing import Literal
 
 import pytest
 import torch
@@ -84,7 +85,8 @@ def test_a_translucent_wall_leaves_a_share_of_visibility() -> None:
 
 @pytest.mark.parametrize("strategy", ["clone_split", "mini_splatting", "mcmc", "fixed"])
 def test_a_teacher_removes_hidden_far_gaussians_once(
-    strategy: str, monkeypatch: pytest.MonkeyPatch
+    strategy: Literal["clone_split", "mini_splatting", "mcmc", "fixed"],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scene = outwards()
     removed = []
