@@ -5,7 +5,7 @@
     python -m bench.quality_per_minute --table [--json OUT]
 
 Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and resumes there. With
-`--target-mb` the file is at most that large, and the run's name ends with the size. The scene's
+`--target-mb` the file has about that size, and the run's name ends with it. The scene's
 file is then compared with the held-back photos at most 1,600 pixels wide, whatever the size of the
 photos that the plan chose; LPIPS takes every fourth of them. `--table` writes the figures into
 docs/explanation/benchmarks.md and draws docs/images/minutes.png. Nothing else may run on the
@@ -142,7 +142,7 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, default=Path("runs/minutes"))
     parser.add_argument("--only", nargs="+", choices=CAPTURES, default=list(CAPTURES))
     parser.add_argument("--minutes", nargs="+", type=int, default=MINUTES)
-    parser.add_argument("--target-mb", type=float, default=0.0, help="largest file; 0: any size")
+    parser.add_argument("--target-mb", type=float, default=0.0, help="size of the file; 0: any")
     parser.add_argument("--table", action="store_true", help="only write the table")
     options = parser.parse_args()
     cells = json.loads(options.json.read_text()) if options.json.exists() else {}

@@ -187,7 +187,7 @@ class Teacher:
                 far=config.far_splats,
             )
             start.log_scales += math.log(config.init_scale)
-        far = config.far_splats and not given
+        far = config.far_splats and config.far_visibility and not given
         self.far_check = round(config.far_checked * self.steps) if far else 0
         self.strategy = self._strategy(len(start), device)
         tensors = start.to(device).tensors()
@@ -251,7 +251,7 @@ class Teacher:
             self.strategy.observe(self.done, shown, camera, **seen)
         self.adam.step()
         self.strategy.after_step(self.done, self.adam, self.generator)
-        if self.config.far_visibility and self.done == self.far_check:
+        if self.done == self.far_check:
             self._remove_far()
         if self.config.least_variance and (self.done % EVERY == 0 or self.done == self.steps):
             tensors, cameras = self.adam.tensors, [frame.camera for frame in self.frames]
