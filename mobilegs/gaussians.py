@@ -8,6 +8,8 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
+from mobilegs.reproducible import sigmoid
+
 log = logging.getLogger(__name__)
 
 
@@ -42,7 +44,7 @@ class Gaussians:
     @property
     def opacities(self) -> Float[Tensor, "n"]:
         """Opacities in (0, 1), `[n]`."""
-        return self.logit_opacities.sigmoid()
+        return sigmoid(self.logit_opacities)
 
     @property
     def sh_degree(self) -> int:

@@ -1,11 +1,11 @@
-"""Measure how much slower a training is beside a busy program, for several ways to wait.
+"""Measure how much slower a training is beside a busy program.
 
-    python -m bench.studies.neighbour [--json OUT] [--rounds 3] [--spins usual 300000 3000 0]
+    python -m bench.studies.neighbour [--json OUT] [--rounds 3]
 
 A training of `llff_horns` at half size, 700 + 700 steps, runs alone and beside a program that keeps
-one core busy. Threads of OpenMP wait for each other by spinning, GOMP_SPINCOUNT times, and then
-sleep; `usual` does not set it. OUT has the medians of the seconds that metrics.json gives, and the
-number of different scenes. Nothing else may run.
+one core busy: with the number of threads that it begins with (`fixed`), and with as many as there
+are cores that other programs leave (`fair`, mobilegs/train/threads.py). OUT has the medians of the
+seconds that metrics.json gives, and the number of different scenes. Nothing else may run.
 """
 
 import argparse
@@ -27,17 +27,17 @@ ROOT = Path(__file__).parents[2]
 STEPS = 700
 BUSY = "while True: pass"
 STAGES = ("teacher", "student")
+FAIR = "import sys; from mobilegs.__main__ import run; sys.exit(run())"
+FIXED = "from mobilegs.train.threads import FairThreads; FairThreads.adapt = lambda self: None; "
+PROGRAMS = {"fixed": FIXED + FAIR, "fair": FAIR}
 
 
-def train(capture: Path, output: Path, spin: str) -> dict:
+def train(capture: Path, output: Path, kind: str) -> dict:
     """Train once; return the seconds of both stages and the scene's digest."""
-    environment = {key: value for key, value in os.environ.items() if key != "GOMP_SPINCOUNT"}
-    if spin != "usual":
-        environment["GOMP_SPINCOUNT"] = spin
-    command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
+    command = [sys.executable, "-c", PROGRAMS[kind], "train", str(capture), "-o", str(output)]
     command += ["--preset", "cpu", "--steps", str(2 * STEPS), "--downscale", "2"]
     command += ["--max-splats", "30000", "--device", "cpu"]
-    subprocess.run(command, check=True, env=environment, stderr=subprocess.DEVNULL)
+    subprocess.run(command, check=True, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     seconds = json.loads((output / "metrics.json").read_text())["seconds"]
     digest = hashlib.sha256((output / "scene.mgs").read_bytes()).hexdigest()
     return {**{stage: seconds[stage] for stage in STAGES}, "digest": digest}
@@ -47,28 +47,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, default=ROOT / "bench/results/neighbour.json")
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--spins", nargs="+", default=["usual", "300000", "3000", "0"])
     options = parser.parse_args()
     data = Path(os.environ.get("MOBILEGS_DATA") or sys.exit("set MOBILEGS_DATA"))
-    rows: dict[str, dict[str, list[dict]]] = {
-        spin: {"alone": [], "busy": []} for spin in options.spins
-    }
+    rows: dict[str, dict[str, list[dict]]] = {kind: {"alone": [], "busy": []} for kind in PROGRAMS}
     with tempfile.TemporaryDirectory() as folder:
         for index in range(options.rounds):
-            for spin in options.spins:
+            for kind in PROGRAMS:
                 for beside in ("alone", "busy"):
                     other = None
                     if beside == "busy":
                         other = subprocess.Popen([sys.executable, "-c", BUSY])
                     try:
-                        run = Path(folder) / f"{index}-{spin}-{beside}"
-                        found = train(data / "llff_horns", run, spin)
+                        run = Path(folder) / f"{index}-{kind}-{beside}"
+                        found = train(data / "llff_horns", run, kind)
                     finally:
                         if other:
                             other.kill()
                             other.wait()
-                    rows[spin][beside].append(found)
-                    print(spin, beside, found, flush=True)
+                    rows[kind][beside].append(found)
+                    print(kind, beside, found, flush=True)
     digests = {each["digest"] for row in rows.values() for runs in row.values() for each in runs}
     result = {
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",
@@ -77,11 +74,11 @@ def main() -> None:
         "steps": STEPS,
         "scenes": len(digests),
         "medians": {
-            spin: {
+            kind: {
                 beside: {stage: statistics.median(r[stage] for r in runs) for stage in STAGES}
                 for beside, runs in row.items()
             }
-            for spin, row in rows.items()
+            for kind, row in rows.items()
         },
         "runs": rows,
     }

@@ -51,7 +51,7 @@ def demo(
             raise InputError(f"{output} holds a run of something else: give another folder")
         make_folder(capture)
         with progress_bar("rendering photos") as advance:
-            write_capture(capture, demo_capture(progress=advance))
+            write_capture(capture, demo_capture(width=480, height=320, progress=advance))
     run = TrainRun(capture, output, preset="demo", seed=seed, resume=True, live=live)
     run_training(run, f"give the same command to continue {output}")
 

@@ -11,6 +11,7 @@ from torch.nn.functional import leaky_relu, linear
 
 from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.csrc import binding
+from mobilegs.reproducible import product
 
 COLORS = ("linear", "networks", "latent_networks")
 OCTAVES = 16
@@ -109,7 +110,8 @@ class LinearDecoder(nn.Module):
         view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
         """Return the spherical harmonics of the colour; `positions` have no effect."""
-        return linear(torch.cat([static, view], dim=1), self._matrix()).unflatten(1, (-1, 3))
+        latents, matrix = torch.cat([static, view], dim=1), self._matrix().T
+        return product(latents, matrix, matrix.new_zeros(matrix.shape[1])).unflatten(1, (-1, 3))
 
     @torch.no_grad()
     def decode(

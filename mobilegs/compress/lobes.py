@@ -10,13 +10,14 @@ from itertools import pairwise
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
-from torch.nn.functional import linear, pad
+from torch.nn.functional import pad
 
 from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS, static_inputs
+from mobilegs.reproducible import product
 from mobilegs.spherical_harmonics import C0
 
 LATENTS_MAX = 32
@@ -101,7 +102,7 @@ class LobeDecoder(nn.Module):
             known = torch.zeros_like(self.bias)[None]
             known[0, 0] = 1 / C0
             rows = torch.cat([rows, known])
-        lobes = torch.addmm(round_float16(self.bias), numbers, rows)
+        lobes = product(numbers, rows, round_float16(self.bias))
         if self.shape.hidden:
             others = static_inputs(gaussians)
             if self.shape.latents:
@@ -110,12 +111,10 @@ class LobeDecoder(nn.Module):
                 others = others.detach()
             hidden = torch.cat([others, latents], dim=1)
             for weight, offset in zip(self.weights, self.offsets, strict=False):
-                hidden = linear(
-                    hidden, round_float16(weight, self.significand_bits), round_float16(offset)
-                ).relu_()
-            lobes = torch.addmm(
-                lobes, hidden, round_float16(self.weights[-1], self.significand_bits).T
-            )
+                rounded = round_float16(weight, self.significand_bits)
+                hidden = product(hidden, rounded.T, round_float16(offset)).relu_()
+            last = round_float16(self.weights[-1], self.significand_bits)
+            lobes = product(hidden, last.T, lobes)
         return lobes.unflatten(1, (-1, 2))
 
     @torch.no_grad()

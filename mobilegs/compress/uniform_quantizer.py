@@ -9,6 +9,7 @@ from torch import Tensor, nn
 
 from mobilegs.compress.codebooks import SIZE_MAX, Attribute
 from mobilegs.errors import InputError
+from mobilegs.reproducible import times
 
 # columns of each attribute; `appearance` and `lobes` have one per latent of their decoders
 COLUMNS: dict[Attribute, int] = {"scale": 3, "rotation": 3, "appearance": 0, "opacity": 1}
@@ -151,7 +152,7 @@ def scale_multiples(
     values = multiples * fixed
     if targets is None:
         return values
-    return values + (multiples - targets.detach() / fixed) * (step_size - fixed)
+    return values + times(multiples - targets.detach() / fixed, step_size - fixed)
 
 
 def column_ranges(codes: Int[Tensor, "n s"]) -> tuple[Int[Tensor, "s"], Int[Tensor, "s"]]:

@@ -15,6 +15,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.errors import InputError
+from mobilegs.reproducible import sigmoid
 from mobilegs.spherical_harmonics import C0, sh_basis
 
 
@@ -27,7 +28,7 @@ def evaluate_lobes(
     """
     basis = sh_basis(directions, lobe_degree(lobes))
     logits, raw_phi = (basis[:, :, None] * lobes).sum(1).unbind(1)
-    return logits.sigmoid(), raw_phi.relu()
+    return sigmoid(logits), raw_phi.relu()
 
 
 def lobe_degree(lobes: Float[Tensor, "n m 2"]) -> int:

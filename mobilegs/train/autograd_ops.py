@@ -8,6 +8,7 @@ from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.render.lobes import evaluate_lobes
+from mobilegs.reproducible import total
 from mobilegs.spherical_harmonics import C0
 
 
@@ -89,6 +90,6 @@ class _WeightingGradients(torch.autograd.Function):
             depth_factor = 1 - depths / sigma
             counts = depth_factor > 0
             by_factor = torch.where(counts, by_phi / torch.where(counts, depth_factor, 1.0), 0.0)
-            to_sigma = (by_factor * depths).sum() / sigma**2
-        to_background = None if background_weight is None else -by_phi.sum() / background_weight
+            to_sigma = total(by_factor * depths) / sigma**2
+        to_background = None if background_weight is None else -total(by_phi) / background_weight
         return grad, to_sigma, to_background, None, None

@@ -22,6 +22,7 @@ from mobilegs.train.memory import free_memory, needed_memory
 from mobilegs.train.recipes import Recipe, with_length
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
+from mobilegs.train.threads import FairThreads
 
 TEACHER_SHARE = 0.45  # of the time
 # Fractions of a stage's steps after which the number of steps is set anew. Afterwards the student
@@ -197,8 +198,10 @@ def make_plan(
         given: number of Gaussians of a trained teacher, or 0 if there is none.
         team: the processes that train.
     """
-    dataset = load(downscale)
-    speed = measured_speed(recipe.teacher, dataset, team)
+    with FairThreads() as threads:
+        dataset = load(downscale)
+        threads.adapt()
+        speed = measured_speed(recipe.teacher, dataset, team)
     seconds = 60 * minutes - (time.monotonic() - started)
     [[seconds], *_] = team.all_gather_ints(round(seconds))
     free = math.inf if team.device.type == "cuda" else MEMORY_SHARE * free_memory()

@@ -15,6 +15,7 @@ from mobilegs.train.distributed import Team
 from mobilegs.train.progress import Monitor
 from mobilegs.train.run_dir import Checkpoint, RunDir, StopRequest, stop_between_steps
 from mobilegs.train.stage import Stage, view_order
+from mobilegs.train.threads import FairThreads
 
 PREVIEWS = 8  # per stage
 PREFETCH = 8  # views that are decoded ahead, per process
@@ -61,10 +62,12 @@ def train_stage(
     monitor.begin(stage)
     preview_every = max(1, stage.steps // PREVIEWS)
     saved_at = time.monotonic()
-    with stop_between_steps() as stop:
+    with stop_between_steps() as stop, FairThreads() as threads:
         while stage.done < stage.steps:
             result = stage.advance(next_views(stage, loader, team, order_seed))
             monitor.after_step(stage, result)
+            if stage.any_threads:
+                threads.adapt()
             if result.spread is not None:
                 monitor.exposures(stage, result.spread)
             if pace is not None:

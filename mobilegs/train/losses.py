@@ -9,6 +9,7 @@ from torch.autograd.function import FunctionCtx
 
 from mobilegs.data.dataset import View
 from mobilegs.evaluate.metrics import C1, C2, SIGMA, WINDOW
+from mobilegs.reproducible import total
 from mobilegs.train.ssim import CpuSsim
 
 MIN_DEPTH = 1e-8  # gives pixels without depth a logarithm
@@ -101,7 +102,7 @@ def photo_loss(
         absolute = (image - photo).abs().mean()
         return (1 - ssim_weight) * absolute + ssim_weight * (1 - ssim_map(image, photo).mean())
     image = torch.where(mask[:, :, None] > 0, image, photo)
-    weight = mask / (3 * mask.sum()).clamp_min(1)
+    weight = mask / (3 * total(mask)).clamp_min(1)
     absolute = ((image - photo).abs().sum(2) * weight).sum()
     dissimilar = ((1 - ssim_map(image, photo)).sum(2) * weight).sum()
     return (1 - ssim_weight) * absolute + ssim_weight * dissimilar
@@ -116,7 +117,7 @@ def color_distillation_loss(
     """Return the mean absolute difference to the teacher's image where `mask` is 1."""
     if mask is None:
         return (image - teacher).abs().mean()
-    return ((image - teacher).abs().sum(2) * mask).sum() / (3 * mask.sum()).clamp_min(1)
+    return ((image - teacher).abs().sum(2) * mask).sum() / (3 * total(mask)).clamp_min(1)
 
 
 def depth_distillation_loss(
@@ -170,4 +171,4 @@ def masked_mse(image: Float[Tensor, "h w 3"], view: View) -> Float[Tensor, ""]:
 def _variance(error: Float[Tensor, "h w"], counts: Bool[Tensor, "h w"]) -> Float[Tensor, ""]:
     error = torch.where(counts, error, 0.0)
     number = counts.sum().clamp_min(1)
-    return (error * error).sum() / number - (error.sum() / number) ** 2
+    return total(error * error) / number - (total(error) / number) ** 2

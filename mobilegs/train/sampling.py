@@ -5,6 +5,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.csrc.binding import address, library, supports
 
 EVERY = 100  # steps between two applications of the limit
 MARGIN = 0.15  # of the image's sides: Gaussians a little outside of it count as seen
@@ -16,23 +17,49 @@ def sampling_intervals(means: Float[Tensor, "n 3"], cameras: list[Camera]) -> Fl
     """Return the smallest distance in world units between two samples of any camera at each mean.
 
     A camera samples at `z / f`: one pixel at the mean's depth (Mip-Splatting, Yu et al. 2024,
-    Eq. 6). Infinite for a mean that no camera sees.
+    Eq. 6). Infinite for a mean that no camera sees. This is the reference of csrc/sampling.cpp,
+    which runs for float32 on the CPU.
     """
+    packed = packed_cameras(cameras).to(means)
+    if supports(means):
+        return _by_library(means.detach().contiguous(), packed)
     finest = torch.full_like(means[:, 0], torch.inf)
     for rows in torch.arange(len(means), device=means.device).split(ROWS):
-        some = means[rows]
-        best = finest[rows]
-        for camera in cameras:
-            viewmat = camera.viewmat.to(some)
-            x, y, z = (some @ viewmat[:3, :3].T + viewmat[:3, 3]).unbind(1)
-            fx, fy = float(camera.K[0, 0]), float(camera.K[1, 1])
-            cx, cy = float(camera.K[0, 2]), float(camera.K[1, 2])
-            wide, high = MARGIN * camera.width, MARGIN * camera.height
-            column, row = fx * x / z + cx, fy * y / z + cy
-            seen = (z > camera.near) & (column > -wide) & (column < camera.width + wide)
-            seen &= (row > -high) & (row < camera.height + high)
-            best = torch.where(seen, torch.minimum(best, z / max(fx, fy)), best)
+        some, best = means[rows], finest[rows]
+        for camera in packed:
+            left, right, top, bottom, near, interval = camera[12:]
+            x, y, z = (some @ camera[:9].view(3, 3).T + camera[9:12]).unbind(1)
+            seen = (z > near) & (x > left * z) & (x < right * z) & (y > top * z) & (y < bottom * z)
+            best = torch.where(seen, torch.minimum(best, z * interval), best)
         finest[rows] = best
+    return finest
+
+
+def packed_cameras(cameras: list[Camera]) -> Float[Tensor, "cameras 18"]:
+    """Return for each camera its rotation, its translation, and what it sees, in float64.
+
+    The last six columns: x / z of the left and the right border and y / z of the upper and the
+    lower, with a margin; the nearest depth; the sampling interval at depth 1.
+    """
+    rows = []
+    for camera in cameras:
+        fx, fy, cx, cy = (float(camera.K[at]) for at in ((0, 0), (1, 1), (0, 2), (1, 2)))
+        wide, high = MARGIN * camera.width, MARGIN * camera.height
+        seen = [(-wide - cx) / fx, (camera.width + wide - cx) / fx]
+        seen += [(-high - cy) / fy, (camera.height + high - cy) / fy]
+        viewmat = camera.viewmat.double().cpu()
+        seen = torch.tensor([*seen, camera.near, 1 / max(fx, fy)], dtype=torch.float64)
+        rows.append(torch.cat([viewmat[:3, :3].flatten(), viewmat[:3, 3], seen]))
+    return torch.stack(rows)
+
+
+def _by_library(
+    means: Float[Tensor, "n 3"], packed: Float[Tensor, "cameras 18"]
+) -> Float[Tensor, "n"]:
+    finest = torch.empty(len(means))
+    library().mgs_sampling_intervals(
+        len(means), address(means), len(packed), address(packed), address(finest)
+    )
     return finest
 
 

@@ -41,6 +41,11 @@ class Stage(Protocol):
     """Colours of single photos; None while they are not learned."""
 
     @property
+    def any_threads(self) -> bool:
+        """True if results do not depend on the number of threads."""
+        ...
+
+    @property
     def phase(self) -> str:
         """One word for the part of the stage that the next step belongs to."""
         ...

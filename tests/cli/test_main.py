@@ -152,7 +152,7 @@ def test_demo_trains_on_the_built_in_capture_and_prints_a_summary(
         }
 
     written: list[Path] = []
-    monkeypatch.setattr(capture, "demo_capture", lambda progress: None)
+    monkeypatch.setattr(capture, "demo_capture", lambda **options: None)
     monkeypatch.setattr(capture, "write_capture", lambda path, dataset: written.append(path))
     monkeypatch.setattr(train, "train_run", train_run)
     monkeypatch.setattr(report, "write_report", lambda run_dir: None)

@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import torch
 
+from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
 from mobilegs.render import Footprint
+from mobilegs.train import sampling
 from mobilegs.train.sampling import EVERY, limit_scales, sampling_intervals
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.scenes import camera, random_scene
@@ -30,6 +33,29 @@ def test_intervals_are_those_of_the_finest_camera_by_numpy() -> None:
                 expected[i] = min(expected[i], z / max(k[0, 0], k[1, 1]))
     assert 20 < np.isinf(expected).sum() < 280
     np.testing.assert_allclose(found, expected)
+
+
+@pytest.mark.parametrize("level", ["v4", "v3", "v2", "portable"])
+def test_every_built_instruction_set_agrees_with_the_reference(level, monkeypatch) -> None:
+    if not binding.LEVELS[level] <= binding.cpu_flags() or binding.built_library(level) is None:
+        pytest.skip(f"{level} does not run here")
+    library = binding.library(level)
+    monkeypatch.setattr(sampling, "library", lambda: library)
+    view = camera()
+    eye = -view.viewmat[:3, :3].T @ view.viewmat[:3, 3]
+    means = torch.cat([random_scene(3000, seed=5, spread=2.0)["means"], eye[None]]).float()
+    means[7] = torch.nan
+    means[8, 1] = torch.inf
+    several = [view, camera(90, 74), camera(20, 90, center=(0.9, 0.2))]
+    for count in (0, 1, 17, 1024, len(means)):
+        for views in (several, several[1:2]):
+            found = sampling_intervals(means[-count:] if count else means[:0], views)
+            with monkeypatch.context() as without:
+                without.setattr(sampling, "supports", lambda *tensors: False)
+                expected = sampling_intervals(means[-count:] if count else means[:0], views)
+            # the borders are random numbers apart from every mean, so roundings do not matter
+            torch.testing.assert_close(found, expected, rtol=1e-5, atol=0)
+    assert expected.isinf().any() and expected.isfinite().any()
 
 
 def test_only_scales_below_the_limit_change() -> None:

@@ -10,6 +10,7 @@ from torch.nn.functional import normalize, pad
 
 from mobilegs.camera import Camera
 from mobilegs.render.lobes import lobe_degree
+from mobilegs.reproducible import sigmoid, total
 from mobilegs.spherical_harmonics import C0, sh_basis
 from mobilegs.validation import FRACTION, NOT_NEGATIVE, POSITIVE, Range, check
 
@@ -63,15 +64,15 @@ class MaskConfig:
         """
         uniform = torch.rand(len(logits), generator=generator).clamp(1e-6, 1 - 1e-6)
         noise = torch.logit(uniform).to(logits.device)
-        return torch.sigmoid((logits + noise) / self.temperature)
+        return sigmoid((logits + noise) / self.temperature)
 
     def loss(self, logits: Float[Tensor, "n"]) -> Float[Tensor, ""]:
         """Return `weight mean(p)^2`; its gradient falls with the number of Gaussians left."""
-        return self.weight * logits.sigmoid().mean().square()
+        return self.weight * (total(sigmoid(logits)) / len(logits)).square()
 
     def kept(self, logits: Float[Tensor, "n"], *, final: bool) -> Bool[Tensor, "n"]:
         """Return the Gaussians that stay; `final` is the removal at the end of the masks."""
-        return logits.sigmoid() >= (0.5 if final else self.min_probability)
+        return sigmoid(logits) >= (0.5 if final else self.min_probability)
 
 
 def mask_lobes(

@@ -9,6 +9,7 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import EXPONENT_MAX
+from mobilegs.reproducible import total
 
 CAMERAS_MAX = 64
 
@@ -26,7 +27,7 @@ def choose_grid(means: Float[Tensor, "n 3"], cameras: list[Camera], error: float
         moved = (grid.world(grid.store(means)) - means).norm(dim=1)
         # two of the three directions of an error are parallel to the image
         pixels = (2 / 3) ** 0.5 * moved * magnification
-        if (pixels.square().sum() / (magnification > 0).sum().clamp_min(1)).sqrt() <= error:
+        if (total(pixels.square()) / (magnification > 0).sum().clamp_min(1)).sqrt() <= error:
             break
     return grid
 

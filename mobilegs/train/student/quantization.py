@@ -25,6 +25,7 @@ from mobilegs.compress.rotations import RotationQuantizer
 from mobilegs.compress.uniform_quantizer import WEIGHT_SIGNIFICAND_BITS, StepSizes, UniformQuantizer
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.encode import Quantizer
+from mobilegs.reproducible import column_means, total
 from mobilegs.train.autograd_ops import straight_through
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.student.view_dependence import ViewDependence
@@ -120,7 +121,7 @@ def add_rate_gradients(quantizer: Quantizer, values: Tensor, bit_weight: float) 
     if isinstance(quantizer, UniformQuantizer):
         gradients[values] = quantizer.bits_gradient(values) * (bit_weight / len(values))
         # a larger step size moves codes together, as if values moved towards their mean
-        gradients[log_step] = -(gradients[values] * (values - values.mean(0))).sum()
+        gradients[log_step] = -total(gradients[values] * (values - column_means(values)))
     else:
         bits = quantizer.log_step_gradient(values)
         gradients[log_step] = torch.full_like(log_step, bit_weight * bits)
@@ -137,8 +138,8 @@ def add_early_rate_gradients(tensors: Mapping[str, Tensor], bit_weight: float) -
     constant times the standard deviation of the column, without a gradient.
     """
     for values in (tensors[name] for name in QUANTISED if name in tensors):
-        x = values - values.mean(0)
-        scale = (RATE_SCALE * x.square().mean(0).sqrt()).clamp_min(SPREAD_MIN)
+        x = values - column_means(values)
+        scale = (RATE_SCALE * column_means(x.square()).sqrt()).clamp_min(SPREAD_MIN)
         grad = x / (x.square() + scale.square()) * (bit_weight / math.log(2) / len(values))
         values.grad = grad if values.grad is None else values.grad + grad
 

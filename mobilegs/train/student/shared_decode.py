@@ -11,6 +11,7 @@ from mobilegs.render import Rendered, render_sorted, render_sortfree, visible_ro
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.sortfree import exponential_lobes
+from mobilegs.reproducible import sigmoid
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.autograd_ops import take_rows, with_weighting_gradients
 from mobilegs.train.student.mask_pruning import mask_lobes
@@ -108,9 +109,9 @@ class SharedDecode:
         alpha_min = ALPHA_MIN if model.blend == "sorted" else model.weighting.alpha_min
         with torch.no_grad():
             if "lobes" in leaves:
-                opacities = torch.sigmoid(C0 * leaves["lobes"][:, 0, 0])
+                opacities = sigmoid(C0 * leaves["lobes"][:, 0, 0])
             else:
-                opacities = torch.sigmoid(leaves["logit_opacities"])
+                opacities = sigmoid(leaves["logit_opacities"])
         rows, camera = self.rows[number], self.cameras[number]
         tensors = (leaves["means"], leaves["quats"], leaves["log_scales"], opacities)
         means, quats, log_scales, opacities = (

@@ -37,6 +37,7 @@ from mobilegs.train.student.position_grid import choose_grid
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.virtual_views import beside_the_path, virtual_cameras
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
+from mobilegs.train.threads import first_threads
 
 RATE_UPDATES = 50  # of rate control in a run
 SELDOM = 4  # steps between two gradients of the rate term and of overdraw, each 4 times as large
@@ -127,6 +128,13 @@ class Student:
             logits = config.pruning.masks.initial_logits(len(self.model), device)
             self.model.rows.add("masks", logits, config.lr.masks)
         self.votes = VoteCounter(config.pruning.votes, config.steps, len(self.model), device)
+
+    @property
+    def any_threads(self) -> bool:
+        """True without networks and codebooks, whose matrix products depend on the threads."""
+        config = self.config
+        plain = config.color.decoder == "linear" and config.quantization.method == "sq"
+        return plain and config.view_dependence.kind in ("constant", "free", "latent")
 
     @property
     def phase(self) -> Phase:
@@ -261,6 +269,11 @@ class Student:
 
     def _enter(self, phase: Phase) -> None:
         """Bring the model into `phase`, through the phases before it."""
+        if phase != self.model.phase:
+            with first_threads():
+                self._begin(phase)
+
+    def _begin(self, phase: Phase) -> None:
         config = self.config
         if phase != "explicit" and self.model.phase == "explicit":
             means = self.model.rows.tensors["means"].detach()
@@ -276,7 +289,9 @@ class Student:
             self.model.quantize(config.quantization.codebooks, generator=self.generator)
 
     def _fit_lobe_decoder(self) -> None:
-        if not self.model.lobes_are_final:
+        if self.model.lobes_are_final:
+            return
+        with first_threads():
             self.model.fit_lobe_decoder(
                 self.cameras,
                 regression_steps=self.config.schedule.regression_steps,

@@ -10,6 +10,7 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
+from mobilegs.reproducible import sigmoid
 from mobilegs.train.optim import NamedAdam
 from mobilegs.validation import FRACTION, NOT_NEGATIVE, check
 
@@ -250,7 +251,7 @@ class CloneSplit(Fixed):
         return cloned, split
 
     def _prune(self, adam: NamedAdam, *, large_too: bool) -> None:
-        keep = adam.tensors["logit_opacities"].sigmoid() >= self.config.prune_opacity
+        keep = sigmoid(adam.tensors["logit_opacities"]) >= self.config.prune_opacity
         if large_too and self.config.prune_scale:
             largest = adam.tensors["log_scales"].amax(1).exp()
             keep &= largest <= self.config.prune_scale * self.extent

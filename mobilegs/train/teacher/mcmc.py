@@ -8,6 +8,7 @@ from torch import Tensor
 
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
+from mobilegs.reproducible import sigmoid
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.teacher.densify import DensifyConfig, Fixed, Schedule
 from mobilegs.validation import FRACTION, NOT_NEGATIVE, check
@@ -68,7 +69,7 @@ class Mcmc(Fixed):
         self._add_noise(adam, generator)
 
     def _relocate(self, adam: NamedAdam, generator: torch.Generator) -> None:
-        opacities = adam.tensors["logit_opacities"].sigmoid()
+        opacities = sigmoid(adam.tensors["logit_opacities"])
         dead = opacities <= self.config.dead_opacity
         if not dead.any() or dead.all():
             return
@@ -79,7 +80,7 @@ class Mcmc(Fixed):
         adam.reset_moments(dead)
 
     def _grow(self, adam: NamedAdam, generator: torch.Generator) -> None:
-        opacities = adam.tensors["logit_opacities"].sigmoid()
+        opacities = sigmoid(adam.tensors["logit_opacities"])
         target = min(self.max_splats, int((1 + self.config.growth) * len(opacities)))
         if target > len(opacities):
             adam.append_rows(self._duplicate(adam, opacities, target - len(opacities), generator))
@@ -120,8 +121,8 @@ class Mcmc(Fixed):
             generator=torch.Generator(tensors["means"].device).manual_seed(seed),
             device=tensors["means"].device,
         )
-        opacities = tensors["logit_opacities"].sigmoid()
-        gate = torch.sigmoid(GATE * (self.config.dead_opacity - opacities))
+        opacities = sigmoid(tensors["logit_opacities"])
+        gate = sigmoid(GATE * (self.config.dead_opacity - opacities))
         length = self.config.noise * adam.lr("means") * gate
         turn = rotation_matrices(tensors["quats"])
         variances = (2 * tensors["log_scales"]).exp()[:, :, None]

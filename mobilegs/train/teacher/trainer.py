@@ -196,6 +196,11 @@ class Teacher:
         self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": rest}, self._lrs())
 
     @property
+    def any_threads(self) -> bool:
+        """True: no operation of a step depends on the number of threads."""
+        return True
+
+    @property
     def phase(self) -> str:
         """`densify` while Gaussians can be added, then `refine`."""
         return "densify" if self.done < self.strategy.stop else "refine"
