@@ -113,26 +113,41 @@ def table(cells: dict) -> str:
 
 
 def plot(cells: dict) -> None:
-    """Draw PSNR and LPIPS against minutes, a line for each capture with several runs."""
+    """Draw PSNR and LPIPS against minutes, a line for each capture; of equal minutes the newest."""
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(1, 2, figsize=(8, 3.2), layout="constrained")
     for name in CAPTURES:
-        runs = [found for key, found in cells.items() if key.split("-")[0] == name]
-        runs.sort(key=lambda found: found["minutes"])
-        if len(runs) < 2:
+        newest: dict[int, dict] = {}
+        for key, found in cells.items():
+            minutes, date = found["minutes"], found["date"]
+            if key.split("-")[0] == name and date >= newest.get(minutes, found)["date"]:
+                newest[minutes] = found
+        if not newest:
             continue
-        minutes = [found["minutes"] for found in runs]
-        for axis, key, digits in zip(axes, ("psnr", "lpips_vgg"), (2, 3), strict=True):
-            axis.plot(minutes, [found[key] for found in runs], marker="o", label=name)
+        runs = [newest[minutes] for minutes in sorted(newest)]
+        width, height = runs[0]["measured_at"]
+        for axis, key in zip(axes, ("psnr", "lpips_vgg"), strict=True):
+            axis.plot(
+                [found["minutes"] for found in runs],
+                [found[key] for found in runs],
+                marker="o",
+                label=f"{name}, {width}x{height}",
+            )
             for found in runs:
-                text = f"{found[key]:.{digits}f}, {found['bytes'] / 1e6:.1f} MB"
-                axis.annotate(text, (found["minutes"], found[key]), fontsize=7)
-    for axis, label in zip(axes, ("PSNR dB", "LPIPS"), strict=True):
+                axis.annotate(
+                    f"{found['bytes'] / 1e6:.1f} MB",
+                    (found["minutes"], found[key]),
+                    xytext=(4, 4),
+                    textcoords="offset points",
+                    fontsize=7,
+                )
+    for axis, label in zip(axes, ("PSNR dB", "LPIPS (less is better)"), strict=True):
         axis.set(xscale="log", xlabel="minutes on two cores", ylabel=label)
         axis.set_xticks(MINUTES, [str(minutes) for minutes in MINUTES])
         axis.minorticks_off()
-        axis.legend()
+        axis.margins(0.15)
+    axes[0].legend(fontsize=8)
     figure.savefig(PLOT, dpi=110)
 
 

@@ -69,6 +69,16 @@ def atomic_write(path: Path | str, content: bytes | str) -> None:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
+def remove_unfinished(path: Path) -> None:
+    """Remove temporary files of `path`, a pattern, that killed processes left.
+
+    No process may write these files now.
+    """
+    random = "[a-z0-9_]" * 8  # as mkstemp makes them
+    for left in path.parent.glob(f".{path.stem}-{random}{path.suffix}"):
+        left.unlink(missing_ok=True)
+
+
 def file_size(path: Path) -> int:
     """Return the bytes in a regular file.
 

@@ -25,7 +25,7 @@ from bench.soak.record import add_record
 from mobilegs.data.demo.capture import demo_capture, write_capture
 
 COMPARED = ("scene.mgs", "teacher.ply")
-STEPS = 60
+STEPS = 400
 SOONEST = 0.2  # seconds after which a process can be killed
 
 

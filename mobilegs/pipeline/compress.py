@@ -91,7 +91,7 @@ class CompressRun:
     on a CPU and 10 on a GPU, unless --preset or --steps decide the length."""
     preset: PresetName | None = None
     """Length of the training, and number and size of the rendered views. cpu: 5,000 steps. gpu:
-    30,000 steps. demo: 3,400 steps. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
+    30,000 steps. demo: 2,200 steps. Default: gpu if there is an NVIDIA GPU, otherwise cpu."""
     steps: Annotated[int | None, arg(metavar="N")] = None
     """Training steps; all schedules scale with them. Default: the steps of the preset."""
     target_mb: Annotated[float | None, arg(metavar="MB")] = None

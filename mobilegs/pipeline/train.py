@@ -98,7 +98,7 @@ class TrainRun:
     preset: PresetName | None = None
     """Length and size of the training. cpu: 5,000 steps of the teacher and 5,000 of the student,
     about 7 minutes on two cores for photos of 400x267 (see --downscale). gpu: 30,000 and 30,000
-    steps. demo: 2,000 and 3,400 steps, for small captures. paper: the steps of gpu, with the
+    steps. demo: 2,000 and 2,200 steps, for small captures. paper: the steps of gpu, with the
     paper's choices in place of this project's. release: the same for the paper's published code,
     errors included. With --minutes, the preset decides all but steps, photo size and number of
     Gaussians. Default: cpu, and gpu for a run on an NVIDIA GPU whose --steps are given."""

@@ -14,7 +14,7 @@ from typing import Any
 import torch
 from filelock import FileLock, Timeout
 
-from mobilegs.atomic import atomic_write
+from mobilegs.atomic import atomic_write, remove_unfinished
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.train.budget import Plan
@@ -94,6 +94,12 @@ class RunDir:
         self.previews = path / "previews"
         self.report = path / "report.html"
 
+    @property
+    def _outputs(self) -> tuple[Path, ...]:
+        """All files but `config.json` and previews."""
+        results = (self.checkpoint, self.teacher, self.poses, self.scene, self.metrics, self.log)
+        return *results, self.contact_sheet, self.report
+
     def validate_new(self) -> None:
         """Raise InputError if the folder holds a run or a file that a new run would overwrite.
 
@@ -107,16 +113,7 @@ class RunDir:
                 f"{self.path} already holds a run: add --resume to continue it, or give another "
                 "folder"
             )
-        shown = (self.contact_sheet, self.previews, self.report)
-        for file in (
-            self.checkpoint,
-            self.teacher,
-            self.poses,
-            self.scene,
-            self.metrics,
-            self.log,
-            *shown,
-        ):
+        for file in (*self._outputs, self.previews):
             if file.exists():
                 raise InputError(f"{file} would be overwritten: give another folder for the run")
 
@@ -135,6 +132,8 @@ class RunDir:
                 "folder"
             ) from None
         try:
+            for file in (self.config, *self._outputs, self.previews / "*.png"):
+                remove_unfinished(file)
             yield
         finally:
             lock.release()

@@ -53,6 +53,25 @@ def test_a_second_process_cannot_train_the_same_run(capture: Path, tmp_path: Pat
     assert train_run(run, recipe=RECIPE)["student"]["gaussians"] > 0
 
 
+def test_what_a_killed_process_was_writing_is_removed(tmp_path: Path) -> None:
+    folder = RunDir(tmp_path)
+    folder.previews.mkdir()
+    own = (folder.config, folder.checkpoint, folder.log, folder.previews / "teacher_000010.png")
+    writing = [atomic_path(path) for path in own]
+    left = [each.__enter__() for each in writing]  # and the process is killed
+    others = [tmp_path / name for name in (".metrics-mine.jsonl", ".other-abcdefgh.txt", "a.png")]
+    for path in others:
+        path.touch()
+    assert all(path.exists() for path in left)
+    with folder.lock():
+        assert not any(path.exists() for path in left)
+    with folder.lock(), atomic_path(folder.log):
+        with pytest.raises(InputError, match="another process"), RunDir(tmp_path).lock():
+            pass
+        assert len(list(tmp_path.glob(".metrics-*.jsonl"))) == 2  # mine, and the one in use
+    assert all(path.exists() for path in others)
+
+
 # --- a run's folder in place of a scene
 
 
