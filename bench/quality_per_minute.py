@@ -121,7 +121,8 @@ def plot(cells: dict) -> None:
         newest: dict[int, dict] = {}
         for key, found in cells.items():
             minutes, date = found["minutes"], found["date"]
-            if key.split("-")[0] == name and date >= newest.get(minutes, found)["date"]:
+            newer = minutes not in newest or date >= newest[minutes]["date"]
+            if key.split("-")[0] == name and newer:
                 newest[minutes] = found
         if not newest:
             continue
