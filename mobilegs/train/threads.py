@@ -22,8 +22,10 @@ def first_threads() -> Iterator[None]:
     """
     number = torch.get_num_threads()
     torch.set_num_threads(_open[0].most if _open else number)
-    yield
-    torch.set_num_threads(number)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(number)
 
 
 class FairThreads:
