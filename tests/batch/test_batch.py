@@ -148,6 +148,15 @@ def test_a_killed_training_continues_and_a_bad_row_stops_nobody(
     assert {**again, "broken": None} == {**found, "broken": None}
 
 
+@pytest.fixture
+def heeds_ctrl_c() -> Iterator[None]:
+    """A shell's background jobs ignore Ctrl-C, and so would the batch in this process."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeds_ctrl_c")
 def test_a_batch_continues_after_ctrl_c(
     capture: Path, single: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,6 +21,8 @@ from mobilegs.train.distributed import SINGLE_PROCESS, LostProcessError, Team, j
 from mobilegs.train.stage import view_order
 
 SETTINGS = (
+    "teacher.steps=11",
+    "student.steps=19",
     "teacher.max_splats=50",
     "teacher.init_splats=40",
     "teacher.densify.min_interval=3",
@@ -31,9 +33,9 @@ BOOKS = (
     "student.quantization.method=nvq",
     *(f"student.quantization.codebooks.{name}=8" for name in ATTRIBUTES),
 )
-OPTIONS = ["--preset", "demo", "--steps", "30", "--views-per-step", "4", "--resume"]
+OPTIONS = ["--preset", "demo", "--views-per-step", "4", "--resume"]
 OPTIONS += ["--set", *SETTINGS]
-TEACHER_STEPS = 11  # of the 30
+TEACHER_STEPS = 11  # of 30
 # `mobilegs` in which one process sends itself a signal during a given step
 PROGRAM = """
 import os, sys
