@@ -100,7 +100,8 @@ class _Product(torch.autograd.Function):
 
 def _product(values: Tensor, matrix: Tensor, added: Tensor) -> Tensor:
     found = values.new_empty(len(values), matrix.shape[1])
-    whole, rest = _whole_groups(values), slice(_whole_groups(values), None)
+    whole = _whole_groups(values)
+    rest = slice(whole, None)
     added = added.expand_as(found)
     if whole:
         groups = _groups(values[:whole])
