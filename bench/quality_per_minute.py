@@ -38,14 +38,10 @@ MINUTES = (2, 5, 15, 30, 60, 120)
 FEW_LPIPS = 4
 
 
-def train(capture: Path, output: Path, minutes: int, target_mb: float) -> float:
-    """Train through the command line; return the seconds of all commands, interrupted ones too."""
-    clock = output / "seconds.json"
+def timed(command: list[str], clock: Path) -> float:
+    """Run a command and return its seconds; those of interrupted runs before are in `clock`."""
     before = json.loads(clock.read_text()) if clock.exists() else 0.0
-    command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
-    command += ["--minutes", str(minutes), "--resume"]
-    if target_mb:
-        command += ["--set", f"student.quantization.target_mb={target_mb}"]
+    clock.parent.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
     try:
         subprocess.run(command, check=True)
@@ -85,7 +81,11 @@ def measure(file: Path, capture: Path, data: Path) -> dict:
 
 def cell(capture: Path, output: Path, minutes: int, target_mb: float, data: Path) -> dict:
     """Train and measure one run."""
-    seconds = train(capture, output, minutes, target_mb)
+    command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
+    command += ["--minutes", str(minutes), "--resume"]
+    if target_mb:
+        command += ["--set", f"student.quantization.target_mb={target_mb}"]
+    seconds = timed(command, output.with_suffix(".seconds.json"))
     metrics = json.loads((output / "metrics.json").read_text())
     config = json.loads((output / "config.json").read_text())
     steps = {"teacher": config["recipe"]["teacher"]["steps"]}
@@ -105,23 +105,29 @@ def cell(capture: Path, output: Path, minutes: int, target_mb: float, data: Path
     }
 
 
+RUN_HEAD = "taken | photos | steps | Gaussians | MB | PSNR dB | SSIM | LPIPS"
+
+
+def run_values(found: dict) -> list[str]:
+    """Return the values of a row of a table, below `RUN_HEAD`."""
+    return [
+        f"{found['taken']:.1f}",
+        "x".join(map(str, found["trained_at"])),
+        f"{found['steps']['teacher']:,} + {found['steps']['student']:,}",
+        f"{found['gaussians']:,}",
+        f"{found['bytes'] / 1e6:.2f}",
+        f"{found['psnr']:.2f}",
+        f"{found['ssim']:.3f}",
+        f"{found['lpips_vgg']:.3f}",
+    ]
+
+
 def table(cells: dict) -> str:
     """Return the figures as a Markdown table."""
-    head = "capture | minutes | taken | photos | steps | Gaussians | MB | PSNR dB | SSIM | LPIPS"
+    head = f"capture | minutes | {RUN_HEAD}"
     lines = [f"| {head} |", "|---" + "|---:" * head.count("|") + "|"]
     for name, found in sorted(cells.items(), key=lambda c: (c[0].split("-")[0], c[1]["minutes"])):
-        values = [
-            name.split("-")[0],
-            f"{found['minutes']}",
-            f"{found['taken']:.1f}",
-            "x".join(map(str, found["trained_at"])),
-            f"{found['steps']['teacher']:,} + {found['steps']['student']:,}",
-            f"{found['gaussians']:,}",
-            f"{found['bytes'] / 1e6:.2f}",
-            f"{found['psnr']:.2f}",
-            f"{found['ssim']:.3f}",
-            f"{found['lpips_vgg']:.3f}",
-        ]
+        values = [name.split("-")[0], f"{found['minutes']}", *run_values(found)]
         lines.append("| " + " | ".join(values) + " |")
     return "\n".join(lines)
 

@@ -14,14 +14,12 @@ table. Captures come from MOBILEGS_DATA. Nothing else may run on the machine.
 import argparse
 import json
 import os
-import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import NamedTuple
 
 from bench.pages import between
-from bench.quality_per_minute import CAPTURES, DOCS, ROOT, measure
+from bench.quality_per_minute import CAPTURES, DOCS, ROOT, RUN_HEAD, measure, run_values, timed
 from mobilegs.atomic import atomic_write
 
 
@@ -43,43 +41,16 @@ BY_HAND = {
 }
 
 
-def train(program: Path, capture: Path, output: Path, choice: Choice) -> float:
-    """Train with the first version; return the seconds of all commands, interrupted ones too."""
-    clock = output.with_suffix(".seconds.json")
-    before = json.loads(clock.read_text()) if clock.exists() else 0.0
-    command = [str(program), "train", str(capture), "-o", str(output), "--preset", "cpu"]
-    command += ["--downscale", str(choice.downscale), "--max-splats", str(choice.max_splats)]
-    command += ["--steps", str(choice.steps), "--device", "cpu", "--resume"]
-    started = time.monotonic()
-    try:
-        subprocess.run(command, check=True)
-    finally:
-        seconds = before + time.monotonic() - started
-        atomic_write(clock, json.dumps(seconds))
-    return seconds
-
-
 def table(first: dict, now: dict) -> str:
     """Return the pairs of rows that are from one machine, as a Markdown table."""
-    head = "capture | version | minutes | photos | steps | Gaussians | MB"
-    lines = [f"| {head} | PSNR dB | SSIM | LPIPS |", "|---|---" + "|---:" * 8 + "|"]
+    head = f"capture | version | {RUN_HEAD}"
+    lines = [f"| {head} |", "|---|---" + "|---:" * RUN_HEAD.count("|") + "|---:|"]
     for key, found in first.items():
         beside = now[BY_HAND[key].beside]
         if beside["machine"] != found["machine"]:
             continue
         for version, row in (("first", found), ("now", beside)):
-            values = [
-                key.split("-")[0],
-                version,
-                f"{row['taken']:.1f}",
-                "x".join(map(str, row["trained_at"])),
-                f"{row['steps']['teacher']:,} + {row['steps']['student']:,}",
-                f"{row['gaussians']:,}",
-                f"{row['bytes'] / 1e6:.2f}",
-                f"{row['psnr']:.2f}",
-                f"{row['ssim']:.3f}",
-                f"{row['lpips_vgg']:.3f}",
-            ]
+            values = [key.split("-")[0], version, *run_values(row)]
             lines.append("| " + " | ".join(values) + " |")
     return "\n".join(lines)
 
@@ -100,19 +71,22 @@ def main() -> None:
     data = Path(os.environ.get("MOBILEGS_DATA") or sys.exit("set MOBILEGS_DATA"))
     if options.program is None:
         parser.error("--program is missing")
-    options.runs.mkdir(parents=True, exist_ok=True)
     for key in options.only:
         if key in rows:
             continue
         choice, capture = BY_HAND[key], data / CAPTURES[key.split("-")[0]]
-        seconds = train(options.program, capture, options.runs / key, choice)
-        metrics = json.loads((options.runs / key / "metrics.json").read_text())
+        run = options.runs / key
+        command = [str(options.program), "train", str(capture), "-o", str(run), "--preset", "cpu"]
+        command += ["--downscale", str(choice.downscale), "--max-splats", str(choice.max_splats)]
+        command += ["--steps", str(choice.steps), "--device", "cpu", "--resume"]
+        seconds = timed(command, run.with_suffix(".seconds.json"))
+        metrics = json.loads((run / "metrics.json").read_text())
         rows[key] = {
             "taken": seconds / 60,
             "trained_at": metrics["image_size"],
             "max_splats": choice.max_splats,
             "steps": dict.fromkeys(("teacher", "student"), choice.steps // 2),
-            **measure(options.runs / key / "scene.mgs", capture, data),
+            **measure(run / "scene.mgs", capture, data),
         }
         atomic_write(options.json, json.dumps(rows, indent=1) + "\n")
         print(json.dumps({key: rows[key]}))
