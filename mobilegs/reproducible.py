@@ -1,4 +1,7 @@
-"""Operations that give the same bits with any number of threads, where those of torch do not."""
+"""Operations that give the same bits with any number of threads, where those of torch do not.
+
+Only those on a CPU depend on threads: on other devices they are the operations of torch.
+"""
 
 import torch
 from jaxtyping import Float
@@ -14,6 +17,8 @@ def sigmoid(values: Float[Tensor, "..."]) -> Float[Tensor, "..."]:
 
     `torch.sigmoid` is rounded otherwise for the last values of each thread's share.
     """
+    if values.device.type != "cpu":
+        return torch.sigmoid(values)
     return _Sigmoid.apply(values)  # pyright: ignore[reportReturnType]
 
 
@@ -41,6 +46,8 @@ def total(values: Float[Tensor, "..."]) -> Float[Tensor, ""]:
 
 
 def _column_sums(values: Float[Tensor, "n ..."]) -> Float[Tensor, "..."]:
+    if values.device.type != "cpu":
+        return values.sum(0)
     many, columns = len(values) // ROWS * ROWS, values.shape[1:]
     parts = values[:many].reshape(-1, ROWS * columns.numel()).sum(0)
     return parts.view(ROWS, *columns).sum(0) + values[many:].sum(0)
@@ -70,7 +77,7 @@ def product(
 ) -> Float[Tensor, "n b"]:
     """Return `values @ matrix + added` for many rows.
 
-    Products of torch on a CPU divide the rows among the threads, and their gradients the terms of
+    Products of torch divide the rows among the threads, and their gradients the terms of
     each sum. Here groups of rows are multiplied apart, each by one thread.
     """
     if values.device.type != "cpu":

@@ -17,6 +17,7 @@ import torch
 
 from mobilegs.data.dataset import Dataset, ViewLoader
 from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
 from mobilegs.train.distributed import Team
 from mobilegs.train.memory import free_memory, needed_memory
 from mobilegs.train.recipes import Recipe, with_length
@@ -29,18 +30,25 @@ TEACHER_SHARE = 0.45  # of the time
 # quantises, and the teacher has no more than a tenth of its time left.
 CHECKS = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
 SPLATS_PER_PIXEL = 0.6  # most Gaussians for a size of photos, within the limits below
-SPLATS_LEAST, SPLATS_MOST = 20_000, 1_000_000
-FRACTIONS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of these that are tried
+SPLATS_LEAST, SPLATS_MOST = 20_000, 500_000  # a file of 5 MB
+SPLAT_BYTES = 9.5  # of the file, for each of the teacher's Gaussians; some are pruned
+FRACTIONS = (1.0, 0.7, 0.5, 0.35)  # of these that are tried
 SIZE_LEAST = 300 * 200  # pixels of a photo
-ENOUGH_STEPS = 3000  # of the student, from which on more pixels or Gaussians are better than steps
+# Steps of the student, times the square root of the minutes, from which on more pixels or Gaussians
+# are better than more steps.
+ENOUGH_STEPS = 650
 FEWEST_STEPS = 500  # of each stage
 MEMORY_SHARE = 0.8  # of the free memory that a plan uses
 MEMORY_MOST = 1 << 50  # bytes
 INITIAL = 0.7  # of the most Gaussians that the teacher starts with
-TRAINED = 0.9  # seconds of a step, in those of the first steps
-STUDENT = 1.5  # seconds of a student's step, in those of the teacher's
-MEASURED = 1.0  # seconds of measuring a held-back photo, in those of a step
+TRAINED = 0.7  # seconds of a step, in those of the first steps
+STUDENT = 1.4  # seconds of a student's step, in those of the teacher's
+MEASURED = 2.0  # seconds of measuring a held-back photo, in those of a step
+# Finding the first view, sorting into levels and writing: the time of so many steps without pixels,
+# with so many Gaussians more than the scene has.
+FINISHED_STEPS, FINISHED_SPLATS = 220, 50_000
 TIMED_STEPS = 5  # at each of two sizes, after one that warms up
+TIMED_SPLATS = 150_000  # at least
 WINDOW = 100  # steps whose time predicts that of the others
 FEWEST = 0.25  # of the remaining steps that a change leaves at least
 MOST = 4.0  # times the remaining steps that a change makes of them at most
@@ -61,7 +69,7 @@ class Plan:
 
     Attributes:
         minutes: what the person asked for.
-        seconds: of them, what training may take: without reading the capture and measuring.
+        seconds: of them, those of training: without reading the capture, writing and measuring.
         teacher_share: of these seconds, the fraction for the teacher.
         corrections: changes of the numbers of steps so far.
         final: True if no further correction may be added, since the run repeats another.
@@ -126,16 +134,19 @@ class Speed(NamedTuple):
 def measured_speed(config: TeacherConfig, dataset: Dataset, team: Team) -> Speed:
     """Time a few steps of a teacher with the photos' size, and with half of it.
 
-    The result is the same in all processes: that of the first one.
+    The Gaussians are as many as a scene has after densification, and as small. The result is the
+    same in all processes: that of the first one.
     """
-    times, views, splats = [], [], 1
+    times, views = [], []
+    first = Teacher(config, dataset, seed=0, device=torch.device("cpu")).gaussians()
+    start = divided(first, TIMED_SPLATS).to(team.device)
+    splats = len(start)
     with ViewLoader(dataset.train) as loader:
         for index in view_order(len(loader), 0, TIMED_STEPS + 1, 0):
             views.append((index, loader.get(index, team.device)))
     for divisor in (1, 2):
         timed = replace(config, first_divisor=divisor, full_size_from=1.0, views_per_step=1)
-        stage = Teacher(timed, dataset, seed=0, device=team.device)
-        splats = stage.count
+        stage = Teacher(timed, dataset, seed=0, device=team.device, start=start)
         stage.advance(views[:1])  # warms up
         started = _now(team.device)
         for view in views[1:]:
@@ -149,6 +160,21 @@ def measured_speed(config: TeacherConfig, dataset: Dataset, team: Team) -> Speed
         round(1e15 * of_splats / splats), round(1e15 * of_pixels / pixels)
     )
     return Speed(1e-15 * splat, 1e-15 * pixel)
+
+
+def divided(gaussians: Gaussians, count: int) -> Gaussians:
+    """Return at least `count` Gaussians, which cover about what the given ones cover.
+
+    Each becomes several within its ellipsoid, smaller by the square root of their number.
+    """
+    parts = math.ceil(count / len(gaussians))
+    if parts == 1:
+        return gaussians
+    found = gaussians.select(torch.arange(len(gaussians)).repeat_interleave(parts))
+    offsets = torch.randn(found.means.shape, generator=torch.Generator().manual_seed(0))
+    found.means += found.log_scales.exp() * offsets
+    found.log_scales -= 0.5 * math.log(parts)
+    return found
 
 
 def _now(device: torch.device) -> float:
@@ -206,17 +232,20 @@ def make_plan(
     [[seconds], *_] = team.all_gather_ints(round(seconds))
     free = math.inf if team.device.type == "cuda" else MEMORY_SHARE * free_memory()
     [[free], *_] = team.all_gather_ints(round(min(free, MEMORY_MOST)))
+    target = recipe.student.quantization.target_mb
+    limit = min(SPLATS_MOST, 1e6 * target / SPLAT_BYTES) if target else SPLATS_MOST
     share = 0.0 if given else TEACHER_SHARE
     sizes = [(downscale, pixels_of(dataset))]
     if downscale is None and not given:
         sizes += smaller_sizes(load, sizes[0][1])
     choices = []
     for n, pixels in sizes:
-        most = round(min(max(SPLATS_PER_PIXEL * pixels, SPLATS_LEAST), SPLATS_MOST))
+        most = round(min(max(SPLATS_PER_PIXEL * pixels, SPLATS_LEAST), limit))
         fixed = given or max_splats
         counts = [fixed] if fixed else [round(f * most) for f in FRACTIONS]
         for splats in counts:
             reserve = MEASURED * len(dataset.test) * speed.step(splats, pixels)
+            reserve += FINISHED_STEPS * speed.step(splats + FINISHED_SPLATS, 0)
             left = max(seconds - reserve, 0.5 * seconds)
             each = TRAINED * speed.step(splats, pixels)
             teacher, student = share * left / each, (1 - share) * left / (STUDENT * each)
@@ -224,11 +253,11 @@ def make_plan(
                 recipe.student, photos=len(dataset.train), pixels=pixels, splats=splats
             )
             choices.append(_Choice(left, n, splats, teacher, student, bytes))
+    enough = ENOUGH_STEPS * math.sqrt(minutes)
     fitting = [each for each in choices if each.bytes <= free] or choices[-1:]
     # the first with enough steps, or else the smallest
     best, chosen = (
-        next((c for c in some if c.student >= ENOUGH_STEPS), some[-1])
-        for some in (choices, fitting)
+        next((c for c in some if c.student >= enough), some[-1]) for some in (choices, fitting)
     )
     left, n, splats = chosen.seconds, chosen.downscale, chosen.splats
     teacher, student = (max(FEWEST_STEPS, round(c)) for c in (chosen.teacher, chosen.student))

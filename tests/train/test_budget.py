@@ -1,10 +1,12 @@
 """A budget of time: what a plan chooses, and the pace that keeps to it."""
 
 import json
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+import torch
 
 from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset
@@ -23,6 +25,7 @@ from mobilegs.train.recipes import (
     with_steps,
 )
 from mobilegs.train.student.vote_pruning import VoteConfig, VoteCounter
+from mobilegs.train.teacher.init import gaussians_at
 from mobilegs.train.teacher.trainer import TeacherLearningRates
 from tests.support.runs import RECIPE
 from tests.support.tiny import CPU
@@ -122,19 +125,46 @@ def planned(dataset: Dataset, minutes: int, monkeypatch, **options) -> Planned:
 
     usual = {"downscale": None, "max_splats": None, "given": 0}
     more = {"team": SINGLE_PROCESS, "started": 0.0}
-    return make_plan(cpu_recipe(), float(minutes), load, **{**usual, **options}, **more)
+    given = {**usual, **options}
+    recipe = given.pop("recipe", cpu_recipe())
+    return make_plan(recipe, float(minutes), load, **given, **more)
+
+
+def test_more_gaussians_cover_what_fewer_did() -> None:
+    points = torch.rand(50, 3, generator=torch.Generator().manual_seed(1))
+    gaussians = gaussians_at(points, points, opacity=0.1, sh_degree=1)
+    found = budget.divided(gaussians, 10 * len(gaussians))
+    assert len(found) == 10 * len(gaussians)
+    area, areas = (each.scales.double().pow(2).sum() for each in (gaussians, found))
+    assert areas == pytest.approx(area.item(), rel=1e-4)
+    distances = (found.means[::10] - gaussians.means).norm(dim=1)
+    assert (distances <= 6 * gaussians.scales.amax(1)).all() and (distances > 0).all()
+    assert budget.divided(gaussians, len(gaussians)) is gaussians
+
+
+def test_a_small_file_has_fewer_gaussians(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    most = planned(dataset, 120, monkeypatch).recipe.teacher.max_splats
+    monkeypatch.setattr(budget, "SPLAT_BYTES", 10.0)
+    recipe = cpu_recipe()
+    quantization = replace(recipe.student.quantization, target_mb=1.5)
+    small = replace(recipe, student=replace(recipe.student, quantization=quantization))
+    plan = planned(dataset, 120, monkeypatch, recipe=small)
+    assert plan.recipe.teacher.max_splats == 150_000 < most and plan.downscale is None
 
 
 def test_more_minutes_buy_larger_photos_and_more_gaussians(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plans = [planned(dataset, minutes, monkeypatch) for minutes in (5, 30, 120)]
+    times = (2, 10, 120)
+    plans = [planned(dataset, minutes, monkeypatch) for minutes in times]
     splats = [plan.recipe.teacher.max_splats for plan in plans]
     divisors = [plan.downscale or 1 for plan in plans]
     assert splats == sorted(set(splats)) and divisors == sorted(divisors, reverse=True)
     assert divisors[0] > divisors[-1] == 1
-    for plan in plans:
-        assert plan.recipe.student.steps >= budget.ENOUGH_STEPS
+    for plan, minutes in zip(plans, times, strict=True):
+        assert plan.recipe.student.steps >= math.floor(budget.ENOUGH_STEPS * math.sqrt(minutes))
         assert plan.recipe.teacher.lr == rates_for(plan.recipe.teacher.steps)
 
 
@@ -150,7 +180,7 @@ def test_learning_rates_follow_the_steps_of_a_teacher_that_clones_and_splits() -
 def test_a_plan_keeps_what_a_person_gave(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = planned(dataset, 5, monkeypatch, downscale=1, max_splats=300_000)
     assert (plan.downscale, plan.recipe.teacher.max_splats) == (1, 300_000)
-    assert plan.recipe.student.steps < budget.ENOUGH_STEPS
+    assert plan.recipe.student.steps < budget.ENOUGH_STEPS * math.sqrt(5)
     given = planned(dataset, 5, monkeypatch, given=500_000)
     assert given.downscale is None and given.plan.teacher_share == 0
     assert given.recipe.student.steps < plan.recipe.student.steps * 2
