@@ -134,6 +134,21 @@ def read_mask(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
             raise InputError(f"{path} cannot be decoded ({error})") from error
 
 
+def read_opaque(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
+    """Return where a photo shows something, at `width` x `height` pixels.
+
+    A pixel is False if all that are averaged into it are transparent. Raises `InputError` if the
+    file cannot be decoded.
+    """
+    with open_image(path) as image:
+        try:
+            alpha = image.convert("RGBA").getchannel("A")
+        except PIL_ERRORS as error:
+            raise InputError(f"{path} cannot be decoded ({error})") from error
+    shown = Image.fromarray(np.where(np.asarray(alpha) > 0, np.uint8(255), np.uint8(0)))
+    return np.asarray(shown.resize((width, height), Image.Resampling.BOX)) > 0
+
+
 def list_images(folder: Path) -> list[Path]:
     """Return the image files in `folder`, sorted by name; empty if there is no such folder."""
     if not folder.is_dir():

@@ -22,6 +22,7 @@ from mobilegs.train.distributed import Team
 from mobilegs.train.memory import free_memory, needed_memory
 from mobilegs.train.recipes import Recipe, with_length
 from mobilegs.train.stage import view_order
+from mobilegs.train.teacher.silhouettes import shown_share
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from mobilegs.train.threads import FairThreads
 
@@ -29,7 +30,7 @@ TEACHER_SHARE = 0.45  # of the time
 # Fractions of a stage's steps after which the number of steps is set anew. Afterwards the student
 # quantises, and the teacher has no more than a tenth of its time left.
 CHECKS = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
-SPLATS_PER_PIXEL = 0.6  # most Gaussians for a size of photos, within the limits below
+SPLATS_PER_PIXEL = 0.6  # most Gaussians for pixels that are not transparent; limits below
 SPLATS_LEAST, SPLATS_MOST = 20_000, 500_000  # a file of 5 MB
 SPLAT_BYTES = 9.5  # of the file, for each of the teacher's Gaussians; some are pruned
 FRACTIONS = (1.0, 0.7, 0.5, 0.35)  # of these that are tried
@@ -238,9 +239,10 @@ def make_plan(
     sizes = [(downscale, pixels_of(dataset))]
     if downscale is None and not given:
         sizes += smaller_sizes(load, sizes[0][1])
+    per_pixel = SPLATS_PER_PIXEL * shown_share(dataset.train)
     choices = []
     for n, pixels in sizes:
-        most = round(min(max(SPLATS_PER_PIXEL * pixels, SPLATS_LEAST), limit))
+        most = round(min(max(per_pixel * pixels, SPLATS_LEAST), limit))
         fixed = given or max_splats
         counts = [fixed] if fixed else [round(f * most) for f in FRACTIONS]
         for splats in counts:

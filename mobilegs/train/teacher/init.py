@@ -14,6 +14,7 @@ from mobilegs.data.dataset import Dataset
 from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import rgb_to_sh0
 from mobilegs.train.teacher.far import far_points
+from mobilegs.train.teacher.silhouettes import draw_within, read_silhouettes
 
 NEIGHBORS = 3
 SQUARED_DISTANCE_MIN = 1e-7  # of 3DGS, in world units: gives coinciding points a size
@@ -30,7 +31,8 @@ def initial_gaussians(
 ) -> Gaussians:
     """Return at most `count` Gaussians at the capture's points, or at random points without any.
 
-    If the capture has more points, a random choice of them is taken. At most `far` of the Gaussians
+    If the capture has more points, a random choice of them is taken. Random points lie where no
+    photo is transparent (`silhouettes.draw_within`). At most `far` of the Gaussians
     lie on a far sphere instead (`far_points`), unless the photos show an object before nothing.
     """
     points, colors = dataset.points, dataset.colors
@@ -41,13 +43,14 @@ def initial_gaussians(
         )
         count -= len(shell[0])
     if len(points) == 0:
-        points = random_points(
-            [frame.camera for frame in dataset.train],
-            dataset.center,
-            dataset.extent,
-            count=count,
-            generator=generator,
-        )
+        cameras = [frame.camera for frame in dataset.train]
+        center, extent = dataset.center, dataset.extent
+
+        def draw(count: int) -> Tensor:
+            return random_points(cameras, center, extent, count=count, generator=generator)
+
+        silhouettes = read_silhouettes(dataset.train)
+        points = draw_within(silhouettes, draw, count) if silhouettes else draw(count)
         colors = torch.full_like(points, 0.5)
     elif len(points) > count:
         chosen = torch.randperm(len(points), generator=generator)[:count].sort().values
