@@ -182,7 +182,8 @@ def flattened(blocks: Iterable[np.ndarray]) -> Iterable[np.ndarray]:
     Scales are logarithms. The Gaussians of 2DGS are disks in the plane of their first two axes.
     """
     for table in blocks:
-        table[:, 9] = table[:, 7:9].min(axis=1) + LOG_FLAT
+        with np.errstate(invalid="ignore"):  # rows with NaN are left out later
+            table[:, 9] = table[:, 7:9].min(axis=1) + LOG_FLAT
         yield table
 
 
