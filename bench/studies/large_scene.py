@@ -50,12 +50,15 @@ def measured(data: Path, runs: Path) -> dict:
     run([*first, "--downscale", "1", "--set", *SETTINGS], large)
     verb = ["compress", str(large / "teacher.ply"), "--capture", capture]
     metrics, seconds = run([*verb, "--minutes", str(MINUTES)], small)
+    config = json.loads((small / "config.json").read_text())
+    steps = [config["recipe"]["student"]["steps"]]
+    steps += [number for _, _, number in config["plan"]["corrections"]]
     return {
         "size": metrics["image_size"],
         "minutes": MINUTES,
         "taken": seconds / 60,
         "teacher_steps": STEPS,
-        "steps": json.loads((small / "config.json").read_text())["recipe"]["student"]["steps"],
+        "steps": steps[-1],
         "peak_memory_mib": metrics["peak_memory_mib"],
         "teacher": {key: metrics["teacher"][key] for key in KEPT},
         "student": {key: metrics["student"][key] for key in KEPT},
