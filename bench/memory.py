@@ -68,7 +68,7 @@ def cell(capture: Path, size: tuple[int, int], splats: int, runs: Path) -> dict:
     smaller = student.loss.virtual_view_divisor**2
     needed += round(memory.HOLES * memory.TARGET * virtual * pixels / smaller)
     return {
-        "size": size,
+        "size": list(size),
         "splats": splats,
         "peak": round(metrics["peak_memory_mib"] * (1 << 20)),
         "needed": needed,

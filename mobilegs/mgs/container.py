@@ -104,14 +104,15 @@ def read_container(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
     if not isinstance(header, dict):
         raise InputError("the header of the .mgs file is not a JSON object")
     major = VERSION.unpack_from(data, 8)[0]
-    if major == 2:
+    needed = ["footprint"] if major == 4 else []
+    if major == 2 or (major == 4 and "layers" not in header):
         header["layers"] = None
-    elif major == 4:
-        header.setdefault("layers")
+    else:  # null is no way to leave it out
+        needed.append("layers")
     if major < 4:
         header["footprint"] = None
-    for name, since in (("layers", 3), ("footprint", 4)):
-        if major == since and header.get(name) is None:
+    for name in needed:
+        if header.get(name) is None:
             raise InputError(f"the header of the .mgs file lacks the field '{name}'")
     table = header.pop("streams", None)
     if not isinstance(table, list) or len(table) > STREAMS_MAX:
