@@ -30,6 +30,7 @@ SETTINGS = (
     "teacher.densify.gradient=0",
     "teacher.densify.min_interval=20",
 )
+KEPT = ("gaussians", "file_bytes", "psnr", "ssim")
 
 
 def run(verb: list[str], output: Path) -> tuple[dict, float]:
@@ -38,9 +39,6 @@ def run(verb: list[str], output: Path) -> tuple[dict, float]:
     if not (output / "metrics.json").exists():
         timed([sys.executable, "-m", "mobilegs", *verb, "-o", str(output), "--resume"], clock)
     return json.loads((output / "metrics.json").read_text()), json.loads(clock.read_text())
-
-
-KEPT = ("gaussians", "file_bytes", "psnr", "ssim")
 
 
 def measured(data: Path, runs: Path) -> dict:

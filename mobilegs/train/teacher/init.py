@@ -32,8 +32,8 @@ def initial_gaussians(
     """Return at most `count` Gaussians at the capture's points, or at random points without any.
 
     If the capture has more points, a random choice of them is taken. Random points lie where no
-    photo is transparent (`silhouettes.draw_within`). At most `far` of the Gaussians
-    lie on a far sphere instead (`far_points`), unless the photos show an object before nothing.
+    photo is transparent (`silhouettes.draw_within`). At most `far` of the Gaussians lie on a far
+    sphere instead (`far_points`), unless the photos show an object before nothing.
     """
     points, colors = dataset.points, dataset.colors
     shell = points[:0], colors[:0]
