@@ -18,6 +18,7 @@ import pytest
 import torch
 
 import mobilegs
+from bench.studies import large_scene
 from mobilegs.cli.main import main
 
 ROOT = Path(__file__).parent.parent
@@ -221,7 +222,7 @@ def test_commands_in_pages_use_existing_options(
 
 def test_pages_quote_the_measured_results_of_compress() -> None:
     found = json.loads((ROOT / "bench/results/existing.json").read_text())
-    page = (ROOT / "docs/guides/existing_scenes.md").read_text()
+    page = (ROOT / "docs/guides/existing_scenes.md").read_text().partition("\n### ")[0]
     quick = (ROOT / "docs/tutorials/large_ply.md").read_text()
     for name, row in found.items():
         minutes = f"{row['seconds_here'] / 60:.0f}"
@@ -236,6 +237,17 @@ def test_pages_quote_the_measured_results_of_compress() -> None:
         ]
         steps = f"{row['steps']:,}, {row['pictures']} of {'x'.join(map(str, row['image_size']))}"
         assert told == [f"{row['smaller']:.0f}", steps, minutes, f"{held:.2f} dB", *others]
+
+
+def test_a_page_quotes_the_measured_large_scene() -> None:
+    found = json.loads((ROOT / "bench/results/large_scene.json").read_text())
+    page = (ROOT / "docs/guides/existing_scenes.md").read_text()
+    assert large_scene.table(found) in page
+    told = " ".join(page.split())
+    late = found["taken"] / found["minutes"] - 1
+    lost = found["teacher"]["psnr"] - found["student"]["psnr"]
+    assert f"took {found['steps']:,} steps, and the command {found['taken']:.1f} minutes" in told
+    assert f"ended {100 * late:.0f} % late" in told and f"is {lost:.1f} dB below" in told
 
 
 def table(page: str) -> list[str]:

@@ -245,12 +245,14 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     config = json.loads((tmp_path / "a/config.json").read_text())
     assert config["plan"]["minutes"] == 0.1 and config["plan"]["corrections"]
     again = TrainRun(capture, tmp_path / "b", recipe=tmp_path / "a/config.json")
+    changes = [steps for stage, _, steps in config["plan"]["corrections"] if stage == "student"]
+    half = [config["recipe"]["student"]["steps"], *changes][-1] // 2
     taken = 0
 
     def advance(stage, views, original=train.Student.advance):
         nonlocal taken
         taken += 1
-        if taken == 12:
+        if taken == half:
             raise KeyboardInterrupt
         return original(stage, views)
 
