@@ -105,7 +105,6 @@ def gpu_step_rows(rows: dict) -> list[list[str]]:
     keys = {
         "gaussians": ("Gaussians", 0),
         "ms": ("one step, ms", 1),
-        "gpu_ms": ("of them, the GPU works, ms", 1),
         "rendering_gpu_ms": ("of them, rendering forward and backward, ms", 2),
         "kernel_launches": ("kernels started in a step", 0),
     }
@@ -333,7 +332,7 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     sizes, screens, trained = results["sizes"], results["screens"], results["trained_kernels"]
     off_path, poses, exposure = (results[name] for name in ("off_path", "poses", "exposure"))
     picture, framing, far = (results[name] for name in ("first_picture", "framing", "far_splats"))
-    gpu = results["gpu_h200"]
+    gpu, steps = results["gpu_h200"], results["gpu_h100"]["steps"]
     first = next(iter(screens.values()))
     student = paper[STUDENT]
     size = "x".join(map(str, student["image_size"]))
@@ -367,9 +366,9 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
             gpu_frame_rows(gpu["frames"]["rows"]),
         ),
         "gpu_steps": (
-            f"`python -m bench.gpu.steps`, {gpu['date']}, {gpu['device']}, bonsai at 800x533, "
+            f"`python -m bench.gpu.steps`, {steps['date']}, {steps['device']}, bonsai at 800x533, "
             "profile of 15 steps each:",
-            gpu_step_rows(gpu["steps"]["rows"]),
+            gpu_step_rows(steps["rows"]),
         ),
         "viewer": (
             f"`python -m bench.viewers.compare`, {viewer['date']}, {viewer['machine']}, "
@@ -456,7 +455,7 @@ def main() -> None:
     options = parser.parse_args()
     names = ("captures", "compression", "kernels", "loading", "paper", "viewer")
     names += ("sizes", "screens", "trained_kernels", "off_path", "poses", "exposure")
-    names += ("first_picture", "framing", "far_splats", "gpu_h200")
+    names += ("first_picture", "framing", "far_splats", "gpu_h200", "gpu_h100")
     results = {
         name: json.loads((ROOT / f"bench/results/{name}.json").read_text()) for name in names
     }

@@ -97,7 +97,7 @@ class TrainRun:
     --recipe decide the length."""
     preset: PresetName | None = None
     """Length and size of the training. cpu: 5,000 steps of the teacher and 5,000 of the student,
-    about 7 minutes on two cores for photos of 400x267 (see --downscale). gpu: 30,000 and 30,000
+    about 6 minutes on two cores for photos of 400x267 (see --downscale). gpu: 30,000 and 30,000
     steps. demo: 2,000 and 2,200 steps, for small captures. paper: the steps of gpu, with the
     paper's choices in place of this project's. release: the same for the paper's published code,
     errors included. With --minutes, the preset decides all but steps, photo size and number of
@@ -363,7 +363,7 @@ def write_scene(job: Job, stage: Student) -> None:
         "generator": f"mobilegs {__version__}",
         "capture": dataset.name,
         "photos": f"{len(dataset.train)} of {camera.width}x{camera.height}",
-        "student_steps": config.steps,
+        "student_steps": stage.steps,
         "up": written_up(up_of_frames(dataset.train)),
     }
     if note := offset_note(dataset.offset):

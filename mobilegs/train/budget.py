@@ -9,7 +9,7 @@ repeats the changes: its result does not depend on the speed of its machine.
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -26,9 +26,10 @@ from mobilegs.train.teacher.silhouettes import shown_share
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from mobilegs.train.threads import FairThreads
 
-TEACHER_SHARE = 0.45  # of the time
-# Fractions of a stage's steps after which the number of steps is set anew. Afterwards the student
-# quantises, and the teacher has no more than a tenth of its time left.
+TEACHER_SHARE = {"cpu": 0.45, "cuda": 0.35}  # of the time
+# Fractions of a stage's steps or of its time, whichever comes first, after which the number of
+# steps is set anew. Afterwards the student quantises, and the teacher has no more than a tenth of
+# its time left.
 CHECKS = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
 SPLATS_PER_PIXEL = 0.6  # most Gaussians for pixels that are not transparent; limits below
 SPLATS_LEAST, SPLATS_MOST = 20_000, 500_000  # a file of 5 MB
@@ -42,15 +43,17 @@ FEWEST_STEPS = 500  # of each stage
 MEMORY_SHARE = 0.8  # of the free memory that a plan uses
 MEMORY_MOST = 1 << 50  # bytes
 INITIAL = 0.7  # of the most Gaussians that the teacher starts with
-TRAINED = 0.7  # seconds of a step, in those of the first steps
-STUDENT = 1.4  # seconds of a student's step, in those of the teacher's
+TRAINED = {"cpu": 0.7, "cuda": 1.3}  # seconds of a step, in those of the first steps
+STUDENT = {"cpu": 1.4, "cuda": 3.5}  # seconds of a student's step, in those of the teacher's
 MEASURED = 2.0  # seconds of measuring a held-back photo, in those of a step
 # Finding the first view, sorting into levels and writing: the time of so many steps without pixels,
 # with so many Gaussians more than the scene has.
-FINISHED_STEPS, FINISHED_SPLATS = 220, 50_000
+FINISHED_STEPS = {"cpu": 220, "cuda": 1000}
+FINISHED_SPLATS = 50_000
 TIMED_STEPS = 5  # at each of two sizes, after one that warms up
 TIMED_SPLATS = 150_000  # at least
 WINDOW = 100  # steps whose time predicts that of the others
+LEAST_WINDOW = 50  # of them that a change needs if time asks for it
 FEWEST = 0.25  # of the remaining steps that a change leaves at least
 MOST = 4.0  # times the remaining steps that a change makes of them at most
 
@@ -80,7 +83,7 @@ class Plan:
 
     minutes: float
     seconds: float
-    teacher_share: float = TEACHER_SHARE
+    teacher_share: float = TEACHER_SHARE["cpu"]
     corrections: tuple[Correction, ...] = ()
     final: bool = False
     free_memory: int = 0
@@ -122,14 +125,15 @@ class Plan:
 
 
 class Speed(NamedTuple):
-    """Seconds of a teacher's step on this machine: `per_splat` each, and `per_pixel` each."""
+    """Seconds of a teacher's step on this machine: for each Gaussian, each pixel, and always."""
 
     per_splat: float
     per_pixel: float
+    always: float = 0.0
 
     def step(self, splats: int, pixels: int) -> float:
         """Return the seconds of a step with `splats` Gaussians and a photo of `pixels`."""
-        return self.per_splat * splats + self.per_pixel * pixels
+        return self.per_splat * splats + self.per_pixel * pixels + self.always
 
 
 def measured_speed(config: TeacherConfig, dataset: Dataset, team: Team) -> Speed:
@@ -153,14 +157,21 @@ def measured_speed(config: TeacherConfig, dataset: Dataset, team: Team) -> Speed
         for view in views[1:]:
             stage.advance([view])
         times.append((_now(team.device) - started) / TIMED_STEPS)
-    camera = dataset.train[0].camera
-    pixels = camera.width * camera.height
+    speed = speed_of(times, splats, pixels_of(dataset), gpu=team.device.type == "cuda")
+    [units, *_] = team.all_gather_ints(*(round(1e15 * seconds) for seconds in speed))
+    return Speed(*(1e-15 * unit for unit in units))
+
+
+def speed_of(times: Sequence[float], splats: int, pixels: int, *, gpu: bool) -> Speed:
+    """Return the speed that follows from the seconds of a step with all pixels and a quarter.
+
+    A GPU waits for Python most of the time, so a step there does not depend on the Gaussians.
+    """
     of_pixels = max((times[0] - times[1]) * 4 / 3, 0.05 * times[0])
-    of_splats = max(times[0] - of_pixels, 0.05 * times[0])
-    [[splat, pixel], *_] = team.all_gather_ints(
-        round(1e15 * of_splats / splats), round(1e15 * of_pixels / pixels)
-    )
-    return Speed(1e-15 * splat, 1e-15 * pixel)
+    rest = max(times[0] - of_pixels, 0.05 * times[0])
+    if gpu:
+        return Speed(0.0, of_pixels / pixels, rest)
+    return Speed(rest / splats, of_pixels / pixels)
 
 
 def divided(gaussians: Gaussians, count: int) -> Gaussians:
@@ -225,21 +236,24 @@ def make_plan(
         given: number of Gaussians of a trained teacher, or 0 if there is none.
         team: the processes that train.
     """
+    kind = team.device.type
     with FairThreads() as threads:
         dataset = load(downscale)
         threads.adapt()
         speed = measured_speed(recipe.teacher, dataset, team)
     seconds = 60 * minutes - (time.monotonic() - started)
     [[seconds], *_] = team.all_gather_ints(round(seconds))
-    free = math.inf if team.device.type == "cuda" else MEMORY_SHARE * free_memory()
+    free = math.inf if kind == "cuda" else MEMORY_SHARE * free_memory() / team.on_this_machine
     [[free], *_] = team.all_gather_ints(round(min(free, MEMORY_MOST)))
     target = recipe.student.quantization.target_mb
     limit = min(SPLATS_MOST, 1e6 * target / SPLAT_BYTES) if target else SPLATS_MOST
-    share = 0.0 if given else TEACHER_SHARE
+    share = 0.0 if given else TEACHER_SHARE[kind]
     sizes = [(downscale, pixels_of(dataset))]
     if downscale is None and not given:
         sizes += smaller_sizes(load, sizes[0][1])
     per_pixel = SPLATS_PER_PIXEL * shown_share(dataset.train)
+    stages = (recipe.teacher, recipe.student)
+    views = [max(1, stage.views_per_step // team.world_size) for stage in stages]
     choices = []
     for n, pixels in sizes:
         most = round(min(max(per_pixel * pixels, SPLATS_LEAST), limit))
@@ -247,10 +261,11 @@ def make_plan(
         counts = [fixed] if fixed else [round(f * most) for f in FRACTIONS]
         for splats in counts:
             reserve = MEASURED * len(dataset.test) * speed.step(splats, pixels)
-            reserve += FINISHED_STEPS * speed.step(splats + FINISHED_SPLATS, 0)
+            reserve += FINISHED_STEPS[kind] * speed.step(splats + FINISHED_SPLATS, 0)
             left = max(seconds - reserve, 0.5 * seconds)
-            each = TRAINED * speed.step(splats, pixels)
-            teacher, student = share * left / each, (1 - share) * left / (STUDENT * each)
+            each = TRAINED[kind] * speed.step(splats, pixels)
+            teacher = share * left / (each * views[0])
+            student = (1 - share) * left / (STUDENT[kind] * each * views[1])
             bytes = needed_memory(
                 recipe.student, photos=len(dataset.train), pixels=pixels, splats=splats
             )
@@ -321,6 +336,7 @@ class Pace:
     def before(self, stage: Paced) -> None:
         """Begin or resume a stage."""
         self.times.clear()
+        self.began: float | None = None
         self.checks = list(CHECKS[stage.name])
         for each in self.plan.corrections:
             if each.stage == stage.name and each.at <= stage.done:
@@ -333,10 +349,20 @@ class Pace:
             if each.stage == stage.name and each.at == stage.done:
                 self._apply(stage, each)
                 return
-        due = self.checks and stage.done >= self.checks[0] * stage.steps
-        if not due or self.plan.final or len(self.times) < 2:
+        if self.began is None:
+            self.began = elapsed
+        if self.plan.final or not self.checks or len(self.times) < 2:
             return
+        if any(c.stage == stage.name and c.at > stage.done for c in self.plan.corrections):
+            return  # changes of a run that was killed come first
         deadline = self.plan.deadline(stage.name)
+        spent = (elapsed - self.began) / max(deadline - self.began, 1e-9)
+        late = spent >= self.checks[0] and len(self.times) > LEAST_WINDOW
+        [[late], *_] = team.all_gather_ints(late)
+        if stage.done < self.checks[0] * stage.steps:
+            if not late:
+                return
+            self.checks = self.checks[1:]
         each = (self.times[-1] - self.times[0]) / (len(self.times) - 1)
         left = stage.steps - stage.done
         fitting = math.floor((deadline - elapsed) / max(each, 1e-9))

@@ -40,6 +40,11 @@ class Team:
         self.device, self.rank, self.world_size = device, rank, world_size
 
     @property
+    def on_this_machine(self) -> int:
+        """Number of the processes that share this machine."""
+        return int(os.environ["LOCAL_WORLD_SIZE"]) if self.world_size > 1 else 1
+
+    @property
     def is_main(self) -> bool:
         """True in the process that writes, prints and evaluates."""
         return self.rank == 0

@@ -77,7 +77,7 @@ def gpu_recipe() -> Recipe:
 def cpu_recipe() -> Recipe:
     """Return the recipe for a CPU: 5,000 + 5,000 steps and at most 60,000 Gaussians.
 
-    On two cores it takes about 7 minutes for photos of 400x267 (bench/results/captures.json).
+    On two cores it takes about 6 minutes for photos of 400x267 (bench/results/captures.json).
     """
     return Recipe(
         TeacherConfig(

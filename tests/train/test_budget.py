@@ -64,8 +64,9 @@ def run(stage, pace: Pace, speeds, elapsed: float = 0.0) -> float:
         lambda step: 0.05,
         lambda step: 0.06 + 0.08 * min(1.0, step / 2500),  # as Gaussians are added
         lambda step: 0.1 if step < 3000 else 0.18,  # another program begins
+        lambda step: 1.0,
     ],
-    ids=["as planned", "half as fast", "twice as fast", "slowing down", "busy later"],
+    ids=["as planned", "half as fast", "twice as fast", "slowing", "busy later", "a tenth as fast"],
 )
 def test_the_pace_keeps_to_the_time_within_a_tenth(speeds) -> None:
     plan = Plan(minutes=20.0, seconds=1000.0, teacher_share=0.5)
@@ -80,12 +81,28 @@ def test_the_pace_keeps_to_the_time_within_a_tenth(speeds) -> None:
 def test_a_change_leaves_a_quarter_of_the_steps_and_makes_at_most_four_times_as_many() -> None:
     plan = Plan(minutes=1.0, seconds=100.0, teacher_share=1.0)
     slow, fast = Clocked(1000), Clocked(1000)
-    for stage, seconds in ((slow, 1.0), (fast, 1e-4)):
+    for stage, seconds, until in ((slow, 1.0, 51), (fast, 1e-4, 500)):
         pace = Pace(plan, lambda plan: None)
         pace.before(stage)
-        for stage.done in range(1, 501):
+        for stage.done in range(1, until + 1):
             pace.after_step(stage, seconds * stage.done, SINGLE_PROCESS)
-    assert (slow.steps, fast.steps) == (625, 2500)
+    assert (slow.steps, fast.steps) == (51 + 238, 2500)
+
+
+def test_a_run_that_was_killed_makes_its_last_change_before_new_ones() -> None:
+    made = (Correction("teacher", 300, 400),)
+    plan = Plan(minutes=1.0, seconds=100.0, teacher_share=1.0, corrections=made)
+    stage, plans = Clocked(1000, done=100), []
+    run(stage, Pace(plan, plans.append), lambda step: 0.5)
+    assert [c.at for c in plans[0].corrections] == sorted(c.at for c in plans[0].corrections)
+    assert plans[0].corrections[0] == made[0]
+
+
+def test_a_stage_without_time_left_ends_soon() -> None:
+    plan = Plan(minutes=1.0, seconds=100.0, teacher_share=0.5)
+    student = Clocked(1000, "student")
+    run(student, Pace(plan, lambda plan: None), lambda step: 0.1, 100.0)
+    assert student.done < 60
 
 
 def test_a_repeated_plan_changes_the_steps_at_the_same_places_at_any_speed() -> None:
@@ -210,6 +227,15 @@ def test_the_measured_speed_grows_with_gaussians_and_pixels(dataset: Dataset) ->
     speed = budget.measured_speed(RECIPE.teacher, dataset, SINGLE_PROCESS)
     assert speed.per_splat > 0 and speed.per_pixel > 0
     assert speed.step(10, 100) < speed.step(20, 100) < speed.step(20, 200)
+
+
+def test_the_speed_of_a_gpu_does_not_depend_on_the_gaussians() -> None:
+    cpu, gpu = (budget.speed_of((0.2, 0.14), 1000, 400, gpu=gpu) for gpu in (False, True))
+    for speed in (cpu, gpu):
+        assert speed.step(1000, 400) == pytest.approx(0.2)
+        assert speed.step(1000, 100) == pytest.approx(0.14)
+    assert cpu.step(500, 400) == pytest.approx(0.14)
+    assert gpu.step(500, 400) == pytest.approx(0.2)
 
 
 def test_votes_adapt_to_another_number_of_steps() -> None:

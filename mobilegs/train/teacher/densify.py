@@ -1,6 +1,6 @@
 """Densification of the teacher: Gaussians with large screen-space gradients are cloned or split."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import torch
@@ -89,6 +89,9 @@ class Fixed:
     sh_delayed = False
     """True if Gaussians have only degree 0 until the strategy adds the higher degrees."""
 
+    def shorten(self, steps: int) -> None:
+        """End sooner if a run of `steps` does, where the strategy allows it."""
+
     def lr_step(self, done: int) -> int:
         """Return the step of the means' learning-rate schedule after `done` steps."""
         return done
@@ -150,6 +153,12 @@ class CloneSplit(Fixed):
         self.extent = extent
         self.max_splats = max_splats
         self._clear(count, device)
+
+    def shorten(self, steps: int) -> None:
+        """End densification where a run of `steps` does, if that is sooner."""
+        stop = min(self.stop, Schedule.of(self.config, steps).stop)
+        self.schedule = replace(self.schedule, stop=stop)
+        self.stop = self.last_event = stop
 
     def observe(
         self,

@@ -33,7 +33,7 @@ def initial_gaussians(
 
     If the capture has more points, a random choice of them is taken. Random points lie where no
     photo is transparent (`silhouettes.draw_within`). At most `far` of the Gaussians lie on a far
-    sphere instead (`far_points`), unless the photos show an object before nothing.
+    sphere instead (`far_points`), unless the photos are transparent around an object.
     """
     points, colors = dataset.points, dataset.colors
     shell = points[:0], colors[:0]

@@ -54,6 +54,10 @@ class Mcmc(Fixed):
         self.config, self.max_splats = mcmc, max_splats
         self.stop = self.last_event = round(mcmc.stop * steps)
 
+    def shorten(self, steps: int) -> None:
+        """End relocation where a run of `steps` does, if that is sooner."""
+        self.stop = self.last_event = min(self.stop, round(self.config.stop * steps))
+
     def regularizer(self, gaussians: Gaussians) -> Float[Tensor, ""]:
         """Penalise opacity and size, so that unneeded Gaussians fade and are relocated."""
         opacity = self.config.opacity_weight * gaussians.opacities.mean()

@@ -102,6 +102,9 @@ class MiniSplatting(CloneSplit):
         self.trim = self.last_event = max(round(mini.trim_at * steps), self.stop + 1)
         self.rewind_to = round(mini.rewind_to * steps)
 
+    def shorten(self, steps: int) -> None:
+        """Keep the steps of sampling and trimming."""
+
     def event(self, step: int) -> Event:
         """Return the event after step number `step` (from 1)."""
         schedule = self.schedule

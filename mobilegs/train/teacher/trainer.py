@@ -84,8 +84,8 @@ class TeacherConfig:
     """Size of initial Gaussians, in distances to their neighbors."""
     far_splats: int = 0
     """Maximum number of initial Gaussians that lie on a far sphere, 0 or more: skies, and what is
-    behind the scene where it has holes. Its radius is 20 extents of the scene. None if photos show
-    an object before nothing. Large Gaussians must not be pruned (`densify.prune_scale=0`)."""
+    behind the scene where it has holes. Its radius is 20 extents of the scene. None if photos are
+    transparent around an object. Large Gaussians must not be pruned (`densify.prune_scale=0`)."""
     far_visibility: float = 0.0
     """Visibility, 0 to 1, below which Gaussians near the far sphere are removed after
     `far_checked` of the steps, in a room for example: the share of their blending weight that is
@@ -112,7 +112,7 @@ class TeacherConfig:
     pose: PoseConfig = field(default_factory=PoseConfig)
     """Corrections of the photos' poses, which the student takes over."""
     densify: DensifyConfig = field(default_factory=DensifyConfig)
-    """How Gaussians are added and removed."""
+    """Adding and removing of Gaussians."""
     mini_splatting: MiniSplattingConfig = field(default_factory=MiniSplattingConfig)
     """Additional settings of the strategy mini_splatting."""
     mcmc: McmcConfig = field(default_factory=McmcConfig)
@@ -218,7 +218,11 @@ class Teacher:
         return min(self.degree_max, self.degree_first + raised)
 
     def set_steps(self, steps: int) -> None:
-        """Change the number of steps in total, at least until the last Gaussians come or go."""
+        """Change the number of steps in total, at least until the last Gaussians come or go.
+
+        Fewer steps end densification earlier.
+        """
+        self.strategy.shorten(steps)
         self.steps = max(steps, self.strategy.last_event + 1, self.far_check + 1)
 
     @property

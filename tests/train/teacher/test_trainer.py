@@ -113,12 +113,21 @@ def test_learning_rates_fall_from_a_time_on(dataset: Dataset) -> None:
         assert falling == pytest.approx([1, 1, 0.1**0.5, 0.1]), name
 
 
-def test_another_number_of_steps_keeps_the_times_of_densification(dataset: Dataset) -> None:
-    teacher = Teacher(replace(TEACHER, steps=100), dataset, seed=0, device=CPU)
+@pytest.mark.parametrize(
+    ("strategy", "stops"),
+    [("clone_split", (40, 40)), ("mcmc", (67, 67)), ("mini_splatting", (67, 67))],
+)
+def test_fewer_steps_end_densification_sooner(
+    dataset: Dataset, strategy: str, stops: tuple[int, int]
+) -> None:
+    densify = replace(TEACHER.densify, strategy=strategy)
+    teacher = Teacher(replace(TEACHER, steps=100, densify=densify), dataset, seed=0, device=CPU)
     teacher.set_steps(80)
-    assert (teacher.steps, teacher.strategy.last_event) == (80, 50)
-    teacher.set_steps(10)
-    assert teacher.steps == 51
+    shorter = teacher.strategy.last_event
+    teacher.set_steps(120)
+    assert (shorter, teacher.strategy.last_event, teacher.steps) == (*stops, 120)
+    teacher.set_steps(1)
+    assert teacher.steps == teacher.strategy.last_event + 1
 
 
 @pytest.mark.parametrize("config", [TeacherConfig, StudentConfig])
