@@ -29,6 +29,7 @@ class Finding:
 
 def examine() -> list[Finding]:
     """Run all checks; they change nothing."""
+    renderer = gpu_renderer()
     return [
         version(),
         python(),
@@ -38,8 +39,8 @@ def examine() -> list[Finding]:
         cpu_kernels(),
         gpu(),
         gpu_kernels(),
-        gpu_renderer(),
-        window(),
+        renderer,
+        window(renderer),
         phones(),
         capture(),
         live(),
@@ -148,27 +149,35 @@ def gpu_kernels() -> Finding:
 
 
 def gpu_renderer() -> Finding:
-    """Check which device renders scenes as the viewers do."""
+    """Render a small image with each GPU as the viewers do, and compare it with the reference."""
     from mobilegs.errors import InputError
-    from mobilegs.view.wgpu_device import adapter
+    from mobilegs.view.wgpu_check import check_gpus
+    from mobilegs.view.wgpu_device import REMEDY
 
     try:
-        about = adapter().info
+        checks = check_gpus()
     except InputError as error:
         found, _, remedy = str(error).partition(": ")
         return Finding("GPU renderer", "no", found, remedy)
-    slow = " (software, slow)" if about["adapter_type"] == "CPU" else ""
-    return Finding("GPU renderer", "yes", f"{about['device']}, {about['backend_type']}{slow}")
+    told = [
+        f"{check.gpu}: {check.problem or f'agrees with the reference ({check.decibels:.0f} dB)'}"
+        for check in checks
+    ]
+    if all(check.problem for check in checks):
+        return Finding("GPU renderer", "no", "; ".join(told), REMEDY)
+    return Finding("GPU renderer", "yes", "; ".join(told))
 
 
-def window() -> Finding:
-    """Check that `mobilegs view --native` can open a window."""
+def window(renderer: Finding) -> Finding:
+    """Check that `mobilegs view --native` can open a window, given the finding of the renderer."""
     if not all(find_module(name) for name in ("wgpu", "rendercanvas", "glfw")):
         found = "libraries are missing; the browser needs none"
         return Finding("Window", "no", found, "pip install 'mobilegs[native]'")
     screens = ("DISPLAY", "WAYLAND_DISPLAY")
     if platform.system() == "Linux" and not any(os.environ.get(name) for name in screens):
         return Finding("Window", "none", "no screen: view --native does not work")
+    if renderer.state != "yes":
+        return Finding("Window", "no", "needs a GPU renderer; the browser needs none")
     return Finding("Window", "yes", "view --native works")
 
 

@@ -3,6 +3,11 @@
 The shaders are those of the web viewer, from viewer/shaders.
 """
 
+import ctypes
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache, cached_property
 from typing import Any
 
@@ -13,15 +18,21 @@ from mobilegs.view import assets
 
 PASSES = ("network", "project", "splat", "resolve")
 FLOATS = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
+KINDS = ("DiscreteGPU", "IntegratedGPU")  # of adapters; others come after them
 FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
 INSTALL = "pip install 'mobilegs[native]'"
+REMEDY = (
+    "install or update the GPU's Vulkan driver (on Debian and Ubuntu mesa-vulkan-drivers, which "
+    "also draws without a GPU), or use the web viewer or --renderer kernels, which need none"
+)
 
 
-@cache
-def adapter() -> Any:
-    """Return the GPU, a discrete one if there is a choice, or a software device (lavapipe).
+def gpus() -> list[Any]:
+    """Return the GPUs as wgpu's adapters, the best first. Raises InputError without wgpu or a GPU.
 
-    Raises InputError without wgpu or a GPU.
+    Hardware comes before software, Vulkan, Metal and DirectX 12 before OpenGL, and discrete GPUs
+    before integrated ones. wgpu's variable WGPUPY_WGPU_ADAPTER_NAME leaves those whose summary
+    contains it.
     """
     try:
         import wgpu
@@ -29,17 +40,75 @@ def adapter() -> Any:
         raise InputError(
             f"rendering with WebGPU needs wgpu, which is not installed: {INSTALL}"
         ) from None
+    name = os.environ.get("WGPUPY_WGPU_ADAPTER_NAME", "")
     try:
-        found = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
-    except RuntimeError:
-        found = None
-    if found is None:
-        raise InputError(
-            "no GPU was found: install its Vulkan driver (on Debian and Ubuntu "
-            "mesa-vulkan-drivers, which also works without a GPU), or use the web viewer or "
-            "--renderer kernels, which need none"
-        )
-    return found
+        found = [gpu for gpu in wgpu.gpu.enumerate_adapters_sync() if name in gpu.summary]
+    except (wgpu.GPUError, RuntimeError) as error:
+        raise InputError(f"the drivers of GPUs do not load ({reason(error)}): {REMEDY}") from error
+    if not found:
+        raise InputError(f"no GPU was found: {REMEDY}")
+    return sorted(found, key=_rank)
+
+
+def _rank(gpu: Any) -> tuple[bool, bool, int]:
+    kind = gpu.info["adapter_type"]
+    place = KINDS.index(kind) if kind in KINDS else len(KINDS)
+    return kind == "CPU", draws_by_opengl(gpu), place
+
+
+def draws_by_opengl(gpu: Any) -> bool:
+    """Return True if wgpu reaches this GPU by OpenGL, whose drivers promise less than WebGPU."""
+    return gpu.info["backend_type"].startswith("OpenGL")
+
+
+def name_of(gpu: Any) -> str:
+    """Return the GPU's name, how it is reached, and whether it is a program on the CPU."""
+    software = ", software" if gpu.info["adapter_type"] == "CPU" else ""
+    return f"{gpu.info['device']}, {gpu.info['backend_type']}{software}"
+
+
+def reason(error: Exception) -> str:
+    """Return the line of wgpu's message that says what is wrong: the last one."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return lines[-1] if lines else type(error).__name__
+
+
+@contextmanager
+def translated_errors(gpu: str) -> Iterator[None]:
+    """Raise what wgpu raises as InputError; a lost device and a full memory are among it.
+
+    After that, new renderers open the GPU again.
+    """
+    import wgpu
+
+    try:
+        yield
+    except (wgpu.GPUError, RuntimeError) as error:
+        program_of.cache_clear()
+        raise InputError(f"the GPU {gpu} failed ({reason(error)}): {REMEDY}") from error
+
+
+@contextmanager
+def translated_abort(gpu: str) -> Iterator[None]:
+    """End the process with a sentence and code 2 where wgpu aborts it: a device lost in `submit`.
+
+    wgpu-native panics there instead of reporting an error (its issue 588).
+    """
+    sentence = f"\nmobilegs: the GPU {gpu} was lost while it drew: {REMEDY}\n".encode()
+
+    @ctypes.CFUNCTYPE(None, ctypes.c_int)
+    def end(_: int) -> None:
+        os.write(2, sentence)
+        os._exit(2)
+
+    c = ctypes.CDLL(None if os.name == "posix" else "ucrtbase")
+    c.signal.argtypes = (ctypes.c_int, ctypes.c_void_p)
+    c.signal.restype = ctypes.c_void_p
+    before = c.signal(signal.SIGABRT, ctypes.cast(end, ctypes.c_void_p))
+    try:
+        yield
+    finally:
+        c.signal(signal.SIGABRT, before)
 
 
 def shader(*names: str) -> str:
@@ -51,43 +120,55 @@ class Program:
     """A device and its pipelines for one way of blending.
 
     Attributes:
+        gpu: the name of the GPU.
         device: the wgpu device.
         sorted: True for alpha blending far to near, False for sums in any order.
         formats: texture formats of the sums.
+        target: the format of a picture that is read back.
         weight_scale: factor of the weights, which cancels in the image.
         network: the pipeline of the paper's network, in float16 unless `full_precision` or the GPU
             has none; made at its first use.
         bilinear: the sampler that enlarges levels.
         number: `f16` or `f32`, the numbers of the network's layers.
         project: the pipeline of the next pass.
+        splat: the pipeline that adds or blends Gaussians at full size.
+        splat_levels: the pipeline that adds Gaussians, each in its level; not if sorted.
+        enlarge: the pipelines that add the coarser levels to levels 1 and 2; not if sorted.
     """
 
-    def __init__(self, blend_sorted: bool, full_precision: bool) -> None:
+    def __init__(self, gpu: Any, blend_sorted: bool, full_precision: bool) -> None:
+        """Open a GPU, one of `gpus()`. Raises InputError if it lacks something that is needed."""
+        import wgpu
+
+        self.gpu = name_of(gpu)
         self.sorted = blend_sorted
         bits = 32 if full_precision else 16
-        self.formats = [f"rgba{bits}float"] + ([] if blend_sorted else [f"r{bits}float"])
+        self.target = f"rgba{bits}float"
+        self.formats = [self.target] + ([] if blend_sorted else [f"r{bits}float"])
         self.weight_scale = 1.0 if full_precision else FLOAT16_SCALE
-        found = adapter()
         wanted = {"timestamp-query"} if full_precision else {"timestamp-query", "shader-f16"}
-        features = wanted & set(found.features)
+        features = wanted & set(gpu.features)
         self.number = "f16" if "shader-f16" in features else "f32"
         if full_precision:
-            if not found.features.issuperset(FLOATS):
+            if not FLOATS <= set(gpu.features):
                 raise InputError(
-                    "this GPU cannot blend and filter 32-bit floats: render with "
-                    "full_precision=False"
+                    f"{self.gpu} cannot blend and filter 32-bit floats, which full_precision needs"
                 )
             features |= FLOATS
         limits = ("max-buffer-size", "max-storage-buffer-binding-size")
-        self.device = found.request_device_sync(
-            required_features=sorted(features),
-            required_limits={name: found.limits[name] for name in limits},
-        )
-        self.bilinear = self.device.create_sampler(mag_filter="linear", min_filter="linear")
-        self._queries = None
-        if "timestamp-query" in features:
-            self._queries = self.device.create_query_set(type="timestamp", count=2 * len(PASSES))
-        self._make_pipelines()
+        try:
+            self.device = gpu.request_device_sync(
+                required_features=sorted(features),
+                required_limits={name: gpu.limits[name] for name in limits},
+            )
+            self._queries = None
+            if "timestamp-query" in features:
+                count = 2 * len(PASSES)
+                self._queries = self.device.create_query_set(type="timestamp", count=count)
+            self.bilinear = self.device.create_sampler(mag_filter="linear", min_filter="linear")
+            self._make_pipelines()
+        except (wgpu.GPUError, RuntimeError) as error:
+            raise InputError(f"{self.gpu} cannot run the renderer ({reason(error)})") from error
 
     @cached_property
     def network(self) -> Any:
@@ -121,18 +202,6 @@ class Program:
             )
         return self._resolve[key]
 
-    @cached_property
-    def splat(self) -> Any:
-        """The pipeline that adds or blends Gaussians at full size."""
-        return self._splat_of(
-            *(("corner_sorted", "cover") if self.sorted else ("corner_sortfree", "add_weighted"))
-        )
-
-    @cached_property
-    def splat_levels(self) -> Any:
-        """The pipeline that adds Gaussians, each in its level."""
-        return self._splat_of("corner_of_level", "add_to_level")
-
     def _splat_of(self, vertex: str, fragment: str) -> Any:
         targets = [{"format": name, "blend": self._blend} for name in self.formats]
         return self.device.create_render_pipeline(
@@ -142,23 +211,18 @@ class Program:
             fragment={"module": self._splat_code, "entry_point": fragment, "targets": targets},
         )
 
-    @cached_property
-    def enlarge(self) -> dict[int, Any]:
-        """The pipelines that add the coarser levels to levels 1 and 2."""
-        return {
-            level: self.device.create_render_pipeline(
-                layout="auto",
-                vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
-                primitive={"topology": "triangle-list"},
-                fragment={
-                    "module": self._resolve_code,
-                    "entry_point": "add_enlarged",
-                    "constants": {"LEVEL": level},
-                    "targets": [{"format": name} for name in self.formats],
-                },
-            )
-            for level in (1, 2)
-        }
+    def _enlarge_of(self, level: int) -> Any:
+        return self.device.create_render_pipeline(
+            layout="auto",
+            vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
+            primitive={"topology": "triangle-list"},
+            fragment={
+                "module": self._resolve_code,
+                "entry_point": "add_enlarged",
+                "constants": {"LEVEL": level},
+                "targets": [{"format": name} for name in self.formats],
+            },
+        )
 
     def stamps(self, name: str, *, begin: bool = True, end: bool = True) -> dict[str, Any] | None:
         """Return where a pass writes its timestamps; None if the device has none.
@@ -202,12 +266,20 @@ class Program:
         self._blend = {"color": color, "alpha": alpha}
         self._resolve_code = self.device.create_shader_module(code=shader("resolve"))
         self._resolve: dict[tuple[str, bool], Any] = {}
+        # what a GPU lacks shows here, not in the first frame
+        self.resolve(self.target)
+        if self.sorted:
+            self.splat = self._splat_of("corner_sorted", "cover")
+        else:
+            self.splat = self._splat_of("corner_sortfree", "add_weighted")
+            self.splat_levels = self._splat_of("corner_of_level", "add_to_level")
+            self.enlarge = {level: self._enlarge_of(level) for level in (1, 2)}
 
 
 @cache
-def program(blend_sorted: bool, full_precision: bool) -> Program:
-    """Return the device with its pipelines, one for all scenes with the same arguments.
+def program_of(gpu: Any, blend_sorted: bool, full_precision: bool) -> Program:
+    """Return a GPU's device with its pipelines, one for all scenes with the same arguments.
 
-    Raises InputError without a GPU, or if it cannot blend and filter 32-bit floats.
+    Raises InputError if the GPU cannot render.
     """
-    return Program(blend_sorted, full_precision)
+    return Program(gpu, blend_sorted, full_precision)

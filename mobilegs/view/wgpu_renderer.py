@@ -6,7 +6,9 @@ project.wgsl, alpha in splat.wgsl, the image in resolve.wgsl; the reference is m
 Before them, network.wgsl evaluates the paper's network in scenes that have one.
 """
 
+import math
 import struct
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,8 +17,10 @@ from jaxtyping import Float, Float32, UInt32
 from torch import Tensor
 from torch.nn.functional import pad
 
-from mobilegs.camera import Camera
+from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
+from mobilegs.evaluate.metrics import psnr
+from mobilegs.gaussians import Gaussians
 from mobilegs.render.inputs import RenderSettings, validate_settings
 from mobilegs.render.levels import level_places, level_sizes
 from mobilegs.render.lobes import constant_lobes
@@ -25,11 +29,21 @@ from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.render.supersampling import magnified
 from mobilegs.render.view_network import ViewNetwork, static_inputs
-from mobilegs.view.wgpu_device import PASSES, program
+from mobilegs.view.wgpu_device import (
+    PASSES,
+    REMEDY,
+    draws_by_opengl,
+    gpus,
+    name_of,
+    program_of,
+    translated_abort,
+    translated_errors,
+)
 
 BATCH = 128  # as in view.wgsl
 GAUSSIANS = 32  # of a work group of network.wgsl
 LOOK_BYTES = 32  # of wide.wgsl's StoredLook
+AGREEMENT = 50.0  # dB, of images in float16 against the reference
 
 
 class WgpuImage(NamedTuple):
@@ -44,6 +58,53 @@ class WgpuImage(NamedTuple):
     alpha: Float[Tensor, "h w"]
 
 
+@cache
+def usable_gpu(blend_sorted: bool, full_precision: bool) -> Any:
+    """Return the first of `gpus()` that can render.
+
+    One that is reached by OpenGL must agree with the reference first. Raises InputError, with what
+    each GPU lacks, if none can.
+    """
+    lacking = []
+    for gpu in gpus():
+        try:
+            program_of(gpu, blend_sorted, full_precision)
+            if draws_by_opengl(gpu) and (found := agreement(gpu)) < AGREEMENT:
+                raise InputError(f"{name_of(gpu)} renders wrong images ({found:.0f} dB)")
+            return gpu
+        except InputError as error:
+            lacking.append(str(error))
+    raise InputError(f"no GPU can render: {'; '.join(lacking)}; {REMEDY}")
+
+
+@torch.no_grad()
+def agreement(gpu: Any) -> float:
+    """Return the lowest PSNR in dB of small images that a GPU renders, against `Scene.render`.
+
+    They are sorted, sort-free, and sort-free with levels, in float16; `AGREEMENT` is the least that
+    is right. Raises InputError if the GPU cannot render.
+    """
+    gaussians, camera = _sample()
+    worst = math.inf
+    for blend, level_sigma in (("sorted", 0.0), ("sortfree", 0.0), ("sortfree", 1.0)):
+        scene = Scene(gaussians, blend)
+        image = WgpuRenderer(scene, level_sigma=level_sigma, gpu=gpu).render(camera).image
+        expected = scene.render(camera, level_sigma=level_sigma).image
+        worst = min(worst, psnr(image.nan_to_num(nan=1e3), expected))
+    return worst
+
+
+def _sample() -> tuple[Gaussians, Camera]:
+    """Return 200 random Gaussians, small and large ones, and a camera."""
+    generator = torch.Generator().manual_seed(0)
+    numbers = torch.randn(200, 3 + 4 + 3 + 1 + 12, generator=generator)
+    means, quats, scales, logits, sh = numbers.split([3, 4, 3, 1, 12], dim=1)
+    gaussians = Gaussians(means, quats, 0.8 * scales - 2, logits[:, 0], sh.reshape(-1, 4, 3))
+    K = torch.tensor([[60.0, 0, 32], [0, 60, 24], [0, 0, 1]])
+    viewmat = look_at(torch.tensor([1.0, -0.7, -3.8]), torch.zeros(3), torch.tensor([0.0, -1, 0]))
+    return gaussians, Camera(viewmat, K, 64, 48)
+
+
 class WgpuRenderer:
     """A scene in the memory of a GPU.
 
@@ -56,16 +117,23 @@ class WgpuRenderer:
     """
 
     def __init__(
-        self, scene: Scene, *, full_precision: bool = False, level_sigma: float = 0.0
+        self,
+        scene: Scene,
+        *,
+        full_precision: bool = False,
+        level_sigma: float = 0.0,
+        gpu: Any = None,
     ) -> None:
         """Upload a scene.
 
-        Sums are float16, which every GPU blends, and so are the numbers of a view network where the
-        GPU computes with them; float32 with `full_precision`.
+        Sums and images are float16, which every GPU blends, and so are the numbers of a view
+        network where the GPU computes with them; float32 with `full_precision`. `gpu` is one of
+        `wgpu_device.gpus()`; by default the first one that can render.
 
-        Raises InputError without a GPU, if it cannot blend and filter 32-bit floats or its memory
-        does not hold the scene, for the weightings `two_pass` and `exponential`, which shaders
-        lack, and for a `level_sigma` that `render_sortfree` refuses.
+        Raises InputError without a GPU, if none can render (with `full_precision`: blend and filter
+        32-bit floats) or its memory does not hold the scene, for the weightings `two_pass` and
+        `exponential`, which shaders lack, and for a `level_sigma` that `render_sortfree` refuses.
+        `render` and `render_into` raise it if the GPU fails or is lost.
         """
         if scene.weighting.name in ("two_pass", EXPONENTIAL):
             raise InputError(
@@ -76,9 +144,11 @@ class WgpuRenderer:
         validate_settings(settings, sortfree=scene.blend != "sorted")
         self.scene = scene
         self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
-        self.program = program(scene.blend == "sorted", full_precision)
+        kind = (scene.blend == "sorted", full_precision)
+        self.program = program_of(usable_gpu(*kind) if gpu is None else gpu, *kind)
         self._sums: tuple[tuple[int, int], list[list[Any]]] | None = None
-        self._upload(*_rows(scene))
+        with translated_errors(self.program.gpu):
+            self._upload(*_rows(scene))
 
     def render(self, camera: Camera, *, supersampling: int = 1) -> WgpuImage:
         """Render from `camera` and read the image back; `supersampling` as in `Scene.render`.
@@ -90,15 +160,17 @@ class WgpuRenderer:
         self._validate_size(magnified(camera, supersampling))
         size = (camera.width, camera.height, 1)
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
-        device = self.program.device
-        texture = device.create_texture(size=size, format="rgba32float", usage=usage)
-        self.render_into(texture.create_view(), "rgba32float", camera, supersampling=supersampling)
-        data = device.queue.read_texture(
-            {"texture": texture},
-            {"bytes_per_row": 16 * camera.width, "rows_per_image": camera.height},
-            size,
-        )
-        pixels = torch.frombuffer(bytearray(data), dtype=torch.float32)
+        device, target = self.program.device, self.program.target
+        number = torch.float32 if target == "rgba32float" else torch.float16
+        with translated_errors(self.program.gpu):
+            texture = device.create_texture(size=size, format=target, usage=usage)
+            self.render_into(texture.create_view(), target, camera, supersampling=supersampling)
+            data = device.queue.read_texture(
+                {"texture": texture},
+                {"bytes_per_row": 4 * number.itemsize * camera.width},
+                size,
+            )
+        pixels = torch.frombuffer(bytearray(data), dtype=number).float()
         pixels = pixels.reshape(camera.height, camera.width, 4)
         return WgpuImage(pixels[..., :3].contiguous(), pixels[..., 3].contiguous())
 
@@ -109,7 +181,8 @@ class WgpuRenderer:
 
     def milliseconds(self) -> dict[str, float] | None:
         """Return the time of each pass of the last frame; None if the device has no timer."""
-        return self.program.milliseconds(PASSES if self._network else PASSES[1:])
+        with translated_errors(self.program.gpu):
+            return self.program.milliseconds(PASSES if self._network else PASSES[1:])
 
     def render_into(
         self,
@@ -127,21 +200,23 @@ class WgpuRenderer:
         """
         camera = magnified(camera, supersampling)
         self._validate_size(camera)
-        device = self.program.device
-        queue = device.queue
+        queue = self.program.device.queue
         leveled = self._is_leveled(camera)
-        queue.write_buffer(self._view, 0, self._packed(camera, supersampling))
-        if self.program.sorted:
-            queue.write_buffer(self._order, 0, self.far_first(camera) if order is None else order)
-        queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0, 0))
-        sums = self._sums_of(camera)
-        encoder = device.create_command_encoder()
-        if self._network:
-            self._evaluate(encoder)
-        self._project(encoder)
-        self._splat(encoder, sums[0], leveled=leveled)
-        self._resolve(encoder, sums, target, target_format)
-        queue.submit([encoder.finish()])
+        with translated_errors(self.program.gpu):
+            queue.write_buffer(self._view, 0, self._packed(camera, supersampling))
+            if self.program.sorted:
+                order = self.far_first(camera) if order is None else order
+                queue.write_buffer(self._order, 0, order)
+            queue.write_buffer(self._drawn, 0, _DRAWN.pack(6 * BATCH, 0, 0, 0, 0, 0))
+            sums = self._sums_of(camera)
+            encoder = self.program.device.create_command_encoder()
+            if self._network:
+                self._evaluate(encoder)
+            self._project(encoder)
+            self._splat(encoder, sums[0], leveled=leveled)
+            self._resolve(encoder, sums, target, target_format)
+            with translated_abort(self.program.gpu):
+                queue.submit([encoder.finish()])
 
     def _validate_size(self, camera: Camera) -> None:
         most = self.program.device.limits["max-texture-dimension-2d"]

@@ -7,7 +7,7 @@ import math
 import sys
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views, up_source
 from mobilegs.up import AXES, USUAL, Axis, next_axis
 from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, first_pose, point_under
-from mobilegs.view.wgpu_device import INSTALL
+from mobilegs.view.wgpu_device import INSTALL, translated_errors
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 
 SIZE = (1280, 720)  # logical pixels
@@ -55,8 +55,8 @@ HELP = """\
 def show(path: Path, up: Axis | None = None) -> None:
     """Show a scene in a window, until the window is closed; `up` replaces its upward direction.
 
-    Raises InputError without a display, a GPU or the packages for them, and for a file that
-    WgpuRenderer does not support.
+    Raises InputError without a display, a GPU or the packages for them, for a file that
+    WgpuRenderer does not support, and if the GPU fails.
     """
     toolkit = _toolkit()
     scene, views = open_with_views(path, torch.device("cpu"))
@@ -75,6 +75,8 @@ def show(path: Path, up: Axis | None = None) -> None:
         toolkit.loop.run()
     finally:
         window.close()
+    if window.failure is not None:
+        raise window.failure
 
 
 def _toolkit() -> Any:
@@ -104,6 +106,7 @@ class Window:
         canvas: the canvas, of rendercanvas.
         input: pointer and keys; `input.pose` is the viewer's pose.
         timed: True to show frame times in the title.
+        failure: the error that closed the window, or None: toolkits only log those of handlers.
     """
 
     def __init__(
@@ -120,6 +123,7 @@ class Window:
         """
         self.canvas = canvas
         self.timed = False
+        self.failure: Exception | None = None
         self._renderer, self._views, self._name = renderer, views, name
         scene = renderer.scene
         logits = scene.gaussians.logit_opacities if scene.lobes is None else scene.lobes[:, 0, 0]
@@ -139,11 +143,12 @@ class Window:
         # position and size of the window, while it is full screen
         self._windowed: tuple[int, int, int, int] | None = None
         device = renderer.program.device
-        self._context = canvas.get_context("wgpu")
-        # images are sRGB already: no format that converts to it
-        preferred = self._context.get_preferred_format(device.adapter)
-        self._format = preferred.removesuffix("-srgb")
-        self._context.configure(device=device, format=self._format)
+        with translated_errors(renderer.program.gpu):
+            self._context = canvas.get_context("wgpu")
+            # images are sRGB already: no format that converts to it
+            preferred = self._context.get_preferred_format(device.adapter)
+            self._format = preferred.removesuffix("-srgb")
+            self._context.configure(device=device, format=self._format)
         handlers = {
             "pointer_down": self._press,
             "pointer_up": self.input.release,
@@ -153,9 +158,9 @@ class Window:
             "key_up": lambda event: self._key(event, False),
         }
         for kind, handler in handlers.items():
-            canvas.add_event_handler(handler, kind)
+            canvas.add_event_handler(self._ending(handler), kind)
         self._say_title("")
-        canvas.request_draw(self._frame)
+        canvas.request_draw(self._ending(self._frame))
 
     def camera(self, width: int, height: int) -> Camera:
         """Return the camera of a frame of the given size in physical pixels."""
@@ -196,17 +201,30 @@ class Window:
             Image.fromarray(to_bytes(image.image).numpy()).save(temporary, format="PNG")
         return path
 
+    def _ending(self, function: Callable[..., None]) -> Callable[..., None]:
+        """Return `function`, with errors that close the window and become its `failure`."""
+
+        def guarded(*arguments: Any) -> None:
+            try:
+                function(*arguments)
+            except Exception as error:
+                self.failure = error
+                self.canvas.close()
+
+        return guarded
+
     def _frame(self) -> None:
         now = time.perf_counter()
         if self._last_frame is not None:
             seconds = now - self._last_frame
             self._times = [*self._times[-29:], 1000 * seconds]
             self.input.advance(min(seconds, SECONDS_MAX))
-        texture = self._context.get_current_texture()
+        with translated_errors(self._renderer.program.gpu):
+            texture = self._context.get_current_texture()
+            target = texture.create_view()
         camera = self.camera(*texture.size[:2])
         order = self._order_for(camera) if self._renderer.program.sorted else None
         n = supersampling_for(camera, self._views)
-        target = texture.create_view()
         self._renderer.render_into(target, self._format, camera, order=order, supersampling=n)
         moving = self.input.busy or now - self._touched < LINGER
         self._last_frame = now if moving else None

@@ -20,8 +20,8 @@ from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import rgb_to_sh0
+from tests.support.gpus import GPU
 from tests.support.mgs_parts import Piece, parse_parts
-from tests.support.scenes import no_gpu
 
 CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
 
@@ -191,7 +191,7 @@ def test_render_writes_a_png_with_the_name_of_each_photo(
     assert written.std() > 5
 
 
-@pytest.mark.skipif(bool(no_gpu()), reason=no_gpu())
+@GPU
 def test_render_with_wgpu_gives_the_same_image(scene: Path, capture: Path, tmp_path: Path) -> None:
     words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
     assert main([*words, "--renderer", "wgpu"]) == 0

@@ -6,26 +6,15 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.errors import InputError
 from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.levels import LEVELS, at_level, choose_levels, enlarge, level_sizes
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
 from mobilegs.render.sortfree import SURFACE_ALPHA, surface_limits
 from mobilegs.spherical_harmonics import C0
-from mobilegs.view.wgpu_device import adapter
 
 SORTED = ("means", "quats", "scales", "opacities", "sh")
 SORTFREE = ("means", "quats", "scales", "lobes", "sh")
-
-
-def no_gpu() -> str:
-    """Return why WebGPU cannot be used on this machine, or an empty text if it can."""
-    try:
-        adapter()
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def camera(

@@ -11,16 +11,17 @@ import torch
 from PIL import Image
 
 from mobilegs.cli.main import main
+from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.up import AXES
 from mobilegs.view import window as windows
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 from tests.support.golden import as_scene
-from tests.support.scenes import as_float32, no_gpu, random_scene
+from tests.support.gpus import GPU
+from tests.support.scenes import as_float32, random_scene
 from tests.support.window import event, ring
 
-needs_gpu = pytest.mark.skipif(bool(no_gpu()), reason=no_gpu())
 LEVELS = 1.0  # of 255: the GPU and the test round differently
 
 
@@ -69,7 +70,7 @@ def expected(window: windows.Window) -> np.ndarray:
     return to_bytes(window._renderer.render(seen).image).numpy().astype(np.float64)
 
 
-@needs_gpu
+@GPU
 @pytest.mark.parametrize("kind", ["mobile_gs", "sorted"])
 @pytest.mark.parametrize("density", [1.0, 2.0])
 def test_a_window_shows_the_renderers_image(opened: Any, kind: str, density: float) -> None:
@@ -82,7 +83,7 @@ def test_a_window_shows_the_renderers_image(opened: Any, kind: str, density: flo
     assert shown(window).shape == (70 * density, 50 * density, 3)
 
 
-@needs_gpu
+@GPU
 def test_the_first_view_is_a_training_camera_and_v_shows_the_next(opened: Any) -> None:
     window, views = opened(), ring()
     for index in (0, 1, 2, 3, 4, 0):
@@ -95,7 +96,7 @@ def test_the_first_view_is_a_training_camera_and_v_shows_the_next(opened: Any) -
     assert float(seen.K[0, 0]) == pytest.approx((90 * 80) ** 0.5)
 
 
-@needs_gpu
+@GPU
 def test_u_turns_one_axis_after_the_other_upwards(opened: Any) -> None:
     window = opened()
     own = window.input.pose.up
@@ -120,7 +121,7 @@ def drag(window: windows.Window, dx: float, dy: float, *, button: int = 1, **mor
     )
 
 
-@needs_gpu
+@GPU
 def test_dragging_turns_and_pans_and_the_wheel_zooms(opened: Any) -> None:
     window = opened()
     pose = window.input.pose
@@ -150,7 +151,7 @@ def test_dragging_turns_and_pans_and_the_wheel_zooms(opened: Any) -> None:
     assert np.abs(shown(window) - expected(window)).max() <= LEVELS
 
 
-@needs_gpu
+@GPU
 def test_a_double_click_sets_the_target(opened: Any) -> None:
     window = opened()
     seen = window.camera(90, 60)
@@ -166,7 +167,7 @@ def test_a_double_click_sets_the_target(opened: Any) -> None:
     np.testing.assert_array_equal(window.input.pose.eye, before.eye)
 
 
-@needs_gpu
+@GPU
 def test_a_sorted_scene_is_sorted_again_after_a_turn(opened: Any) -> None:
     window = opened("sorted")
     shown(window)
@@ -182,7 +183,7 @@ def test_a_sorted_scene_is_sorted_again_after_a_turn(opened: Any) -> None:
     assert window._next_order is None  # no new order for a small turn
 
 
-@needs_gpu
+@GPU
 def test_a_held_key_moves_in_every_frame(opened: Any) -> None:
     window = opened()
     act(window, event("key_down", key="s"))
@@ -196,7 +197,7 @@ def test_a_held_key_moves_in_every_frame(opened: Any) -> None:
     np.testing.assert_array_equal(window.input.pose.eye, before)
 
 
-@needs_gpu
+@GPU
 def test_keys_save_an_image_show_times_and_close(
     opened: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -227,6 +228,15 @@ def test_keys_save_an_image_show_times_and_close(
     other = opened()
     press(other, "q", "Control")
     assert other.canvas.get_closed()
+
+
+@GPU
+def test_a_lost_gpu_closes_the_window_with_a_sentence(opened: Any) -> None:
+    window = opened()
+    window._renderer.program.device.destroy()
+    window.canvas.draw()
+    assert window.canvas.get_closed()
+    assert isinstance(window.failure, InputError) and "Parent device is lost" in str(window.failure)
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
@@ -286,7 +296,7 @@ def toolkit(monkeypatch: pytest.MonkeyPatch) -> Any:
     return made
 
 
-@needs_gpu
+@GPU
 def test_view_opens_a_ply_in_a_window(
     toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -300,6 +310,35 @@ def test_view_opens_a_ply_in_a_window(
     assert "up is -y, as usual: the file does not say (the key U or --up changes it)" in said
     assert images[0].shape == (720, 1280, 4) and images[0][..., :3].std() > 5
     assert toolkit.canvases[0].get_closed()
+
+
+@GPU
+def test_an_error_in_a_frame_or_a_key_ends_view_with_a_sentence(
+    toolkit: Any,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = as_scene(as_float32(random_scene(80, seed=5)), "sorted")
+    write_ply(tmp_path / "made.ply", scene.gaussians)
+
+    def fails(*_: object, **__: object) -> None:
+        raise InputError("the GPU made up failed: use another")
+
+    def press_u() -> None:
+        toolkit.canvases[-1].submit_event(event("key_down", key="u"))
+        toolkit.canvases[-1]._process_events()
+
+    acts = {
+        (WgpuRenderer, "render_into"): lambda: toolkit.canvases[-1].draw(),
+        (windows.Window, "turn_up"): press_u,
+    }
+    for (owner, name), act in acts.items():
+        with monkeypatch.context() as patch:
+            patch.setattr(owner, name, fails)
+            toolkit.loop.user = act
+            assert "made up failed" in refusal(capsys, "view", tmp_path / "made.ply", "--native")
+        assert toolkit.canvases[-1].get_closed()
 
 
 @pytest.mark.parametrize(
