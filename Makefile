@@ -16,12 +16,14 @@ export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 # each process that the tests start would compile every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test fuzz lint docs viewer package drivers install clean
+.PHONY: help demo test test-all fuzz lint docs viewer package drivers install clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo   render a small capture, train on it, compress, evaluate: see demo/"
 	@echo "make test   formatting, lint, types, tests"
+	@echo "make test-all   all tests, the long ones too"
+	@echo "make drivers    install what tests of renderers and pages need (Debian, as root)"
 	@echo "make fuzz   the fuzzers, a minute each; SECONDS=600 for longer: see fuzz/README.md"
 	@echo "make viewer build the web viewer: mobilegs/view/dist from viewer/"
 	@echo "make package build the npm package: build/npm"
@@ -32,24 +34,30 @@ help:
 demo: $(VENV)/installed
 	$(BIN)/mobilegs demo --output demo
 
-# lint runs beside the tests, and pytest's summary comes last; each process takes whole files of tests
-# on one thread, since small tensors gain little from two
-test: $(VENV)/installed viewer/node_modules/.package-lock.json $(if $(CI),drivers)
+# each process takes whole files of tests on one thread, since small tensors gain little from two
+PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
+	--no-loadscope-reorder
+
+# lint runs beside the tests, and pytest's summary comes last
+test: $(VENV)/installed viewer/node_modules/.package-lock.json
 	@failed=0; $(MAKE) --no-print-directory lint & lint=$$!; \
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS) \
-		|| failed=1; \
+	$(PYTEST) $(PYTEST_ARGS) || failed=1; \
 	wait $$lint || { echo "formatting, lint or types failed: make lint" >&2; failed=1; }; exit $$failed
+
+# all tests, and the shapes of all arguments are checked
+test-all: $(VENV)/installed viewer/node_modules/.package-lock.json
+	@$(PYTEST) --thorough --jaxtyping-packages=mobilegs,beartype.beartype $(PYTEST_ARGS)
 
 # needs clang and atheris, and says so; TARGETS="python-mgs agreement" runs some
 fuzz: SECONDS ?= 60
 fuzz: $(VENV)/installed
 	@$(BIN)/python -m fuzz $(TARGETS) --seconds $(SECONDS)
 
-# a Vulkan device in software, and a browser; without them, tests that draw with them are skipped
+# a Vulkan device in software, and a browser: Debian's, as root
 drivers:
 	@{ ls /usr/share/vulkan/icd.d/* && command -v chromium; } >/dev/null 2>&1 || { \
 		apt-get update -qq && apt-get install -y -qq --no-install-recommends \
-			mesa-vulkan-drivers libvulkan1 chromium >/dev/null; } || true
+			mesa-vulkan-drivers libvulkan1 chromium >/dev/null; }
 
 lint: $(VENV)/installed viewer/node_modules/.package-lock.json
 	@failed=0; \

@@ -17,6 +17,7 @@ pytest_plugins = [
     "tests.support.browser",
     "tests.support.quantized_scenes",
     "tests.support.runs",
+    "tests.support.selection",
     "tests.support.tiny",
 ]
 
@@ -35,7 +36,7 @@ def data_dir() -> Path:
     """The folder of real captures and scenes that `MOBILEGS_DATA` names."""
     folder = os.environ.get("MOBILEGS_DATA")
     if not folder:
-        pytest.skip("MOBILEGS_DATA names no folder of real captures")
+        pytest.skip("needs real captures (MOBILEGS_DATA)")
     if not Path(folder).is_dir():
         pytest.fail(f"MOBILEGS_DATA is {folder}, which is no folder")
     return Path(folder)

@@ -61,7 +61,7 @@ def test_links_are_followed(tmp_path: Path) -> None:
     assert names(tmp_path) == {"far", "link.txt"} and names(target.parent) == {"target.txt"}
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs POSIX")
 def test_a_pipe_is_no_place_for_a_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="a device or a pipe"):
@@ -69,7 +69,7 @@ def test_a_pipe_is_no_place_for_a_file(tmp_path: Path) -> None:
     assert (tmp_path / "pipe").is_fifo()
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signals")
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="needs POSIX")
 @pytest.mark.parametrize("number", ["SIGTERM", "SIGHUP"])
 def test_a_process_that_is_told_to_end_leaves_nothing_half(tmp_path: Path, number: str) -> None:
     program = [sys.executable, "-c", SLOW, str(tmp_path / "out.txt")]

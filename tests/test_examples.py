@@ -92,6 +92,7 @@ def test_a_file_with_cameras_is_drawn_from_the_first(
     assert f"{camera.width}x{camera.height}, 300 Gaussians" in text
 
 
+@pytest.mark.thorough
 def test_two_recipes_are_trained_by_one_teacher_and_measured(
     run: Printed, capture: Path, tmp_path: Path
 ) -> None:
@@ -118,6 +119,7 @@ def test_two_recipes_are_trained_by_one_teacher_and_measured(
     assert text.count("  worst view: view_") == 2
 
 
+@pytest.mark.thorough
 def test_a_scene_of_another_tool_becomes_small(run: Printed, plain: Path, tmp_path: Path) -> None:
     words = ("--views", 16, "--size", 64, "--steps", 30)
     text = run("compress.py", plain, tmp_path / "small", *words)
@@ -229,6 +231,7 @@ def test_the_page_shows_the_scene_and_hears_of_it(
     server.server_close()
 
 
+@pytest.mark.thorough
 def test_the_notebook_runs_from_its_first_cell_to_the_last(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -84,6 +84,7 @@ def write_list(folder: Path, rows: list[dict[str, Any]]) -> Path:
     return path
 
 
+@pytest.mark.thorough
 def test_a_killed_training_continues_and_a_bad_row_stops_nobody(
     capture: Path,
     finished: Path,
@@ -156,6 +157,7 @@ def heeds_ctrl_c() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("heeds_ctrl_c")
 def test_a_batch_continues_after_ctrl_c(
     capture: Path, single: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

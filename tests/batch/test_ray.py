@@ -14,10 +14,9 @@ ROWS = 3
 HEALTH = {"RAY_health_check_period_ms": "500"}
 
 
-@pytest.mark.skipif(
-    importlib.util.find_spec("ray") is None, reason="Ray is not installed: the extra `batch`"
-)
-@pytest.mark.skipif(sys.platform != "linux", reason="Ray runs several nodes on Linux only")
+@pytest.mark.thorough
+@pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="needs Ray (the extra batch)")
+@pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 def test_all_rows_are_made_with_the_same_bytes_although_a_node_dies(tmp_path: Path) -> None:
     """Runs the benchmark on small captures: it makes the scenes by single commands, too."""
     command = [sys.executable, "-m", "bench.batch", "--rows", str(ROWS), "--nodes", "2"]

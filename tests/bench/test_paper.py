@@ -55,6 +55,7 @@ def bench(capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ben
     return run
 
 
+@pytest.mark.thorough
 def test_rows_become_cells_and_cells_a_table(bench: Bench, tmp_path: Path) -> None:
     cells = bench("--rows", *SOME)
     assert set(cells) == {f"{row} 0" for row in SOME}
@@ -89,6 +90,7 @@ def test_3dgs_has_a_row_as_a_teacher_and_one_as_a_student(bench: Bench, tmp_path
     assert "| `3dgs` | 3DGS, not quantised |" in text
 
 
+@pytest.mark.thorough
 def test_a_cell_that_fails_costs_no_other(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -73,7 +73,7 @@ def chrome_port(tmp_path: Path) -> Iterator[int]:
     """The DevTools port of a Chromium without a window, in the place of the phone's Chrome."""
     program = installed()
     if program is None:
-        pytest.skip("there is no Chromium here: apt-get install chromium")
+        pytest.skip("needs Chromium (make drivers)")
     profile = tmp_path / "profile"
     words = [program, *FLAGS, "--remote-debugging-port=0", f"--user-data-dir={profile}"]
     browser = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -2,15 +2,19 @@
 
 from pathlib import Path
 
+import pytest
+
 from bench.soak import server, training
 from bench.soak.record import add_record
 
 
+@pytest.mark.thorough
 def test_a_training_that_is_killed_leaves_the_same_files(tmp_path: Path) -> None:
     found = training.soak(tmp_path, kills=1, seed=1, steps=24)
     assert found["kills"] == 1 and found["runs"] >= 1 and sum(found["killed"].values()) == 1
 
 
+@pytest.mark.thorough
 def test_a_server_answers_all_kinds_of_visits_and_forgets_them(tmp_path: Path) -> None:
     found = server.soak(tmp_path, visits=70, seed=1, size=1 << 20)
     assert set(found["kinds"]) == set(server.KINDS)

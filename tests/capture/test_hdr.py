@@ -71,12 +71,12 @@ def test_frames_without_a_transfer_function_of_hdr_stay() -> None:
     assert hdr_kind(SimpleNamespace(color_trc=HLG)) == "HLG"
 
 
-@pytest.mark.skipif(DATA is None, reason="MOBILEGS_DATA is not set")
+@pytest.mark.skipif(DATA is None, reason="needs real captures (MOBILEGS_DATA)")
 def test_a_phone_s_hlg_clip_looks_like_its_twin_without_hdr() -> None:
-    pytest.importorskip("av")
+    pytest.importorskip("av", reason="needs the extra capture")
     folder = Path(DATA or "").parent / "cases" / "video"
     if not folder.exists():
-        pytest.skip("these cases are not here")
+        pytest.skip("needs real captures (MOBILEGS_DATA)")
     one, other = (
         np.asarray(upright(next(decoded(folder / name))), float)
         for name in ("hlg_iphone.mov", "sdr_same.mov")

@@ -59,7 +59,7 @@ def test_a_rotated_photo_becomes_upright(tag: int, suffix: str, tmp_path: Path) 
 
 def test_a_heic_photo_becomes_upright(tmp_path: Path) -> None:
     """turned.heic is `layered_photo((0, 0))` as a phone on its side stores it."""
-    pytest.importorskip("pi_heif")
+    pytest.importorskip("pi_heif", reason="needs the extra capture")
     upright = layered_photo((0, 0))
     target = tmp_path / prepared_names([ROTATED])[ROTATED]
     found = prepare_photo(ROTATED, target, max_size=1000)
@@ -122,7 +122,7 @@ def test_the_exposure_is_that_of_exif(tmp_path: Path) -> None:
 
 
 def test_photos_of_a_lens_and_size_share_a_camera(tmp_path: Path) -> None:
-    pycolmap = pytest.importorskip("pycolmap")
+    pycolmap = pytest.importorskip("pycolmap", reason="needs the extra capture")
     photos = []
     for index in range(6):
         size = (60, 40) if index < 5 else (40, 60)
@@ -224,6 +224,6 @@ def test_a_camera_raw_without_rawpy_names_the_extra(
     with pytest.raises(InputError, match=r"pip install 'mobilegs\[raw\]'"):
         prepare_photo(tmp_path / "photo.CR3", tmp_path / "out.jpg", max_size=100)
     monkeypatch.undo()
-    pytest.importorskip("rawpy")
+    pytest.importorskip("rawpy", reason="needs the extra raw")
     with pytest.raises(InputError, match=r"photo\.CR3 cannot be read as a camera raw"):
         prepare_photo(tmp_path / "photo.CR3", tmp_path / "out.jpg", max_size=100)

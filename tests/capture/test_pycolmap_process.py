@@ -19,9 +19,10 @@ from mobilegs.capture.run import digest_inputs
 from mobilegs.capture.workspace import file_digest
 from mobilegs.errors import InputError
 from tests.support.layered_photos import write_photos
+from tests.support.selection import few
 
-pytest.importorskip("pycolmap", reason="the extra `capture` is not installed")
-posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+pytest.importorskip("pycolmap", reason="needs the extra capture")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX")
 
 
 @pytest.fixture(scope="module")
@@ -77,11 +78,14 @@ def test_exceptions_of_the_process_are_raised(shared: PycolmapProcess, tmp_path:
 @posix
 @pytest.mark.parametrize(
     "number, words",
-    [
-        (signal.SIGABRT, "crashed while matching photos (SIGABRT)"),
-        (signal.SIGSEGV, "crashed while matching photos (SIGSEGV)"),
-        (signal.SIGKILL, "was killed while matching photos, as happens when memory runs out"),
-    ],
+    few(
+        [
+            (signal.SIGABRT, "crashed while matching photos (SIGABRT)"),
+            (signal.SIGSEGV, "crashed while matching photos (SIGSEGV)"),
+            (signal.SIGKILL, "was killed while matching photos, as happens when memory runs out"),
+        ],
+        where=lambda case: case[0] == signal.SIGABRT,
+    ),
 )
 def test_a_crash_is_one_sentence(tmp_path: Path, number: int, words: str) -> None:
     log = tmp_path / "work" / "log"
@@ -92,6 +96,7 @@ def test_a_crash_is_one_sentence(tmp_path: Path, number: int, words: str) -> Non
     assert "\n" not in message
 
 
+@pytest.mark.thorough
 def test_a_process_that_ends_is_one_sentence(tmp_path: Path) -> None:
     with PycolmapProcess(tmp_path / "log") as process:
         for _ in range(2):  # the second call starts another process
@@ -133,6 +138,7 @@ def test_the_process_ends_with_its_parent(tmp_path: Path) -> None:
 # --- mobilegs capture -----------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @posix
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_capture_that_dies_keeps_its_stages(tmp_path: Path, number: int) -> None:

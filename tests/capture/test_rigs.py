@@ -30,7 +30,7 @@ from tests.support.textured_room import (
     pinhole_rays,
 )
 
-pytest.importorskip("pycolmap", reason="the extra `capture` is not installed")
+pytest.importorskip("pycolmap", reason="needs the extra capture")
 MOMENTS = 6
 RIG = {  # folder: (place on the rig, rotation from camera to rig)
     "left": (np.array([-0.1, 0, 0]), Rotation.from_euler("y", 0.1).as_matrix()),
@@ -78,6 +78,7 @@ def stereo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 # --- panoramas ------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_poses_of_panoramas_are_right(panoramas: tuple[Path, Path]) -> None:
     _, capture = panoramas
     report = json.loads((capture / "capture.json").read_text())
@@ -99,6 +100,7 @@ def test_poses_of_panoramas_are_right(panoramas: tuple[Path, Path]) -> None:
     assert held == sorted(f"{face}/p0.jpg" for face in FACES)
 
 
+@pytest.mark.thorough
 def test_the_same_panoramas_give_the_same_points(
     panoramas: tuple[Path, Path], tmp_path: Path
 ) -> None:
@@ -155,6 +157,7 @@ def test_panoramas_that_say_so_need_the_option(tmp_path: Path) -> None:
 # --- fisheye --------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_poses_of_fisheye_photos_are_right(tmp_path: Path) -> None:
     (tmp_path / "photos").mkdir()
     poses = path_poses(6, turn=0.5)
@@ -205,6 +208,7 @@ def test_poses_of_a_rig_are_right(stereo: tuple[Path, Path]) -> None:
     assert (model.num_rigs(), model.num_frames()) == (1, MOMENTS)
 
 
+@pytest.mark.thorough
 def test_photos_of_a_rig_without_the_option_are_single_photos(
     stereo: tuple[Path, Path], tmp_path: Path
 ) -> None:

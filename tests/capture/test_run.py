@@ -26,7 +26,7 @@ from mobilegs.pipeline import train, unposed
 from mobilegs.view import report
 from tests.support.layered_photos import CENTERS, layered_photo, write_photos
 
-pytest.importorskip("pycolmap", reason="the extra `capture` is not installed")
+pytest.importorskip("pycolmap", reason="needs the extra capture")
 
 
 def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
@@ -112,6 +112,7 @@ def test_a_finished_capture_needs_no_work_folder(made: tuple[Path, Path]) -> Non
     assert change_times(capture / "images") == before
 
 
+@pytest.mark.thorough
 def test_a_changed_photo_makes_stages_run_again(made: tuple[Path, Path]) -> None:
     photos, capture = made
     before = change_times(capture)
@@ -122,6 +123,7 @@ def test_a_changed_photo_makes_stages_run_again(made: tuple[Path, Path]) -> None
     assert {"capture.json", "work/photos/photo_3.jpg", "work/database.db"} <= changed
 
 
+@pytest.mark.thorough
 def test_another_mapper_keeps_features_and_matches(made: tuple[Path, Path]) -> None:
     photos, capture = made
     before = change_times(capture)
@@ -207,6 +209,7 @@ def test_matches_lie_on_epipolar_lines() -> None:
     assert 0.005 < np.median(off) <= 0.01  # radians; the error is shared by both points
 
 
+@pytest.mark.thorough
 def test_many_photos_are_matched_by_similarity_and_mapped_globally(
     finished: tuple[Path, Path],
     tmp_path: Path,
@@ -219,6 +222,7 @@ def test_many_photos_are_matched_by_similarity_and_mapped_globally(
     assert (report["pairs"], report["mapper"], report["registered"]) == ("alike", "global", 9)
 
 
+@pytest.mark.thorough
 def test_other_pairs_keep_features(made: tuple[Path, Path]) -> None:
     photos, capture = made
     before = change_times(capture)
@@ -227,6 +231,7 @@ def test_other_pairs_keep_features(made: tuple[Path, Path]) -> None:
     assert change_times(capture)["work/features.json"] == before["work/features.json"]
 
 
+@pytest.mark.thorough
 def test_an_interrupted_capture_is_resumed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, finished: tuple[Path, Path]
 ) -> None:

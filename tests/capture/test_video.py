@@ -12,7 +12,7 @@ from mobilegs.capture.video import prepare_video, sharpness, time_span, upright
 from mobilegs.errors import InputError
 from tests.support.layered_photos import blurred, layered_photo
 
-av = pytest.importorskip("av", reason="the extra `capture` is not installed")
+av = pytest.importorskip("av", reason="needs the extra capture")
 
 RATE = 10  # frames per second
 
@@ -81,8 +81,9 @@ def test_frames_are_rotated_as_the_video_says(
     assert np.abs(errors).mean() < 12
 
 
+@pytest.mark.thorough
 def test_a_video_becomes_a_capture(tmp_path: Path) -> None:
-    pytest.importorskip("pycolmap")
+    pytest.importorskip("pycolmap", reason="needs the extra capture")
     frames = [
         blurred(layered_photo((0.05 * index - 0.4, 0.01 * (index % 3))), index % 2 * 3)
         for index in range(16)

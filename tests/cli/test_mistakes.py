@@ -13,7 +13,9 @@ from mobilegs.cli.main import main
 from mobilegs.formats.ply import write_ply
 from tests.support.random_scenes import random_scene
 
-NO_GPU = pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU here")
+NO_GPU = pytest.mark.skipif(
+    torch.cuda.is_available(), reason="needs a machine without an NVIDIA GPU"
+)
 # what is typed, with names of `Place` in braces: what the sentence contains
 MISTAKES = {
     "trian {capture} -o {new}": "there is no verb 'trian': use one of demo, train",

@@ -353,6 +353,7 @@ def test_rate_control_reaches_a_size_within_the_bounds_of_step_sizes() -> None:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("target", "factor"), [(0.001, 8), (1.0, 1 / 8)])
 def test_a_student_goes_after_the_size_asked_for(
     dataset, make_student, target: float, factor: float

@@ -34,6 +34,7 @@ from mobilegs.mgs.uniform_streams import join_columns
 from mobilegs.render.kernels import cpu
 from tests.support.codec_inputs import in_morton_order, random_means, skewed_symbols
 from tests.support.scene_cases import CASES, make_scene
+from tests.support.selection import few
 
 LEVELS = [level for level in binding.LEVELS if binding.LEVELS[level] <= binding.cpu_flags()]
 
@@ -495,7 +496,7 @@ def alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]:
     binding.decoders.cache_clear()
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", few(CASES, "one hidden layer", "scalars", "network"))
 def test_files_open_the_same_without_the_library(name: str, alone: Callable[[], None]) -> None:
     data = pack(make_scene(CASES[name]))
     fast = unpack(data)

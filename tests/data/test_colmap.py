@@ -31,7 +31,7 @@ from tests.support.colmap_capture import (
 )
 
 REAL = Path(os.environ["MOBILEGS_DATA"]) if "MOBILEGS_DATA" in os.environ else None
-needs_data = pytest.mark.skipif(REAL is None, reason="MOBILEGS_DATA is not set")
+needs_data = pytest.mark.skipif(REAL is None, reason="needs real captures (MOBILEGS_DATA)")
 
 
 def error_of(path, **options):

@@ -43,6 +43,7 @@ def scene():
     return DemoScene(0)
 
 
+@pytest.mark.thorough
 def test_the_seed_decides_the_capture(dataset):
     again, other = small_capture(), small_capture(seed=1)
     assert torch.equal(dataset.points, again.points)

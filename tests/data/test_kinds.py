@@ -229,12 +229,12 @@ CASES = os.environ.get("MOBILEGS_DATA")
 KINDS = ["colmap_two_models", "colmap_utm", "ns_backslash", "ns_colmap_masks", "ns_ply_crlf"]
 
 
-@pytest.mark.skipif(CASES is None, reason="MOBILEGS_DATA is not set")
+@pytest.mark.skipif(CASES is None, reason="needs real captures (MOBILEGS_DATA)")
 @pytest.mark.parametrize("kind", [*KINDS, "ns_root"])
 def test_files_that_tools_wrote_are_read_whole(kind: str) -> None:
     folder = Path(CASES or "").parent / "cases" / kind
     if not folder.exists():
-        pytest.skip("these cases are not here")
+        pytest.skip("needs real captures (MOBILEGS_DATA)")
     dataset = load_capture(folder)
     assert len(dataset.train) + len(dataset.test) == 24
     assert kind != "ns_colmap_masks" or all(frame.mask_path for frame in dataset.train)

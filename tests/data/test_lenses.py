@@ -85,7 +85,7 @@ def panoramas(root: Path, count: int, *, size=(512, 256), **meta) -> Path:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_lenses_project_as_those_of_colmap(tmp_path: Path, name: str) -> None:
-    pycolmap = pytest.importorskip("pycolmap", reason="the extra `capture` is not installed")
+    pycolmap = pytest.importorskip("pycolmap", reason="needs the extra capture")
     number, parameters = MODELS[name]
     height = 320 if name == "EQUIRECTANGULAR" else 480
     parameters = (640.0, 320.0) if name == "EQUIRECTANGULAR" else parameters
@@ -341,7 +341,7 @@ def test_damaged_lines_of_frames_raise_an_error(tmp_path: Path) -> None:
 
 
 def test_models_with_rigs_of_colmap_are_read_right(tmp_path: Path) -> None:
-    pycolmap = pytest.importorskip("pycolmap", reason="the extra `capture` is not installed")
+    pycolmap = pytest.importorskip("pycolmap", reason="needs the extra capture")
     model = pycolmap.synthesize_dataset(
         pycolmap.SyntheticDatasetOptions(
             num_rigs=2, num_cameras_per_rig=3, num_frames_per_rig=4, num_points3D=20

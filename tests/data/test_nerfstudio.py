@@ -18,7 +18,7 @@ from mobilegs.data.points import read_points_ply
 from mobilegs.errors import InputError
 
 REAL = Path(os.environ["MOBILEGS_DATA"]) if "MOBILEGS_DATA" in os.environ else None
-needs_data = pytest.mark.skipif(REAL is None, reason="MOBILEGS_DATA is not set")
+needs_data = pytest.mark.skipif(REAL is None, reason="needs real captures (MOBILEGS_DATA)")
 
 SHARED = {"fl_x": 20.0, "fl_y": 21.0, "cx": 6.5, "cy": 4.5, "w": 12, "h": 8}
 

@@ -298,7 +298,7 @@ def test_an_invalid_archive_raises_a_one_line_error(
         read_sog(tmp_path / "missing.sog")
 
 
-@pytest.mark.skipif(not RESET.exists(), reason="needs /proc of Linux")
+@pytest.mark.skipif(not RESET.exists(), reason="needs Linux")
 @pytest.mark.parametrize("name", ["meta.json", "quats.webp", "an image of 268 megapixels"])
 def test_a_bomb_raises_an_error_before_it_is_unpacked(
     name: str, valid: dict[str, bytes], tmp_path: Path

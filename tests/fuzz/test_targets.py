@@ -31,7 +31,7 @@ from tests.support.mgs_parts import parse_parts
 
 CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
 PATIENT = 600.0  # seconds: tests do not fail on busy machines
-NEEDS_PROC = pytest.mark.skipif(not RESET.exists(), reason="needs /proc of Linux")
+NEEDS_PROC = pytest.mark.skipif(not RESET.exists(), reason="needs Linux")
 
 
 @pytest.fixture(autouse=True)
@@ -108,6 +108,7 @@ def test_exif_numbers_are_far_from_underflow() -> None:
 # --- JavaScript
 
 
+@pytest.mark.thorough
 @NEEDS_PROC
 @pytest.mark.parametrize("kind", KINDS)
 def test_kept_inputs_pass_the_viewers_readers(kind: str, tmp_path: Path) -> None:
@@ -137,6 +138,7 @@ def agreement(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Agreement]:
     made.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # read_mgs.py meets numbers that overflow
 def test_decoders_agree_on_the_kept_inputs(agreement: Agreement) -> None:
     inputs = [path.read_bytes() for path in sorted(CONFORMANCE.glob("*.mgs"))]
@@ -172,6 +174,7 @@ def test_a_checksum_of_one_decoder_only_would_be_told(agreement: Agreement) -> N
 # --- C++
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(shutil.which("c++") is None, reason="needs a C++ compiler")
 @pytest.mark.parametrize("kind", compiled.KINDS)
 def test_targets_of_cpp_run_on_their_seeds_and_kept_inputs(kind: str, tmp_path: Path) -> None:
@@ -182,7 +185,7 @@ def test_targets_of_cpp_run_on_their_seeds_and_kept_inputs(kind: str, tmp_path: 
     build = ["c++", *flags, *sources, compiled.CSRC / "decode.cpp", "-o", program]
     done = subprocess.run(build, capture_output=True, text=True)
     if done.returncode and "san" in done.stderr:
-        pytest.skip("the compiler has no sanitizers")
+        pytest.skip("needs a compiler with sanitizers")
     assert done.returncode == 0, done.stderr
     files = []
     for number, data in enumerate([*compiled.seeds(kind), *corpus(f"cpp-{kind}")]):

@@ -41,7 +41,7 @@ from tests.support.live import browser_at
 from tests.support.runs import RECIPE
 from tests.support.tiny import CPU, cameras
 
-pytest.importorskip("viser", reason="viser is not installed: pip install 'mobilegs[live]'")
+pytest.importorskip("viser", reason="needs the extra live")
 
 from mobilegs.live.page import BALL, CHOOSE, MODES, Page
 from mobilegs.live.session import LiveSession
@@ -69,6 +69,7 @@ def sent_frames(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
     return sent
 
 
+@pytest.mark.thorough
 def test_a_run_with_a_live_view_writes_the_same_bytes(
     capture: Path, finished: Path, tmp_path: Path, sent_frames: list[np.ndarray], capfd
 ) -> None:
@@ -83,6 +84,7 @@ def test_a_run_with_a_live_view_writes_the_same_bytes(
     assert printed.out == ""  # nothing of viser's
 
 
+@pytest.mark.thorough
 def test_a_paused_run_uses_no_cpu_and_can_be_stopped(
     capture: Path, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

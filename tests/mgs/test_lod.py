@@ -21,6 +21,7 @@ from mobilegs.train.student.view_dependence import ViewDependence
 from tests.support.quantized_scenes import join, split
 from tests.support.scene_cases import CASES, Case, make_scene
 from tests.support.scenes import camera, random_scene
+from tests.support.selection import few
 
 VIEWS = [view.to("cpu", torch.float32) for view in (camera(), camera(33, 21))]
 MANY = [name for name, case in CASES.items() if case.count >= 60]
@@ -48,7 +49,7 @@ def minor(coded: QuantizedScene) -> int:
     return int(coded.weighting.alpha_min != ALPHA_MIN)
 
 
-@pytest.mark.parametrize("name", MANY)
+@pytest.mark.parametrize("name", few(MANY, "one hidden layer", "scalars", "network"))
 def test_a_scene_in_lod_levels_round_trips_with_the_same_gaussians(name: str) -> None:
     whole = make_scene(CASES[name])
     for count in (2, 3) if len(whole) < 5000 else (3,):

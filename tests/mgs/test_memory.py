@@ -21,8 +21,8 @@ from tests.support.quantized_scenes import tensors
 from tests.support.scene_cases import Case, make_scene
 
 pytestmark = [
-    pytest.mark.skipif(not RESET.exists(), reason="needs /proc of Linux"),
-    pytest.mark.skipif(binding.decoders() is None, reason="installed without the C++ library"),
+    pytest.mark.skipif(not RESET.exists(), reason="needs Linux"),
+    pytest.mark.skipif(binding.decoders() is None, reason="needs the C++ library"),
 ]
 COUNT = 300_000
 FREE = 8 << 20  # bytes in addition: a quarter of the allowance of other formats

@@ -17,6 +17,7 @@ from mobilegs.synthetic_capture.visibility import validate_visibility
 from tests.support.garden import cameras_json, garden
 
 
+@pytest.mark.thorough
 def test_compress_leaves_a_small_scene_and_can_resume(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -37,6 +38,7 @@ def test_compress_leaves_a_small_scene_and_can_resume(
     assert "--resume" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_compress_takes_the_cameras_of_the_scene(tmp_path: Path) -> None:
     source, run = tmp_path / "garden.ply", tmp_path / "run"
     write_ply(source, garden(600))
@@ -67,6 +69,7 @@ def test_compress_uses_the_given_background(
     assert any(torch.equal(corner, torch.tensor([1.0, 1, 0])) for corner in corners)
 
 
+@pytest.mark.thorough
 def test_compress_can_train_on_the_photos_of_the_scene(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -129,6 +129,7 @@ def test_the_reported_psnr_is_that_of_the_file(
         assert evaluate(before, views.renders)["psnr"] == pytest.approx(float(told[2]), abs=0.06)
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_file(student: Path, capture: Path, tmp_path: Path) -> None:
     for name, seed in (("one", 3), ("again", 3), ("other", 4)):
         exported(student, tmp_path / f"{name}.ply", capture=capture, seed=seed)
@@ -187,6 +188,7 @@ def test_a_scene_in_its_run_uses_the_capture_of_the_run(
         assert "against photos" not in exported(student, tmp_path / "there.ply")
 
 
+@pytest.mark.thorough
 def test_the_psnr_is_noted_in_the_header(student: Path, capture: Path, tmp_path: Path) -> None:
     kinds: tuple[Kind, ...] = ("ply", "sog", "glb", "spz")
     said = {

@@ -23,7 +23,9 @@ from mobilegs.train.run_dir import RunDir
 from tests.support.runs import RECIPE
 
 Usage = namedtuple("Usage", "total used free")
-NO_GPU = pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU here")
+NO_GPU = pytest.mark.skipif(
+    torch.cuda.is_available(), reason="needs a machine without an NVIDIA GPU"
+)
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:

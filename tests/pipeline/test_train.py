@@ -23,6 +23,7 @@ from mobilegs.pipeline import train
 from mobilegs.pipeline.train import TrainRun, options_as_json, resolve_recipe, train_run
 from mobilegs.train.recipes import RECIPES, PresetName, Recipe, from_json, with_settings, with_steps
 from tests.support.runs import RECIPE
+from tests.support.selection import few
 
 OUTPUTS = {
     ".lock",
@@ -95,6 +96,7 @@ def test_the_log_has_both_stages_in_order(finished: Path) -> None:
     assert any("preview_psnr" in row for row in rows)
 
 
+@pytest.mark.thorough
 def test_two_runs_with_one_seed_give_the_same_bytes(
     capture: Path, finished: Path, tmp_path: Path
 ) -> None:
@@ -105,7 +107,7 @@ def test_two_runs_with_one_seed_give_the_same_bytes(
     assert (tmp_path / "b" / "scene.mgs").read_bytes() != scene
 
 
-@pytest.mark.parametrize("steps", [7, 12, 29])
+@pytest.mark.parametrize("steps", few([7, 12, 29], 12))
 def test_a_run_resumed_after_ctrl_c_ends_in_the_same_bytes(
     capture: Path, finished: Path, tmp_path: Path, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -119,6 +121,7 @@ def test_a_run_resumed_after_ctrl_c_ends_in_the_same_bytes(
     assert rows[0] == rows[1]
 
 
+@pytest.mark.thorough
 def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
     capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,6 +148,7 @@ def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
             assert (run.output / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_run_that_is_killed_can_be_resumed(capture: Path, finished: Path, tmp_path: Path) -> None:
     program = (
         "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[3])\n"

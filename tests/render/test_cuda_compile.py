@@ -8,6 +8,7 @@ import pytest
 
 from mobilegs.errors import InputError
 from mobilegs.render.kernels import cuda
+from tests.support.selection import few
 
 ARCHITECTURES = ["sm_80", "sm_90"]
 REPORT = re.compile(
@@ -34,7 +35,7 @@ def spilling(found: dict[str, dict[str, int]]) -> set[str]:
     return {name for name, of in found.items() if of["stack"] or of["stores"] or of["loads"]}
 
 
-@pytest.mark.parametrize("arch", ARCHITECTURES)
+@pytest.mark.parametrize("arch", few(ARCHITECTURES, "sm_80"))
 def test_every_kernel_compiles_and_spills_nothing(arch):
     code, log = cuda.compile_kernels(arch)
     found = resources(log)
@@ -46,6 +47,7 @@ def test_every_kernel_compiles_and_spills_nothing(arch):
     assert "warning" not in log
 
 
+@pytest.mark.thorough
 def test_spilled_registers_are_detected():
     source = (cuda.CSRC / "cuda.cu").read_text()
     name = "mgs_write_gradients"

@@ -70,6 +70,7 @@ def test_alpha_by_numpy(blur, antialiased, soft_edge):
         np.testing.assert_allclose(found.reshape(expected.shape).numpy(), expected, atol=1e-10)
 
 
+@pytest.mark.thorough
 def test_an_antialiased_scene_keeps_its_coverage_at_every_size():
     scene, view = inputs_of("random, degree 1")
     scene["scales"] = scene["scales"] * 0.3  # most are smaller than a pixel

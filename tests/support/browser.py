@@ -194,9 +194,9 @@ def chromium() -> Iterator[Chromium]:
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
-        pytest.skip("playwright is not installed: pip install playwright")
+        pytest.skip("needs playwright")
     if installed() is None:
-        pytest.skip("there is no Chromium here: apt-get install chromium")
+        pytest.skip("needs Chromium (make drivers)")
     server = Server()
     with sync_playwright() as playwright:
         browser = launched(playwright)

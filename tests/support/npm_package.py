@@ -52,7 +52,7 @@ def npm(folder: Path, *words: str) -> str:
 def packed(folder: Path) -> tuple[Path, dict[str, Any]]:
     """Build and pack the package; return the tarball, and what npm tells of it."""
     if not (MODULES / "vite").is_dir():
-        pytest.skip("the viewer's tools are not installed: run npm ci in viewer/")
+        pytest.skip("needs the viewer's tools (npm ci in viewer/)")
     run(VIEWER, "build_package.mjs", folder / "package")
     (told,) = json.loads(npm(folder, "pack", "--json", "./package"))
     return folder / told["filename"], told

@@ -119,7 +119,7 @@ class Visitor(NamedTuple):
 def xr_tab(chromium: Chromium) -> Tab:
     """Open a blank tab whose pages have a headset."""
     if not IWER.exists():
-        pytest.skip("iwer is not installed: npm ci --prefix viewer")
+        pytest.skip("needs the viewer's tools (npm ci in viewer/)")
     tab = chromium.tab()
     tab.page.add_init_script(Path(IWER).read_text() + INSTALL)
     # the emulator clears whichever framebuffer is bound

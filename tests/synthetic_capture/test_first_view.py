@@ -82,6 +82,7 @@ def test_unseen_pixels_are_those_that_no_camera_sees() -> None:
     assert share == pytest.approx(unseen(coverage, camera), abs=0.01)
 
 
+@pytest.mark.thorough
 def test_the_first_view_holds_the_subject_and_what_was_seen() -> None:
     views = ring(list(range(0, 360, 15)))
     found = find_framing(scene(), views)

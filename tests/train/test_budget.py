@@ -259,6 +259,7 @@ def test_options_decide_whether_a_run_has_a_budget(tmp_path: Path) -> None:
             budget_of(replace(run, minutes=minutes))
 
 
+@pytest.mark.thorough
 def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

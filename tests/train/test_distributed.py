@@ -117,6 +117,7 @@ def assert_same(run: Path, other: Path) -> None:
     assert rows == others
 
 
+@pytest.mark.thorough
 def test_two_processes_leave_the_bytes_of_one(capture: Path, tmp_path: Path) -> None:
     single_run = tmp_path / "single_run"
     assert main(words(capture, single_run, BOOKS)) == 0
@@ -130,6 +131,7 @@ def test_two_processes_leave_the_bytes_of_one(capture: Path, tmp_path: Path) -> 
     assert done.stderr.count(f"teacher {TEACHER_STEPS}/{TEACHER_STEPS}") == 1
 
 
+@pytest.mark.thorough
 def test_an_interrupted_and_resumed_training_leaves_the_same_bytes(
     capture: Path, single_run: Path, tmp_path: Path
 ) -> None:
@@ -148,6 +150,7 @@ def test_an_interrupted_and_resumed_training_leaves_the_same_bytes(
     assert_same(run, single_run)
 
 
+@pytest.mark.thorough
 def test_an_error_in_one_process_gives_one_line_and_ends_all(capture: Path, tmp_path: Path) -> None:
     broken = shutil.copytree(capture, tmp_path / "broken")
     dataset = load_capture(broken)

@@ -98,6 +98,7 @@ def quality(teacher: Teacher, dataset: Dataset) -> float:
     )
 
 
+@pytest.mark.thorough
 def test_a_teacher_finds_the_gains_of_uneven_photos(uneven: Dataset) -> None:
     plain = replace(TEACHER, steps=240)
     without, learned = (trained(replace(plain, exposure=each), uneven) for each in (NEVER, LEARNED))

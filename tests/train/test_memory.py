@@ -89,7 +89,8 @@ print(faults() - before)
 """
 
 
-@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc returns memory so")
+@pytest.mark.thorough
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="needs glibc")
 def test_freed_memory_is_not_fetched_again() -> None:
     command = [sys.executable, "-c", FAULTS]
     found = subprocess.run(command, check=True, capture_output=True, text=True)

@@ -93,6 +93,7 @@ def distance(cameras: list[Camera], true: list[Camera], points: torch.Tensor) ->
     return float(torch.stack(squares).mean().sqrt().detach())
 
 
+@pytest.mark.thorough
 def test_a_teacher_corrects_wrong_poses_and_resumes_exactly(dataset: Dataset) -> None:
     wrong = perturbed(dataset)
     config = replace(TEACHER, steps=300, max_splats=200, init_splats=100, pose=LEARNED)

@@ -18,6 +18,7 @@ from mobilegs.train.stage import Stage
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 from mobilegs.train.threads import FairThreads
+from tests.support.selection import few
 from tests.support.tiny import CPU, STUDENT, changed, train
 
 CORES = 4
@@ -131,12 +132,15 @@ def teachers(dataset: Dataset, strategy: str) -> Iterator[Teacher]:
         yield teacher
 
 
-@pytest.mark.parametrize("strategy", ["clone_split", "mini_splatting", "mcmc"])
+@pytest.mark.parametrize(
+    "strategy", few(["clone_split", "mini_splatting", "mcmc"], "mini_splatting")
+)
 def test_a_teacher_is_the_same_whatever_the_threads_of_its_steps(strategy, many_points) -> None:
     first, other = (digest(teacher.state()) for teacher in teachers(many_points, strategy))
     assert first == other
 
 
+@pytest.mark.thorough
 def test_a_student_is_the_same_whatever_the_threads_of_its_steps(many_points) -> None:
     recipe = changed(cpu_recipe(), student={"steps": 20, "schedule": {"regression_steps": 3}})
     scene = Scene(next(teachers(many_points, "clone_split")).gaussians(), near=many_points.near)

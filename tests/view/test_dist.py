@@ -17,7 +17,7 @@ SHADERS = sorted((VIEWER / "shaders").glob("*.wgsl"))
 
 def test_the_committed_build_is_current(tmp_path: Path) -> None:
     if not (VIEWER / "node_modules" / "esbuild").is_dir():
-        pytest.skip("esbuild is not installed: run make viewer, or npm ci in viewer/")
+        pytest.skip("needs the viewer's tools (npm ci in viewer/)")
     command = [node_program(), VIEWER / "build.mjs", tmp_path]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
     built, committed = (

@@ -19,7 +19,7 @@ from mobilegs.view.video import orbit_cameras
 from tests.support.garden import garden
 from tests.support.scene_cases import Case, make_scene
 
-av = pytest.importorskip("av")
+av = pytest.importorskip("av", reason="needs the extra capture")
 
 
 def read_video(path: Path) -> tuple[list[np.ndarray], float]:

@@ -289,7 +289,7 @@ def test_a_view_network_in_float16_is_accurate_enough() -> None:
 def test_the_network_compiles_in_both_precisions(number: str, rows: str) -> None:
     program = WgpuRenderer(network_case("degree 1")[0]).program
     if number == "f16" and program.number != "f16":
-        pytest.skip("this GPU does not compute in float16")
+        pytest.skip("needs a GPU that computes in float16")
     assert program.network_of(number, rows) is not None
 
 

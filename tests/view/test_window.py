@@ -255,11 +255,11 @@ def test_without_the_packages_the_error_says_what_to_install(
     assert "pip install 'mobilegs[native]'" in said
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
+@pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 def test_without_a_display_the_error_says_so(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("glfw")
+    pytest.importorskip("glfw", reason="needs the extra native")
     (tmp_path / "scene.mgs").touch()
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "XDG_SESSION_TYPE"):
         monkeypatch.delenv(name, raising=False)

@@ -42,7 +42,7 @@ def test_a_rebuild_gives_the_committed_kernels(tmp_path: Path) -> None:
     """Compilers of the same version build the same bytes; others build kernels that do the same."""
     for program in ("clang", "wasm-ld"):
         if shutil.which(program) is None:
-            pytest.skip(f"{program} is not installed: viewer/wasm/README.md says how to build")
+            pytest.skip(f"needs {program} (viewer/wasm/README.md)")
     subprocess.run([WASM / "build.sh", tmp_path], check=True, timeout=120)
     committed, built = WASM / "kernels.js", tmp_path / "kernels.js"
     if compiler_of(built) == compiler_of(committed):

@@ -21,6 +21,7 @@ from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig, vote
+from tests.support.selection import few
 from tests.support.tiny import STUDENT, blobs, cameras, changed, classic, render_student, train
 
 CONSTANT = ViewDependence("constant")
@@ -83,7 +84,7 @@ FORMS: dict[str, StudentConfig] = {
 MakeStudent = Callable[..., Student]
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", few(FORMS, "sorted", "sort_free_gs", "sh-3", "release"))
 def test_the_file_of_every_form_renders_as_in_training(
     form: str,
     dataset: Dataset,
@@ -132,7 +133,10 @@ def test_keep_moments_false_resets_adam(dataset: Dataset, make_student: MakeStud
 
 @pytest.mark.parametrize(
     "form",
-    ["sorted", "sorted, network", "masks", "sort_free_gs", "sh-0", "sh-3", "release", "sq"],
+    few(
+        ["sorted", "sorted, network", "masks", "sort_free_gs", "sh-0", "sh-3", "release", "sq"],
+        "sq",
+    ),
 )
 def test_every_form_resumes_to_the_same_bytes(
     form: str, dataset: Dataset, make_student: MakeStudent
@@ -264,6 +268,7 @@ def test_a_vote_uses_both_criteria_or_one() -> None:
     assert against["scale"].tolist() == [True, True, False, False, False]
 
 
+@pytest.mark.thorough
 def test_one_criterion_removes_more_than_both(
     dataset: Dataset,
     make_student: MakeStudent,
@@ -298,7 +303,9 @@ def test_every_row_of_the_papers_tables_is_a_different_recipe() -> None:
     assert recipes["quantized-3dgs"].teacher.densify.strategy == "clone_split"
 
 
-@pytest.mark.parametrize("row", ["no-base-opacity", "near-release", "paper", "release"])
+@pytest.mark.parametrize(
+    "row", few(["no-base-opacity", "near-release", "paper", "release"], "paper")
+)
 def test_opacities_come_from_the_network_only(
     row: str, dataset: Dataset, make_student: MakeStudent
 ) -> None:

@@ -148,6 +148,7 @@ def test_overdraw_of_a_shared_decode_is_that_of_each_camera(
     assert reached == {"log_scales"}
 
 
+@pytest.mark.thorough
 def test_an_overdraw_weight_reduces_overdraw(
     make_student: Callable[..., Student], dataset: Dataset
 ) -> None:

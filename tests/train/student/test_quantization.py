@@ -11,6 +11,7 @@ from mobilegs.errors import InputError
 from mobilegs.train.student.quantization import RATE_SCALE, add_early_rate_gradients
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
+from tests.support.selection import few
 from tests.support.tiny import STUDENT, changed, train
 
 MakeStudent = Callable[..., Student]
@@ -59,7 +60,7 @@ def test_columns_of_equal_values_have_no_rate_gradient(rows: int) -> None:
     assert (values.grad == 0).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS, "lobes from latents"))
 def test_the_early_rate_term_moves_values_towards_their_mean(
     kind: str, dataset: Dataset, make_student: MakeStudent
 ) -> None:

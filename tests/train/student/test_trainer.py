@@ -18,6 +18,7 @@ from mobilegs.train.student.model import StudentModel
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import KINDS, ViewDependence
+from tests.support.selection import few
 from tests.support.tiny import (
     STUDENT,
     blobs,
@@ -42,7 +43,7 @@ def test_the_student_starts_with_the_teachers_opacities(kind: str, make_student)
     torch.testing.assert_close(phi, torch.ones_like(phi), atol=1e-3, rtol=0)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS, "latent"))
 def test_training_and_evaluation_render_the_same(kind: str, dataset: Dataset, make_student) -> None:
     student = make_student(with_kind(kind))
     for until in (5, 20, 40):  # explicit, latents, quantized
@@ -80,7 +81,7 @@ def test_the_loss_falls_in_every_phase(dataset: Dataset, make_student) -> None:
     assert sum(losses[-6:]) < sum(losses[20:26])  # codebooks learn
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS, "latent"))
 def test_a_resumed_student_ends_in_the_same_bytes(
     dataset: Dataset, make_student, kind: str
 ) -> None:
@@ -130,7 +131,7 @@ def test_the_size_of_the_cache_does_not_change_training(dataset: Dataset, make_s
     assert same_state(students[0].state(), students[1].state())
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS, "latent"))
 def test_gradients_of_a_step_are_the_sum_over_its_views(
     kind: str, dataset: Dataset, make_student
 ) -> None:
@@ -250,7 +251,7 @@ def test_harmonics_of_another_degree_are_cut_or_padded(dataset: Dataset) -> None
         assert (sh[:, 1:] == (coefficients > 1)).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS, "latent"))
 def test_opacities_of_a_scene_are_the_constant_parts_of_its_lobes(
     kind: str, dataset: Dataset, make_student
 ) -> None:

@@ -158,6 +158,7 @@ def test_gradients_are_the_sum_of_photo_and_distillation(
     assert any((once[name] != photo[name]).any() for name in once)
 
 
+@pytest.mark.thorough
 def test_training_with_virtual_views_resumes_exactly(
     dataset: Dataset, make_student: MakeStudent
 ) -> None:

@@ -1,0 +1,84 @@
+"""Which tests run, in which order, and what the last lines say of the others.
+
+`make test` leaves tests marked `thorough` to `make test-all`, which passes `--thorough`. A test
+that is named by itself (`tests/x.py::test_y`) always runs.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+# the files that take longest, the longest first: processes take files in this order
+LONGEST = Path(__file__).with_name("longest_first.txt").read_text().split()
+NEEDS = re.compile(r"(?:Skipped: )?needs (.*)", re.DOTALL)
+
+
+def few(cases: Iterable[Any], *kept: Any, where: Callable[[Any], bool] | None = None) -> list[Any]:
+    """Return cases for `parametrize`, of which `make test` runs only some.
+
+    Those are the `kept` ones, and those for which `where` is true.
+    """
+    chosen = where or (lambda case: case in kept)
+    return [
+        case
+        if chosen(case)
+        else pytest.param(
+            *(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.thorough
+        )
+        for case in cases
+    ]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--thorough", action="store_true", help="run the tests marked thorough, too")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.stash[LEFT] = 0
+
+
+LEFT = pytest.StashKey[int]()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave thorough tests out, and put the files that take longest first."""
+    named = any("::" in argument for argument in config.args)
+    if not config.getoption("--thorough") and not named:
+        left = [item for item in items if item.get_closest_marker("thorough")]
+        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
+        config.hook.pytest_deselected(items=left)
+        config.stash[LEFT] = len(left)
+    root = config.rootpath / "tests"
+    places = {root / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path, len(places)))
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if (output := getattr(session.config, "workeroutput", None)) is not None:
+        output["left"] = session.config.stash[LEFT]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take the count from a process of pytest-xdist; all collect the same tests."""
+    if left := getattr(node, "workeroutput", {}).get("left"):
+        node.config.stash[LEFT] = left
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Say how many tests did not run, by what they need."""
+    reasons: Counter[str] = Counter()
+    for report in terminalreporter.stats.get("skipped", []):
+        text = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+        found = NEEDS.fullmatch(text.strip())
+        reasons[f"need {found[1]}" if found else text.removeprefix("Skipped: ")] += 1
+    if left := config.stash[LEFT]:
+        reasons["are thorough (make test-all)"] = left
+    if reasons:
+        told = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
+        terminalreporter.write_line(f"not run: {told}")
