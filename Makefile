@@ -16,13 +16,14 @@ export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 # each process that the tests start would compile every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-all fuzz lint docs viewer package drivers install clean
+.PHONY: help demo test test-all test-states fuzz lint docs viewer package drivers install clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo   render a small capture, train on it, compress, evaluate: see demo/"
 	@echo "make test   formatting, lint, types, tests"
 	@echo "make test-all   all tests, the long ones too"
+	@echo "make test-states   the affected tests as on other machines"
 	@echo "make drivers    install what tests of renderers and pages need (Debian, as root)"
 	@echo "make fuzz   the fuzzers, a minute each; SECONDS=600 for longer: see fuzz/README.md"
 	@echo "make viewer build the web viewer: mobilegs/view/dist from viewer/"
@@ -47,6 +48,10 @@ test: $(VENV)/installed viewer/node_modules/.package-lock.json
 # all tests, and the shapes of all arguments are checked
 test-all: $(VENV)/installed viewer/node_modules/.package-lock.json
 	@$(PYTEST) --thorough --jaxtyping-packages=mobilegs,beartype.beartype $(PYTEST_ARGS)
+
+# the affected tests as on other machines: without a GPU, a browser, the network, privileges, UTF-8
+test-states: $(VENV)/installed viewer/node_modules/.package-lock.json
+	@$(BIN)/python -m tests.states $(STATES)
 
 # needs clang and atheris, and says so; TARGETS="python-mgs agreement" runs some
 fuzz: SECONDS ?= 60

@@ -86,6 +86,7 @@ def chrome_port(tmp_path: Path) -> Iterator[int]:
     browser.wait(60)
 
 
+@pytest.mark.thorough
 def test_a_measurement_has_frames_and_power_of_each_scene(
     chrome_port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

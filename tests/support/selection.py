@@ -1,7 +1,8 @@
 """Which tests run, in which order, and what the last lines say of the others.
 
-`make test` leaves tests marked `thorough` to `make test-all`, which passes `--thorough`. A test
-that is named by itself (`tests/x.py::test_y`) always runs.
+`make test` leaves tests marked `thorough` to `make test-all`, which passes `--thorough`; the mark
+`quick` keeps a test of a thorough file. A test that is named by itself (`tests/x.py::test_y`)
+always runs.
 """
 
 import re
@@ -48,13 +49,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Leave thorough tests out, and put the files that take longest first."""
     named = any("::" in argument for argument in config.args)
     if not config.getoption("--thorough") and not named:
-        left = [item for item in items if item.get_closest_marker("thorough")]
-        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
+        left = [item for item in items if _is_thorough(item)]
+        items[:] = [item for item in items if not _is_thorough(item)]
         config.hook.pytest_deselected(items=left)
         config.stash[LEFT] = len(left)
     root = config.rootpath / "tests"
     places = {root / name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: places.get(item.path, len(places)))
+
+
+def _is_thorough(item: pytest.Item) -> bool:
+    return bool(item.get_closest_marker("thorough") and not item.get_closest_marker("quick"))
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

@@ -161,6 +161,7 @@ def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]
     tab.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("file", ["viewer.js", "index.html"])
 def test_files_of_another_version_are_not_kept(
     chromium: Chromium, site: tuple[Path, str], file: str
@@ -220,6 +221,7 @@ def test_the_site_has_all_the_files_that_it_names(site: tuple[Path, str], scene:
     assert "A &lt;garden&gt;" in (folder / "index.html").read_text()
 
 
+@pytest.mark.thorough
 def test_link_previews_have_the_full_address_of_the_image(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -304,6 +306,7 @@ def test_the_parts_of_the_viewer_are_those_that_it_names() -> None:
     assert all(version_of(chunk(file)) == version for file, version in addresses)
 
 
+@pytest.mark.thorough
 def test_a_site_shows_other_formats_offline_with_a_strict_policy(
     chromium: Chromium, site: tuple[Path, str]
 ) -> None:

@@ -22,6 +22,7 @@ def run(finished: Path, tmp_path: Path) -> RunDir:
     return RunDir(tmp_path / "run")
 
 
+@pytest.mark.thorough
 def test_a_report_has_figures_curves_photos_and_settings(run: RunDir) -> None:
     page = write_report(run).read_text()
     metrics = run.load_metrics()

@@ -17,6 +17,8 @@ from tests.support.scene_cases import Case, make_scene
 from tests.support.scenes import camera as make_camera
 from tests.support.viewer_page import RENDERERS
 
+pytestmark = pytest.mark.thorough
+
 UP = torch.tensor([0.0, -1.0, 0.0])
 # another direction in every frame
 CAMERAS = [

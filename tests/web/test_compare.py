@@ -21,6 +21,8 @@ from mobilegs.render.scene import Scene
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, RENDERERS, SETTLED, nearness, screen, seen, still, visit
 
+pytestmark = pytest.mark.thorough
+
 OPEN = """(wishes) => Object.entries(wishes).forEach(([name, value]) =>
   document.querySelector("mobile-gs").setAttribute(name, value))"""
 
@@ -55,6 +57,7 @@ def look(tab: Tab) -> np.ndarray:
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.quick
 def test_both_sides_match_the_python_renderer(
     tab: Tab, served: Any, plain: Path, renderer: str
 ) -> None:

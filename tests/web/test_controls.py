@@ -14,6 +14,8 @@ from mobilegs.mgs.codec import unpack
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, RENDERERS, frames, pose_moved, seen, until, visit
 
+pytestmark = pytest.mark.thorough
+
 FOCUS_OF_SCENE = "Press H for the keys"
 # how a screen reader would call what has the focus, as far as this page's markup goes
 FOCUSED = """() => {
@@ -93,6 +95,7 @@ def test_autorotate_respects_reduced_motion(tab: Tab, served: Any) -> None:
     torch.testing.assert_close(seen(tab, 16, 16)[0].viewmat, first.viewmat)
 
 
+@pytest.mark.quick
 def test_the_settings_change_the_viewer(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     tab.page.evaluate("document.querySelector('mobile-gs').setAttribute('scale', 0.8)")

@@ -20,6 +20,7 @@ from mobilegs.render.lobes import constant_lobes
 from tests.support.node import assert_close, assert_same_refusals, decoded, refusals
 from tests.support.quantized_scenes import join, places, split
 from tests.support.scene_cases import CASES, Case, make_scene
+from tests.support.selection import few
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +76,7 @@ def test_both_decoders_read_the_same_header(
         assert torch.equal(torch.tensor(view["K"]), ours.K.reshape(-1))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", few([1, 2, 3], 1))
 def test_files_in_pieces_give_the_same_arrays(
     seed: int, files: dict[str, bytes], whole: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -167,7 +168,11 @@ STRANGE: list[Any] = [
 
 
 @pytest.mark.parametrize(
-    "name", ["linear lobes", "nothing by direction", "scalars with lobes", "layers of scalars"]
+    "name",
+    few(
+        ["linear lobes", "nothing by direction", "scalars with lobes", "layers of scalars"],
+        "layers of scalars",
+    ),
 )
 def test_crafted_headers_are_refused_alike(
     name: str, files: dict[str, bytes], tmp_path: Path
@@ -190,7 +195,11 @@ def test_crafted_headers_are_refused_alike(
 
 
 @pytest.mark.parametrize(
-    "name", ["linear lobes", "network", "one place", "scalars with lobes", "layers of scalars"]
+    "name",
+    few(
+        ["linear lobes", "network", "one place", "scalars with lobes", "layers of scalars"],
+        "layers of scalars",
+    ),
 )
 def test_crafted_streams_are_refused_alike(
     name: str, files: dict[str, bytes], tmp_path: Path

@@ -25,6 +25,8 @@ from tests.support.viewer_page import (
     until,
 )
 
+pytestmark = pytest.mark.thorough
+
 COUNT_PIPELINES = """window.made = [];
 const { createRenderPipeline } = GPUDevice.prototype;
 GPUDevice.prototype.createRenderPipeline = function (given) {

@@ -19,6 +19,8 @@ from mobilegs.view.edit_server import EditServer
 from tests.support.browser import Tab
 from tests.support.viewer_page import MGS, visit
 
+pytestmark = pytest.mark.thorough
+
 VIEWER = "document.querySelector('mobile-gs').viewer"
 EDITOR = "document.querySelector('mobile-gs').editor"
 COUNT = len(unpack(MGS))
@@ -99,6 +101,7 @@ def test_the_viewers_means_are_in_the_order_of_the_file(tab: Tab, server: EditSe
     assert means == pytest.approx(unpack(MGS).decode().gaussians.means.numpy(), abs=1e-5)
 
 
+@pytest.mark.quick
 def test_a_sphere_hides_removes_and_is_undone(tab: Tab, server: EditServer) -> None:
     open_editor(tab, server)
     whole = picture(tab)

@@ -8,6 +8,8 @@ import pytest
 from tests.support.browser import Tab
 from tests.support.viewer_page import MGS, frames
 
+pytestmark = pytest.mark.thorough
+
 FIRST = "eye=1,2,-3&at=0,0.5,0&up=0,-1,0"
 OTHER = "eye=2,1,-4&at=0.5,0,0&up=0,-1,0"
 LOADED = """() => [...document.querySelectorAll("mobile-gs")].every(
@@ -54,6 +56,7 @@ def moves(tab: Tab) -> list[dict[str, Any]]:
     return tab.page.evaluate("moves.splice(0)")
 
 
+@pytest.mark.quick
 def test_the_camera_event_tells_each_movement_once(tab: Tab) -> None:
     show(tab, element("a", f'camera="{FIRST.replace("&", "&amp;")}"'))
     first = moves(tab)
@@ -83,6 +86,7 @@ def test_a_camera_that_is_set_before_the_viewer_exists_is_kept(tab: Tab) -> None
     assert camera(tab, "b") == OTHER
 
 
+@pytest.mark.quick
 def test_a_flight_arrives(tab: Tab) -> None:
     show(tab, element("a", f'camera="{FIRST.replace("&", "&amp;")}" autorotate'))
     fly = "(to) => document.getElementById('a').flyTo(to, { seconds: 0.3 })"

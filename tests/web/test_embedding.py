@@ -13,6 +13,8 @@ from mobilegs.cli.main import main
 from tests.support.browser import Tab
 from tests.support.viewer_page import MGS, SETTLED, frames, visit
 
+pytestmark = pytest.mark.thorough
+
 HOLDERS = "[...document.querySelectorAll('mobile-gs')].map((one) => Boolean(one.viewer))"
 
 
@@ -129,6 +131,7 @@ def test_an_element_has_a_height(tab: Tab, style: str, width: int, height: int) 
     assert box == [width, height]
 
 
+@pytest.mark.quick
 def test_the_camera_is_an_attribute_and_a_property(tab: Tab) -> None:
     gallery(tab, 1, "display: block; height: 300px")
     wanted = "eye=1,2,-3&at=0,0.5,0&up=0,-1,0"

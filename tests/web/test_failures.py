@@ -23,6 +23,8 @@ from tests.support.viewer_page import (
     visit,
 )
 
+pytestmark = pytest.mark.thorough
+
 REFUSED_GLSL = """const { getProgramParameter } = WebGL2RenderingContext.prototype;
 WebGL2RenderingContext.prototype.getProgramParameter = function (program, what) {
   return what === this.LINK_STATUS ? false : getProgramParameter.call(this, program, what);
@@ -104,6 +106,7 @@ def test_refused_shaders_show_an_error(
     tab.close()
 
 
+@pytest.mark.quick
 def test_webgl_replaces_webgpu_if_shaders_are_refused(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(REFUSED_WGSL)
@@ -280,6 +283,7 @@ def test_a_lazy_element_loads_when_it_is_nearly_visible(tab: Tab, served: Any) -
     assert begun == [False, True, 800]
 
 
+@pytest.mark.quick
 def test_a_file_can_be_opened_by_keyboard(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.ply", b"no scene"))
     tab.page.keyboard.press("Escape")

@@ -16,6 +16,8 @@ from mobilegs.view.poster import posters_of
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, frames, screen, visit
 
+pytestmark = pytest.mark.thorough
+
 UP = np.array([0.0, -1.0, 0.0])
 PIVOT = np.array([0.1, 0.2, 0.3])
 ELEVATIONS = np.tile([90.0, -90.0], (SECTORS, 1))
@@ -67,6 +69,7 @@ def drag(tab: Tab, across: int, down: int) -> None:
     tab.page.mouse.move(150 + across, 200 + down, steps=12)
 
 
+@pytest.mark.quick
 def test_the_first_view_is_the_noted_one(tab: Tab, served: Callable[[str, bytes], Any]) -> None:
     assert visit(tab, served("scene.mgs", FRAMED), "renderer=webgl") == "loaded"
     assert place(tab) == pytest.approx((60, 10, 3), abs=1e-3)

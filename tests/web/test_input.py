@@ -11,6 +11,8 @@ from playwright.sync_api import TimeoutError
 from tests.support.browser import Tab
 from tests.support.viewer_page import MGS, SETTLED, still, until, visit
 
+pytestmark = pytest.mark.thorough
+
 POSE = """() => {
   const { eye, target } = document.querySelector("mobile-gs").viewer.pose;
   return [eye, target];
@@ -29,6 +31,7 @@ def reach(tab: Tab) -> float:
     return float(np.linalg.norm(target - eye))
 
 
+@pytest.mark.quick
 def test_a_double_click_sets_the_target_and_two_drags_do_not(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     mouse = tab.page.mouse
@@ -49,6 +52,7 @@ def test_a_double_click_sets_the_target_and_two_drags_do_not(tab: Tab, served: A
     assert np.allclose(after, eye)
 
 
+@pytest.mark.quick
 def test_fingers_turn_pinch_and_pan(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     session = tab.page.context.new_cdp_session(tab.page)

@@ -11,6 +11,8 @@ from mobilegs.mgs.codec import pack, unpack
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, frames, screen, until, visit
 
+pytestmark = pytest.mark.thorough
+
 ROOT = "document.querySelector('mobile-gs').shadowRoot"
 TITLED = ("heading=A garden", "credit=Photos: Ada")
 TOOLS = ["Back to the first view", "Share", "Settings", "Help", "Full screen"]
@@ -175,6 +177,7 @@ def test_a_missing_language_is_replaced_by_english(tab: Tab, served: Any) -> Non
     tab.ignore("status of 404")
 
 
+@pytest.mark.quick
 def test_tab_goes_from_the_scene_to_the_bar_and_into_a_dialog(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS), *TITLED)
     names = []
@@ -336,6 +339,7 @@ def test_an_address_for_other_devices_has_a_qr_code(tab: Tab, served: Any) -> No
     dialog.get_by_text("Copied.").wait_for()
 
 
+@pytest.mark.quick
 def test_qr_codes_are_those_of_another_encoder(tab: Tab) -> None:
     import segno
 

@@ -31,6 +31,8 @@ from tests.support.viewer_page import (
     visit,
 )
 
+pytestmark = pytest.mark.thorough
+
 PROGRESS = "document.querySelector('mobile-gs').shadowRoot.querySelector('.bar').ariaValueNow"
 # in the worker time passes a thousand times as fast, so that every wait for bytes is a long one
 SLOW_NETWORK = """if (!globalThis.document) {
@@ -228,6 +230,7 @@ def test_lod_levels_do_not_change_the_final_image(tab: Tab, served: Any, rendere
     assert decibels > 80
 
 
+@pytest.mark.quick
 def test_a_file_cut_after_a_level_shows_that_level(tab: Tab, served: Any) -> None:
     data = pack(leveled_scene())
     said = visit(tab, served("scene.mgs", data[: ends(data)[0]]))

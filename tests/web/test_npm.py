@@ -24,6 +24,8 @@ from tests.support.npm_package import EXAMPLES, MODULES, hosted, packed, project
 from tests.support.scene_cases import CASES, make_scene
 from tests.support.viewer_page import MGS, screen, still, until
 
+pytestmark = pytest.mark.thorough
+
 SOURCES = Path(__file__).parent / "npm"
 TRAINED = Path(__file__).parents[1] / "support" / "trained.mgs"
 LIMIT = 250_000  # bytes of the unpacked package

@@ -3,12 +3,17 @@
 import re
 from typing import Any
 
+import pytest
+
 from tests.support.browser import Chromium
 from tests.support.viewer_page import COUNT_WORKERS, MGS, SETTLED, visit
+
+pytestmark = pytest.mark.thorough
 
 LOADED = "document.querySelector('mobile-gs').dataset.state === 'loaded'"
 
 
+@pytest.mark.quick
 def test_the_preloaded_worker_loads_the_scene_once(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(COUNT_WORKERS)

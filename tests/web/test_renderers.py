@@ -42,6 +42,7 @@ from tests.support.scenes import (
     near_threshold,
     random_scene,
 )
+from tests.support.selection import few
 
 
 @cache
@@ -71,28 +72,23 @@ EXAMPLES = (
 )
 
 
-@pytest.mark.parametrize(
-    ("kind", "renderer", "case"),
-    [
-        (kind, renderer, case)
-        for kind in KINDS
-        for renderer in SHADER_RENDERERS
-        for case in CASES
-        if renderer in ("sorted", "mobile_gs", "all") or case in EXAMPLES
-    ],
-)
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_renderers_match_the_reference(
-    kind: str, renderer: str, case: str, painters: Painters
+    kind: str, painters: Painters, subtests: pytest.Subtests
 ) -> None:
-    (inputs, view), sigma = inputs_of(case), settings_of(renderer).level_sigma
     painter = painters(kind, full_precision=True)
-    drawn = painter.paint(view, as_scene(inputs, renderer), level_sigma=sigma)
-    reference, keep = definition(case, renderer), sure(case, renderer)
-    assert torch.cat([drawn.image.flatten(), drawn.alpha.flatten()]).isfinite().all()
-    for name in ("image", "alpha"):
-        found = decibels(getattr(drawn, name)[keep], getattr(reference, name)[keep])
-        print(f"{name} {found:.1f} dB")
-        assert found >= 75, name
+    for renderer in SHADER_RENDERERS:
+        sigma = settings_of(renderer).level_sigma
+        for case in CASES if renderer in ("sorted", "mobile_gs", "all") else EXAMPLES:
+            inputs, view = inputs_of(case)
+            drawn = painter.paint(view, as_scene(inputs, renderer), level_sigma=sigma)
+            reference, keep = definition(case, renderer), sure(case, renderer)
+            for name in ("image", "alpha"):
+                with subtests.test(renderer=renderer, case=case, output=name):
+                    assert getattr(drawn, name).isfinite().all()
+                    found = decibels(getattr(drawn, name)[keep], getattr(reference, name)[keep])
+                    print(f"{found:.1f} dB")
+                    assert found >= 75
 
 
 @pytest.mark.parametrize("level_sigma", [0.0, 1.0])
@@ -174,7 +170,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("strips", [False, True])
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", few(SHAPES, "degree 2"))
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_packed_scene_matches_its_file(
     kind: str, name: str, strips: bool, painters: Painters
@@ -197,6 +193,7 @@ def test_a_packed_scene_matches_its_file(
     assert each + 8 < 64 or name == "degree 3"  # and 8 for what it looks like
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("colors", ["networks", "latent_networks"])
 def test_a_view_network_is_evaluated_in_each_frame(colors: str, painters: Painters) -> None:
     coded = make_scene(Case(1200, network=True, exponent=4, spread=0.2, colors=colors))
@@ -261,7 +258,7 @@ def test_a_packed_trained_scene_matches_its_file(kind: str, painters: Painters) 
         assert decibels >= 57
 
 
-@pytest.mark.parametrize("strips", [False, True])
+@pytest.mark.parametrize("strips", few([False, True], True))
 @pytest.mark.parametrize("floats", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
 def test_levels_of_a_packed_scene_match_the_kernels(
@@ -284,7 +281,7 @@ def test_levels_of_a_packed_scene_match_the_kernels(
     assert decibels >= 55 and without < decibels - 3
 
 
-@pytest.mark.parametrize("supersampling", [1, 2])
+@pytest.mark.parametrize("supersampling", few([1, 2], 1))
 @pytest.mark.parametrize("level_sigma", [0.0, 1.0])
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "all"])
 @pytest.mark.parametrize("kind", KINDS)

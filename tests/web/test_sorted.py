@@ -19,6 +19,8 @@ from tests.support.node import WEB, node_program
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import RENDERERS, nearness, seen, visit
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.mark.parametrize("renderer", RENDERERS)
 @pytest.mark.parametrize("name", ["spz_v3.spz", "spz_v4.spz"])

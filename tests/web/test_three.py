@@ -20,6 +20,8 @@ from tests.support.placed_scenes import Placed, Sums, ball_depths, sums_of
 from tests.support.scene_cases import Case, make_scene
 from tests.support.three_page import SCRIPTS, Pages, ThreePage, pixels_of
 
+pytestmark = pytest.mark.thorough
+
 BLUE = torch.tensor([0.2, 0.4, 1.0])
 RADIUS = 0.6
 # somewhere else, turned, and 2.5 times as large
@@ -114,6 +116,7 @@ def test_a_mesh_looks_as_in_the_viewer(kind: str, scale: float, pages: Pages) ->
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.quick
 def test_opaque_meshes_hide_gaussians_behind_them(kind: str, pages: Pages) -> None:
     ball_seen = limits().isfinite()
     assert 0.05 < ball_seen.float().mean() < 0.3
@@ -305,6 +308,7 @@ def half_light(places: list[tuple[int, int]]) -> torch.Tensor:
     return torch.stack(found)
 
 
+@pytest.mark.quick
 def test_rays_meet_the_surface(pages: Pages) -> None:
     page = pages("webgl")
     opened(page)

@@ -15,6 +15,8 @@ from mobilegs.view.orbit import first_pose
 from tests.support.browser import Tab
 from tests.support.viewer_page import MGS, visit
 
+pytestmark = pytest.mark.thorough
+
 VIEWER = "document.querySelector('mobile-gs').viewer"
 
 
@@ -98,6 +100,7 @@ def test_the_button_and_the_key_turn_one_axis_after_the_other_upwards(
     assert pose(tab) == pytest.approx(expected(made), abs=1e-4)
 
 
+@pytest.mark.quick
 def test_the_chosen_axis_holds_for_every_view_of_one_scene(
     tab: Tab, served: Any, tmp_path: Path
 ) -> None:

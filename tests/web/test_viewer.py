@@ -78,6 +78,7 @@ def test_messages_of_a_terminated_worker_do_not_hide_an_error(tab: Tab, served: 
     assert "takes WebGPU" in tab.page.evaluate(SETTLED)
 
 
+@pytest.mark.thorough
 def test_a_scene_with_a_view_network_needs_webgpu(tab: Tab, served: Any) -> None:
     coded = with_view_network()
     server = served("network.mgs", pack(coded))

@@ -31,6 +31,8 @@ from tests.support.xr_page import (
     xr_tab,
 )
 
+pytestmark = pytest.mark.thorough
+
 UP = np.array([0.0, -1.0, 0.0])
 EYE = np.array([0.3, -0.1, -2.2])
 START = Start(EYE, np.array([0.1, 0.2, 0.3]), (0.3, 0.2))
@@ -109,6 +111,7 @@ def test_a_session_draws_both_eyes_and_leaves_the_page_as_it_was(
         assert abs(still(tab)[:120] - picture).max() <= 1
 
 
+@pytest.mark.quick
 def test_a_point_has_the_parallax_of_its_depth(headset: Tab, served: Served) -> None:
     tab = headset
     one = make_scene(Case(1, size=1))

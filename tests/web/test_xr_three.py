@@ -15,6 +15,8 @@ from tests.support.three_page import ThreePage
 from tests.support.viewer_page import MGS
 from tests.support.xr_page import Eye, eye_camera, look, xr_tab
 
+pytestmark = pytest.mark.thorough
+
 IPD = 0.15  # metres: a difference that soft Gaussians show
 SCALE = 2.0  # metres per unit
 EYE = np.array([0.3, -0.1, -2.2])  # of the scene, where the visitor stands
