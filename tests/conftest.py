@@ -15,6 +15,7 @@ from mobilegs.train.teacher.init import gaussians_at
 
 pytest_plugins = [
     "tests.support.browser",
+    "tests.support.gpus",
     "tests.support.quantized_scenes",
     "tests.support.runs",
     "tests.support.selection",

@@ -25,8 +25,8 @@ from mobilegs.evaluate.metrics import psnr
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.scene_file import open_scene
-from mobilegs.view.wgpu_device import PASSES, adapter
-from mobilegs.view.wgpu_renderer import WgpuRenderer
+from mobilegs.view.wgpu_device import PASSES
+from mobilegs.view.wgpu_renderer import WgpuRenderer, usable_gpu
 
 WARM = 3  # frames that are not counted
 CPU = torch.device("cpu")
@@ -84,7 +84,7 @@ def main() -> None:
     )
     if options.ply:
         scenes["sorted, halves"] = (open_scene(options.ply, device=CPU), False)
-    info = adapter().info
+    info = usable_gpu(False, False).info
     result = {
         "date": time.strftime("%Y-%m-%d"),
         "machine": platform.machine(),

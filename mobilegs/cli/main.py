@@ -108,7 +108,8 @@ def view(
         lan: Let other devices in the network open the scene, and print its address as a QR code.
         port: Port of the server. Default: a free port.
         no_browser: Do not open the browser.
-        native: Show the scene in a window instead of the browser, with Vulkan, Metal or DirectX 12.
+        native: Show the scene in a window instead of the browser, with Vulkan, Metal, DirectX 12 or
+            OpenGL.
         compare: A second scene. Both have the same camera, and a slider divides the view.
         up: Axis of the scene that points up; while the scene is shown, the key U changes it.
             Default: as the file or its cameras tell, otherwise -y.

@@ -54,7 +54,7 @@ def render(
             otherwise -y.
         device: Device that renders; auto takes an NVIDIA GPU if there is one.
         renderer: kernels: the renderer of the training, on --device. wgpu: the renderer of the
-            viewer, in float16, on any GPU with Vulkan, Metal or DirectX 12.
+            viewer, in float16, on any GPU with Vulkan, Metal, DirectX 12 or OpenGL.
     """
     from mobilegs.scene_file import scene_at
 

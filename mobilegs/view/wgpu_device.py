@@ -1,4 +1,4 @@
-"""The GPU and its pipelines for WgpuRenderer: WebGPU on Vulkan, Metal or DirectX 12.
+"""The GPU and its pipelines for WgpuRenderer: WebGPU on Vulkan, Metal, DirectX 12, OpenGL.
 
 The shaders are those of the web viewer, from viewer/shaders.
 """

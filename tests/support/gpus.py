@@ -7,6 +7,9 @@ import pytest
 from mobilegs.errors import InputError
 from mobilegs.view.wgpu_renderer import usable_gpu
 
+GPU = pytest.mark.usefixtures("gpu")
+GPU_FLOAT32 = pytest.mark.usefixtures("gpu_float32")
+
 
 @cache
 def renders(*, full_precision: bool) -> bool:
@@ -18,10 +21,20 @@ def renders(*, full_precision: bool) -> bool:
     return True
 
 
-GPU = pytest.mark.skipif(
-    not renders(full_precision=False), reason="needs a GPU renderer (make drivers)"
-)
-GPU_FLOAT32 = pytest.mark.skipif(
-    not renders(full_precision=True),
-    reason="needs a GPU renderer of 32-bit floats (make drivers)",
-)
+def precisions() -> list[bool]:
+    """Return the values of `full_precision` that the GPU of this machine renders with."""
+    return [value for value in (False, True) if renders(full_precision=value)]
+
+
+@pytest.fixture(scope="session")
+def gpu() -> None:
+    """Skip the test on a machine without a GPU that renders; finding out takes seconds."""
+    if not renders(full_precision=False):
+        pytest.skip("needs a GPU renderer (make drivers)")
+
+
+@pytest.fixture(scope="session")
+def gpu_float32() -> None:
+    """Skip the test on a machine without a GPU that renders 32-bit floats."""
+    if not renders(full_precision=True):
+        pytest.skip("needs a GPU renderer of 32-bit floats (make drivers)")
