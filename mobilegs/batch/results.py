@@ -152,10 +152,3 @@ def write_results(path: Path, entries: Sequence[Entry]) -> None:
     """Write `results.jsonl`: a line per row, in the order of the list."""
     lines = [json.dumps(asdict(entry)) + "\n" for entry in entries]
     atomic_write(path, "".join(lines))
-
-
-def clock(seconds: float) -> str:
-    """Return a time like 1:05 or 2:01:05."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

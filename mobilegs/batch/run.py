@@ -16,11 +16,12 @@ from mobilegs.batch.engine import Engine, Node
 from mobilegs.batch.fetch import is_address
 from mobilegs.batch.forecast import Effort, Forecast, Share, forecast
 from mobilegs.batch.page import write_page
-from mobilegs.batch.results import Entry, State, clock, entry_of, read_effort, write_results
+from mobilegs.batch.results import Entry, State, entry_of, read_effort, write_results
 from mobilegs.batch.row_folder import Kind, RowFolder
 from mobilegs.batch.rows import Row, refuse
 from mobilegs.batch.task import STAGES, Outcome, Stage, Task
 from mobilegs.errors import InputError
+from mobilegs.progress_display import INTERVAL, clock
 from mobilegs.train.run_dir import RunDir
 
 POLL = 0.5  # seconds between two looks at the tasks
@@ -205,7 +206,7 @@ class Batch:
         self.rows = [self._begin(row) for row in rows]
         self.by_folder = {str(each.folder.path): each for each in self.rows}
         self.begun = time.monotonic()
-        self.published = -PUBLISH_SECONDS
+        self.published = self.summarized = -INTERVAL
         self.changed = True
 
     def _begin(self, row: Row) -> Progress:
@@ -357,15 +358,21 @@ class Batch:
         return text
 
     def _publish(self, *, now: bool = False) -> None:
-        """Write results and page, if something changed and the last ones are not new."""
-        if not now and (not self.changed or time.monotonic() - self.published < PUBLISH_SECONDS):
+        """Write results and page, if something changed and the last ones are not new.
+
+        The summary is passed on with them, and otherwise every 30 seconds.
+        """
+        write = now or (self.changed and time.monotonic() - self.published >= PUBLISH_SECONDS)
+        if not write and time.monotonic() - self.summarized < INTERVAL:
             return
-        entries = [each.entry for each in self.rows]
         summary = self.summary()
-        write_results(self.options.output / "results.jsonl", entries)
-        write_page(self.options.output / "index.html", entries, summary)
+        if write:
+            entries = [each.entry for each in self.rows]
+            write_results(self.options.output / "results.jsonl", entries)
+            write_page(self.options.output / "index.html", entries, summary)
+            self.published, self.changed = time.monotonic(), False
         self.summarize(summary)
-        self.published, self.changed = time.monotonic(), False
+        self.summarized = time.monotonic()
 
 
 def next_stage(folder: RowFolder, place: tuple[Path, Kind] | None) -> Stage | None:

@@ -14,6 +14,7 @@ from mobilegs.errors import InputError
 from mobilegs.pipeline.compress import CompressRun, compress_run
 from mobilegs.pipeline.export_sorted import SortedExport, export_sorted
 from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.progress_display import show_progress
 from mobilegs.train.run_dir import RunDir
 from mobilegs.view.export import export_html, export_site, jpeg, title_of
 from mobilegs.view.poster import posters_of
@@ -39,16 +40,17 @@ def run_stage(task: Task, folder: RowFolder) -> None:
     path, kind = place
     device = "cuda" if task.gpus else "cpu"
     if task.stage == "poses":
-        capture_photos(run_of(CaptureRun, options, source=path, output=folder.capture))
+        run = run_of(CaptureRun, options, source=path, output=folder.capture)
+        capture_photos(run, bar=show_progress)
     elif task.stage == "export":
         export(folder, options)
     elif kind == "scene":
         given = {"scene": path, "output": folder.path, "resume": True, "device": device}
-        compress_run(run_of(CompressRun, options, **given))
+        compress_run(run_of(CompressRun, options, **given), progress=show_progress)
     else:
         capture = folder.capture if kind == "photos" else path
         given = {"capture": capture, "output": folder.path, "resume": True, "device": device}
-        train_run(run_of(TrainRun, options, **given))
+        train_run(run_of(TrainRun, options, **given), progress=show_progress)
 
 
 def export(folder: RowFolder, options: Options) -> None:
@@ -65,7 +67,7 @@ def export(folder: RowFolder, options: Options) -> None:
             export_site(run.scene, folder.site, title=title, heading=heading)
         else:
             output = folder.page.with_name(f"{folder.path.name}.{kind}")
-            export_sorted(SortedExport(run.scene, output, kind))
+            export_sorted(SortedExport(run.scene, output, kind), progress=show_progress)
 
 
 def write_poster(scene: Path, output: Path) -> None:

@@ -50,6 +50,7 @@ def map_photos(
     make_folder(models / "best")
     best: dict[str, Any] = {"mapper": tried[0], "models": [], "rig": rig == "faces", **_NOTHING}
     for number, name in enumerate(tried, start=1):
+        progress(0, total)
         found = _mapped(name, database, photos, models / name, rig, _limited(progress, total))
         if rig == "cameras" and found["registered"]:
             found = _with_rig(found, database, photos, models / name, _limited(progress, total))
@@ -96,6 +97,7 @@ def _with_rig(
     shutil.copyfile(database, with_rig)
     if not set_rig_of_model(with_rig, load_pycolmap().Reconstruction(folder / "kept")):
         return record
+    progress(0)
     found = _mapped(record["mapper"], with_rig, photos, folder / "rig", "cameras", progress)
     with_rig.unlink()
     if len(found["registered"]) < len(record["registered"]):

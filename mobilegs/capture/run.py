@@ -120,7 +120,7 @@ def capture_photos(
         raise InputError(f"{run.output} holds the photos: give another folder for the capture")
     workspace = Workspace(run.output)
     workspace.validate_not_foreign()
-    with bar("reading") as progress:
+    with bar("reading files") as progress:
         keys = stage_keys(run, digest_inputs(inputs, progress))
     with PycolmapProcess(workspace.log) as process:
         job = Job(run, inputs, workspace, bar, process)
@@ -172,7 +172,7 @@ def prepare(job: Job) -> dict[str, Any]:
     if is_video(run.source):
         if run.rig:
             raise InputError(f"--rig needs a folder per camera, and {run.source} is a video")
-        with job.bar("sharpest frames") as progress:
+        with job.bar("choosing the sharpest frames") as progress:
             return prepare_video(
                 run.source,
                 folder,
@@ -185,7 +185,7 @@ def prepare(job: Job) -> dict[str, Any]:
         raise InputError(f"--frames needs a video, and {run.source} is not one: leave it out")
     if run.rig:
         validate_rig(list(prepared_names(job.inputs, rig=True).values()), run.source)
-    with job.bar("photos") as progress:
+    with job.bar("preparing photos") as progress:
         found = prepare_photos(
             job.inputs,
             folder,
@@ -205,7 +205,7 @@ def prepare(job: Job) -> dict[str, Any]:
 
 def features(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write features of the photos into the database."""
-    with job.bar("features") as progress:
+    with job.bar("finding features") as progress:
         return job.process.call(
             "finding features",
             extract_features,
@@ -220,7 +220,7 @@ def features(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
 def matches(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write matches of the photos into the database."""
     names = [photo.name for photo in photos]
-    with job.bar("matching") as progress:
+    with job.bar("matching photos") as progress:
         return job.process.call(
             "matching photos",
             match_photos,
@@ -269,7 +269,7 @@ def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write `images/` and `sparse/0/`, poses last, and return the report."""
     workspace = job.workspace
     model, output = workspace.models / "best", workspace.undistorted
-    with job.bar("undistorting"):
+    with job.bar("undistorting photos"):
         if job.run.lens == "fisheye":  # a pinhole photo shows no more than its middle
             names = (workspace.read("model") or {})["registered"]
             keep_photos(model, workspace.photos, output, names)

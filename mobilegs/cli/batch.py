@@ -1,7 +1,9 @@
 """The verb `batch`: scenes of a whole list, on this machine or on a Ray cluster."""
 
 import importlib.util
+import math
 import os
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -12,6 +14,7 @@ from tyro.conf import Positional, arg
 
 from mobilegs.cli.output import console, escape
 from mobilegs.errors import InputError
+from mobilegs.progress_display import INTERVAL, is_terminal, print_line
 
 if TYPE_CHECKING:
     from mobilegs.batch.engine import Engine
@@ -111,8 +114,11 @@ def lines() -> Iterator[tuple[Any, Any]]:
     """Show lines with the time, and below them on a terminal the latest summary.
 
     Yields a function for a line and one for the summary. Where there is no terminal, a summary is
-    a line of its own, when a row has ended.
+    a line of its own, when a row has ended and after 30 seconds without a line.
     """
+    if not is_terminal(sys.stdout):
+        yield _plain_lines()
+        return
     from rich.live import Live
     from rich.text import Text
 
@@ -121,22 +127,39 @@ def lines() -> Iterator[tuple[Any, Any]]:
         latest = ""
 
         def say(text: str) -> None:
-            shown.print(
-                f"{time.strftime('%H:%M:%S')} {text}", markup=False, highlight=False, soft_wrap=True
-            )
+            shown.print(with_time(text), markup=False, highlight=False, soft_wrap=True)
 
         def summarize(text: str) -> None:
             nonlocal latest
-            done, before = text.partition(" after ")[0], latest.partition(" after ")[0]
-            if shown.is_terminal:
-                live.update(Text(text))
-            elif done != before:
-                say(text)
+            live.update(Text(text))
             latest = text
 
         yield say, summarize
-        if shown.is_terminal and latest:
+        if latest:
             say(latest)
+
+
+def _plain_lines() -> tuple[Any, Any]:
+    printed_at, latest = -math.inf, ""
+
+    def say(text: str) -> None:
+        nonlocal printed_at
+        print_line(sys.stdout, with_time(text))
+        printed_at = time.monotonic()
+
+    def summarize(text: str) -> None:
+        nonlocal latest
+        state = text.partition(" after ")[0]
+        if state != latest or time.monotonic() - printed_at >= INTERVAL:
+            say(text)
+        latest = state
+
+    return say, summarize
+
+
+def with_time(text: str) -> str:
+    """Return a line with the time of day before it."""
+    return f"{time.strftime('%H:%M:%S')} {text}"
 
 
 def print_failed(entries: "Sequence[Entry]") -> None:

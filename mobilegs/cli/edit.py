@@ -278,15 +278,15 @@ def cameras_for(scene: Path, capture: Path | None) -> "tuple[list[Camera], str]"
 
 
 def _written(scene: Path, output: Path, found: "SceneEdit", capture: Path | None) -> "EditReport":
-    from mobilegs.cli.output import progress_bar
     from mobilegs.edit.scene_edit import edit_file
+    from mobilegs.progress_display import show_progress
 
     if not found.counts:
         if capture is not None:
             raise InputError("no cameras are counted: leave out --capture")
         return edit_file(scene, output, found)
     cameras, source = cameras_for(scene, capture)
-    with progress_bar("counting cameras") as advance:
+    with show_progress("counting cameras") as advance:
         return edit_file(
             scene,
             output,

@@ -16,10 +16,11 @@ from mobilegs import __version__
 from mobilegs.cli.batch import batch
 from mobilegs.cli.edit import NO_EDITS, EditOptions, convert_edited, edit, edited_copy
 from mobilegs.cli.options import call
-from mobilegs.cli.output import print_contents, print_findings, print_metrics, progress_bar
+from mobilegs.cli.output import print_contents, print_findings, print_metrics
 from mobilegs.cli.render import Device, Up, open_scene_and_capture, render, usual_capture
 from mobilegs.cli.train import capture, compress, convert, demo, train
 from mobilegs.errors import InputError
+from mobilegs.progress_display import show_progress
 
 SceneFile = Annotated[Positional[Path], arg(metavar="SCENE")]  # or a run's folder
 
@@ -64,10 +65,15 @@ def evaluate(
     capture, downscale = usual_capture(scene, capture, downscale)
     opened, views, dataset = open_scene_and_capture(scene, capture, downscale, device)
     lpips = lpips_from(lpips_weights)
-    with progress_bar("evaluating") as advance:
+    with show_progress("evaluating", data=json) as advance:
         result = report.evaluate(
             opened, dataset, training_views=views, lpips=lpips, progress=advance
         )
+        cameras = [frame.camera for frame in dataset.test]
+        fragments, levels = sum(mean_fragments(opened, cameras)), None
+        if opened.blend == "sortfree":
+            sigma = usual_level_sigma(soft_edge=opened.footprint.soft_edge)
+            levels = mean_fragments(opened, cameras, level_sigma=sigma)
     about = {
         "scene": str(scene),
         "capture": str(capture),
@@ -75,12 +81,9 @@ def evaluate(
         "blend": opened.blend,
         "gaussians": len(opened.gaussians),
         "file_bytes": size_of(scene),
+        "fragments": fragments,
     }
-    cameras = [frame.camera for frame in dataset.test]
-    about["fragments"] = sum(mean_fragments(opened, cameras))
-    if opened.blend == "sortfree":
-        sigma = usual_level_sigma(soft_edge=opened.footprint.soft_edge)
-        levels = mean_fragments(opened, cameras, level_sigma=sigma)
+    if levels is not None:
         about["fragments_by_level"] = levels
     if json:
         print(report.to_json(about | result))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from mobilegs.cli.output import progress_bar
 from mobilegs.errors import InputError
+from mobilegs.progress_display import show_progress
 from mobilegs.up import Axis
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def render_photos(
         raise InputError(f"{capture} has no {split} photos")
     paths = image_paths(frames, dataset, output)
     draw = draw_function(opened, views, renderer)
-    with torch.inference_mode(), progress_bar("rendering") as advance:
+    with torch.inference_mode(), show_progress("rendering") as advance:
         for done, (frame, path) in enumerate(zip(frames, paths, strict=True), start=1):
             camera = frame.camera.to(opened.gaussians.means.device)
             pixels = to_bytes(draw(camera).image).cpu().numpy()
@@ -123,7 +123,7 @@ def render_orbit(
     opened, views = open_with_views(scene, choose_device(device))
     draw = draw_function(opened, views, renderer)
     width, height = size
-    with progress_bar("rendering") as advance:
+    with show_progress("rendering") as advance:
         options = {"seconds": seconds, "width": width, "height": height, "progress": advance}
         written = write_orbit(opened, views, output, up=up, draw=draw, **options)
     print(f"{output}: {written:,} bytes")

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import arg
 
 from mobilegs.cli.options import call
-from mobilegs.cli.output import print_capture, print_trained, progress_bar
+from mobilegs.cli.output import print_capture, print_trained
 from mobilegs.errors import InputError
+from mobilegs.progress_display import show_progress
 
 if TYPE_CHECKING:
     from mobilegs.capture import CaptureRun
@@ -50,7 +51,7 @@ def demo(
         if (output / "config.json").exists():
             raise InputError(f"{output} holds a run of something else: give another folder")
         make_folder(capture)
-        with progress_bar("rendering photos") as advance:
+        with show_progress("rendering photos") as advance:
             write_capture(capture, demo_capture(width=480, height=320, progress=advance))
     run = TrainRun(capture, output, preset="demo", seed=seed, resume=True, live=live)
     run_training(run, f"give the same command to continue {output}")
@@ -77,7 +78,7 @@ def make_capture(run: "CaptureRun") -> None:
     from mobilegs.capture import capture_photos
 
     try:
-        found = capture_photos(run, bar=progress_bar)
+        found = capture_photos(run, bar=show_progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("interrupted: give the same command to continue") from None
     print_capture(found, run.output)
@@ -88,7 +89,7 @@ def compress(words: Sequence[str]) -> None:
     from mobilegs.pipeline.compress import CompressRun, compress_run
 
     run = call(CompressRun, words, verb="compress", common=COMMON)
-    work = partial(compress_run, run, progress=progress_bar)
+    work = partial(compress_run, run, progress=show_progress)
     finish(run.output, work, f"add --resume to continue {run.output}")
 
 
@@ -101,7 +102,7 @@ def convert(scene: Path, output: Path, kind: "Kind", **options: Any) -> int:
 
     run = SortedExport(scene, output, kind, **options)
     try:
-        size, message = export_sorted(run, progress=progress_bar)
+        size, message = export_sorted(run, progress=show_progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("interrupted: nothing was written") from None
     if message:
@@ -115,7 +116,7 @@ def run_training(run: "TrainRun", how_to_continue: str) -> None:
     from mobilegs.train.memory import keep_freed_memory
 
     keep_freed_memory()
-    finish(run.output, partial(train_run, run, progress=progress_bar), how_to_continue)
+    finish(run.output, partial(train_run, run, progress=show_progress), how_to_continue)
 
 
 def finish(output: Path, work: Callable[[], dict[str, Any]], how_to_continue: str) -> None:

@@ -79,7 +79,8 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
             )
         _validate_no_refit(run, f"{scene} is already made for sorted blending")
         options = {"footprint": opened.footprint, "up": up, "note": turn_note(up, kind)}
-        size = write_gaussians(output, opened.gaussians, kind, **options)
+        with progress(f"writing a .{kind}"):
+            size = write_gaussians(output, opened.gaussians, kind, **options)
         return size, _joined(turn_note(up, kind), antialiased_note(opened, kind))
     if teacher is not None and not run.refit:
         _validate_no_refit(run, f"{teacher} is written instead of {scene}, unless you add --refit")
@@ -93,11 +94,13 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
         )
         note = _joined(turned, moved and f"offset {moved}")
         options = {"footprint": plain.footprint, "up": up, "note": note}
-        return write_gaussians(output, plain.gaussians, kind, **options), message
+        with progress(f"writing a .{kind}"):
+            return write_gaussians(output, plain.gaussians, kind, **options), message
     with atomic_path(output) as path:  # raises for an unusable folder before the minutes of work
         views = _views(run, opened, progress)
         found = refit(opened, views, seed=run.seed, progress=progress)
-        WRITERS[kind](path, found)  # measured as other tools will read it
+        with progress(f"writing a .{kind}"):
+            WRITERS[kind](path, found)  # measured as other tools will read it
         fit = measure_fit(opened, PLAIN[f".{kind}"](path), views, progress=progress)
         moved = offset_of(scene)
         note = _joined(str(fit), turn_note(up, kind), moved and f"offset {moved}")

@@ -308,8 +308,7 @@ def train_teacher(job: Job) -> None:
     if team.is_main:
         if stage.poses is not None:
             write_poses(job.run_dir.poses, stage.poses.refined(job.dataset, stage.scene()))
-        footprint = job.recipe.teacher.footprint
-        note = offset_note(job.dataset.offset)
+        footprint, note = job.recipe.teacher.footprint, offset_note(job.dataset.offset)
         options = {"footprint": footprint, "up": up_of_frames(job.dataset.train), "note": note}
         write_ply(job.run_dir.teacher, stage.gaussians(), **options)
     team.barrier()
@@ -319,22 +318,24 @@ def train_student(job: Job, teacher: Scene) -> None:
     """Train the student and write `scene.mgs`."""
     dataset, seed, team = job.dataset, job.run.seed, job.team
     exposures, spread = None, None
-    if job.checkpoint.stage != "student":  # a checkpoint holds them
-        exposures, spread = exposures_for(job.recipe.student.exposure, teacher, dataset.train)
-    stage = Student(
-        job.recipe.student,
-        teacher,
-        [frame.camera for frame in dataset.train],
-        extent=dataset.extent,
-        seed=seed,
-        team=team,
-        exposures=exposures,
-    )
+    with job.monitor.lines_of("preparing the student"):
+        if job.checkpoint.stage != "student":  # a checkpoint holds them
+            exposures, spread = exposures_for(job.recipe.student.exposure, teacher, dataset.train)
+        stage = Student(
+            job.recipe.student,
+            teacher,
+            [frame.camera for frame in dataset.train],
+            extent=dataset.extent,
+            seed=seed,
+            team=team,
+            exposures=exposures,
+        )
     if spread is not None:
         job.monitor.exposures(stage, spread)
     run_stage(job, stage, order_seed=2 * seed + 1)
     if team.is_main:
-        write_scene(job, stage)
+        with job.monitor.lines_of("writing the scene"):
+            write_scene(job, stage)
 
 
 def run_stage(job: Job, stage: Stage, *, order_seed: int) -> None:

@@ -18,6 +18,7 @@ import torch
 from mobilegs.data.dataset import Dataset, ViewLoader
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.progress_display import StageLines, line_stream
 from mobilegs.train.distributed import Team
 from mobilegs.train.memory import free_memory, needed_memory
 from mobilegs.train.recipes import Recipe, with_length
@@ -240,7 +241,8 @@ def make_plan(
     with FairThreads() as threads:
         dataset = load(downscale)
         threads.adapt()
-        speed = measured_speed(recipe.teacher, dataset, team)
+        with StageLines("timing a few steps", line_stream() if team.is_main else None):
+            speed = measured_speed(recipe.teacher, dataset, team)
     seconds = 60 * minutes - (time.monotonic() - started)
     [[seconds], *_] = team.all_gather_ints(round(seconds))
     free = math.inf if kind == "cuda" else MEMORY_SHARE * free_memory() / team.on_this_machine

@@ -59,10 +59,10 @@ def train_stage(
         stage.restore(resume_from.state)
     if pace is not None:
         pace.before(stage)
-    monitor.begin(stage)
+    lines = monitor.begin(stage)
     preview_every = max(1, stage.steps // PREVIEWS)
     saved_at = time.monotonic()
-    with stop_between_steps() as stop, FairThreads() as threads:
+    with lines, stop_between_steps() as stop, FairThreads() as threads:
         while stage.done < stage.steps:
             result = stage.advance(next_views(stage, loader, team, order_seed))
             monitor.after_step(stage, result)

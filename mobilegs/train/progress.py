@@ -13,11 +13,19 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from mobilegs.atomic import atomic_write
+from mobilegs.progress_display import (
+    StageLines,
+    clock,
+    is_terminal,
+    line_stream,
+    print_line,
+    shows_bars,
+)
 from mobilegs.train.stage import Stage, StepResult
 from mobilegs.train.student.config import StudentConfig
 
 ROWS_PER_STAGE = 100  # of the log
-LINE_SECONDS = 10.0  # between two lines where there is no terminal
+STATUS_SECONDS = 1.0  # between two states for lines
 SPEED_SECONDS = 20.0  # of the last steps, whose speed predicts the time left
 WIDE = 120  # columns of a terminal with place for a long bar
 
@@ -56,8 +64,12 @@ class Monitor:
             TextColumn("{task.completed:,.0f}/{task.total:,.0f}  {task.fields[status]}"),
         )
         self.display = Progress(
-            *columns, console=self.console, disable=silent or not sys.stderr.isatty()
+            *columns,
+            console=self.console,
+            disable=silent or not shows_bars(),
+            redirect_stdout=is_terminal(sys.stdout),  # a file has its own lines
         )
+        self.stream = None if silent else line_stream()
         self.task: TaskID | None = None
 
     def __enter__(self) -> "Monitor":
@@ -67,8 +79,11 @@ class Monitor:
     def __exit__(self, *_: object) -> None:
         self.display.stop()
 
-    def begin(self, stage: Stage) -> None:
-        """Start the display of a stage; its clock continues from `seconds`."""
+    def begin(self, stage: Stage) -> StageLines:
+        """Start the display of a stage; its clock continues from `seconds`.
+
+        Returns a context manager that prints lines where there is no terminal.
+        """
         if self.task is not None:
             self.display.remove_task(self.task)
         self.task = self.display.add_task(
@@ -77,9 +92,11 @@ class Monitor:
         self.every = max(1, stage.steps // ROWS_PER_STAGE)
         self.started = time.monotonic() - self.seconds.get(stage.name, 0.0)
         self.latest_steps = deque([(stage.done, self.elapsed())])
-        self.printed_at = -math.inf
+        self.shown_at = -math.inf
         self.losses: list[torch.Tensor] = []
         self.errors: list[torch.Tensor] = []
+        self.lines = self.lines_of(f"training the {stage.name}")
+        return self.lines
 
     def elapsed(self) -> float:
         """Return the seconds of the current stage, those before a resume included."""
@@ -118,8 +135,14 @@ class Monitor:
             )
 
     def print(self, text: str) -> None:
-        """Print a line above the progress bar."""
-        self.console.print(text, highlight=False, markup=False, soft_wrap=True)
+        """Print a line above the progress bar, and where lines of progress are."""
+        print_line(self.stream, text)
+        if not self.display.disable:
+            self.console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    def lines_of(self, title: str) -> StageLines:
+        """Return a context manager for work between the stages: lines, and no bar."""
+        return StageLines(title, self.stream)
 
     def _write_row(self, stage: Stage) -> None:
         loss = float(torch.stack(self.losses).mean())
@@ -144,15 +167,14 @@ class Monitor:
         now = time.monotonic()
         if (
             self.display.disable
-            and now - self.printed_at < LINE_SECONDS
+            and now - self.shown_at < STATUS_SECONDS
             and stage.done < stage.steps
         ):
             return
-        self.printed_at = now
+        self.shown_at = now
         status = self._status(stage)
-        if self.display.disable:
-            self.print(f"{stage.name} {stage.done}/{stage.steps}  {status}")
-        elif self.task is not None:
+        self.lines.update(stage.done, stage.steps, status)
+        if self.task is not None:
             self.display.update(self.task, completed=stage.done, total=stage.steps, status=status)
 
     def summary(self, stage: Stage) -> dict[str, str]:
@@ -173,7 +195,7 @@ class Monitor:
             "Gaussians": f"{stage.count:,}",
             "file": f"~{size:.{1 if size >= 1 else 2}f} MB",
             "speed": f"{rate:.1f} steps/s",
-            "left": _clock(left),
+            "left": clock(left),
         }
 
     def exclude_time(self, seconds: float) -> None:
@@ -188,12 +210,6 @@ class Monitor:
 def _psnr(errors: list[torch.Tensor]) -> float:
     """Return the PSNR of mean squared errors in dB, at most 99."""
     return -10 * math.log10(max(float(torch.stack(errors).mean()), 10**-9.9))
-
-
-def _clock(seconds: float) -> str:
-    minutes, seconds = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"
 
 
 def exposures_of(rows: list[dict[str, Any]]) -> dict[str, Any]:

@@ -336,6 +336,13 @@ def test_an_unrelated_photo_is_left_out_and_named(
     assert main(["capture", str(photos), "-o", str(capture)]) == 0
     printed = capsys.readouterr().out
     assert "9 of 10 photos" in printed and "left out: dog.jpg" in printed
+    stages = ["reading files", "preparing photos", "finding features", "matching photos"]
+    stages += ["computing poses", "undistorting photos"]
+    lines = printed.splitlines()
+    assert [line for line in lines if line.endswith(": started")] == [
+        f"{stage}: started" for stage in stages
+    ]
+    assert "" not in lines
     assert len(load_capture(capture).train) == 7
     message = error_of(photos, capture, min_placed=0.95)
     assert "only 9 of 10" in message and "dog.jpg" in message and "coverage.png" in message

@@ -80,8 +80,8 @@ def test_a_run_with_a_live_view_writes_the_same_bytes(
     for name in ("teacher.ply", "scene.mgs"):
         assert (run.output / name).read_bytes() == (finished / name).read_bytes()
     printed = capfd.readouterr()
-    assert "live view: http://127.0.0.1:" in printed.err
-    assert printed.out == ""  # nothing of viser's
+    assert "live view: http://127.0.0.1:" in printed.out
+    assert printed.err == "" and "viser" not in printed.out
 
 
 @pytest.mark.thorough

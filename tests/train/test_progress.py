@@ -1,5 +1,7 @@
-"""The progress display: the time left, and what a narrow terminal shows."""
+"""The progress display: the time left, a narrow terminal, and lines without a terminal."""
 
+import io
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,7 +71,7 @@ def test_a_terminal_of_80_columns_shows_the_time_left(
     with (tmp_path / "screen").open("w+") as screen:
         narrow = Console(file=screen, width=80, force_terminal=True, color_system=None)
         monkeypatch.setattr(progress, "Console", lambda **options: narrow)
-        monkeypatch.setattr(progress.sys.stderr, "isatty", lambda: True, raising=False)
+        monkeypatch.setattr(progress, "shows_bars", lambda: True)
         stage = counted()
         with Monitor(tmp_path / "log", [], {}) as monitor:
             monitor.begin(stage)
@@ -78,3 +80,34 @@ def test_a_terminal_of_80_columns_shows_the_time_left(
         screen.seek(0)
         shown = screen.read()
     assert "301/30,000" in shown and "49:30 left" in shown and "10.0 steps/s" in shown
+
+
+class Log(io.StringIO):
+    """A log, and whether it has a line of step 301."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.has_step = threading.Event()
+
+    def write(self, text: str, /) -> int:
+        if "301 of 30,000" in text:
+            self.has_step.set()
+        return super().write(text)
+
+
+def test_a_log_has_the_state_of_the_training(
+    tmp_path: Path, clock: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, stage = Log(), counted()
+    monkeypatch.setattr("mobilegs.progress_display.INTERVAL", 0.01)
+    monkeypatch.setattr(progress, "line_stream", lambda: log)
+    with Monitor(tmp_path / "log", [], {}) as monitor:
+        monitor.print("24 photos")
+        with monitor.begin(stage):
+            advance(monitor, stage, clock, 301, 0.1)
+            assert log.has_step.wait(60)
+    first, begun, *lines, last = log.getvalue().splitlines()
+    assert [first, begun] == ["24 photos", "training the teacher: started"]
+    line = next(line for line in lines if "301 of 30,000" in line)
+    assert "after 0:30, 49:30 left" in line and "30.00 dB" in line and "213,148" in line
+    assert last == "training the teacher: finished in 0:30"

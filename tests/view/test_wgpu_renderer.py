@@ -62,7 +62,7 @@ def test_the_gpu_agrees_with_the_reference(renderer: str, subtests: pytest.Subte
         expected, scene = render_reference(case, renderer), as_scene(inputs, renderer)
         names = input_names(renderer)
         keep = ~near_threshold(inputs, view, names=names, margin=1e-4, settings=settings)
-        for full_precision in LEAST:
+        for full_precision in precisions():
             options = {"full_precision": full_precision, "level_sigma": settings.level_sigma}
             rendered = WgpuRenderer(scene, **options).render(view)
             for name, found in {"image": rendered.image, "alpha": rendered.alpha}.items():
@@ -188,8 +188,11 @@ def test_float16_is_accurate_enough(renderer: str) -> None:
         assert decibels >= LEAST[full_precision]
 
 
-@pytest.mark.parametrize("full_precision", [False, pytest.param(True, marks=GPU_FLOAT32)])
-def test_huge_gaussians_near_the_camera_do_not_overflow(full_precision: bool) -> None:
+@pytest.mark.parametrize("full_precision", [False, True])
+def test_huge_gaussians_near_the_camera_do_not_overflow(
+    full_precision: bool, request: pytest.FixtureRequest
+) -> None:
+    request.getfixturevalue("gpu_float32" if full_precision else "gpu")
     inputs = random_scene(3000, seed=4)
     inputs["scales"][::50] = 40.0
     view = camera(160, 120).to(dtype=torch.float32)

@@ -1,0 +1,159 @@
+"""The progress of long stages: bars on a terminal, lines in a log.
+
+Bars go to standard error, if that is a terminal. Lines go to standard output, if that is not a
+terminal or if no bar is shown: one at the start of a stage, one every 30 seconds, and one at its
+end. A verb that prints data to standard output has its lines on standard error.
+"""
+
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from threading import Event, Thread
+from typing import Protocol, runtime_checkable
+
+INTERVAL = 30.0  # seconds between two lines of a stage
+
+
+@runtime_checkable
+class TextStream(Protocol):
+    """A text file such as `sys.stdout`."""
+
+    def write(self, text: str, /) -> object: ...
+    def flush(self) -> object: ...
+    def isatty(self) -> bool: ...
+
+
+def is_terminal(stream: TextStream | None) -> bool:
+    """Return whether a stream is a terminal that can redraw its last line."""
+    dumb = os.environ.get("TERM", "").lower() in ("dumb", "unknown")
+    return stream is not None and stream.isatty() and not dumb
+
+
+def shows_bars() -> bool:
+    """Return whether progress bars are shown, which is on standard error."""
+    return is_terminal(sys.stderr)
+
+
+def line_stream(*, data: bool = False) -> TextStream | None:
+    """Return the stream for lines of progress, or None if bars are enough.
+
+    `data` says that standard output is for data, such as JSON.
+    """
+    if shows_bars() and (data or is_terminal(sys.stdout)):
+        return None
+    return sys.stderr if data else sys.stdout
+
+
+def print_line(stream: TextStream | None, text: str) -> None:
+    """Print a line at once. A full disk or a closed pipe does not stop the work."""
+    if stream is None:
+        return
+    encoding = getattr(stream, "encoding", None) or "utf-8"
+    with suppress(OSError, ValueError):
+        stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
+        stream.flush()
+
+
+def clock(seconds: float) -> str:
+    """Return a time like 1:05 or 2:01:05."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+class StageLines:
+    """The lines of a stage; use it in a `with` block.
+
+    A thread prints them, so that stages without updates have lines, too.
+    """
+
+    def __init__(
+        self, title: str, stream: TextStream | None, *, ended: Event | None = None
+    ) -> None:
+        """Print to `stream`, or nothing if that is None. `ended` replaces the thread's timer."""
+        self.title, self.stream = title, stream
+        self._ended = ended or Event()
+        self._thread: Thread | None = None
+        self._done, self._total, self._status = 0, 0, ""
+        self._first: tuple[int, float] | None = None  # the first update, and its time
+        self._started = time.monotonic()
+
+    def update(self, done: int, total: int, status: str = "") -> None:
+        """Set how much is done. `status` replaces the time left."""
+        again = self._first is not None and done < self._done
+        self._done, self._total, self._status = done, total, status
+        if again:
+            self._print("started again")
+        if again or self._first is None:
+            self._first = (done, time.monotonic())
+
+    def __enter__(self) -> "StageLines":
+        self._started = time.monotonic()
+        if self.stream is not None:
+            self._print("started")
+            self._thread = Thread(target=self._report, daemon=True)
+            self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+        self._print(f"{'stopped after' if kind else 'finished in'} {self._elapsed()}")
+
+    def _report(self) -> None:
+        while not self._ended.wait(INTERVAL):
+            if self._first is None:
+                self._print(f"running for {self._elapsed()}")
+                continue
+            status = self._status or self._time_left(*self._first)
+            text = f"{self._done:,} of {self._total:,} after {self._elapsed()}"
+            self._print(f"{text}, {status}" if status else text)
+
+    def _time_left(self, first: int, begun: float) -> str:
+        done, total = self._done, self._total
+        if not first < done < total:
+            return ""
+        return f"{clock((total - done) * (time.monotonic() - begun) / (done - first))} left"
+
+    def _elapsed(self) -> str:
+        return clock(time.monotonic() - self._started)
+
+    def _print(self, text: str) -> None:
+        print_line(self.stream, f"{self.title}: {text}")
+
+
+@contextmanager
+def show_progress(title: str, *, data: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """Show the progress of a stage; yields a function to call with done and total.
+
+    `data` says that standard output is for data, such as JSON.
+    """
+    with StageLines(title, line_stream(data=data)) as lines:
+        if not shows_bars():
+            yield lines.update
+            return
+        with _bar(title) as advance:
+
+            def update(done: int, total: int) -> None:
+                lines.update(done, total)
+                advance(done, total)
+
+            yield update
+
+
+@contextmanager
+def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    from rich.progress import TimeRemainingColumn as Remaining
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Remaining())
+    # what is printed to a file must not go to the terminal of the bar
+    redirect = is_terminal(sys.stdout)
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, redirect_stdout=redirect) as progress:
+        task = progress.add_task(title, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
