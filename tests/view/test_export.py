@@ -447,7 +447,7 @@ def test_file_names_that_are_not_utf8_become_titles(scene: Path, tmp_path: Path)
     for to in ("html", "site"):
         assert main(["export", str(named), "--to", to, "-o", str(tmp_path / to)]) == 0
     for page in (tmp_path / "html", tmp_path / "site" / "index.html"):
-        assert "<title>caf\ufffd</title>" in page.read_text()
+        assert "<title>caf\ufffd</title>" in page.read_text(encoding="utf-8")
 
 
 def test_a_scene_too_large_for_a_page_is_refused(
