@@ -113,7 +113,7 @@ def run(state: State, arguments: list[str]) -> tuple[int, str]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Run tests in states of the machine.")
     parser.add_argument("states", nargs="*", metavar="STATE", help=", ".join(STATES))
     parser.add_argument("--list", action="store_true", help="list the states")
     given, arguments = parser.parse_known_args()
