@@ -16,7 +16,7 @@ export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 # each process that the tests start would compile every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-all test-states fuzz lint docs viewer package drivers install clean
+.PHONY: help demo test test-all test-states fuzz lint docs viewer package wheel drivers install clean
 .DELETE_ON_ERROR:
 
 help:
@@ -28,6 +28,7 @@ help:
 	@echo "make fuzz   the fuzzers, a minute each; SECONDS=600 for longer: see fuzz/README.md"
 	@echo "make viewer build the web viewer: mobilegs/view/dist from viewer/"
 	@echo "make package build the npm package: build/npm"
+	@echo "make wheel  build the wheels: dist/; TARGETS=linux-x86_64 for one"
 	@echo "make lint   formatting, lint, types"
 	@echo "make docs   the documentation's site: build/docs/index.html"
 	@echo "make clean  remove what was built and installed, runs and demo excepted"
@@ -71,6 +72,12 @@ lint: $(VENV)/installed viewer/node_modules/.package-lock.json
 	$(BIN)/pyright || failed=1; \
 	$(NODE) viewer/node_modules/typescript/bin/tsc -p viewer || failed=1; exit $$failed
 
+# dist/: the source distribution and a wheel for each platform, checked; needs g++ on Linux x86-64.
+# TARGETS="linux-x86_64 macos-arm64" builds some
+wheel: | $(VENV)/bin/pip
+	$(BIN)/python -m pip install --quiet -c constraints.txt scikit-build-core cmake ninja lief ziglang
+	$(BIN)/python tools/make_wheels.py $(TARGETS)
+
 # needs neither the package nor the network: generated pages are in the repository
 docs: $(VENV)/docs-installed
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d build/doctrees docs build/docs
@@ -87,6 +94,8 @@ install: $(VENV)/installed
 
 # build tools come first, from the constraints: without isolation CMake builds only what changed
 $(VENV)/installed: $(SOURCES) | $(VENV)/bin/pip
+	@command -v c++ >/dev/null || { \
+		echo "mobilegs needs a C++ compiler: apt-get install g++" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet -c constraints.txt scikit-build-core cmake ninja
 	$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[dev]"
 	@touch $@
@@ -105,8 +114,6 @@ viewer/node_modules/.package-lock.json: viewer/package-lock.json | $(VENV)/insta
 $(VENV)/bin/pip:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 		echo "mobilegs needs Python 3.11 or newer: make PYTHON=/path/to/python3.11 ..." >&2; exit 1; }
-	@command -v c++ >/dev/null || { \
-		echo "mobilegs needs a C++ compiler: apt-get install g++" >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { \
 		echo "no python3-venv here, trying apt-get"; rm -rf $(VENV); \
 		apt-get update -qq && apt-get install -y -qq python3-venv && $(PYTHON) -m venv $(VENV); \

@@ -7,9 +7,11 @@ loss by `train/ssim.py`.
 """
 
 import ctypes
+import sys
 import sysconfig
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -19,7 +21,7 @@ from torch import Tensor
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
-INTERFACE = 2  # MGS_INTERFACE of decode.h
+INTERFACE = 3  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 LEVELS = {
@@ -102,7 +104,25 @@ def library(level: str | None = None) -> ctypes.CDLL:
             f"the C++ library {path} belongs to another version of mobilegs: reinstall mobilegs"
         )
     loaded.mgs_sorted_forward.restype = ctypes.c_void_p
+    fork, threads = openmp_functions()
+    loaded.mgs_use_threads(fork, threads)
     return loaded
+
+
+def openmp_functions() -> tuple[Any, Any]:
+    """Return the functions of torch's OpenMP runtime that parallel.h calls, or twice None.
+
+    The kernels then follow `torch.set_num_threads`, and wait for no threads of another runtime.
+    """
+    try:
+        if sys.platform == "win32":
+            runtime = ctypes.CDLL(str(Path(torch.__file__).parent / "lib" / "libiomp5md.dll"))
+            return runtime["__kmpc_fork_call"], runtime.omp_get_max_threads
+        # the system searches the libraries that this one needs, too
+        runtime = ctypes.CDLL(torch._C.__file__)
+        return runtime.GOMP_parallel, runtime.omp_get_max_threads
+    except (OSError, AttributeError):
+        return None, None  # one thread
 
 
 @cache

@@ -1,10 +1,15 @@
-// The CPU kernels behind a C interface, which render/kernels/cpu.py calls by ctypes. OpenMP without
-// atomics and shared sums: results do not depend on the number of threads.
+// The CPU kernels behind a C interface, which render/kernels/cpu.py calls by ctypes. Threads share no
+// sums: results do not depend on their number.
 #include "cpu_contributions.h"
 #include "cpu_sorted.h"
 #include "cpu_sortfree.h"
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
+
+// binding.py calls it once, with functions of torch's OpenMP runtime (parallel.h).
+EXPORT void mgs_use_threads(Fork* fork, int (*threads)()) {
+  omp_fork = fork, omp_threads = threads;
+}
 
 EXPORT int mgs_lanes() { return LANES; }
 EXPORT int mgs_view_bytes() { return sizeof(View); }

@@ -1,23 +1,18 @@
 // Shared by the CPU kernels: memory, tile lists, depth order, projection, input gradients.
 #pragma once
 #include "pairs.h"
+#include "parallel.h"
 
 #include <algorithm>
 #include <cstring>
 #include <memory>
 #include <new>
 #include <vector>
-#if defined(_OPENMP)
-#include <omp.h>
-#else
-static int omp_get_max_threads() { return 1; }
-static int omp_get_thread_num() { return 0; }
-#endif
 
 namespace {
 
 // Flushes denormals to 0 during its lifetime: dense overlap makes many, at half the speed.
-struct FlushDenormals {
+struct [[maybe_unused]] FlushDenormals {
 #if defined(__x86_64__)
   unsigned before = _mm_getcsr();
   FlushDenormals() { _mm_setcsr(before | 0x8040); }
@@ -68,43 +63,35 @@ bool visible(const Splat& s) { return s.x1 > s.x0; }
 Bins bin(const View& view, int n, const Splat* splats, const std::vector<int>* order) {
   Tiles tiles(view);
   Bins bins;
-  int threads = omp_get_max_threads();
+  int threads = most_threads();
   int64 listed = order ? (int64)order->size() : n;
   std::vector<int64> cursor((size_t)threads * tiles.count, 0);
   bins.start.assign(tiles.count + 1, 0);
-#pragma omp parallel num_threads(threads)
-  {
-    int t = omp_get_thread_num();
-    int64 from = listed * t / threads, to = listed * (t + 1) / threads;
-    int64* next_entry = &cursor[(size_t)t * tiles.count];
-    for (int64 i = from; i < to; i++) {
-      int id = order ? (*order)[i] : (int)i;
-      if (!visible(splats[id])) continue;
-      const Splat& s = splats[id];
-      for_tiles(s, tiles.grids[s.level], [&](int tile) { next_entry[tile]++; });
-    }
-#pragma omp barrier
-#pragma omp single
-    {
-      int64 total = 0;
-      for (int tile = 0; tile < tiles.count; tile++) {
-        bins.start[tile] = total;
-        for (int u = 0; u < threads; u++) {
-          int64 found = cursor[(size_t)u * tiles.count + tile];
-          cursor[(size_t)u * tiles.count + tile] = total;
-          total += found;
-        }
+  auto for_entries = [&](auto use) {
+    parallel_for(threads, 1, [&](int64 t, int64) {
+      int64* next_entry = &cursor[(size_t)t * tiles.count];
+      for (int64 i = listed * t / threads; i < listed * (t + 1) / threads; i++) {
+        int id = order ? (*order)[i] : (int)i;
+        if (!visible(splats[id])) continue;
+        const Splat& s = splats[id];
+        for_tiles(s, tiles.grids[s.level], [&](int tile) { use(next_entry[tile], id); });
       }
-      bins.start[tiles.count] = total;
-      bins.ids = Buffer<int>(total);
-    }
-    for (int64 i = from; i < to; i++) {
-      int id = order ? (*order)[i] : (int)i;
-      if (!visible(splats[id])) continue;
-      const Splat& s = splats[id];
-      for_tiles(s, tiles.grids[s.level], [&](int tile) { bins.ids[next_entry[tile]++] = id; });
+    });
+  };
+  for_entries([](int64& count, int) { count++; });
+  int64 total = 0;
+  for (int tile = 0; tile < tiles.count; tile++) {
+    bins.start[tile] = total;
+    for (int t = 0; t < threads; t++) {
+      int64 found = cursor[(size_t)t * tiles.count + tile];
+      cursor[(size_t)t * tiles.count + tile] = total;
+      total += found;
     }
   }
+  bins.start[tiles.count] = total;
+  bins.ids = Buffer<int>(total);
+  int* ids = bins.ids.get();
+  for_entries([ids](int64& entry, int id) { ids[entry++] = id; });
   return bins;
 }
 
@@ -153,13 +140,14 @@ struct Gradients {
 };
 
 void project_all(const View& view, int n, const Inputs& in, Splat* splats, float* radii) {
-#pragma omp parallel for schedule(static)
-  for (int64 i = 0; i < n; i++) {
-    bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                         in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
-                         in.lobes + 2 * view.lobe_size * i, splats[i]);
-    radii[i] = shown ? radius_of(splats[i]) : 0.0f;
-  }
+  parallel_parts(n, [&](int64 from, int64 to) {
+    for (int64 i = from; i < to; i++) {
+      bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
+                           in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
+                           in.lobes + 2 * view.lobe_size * i, splats[i]);
+      radii[i] = shown ? radius_of(splats[i]) : 0.0f;
+    }
+  });
 }
 
 // Writes the gradients of all inputs of a visible Gaussian, from that of its splat.

@@ -56,41 +56,39 @@ void measure_contributions(const View& view, int n, const Bins& bins, const Spla
   int rows = (view.height + TILE - 1) / TILE;
   std::vector<int> first = row_slots(n, splats);
   std::vector<ShareSum> sums(first[n], ShareSum{0, 0});
-#pragma omp parallel
-  {
+  parallel_for(rows, 1, [&](int64 row, int64) {
     FlushDenormals flush;
-#pragma omp for schedule(dynamic, 1)
-    for (int row = 0; row < rows; row++) {
-      TilePixels pixels;
-      int top = row * TILE, bottom = std::min(top + TILE, view.height);
-      for (int tile = row * tiles.across; tile < (row + 1) * tiles.across; tile++) {
-        int left = tile % tiles.across * TILE, right = std::min(left + TILE, view.width);
-        std::fill_n(pixels.transmittance, TILE * TILE, 1.0f);
-        std::fill_n(pixels.best, TILE * TILE, 0.0f);
-        std::fill_n(pixels.winner, TILE * TILE, -1);
-        int alive = (1 << (bottom - top)) - 1;
-        for (int64 e = bins.start[tile]; e < bins.start[tile + 1] && alive; e++) {
-          int id = bins.ids[e];
-          const Splat& s = splats[id];
-          int slot = first[id] + row - s.y0 / TILE;
-          alive = accumulate_entry(s, id, left, top, right, alive, pixels, sums[slot]);
-        }
-        for (int y = top; y < bottom; y++) {
-          int64 to = (int64)y * view.width + left;
-          const int at = (y - top) * TILE;
-          std::copy_n(pixels.winner + at, right - left, winner + to);
-          for (int l = 0; l < right - left; l++) alpha[to + l] = 1 - pixels.transmittance[at + l];
-        }
+    TilePixels pixels;
+    int top = row * TILE, bottom = std::min(top + TILE, view.height);
+    for (int tile = row * tiles.across; tile < (row + 1) * tiles.across; tile++) {
+      int left = tile % tiles.across * TILE, right = std::min(left + TILE, view.width);
+      std::fill_n(pixels.transmittance, TILE * TILE, 1.0f);
+      std::fill_n(pixels.best, TILE * TILE, 0.0f);
+      std::fill_n(pixels.winner, TILE * TILE, -1);
+      int alive = (1 << (bottom - top)) - 1;
+      for (int64 e = bins.start[tile]; e < bins.start[tile + 1] && alive; e++) {
+        int id = bins.ids[e];
+        const Splat& s = splats[id];
+        int slot = first[id] + row - s.y0 / TILE;
+        alive = accumulate_entry(s, id, left, top, right, alive, pixels, sums[slot]);
+      }
+      for (int y = top; y < bottom; y++) {
+        int64 to = (int64)y * view.width + left;
+        const int at = (y - top) * TILE;
+        std::copy_n(pixels.winner + at, right - left, winner + to);
+        for (int l = 0; l < right - left; l++) alpha[to + l] = 1 - pixels.transmittance[at + l];
       }
     }
-#pragma omp for schedule(static)
-    for (int i = 0; i < n; i++) {
+  });
+  parallel_parts(n, [&](int64 from, int64 to) {
+    FlushDenormals flush;
+    for (int64 i = from; i < to; i++) {
       ShareSum total = {0, 0};
       for (int slot = first[i]; slot < first[i + 1]; slot++)
         total.weight += sums[slot].weight, total.touched += sums[slot].touched;
       weights[i] = total.weight, touched[i] = total.touched;
     }
-  }
+  });
 }
 
 }  // namespace

@@ -44,9 +44,7 @@ void sorted_forward(const View& view, const Bins& bins, const Splat* splats, flo
                     float* image, float* alpha, float* depth) {
   constexpr int C = sorted_channels<DEPTH>;
   Tiles tiles(view);
-#pragma omp parallel for schedule(dynamic, 4)
-  for (int tile = 0; tile < tiles.count; tile++) {
-    FlushDenormals flush;
+  auto draw = [&](int tile) {
     float* tile_sums = sums + (int64)tile * TILE * C * TILE;
     int left = tile % tiles.across * TILE, top = tile / tiles.across * TILE;
     for (int row = 0; row < TILE; row++)
@@ -66,7 +64,11 @@ void sorted_forward(const View& view, const Bins& bins, const Splat* splats, flo
         if (DEPTH) depth[at + l] = p[(C - 1) * TILE + l];
       }
     }
-  }
+  };
+  parallel_for(tiles.count, 4, [&](int64 from, int64 to) {
+    FlushDenormals flush;
+    for (int64 tile = from; tile < to; tile++) draw(tile);
+  });
 }
 
 // Per-pixel state of the backward pass, which goes front to back: dL/d image (3), the part of the
@@ -153,32 +155,30 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
   std::vector<int> first = row_slots(n, splats);
   Buffer<Sums<float>> partial(first[n]);
   std::vector<unsigned char> reached(first[n], 0);
-#pragma omp parallel
-  {
+  parallel_for(rows, 1, [&](int64 row, int64) {
     FlushDenormals flush;
-#pragma omp for schedule(dynamic, 1)
-    for (int row = 0; row < rows; row++) {
-      alignas(64) float walk[TILE * WALK * TILE];
-      for (int tile = row * tiles.across; tile < (row + 1) * tiles.across; tile++) {
-        int left = tile % tiles.across * TILE, top = row * TILE;
-        start_walk<DEPTH>(view, sums + (int64)tile * TILE * C * TILE, left, top, g_image, g_alpha,
-                          g_depth, walk);
-        int alive = (1 << TILE) - 1;
-        int64 end = bins.start[tile + 1];
-        for (int64 e = bins.start[tile]; e < end && alive; e++) {
-          int id = bins.ids[e];
-          const Splat& s = splats[id];
-          Sums<vfloat> entry = {};
-          alive = sorted_entry_adjoint<DEPTH>(s, left, top, alive, walk, entry);
-          Sums<float> found = reduce(entry);
-          int slot = first[id] + row - s.y0 / TILE;
-          if (reached[slot]) add(partial[slot], found);
-          else partial[slot] = found, reached[slot] = 1;
-        }
+    alignas(64) float walk[TILE * WALK * TILE];
+    for (int tile = row * tiles.across; tile < (row + 1) * tiles.across; tile++) {
+      int left = tile % tiles.across * TILE, top = row * TILE;
+      start_walk<DEPTH>(view, sums + (int64)tile * TILE * C * TILE, left, top, g_image, g_alpha,
+                        g_depth, walk);
+      int alive = (1 << TILE) - 1;
+      int64 end = bins.start[tile + 1];
+      for (int64 e = bins.start[tile]; e < end && alive; e++) {
+        int id = bins.ids[e];
+        const Splat& s = splats[id];
+        Sums<vfloat> entry = {};
+        alive = sorted_entry_adjoint<DEPTH>(s, left, top, alive, walk, entry);
+        Sums<float> found = reduce(entry);
+        int slot = first[id] + row - s.y0 / TILE;
+        if (reached[slot]) add(partial[slot], found);
+        else partial[slot] = found, reached[slot] = 1;
       }
     }
-#pragma omp for schedule(dynamic, 1024)
-    for (int i = 0; i < n; i++) {
+  });
+  parallel_for(n, 1024, [&](int64 from, int64 to) {
+    FlushDenormals flush;
+    for (int64 i = from; i < to; i++) {
       if (!visible(splats[i])) {
         write_zero_gradients(view, i, out);
         continue;
@@ -188,7 +188,7 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
         if (reached[slot]) add(total, partial[slot]);
       write_gradients(view, i, in, splats[i], splat_grad(total, splats[i], false), out);
     }
-  }
+  });
 }
 
 }  // namespace

@@ -129,9 +129,7 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
   Bins bins = bin(view, n, splats, nullptr);
   Tiles tiles(view);
   int stored = planes<DEPTH, SURFACES>(tiles);
-#pragma omp parallel for schedule(dynamic, 4)
-  for (int tile = 0; tile < tiles.count; tile++) {
-    FlushDenormals flush;
+  auto draw = [&](int tile) {
     alignas(64) float tile_sums[TILE * C * TILE];
     const Grid& grid = tiles.grid_of_tile(tile);
     int place = tile - grid.first_tile;
@@ -146,21 +144,23 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
       if (tiles.levels == 1)
         resolve_row<DEPTH>(view, line, top + row, left, left + wide, image, alpha, depth);
     }
-  }
+  };
+  parallel_for(tiles.count, 4, [&](int64 first, int64 end) {
+    FlushDenormals flush;
+    for (int64 tile = first; tile < end; tile++) draw(tile);
+  });
   for (int l = tiles.levels - 2; l >= 0; l--) {
     const Grid &fine = tiles.grids[l], &coarse = tiles.grids[l + 1];
     const float* from = sums + coarse.first_pixel * stored;
-#pragma omp parallel
-    {
+    parallel_parts(fine.height, [&](int64 first, int64 end) {
       FlushDenormals flush;
       std::vector<float> blend(coarse.width);
-#pragma omp for schedule(static)
-      for (int y = 0; y < fine.height; y++) {
+      for (int64 y = first; y < end; y++) {
         float* row = sums + (fine.first_pixel + (int64)y * fine.width) * stored;
         add_enlarged<C>(fine, coarse, l == 0, y, from, row, blend.data());
         if (l == 0) resolve_row<DEPTH>(view, row, y, 0, view.width, image, alpha, depth);
       }
-    }
+    });
   }
 }
 
@@ -220,9 +220,7 @@ PixelGradients pixel_gradients(const View& view, const Tiles& tiles, const float
     size += (int64)tiles.grids[l].height * C * grads.stride[l];
   }
   grads.values = Buffer<float>(size);
-#pragma omp parallel for schedule(static)
-  for (int y = 0; y < view.height; y++) {
-    FlushDenormals flush;
+  auto start_row = [&](int64 y) {
     const float* p = sums + (int64)y * stored * view.width;
     float* out = grads.row(0, y, C);
     int stride = grads.stride[0];
@@ -238,26 +236,29 @@ PixelGradients pixel_gradients(const View& view, const Tiles& tiles, const float
     }
     for (int c = 0; c < C; c++)
       std::fill_n(out + c * stride + view.width, stride - view.width, 0.0f);
-  }
+  };
+  parallel_parts(view.height, [&](int64 from, int64 to) {
+    FlushDenormals flush;
+    for (int64 y = from; y < to; y++) start_row(y);
+  });
   for (int l = 0; leveled && l < tiles.levels; l++) {
     const Grid& fine = tiles.grids[l];
     const float* own = sums + fine.first_pixel * stored;
-#pragma omp parallel
-    {
-      FlushDenormals flush;
-      if (l + 1 < tiles.levels) {
+    if (l + 1 < tiles.levels)
+      parallel_parts(tiles.grids[l + 1].height, [&](int64 from, int64 to) {
+        FlushDenormals flush;
         std::vector<float> sum(fine.width + 2 * PAD);
-#pragma omp for schedule(static)
-        for (int y = 0; y < tiles.grids[l + 1].height; y++)
+        for (int64 y = from; y < to; y++)
           reduce_gradients<C>(fine, tiles.grids[l + 1], l, y, grads, own, sum.data());
-      }
-#pragma omp for schedule(static)
-      for (int y = 0; y < fine.height; y++) {
+      });
+    parallel_parts(fine.height, [&](int64 from, int64 to) {
+      FlushDenormals flush;
+      for (int64 y = from; y < to; y++) {
         float* g = grads.row(l, y, C) + 4 * grads.stride[l];
-        const float* t = own + ((int64)y * stored + 4) * fine.width;
+        const float* t = own + (y * stored + 4) * fine.width;
         for (int x = 0; x < fine.width; x++) g[x] *= t[x];
       }
-    }
+    });
   }
   return grads;
 }
@@ -316,24 +317,24 @@ void sortfree_backward(const View& view, int n, const Inputs& in, const Splat* s
       pixel_gradients<DEPTH, SURFACES>(view, tiles, sums, g_image, g_alpha, g_depth);
   std::vector<int> order = screen_order(view, n, splats);
   Buffer<Sums<float>> totals(n);
-#pragma omp parallel
-  {
+  parallel_for(n, 256, [&](int64 from, int64 to) {
     FlushDenormals flush;
-#pragma omp for schedule(dynamic, 256)
-    for (int k = 0; k < n; k++) {
+    for (int64 k = from; k < to; k++) {
       const Splat& s = splats[order[k]];
       if (k + 4 < n) __builtin_prefetch(&splats[order[k + 4]]);
       if (visible(s)) totals[order[k]] = sortfree_gather<DEPTH, SURFACES>(view, s, grads);
     }
-    // by index again: inputs and gradients are then read and written in order
-#pragma omp for schedule(static)
-    for (int i = 0; i < n; i++) {
+  });
+  // by index again: inputs and gradients are then read and written in order
+  parallel_parts(n, [&](int64 from, int64 to) {
+    FlushDenormals flush;
+    for (int64 i = from; i < to; i++) {
       if (visible(splats[i]))
         write_gradients(view, i, in, splats[i], splat_grad(totals[i], splats[i], true), out);
       else
         write_zero_gradients(view, i, out);
     }
-  }
+  });
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // codebooks.py, appearance.py and lobes.py. A tile of Gaussians passes through all layers while it
 // is in the cache, one Gaussian per SIMD lane: results do not depend on threads or neighbours.
 #include "lanes.h"
+#include "parallel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -137,9 +138,9 @@ void normalise(Row* rows, int many) {
 // Runs work(from, many) for all tiles of `count` Gaussians.
 template <class Work>
 void for_tiles(int64 count, Work work) {
-#pragma omp parallel for schedule(dynamic, 16)
-  for (int64 from = 0; from < count; from += TILE)
-    work(from, (int)std::min<int64>(TILE, count - from));
+  parallel_for(count, 16 * TILE, [&](int64 from, int64 to) {
+    for (; from < to; from += TILE) work(from, (int)std::min<int64>(TILE, to - from));
+  });
 }
 
 }  // namespace
@@ -148,16 +149,19 @@ void for_tiles(int64 count, Work work) {
 // values [count][books][length]. Returns 0, or 1 if an index is out of range.
 EXPORT int mgs_gather_entries(int64 count, const int16_t* indices, const float* centers, int books,
                               int size, int length, float* values) {
-  int strays = 0;
-#pragma omp parallel for reduction(| : strays)
-  for (int64 i = 0; i < count; i++)
-    for (int b = 0; b < books; b++) {
-      int index = indices[i * books + b];
-      bool stray = index < 0 || index >= size;
-      strays |= stray;
-      const float* entry = centers + ((int64)b * size + (stray ? 0 : index)) * length;
-      for (int j = 0; j < length; j++) values[(i * books + b) * length + j] = entry[j];
-    }
+  std::atomic<int> strays{0};
+  parallel_parts(count, [&](int64 from, int64 to) {
+    int found = 0;
+    for (int64 i = from; i < to; i++)
+      for (int b = 0; b < books; b++) {
+        int index = indices[i * books + b];
+        bool stray = index < 0 || index >= size;
+        found |= stray;
+        const float* entry = centers + ((int64)b * size + (stray ? 0 : index)) * length;
+        for (int j = 0; j < length; j++) values[(i * books + b) * length + j] = entry[j];
+      }
+    strays |= found;
+  });
   return strays;
 }
 

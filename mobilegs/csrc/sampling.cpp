@@ -1,6 +1,7 @@
 // The finest sampling interval of any camera at each mean. The reference, with the formula, is
 // sampling_intervals in train/sampling.py.
 #include "lanes.h"
+#include "parallel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,14 +42,13 @@ void refine(Block& block, const Sampler& c, int count) {
 EXPORT void mgs_sampling_intervals(int count, const float* means, int cameras,
                                    const float* packed, float* finest) {
   const Sampler* samplers = (const Sampler*)packed;
-#pragma omp parallel for schedule(dynamic, 4)
-  for (int from = 0; from < count; from += BLOCK) {
+  parallel_for(count, BLOCK, [&](int64 from, int64 to) {
     Block block = {};
-    int held = std::min(BLOCK, count - from);
+    int held = to - from;
     for (int i = 0; i < held; i++)
-      for (int k = 0; k < 3; k++) block.position[k][i] = means[3 * (int64)(from + i) + k];
+      for (int k = 0; k < 3; k++) block.position[k][i] = means[3 * (from + i) + k];
     std::fill(block.finest, block.finest + BLOCK, INFINITY);
     for (int c = 0; c < cameras; c++) refine(block, samplers[c], held);
     std::copy(block.finest, block.finest + held, finest + from);
-  }
+  });
 }

@@ -5,6 +5,7 @@ import itertools
 import random
 import re
 import struct
+import sys
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -521,6 +522,18 @@ def test_a_library_of_another_version_is_refused(
     monkeypatch.setattr(binding.ctypes, "CDLL", lambda path: library)
     with pytest.raises(ImportError, match="another version of mobilegs: reinstall"):
         binding.library.__wrapped__()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have not been tried")
+def test_the_threads_are_those_of_torch() -> None:
+    _, threads = binding.openmp_functions()
+    before = torch.get_num_threads()
+    try:
+        for number in (1, 3):
+            torch.set_num_threads(number)
+            assert threads() == number
+    finally:
+        torch.set_num_threads(before)
 
 
 def test_the_interface_is_that_of_the_header() -> None:
