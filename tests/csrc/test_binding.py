@@ -524,7 +524,7 @@ def test_a_library_of_another_version_is_refused(
         binding.library.__wrapped__()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems have not been tried")
+@pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 def test_the_threads_are_those_of_torch() -> None:
     _, threads = binding.openmp_functions()
     before = torch.get_num_threads()
