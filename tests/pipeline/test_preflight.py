@@ -226,7 +226,7 @@ def test_an_unreachable_size_is_reported(
 ) -> None:
     recipe = with_settings(RECIPE, ["student.quantization.target_mb=0.001"])
     train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
-    said = capsys.readouterr().err
+    said = capsys.readouterr().out
     assert "MB, but target_mb is 0.001" in said
     photos = json.loads((tmp_path / "run" / "config.json").read_text())["photos"]
     assert len(photos["poses"]) == 12 and "9 photos of 24x20, 12 steps for the teacher" in said
