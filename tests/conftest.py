@@ -28,8 +28,8 @@ settings.load_profile("mobilegs")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Return one process more than there are cores: tests of pages wait for the browser."""
-    return (os.cpu_count() or 1) + 1
+    """Return more processes than there are cores: tests wait for browsers, thorough ones longer."""
+    return (os.cpu_count() or 1) + (2 if config.getoption("--thorough") else 1)
 
 
 @pytest.fixture(scope="session")
