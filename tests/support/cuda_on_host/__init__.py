@@ -21,9 +21,9 @@ class HostKernels(cuda.Kernels):
     def __init__(self, folder: Path) -> None:
         built = folder / "cuda_on_host.so"
         flags = "-std=c++20 -O2 -fno-math-errno -fPIC -shared -U_FORTIFY_SOURCE -Wall -Wextra"
-        flags += f" -Wno-unknown-pragmas -I{HERE} -I{cuda.CSRC}"
-        source = ["-x", "c++", str(HERE / "emulate.cpp"), "-o", str(built)]
-        subprocess.run([str(COMPILER), *flags.split(), *source], check=True)
+        flags += " -Wno-unknown-pragmas"
+        source = [f"-I{HERE}", f"-I{cuda.CSRC}", "-x", "c++", str(HERE / "emulate.cpp")]
+        subprocess.run([str(COMPILER), *flags.split(), *source, "-o", str(built)], check=True)
         self.library = ctypes.CDLL(str(built))
         self.library.launch.restype = ctypes.c_char_p
         self.launched: list[str] = []
