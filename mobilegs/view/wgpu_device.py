@@ -94,6 +94,17 @@ def translated_abort(gpu: str) -> Iterator[None]:
 
     wgpu-native panics there instead of reporting an error (its issue 588).
     """
+    c_signal, handler = _abort_handler(gpu)
+    before = c_signal(signal.SIGABRT, ctypes.cast(handler, ctypes.c_void_p))
+    try:
+        yield
+    finally:
+        c_signal(signal.SIGABRT, before)
+
+
+@cache
+def _abort_handler(gpu: str) -> tuple[Any, Any]:
+    """Return C's `signal`, and a handler that ends the process; made once, not in each frame."""
     sentence = f"\nmobilegs: the GPU {gpu} was lost while it drew: {REMEDY}\n".encode()
 
     @ctypes.CFUNCTYPE(None, ctypes.c_int)
@@ -101,14 +112,10 @@ def translated_abort(gpu: str) -> Iterator[None]:
         os.write(2, sentence)
         os._exit(2)
 
-    c = ctypes.CDLL(None if os.name == "posix" else "ucrtbase")
-    c.signal.argtypes = (ctypes.c_int, ctypes.c_void_p)
-    c.signal.restype = ctypes.c_void_p
-    before = c.signal(signal.SIGABRT, ctypes.cast(end, ctypes.c_void_p))
-    try:
-        yield
-    finally:
-        c.signal(signal.SIGABRT, before)
+    c_signal = ctypes.CDLL(None if os.name == "posix" else "ucrtbase").signal
+    c_signal.argtypes = (ctypes.c_int, ctypes.c_void_p)
+    c_signal.restype = ctypes.c_void_p
+    return c_signal, end
 
 
 def shader(*names: str) -> str:
