@@ -38,6 +38,7 @@ FLAGS = [
     "--use-vulkan=swiftshader",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-rasterization",  # of the page around the canvas
 ]
 
 

@@ -227,28 +227,27 @@ def _write_tables(frequencies: Int[np.ndarray, "c a"]) -> bytes:
     A context has one bit (0: unused); a bit per symbol (1: it occurs); four bits `k`; and
     `frequency - 1` of all symbols that occur, except the last, in exponential Golomb code k.
     """
-    values: list[np.ndarray] = []
-    widths: list[np.ndarray] = []
-
-    def put(value: np.ndarray, width: np.ndarray) -> None:
-        values.append(value.astype(np.uint64))
-        widths.append(width.astype(np.int64))
-
+    fields: list[tuple[np.ndarray, np.ndarray]] = []  # values, and the bits of each
     for row in frequencies:
-        put(np.array([row.any()]), np.ones(1))
+        fields.append((np.array([row.any()]), np.ones(1)))
         if not row.any():
             continue
-        put(row > 0, np.ones(len(row)))
+        fields.append((row > 0, np.ones(len(row))))
         known = (row[row > 0] - 1)[:-1]
         lengths = [bit_lengths((known + (1 << k)).astype(np.uint64)) for k in range(PRECISION)]
         k = int(
             np.argmin([(2 * length.astype(np.int64) - k).sum() for k, length in enumerate(lengths)])
         )
-        put(np.array([k]), np.array([4]))
+        fields.append((np.array([k]), np.array([4])))
         length = lengths[k].astype(np.int64)
         pair = np.stack([1 << (length - 1 - k), known + (1 << k) - (1 << (length - 1))], axis=1)
-        put(pair.reshape(-1), np.stack([length - k, length - 1], axis=1).reshape(-1))
-    return pack_bits(np.concatenate(values), np.concatenate(widths))
+        widths = np.stack([length - k, length - 1], axis=1)
+        fields.append((pair.reshape(-1), widths.reshape(-1)))
+    values, widths = zip(*fields, strict=True)
+    return pack_bits(
+        np.concatenate(values, dtype=np.uint64, casting="unsafe"),
+        np.concatenate(widths, dtype=np.int64, casting="unsafe"),
+    )
 
 
 def _read_tables(data: bytes, contexts: int, alphabet: int) -> Int[np.ndarray, "c a"]:

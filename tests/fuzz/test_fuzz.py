@@ -33,7 +33,6 @@ from tests.support.format_files import encode_compressed_ply, encode_splat
 from tests.support.memory_meter import RESET, MemoryMeter
 from tests.support.mgs_parts import parse_parts
 from tests.support.random_scenes import random_scene
-from tests.support.selection import few
 
 CORPUS = Path(__file__).parent / "corpus"
 EXPECTED: dict[str, str | None] = json.loads((CORPUS / "expected.json").read_text())
@@ -82,16 +81,15 @@ def ours(kind: str, inputs: list[bytes], folder: Path) -> list[Verdict]:
     return verdicts(kind, inputs, folder, seconds=PATIENT)
 
 
-@pytest.mark.parametrize(
-    ("kind", "count"),
-    few(
-        [(kind, count) for kind, most in MUTATIONS.items() for count in (100, most)],
-        where=lambda case: case[1] == 100,
-    ),
-)
+@pytest.mark.parametrize("kind", MUTATIONS)
 def test_mutated_files_are_scenes_or_are_refused(
-    kind: str, count: int, seeds: dict[str, dict[str, Seed]], node: Node, tmp_path: Path
+    kind: str,
+    seeds: dict[str, dict[str, Seed]],
+    node: Node,
+    tmp_path: Path,
+    pytestconfig: pytest.Config,
 ) -> None:
+    count = MUTATIONS[kind] if pytestconfig.getoption("--thorough") else 100
     mutator = Mutator(kind, seeds[kind], seed=0)
     found = compare(kind, [mutator.input(i) for i in range(count)], node, tmp_path)
     assert count / 20 < found.count(None) < (count / 2 if kind != "splat" else count)

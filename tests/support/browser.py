@@ -173,7 +173,7 @@ class Chromium:
         self._browser = browser
         self._server = server
 
-    def tab(self, device_pixel_ratio: float = 0.5, **options: Any) -> Tab:
+    def tab(self, device_pixel_ratio: float = 0.25, **options: Any) -> Tab:
         """Open a page in a new browser context, with few pixels: a processor draws each of them.
 
         `options` are others of playwright's `new_page`.

@@ -107,7 +107,7 @@ def dataset() -> Dataset:
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_student(dataset: Dataset) -> Callable[..., Student]:
     def make(config: StudentConfig = STUDENT, seed: int = 0) -> Student:
         cameras_of_photos = [frame.camera for frame in dataset.train]

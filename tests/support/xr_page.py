@@ -120,7 +120,7 @@ def xr_tab(chromium: Chromium) -> Tab:
     """Open a blank tab whose pages have a headset."""
     if not IWER.exists():
         pytest.skip("needs the viewer's tools (npm ci in viewer/)")
-    tab = chromium.tab()
+    tab = chromium.tab(0.5)
     tab.page.add_init_script(Path(IWER).read_text() + INSTALL)
     # the emulator clears whichever framebuffer is bound
     tab.ignore("No defined conversion between clear value")

@@ -139,7 +139,8 @@ def test_every_control_has_a_name_and_is_reached_by_tab(tab: Tab, served: Any) -
     assert "" not in names and len(names - {None}) == len(shown)
 
 
-def test_keyboard_focus_is_visible(tab: Tab, served: Any) -> None:
+def test_keyboard_focus_is_visible(chromium: Chromium, served: Any) -> None:
+    tab = chromium.tab(0.5)
     visit(tab, served("scene.mgs", MGS))
     tab.page.keyboard.press("Tab")
     before = tab.page.screenshot()
@@ -152,6 +153,7 @@ def test_keyboard_focus_is_visible(tab: Tab, served: Any) -> None:
     changed = np.abs(around[0] - around[1]).max(axis=2) > 30
     assert changed[0].mean() > 0.9 and changed[:, 0].mean() > 0.9
     assert not changed[10:30, 10:30].any()
+    tab.close()
 
 
 def test_alt_labels_the_canvas(tab: Tab, served: Any) -> None:

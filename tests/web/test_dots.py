@@ -100,7 +100,7 @@ def behind_positions(data: bytes) -> int:
 def test_dots_appear_first_while_the_scenes_shaders_compile(
     chromium: Chromium, served: Any, renderer: str, made: list[str], monkeypatch: Any
 ) -> None:
-    tab = chromium.tab()
+    tab = chromium.tab(0.5)  # dots have a size in pixels
     tab.page.add_init_script(f"{{{COUNT_PIPELINES}}}")
     data = pack(replace(leveled_scene(), background=torch.zeros(3)))
     gate = Gate(monkeypatch, data)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
+from functools import partial
 from typing import Literal
 
 import torch
@@ -186,11 +187,7 @@ class StudentModel:
 
         These inputs are free lobes or latents. All is differentiable.
         """
-
-        def picked(name: str) -> Tensor:
-            tensor = self.rows.tensors[name]
-            return tensor if rows is None else take_rows(tensor, rows)
-
+        picked = partial(self._picked, rows=rows)
         means = picked("means")
         empty = means.new_zeros(len(means), 0)
         if self.phase == "quantized":
@@ -227,6 +224,11 @@ class StudentModel:
             decode = self.decoder.decode if rows is None else self.decoder
             sh = decode(positions, latents[:, :3], latents[:, 3:])
         return Gaussians(means, quats, log_scales, logits, sh), lobe_inputs
+
+    def _picked(self, name: str, *, rows: Int[Tensor, "m"] | None) -> Tensor:
+        """Return the rows of a trained tensor, or all of them."""
+        tensor = self.rows.tensors[name]
+        return tensor if rows is None else take_rows(tensor, rows)
 
     def lobes(
         self, gaussians: Gaussians, lobe_inputs: Float[Tensor, "m ..."], camera: Camera | None

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import pytest
 import torch
@@ -84,15 +85,24 @@ FORMS: dict[str, StudentConfig] = {
 MakeStudent = Callable[..., Student]
 
 
+@pytest.fixture(scope="module")
+def trained(dataset: Dataset, make_student: MakeStudent) -> Callable[[str], Student]:
+    """A function that returns a trained student of a form, which nobody changes."""
+
+    @cache
+    def student(form: str) -> Student:
+        made = make_student(FORMS[form])
+        train(made, dataset, 40)
+        return made
+
+    return student
+
+
 @pytest.mark.parametrize("form", few(FORMS, "sorted", "sort_free_gs", "sh-3", "release"))
 def test_the_file_of_every_form_renders_as_in_training(
-    form: str,
-    dataset: Dataset,
-    make_student: MakeStudent,
+    form: str, trained: Callable[[str], Student]
 ) -> None:
-    student = make_student(FORMS[form])
-    train(student, dataset, 40)
-    camera = cameras()[0]
+    student, camera = trained(form), cameras()[0]
     rendered = render_student(student, depth=True)
     data = pack(student.quantized_scene())
     opened = unpack(data).decode()
@@ -139,16 +149,18 @@ def test_keep_moments_false_resets_adam(dataset: Dataset, make_student: MakeStud
     ),
 )
 def test_every_form_resumes_to_the_same_bytes(
-    form: str, dataset: Dataset, make_student: MakeStudent
+    form: str,
+    dataset: Dataset,
+    make_student: MakeStudent,
+    trained: Callable[[str], Student],
 ) -> None:
-    whole, resumed = make_student(FORMS[form]), make_student(FORMS[form])
-    train(whole, dataset, 40)
+    resumed = make_student(FORMS[form])
     for stop in (3, 20, 30):
         train(resumed, dataset, stop)
         before, resumed = resumed, make_student(FORMS[form], seed=9)
         resumed.restore(before.state())
     train(resumed, dataset, 40)
-    assert pack(resumed.quantized_scene()) == pack(whole.quantized_scene())
+    assert pack(resumed.quantized_scene()) == pack(trained(form).quantized_scene())
 
 
 def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
@@ -239,11 +251,9 @@ def test_gradients_of_sigma_and_background_weight_match_finite_differences(
 
 
 def test_the_weighting_learns_and_is_stored_in_the_file(
-    dataset: Dataset,
-    make_student: MakeStudent,
+    trained: Callable[[str], Student], make_student: MakeStudent
 ) -> None:
-    student = make_student(FORMS["sort_free_gs"])
-    train(student, dataset, 40)
+    student = trained("sort_free_gs")
     learned = unpack(pack(student.quantized_scene())).weighting
     assert abs(learned.sigma - 9) < 5 and learned.sigma != 9  # the scene's extent is 3
     assert learned.background_weight != 0.5
