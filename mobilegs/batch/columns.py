@@ -1,22 +1,24 @@
 """The columns of a batch's list: options of captures, trainings and exports, read from texts.
 
 A column is a field of `CaptureRun`, `TrainRun` or `CompressRun` under the name of its option, with
-underscores: `max_splats`, `set`. `export` and `title` are those of `mobilegs export`.
+underscores: `max_splats`, `set`. The command line's parser reads its text. `export` and `title` are
+those of `mobilegs export`.
 """
 
 import os
 import re
 import shlex
-import types
 from collections.abc import Collection, Mapping
-from dataclasses import fields
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from types import NoneType
+from typing import Any, Literal, get_args, get_type_hints
+
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from mobilegs.batch.fetch import is_address
-from mobilegs.batch.row_folder import Kind
+from mobilegs.batch.row_folder import RowKind
 from mobilegs.capture import CaptureRun, is_capture_source
 from mobilegs.capture.run import validate_options
 from mobilegs.data import has_poses
@@ -34,19 +36,25 @@ OF_THE_EXPORT = ("export", "title")
 OWN = (
     "source", "output", "resume", "device", "lpips_weights", "live", "live_at",
 )  # fmt: skip
-RUNS: dict[Kind, tuple[type, ...]] = {
+RUNS: dict[RowKind, tuple[type, ...]] = {
     "capture": (TrainRun,),
     "photos": (CaptureRun, TrainRun),
     "scene": (CompressRun,),
 }
-WHAT: dict[Kind, str] = {
+ALLOWED = {  # by tyro's description of a type
+    "INT": "a whole number",
+    "FLOAT": "a number",
+    "FLOAT FLOAT FLOAT": "3 numbers",
+    "{True,False}": "true or false",
+}
+WHAT: dict[RowKind, str] = {
     "capture": "a capture",
     "photos": "photos without poses",
     "scene": "a trained scene",
 }
 
 
-def kind_of(path: Path) -> Kind:
+def kind_of(path: Path) -> RowKind:
     """Return what lies at `path`; raises InputError for anything that no scene can be made of."""
     if not path.exists():
         raise InputError(f"{path} does not exist")
@@ -62,21 +70,29 @@ def kind_of(path: Path) -> Kind:
 
 
 @cache
-def columns_of(run: type) -> dict[str, Any]:
-    """Return the type of every column that stands for a field of `run`."""
-    hints = get_type_hints(run)
-    own = (*OWN, "capture") if run is TrainRun else (*OWN, "scene")
-    named = {"set" if f.name == "settings" else f.name: hints[f.name] for f in fields(run)}
-    return {name: hint for name, hint in named.items() if name not in own}
+def columns_of(run: type) -> dict[str, PrimitiveConstructorSpec]:
+    """Return the command line's parser for every column that stands for a field of `run`."""
+    own = (*OWN, "capture" if run is TrainRun else "scene")
+    parsers = {}
+    for name, hint in get_type_hints(run).items():
+        if name not in own:
+            if NoneType in get_args(hint):  # a text is a value
+                [hint] = [part for part in get_args(hint) if part is not NoneType]
+            parser = ConstructorRegistry.get_primitive_spec(PrimitiveTypeInfo.make(hint, set()))
+            assert isinstance(parser, PrimitiveConstructorSpec)
+            parsers["set" if name == "settings" else name] = parser
+    return parsers
+
+
+@cache
+def run_columns() -> dict[str, PrimitiveConstructorSpec]:
+    """Return the columns of all runs; those of the same name have the same type."""
+    return columns_of(TrainRun) | columns_of(CaptureRun) | columns_of(CompressRun)
 
 
 def all_columns() -> list[str]:
     """Return the names of all columns of a list."""
-    found = dict.fromkeys((*OF_THE_LIST, *OF_THE_EXPORT))
-    for runs in RUNS.values():
-        for run in runs:
-            found |= dict.fromkeys(columns_of(run))
-    return list(found)
+    return [*OF_THE_LIST, *OF_THE_EXPORT, *run_columns()]
 
 
 def unknown_column(name: str) -> str:
@@ -86,12 +102,12 @@ def unknown_column(name: str) -> str:
     return f"there is no column '{name}': {hint}"
 
 
-def applies(name: str, kind: Kind) -> bool:
+def applies(name: str, kind: RowKind) -> bool:
     """Return True if a column is an option of the runs of a kind of row."""
     return name in OF_THE_EXPORT or any(name in columns_of(run) for run in RUNS[kind])
 
 
-def validate_row(options: Options, own: Collection[str], kind: Kind | None) -> None:
+def validate_row(options: Options, own: Collection[str], kind: RowKind | None) -> None:
     """Raise InputError for options that the runs of a row would refuse.
 
     `own` are the columns that the row itself gives. `kind` is None for a source that is not
@@ -102,9 +118,8 @@ def validate_row(options: Options, own: Collection[str], kind: Kind | None) -> N
     for name in options:
         if kind is not None and name in own and not applies(name, kind):
             raise InputError(f"'{name}' does not apply to {WHAT[kind]}: leave it empty")
-        for run in (CaptureRun, TrainRun, CompressRun):
-            if name in columns_of(run):
-                parsed(name, options[name], columns_of(run)[name])
+        if name in run_columns():
+            parsed(name, options[name])
     if kind == "photos":
         validate_options(run_of(CaptureRun, options, source=Path("."), output=Path(".")))
     if kind == "capture" or kind == "photos":
@@ -125,11 +140,9 @@ def validate_row(options: Options, own: Collection[str], kind: Kind | None) -> N
 
 def run_of(run: type, options: Options, **given: Any) -> Any:
     """Return a `run`, a dataclass of options, with the columns that are its fields."""
-    values = {
-        "settings" if name == "set" else name: parsed(name, options[name], hint)
-        for name, hint in columns_of(run).items()
-        if name in options
-    }
+    values = {name: parsed(name, options[name]) for name in columns_of(run) if name in options}
+    if "set" in values:
+        values["settings"] = values.pop("set")
     return run(**values, **given)
 
 
@@ -142,63 +155,46 @@ def exports_of(options: Options) -> list[Export]:
     return [kind for kind in EXPORTS if kind in kinds]
 
 
-def parsed(name: str, text: str, hint: Any) -> Any:
-    """Return the value of a column as its option's type; raises InputError if it has another."""
-    if get_origin(hint) is Annotated:
-        hint = get_args(hint)[0]
-    if get_origin(hint) in (Union, types.UnionType):
-        [hint] = [each for each in get_args(hint) if each is not type(None)]
-    if get_origin(hint) is Literal:
-        if text not in get_args(hint):
-            raise InputError(f"{name} is one of {', '.join(get_args(hint))}, not '{text}'")
-        return text
-    if hint is bool:
-        if text.lower() not in ("true", "false"):
-            raise InputError(f"{name} is true or false, not '{text}'")
-        return text.lower() == "true"
-    if hint in (int, float):
-        try:
-            return hint(text)
-        except ValueError:
-            kind = "a whole number" if hint is int else "a number"
-            raise InputError(f"{name} is {kind}, not '{text}'") from None
+def parsed(name: str, text: str) -> Any:
+    """Return the value of a column; raises InputError if its option does not take the text."""
+    parser = run_columns()[name]
+    try:
+        words = words_of(name, text)
+        if parser.nargs not in ("*", len(words)) or not {*words} <= {*(parser.choices or words)}:
+            raise ValueError
+        value = parser.instance_from_str(words)
+    except ValueError:
+        choices = parser.choices and f"one of {', '.join(parser.choices)}"
+        allowed = ALLOWED.get(parser.metavar) or choices or "PATH=VALUE ..."
+        raise InputError(f"{name} is {allowed}, not '{text}'") from None
+    if isinstance(value, Path) and not value.exists():
+        raise InputError(f"{name} is {text}, which does not exist")
+    return value
+
+
+def words_of(name: str, text: str) -> list[str]:
+    """Return the words of the command line for the text of a column."""
     if name == "set":
-        return (tuple(shlex.split(text)),)
-    if get_origin(hint) is tuple:
-        parts = re.split(r"[\s,]+", text.strip())
-        if len(parts) != len(get_args(hint)):
-            raise InputError(f"{name} is {len(get_args(hint))} numbers, not '{text}'")
-        return tuple(parsed(name, part, float) for part in parts)
-    if hint is Path:
-        if not Path(text).exists():
-            raise InputError(f"{name} is {text}, which does not exist")
-        return Path(text)
-    return text
+        return shlex.split(text)
+    parser = run_columns()[name]
+    if parser.nargs != 1:
+        return re.split(r"[\s,]+", text.strip())
+    return [text.capitalize() if parser.metavar == "{True,False}" else text]
 
 
 def path_columns() -> set[str]:
     """Return the columns that are paths, which are relative to the list."""
-    found = {"source"}
-    for run in (TrainRun, CompressRun):
-        found |= {name for name, hint in columns_of(run).items() if Path in (hint, *get_args(hint))}
-    return found
+    return {"source", *(name for name, parser in run_columns().items() if parser.metavar == "PATH")}
 
 
-def command_of(kind: Kind, source: str, output: Path, options: Options) -> list[str]:
+def command_of(kind: RowKind, source: str, output: Path, options: Options) -> list[str]:
     """Return the words of the single command that trains the scene of a row."""
     verb = "compress" if kind == "scene" else "train"
     words = ["mobilegs", verb, source, "-o", str(output)]
     run = CompressRun if kind == "scene" else TrainRun
-    for name, hint in columns_of(run).items():
+    for name in columns_of(run):
         if name in options:
-            value = parsed(name, options[name], hint)
-            words.append(f"--{name.replace('_', '-')}")
-            if name == "set":
-                words += value[0]
-            elif isinstance(value, tuple):
-                words += [f"{part:g}" for part in value]
-            elif value is not True:
-                words.append(options[name])
+            words += [f"--{name.replace('_', '-')}", *words_of(name, options[name])]
     return words
 
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from mobilegs.atomic import atomic_write
 from mobilegs.batch.columns import command_of
 from mobilegs.batch.forecast import Effort
-from mobilegs.batch.row_folder import Kind, RowFolder
+from mobilegs.batch.row_folder import RowFolder, RowKind
 from mobilegs.batch.rows import Row
 from mobilegs.errors import InputError
 from mobilegs.train.run_dir import RunDir
@@ -39,7 +39,7 @@ class Entry:
 
     name: str
     source: str
-    kind: Kind | None
+    kind: RowKind | None
     options: dict[str, str]
     state: State
     error: str = ""
@@ -71,7 +71,7 @@ class Entry:
         return f"done{size}{quality}, {self.minutes:.1f} minutes"
 
 
-def entry_of(row: Row, folder: RowFolder, kind: Kind | None, state: State, error: str) -> Entry:
+def entry_of(row: Row, folder: RowFolder, kind: RowKind | None, state: State, error: str) -> Entry:
     """Return what the folder of a row tells of it."""
     events = folder.events()
     ended = [event for event in events if event["event"] == "ended"]
@@ -131,7 +131,7 @@ def _link(folder: RowFolder) -> str:
     return found.relative_to(folder.path.parent).as_posix()
 
 
-def read_effort(row: Row, folder: RowFolder, kind: Kind | None) -> Effort:
+def read_effort(row: Row, folder: RowFolder, kind: RowKind | None) -> Effort:
     """Return the time that the stages of a row took so far."""
     unit = next((name for name in ("steps", "minutes") if name in row.options), "")
     size = float(row.options[unit]) if unit else 1.0

@@ -12,7 +12,7 @@ from filelock import FileLock, Timeout
 from mobilegs.atomic import atomic_write, make_folder
 from mobilegs.errors import InputError
 
-Kind = Literal["capture", "photos", "scene"]  # of a row's source
+RowKind = Literal["capture", "photos", "scene"]  # of a row's source
 LOCK_SECONDS = 180.0  # until a network's filesystem gives up the lock of a machine that died
 
 
@@ -51,11 +51,11 @@ class RowFolder:
         except (ValueError, KeyError, TypeError) as error:
             raise InputError(f"{self.row} is damaged: delete the folder {self.path}") from error
 
-    def set_place(self, path: Path, kind: Kind) -> None:
+    def set_place(self, path: Path, kind: RowKind) -> None:
         """Note where the source lies on the shared storage, and its kind."""
         atomic_write(self.place_file, json.dumps({"path": str(path), "kind": kind}) + "\n")
 
-    def place(self) -> tuple[Path, Kind] | None:
+    def place(self) -> tuple[Path, RowKind] | None:
         """Return path and kind of the source, or None if it must be fetched."""
         if not self.place_file.exists():
             return None

@@ -17,7 +17,7 @@ from mobilegs.batch.fetch import is_address
 from mobilegs.batch.forecast import Effort, Forecast, Share, forecast
 from mobilegs.batch.page import write_page
 from mobilegs.batch.results import Entry, State, entry_of, read_effort, write_results
-from mobilegs.batch.row_folder import Kind, RowFolder
+from mobilegs.batch.row_folder import RowFolder, RowKind
 from mobilegs.batch.rows import Row, refuse
 from mobilegs.batch.task import STAGES, Outcome, Stage, Task
 from mobilegs.errors import InputError
@@ -38,7 +38,7 @@ DOING = {
 
 
 @dataclass(frozen=True)
-class Options:
+class BatchOptions:
     """Options of a batch.
 
     Attributes:
@@ -61,12 +61,12 @@ class Options:
 
 
 @dataclass
-class Progress:
+class TrackedRow:
     """A row with its state; see `Entry` for what is published of it."""
 
     row: Row
     folder: RowFolder
-    kind: Kind | None
+    kind: RowKind | None
     state: State = "waiting"
     stage: Stage | None = None
     tries: int = 0
@@ -85,7 +85,7 @@ class Progress:
 # --- before anything runs -------------------------------------------------------------------------
 
 
-def open_folder(options: Options, rows: Sequence[Row]) -> None:
+def open_folder(options: BatchOptions, rows: Sequence[Row]) -> None:
     """Raise InputError unless the batch's folder can be used for these rows."""
     output = options.output
     for path in (output, *output.resolve().parents):
@@ -129,7 +129,7 @@ def _validate_folder(path: Path, row: Row) -> None:
         )
 
 
-def shares_for(options: Options, nodes: Sequence[Node]) -> dict[Stage, Share]:
+def shares_for(options: BatchOptions, nodes: Sequence[Node]) -> dict[Stage, Share]:
     """Return the cores and GPUs of every stage; raises InputError if no machine has them."""
     if not nodes:
         raise InputError("the cluster has no machine with processor cores")
@@ -157,7 +157,7 @@ def shares_for(options: Options, nodes: Sequence[Node]) -> dict[Stage, Share]:
 
 def run_batch(
     rows: Sequence[Row],
-    options: Options,
+    options: BatchOptions,
     open_engine: Callable[[], Engine],
     say: Callable[[str], None],
     summarize: Callable[[str], None],
@@ -193,7 +193,7 @@ class Batch:
     def __init__(
         self,
         rows: Sequence[Row],
-        options: Options,
+        options: BatchOptions,
         engine: Engine,
         shares: dict[Stage, Share],
         say: Callable[[str], None],
@@ -209,15 +209,15 @@ class Batch:
         self.published = self.summarized = -INTERVAL
         self.changed = True
 
-    def _begin(self, row: Row) -> Progress:
-        """Return a row's progress, as far as earlier sessions brought it."""
+    def _begin(self, row: Row) -> TrackedRow:
+        """Return a row with its state, as far as earlier sessions brought it."""
         folder = RowFolder((self.options.output / row.name).resolve())
         folder.create(row.source, row.options, row.own)
         if not is_address(row.source):
             folder.set_place(Path(row.source), kind_of(Path(row.source)))
-        progress = Progress(row, folder, None, attempt=folder.attempts())
-        self._advance(progress)
-        return progress
+        tracked = TrackedRow(row, folder, None, attempt=folder.attempts())
+        self._advance(tracked)
+        return tracked
 
     def run(self) -> list[Entry]:
         """Work until every row is done or failed; return what became of them.
@@ -285,7 +285,7 @@ class Batch:
                     each.refresh()
                     self.changed = True
 
-    def _note_ended(self, each: Progress, task: Task, outcome: Outcome) -> None:
+    def _note_ended(self, each: TrackedRow, task: Task, outcome: Outcome) -> None:
         """Bring a row to its next stage, to another try, or to its end."""
         if each.folder.ended(task.attempt) is None:  # its machine could not say so itself
             started = each.folder.started(task.attempt) or {"time": time.time(), "host": ""}
@@ -314,7 +314,7 @@ class Batch:
         each.refresh()
         self.changed = True
 
-    def _advance(self, each: Progress) -> None:
+    def _advance(self, each: TrackedRow) -> None:
         """Find the next stage of a row from what its folder holds."""
         place = each.folder.place()
         each.kind = None if place is None else place[1]
@@ -375,7 +375,7 @@ class Batch:
         self.summarized = time.monotonic()
 
 
-def next_stage(folder: RowFolder, place: tuple[Path, Kind] | None) -> Stage | None:
+def next_stage(folder: RowFolder, place: tuple[Path, RowKind] | None) -> Stage | None:
     """Return the first stage that a row still needs, or None if it is done."""
     if place is None:
         return "fetch"
@@ -387,7 +387,7 @@ def next_stage(folder: RowFolder, place: tuple[Path, Kind] | None) -> Stage | No
     return None if "export" in done else "export"
 
 
-def open_after(stage: Stage | None, kind: Kind | None) -> list[Stage]:
+def open_after(stage: Stage | None, kind: RowKind | None) -> list[Stage]:
     """Return the stages of a row from `stage` on; a source that is not fetched counts as posed."""
     if stage is None:
         return []

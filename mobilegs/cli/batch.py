@@ -60,14 +60,14 @@ def batch(
         prices: Prices of a core-hour and a GPU-hour, for the forecast of the cost.
     """
     from mobilegs.batch.rows import read_list
-    from mobilegs.batch.run import Options, run_batch
+    from mobilegs.batch.run import BatchOptions, run_batch
 
     if cores is not None and cores < 1:
         raise InputError(f"--cores takes 1 or more, not {cores}")
     if retries < 0:
         raise InputError(f"--retries takes 0 or more, not {retries}")
     rows = read_list(list, defaults_of(default))
-    options = Options(output, resume, device, cores, retries, cache, prices)
+    options = BatchOptions(output, resume, device, cores, retries, cache, prices)
 
     def open_engine() -> "Engine":
         return engine_of(engine, device)
