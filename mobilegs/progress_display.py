@@ -1,10 +1,13 @@
-"""The progress of long stages: bars on a terminal, lines in a log.
+"""The progress of long stages, and notes: bars on a terminal, lines in a log.
 
 Bars go to standard error, if that is a terminal. Lines go to standard output, if that is not a
 terminal or if no bar is shown: one at the start of a stage, one every 30 seconds, and one at its
 end. A verb that prints data to standard output has its lines on standard error.
+
+Modules log their notes (INFO) and warnings. `printed_log` prints them while a command runs.
 """
 
+import logging
 import os
 import sys
 import time
@@ -14,6 +17,7 @@ from threading import Event, Thread
 from typing import Protocol, runtime_checkable
 
 INTERVAL = 30.0  # seconds between two lines of a stage
+Advance = Callable[[int, int], None]  # called with what is done and the total
 
 
 @runtime_checkable
@@ -54,6 +58,39 @@ def print_line(stream: TextStream | None, text: str) -> None:
     with suppress(OSError, ValueError):
         stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
         stream.flush()
+
+
+class LineHandler(logging.Handler):
+    """Prints warnings to standard error, and notes to standard output.
+
+    Notes go to both if bars are shown and standard output is a file. Streams are looked up for each
+    record, because a bar replaces them.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.to_both = shows_bars() and not is_terminal(sys.stdout)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        warns = record.levelno >= logging.WARNING
+        if not warns:
+            print_line(sys.stdout, self.format(record))
+        if warns or self.to_both:
+            print_line(sys.stderr, self.format(record))
+
+
+@contextmanager
+def printed_log() -> Iterator[None]:
+    """Print notes and warnings of all modules, as commands do."""
+    log, handler = logging.getLogger("mobilegs"), LineHandler()
+    level = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
 
 
 def clock(seconds: float) -> str:
@@ -126,7 +163,7 @@ class StageLines:
 
 
 @contextmanager
-def show_progress(title: str, *, data: bool = False) -> Iterator[Callable[[int, int], None]]:
+def show_progress(title: str, *, data: bool = False) -> Iterator[Advance]:
     """Show the progress of a stage; yields a function to call with done and total.
 
     `data` says that standard output is for data, such as JSON.
@@ -145,7 +182,7 @@ def show_progress(title: str, *, data: bool = False) -> Iterator[Callable[[int, 
 
 
 @contextmanager
-def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
+def _bar(title: str) -> Iterator[Advance]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
     from rich.progress import TimeRemainingColumn as Remaining

@@ -21,6 +21,18 @@ with show_progress("counting", data="--json" in sys.argv) as advance:
     advance(2, 2)
 print('{"count": 2}')
 """
+NOTES = """
+import logging
+from mobilegs.progress_display import printed_log, show_progress
+log = logging.getLogger("mobilegs.module")
+log.info("nobody asked")
+log.warning("by default")
+with printed_log(), show_progress("counting") as advance:
+    advance(1, 2)
+    log.info("a note of %d words", 5)
+    log.warning("[a warning]")
+    advance(2, 2)
+"""
 LINES = "counting: started\ncounting: finished in 0:00\n"
 RESULT = '{"count": 2}\n'
 
@@ -108,7 +120,9 @@ def test_hours_minutes_and_seconds() -> None:
 # --- processes whose output is a terminal or none
 
 
-def output_of(tmp_path: Path, terminals: str, *words: str, **environment: str) -> tuple[str, str]:
+def output_of(
+    tmp_path: Path, terminals: str, *words: str, code: str = STAGE, **environment: str
+) -> tuple[str, str]:
     """Return what a stage prints to standard output and to standard error.
 
     `terminals` names those of the two (`out`, `err`) that are terminals.
@@ -123,7 +137,7 @@ def output_of(tmp_path: Path, terminals: str, *words: str, **environment: str) -
             readers[name] = os.open(tmp_path / name, os.O_RDONLY)
     own = {"TERM": "xterm", "FORCE_COLOR": "1", "PYTHONIOENCODING": "ascii", **environment}
     subprocess.run(
-        [sys.executable, "-c", STAGE, *words],
+        [sys.executable, "-c", code, *words],
         stdout=streams["out"],
         stderr=streams["err"],
         env={**os.environ, **own},
@@ -172,3 +186,15 @@ def test_data_stays_alone_on_standard_output(tmp_path: Path) -> None:
     assert output_of(tmp_path, "", "--json") == (RESULT, LINES)
     result, screen = output_of(tmp_path, "err", "--json")
     assert result == RESULT and "2/2" in screen
+
+
+def test_a_command_prints_notes_and_warnings_once_and_a_library_warnings(tmp_path: Path) -> None:
+    begun, ended = LINES.splitlines(keepends=True)
+    note, warnings = "a note of 5 words\n", "by default\n[a warning]\n"
+    assert output_of(tmp_path, "", code=NOTES) == (begun + note + ended, warnings)
+    log, screen = output_of(tmp_path, "err", code=NOTES)
+    assert log == begun + note + ended
+    assert screen.count(note.strip()) == screen.count("[a warning]") == 1
+    log, screen = output_of(tmp_path, "out err", code=NOTES)
+    assert log == ""
+    assert screen.count(note.strip()) == screen.count("[a warning]") == 1

@@ -15,6 +15,7 @@ from pathlib import Path
 from mobilegs.batch.row_folder import RowFolder
 from mobilegs.batch.task import GRACE, Result, Task
 from mobilegs.errors import InputError
+from mobilegs.progress_display import printed_log
 
 BLOCK = 4096
 
@@ -50,7 +51,8 @@ def _run(task: Task, folder: RowFolder) -> tuple[Result, str]:
 
     keep_freed_memory()
     try:
-        run_stage(task, folder)
+        with printed_log():
+            run_stage(task, folder)
     except InputError as error:
         result, message = "refused", str(error)
     except FloatingPointError as error:  # a training that diverged does so again

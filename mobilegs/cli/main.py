@@ -20,7 +20,7 @@ from mobilegs.cli.output import print_contents, print_findings, print_metrics
 from mobilegs.cli.render import Device, Up, open_scene_and_capture, render, usual_capture
 from mobilegs.cli.train import capture, compress, convert, demo, train
 from mobilegs.errors import InputError
-from mobilegs.progress_display import show_progress
+from mobilegs.progress_display import printed_log, show_progress
 
 SceneFile = Annotated[Positional[Path], arg(metavar="SCENE")]  # or a run's folder
 
@@ -300,10 +300,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if verb is None:
         return fail(f"there is no verb '{words[0]}': use one of {', '.join(VERBS)}", 2)
     try:
-        if verb in (train, compress, capture):  # read their options from dataclasses, imported late
-            verb(words[1:])
-        else:
-            call(verb, words[1:], verb=words[0])
+        with printed_log():
+            if verb in (train, compress, capture):  # options are dataclasses, imported late
+                verb(words[1:])
+            else:
+                call(verb, words[1:], verb=words[0])
     except InputError as error:
         return fail(str(error), 2)
     except (MemoryError, RuntimeError) as error:  # a small file can request much memory

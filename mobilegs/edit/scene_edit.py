@@ -18,12 +18,13 @@ from mobilegs.atomic import atomic_path, read_if
 from mobilegs.camera import Camera
 from mobilegs.edit.notes import merged_notes
 from mobilegs.edit.regions import Box, HalfSpace, Region
-from mobilegs.edit.support import Progress, Support, floaters, measure_support
+from mobilegs.edit.support import Support, floaters, measure_support
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.mgs.container import MAGIC, VERSION, read_container, write_container
 from mobilegs.mgs.limits import check_meta
 from mobilegs.mgs.quantized_scene import QuantizedScene
+from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import Kind, open_scene, size_of, write_gaussians
 
@@ -104,7 +105,7 @@ def edit_file(
     cameras: Sequence[Camera] = (),
     camera_source: str = "",
     support: Support | None = None,
-    progress: Progress | None = None,
+    progress: Advance | None = None,
 ) -> EditReport:
     """Write an edited copy of a scene file to a new file, atomically.
 
@@ -207,7 +208,7 @@ def _edit_mgs(
     cameras: Sequence[Camera],
     camera_source: str,
     support: Support | None,
-    progress: Progress | None,
+    progress: Advance | None,
 ) -> EditReport:
     data = read_if(path, (MAGIC,))
     try:
@@ -238,7 +239,7 @@ def _kept(
     cameras: list[Camera],
     camera_source: str,
     support: Support | None,
-    progress: Progress | None,
+    progress: Advance | None,
     path: Path,
 ) -> tuple[Bool[Tensor, "n"], dict[str, int]]:
     """Return which Gaussians stay, and how many each reason removed."""

@@ -1,6 +1,6 @@
 """Support of each Gaussian by photos: the cameras that saw it, and floaters, which few did."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import torch
@@ -10,6 +10,7 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.mgs.lod import pixel_contributions
+from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 
 SIDE = 256  # pixels, longer side of the renders that are counted
@@ -22,8 +23,6 @@ COVERED = 0.1  # alpha of a pixel from which it has a surface
 AHEAD = 0.7  # share of the depth of a pixel, before which a Gaussian floats
 MOST = 0.6  # share of the cameras, in whose pictures a floater floats
 WEIGHT_MAX = 5e-4  # share of all blending weights that floaters may have together
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class Support:
 
 
 def measure_support(
-    scene: Scene, cameras: Sequence[Camera], *, progress: Progress | None = None
+    scene: Scene, cameras: Sequence[Camera], *, progress: Advance | None = None
 ) -> Support:
     """Render the scene for each camera, at most 400 of them, on the device of the scene.
 

@@ -63,7 +63,7 @@ def open_live_view(
     from mobilegs.live.session import LiveSession
 
     page = Page(*parse_address(address), dataset)
-    monitor.print(f"live view: {page.address}")
+    monitor.note(f"live view: {page.address}")
     try:
         yield LiveSession(page, dataset, monitor)
     finally:

@@ -282,7 +282,7 @@ def train_stages(
 
 
 def announce(job: Job) -> None:
-    """Print the size of the capture and the length of the training."""
+    """Log the size of the capture and the length of the training."""
     dataset, recipe = job.dataset, job.recipe
     camera = dataset.train[0].camera
     first = "" if job.run.teacher else f"{recipe.teacher.steps:,} steps for the teacher and "
@@ -297,7 +297,7 @@ def announce(job: Job) -> None:
             f"{text.replace(', ', ', ' + most + 'about ', 1)}"
         )
         text += job.pace.plan.memory_note
-    job.monitor.print(text)
+    job.monitor.note(text)
 
 
 def train_teacher(job: Job) -> None:
@@ -379,7 +379,7 @@ def write_scene(job: Job, stage: Student) -> None:
     write_mgs(job.run_dir.scene, with_lod_levels(coded, levels, stage.cameras))
     target, size = config.quantization.target_mb, job.run_dir.scene.stat().st_size / 1e6
     if target and abs(size - target) > TARGET_TOLERANCE * target:
-        job.monitor.print(
+        job.monitor.note(
             f"the file has {size:.3f} MB, but target_mb is {target:g}: rate control changes step "
             "sizes up to eightfold, and networks and header not at all"
         )

@@ -1,6 +1,7 @@
 """The progress display of a training, and its log for plots."""
 
 import json
+import logging
 import math
 import sys
 import time
@@ -18,7 +19,6 @@ from mobilegs.progress_display import (
     clock,
     is_terminal,
     line_stream,
-    print_line,
     shows_bars,
 )
 from mobilegs.train.stage import Stage, StepResult
@@ -28,6 +28,7 @@ ROWS_PER_STAGE = 100  # of the log
 STATUS_SECONDS = 1.0  # between two states for lines
 SPEED_SECONDS = 20.0  # of the last steps, whose speed predicts the time left
 WIDE = 120  # columns of a terminal with place for a long bar
+log = logging.getLogger(__name__)
 
 
 class Monitor:
@@ -53,7 +54,7 @@ class Monitor:
         """Continue the log `rows` and the times `seconds` of the run so far; both are modified.
 
         `sizes` predicts the size of the file: bytes per file and bytes per Gaussian. A silent
-        monitor prints and writes nothing.
+        monitor prints, logs and writes nothing.
         """
         self.sizes = sizes
         self.log_path, self.rows, self.seconds, self.silent = log_path, rows, seconds, silent
@@ -129,16 +130,15 @@ class Monitor:
         learned = stage.exposures is not None
         self.log(stage=stage.name, step=stage.done, exposure_spread=spread, learned=int(learned))
         if learned:
-            self.print(
+            self.note(
                 f"the photos' exposures differ by {100 * (2**spread - 1):.0f} %: the {stage.name} "
                 "learns colours for each photo"
             )
 
-    def print(self, text: str) -> None:
-        """Print a line above the progress bar, and where lines of progress are."""
-        print_line(self.stream, text)
-        if not self.display.disable:
-            self.console.print(text, highlight=False, markup=False, soft_wrap=True)
+    def note(self, text: str) -> None:
+        """Log a note, unless the monitor is silent."""
+        if not self.silent:
+            log.info(text)
 
     def lines_of(self, title: str) -> StageLines:
         """Return a context manager for work between the stages: lines, and no bar."""

@@ -10,6 +10,7 @@ import base64
 import binascii
 import hmac
 import json
+import logging
 import secrets
 import threading
 import webbrowser
@@ -42,6 +43,7 @@ from mobilegs.view.assets import (
 from mobilegs.view.export import ELEMENT
 from mobilegs.view.serve import Handler, Server, validate_scene_file
 
+log = logging.getLogger(__name__)
 SETTINGS_MAX = 1 << 20  # bytes that a page may post besides the mask
 SECURITY = {
     "Referrer-Policy": "no-referrer",  # the address has the token
@@ -183,7 +185,7 @@ class EditHandler(Handler):
             sentence = str(error) if isinstance(error, InputError) else "this is not JSON"
             self._answer_json({"error": sentence}, HTTPStatus.BAD_REQUEST)
             return
-        print("\n".join([*report.lines, f"{output} is written"]), flush=True)
+        log.info("\n".join([*report.lines, f"{output} is written"]))
         self._answer_json({"file": output.name, "lines": report.lines})
 
     def end_headers(self) -> None:
@@ -298,14 +300,14 @@ def serve_editor(
     validate_scene_file(scene)
     with EditServer(scene, output, cameras, port=port) as server:
         address = server.address("127.0.0.1")
-        print(f"{scene} can be edited at {address}")
-        print("the address is a secret of this machine; Ctrl-C ends it", flush=True)
+        log.info("%s can be edited at %s", scene, address)
+        log.info("the address is a secret of this machine; Ctrl-C ends it")
         if browser:
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            print()
+            log.info("")
 
 
 def _start(numbers: Sequence[float]) -> Start:

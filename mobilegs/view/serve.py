@@ -1,6 +1,7 @@
 """A web server for the viewer and a scene, for this machine or the local network."""
 
 import gzip
+import logging
 import socket
 import sys
 import threading
@@ -37,6 +38,7 @@ BLOCK = 1 << 20
 UNDECODED = "surrogateescape"  # file names may be any bytes
 KINDS = (".mgs", ".ply", ".spz")
 CONVERT = " (`mobilegs export --to ply` converts scenes of other tools)"
+log = logging.getLogger(__name__)
 
 
 class Server(ThreadingHTTPServer):
@@ -204,25 +206,25 @@ def serve(
     server = Server(scene, other, up=up, host="0.0.0.0" if lan else "127.0.0.1", port=port)
     with server:
         local = server.address("127.0.0.1")
-        print(f"{scene} is shown at {local}")
+        log.info("%s is shown at %s", scene, local)
         if up is None and scene.suffix.lower() != ".mgs":
             named = read_ply_up(scene) if scene.suffix.lower() == ".ply" else None
             turn = "" if named is not None else " (the key U or --up changes it)"
-            print(f"up is {up_source(scene, named)}{turn}")
+            log.info("up is %s%s", up_source(scene, named), turn)
         host = own_address() if lan else None
         if host:
-            print(f"in this network at {server.address(host)}")
+            log.info("in this network at %s", server.address(host))
             if sys.stdout.isatty():
                 _show_code(server.address(host))
         elif lan:
-            print("this machine has no network: only it can open the page")
-        print("Ctrl-C ends it", flush=True)
+            log.info("this machine has no network: only it can open the page")
+        log.info("Ctrl-C ends it")
         if browser:  # in a thread: some commands return only when the browser ends
             threading.Thread(target=webbrowser.open, args=(local,), daemon=True).start()
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            print()
+            log.info("")
 
 
 def _show_code(address: str) -> None:
@@ -232,7 +234,7 @@ def _show_code(address: str) -> None:
     try:
         segno.make(address, error="l").terminal(compact=True)
     except UnicodeEncodeError:
-        print("(this terminal cannot show a QR code)")
+        log.info("(this terminal cannot show a QR code)")
 
 
 def validate_scene_file(path: Path) -> None:

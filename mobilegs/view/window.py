@@ -3,8 +3,8 @@
 `show` opens the window. `Window` works on any canvas of rendercanvas, also without a display.
 """
 
+import logging
 import math
-import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -28,6 +28,7 @@ from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, first_pose, poi
 from mobilegs.view.wgpu_device import INSTALL, translated_errors
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 
+log = logging.getLogger(__name__)
 SIZE = (1280, 720)  # logical pixels
 FPS_MAX = 120
 SORT_ANGLE = math.cos(math.radians(0.5))  # sort again after a larger turn than this
@@ -69,8 +70,8 @@ def show(path: Path, up: Axis | None = None) -> None:
         canvas.close()
         raise
     if up is None and scene.up is None:
-        print(f"up is {up_source(path, None)} (the key U or --up changes it)")
-    print(f"{path} is open in a window. Keys:\n{HELP}", flush=True)
+        log.info("up is %s (the key U or --up changes it)", up_source(path, None))
+    log.info("%s is open in a window. Keys:\n%s", path, HELP)
     try:
         toolkit.loop.run()
     finally:
@@ -311,14 +312,14 @@ class Window:
             self._full_screen()
         elif key == "p":
             try:
-                print(f"saved {self.save()}", flush=True)
+                log.info("saved %s", self.save())
             except (InputError, OSError) as error:
-                print(f"the image could not be saved: {error}", file=sys.stderr)
+                log.warning("the image could not be saved: %s", error)
         elif key == "i":
             self.timed, self._titled = not self.timed, 0.0
             self._say_title("")
         elif key == "h":
-            print(HELP, flush=True)
+            log.info(HELP)
         self.canvas.request_draw()
 
     def _full_screen(self) -> None:

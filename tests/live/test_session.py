@@ -31,6 +31,7 @@ from mobilegs.live.frames import (
     view_psnr,
 )
 from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.progress_display import printed_log
 from mobilegs.train.progress import Monitor
 from mobilegs.train.run_dir import StopRequest
 from mobilegs.train.stage import view_order
@@ -74,7 +75,8 @@ def test_a_run_with_a_live_view_writes_the_same_bytes(
     capture: Path, finished: Path, tmp_path: Path, sent_frames: list[np.ndarray], capfd
 ) -> None:
     run = TrainRun(capture, tmp_path / "run", live=True, live_at=FREE_PORT)
-    train_run(run, recipe=RECIPE)
+    with printed_log():
+        train_run(run, recipe=RECIPE)
     assert len(sent_frames) == RECIPE.teacher.steps + RECIPE.student.steps
     assert all(frame.std() > 1 for frame in sent_frames)
     for name in ("teacher.ply", "scene.mgs"):

@@ -14,6 +14,7 @@ from mobilegs.data.demo.capture import write_capture
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.pipeline.train import TrainRun, resolve_recipe, train_run
+from mobilegs.progress_display import printed_log
 from mobilegs.train.recipes import FORMER, with_settings
 from tests.support.runs import RECIPE
 
@@ -225,7 +226,8 @@ def test_an_unreachable_size_is_reported(
     capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     recipe = with_settings(RECIPE, ["student.quantization.target_mb=0.001"])
-    train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
+    with printed_log():
+        train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
     said = capsys.readouterr().out
     assert "MB, but target_mb is 0.001" in said
     photos = json.loads((tmp_path / "run" / "config.json").read_text())["photos"]

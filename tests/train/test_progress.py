@@ -102,12 +102,11 @@ def test_a_log_has_the_state_of_the_training(
     monkeypatch.setattr("mobilegs.progress_display.INTERVAL", 0.01)
     monkeypatch.setattr(progress, "line_stream", lambda: log)
     with Monitor(tmp_path / "log", [], {}) as monitor:
-        monitor.print("24 photos")
         with monitor.begin(stage):
             advance(monitor, stage, clock, 301, 0.1)
             assert log.has_step.wait(60)
-    first, begun, *lines, last = log.getvalue().splitlines()
-    assert [first, begun] == ["24 photos", "training the teacher: started"]
+    begun, *lines, last = log.getvalue().splitlines()
+    assert begun == "training the teacher: started"
     line = next(line for line in lines if "301 of 30,000" in line)
     assert "after 0:30, 49:30 left" in line and "30.00 dB" in line and "213,148" in line
     assert last == "training the teacher: finished in 0:30"

@@ -20,6 +20,7 @@ import segno
 from mobilegs.cli.main import main
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS
+from mobilegs.progress_display import printed_log
 from mobilegs.up import Axis
 from mobilegs.view.assets import viewer_script
 from mobilegs.view.serve import SCENE, Handler, Server, own_address, serve
@@ -149,7 +150,8 @@ def test_lan_prints_an_address_and_its_qr_code(
     monkeypatch.setattr("webbrowser.open", browse)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        serve(scene, None, lan=True, port=0, browser=True)
+        with printed_log():
+            serve(scene, None, lan=True, port=0, browser=True)
     finally:
         signal.signal(signal.SIGINT, before)
     said = capsys.readouterr().out
@@ -179,7 +181,8 @@ def test_view_says_which_way_is_up(
     head = ply("binary_little_endian", "float")
     scene.write_bytes(head.replace(b"element", f"{comment}element".encode()))
     monkeypatch.setattr(Server, "serve_forever", lambda self: None)
-    serve(scene, None, up=option, lan=False, port=0, browser=False)
+    with printed_log():
+        serve(scene, None, up=option, lan=False, port=0, browser=False)
     said = capsys.readouterr().out
     assert sentence in said
     assert ("up is" in said) == (option is None)

@@ -14,6 +14,7 @@ from mobilegs.cli.main import main
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
+from mobilegs.progress_display import printed_log
 from mobilegs.up import AXES
 from mobilegs.view import window as windows
 from mobilegs.view.wgpu_renderer import WgpuRenderer
@@ -205,8 +206,9 @@ def test_keys_save_an_image_show_times_and_close(
     titles: list[str] = []
     monkeypatch.setattr(window.canvas, "set_title", titles.append)
     image = shown(window)
-    press(window, "p")
-    press(window, "p")
+    with printed_log():
+        press(window, "p")
+        press(window, "p")
     said = capsys.readouterr().out
     assert "saved garden.png" in said and "saved garden-2.png" in said
     for name in ("garden.png", "garden-2.png"):
@@ -217,7 +219,8 @@ def test_keys_save_an_image_show_times_and_close(
     assert "180 x 120" in titles[-1]
     press(window, "I")
     assert titles[-1] == "garden: 300 Gaussians"
-    press(window, "h")
+    with printed_log():
+        press(window, "h")
     assert "full screen" in capsys.readouterr().out
     press(window, "f")  # without a screen, no effect
     press(window, "q", "Shift")
