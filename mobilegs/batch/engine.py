@@ -96,15 +96,15 @@ class LocalEngine:
     def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
         """Return tasks that ended; wait for one for at most some seconds."""
         try:
-            found = [self._ended.get(timeout=seconds)]
+            ended = [self._ended.get(timeout=seconds)]
         except queue.Empty:
             return []
         while not self._ended.empty():
-            found.append(self._ended.get())
-        for task, _ in found:
+            ended.append(self._ended.get())
+        for task, _ in ended:
             self._cores += task.cores
         self._threads = [thread for thread in self._threads if thread.is_alive()]
-        return found
+        return ended
 
     def stop(self) -> None:
         """Stop all tasks, with their checkpoints, and wait for them."""

@@ -49,21 +49,21 @@ def fetch(source: str, cache: Path) -> Path:
     validate_address(source)
     files, root = fsspec.core.url_to_fs(source)
     try:
-        found = _listing(files, root)
+        listing = _listing(files, root)
     except FileNotFoundError:
-        found = {}
+        listing = {}
     except PermissionError as error:
         raise InputError(f"{source} may not be read: {error}") from None
-    if not found:
+    if not listing:
         raise InputError(f"there is nothing at {source}")
-    target = cache / _key(source, found)
+    target = cache / _key(source, listing)
     place = target / (PurePosixPath(root.rstrip("/")).name or "source")
     make_folder(cache)
     with FileLock(target.with_name(f".{target.name}.lock")):
         if not target.exists():
             part = target.with_name(f".{target.name}.part")
             shutil.rmtree(part, ignore_errors=True)
-            for name in found:
+            for name in listing:
                 local = part / place.name / name if name else part / place.name
                 make_folder(local.parent)
                 files.get_file(f"{root.rstrip('/')}/{name}" if name else root, str(local))
@@ -74,16 +74,16 @@ def fetch(source: str, cache: Path) -> Path:
 def _listing(files: Any, root: str) -> dict[str, dict[str, Any]]:
     """Return what a filesystem tells of the files at `root`, by their names below it."""
     top = str(files._strip_protocol(root)).rstrip("/")
-    found = {}
+    listing = {}
     for path, about in files.find(root, detail=True).items():
         name = str(path)[len(top) :].lstrip("/")
         if ".." in PurePosixPath(name).parts:
             raise InputError(f"{root} has a file '{name}', which would leave the cache")
-        found[name] = {key: str(about[key]) for key in VERSIONS if about.get(key) is not None}
-    return found
+        listing[name] = {key: str(about[key]) for key in VERSIONS if about.get(key) is not None}
+    return listing
 
 
-def _key(source: str, found: dict[str, dict[str, Any]]) -> str:
+def _key(source: str, listing: dict[str, dict[str, Any]]) -> str:
     """Return a name for the content at an address."""
-    text = json.dumps([source, sorted(found.items())])
+    text = json.dumps([source, sorted(listing.items())])
     return hashlib.sha256(text.encode()).hexdigest()[:20]

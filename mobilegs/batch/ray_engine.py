@@ -44,12 +44,12 @@ class RayEngine:
 
     def nodes(self) -> list[Node]:
         """Return the machines of the cluster that are alive."""
-        found = [
+        alive = [
             Node(node["NodeName"], int(own.get("CPU", 0)), int(own.get("GPU", 0)))
             for node in self._ray.nodes()
             if node["Alive"] and (own := node["Resources"])
         ]
-        return [node for node in found if node.cores]  # a head may leave the work to others
+        return [node for node in alive if node.cores]  # a head may leave the work to others
 
     def accepts(self, task: Task) -> bool:
         """Return True while little more than the whole cluster is asked for."""

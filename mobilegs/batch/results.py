@@ -125,10 +125,8 @@ def _figures(run: RunDir) -> dict[str, Any]:
 def _link(folder: RowFolder) -> str:
     """Return the path of the page that shows a scene, from the batch's folder."""
     site = folder.site / "index.html"
-    found = next(
-        (each for each in (folder.page, site) if each.exists()), RunDir(folder.path).report
-    )
-    return found.relative_to(folder.path.parent).as_posix()
+    page = next((each for each in (folder.page, site) if each.exists()), RunDir(folder.path).report)
+    return page.relative_to(folder.path.parent).as_posix()
 
 
 def read_effort(row: Row, folder: RowFolder, kind: RowKind | None) -> Effort:

@@ -46,8 +46,8 @@ class RowFolder:
         if not self.row.exists():
             return None
         try:
-            found = json.loads(self.row.read_text())
-            return {key: found[key] for key in ("source", "options", "own")}
+            row = json.loads(self.row.read_text())
+            return {key: row[key] for key in ("source", "options", "own")}
         except (ValueError, KeyError, TypeError) as error:
             raise InputError(f"{self.row} is damaged: delete the folder {self.path}") from error
 
@@ -59,9 +59,9 @@ class RowFolder:
         """Return path and kind of the source, or None if it must be fetched."""
         if not self.place_file.exists():
             return None
-        found = json.loads(self.place_file.read_text())
-        path = Path(found["path"])
-        return (path, found["kind"]) if path.exists() else None
+        place = json.loads(self.place_file.read_text())
+        path = Path(place["path"])
+        return (path, place["kind"]) if path.exists() else None
 
     def append(self, event: str, attempt: int, **about: Any) -> None:
         """Append an event with the time."""
@@ -73,13 +73,13 @@ class RowFolder:
         """Return all events; a line that a dying machine left half written is skipped."""
         if not self.events_file.exists():
             return []
-        found = []
+        events = []
         for line in self.events_file.read_text().splitlines():
             try:
-                found.append(json.loads(line))
+                events.append(json.loads(line))
             except ValueError:
                 continue
-        return found
+        return events
 
     def started(self, attempt: int) -> dict[str, Any] | None:
         """Return the event of an attempt that began, if it did."""

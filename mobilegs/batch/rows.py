@@ -66,9 +66,9 @@ def read_list(path: Path, defaults: Mapping[str, str]) -> list[Row]:
     faults = [unknown_column(name) for name in defaults if name not in all_columns()]
     rows: list[Row] = []
     seen: dict[str, int] = {}
-    for number, found in enumerate(given, start=1):
+    for number, cells in enumerate(given, start=1):
         try:
-            row = _validated(_row(number, found, defaults, folder))
+            row = _validated(_row(number, cells, defaults, folder))
             if row.name.lower() in seen:
                 raise InputError(f"row {seen[row.name.lower()]} has the name '{row.name}', too")
             seen[row.name.lower()] = number
@@ -89,10 +89,10 @@ def refuse(faults: Sequence[str]) -> None:
         raise InputError("\n".join([*faults[:FAULTS_MAX], *rest]))
 
 
-def _row(number: int, found: Mapping[str, Any], defaults: Mapping[str, str], folder: Path) -> Row:
+def _row(number: int, cells: Mapping[str, Any], defaults: Mapping[str, str], folder: Path) -> Row:
     """Return a row of a list as it was written, with absolute paths."""
     own: dict[str, str] = {}
-    for column, value in found.items():
+    for column, value in cells.items():
         if column not in all_columns():
             raise InputError(unknown_column(column))
         if text := _text(column, value):
@@ -156,10 +156,10 @@ def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
             if name not in all_columns():
                 raise InputError(f"{path}: {unknown_column(name)}")
         reader.fieldnames = names
-        for found in reader:
-            if extra := found.pop("", None):
+        for cells in reader:
+            if extra := cells.pop("", None):
                 raise InputError(f"{path}, line {reader.line_num}: '{extra[0]}' has no column")
-            yield found
+            yield cells
     except csv.Error as error:
         raise InputError(f"{path}, line {reader.line_num}: {error}") from None
 
@@ -173,12 +173,12 @@ def _of_json_lines(path: Path) -> Iterator[dict[str, Any]]:
         if not line.strip():
             continue
         try:
-            found = json.loads(line)
+            cells = json.loads(line)
         except ValueError as error:
             raise InputError(f"{path}, line {number}: this is not JSON ({error})") from None
-        if not isinstance(found, dict):
+        if not isinstance(cells, dict):
             raise InputError(f'{path}, line {number}: give an object like {{"source": "a"}}')
-        yield found
+        yield cells
 
 
 def _of_folder(path: Path) -> Iterator[dict[str, Any]]:

@@ -111,19 +111,19 @@ def open_folder(options: BatchOptions, rows: Sequence[Row]) -> None:
 def _validate_folder(path: Path, row: Row) -> None:
     """Raise InputError if a row's folder holds something else."""
     folder = RowFolder(path)
-    found = folder.load_row()
+    begun = folder.load_row()
     run = RunDir(path)
-    if found is None:
+    if begun is None:
         run.validate_new()
     elif not run.config.exists() and not folder.capture.exists():
         return  # nothing was made of the row yet
-    elif found["source"] != row.source:
+    elif begun["source"] != row.source:
         raise InputError(
-            f"{path} was begun with the source {found['source']}: delete it, or give another name"
+            f"{path} was begun with the source {begun['source']}: delete it, or give another name"
         )
-    elif found["options"] != row.options:
-        both = found["options"].keys() | row.options.keys()
-        names = sorted(name for name in both if found["options"].get(name) != row.options.get(name))
+    elif begun["options"] != row.options:
+        both = begun["options"].keys() | row.options.keys()
+        names = sorted(name for name in both if begun["options"].get(name) != row.options.get(name))
         raise InputError(
             f"{path} was begun with another {names[0]}: delete it, or give another name"
         )
@@ -343,18 +343,18 @@ class Batch:
         parts = [f"{states.count('done')} of {len(states)} done"]
         parts += [f"{states.count(state)} {state}" for state in ("failed",) if state in states]
         text = ", ".join(parts) + f" after {clock(time.monotonic() - self.begun)}"
-        found = self.forecast()
-        if found is None:
+        expected = self.forecast()
+        if expected is None:
             return f"{text}; the first rows will tell the time left"
-        if found.seconds_left:
-            text += f"; {clock(found.seconds_left)} left"
-        hours = f"{found.core_hours:.2f} core-hours"
-        if found.gpu_hours:
-            hours += f" and {found.gpu_hours:.2f} GPU-hours"
+        if expected.seconds_left:
+            text += f"; {clock(expected.seconds_left)} left"
+        hours = f"{expected.core_hours:.2f} core-hours"
+        if expected.gpu_hours:
+            hours += f" and {expected.gpu_hours:.2f} GPU-hours"
         text += f"; the whole list: {hours}"
         if self.options.prices is not None:
             core, gpu = self.options.prices
-            text += f", cost {found.core_hours * core + found.gpu_hours * gpu:,.2f}"
+            text += f", cost {expected.core_hours * core + expected.gpu_hours * gpu:,.2f}"
         return text
 
     def _publish(self, *, now: bool = False) -> None:

@@ -86,13 +86,13 @@ def batch(
 
 def defaults_of(words: Sequence[str]) -> dict[str, str]:
     """Return the columns of `--default`."""
-    found = {}
+    columns = {}
     for word in words:
         name, equals, value = word.partition("=")
         if not equals:
             raise InputError(f"--default takes COLUMN=VALUE, not '{word}'")
-        found[name.strip()] = value.strip()
-    return found
+        columns[name.strip()] = value.strip()
+    return columns
 
 
 def engine_of(name: Literal["ray", "local"] | None, device: str) -> "Engine":

@@ -117,8 +117,8 @@ def edit(
         raise InputError("with editing options no browser opens: leave out --port and --no-browser")
     output = output or free_name(scene)
     validate_output(scene, output)
-    found = edit_of(edits, scene, title=title, up=up)
-    report = _written(scene, output, found, capture)
+    scene_edit = edit_of(edits, scene, title=title, up=up)
+    report = _written(scene, output, scene_edit, capture)
     print("\n".join([*report.lines, f"{output} is written, {scene} is as it was"]))
 
 
@@ -152,8 +152,7 @@ def edit_of(options: EditOptions, scene: Path, *, title: str = "", up: str = "")
         plane = r.parsed_plane(options.floor, "--floor")
         changes["floor"] = n.plane_text(plane.normal, plane.offset)
     if options.annotations is not None:
-        found = n.parsed_annotations(_json_of(options.annotations))
-        changes |= n.annotation_notes(found)
+        changes |= n.annotation_notes(n.parsed_annotations(_json_of(options.annotations)))
     if options.camera_path is not None:
         changes |= n.path_notes(n.parsed_path(_json_of(options.camera_path)))
     if options.no_limits:
@@ -185,15 +184,15 @@ def edited_copy(
 
     suffix = scene.suffix.lower()
     suffix = suffix if suffix == ".mgs" or suffix in KINDS else ".ply"
-    found, notes = edit_of(options, scene, title=title), {}
+    scene_edit, notes = edit_of(options, scene, title=title), {}
     if suffix != ".mgs":
-        found, notes = replace(found, notes={}), page_notes(found.notes)
-    if not found.removes and not found.notes:
+        scene_edit, notes = replace(scene_edit, notes={}), page_notes(scene_edit.notes)
+    if not scene_edit.removes and not scene_edit.notes:
         yield scene, notes
         return
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, f"{scene.stem}{suffix}")
-        report = _written(scene, copy, found, capture)
+        report = _written(scene, copy, scene_edit, capture)
         print("\n".join(report.lines))
         yield copy, notes
 
@@ -277,20 +276,22 @@ def cameras_for(scene: Path, capture: Path | None) -> "tuple[list[Camera], str]"
     return [frame.camera for frame in dataset.train], f"the training cameras of {used}"
 
 
-def _written(scene: Path, output: Path, found: "SceneEdit", capture: Path | None) -> "EditReport":
+def _written(
+    scene: Path, output: Path, scene_edit: "SceneEdit", capture: Path | None
+) -> "EditReport":
     from mobilegs.edit.scene_edit import edit_file
     from mobilegs.progress_display import show_progress
 
-    if not found.counts:
+    if not scene_edit.counts:
         if capture is not None:
             raise InputError("no cameras are counted: leave out --capture")
-        return edit_file(scene, output, found)
+        return edit_file(scene, output, scene_edit)
     cameras, source = cameras_for(scene, capture)
     with show_progress("counting cameras") as advance:
         return edit_file(
             scene,
             output,
-            found,
+            scene_edit,
             cameras=cameras,
             camera_source=source,
             progress=advance,

@@ -218,11 +218,11 @@ def info(scene: SceneFile, *, json: bool = False) -> None:
     from mobilegs.evaluate.report import to_json
     from mobilegs.scene_file import inspect_scene, scene_at
 
-    found = inspect_scene(scene_at(scene))
+    contents = inspect_scene(scene_at(scene))
     if json:
-        print(to_json(found))
+        print(to_json(contents))
     else:
-        print_contents(found)
+        print_contents(contents)
 
 
 def doctor(*, json: bool = False) -> None:

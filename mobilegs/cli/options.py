@@ -36,14 +36,14 @@ def call(
         print(f"{wrapped(docs.description or '')}\n")
     groups: dict[str, list[tuple[str, Any, Any]]] = {"common": [], "expert": []}
     shared: dict[str, type] = {}
-    for name, found in options_of(target).items():
+    for name, described in options_of(target).items():
         hint = get_type_hints(target, include_extras=True)[name]
         if is_dataclass(hint):
             assert isinstance(hint, type)
             shared[name] = hint
             groups["expert" if common else "common"] += options_of(hint).values()
         else:
-            groups["common" if name in common or not common else "expert"].append(found)
+            groups["common" if name in common or not common else "expert"].append(described)
     if common:
         kinds = {name: make_dataclass(name, part, kw_only=True) for name, part in groups.items()}
         whole = make_dataclass("Options", [(name, OmitArgPrefixes[kinds[name]]) for name in kinds])

@@ -24,25 +24,25 @@ def escape(text: str) -> str:
     return escape(text)
 
 
-def print_capture(found: dict[str, Any], output: Path) -> None:
+def print_capture(report: dict[str, Any], output: Path) -> None:
     """Print how many photos have a pose, how well points fit, and the photos left out."""
     print(
-        f"{output}: poses for {found['registered']} of {found['photos']} photos, "
-        f"{found['points']:,} points, reprojection error {found['reprojection_error']:.2f} px"
+        f"{output}: poses for {report['registered']} of {report['photos']} photos, "
+        f"{report['points']:,} points, reprojection error {report['reprojection_error']:.2f} px"
     )
-    if found["left_out"]:
-        names = found["left_out"]
+    if report["left_out"]:
+        names = report["left_out"]
         rest = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
         print(f"left out: {', '.join(names[:NAMES_MAX])}{rest}")
-    if kind := found.get("hdr"):
+    if kind := report.get("hdr"):
         print(f"the video is HDR ({kind}): its frames were converted to sRGB")
-    for sentence in found.get("unreadable", [])[:NAMES_MAX]:
+    for sentence in report.get("unreadable", [])[:NAMES_MAX]:
         print(f"left out: {sentence}")
-    if others := found.get("other_files"):
+    if others := report.get("other_files"):
         kinds = ", ".join(f"{number} {kind}" for kind, number in others.items())
         print(f"files beside the photos that are none, and were not used: {kinds}")
-    if len(found["models"]) > 1:
-        sizes = " + ".join(str(size) for size in found["models"])
+    if len(report["models"]) > 1:
+        sizes = " + ".join(str(size) for size in report["models"])
         print(f"the photos form unconnected models of {sizes} photos: the largest is used")
     print(f"{output / 'coverage.png'} shows where photos are missing")
 
@@ -123,36 +123,36 @@ DIRECTION_MARKS = dict.fromkeys(
 QUANTIZERS = {"nvq": "codebooks (nvq)", "sq": "step sizes (sq)"}
 
 
-def print_contents(found: dict[str, Any]) -> None:
+def print_contents(contents: dict[str, Any]) -> None:
     """Print what a scene's file contains, how it is blended, and the bytes of each part.
 
-    `found` is a result of `inspect_scene`.
+    `contents` is a result of `inspect_scene`.
     """
     from rich.table import Table
 
-    size, count = found["file_bytes"], found["gaussians"]
+    size, count = contents["file_bytes"], contents["gaussians"]
     print(
-        f"{found['file']}: {count:,} Gaussians, {size:,} bytes, "
+        f"{contents['file']}: {count:,} Gaussians, {size:,} bytes, "
         f"{size / max(count, 1):.2f} per Gaussian"
     )
     table = Table(box=None, show_header=False)
-    for name, text in _topics(found).items():
+    for name, text in _topics(contents).items():
         table.add_row(escape(name), escape(text))
     console().print(table)
-    if found.get("meta"):
+    if contents.get("meta"):
         # in a separate table: a note must not look like a finding
         notes = Table("notes of the author", "", box=None)
-        for name, value in found["meta"].items():
+        for name, value in contents["meta"].items():
             row = name.replace("_", " "), readable(value)
             notes.add_row(*(escape(text.translate(DIRECTION_MARKS)) for text in row))
         console().print(notes)
-    if "streams" not in found:
+    if "streams" not in contents:
         return
     parts: dict[str, int] = {}
-    for row in found["streams"]:
+    for row in contents["streams"]:
         part = PARTS[row["name"].split("@")[0].split(".")[0]] if row["used"] else UNUSED
         parts[part] = parts.get(part, 0) + row["bytes"]
-    parts["header"] = found["header_bytes"] + found["padding_bytes"]
+    parts["header"] = contents["header_bytes"] + contents["padding_bytes"]
     table = Table("part", box=None)
     for heading in ("bytes", "share", "bytes per Gaussian"):
         table.add_column(heading, justify="right")
@@ -161,49 +161,51 @@ def print_contents(found: dict[str, Any]) -> None:
     console().print(table)
 
 
-def _topics(found: dict[str, Any]) -> dict[str, str]:
+def _topics(contents: dict[str, Any]) -> dict[str, str]:
     """Return descriptions of a scene by topic."""
     import numpy as np
 
     from mobilegs.scene_file import up_source
 
-    colour = f"spherical harmonics of degree {found['sh_degree']}"
-    up = up_source(Path(found["file"]), None if found["up"] is None else np.array(found["up"]))
-    if "mode" not in found:
+    colour = f"spherical harmonics of degree {contents['sh_degree']}"
+    up = up_source(
+        Path(contents["file"]), None if contents["up"] is None else np.array(contents["up"])
+    )
+    if "mode" not in contents:
         return {"blending": SORTED, "colour": colour, "up": up}
-    sorts = found["blend"] == "sorted"
+    sorts = contents["blend"] == "sorted"
     topics = {
-        "version": f"{found['version']} of the format",
+        "version": f"{contents['version']} of the format",
         "blending": SORTED
         if sorts
-        else f"without sorting, weighting {found['weighting']['name']} "
+        else f"without sorting, weighting {contents['weighting']['name']} "
         "(viewers that sort show it wrong)",
-        "colour": f"{colour}, decoded on loading from {found['color_latents']} latents by "
-        f"{'two matrices' if found['colors'] == 'linear' else 'networks'}",
+        "colour": f"{colour}, decoded on loading from {contents['color_latents']} latents by "
+        f"{'two matrices' if contents['colors'] == 'linear' else 'networks'}",
         "opacity": "the same from all directions",
-        "quantisation": QUANTIZERS[found["mode"]],
+        "quantisation": QUANTIZERS[contents["mode"]],
     }
-    shape = found["lobes"]
+    shape = contents["lobes"]
     depends = "view-dependent" if sorts else "view-dependent, with the weight"
     if shape is not None:
         topics["opacity"] = (
             f"{depends}: lobes of degree {shape['degree']}, decoded on "
             f"loading from {shape['latents']} latents"
         )
-    elif found["network"]:
+    elif contents["network"]:
         topics["opacity"] = f"{depends}: a network, evaluated for every view"
-    if "footprint" in found:
-        footprint = found["footprint"]
+    if "footprint" in contents:
+        footprint = contents["footprint"]
         parts = [f"blur of {footprint['blur']:g} px^2"]
         parts += ["antialiased"] if footprint["antialiased"] else []
         parts += ["soft edges"] if footprint["soft_edge"] else []
         topics["footprint"] = ", ".join(parts)
-    indices = [row for row in found["streams"] if row["huffman_bytes"] is not None]
+    indices = [row for row in contents["streams"] if row["huffman_bytes"] is not None]
     taken, huffman = (sum(row[key] for row in indices) for key in ("bytes", "huffman_bytes"))
     topics["indices"] = f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}"
-    if "layers" in found:
-        topics["LOD levels"] = " + ".join(f"{n:,}" for n in found["layers"]) + " Gaussians"
-    topics["cameras"] = f"{found['views']} for a first look"
+    if "layers" in contents:
+        topics["LOD levels"] = " + ".join(f"{n:,}" for n in contents["layers"]) + " Gaussians"
+    topics["cameras"] = f"{contents['views']} for a first look"
     topics["up"] = up
     return topics
 

@@ -78,10 +78,10 @@ def make_capture(run: "CaptureRun") -> None:
     from mobilegs.capture import capture_photos
 
     try:
-        found = capture_photos(run, bar=show_progress)
+        report = capture_photos(run, bar=show_progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("interrupted: give the same command to continue") from None
-    print_capture(found, run.output)
+    print_capture(report, run.output)
 
 
 def compress(words: Sequence[str]) -> None:

@@ -66,15 +66,15 @@ def plane_text(normal: Triple, offset: float | int) -> str:
     return _written([value / size for value in (*normal, offset)])
 
 
-def parsed_annotations(found: Any) -> list[Annotation]:
+def parsed_annotations(annotations: Any) -> list[Annotation]:
     """Return annotations from a JSON list of `{"at": [x, y, z], "text": ..., "eye": [x, y, z]}`.
 
     Raises InputError for anything else.
     """
-    if not isinstance(found, list) or len(found) > ANNOTATIONS_MAX:
+    if not isinstance(annotations, list) or len(annotations) > ANNOTATIONS_MAX:
         raise InputError(f"annotations must be a list of at most {ANNOTATIONS_MAX}")
     made = []
-    for number, item in enumerate(found, 1):
+    for number, item in enumerate(annotations, 1):
         fields = item if isinstance(item, dict) else {}
         at, text, eye = fields.get("at"), fields.get("text"), fields.get("eye")
         if not _is_point(at) or not isinstance(text, str) or not (eye is None or _is_point(eye)):
@@ -92,15 +92,15 @@ def parsed_annotations(found: Any) -> list[Annotation]:
     return made
 
 
-def parsed_path(found: Any) -> list[Key]:
+def parsed_path(poses: Any) -> list[Key]:
     """Return key poses (eye, target) from a JSON list of lists of six numbers.
 
     Raises InputError for anything else, and for fewer than two poses.
     """
-    if not isinstance(found, list) or not 2 <= len(found) <= POSES_MAX:
+    if not isinstance(poses, list) or not 2 <= len(poses) <= POSES_MAX:
         raise InputError(f"a camera path is a list of 2 to {POSES_MAX} poses")
     keys = []
-    for number, pose in enumerate(found, 1):
+    for number, pose in enumerate(poses, 1):
         if not isinstance(pose, list) or len(pose) != 6 or not all(map(_is_number, pose)):
             raise InputError(f"pose {number} of the camera path is not six numbers: eye, target")
         eye, target = tuple(pose[:3]), tuple(pose[3:])

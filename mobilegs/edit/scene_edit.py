@@ -292,17 +292,17 @@ def read_rows(path: Path) -> Int[Tensor, "m"]:
     """
     try:
         if path.suffix.lower() == ".npy":
-            found = np.load(path, allow_pickle=False)
-            found = found.nonzero()[0] if found.dtype == bool and found.ndim == 1 else found
+            rows = np.load(path, allow_pickle=False)
+            rows = rows.nonzero()[0] if rows.dtype == bool and rows.ndim == 1 else rows
         else:
-            found = np.array([int(word) for word in path.read_text().split()], np.int64)
+            rows = np.array([int(word) for word in path.read_text().split()], np.int64)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     except ValueError:
-        found = np.zeros(0)
-    if found.ndim != 1 or not np.issubdtype(found.dtype, np.integer):
+        rows = np.zeros(0)
+    if rows.ndim != 1 or not np.issubdtype(rows.dtype, np.integer):
         raise InputError(f"{path} does not hold row numbers: one integer per line is needed")
-    return torch.from_numpy(found.astype(np.int64))
+    return torch.from_numpy(rows.astype(np.int64))
 
 
 def _told(region: Region) -> str:

@@ -89,12 +89,12 @@ def floaters(support: Support) -> Bool[Tensor, "n"]:
     framed = support.framed.clamp_min(1)
     hidden = support.seen <= FEW * framed
     before = support.ahead >= MOST * framed
-    found = support.lonely & (support.framed > 0) & (hidden | before)
-    rows = found.nonzero()[:, 0]
+    candidates = support.lonely & (support.framed > 0) & (hidden | before)
+    rows = candidates.nonzero()[:, 0]
     rows = rows[support.weight[rows].argsort(stable=True)]
     total = support.weight.double().sum()
     few = support.weight[rows].double().cumsum(0) <= WEIGHT_MAX * total
-    floating = torch.zeros_like(found)
+    floating = torch.zeros_like(candidates)
     floating[rows[few]] = True
     return floating
 
