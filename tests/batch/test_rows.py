@@ -8,6 +8,7 @@ import pytest
 
 from mobilegs.batch.columns import all_columns, command_of, exports_of, run_of
 from mobilegs.batch.rows import Row, read_list
+from mobilegs.capture import CaptureRun
 from mobilegs.errors import InputError
 from mobilegs.pipeline.compress import CompressRun
 from mobilegs.pipeline.train import TrainRun
@@ -73,15 +74,18 @@ def test_columns_become_options_of_the_runs(folder: Path) -> None:
             "export": ["ply", "html"],
         },
         {"source": "tree.ply", "capture": "garden", "target_mb": 1},
+        {"source": "old town", "rig": True, "lens": "opencv"},
     ]
     listed = written(folder, "\n".join(map(json.dumps, lines)), "list.jsonl")
-    one, other = read_list(listed, {})
+    one, other, photos = read_list(listed, {})
     run = run_of(TrainRun, one.options, capture=Path("a"), output=Path("b"))
     assert run.minutes == 2.5 and run.background == (1.0, 1.0, 0.5)
     assert run.settings == (("student.lr.opacities=0.02", "teacher.min_views=0"),)
     assert exports_of(one.options) == ["html", "ply"]
     compress = run_of(CompressRun, other.options, scene=Path("a"), output=Path("b"))
     assert compress.capture == folder / "garden" and compress.target_mb == 1.0
+    rig = run_of(CaptureRun, photos.options, source=Path("a"), output=Path("b"))
+    assert rig.rig is True and rig.lens == "opencv"
     words = command_of("capture", one.source, Path("out"), one.options)
     assert words[:5] == ["mobilegs", "train", str(folder / "garden"), "-o", "out"]
     assert words[words.index("--background") + 1 :][:3] == ["1", "1", "0.5"]
@@ -104,6 +108,7 @@ def test_columns_become_options_of_the_runs(folder: Path) -> None:
         ("source,method", "tree.ply,mcmc", "'method' does not apply to a trained scene"),
         ("source,set", "garden,student.lr.opacitis=3", "there is no 'opacitis': did you mean"),
         ("source,set", "tree.ply,student.lr=x", "student.lr"),
+        ("source,set", "garden,student.lr='3", "set is PATH=VALUE ..., not 'student.lr='3'"),
         ("source,capture", "tree.ply,nothing", "nothing, which does not exist"),
         ("source,export", "garden,pdf", "there is no export 'pdf': use some of html, site"),
         ("source", "s4://bucket/a", "has an unknown kind of address: 's4'"),
