@@ -37,10 +37,9 @@ from mobilegs.view.assets import (
     TITLE,
     editor_script,
     escaped,
-    index_page,
     script_tags,
 )
-from mobilegs.view.export import ELEMENT
+from mobilegs.view.export import ELEMENT, page_with
 from mobilegs.view.serve import Handler, Server, validate_scene_file
 
 log = logging.getLogger(__name__)
@@ -235,16 +234,14 @@ class EditHandler(Handler):
 
 def editor_page(server: EditServer) -> str:
     """Return the viewer's page with the tools."""
-    page = index_page()
-    changes = {
-        TITLE: f"<title>Edit {escaped(server.title)}</title>",
-        ELEMENT: '<mobile-gs src="scene" editable free></mobile-gs>',
-        SCRIPT: f'{script_tags("viewer.js")}\n    <script type="module" src="edit.js"></script>',
-    }
-    for old, new in changes.items():
-        assert page.count(old) == 1, old
-        page = page.replace(old, new)
-    return page
+    return page_with(
+        {
+            TITLE: f"<title>Edit {escaped(server.title)}</title>",
+            ELEMENT: '<mobile-gs src="scene" editable free></mobile-gs>',
+            SCRIPT: f"{script_tags('viewer.js')}\n"
+            '    <script type="module" src="edit.js"></script>',
+        }
+    )
 
 
 def edit_from_page(posted: Any, count: int) -> SceneEdit:

@@ -93,7 +93,7 @@ def export_html(
     image = base64.b64encode(jpeg(posters.preview)).decode()
     attribute = "" if posters.style else f"data:image/jpeg;base64,{image}"
     data = base64.b64encode(scene.read_bytes()).decode()
-    page = _page(
+    page = page_with(
         {
             TITLE: f"<title>{escaped(title)}</title>",
             **_styled(posters),
@@ -173,7 +173,7 @@ def _site_page(
     """Return the page of a site; `title` is escaped, `name` is the scene's file."""
     # addresses that change with the files: browsers may have cached earlier ones
     poster = "" if posters.style else f"poster.jpg?{_digest(files['poster.jpg'])}"
-    return _page(
+    return page_with(
         {
             **_styled(posters),
             TITLE: f"<title>{title}</title>\n"
@@ -262,7 +262,8 @@ def _is_page(file: Path) -> bool:
         return opened.read(len(begin)) == begin
 
 
-def _page(changes: dict[str, str]) -> str:
+def page_with(changes: dict[str, str]) -> str:
+    """Return the viewer's page with other texts in place of some of its own."""
     return _replaced(index_page(), changes)
 
 
