@@ -11,14 +11,13 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from fuzz import compiled, javascript
-from fuzz.seeds import SEEDS
+from fuzz import captures, compiled
+from fuzz.inputs import HERE, KINDS, VIEWER_KINDS, corpus, kind_of, seeds
 
-HERE = Path(__file__).parent
 TARGETS = {
     **{f"cpp-{kind}": "clang" for kind in compiled.KINDS},
-    **{f"python-{kind}": "atheris" for kind in SEEDS},
-    **{f"javascript-{kind}": "node" for kind in javascript.KINDS},
+    **{f"python-{kind}": "atheris" for kind in (*KINDS, *captures.KINDS)},
+    **{f"javascript-{kind}": "node" for kind in VIEWER_KINDS},
     "agreement": "node",
 }
 HELP = {
@@ -49,20 +48,9 @@ class Result:
 
 def write_seeds(target: str, folder: Path) -> None:
     """Write the valid files of a target, and its part of the corpus, into `folder`."""
-    language, _, kind = target.partition("-")
-    if language == "cpp":
-        contents = compiled.seeds(kind)
-    else:
-        contents = [seed.data for seed in SEEDS[kind]().values()]
     folder.mkdir(parents=True, exist_ok=True)
-    for number, data in enumerate([*contents, *corpus(target)]):
+    for number, data in enumerate([*seeds(kind_of(target)).values(), *corpus(target)]):
         (folder / f"{number:04d}").write_bytes(data)
-
-
-def corpus(target: str) -> list[bytes]:
-    """Return the inputs of `fuzz/corpus` for a target."""
-    folder = HERE / "corpus" / target
-    return [path.read_bytes() for path in sorted(folder.iterdir())] if folder.is_dir() else []
 
 
 def run(target: str, output: Path, seconds: int, seed: int) -> Result:
@@ -83,8 +71,7 @@ def run(target: str, output: Path, seconds: int, seed: int) -> Result:
     elif language == "python":
         command = [*module, "fuzz.guided", kind, folder, *options, *places]
     else:
-        kept = [target, "python-mgs", "javascript-mgs"] if target == "agreement" else [target]
-        for number, data in enumerate(data for name in kept for data in corpus(name)):
+        for number, data in enumerate(corpus(target)):
             (folder / "corpus" / f"{number:04d}").write_bytes(data)
         program = ["fuzz.javascript", kind] if language == "javascript" else ["fuzz.agreement"]
         limits = ["--seconds", str(seconds), "--seed", str(seed)]

@@ -14,6 +14,7 @@ others must refuse what they refuse, and give the same arrays within `TOLERANCES
 import argparse
 import contextlib
 import importlib.util
+import re
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -25,20 +26,20 @@ import numpy as np
 import torch
 
 from fuzz.findings import Findings
-from fuzz.javascript import NodeProcess, Ran, loop, write_rows
+from fuzz.javascript import Ran, Viewer, loop
+from fuzz.readers import quiet
 from mobilegs.compress.lobes import COEFFICIENT_MAX
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import unpack
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.lobes import constant_lobes
-from tests.fuzz.campaign import ONLY_THERE
-from tests.fuzz.readers import quiet
 
 # errors relative to the largest number of an array, or to 1e-6: sums have no specified order
 TOLERANCES = {"means": 0.0, "log_scales": 0.0, "quats": 1e-6, "sh": 2e-5, "lobes": 2e-5}
 JAVASCRIPT = {"logScales": "log_scales"}
-DECODE = Path(__file__).parent / "js" / "decode.js"
+# messages of the viewer about scenes that only Python opens
+ONLY_THERE = re.compile(r"has sh_degree '[023]'|has the weighting 'two_pass'")
 Arrays = dict[str, np.ndarray]
 
 
@@ -111,19 +112,18 @@ class Agreement:
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.scenes = folder, 0
-        self.fast, self.plain = NodeProcess(DECODE), NodeProcess(DECODE, "--without-wasm")
+        self.fast, self.plain = Viewer(folder, "--coverage"), Viewer(folder, "--without-wasm")
         self.independent = independent_decoder()
 
     def __call__(self, batch: list[bytes]) -> Ran:
-        write_rows(self.folder / "batch", batch)
         answers = {}
-        for name, process in (("wasm", self.fast), ("no wasm", self.plain)):
+        for name, viewer in (("wasm", self.fast), ("no wasm", self.plain)):
             out = self.folder / f"{name}.f32"
-            answers[name] = process.ask(path=str(self.folder / "batch"), out=str(out))
+            answers[name] = viewer.ask("mgs", batch, out=str(out))
             answers[name]["numbers"] = np.fromfile(out, "<f4")
         errors = [
             self.disagreement(
-                data, {n: _javascript(a["rows"][i], a["numbers"]) for n, a in answers.items()}
+                data, {n: _javascript(a["verdicts"][i], a["numbers"]) for n, a in answers.items()}
             )
             for i, data in enumerate(batch)
         ]
@@ -169,13 +169,9 @@ class Agreement:
 def _javascript(row: Any, numbers: np.ndarray) -> Arrays | str:
     if isinstance(row, str):
         return row
-    if "error" in row:
+    if isinstance(row, dict):
         return f"failed: {row['error']}"
-    layout: list[tuple[str, int, int]] = row["layout"]
-    return {
-        JAVASCRIPT.get(name, name): numbers[start : start + length]
-        for name, start, length in layout
-    }
+    return {JAVASCRIPT.get(name, name): numbers[at : at + length] for name, at, length in row}
 
 
 def _short(found: object) -> str:
