@@ -1,4 +1,4 @@
-"""Compare all decoders of `.mgs` on the same inputs: `python -m fuzz.agreement`.
+"""Compare all decoders of `.mgs` on the same inputs.
 
 | decoder | code |
 |---|---|
@@ -11,12 +11,9 @@ C++ and the reference must give equal codes to the last bit, or refuse with the 
 others must refuse what they refuse, and give the same arrays within `TOLERANCES`.
 """
 
-import argparse
 import contextlib
 import importlib.util
 import re
-import sys
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -25,9 +22,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from fuzz.findings import Findings
-from fuzz.javascript import Ran, Viewer, loop
-from fuzz.readers import quiet
+from fuzz.viewer import Ran, Viewer
 from mobilegs.compress.lobes import COEFFICIENT_MAX
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
@@ -176,21 +171,3 @@ def _javascript(row: Any, numbers: np.ndarray) -> Arrays | str:
 
 def _short(found: object) -> str:
     return f"'{found}'" if isinstance(found, str) else "a scene"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="gets the corpus and the findings")
-    parser.add_argument("--seconds", type=float, default=60)
-    parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    quiet()
-    np.seterr(all="ignore")  # the independent decoder meets numbers that overflow
-    findings = Findings("agreement", given.folder / "findings")
-    corpus = given.folder / "corpus"
-    with contextlib.closing(Agreement(Path(tempfile.mkdtemp()))) as agreement:
-        loop("mgs", agreement, findings, corpus, seconds=given.seconds, seed=given.seed)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

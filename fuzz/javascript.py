@@ -1,4 +1,4 @@
-"""Fuzz the viewer's readers in Node.js: a loop that follows the code coverage of V8.
+"""Fuzz the viewer's readers, or all decoders at once, in a loop that follows V8's code coverage.
 
 Inputs that reach new blocks are kept and mutated further, with knowledge of the format. jazzer.js
 would do this with libFuzzer, but its compiled part needs a newer C library than Debian 12 has, and
@@ -9,69 +9,31 @@ import argparse
 import contextlib
 import json
 import random
-import struct
-import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from fuzz.findings import Failure, Findings
-from fuzz.inputs import VIEWER_KINDS, seeds, short_seeds
+import numpy as np
+
+from fuzz.agreement import Agreement
+from fuzz.findings import Findings
+from fuzz.inputs import kind_of, seeds, short_seeds
 from fuzz.mutate import mutated
-from tests.support.node import node_program
+from fuzz.readers import quiet
+from fuzz.viewer import Ran, Viewer
 
-READERS = Path(__file__).parent / "js" / "readers.js"
 BATCH = 100
-EVERY = 5  # one of this many scenes is decoded completely, or read in pieces
-SECONDS = 2.0  # processor time allowed per input
-
-# the outcome of a batch: numbers of the inputs that reached new code, blocks reached so far, and an
-# error for each input, or None
-Ran = tuple[list[int], int, Sequence[Failure | None]]
-Run = Callable[[list[bytes]], Ran]
-
-
-class Viewer:
-    """The viewer's readers in a process of Node.js, to which files in `folder` pass the inputs.
-
-    `options` are those of `js/readers.js`.
-    """
-
-    def __init__(self, folder: Path, *options: str, seconds: float = SECONDS) -> None:
-        self.batch, self.seconds = folder / "-".join(["batch", *options]), seconds
-        command = [node_program(), "--max-old-space-size=512", READERS, *options]
-        pipe = subprocess.PIPE
-        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
-
-    def ask(self, kind: str, inputs: list[bytes], **more: object) -> Any:
-        """Return `{verdicts, novel, blocks}`; RuntimeError if the process has ended."""
-        stdin, stdout = self.process.stdin, self.process.stdout
-        assert stdin is not None and stdout is not None
-        self.batch.write_bytes(b"".join(struct.pack("<I", len(data)) + data for data in inputs))
-        asked = {"kind": kind, "path": str(self.batch), "every": EVERY, "seconds": self.seconds}
-        stdin.write(json.dumps({**asked, **more}) + "\n")
-        stdin.flush()
-        answer = stdout.readline()
-        if not answer:
-            raise RuntimeError(f"Node.js ended with code {self.process.wait()}")
-        return json.loads(answer)
-
-    def run(self, kind: str, batch: list[bytes]) -> Ran:
-        """Run the reader of one kind of file on a batch."""
-        answer = self.ask(kind, batch)
-        errors = [found if isinstance(found, dict) else None for found in answer["verdicts"]]
-        return answer["novel"], answer["blocks"], errors
-
-    def close(self) -> None:
-        """End the process."""
-        self.process.kill()
-        self.process.communicate()
 
 
 def loop(
-    kind: str, run: Run, findings: Findings, corpus: Path, *, seconds: float, seed: int = 1
+    kind: str,
+    run: Callable[[list[bytes]], Ran],
+    findings: Findings,
+    corpus: Path,
+    *,
+    seconds: float,
+    seed: int = 1,
 ) -> None:
     """Run seeds, corpus and mutations for some time; print the result as JSON."""
     files, short = list(seeds(kind).values()), short_seeds(kind)
@@ -102,16 +64,22 @@ def loop(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("kind", choices=VIEWER_KINDS)
+    parser.add_argument("target")
     parser.add_argument("folder", type=Path, help="gets the corpus and the findings")
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    findings = Findings(f"javascript-{given.kind}", given.folder / "findings")
-    limits = {"seconds": given.seconds, "seed": given.seed}
-    with contextlib.closing(Viewer(given.folder, "--coverage")) as viewer:
-        run = partial(viewer.run, given.kind)
-        loop(given.kind, run, findings, given.folder / "corpus", **limits)
+    quiet()
+    np.seterr(all="ignore")  # the independent decoder meets numbers that overflow
+    kind, findings = kind_of(given.target), Findings(given.target, given.folder / "findings")
+    if given.target == "agreement":
+        run = program = Agreement(given.folder)
+    else:
+        program = Viewer(given.folder, "--coverage")
+        run = partial(program.run, kind)
+    with contextlib.closing(program):
+        limits = {"seconds": given.seconds, "seed": given.seed}
+        loop(kind, run, findings, given.folder / "corpus", **limits)
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ from typing import Any
 from fuzz import captures, compiled
 from fuzz.__main__ import TARGETS, write_seeds
 from fuzz.inputs import CORPUS, HERE, corpus, files_in, seeds
-from fuzz.javascript import Viewer
 from fuzz.readers import quiet
+from fuzz.viewer import Viewer
 
 INPUTS_MAX, BYTES_MAX = 60, 16_000  # of the kept inputs of a target
 INPUT_MAX = 4_000  # bytes of one input

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any, TypeVar
 
-import numpy as np
 import zstandard
 from PIL import Image
 
@@ -74,7 +73,7 @@ def damaged(r: random.Random, data: bytes, *, as_long: bool = False) -> bytes:
         # half of the time near the start, which has headers
         at = r.randrange(len(found) if r.random() < 0.5 else min(len(found), 64))
         end = min(len(found), at + (1 << r.randrange(8)))
-        way = r.randrange(3 if as_long else 8)
+        way = r.randrange(3 if as_long else 7)
         if way == 0:
             found[at] ^= 1 << r.randrange(8)
         elif way == 1:
@@ -89,10 +88,8 @@ def damaged(r: random.Random, data: bytes, *, as_long: bool = False) -> bytes:
             found[at:at] = found[at:end]
         elif way == 5:
             found[at:end] = r.choice([b"\0", b"\xff"]) * (end - at)
-        elif way == 6:
-            found += r.choice([r.randbytes(r.randrange(1, 40)), bytes(10**5)])
         else:
-            found *= r.choice([2, 30]) if len(found) < 3000 else 1
+            found += r.choice([r.randbytes(r.randrange(1, 40)), bytes(10**5), found[:3000] * 9])
     return bytes(found)
 
 
@@ -130,9 +127,7 @@ def _json(r: random.Random, data: bytes) -> bytes:
         value = r.choice([json.dumps(r.choice(STRANGE)).encode(), b"[" * deep + b"]" * deep])
         return data.rstrip()[:-1] + b',"' + name + b'":' + value + b"}"
     if way == 3:
-        return r.choice(
-            [data.replace(b",", b" ,\t\n\r "), data.replace(b":0", b":-0"), data + b" " * 2**20]
-        )
+        return data.replace(b",", b" ,\t\n\r ").replace(b":0", b":-0") + b" " * r.choice([0, 2**20])
     content = json.loads(data)
     for _ in range(1 if r.random() < 0.6 else r.randrange(2, 4)):
         _value(r, content)
@@ -158,27 +153,18 @@ def _value(r: random.Random, content: Any) -> None:
     elif way == 1 and isinstance(content, list):
         content[key:key] = [value] * r.choice([1, 2, 300])
     elif way < 5 and type(value) in (int, float) and abs(value) < 1e300:
-        near = [value + 1, value - 1, 2 * value, -value, value * 0.5, 10 * value, float(value)]
-        content[key] = r.choice(near)
+        content[key] = r.choice([value + 1, value - 1, 2 * value, -value, value / 2, float(value)])
     else:
         content[key] = deepcopy(r.choice(STRANGE))  # later changes are not to be of STRANGE
 
 
 def _list(r: random.Random, items: list[T], others: list[T]) -> list[T]:
     """Remove, repeat, move or replace a member."""
-    found, way = list(items), r.randrange(5)
-    i, j = r.randrange(len(found)), r.randrange(len(found))
-    if way == 0:
-        del found[i]
-    elif way == 1:
-        found[i:i] = [found[j]] * r.choice([1, 1, 2, 60])
-    elif way == 2:
-        found[i], found[j] = found[j], found[i]
-    elif way == 3:
-        r.shuffle(found)
-    else:
-        found[i] = r.choice(others)
-    return found
+    i, way = r.randrange(len(items)), r.randrange(4)
+    if way == 3:
+        return r.sample(items, len(items))
+    replaced = [[], [r.choice(others)], [items[i]] * r.choice([2, 3, 60])][way]
+    return [*items[:i], *replaced, *items[i + 1 :]]
 
 
 # --- formats
@@ -201,24 +187,21 @@ def _mgs(r: random.Random, data: bytes, other: bytes) -> bytes:
         elif way == 14:
             parts.pieces = _list(r, parts.pieces, parse_parts(other).pieces)
         elif way == 15:
-            name, value = r.choice(list(parse_parts(other).header.items()))
-            parts.header[name] = value
+            parts.header |= [r.choice(list(parse_parts(other).header.items()))]
         elif way == 16:  # a row of the table that disagrees with its stream
-            size = len(piece.data)
-            key = r.choice(["bytes", "bytes", "crc32", "name", "codec"])
-            near = [size + 1, size - 1, size + 8, size // 2]
-            piece.row[key] = r.choice(near if key == "bytes" else STRANGE)
-            at = parts.pieces.index(piece)  # the checksum fits the length
-            rest = b"".join(p.data + bytes(-len(p.data) % 8) for p in parts.pieces[at:])
-            if key == "bytes":
-                piece.row["crc32"] = zlib.crc32(rest[: max(0, piece.row[key])])
+            if r.random() < 0.5:
+                piece.row[r.choice(["bytes", "crc32", "name", "codec"])] = r.choice(STRANGE)
+            else:  # a length with a checksum that fits
+                end = max(0, len(piece.data) + r.choice([1, -1, 8, -20]))
+                rest = parts.pieces[parts.pieces.index(piece) :]
+                found = b"".join(each.data + bytes(-len(each.data) % 8) for each in rest)[:end]
+                piece.row |= {"bytes": end, "crc32": zlib.crc32(found)}
         elif way == 17:
             piece.padding = r.choice([b"", b"\0", b"\1" * 3, bytes(16), b"\0" * 6 + b"\1"])
         elif way == 18:
             parts.version = (r.choice([0, 1, 2, 3, 4, 5, 65535]), r.choice([0, 1, 65535]))
-            count = parts.header.get("count", 1)
-            layers = [[count], [1, count - 1], [], [0, count], [1] * 9, None, 1, [1.0]]
-            parts.header["layers"] = r.choice(layers)
+            count = parts.header["count"]
+            parts.header["layers"] = r.choice([[count], [1, count - 1], [], [0, count], None, 1])
         else:
             parts.text = _json(r, parts.header_text())
     return parts.to_bytes()
@@ -238,26 +221,20 @@ def _spz(r: random.Random, data: bytes, other: bytes) -> bytes:
         found = zipper.compress(content) + zipper.flush()
         return found + r.choice([b""] * 8 + [found, b"rest"])
     number, table = data[15], struct.unpack_from("<I", data, 16)[0]
-    head, rows, streams = data[:table], bytearray(data[table : table + 16 * number]), []
     at = table + 16 * number
-    for i in range(number):
-        (length,) = struct.unpack_from("<Q", rows, 16 * i)
-        streams.append(data[at : at + length])
-        at += length
-    way = r.randrange(8)
-    if way < 2 or not streams:
-        return damaged(r, head, as_long=r.random() < 0.8) + bytes(rows) + b"".join(streams)
-    if way == 2:
-        return head + damaged(r, bytes(rows), as_long=True) + b"".join(streams)
-    i = r.randrange(number)
+    if not number or r.random() < 0.4:  # the header, or the lengths of streams
+        return damaged(r, data[:at], as_long=r.random() < 0.8) + data[at:]
+    i, rows = r.randrange(number), bytearray(data[table:at])
+    lengths = [struct.unpack_from("<Q", rows, 16 * k)[0] for k in range(number)]
+    at += sum(lengths[:i])
+    stream, rest = data[at : at + lengths[i]], data[at + lengths[i] :]
     (size,) = struct.unpack_from("<Q", rows, 16 * i + 8)
-    bomb = bytes(r.choice([min(size, 10**5), 10**6]))
-    others = [bomb, r.randbytes(min(size, 4000))]
-    packed = [zstandard.ZstdCompressor(1).compress(content) for content in others]
-    skipped = b"\x50\x2a\x4d\x18\2\0\0\0ab" + streams[i]
-    streams[i] = damaged(r, streams[i]) if way < 6 else r.choice([*packed, skipped, *streams])
-    struct.pack_into("<Q", rows, 16 * i, len(streams[i]))
-    return head + bytes(rows) + b"".join(streams)
+    content = r.choice([bytes(min(size, 10**5)), bytes(10**6), r.randbytes(min(size, 4000))])
+    skipped = b"\x50\x2a\x4d\x18\2\0\0\0ab" + stream
+    others = [damaged(r, stream), zstandard.ZstdCompressor(1).compress(content), skipped]
+    (new,) = r.choices(others, [6, 2, 1])
+    struct.pack_into("<Q", rows, 16 * i, len(new))
+    return data[:table] + bytes(rows) + data[table + len(rows) : at] + new + rest
 
 
 def _glb(r: random.Random, data: bytes, other: bytes) -> bytes:
@@ -277,18 +254,16 @@ def _glb(r: random.Random, data: bytes, other: bytes) -> bytes:
 def _sog(r: random.Random, data: bytes, other: bytes) -> bytes:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         files = [(name, archive.read(name)) for name in archive.namelist()]
-    i, way = r.randrange(len(files)), r.randrange(8)
+    i, way, out = r.randrange(len(files)), r.randrange(8), io.BytesIO()
     name, content = files[i]
     if way == 0:
         files = _list(r, files, [(name, each) for _, each in files])
     elif way == 1:
         files[i] = (name, bytes(r.choice([0, 1000, 10**6])))
-    elif way == 2 and name != "meta.json":
-        shape = r.choice([(1, 1), (8, 8), (2, 192), (1, 512), (1, 960), (300, 300), (1, 16000)])
-        out = io.BytesIO()
-        pixels = np.full((*shape, 4), r.choice([0, 252, 255]), np.uint8)
-        options = {"exact": True, "quality": 0, "method": 0, "lossless": r.random() < 0.9}
-        Image.fromarray(pixels).save(out, "WEBP", **options)
+    elif way == 2 and name != "meta.json":  # another size, or pixels that lost something
+        size = r.choice([(1, 1), (8, 8), (192, 2), (512, 1), (300, 300), (16000, 1)])
+        image = Image.new("RGBA", size, (r.choice([0, 252, 255]),) * 4)
+        image.save(out, "WEBP", exact=True, quality=0, method=0, lossless=r.random() < 0.9)
         files[i] = (name, out.getvalue())
     elif way == 3:
         files[i] = (name, damaged(r, content, as_long=r.random() < 0.5))
@@ -321,8 +296,7 @@ def _photo(r: random.Random, data: bytes, other: bytes) -> bytes:
     else:
         content = damaged(r, content)
     chunks[i] = (r.choice([name] * 9 + [b"tRNS", b"eXIf", b"acTL"]), content)
-    if r.random() < 0.1:
-        chunks = _list(r, chunks, chunks)
+    chunks = _list(r, chunks, chunks) if r.random() < 0.1 else chunks
     rows = [(struct.pack(">I", len(each)), name + each) for name, each in chunks]
     return PNG + b"".join(n + each + struct.pack(">I", zlib.crc32(each)) for n, each in rows)
 

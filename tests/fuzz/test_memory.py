@@ -37,15 +37,13 @@ def peak(read, path: Path) -> int:
 
 
 def ply(kind: str, names: list[str], count: int, type_: str = "float") -> bytes:
-    """Return a `.ply` of computed numbers."""
+    """Return a `.ply` of two computed rows that alternate."""
     properties = "".join(f"property {type_} {name}\n" for name in names)
     head = f"ply\nformat {kind} 1.0\nelement vertex {count}\n{properties}end_header\n"
-    table = np.abs(np.sin(np.arange(count * len(names), dtype=float)).reshape(count, -1) * 3)
-    if kind == "ascii":
-        return head.encode() + b"".join(
-            " ".join(f"{x:.6g}" for x in row).encode() + b"\n" for row in table
-        )
-    return head.encode() + table.astype(TYPES[type_]).tobytes()
+    table = 3 * np.abs(np.sin(np.arange(2 * len(names), dtype=float))).reshape(2, -1)
+    text = "".join(" ".join(f"{x:.6g}" for x in row) + "\n" for row in table).encode()
+    rows = text if kind == "ascii" else table.astype(TYPES[type_]).tobytes()
+    return head.encode() + rows * (count // 2)
 
 
 def spz(count: int, degree: int, content: bytes, level: int) -> bytes:
@@ -72,7 +70,7 @@ def test_many_gaussians_in_few_bytes_stay_within_the_bound(tmp_path: Path) -> No
 
 def test_a_spz_that_decompresses_to_too_much_is_refused_in_time(tmp_path: Path) -> None:
     path = tmp_path / "bomb.spz"
-    path.write_bytes(spz(5_000_000, 3, bytes(5_000_000 * 64), level=1))
+    path.write_bytes(spz(1_000_000, 3, bytes(1_000_000 * 64), level=1))
     assert peak(read_spz, path) < 16 << 20
 
 
@@ -122,6 +120,6 @@ def test_a_ply_of_many_lines_or_words_takes_memory_in_proportion(
 
 
 def test_rows_with_numbers_beyond_float32_are_dropped(tmp_path: Path) -> None:
-    data = ply("ascii", ROW, 1)[:-1].rsplit(b" ", 1)[0] + b" 1e99\n"
+    data = ply("ascii", ROW, 2)[:-1].rsplit(b" ", 1)[0] + b" 1e99\n"
     (tmp_path / "far.ply").write_bytes(data)
-    assert len(read_ply(tmp_path / "far.ply")) == 0
+    assert len(read_ply(tmp_path / "far.ply")) == 1
