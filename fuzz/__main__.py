@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from fuzz import captures, compiled
-from fuzz.inputs import HERE, KINDS, VIEWER_KINDS, corpus, kind_of, seeds
+from fuzz.inputs import HERE, KINDS, VIEWER_KINDS, corpus, kind_of, seeds, write
 
 TARGETS = {
     **{f"cpp-{kind}": "clang" for kind in compiled.KINDS},
@@ -25,13 +25,6 @@ HELP = {
 }
 
 
-def write_seeds(target: str, folder: Path) -> None:
-    """Write the valid files of a target, and its part of the corpus, into `folder`."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for number, data in enumerate([*seeds(kind_of(target)).values(), *corpus(target)]):
-        (folder / f"{number:04d}").write_bytes(data)
-
-
 def run(target: str, output: Path, seconds: int, seed: int) -> int:
     """Run one target, print a line and return the number of findings.
 
@@ -41,21 +34,18 @@ def run(target: str, output: Path, seconds: int, seed: int) -> int:
     folder = (output / target).resolve()
     findings = folder / "findings"
     findings.mkdir(parents=True, exist_ok=True)
-    (folder / "corpus").mkdir(exist_ok=True)
     language, _, kind = target.partition("-")
+    write(corpus(target), folder / "corpus")
+    write(list(seeds(kind_of(target)).values()), folder / "seeds")
     options = [f"-max_total_time={seconds}", f"-seed={seed}", "-print_final_stats=1"]
     options.append(f"-artifact_prefix={findings}/")
     places = [folder / "corpus", folder / "seeds"]
-    if language in ("cpp", "python"):
-        write_seeds(target, folder / "seeds")
     module = [sys.executable, "-m"]
     if language == "cpp":
         command = [compiled.build(kind, folder), *compiled.OPTIONS, *options, *places]
     elif language == "python":
         command = [*module, "fuzz.guided", kind, folder, *options, *places]
     else:
-        for number, data in enumerate(corpus(target)):
-            (folder / "corpus" / f"{number:04d}").write_bytes(data)
         limits = ["--seconds", str(seconds), "--seed", str(seed)]
         command = [*module, "fuzz.javascript", target, folder, *limits]
     # a large quarantine gives every input new memory, which would take most of the time

@@ -5,6 +5,7 @@ capture, and the content of that file. An input of the kind `image` is a photo.
 """
 
 import shutil
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +60,8 @@ class CaptureReader(Reader):
     def opened(self, data: bytes, *, decode: bool) -> tuple[int, Verdict]:
         if self.kind == "image":
             self.path.write_bytes(data)
-            return self._refusal(self._read_photo)
+            with warnings.catch_warnings(action="ignore"):  # Pillow's, of photos that it reads
+                return self._refusal(self._read_photo)
         if not data:
             return 0, None
         files = FILES[self.kind]

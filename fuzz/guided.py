@@ -9,7 +9,6 @@ import random
 import resource
 import sys
 import tempfile
-import warnings
 from pathlib import Path
 
 import atheris  # pyright: ignore[reportMissingImports]
@@ -59,8 +58,6 @@ class Mutator:
 def main() -> None:
     kind, folder, *options = sys.argv[1:]
     quiet()
-    if kind == "image":  # Pillow warns of damaged photos that it reads
-        warnings.simplefilter("ignore")
     reader = captures.reader_of(kind, Path(tempfile.mkdtemp()), SECONDS)
     findings = Findings(kind, Path(folder) / "findings")
     peak = 0

@@ -44,6 +44,13 @@ def corpus(target: str) -> list[bytes]:
     return [path.read_bytes() for path in paths]
 
 
+def write(inputs: list[bytes], folder: Path) -> None:
+    """Write inputs into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for number, data in enumerate(inputs):
+        (folder / f"{number:04d}").write_bytes(data)
+
+
 def files_in(folder: Path) -> list[Path]:
     """Return the files of a folder, none if there is no such folder."""
     return sorted(folder.iterdir()) if folder.is_dir() else []

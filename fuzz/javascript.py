@@ -18,7 +18,7 @@ import numpy as np
 
 from fuzz.agreement import Agreement
 from fuzz.findings import Findings
-from fuzz.inputs import kind_of, seeds, short_seeds
+from fuzz.inputs import files_in, kind_of, seeds, short_seeds
 from fuzz.mutate import mutated
 from fuzz.readers import quiet
 from fuzz.viewer import Ran, Viewer
@@ -39,7 +39,7 @@ def loop(
     files, short = list(seeds(kind).values()), short_seeds(kind)
     r, begun = random.Random(seed), time.time()
     corpus.mkdir(parents=True, exist_ok=True)
-    kept = [path.read_bytes() for path in sorted(corpus.iterdir())]
+    kept = [path.read_bytes() for path in files_in(corpus)]
     pool, batch, executions, before = kept + short, files + kept, 0, None
     while True:
         novel, blocks, errors = run(batch)

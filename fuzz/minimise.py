@@ -11,15 +11,14 @@ import hashlib
 import subprocess
 import sys
 import tempfile
-import warnings
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
 from fuzz import captures, compiled
-from fuzz.__main__ import TARGETS, write_seeds
-from fuzz.inputs import CORPUS, HERE, corpus, files_in, seeds
+from fuzz.__main__ import TARGETS
+from fuzz.inputs import CORPUS, HERE, corpus, files_in, kind_of, seeds, write
 from fuzz.readers import quiet
 from fuzz.viewer import Viewer
 
@@ -31,24 +30,16 @@ Reach = Callable[[bytes], bool]  # runs an input: does it reach code that none b
 
 
 def traced(kind: str, folder: Path) -> Reach:
-    """Return a function that tells whether an input reaches new steps from line to line."""
+    """Return a function that tells whether an input reaches new instructions."""
     reader = captures.reader_of(kind, folder, 60)
-    reached: set[tuple[str, int, int]] = set()
+    reached: set[tuple[CodeType, int]] = set()
 
     def follow(frame: FrameType, event: str, argument: Any) -> Any:
-        name = frame.f_code.co_filename
-        if not name.startswith(OURS):
+        if not frame.f_code.co_filename.startswith(OURS):
             return None
-        before = 0
-
-        def line(frame: FrameType, event: str, argument: Any) -> Any:
-            nonlocal before
-            if event == "line":
-                reached.add((name, before, frame.f_lineno))
-                before = frame.f_lineno
-            return line
-
-        return line
+        frame.f_trace_opcodes = True
+        reached.add((frame.f_code, frame.f_lasti))
+        return follow
 
     def reach(data: bytes) -> bool:
         size = len(reached)
@@ -89,15 +80,13 @@ def kept(target: str, found: list[bytes]) -> list[bytes]:
 
 def _merged(target: str, found: list[bytes], folder: Path) -> list[bytes]:
     """Do the same with libFuzzer, which merges a folder into one that has the valid files."""
-    kind = target.partition("-")[2]
-    write_seeds(target, folder / "merged")
-    seeds = {path.name for path in (folder / "merged").iterdir()}
-    (folder / "found").mkdir()
-    for number, data in enumerate(found):
-        (folder / "found" / f"{number}").write_bytes(data)
+    kind = kind_of(target)
+    write(list(seeds(kind).values()), folder / "merged")
+    write(found, folder / "found")
+    valid = set(files_in(folder / "merged"))
     command = [compiled.build(kind, folder), "-merge=1", folder / "merged", folder / "found"]
     subprocess.run(command, check=True, capture_output=True)
-    new = [path for path in (folder / "merged").iterdir() if path.name not in seeds]
+    new = set(files_in(folder / "merged")) - valid
     return smallest(path.read_bytes() for path in new)
 
 
@@ -107,10 +96,9 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("build") / "fuzz")
     given = parser.parse_args()
     quiet()
-    warnings.simplefilter("ignore")
     # `agreement` reads the corpora of all targets of `.mgs`
     for target in given.targets or [name for name in TARGETS if name != "agreement"]:
-        found = [path.read_bytes() for path in sorted((given.output / target / "corpus").iterdir())]
+        found = [path.read_bytes() for path in files_in(given.output / target / "corpus")]
         spent, folder = 0, CORPUS / target
         chosen = kept(target, [*found, *corpus(target)])
         for path in files_in(folder):

@@ -254,7 +254,7 @@ def _glb(r: random.Random, data: bytes, other: bytes) -> bytes:
 def _sog(r: random.Random, data: bytes, other: bytes) -> bytes:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         files = [(name, archive.read(name)) for name in archive.namelist()]
-    i, way, out = r.randrange(len(files)), r.randrange(8), io.BytesIO()
+    i, way = r.randrange(len(files)), r.randrange(8)
     name, content = files[i]
     if way == 0:
         files = _list(r, files, [(name, each) for _, each in files])
@@ -262,7 +262,7 @@ def _sog(r: random.Random, data: bytes, other: bytes) -> bytes:
         files[i] = (name, bytes(r.choice([0, 1000, 10**6])))
     elif way == 2 and name != "meta.json":  # another size, or pixels that lost something
         size = r.choice([(1, 1), (8, 8), (192, 2), (512, 1), (300, 300), (16000, 1)])
-        image = Image.new("RGBA", size, (r.choice([0, 252, 255]),) * 4)
+        image, out = Image.new("RGBA", size, (r.choice([0, 252, 255]),) * 4), io.BytesIO()
         image.save(out, "WEBP", exact=True, quality=0, method=0, lossless=r.random() < 0.9)
         files[i] = (name, out.getvalue())
     elif way == 3:
@@ -313,14 +313,7 @@ def _file_of_a_capture(r: random.Random, data: bytes, other: bytes) -> bytes:
 
 
 FORMATS: dict[str, Callable[[random.Random, bytes, bytes], bytes]] = {
-    "mgs": _mgs,
-    "ply": _ply,
-    "compressed": _ply,
-    "spz": _spz,
-    "splat": lambda r, data, other: damaged(r, data),
-    "sog": _sog,
-    "glb": _glb,
-    "colmap": _file_of_a_capture,
-    "transforms": _file_of_a_capture,
-    "image": _photo,
-}
+    "mgs": _mgs, "ply": _ply, "compressed": _ply, "spz": _spz, "sog": _sog, "glb": _glb,
+    "splat": lambda r, data, other: damaged(r, data), "image": _photo,
+    "colmap": _file_of_a_capture, "transforms": _file_of_a_capture,
+}  # fmt: skip

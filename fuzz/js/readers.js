@@ -16,7 +16,8 @@ import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { Session } from "node:inspector/promises";
 import { createInterface } from "node:readline";
 
-const SENTENCE = 300; // characters
+/** No control characters, no halves of pairs. */
+const PLAIN_SENTENCE = /^[^\x00-\x1f\x7f-\x9f\u2028\u2029\p{Cs}]{1,300}$/u;
 const FREE = 96 << 20; // bytes in addition to twice the file and the scene: garbage is collected late
 const PARTS = ["means", "logScales", "quats", "sh", "lobes"];
 const PLAIN = ["shapes", "colors", "lobes"];
@@ -121,17 +122,15 @@ async function opened(kind, bytes, thorough, arrays) {
   try {
     if (kind === "ply") return { size: sizeOf(readPly(bytes), PLAIN), verdict: null };
     if (kind === "spz") return { size: sizeOf(await readSpz(bytes), PLAIN), verdict: null };
-    const whole = sentenceOf(() => open([bytes]));
-    if (thorough) {
-      const other = sentenceOf(() => open(pieces(bytes, random)));
-      if ((whole === null) !== (other === null)) throw new TypeError(`'${whole}' whole, but '${other}' in pieces`);
-    }
-    if (whole !== null || !(thorough || arrays)) return { size: 0, verdict: whole };
-    const { scene } = sceneOf(open([bytes]));
+    const { reader, sentence } = open([bytes]);
+    const other = thorough ? open(pieces(bytes, random)).sentence : sentence;
+    if (!sentence !== !other) throw new TypeError(`'${sentence}' whole, but '${other}' in pieces`);
+    if (sentence !== null || !(thorough || arrays)) return { size: 0, verdict: sentence };
+    const { scene } = sceneOf(reader);
     return { size: sizeOf(scene, PARTS), verdict: arrays ? appended(scene, arrays) : null };
   } catch (error) {
     const own = error.constructor === (kind === "mgs" ? SceneError : Error);
-    if (own && plain(error.message)) return { size: 0, verdict: error.message };
+    if (own && PLAIN_SENTENCE.test(error.message)) return { size: 0, verdict: error.message };
     return { size: 0, verdict: { error: own ? `no plain sentence: ${error.message}` : error.stack } };
   }
 }
@@ -145,31 +144,20 @@ function appended(scene, arrays) {
   });
 }
 
-/** @param {string} text */
-function plain(text) {
-  return text.length > 0 && text.length <= SENTENCE && !/[\x00-\x1f\x7f-\x9f\u2028\u2029\p{Cs}]/u.test(text);
-}
-
-/** Everything but colours and lobes, which are decoded from it. @param {Iterable<Uint8Array>} parts */
+/** Read everything but colours and lobes, or tell why not. @param {Iterable<Uint8Array>} parts */
 function open(parts) {
   const reader = new SceneReader();
-  for (const part of parts) {
-    reader.append(part);
-    while (reader.step());
-  }
-  reader.end();
-  while (reader.step());
-  return reader;
-}
-
-/** Why a file is refused, or null. @param {() => unknown} read */
-function sentenceOf(read) {
   try {
-    read();
-    return null;
+    for (const part of parts) {
+      reader.append(part);
+      while (reader.step());
+    }
+    reader.end();
+    while (reader.step());
+    return { reader, sentence: null };
   } catch (error) {
-    if (error instanceof SceneError && plain(error.message)) return error.message;
-    throw error;
+    if (!(error instanceof SceneError && PLAIN_SENTENCE.test(error.message))) throw error;
+    return { reader, sentence: error.message };
   }
 }
 

@@ -99,8 +99,10 @@ def test_other_formats_take_at_most_twice_file_and_scene(
     assert peak(READERS[kind], path) < 2 * scene + path.stat().st_size + (24 << 20)
 
 
-@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
-@pytest.mark.parametrize("type_", TYPES)
+@pytest.mark.parametrize(
+    ("kind", "type_"),
+    [("ascii", "double"), ("ascii", "uchar"), *(("binary_little_endian", each) for each in TYPES)],
+)
 def test_a_ply_takes_at_most_twice_the_scene(kind: str, type_: str, tmp_path: Path) -> None:
     path = tmp_path / "much.ply"
     path.write_bytes(ply(kind, [*ROW, *(f"f_rest_{i}" for i in range(45))], 20_000, type_))
@@ -117,9 +119,3 @@ def test_a_ply_of_many_lines_or_words_takes_memory_in_proportion(
     assert peak(read_ply, path) < 2 * len(rest) + (8 << 20)
     path.write_bytes(data.replace(b"end_header\n", b"end_header\n" + rest))
     assert peak(read_ply, path) < 4 * len(rest) + (8 << 20)
-
-
-def test_rows_with_numbers_beyond_float32_are_dropped(tmp_path: Path) -> None:
-    data = ply("ascii", ROW, 2)[:-1].rsplit(b" ", 1)[0] + b" 1e99\n"
-    (tmp_path / "far.ply").write_bytes(data)
-    assert len(read_ply(tmp_path / "far.ply")) == 1
