@@ -12,11 +12,10 @@ others must refuse what they refuse, and give the same arrays within `TOLERANCES
 """
 
 import contextlib
-import importlib.util
 import re
+import runpy
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -32,20 +31,10 @@ from mobilegs.render.lobes import constant_lobes
 
 # errors relative to the largest number of an array, or to 1e-6: sums have no specified order
 TOLERANCES = {"means": 0.0, "log_scales": 0.0, "quats": 1e-6, "sh": 2e-5, "lobes": 2e-5}
-JAVASCRIPT = {"logScales": "log_scales"}
+INDEPENDENT = Path(__file__).parents[1] / "examples" / "read_mgs.py"
 # messages of the viewer about scenes that only Python opens
 ONLY_THERE = re.compile(r"has sh_degree '[023]'|has the weighting 'two_pass'")
 Arrays = dict[str, np.ndarray]
-
-
-def independent_decoder() -> ModuleType:
-    """Import `examples/read_mgs.py`."""
-    path = Path(__file__).parents[1] / "examples" / "read_mgs.py"
-    spec = importlib.util.spec_from_file_location("read_mgs", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @contextlib.contextmanager
@@ -108,7 +97,7 @@ class Agreement:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.scenes = folder, 0
         self.fast, self.plain = Viewer(folder, "--coverage"), Viewer(folder, "--without-wasm")
-        self.independent = independent_decoder()
+        self.independent = runpy.run_path(str(INDEPENDENT))["decode"]
 
     def __call__(self, batch: list[bytes]) -> Ran:
         answers = {}
@@ -147,7 +136,7 @@ class Agreement:
         if isinstance(ours, str):
             return None
         try:
-            _, arrays = self.independent.decode(data)
+            _, arrays = self.independent(data)
         except Exception as error:
             return f"read_mgs.py: {type(error).__name__}: {error}, C++: a scene"
         if apart := difference(arrays, ours[1], exact=False):
@@ -166,7 +155,8 @@ def _javascript(row: Any, numbers: np.ndarray) -> Arrays | str:
         return row
     if isinstance(row, dict):
         return f"failed: {row['error']}"
-    return {JAVASCRIPT.get(name, name): numbers[at : at + length] for name, at, length in row}
+    found = {name: numbers[start : start + length] for name, start, length in row}
+    return {**found, "log_scales": found["logScales"]}
 
 
 def _short(found: object) -> str:

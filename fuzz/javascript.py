@@ -1,8 +1,6 @@
 """Fuzz the viewer's readers, or all decoders at once, in a loop that follows V8's code coverage.
 
-Inputs that reach new blocks are kept and mutated further, with knowledge of the format. jazzer.js
-would do this with libFuzzer, but its compiled part needs a newer C library than Debian 12 has, and
-it takes no mutator of ours, without which wrong checksums end most inputs early.
+Inputs that reach new blocks are kept and mutated further.
 """
 
 import argparse

@@ -26,11 +26,9 @@ INPUTS_MAX, BYTES_MAX = 60, 16_000  # of the kept inputs of a target
 INPUT_MAX = 4_000  # bytes of one input
 OURS = str(HERE.parent / "mobilegs")
 
-Reach = Callable[[bytes], bool]  # runs an input: does it reach code that none before did?
 
-
-def traced(kind: str, folder: Path) -> Reach:
-    """Return a function that tells whether an input reaches new instructions."""
+def traced(kind: str, folder: Path) -> Callable[[bytes], bool]:
+    """Return a function that runs an input and tells whether it reaches new instructions."""
     reader = captures.reader_of(kind, folder, 60)
     reached: set[tuple[CodeType, int]] = set()
 

@@ -89,7 +89,7 @@ def damaged(r: random.Random, data: bytes, *, as_long: bool = False) -> bytes:
         elif way == 5:
             found[at:end] = r.choice([b"\0", b"\xff"]) * (end - at)
         else:
-            found += r.choice([r.randbytes(r.randrange(1, 40)), bytes(10**5), found[:3000] * 9])
+            found += r.choice([r.randbytes(r.randrange(1, 40)), bytes(20_000), found[:3000] * 9])
     return bytes(found)
 
 
@@ -107,9 +107,8 @@ def _text(r: random.Random, data: bytes) -> bytes:
         return r.choice([b"\r\n", b"\r", b" \n"]).join(lines)
     else:
         words = lines[i].split(b" ")
-        words[-1 if way == 4 else r.randrange(len(words))] = r.choice(
-            [*WORDS, str(r.choice(NUMBERS)).encode()]
-        )
+        word = r.choice([*WORDS, str(r.choice(NUMBERS)).encode()])
+        words[-1 if way == 4 else r.randrange(len(words))] = word
         lines[i] = b" ".join(words)
     return b"\n".join(lines)
 

@@ -6,10 +6,9 @@
  * Each line of its input asks for a batch, `{"kind", "path", "every", "seconds", "out"}`: a file of rows (u32
  * length, bytes). Each gets a line in answer, `{verdicts, novel, blocks}`. A verdict is null (a scene), a
  * sentence, or `{error}`. One in `every` scenes is decoded to the last number and read in pieces, too; none may
- * take more `seconds` of processor time. With `out` each `.mgs` is decoded completely, its arrays of float32 are
- * appended to that file, and its verdict is a list of [name, first number, numbers].
- * With `--coverage`, `novel` tells which inputs reached blocks of the viewer's code that none before them did, and
- * `blocks` how many all have reached.
+ * take more `seconds` of processor time. With `out` each `.mgs` is decoded completely into that file of float32,
+ * and its verdict is a list of [name, first number, numbers]. With `--coverage`, `novel` tells which inputs reached
+ * blocks of the viewer's code that none before them did, and `blocks` how many all have reached.
  */
 
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
