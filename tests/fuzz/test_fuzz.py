@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import torch
 
-from fuzz import compiled
+import fuzz.compiled as compiled
 from fuzz.__main__ import HELP, HERE, TARGETS, missing
 from fuzz.agreement import ONLY_THERE, Agreement, decoded, difference, reference
 from fuzz.captures import KINDS as CAPTURE_KINDS

@@ -2,6 +2,7 @@
 
 import struct
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,7 @@ def peak(read, path: Path) -> int:
     return meter.peak()
 
 
-def ply(kind: str, names: list[str], count: int, type_: str = "float") -> bytes:
+def ply(kind: str, names: Sequence[str], count: int, type_: str = "float") -> bytes:
     """Return a `.ply` of two computed rows that alternate."""
     properties = "".join(f"property {type_} {name}\n" for name in names)
     head = f"ply\nformat {kind} 1.0\nelement vertex {count}\n{properties}end_header\n"
