@@ -8,17 +8,15 @@ import re
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
-from fuzz import compiled, javascript
-from fuzz.seeds import SEEDS
+from fuzz import captures, compiled
+from fuzz.inputs import HERE, KINDS, VIEWER_KINDS, corpus, kind_of, seeds, write
 
-HERE = Path(__file__).parent
 TARGETS = {
     **{f"cpp-{kind}": "clang" for kind in compiled.KINDS},
-    **{f"python-{kind}": "atheris" for kind in SEEDS},
-    **{f"javascript-{kind}": "node" for kind in javascript.KINDS},
+    **{f"python-{kind}": "atheris" for kind in (*KINDS, *captures.KINDS)},
+    **{f"javascript-{kind}": "node" for kind in VIEWER_KINDS},
     "agreement": "node",
 }
 HELP = {
@@ -27,68 +25,29 @@ HELP = {
 }
 
 
-@dataclass(frozen=True)
-class Result:
-    """The outcome of a target; coverage is in edges of C++ and Python, in blocks of JavaScript."""
+def run(target: str, output: Path, seconds: int, seed: int) -> int:
+    """Run one target, print a line and return the number of findings.
 
-    target: str
-    executions: int
-    seconds: int
-    before: int
-    after: int
-    findings: int
-
-    def line(self) -> str:
-        per_second = self.executions / max(1, self.seconds)
-        return (
-            f"{self.target:<18} {self.executions:>9,} inputs in {self.seconds:>4} s "
-            f"({per_second:>6,.0f}/s)  coverage {self.before:>5} -> {self.after:>5}  "
-            f"findings {self.findings}"
-        )
-
-
-def write_seeds(target: str, folder: Path) -> None:
-    """Write the valid files of a target, and its part of the corpus, into `folder`."""
-    language, _, kind = target.partition("-")
-    if language == "cpp":
-        contents = compiled.seeds(kind)
-    else:
-        contents = [seed.data for seed in SEEDS[kind]().values()]
-    folder.mkdir(parents=True, exist_ok=True)
-    for number, data in enumerate([*contents, *corpus(target)]):
-        (folder / f"{number:04d}").write_bytes(data)
-
-
-def corpus(target: str) -> list[bytes]:
-    """Return the inputs of `fuzz/corpus` for a target."""
-    folder = HERE / "corpus" / target
-    return [path.read_bytes() for path in sorted(folder.iterdir())] if folder.is_dir() else []
-
-
-def run(target: str, output: Path, seconds: int, seed: int) -> Result:
-    """Run one target; its log, corpus and findings are written to a folder in `output`."""
+    Its log, corpus and findings are written to a folder in `output`. Coverage is in edges of C++
+    and Python, in blocks of JavaScript.
+    """
     folder = (output / target).resolve()
     findings = folder / "findings"
     findings.mkdir(parents=True, exist_ok=True)
-    (folder / "corpus").mkdir(exist_ok=True)
     language, _, kind = target.partition("-")
+    write(corpus(target), folder / "corpus")
+    write(list(seeds(kind_of(target)).values()), folder / "seeds")
     options = [f"-max_total_time={seconds}", f"-seed={seed}", "-print_final_stats=1"]
     options.append(f"-artifact_prefix={findings}/")
     places = [folder / "corpus", folder / "seeds"]
-    if language in ("cpp", "python"):
-        write_seeds(target, folder / "seeds")
     module = [sys.executable, "-m"]
     if language == "cpp":
         command = [compiled.build(kind, folder), *compiled.OPTIONS, *options, *places]
     elif language == "python":
         command = [*module, "fuzz.guided", kind, folder, *options, *places]
     else:
-        kept = [target, "python-mgs", "javascript-mgs"] if target == "agreement" else [target]
-        for number, data in enumerate(data for name in kept for data in corpus(name)):
-            (folder / "corpus" / f"{number:04d}").write_bytes(data)
-        program = ["fuzz.javascript", kind] if language == "javascript" else ["fuzz.agreement"]
         limits = ["--seconds", str(seconds), "--seed", str(seed)]
-        command = [*module, *program, folder, *limits]
+        command = [*module, "fuzz.javascript", target, folder, *limits]
     # a large quarantine gives every input new memory, which would take most of the time
     environment = {**os.environ, "ASAN_OPTIONS": "quarantine_size_mb=8", "OMP_NUM_THREADS": "1"}
     begun = time.time()
@@ -100,17 +59,20 @@ def run(target: str, output: Path, seconds: int, seed: int) -> Result:
     found = sum(path.name != "findings.txt" for path in findings.iterdir())
     if done.returncode and not found:  # it ended without an input to blame
         raise SystemExit(f"{target} failed, see {folder / 'log'}:\n{text[-2000:]}")
-    return _result(target, text, round(time.time() - begun), found)
-
-
-def _result(target: str, log: str, seconds: int, findings: int) -> Result:
-    if target.startswith(("cpp", "python")):
-        covered = [int(n) for n in re.findall(r"cov: (\d+)", log)] or [0]
-        executions = re.search(r"number_of_executed_units: (\d+)", log)
-        number = int(executions[1]) if executions else 0
-        return Result(target, number, seconds, covered[0], covered[-1], findings)
-    last = json.loads(log.strip().rpartition("\n")[2])
-    return Result(target, last["executions"], seconds, last["before"], last["after"], findings)
+    if language in ("cpp", "python"):
+        covered = [int(n) for n in re.findall(r"cov: (\d+)", text)] or [0]
+        executions = re.search(r"number_of_executed_units: (\d+)", text)
+        number, before, after = int(executions[1]) if executions else 0, covered[0], covered[-1]
+    else:
+        last = json.loads(text.strip().rpartition("\n")[2])
+        number, before, after = last["executions"], last["before"], last["after"]
+    took = max(1, round(time.time() - begun))
+    print(
+        f"{target:<18} {number:>9,} inputs in {took:>4} s ({number / took:>6,.0f}/s)  "
+        f"coverage {before:>5} -> {after:>5}  findings {found}",
+        flush=True,
+    )
+    return found
 
 
 def missing(targets: list[str]) -> list[str]:
@@ -138,11 +100,7 @@ def main() -> int:
         print("\n".join(sentences), file=sys.stderr)
         return 2
     os.nice(max(0, 10 - os.nice(0)))
-    found = 0
-    for target in targets:
-        result = run(target, given.output, given.seconds, given.seed)
-        print(result.line(), flush=True)
-        found += result.findings
+    found = sum(run(target, given.output, given.seconds, given.seed) for target in targets)
     if found:
         print(f"{found} findings: see the folders `findings` in {given.output}", file=sys.stderr)
     return 1 if found else 0

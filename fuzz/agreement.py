@@ -1,4 +1,4 @@
-"""Compare all decoders of `.mgs` on the same inputs: `python -m fuzz.agreement`.
+"""Compare all decoders of `.mgs` on the same inputs.
 
 | decoder | code |
 |---|---|
@@ -11,45 +11,30 @@ C++ and the reference must give equal codes to the last bit, or refuse with the 
 others must refuse what they refuse, and give the same arrays within `TOLERANCES`.
 """
 
-import argparse
 import contextlib
-import importlib.util
-import sys
-import tempfile
+import re
+import runpy
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import torch
 
-from fuzz.findings import Findings
-from fuzz.javascript import NodeProcess, Ran, loop, write_rows
+from fuzz.viewer import Ran, Viewer
 from mobilegs.compress.lobes import COEFFICIENT_MAX
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import unpack
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.lobes import constant_lobes
-from tests.fuzz.campaign import ONLY_THERE
-from tests.fuzz.readers import quiet
 
 # errors relative to the largest number of an array, or to 1e-6: sums have no specified order
 TOLERANCES = {"means": 0.0, "log_scales": 0.0, "quats": 1e-6, "sh": 2e-5, "lobes": 2e-5}
-JAVASCRIPT = {"logScales": "log_scales"}
-DECODE = Path(__file__).parent / "js" / "decode.js"
+INDEPENDENT = Path(__file__).parents[1] / "examples" / "read_mgs.py"
+# messages of the viewer about scenes that only Python opens
+ONLY_THERE = re.compile(r"has sh_degree '[023]'|has the weighting 'two_pass'")
 Arrays = dict[str, np.ndarray]
-
-
-def independent_decoder() -> ModuleType:
-    """Import `examples/read_mgs.py`."""
-    path = Path(__file__).parents[1] / "examples" / "read_mgs.py"
-    spec = importlib.util.spec_from_file_location("read_mgs", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @contextlib.contextmanager
@@ -111,19 +96,18 @@ class Agreement:
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.scenes = folder, 0
-        self.fast, self.plain = NodeProcess(DECODE), NodeProcess(DECODE, "--without-wasm")
-        self.independent = independent_decoder()
+        self.fast, self.plain = Viewer(folder, "--coverage"), Viewer(folder, "--without-wasm")
+        self.independent = runpy.run_path(str(INDEPENDENT))["decode"]
 
     def __call__(self, batch: list[bytes]) -> Ran:
-        write_rows(self.folder / "batch", batch)
         answers = {}
-        for name, process in (("wasm", self.fast), ("no wasm", self.plain)):
+        for name, viewer in (("wasm", self.fast), ("no wasm", self.plain)):
             out = self.folder / f"{name}.f32"
-            answers[name] = process.ask(path=str(self.folder / "batch"), out=str(out))
+            answers[name] = viewer.ask("mgs", batch, out=str(out))
             answers[name]["numbers"] = np.fromfile(out, "<f4")
         errors = [
             self.disagreement(
-                data, {n: _javascript(a["rows"][i], a["numbers"]) for n, a in answers.items()}
+                data, {n: _javascript(a["verdicts"][i], a["numbers"]) for n, a in answers.items()}
             )
             for i, data in enumerate(batch)
         ]
@@ -152,7 +136,7 @@ class Agreement:
         if isinstance(ours, str):
             return None
         try:
-            _, arrays = self.independent.decode(data)
+            _, arrays = self.independent(data)
         except Exception as error:
             return f"read_mgs.py: {type(error).__name__}: {error}, C++: a scene"
         if apart := difference(arrays, ours[1], exact=False):
@@ -169,32 +153,11 @@ class Agreement:
 def _javascript(row: Any, numbers: np.ndarray) -> Arrays | str:
     if isinstance(row, str):
         return row
-    if "error" in row:
+    if isinstance(row, dict):
         return f"failed: {row['error']}"
-    layout: list[tuple[str, int, int]] = row["layout"]
-    return {
-        JAVASCRIPT.get(name, name): numbers[start : start + length]
-        for name, start, length in layout
-    }
+    found = {name: numbers[start : start + length] for name, start, length in row}
+    return {**found, "log_scales": found["logScales"]}
 
 
 def _short(found: object) -> str:
     return f"'{found}'" if isinstance(found, str) else "a scene"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="gets the corpus and the findings")
-    parser.add_argument("--seconds", type=float, default=60)
-    parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    quiet()
-    np.seterr(all="ignore")  # the independent decoder meets numbers that overflow
-    findings = Findings("agreement", given.folder / "findings")
-    corpus = given.folder / "corpus"
-    with contextlib.closing(Agreement(Path(tempfile.mkdtemp()))) as agreement:
-        loop("mgs", agreement, findings, corpus, seconds=given.seconds, seed=given.seed)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,12 +2,8 @@
 
 import platform
 import shutil
-import struct
 import subprocess
 from pathlib import Path
-
-from tests.fuzz.seeds import mgs_seeds
-from tests.fuzz.seeds_streams import inputs
 
 HERE = Path(__file__).parent
 CSRC = HERE.parent / "mobilegs" / "csrc"
@@ -31,13 +27,3 @@ def build(kind: str, folder: Path) -> Path:
     flags = ["-std=c++17", "-O2", "-g", "-Wno-psabi", *LANES, *SANITIZE]
     subprocess.run([compiler() or "clang++", *flags, *sources, "-o", target], check=True)
     return target
-
-
-def seeds(kind: str) -> list[bytes]:
-    """Return the first inputs of a target."""
-    if kind == "decode":
-        return inputs(mgs_seeds())
-    # a case, then numbers that choose its shapes, then float16 numbers
-    shapes = [struct.pack("<6I", 67, 5, 3, way, 2, 1) for way in (1, 2, 3)]
-    numbers = struct.pack("<40H", *(0x2C00 + 1711 * i % 0x9000 for i in range(40)))
-    return [bytes([case]) + shape + numbers for case in range(5) for shape in shapes]

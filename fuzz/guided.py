@@ -9,7 +9,6 @@ import random
 import resource
 import sys
 import tempfile
-import warnings
 from pathlib import Path
 
 import atheris  # pyright: ignore[reportMissingImports]
@@ -25,10 +24,9 @@ with atheris.instrument_imports(  # pyright: ignore[reportAttributeAccessIssue]
 ):
     from fuzz import captures
     from fuzz.findings import Findings
-    from fuzz.seeds import SEEDS
-    from tests.fuzz.mutate import MAKERS
-    from tests.fuzz.readers import FREE, Reader, quiet
-    from tests.support.memory_meter import MemoryMeter
+    from fuzz.inputs import short_seeds
+    from fuzz.mutate import mutated
+    from fuzz.readers import FREE, quiet
     from tests.support.mgs_parts import parse_parts
 
 SECONDS = 1.0
@@ -36,61 +34,45 @@ EVERY = 5  # one of this many scenes is decoded completely
 LONGEST = 30_000  # bytes
 
 
-def reader_of(kind: str, folder: Path) -> Reader:
-    """Return the reader of a kind of file; its files are written to `folder`."""
-    if kind in captures.KINDS:
-        return captures.CaptureReader(kind, folder, SECONDS)
-    return Reader(kind, folder / f"input.{kind}", SECONDS)
-
-
 class Mutator:
     """Changes inputs: half of the time with knowledge of the format, else as libFuzzer does."""
 
     def __init__(self, kind: str) -> None:
-        self.kind = kind
-        self.files = [seed.data for seed in SEEDS[kind]().values()]
+        self.kind, self.files = kind, short_seeds(kind)
 
     def __call__(self, data: bytes, most: int, seed: int) -> bytes:
         r = random.Random(seed)
-        try:
-            if self.kind in captures.KINDS:
-                if r.random() < 0.5:
-                    return captures.mutated(self.kind, r, data)[:most]
-                return bytes(atheris.Mutate(data, most))
-            if self.kind == "mgs" and r.random() < 0.5:  # a stream, under a valid checksum
+        if r.random() < 0.5:
+            return mutated(self.kind, r, data, self.files)[:most]
+        if self.kind == "mgs" and r.random() < 0.7:  # a stream, under a valid checksum
+            try:
                 parts = parse_parts(data)
                 piece = r.choice(parts.pieces)
                 piece.data = bytes(atheris.Mutate(piece.data, len(piece.data) + 64))
                 return parts.to_bytes()[:most]
-            if r.random() < 0.7:
-                return MAKERS[self.kind](r, data, self.files)[:most]
-        except Exception:  # not a file that can be taken apart
-            pass
+            except Exception:  # not a file that can be taken apart
+                pass
         return bytes(atheris.Mutate(data, most))
 
 
 def main() -> None:
     kind, folder, *options = sys.argv[1:]
     quiet()
-    if kind == "image":  # Pillow warns of damaged photos that it reads
-        warnings.simplefilter("ignore")
-    reader = reader_of(kind, Path(tempfile.mkdtemp()))
+    reader = captures.reader_of(kind, Path(tempfile.mkdtemp()), SECONDS)
     findings = Findings(kind, Path(folder) / "findings")
     peak = 0
 
     def one(data: bytes) -> None:
         nonlocal peak
-        found = reader.verdict(data, decode=len(data) % EVERY == 0)
+        _, found = reader.verdict(data, decode=len(data) % EVERY == 0)
         if isinstance(found, dict):
             findings.add(data, found)
         # the most memory so far: only an input that needs more than all before it is measured
         highest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10
         if highest > peak + FREE:
-            meter = MemoryMeter()
-            meter.start()
-            size, _ = reader.opened(data, decode=len(data) % EVERY == 0)
-            if peak and (used := meter.peak()) > FREE + 2 * (len(data) + size):
-                findings.add(data, f"took {used >> 20} MiB for {len(data)} and {size} bytes")
+            error = reader.too_much(data, decode=len(data) % EVERY == 0)
+            if peak and isinstance(error, dict):
+                findings.add(data, error)
             peak = highest
 
     command = [sys.argv[0], f"-max_len={LONGEST}", "-rss_limit_mb=2048", "-timeout=60", *options]

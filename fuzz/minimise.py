@@ -11,46 +11,33 @@ import hashlib
 import subprocess
 import sys
 import tempfile
-import warnings
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
-from fuzz import captures, compiled, javascript
-from fuzz.__main__ import HERE, TARGETS, corpus, write_seeds
-from fuzz.seeds import SEEDS
-from tests.fuzz.readers import Reader, quiet
+from fuzz import captures, compiled
+from fuzz.__main__ import TARGETS
+from fuzz.inputs import CORPUS, HERE, corpus, files_in, kind_of, seeds, write
+from fuzz.readers import quiet
+from fuzz.viewer import Viewer
 
 INPUTS_MAX, BYTES_MAX = 60, 16_000  # of the kept inputs of a target
 INPUT_MAX = 4_000  # bytes of one input
 OURS = str(HERE.parent / "mobilegs")
 
-Reach = Callable[[bytes], bool]  # runs an input: does it reach code that none before did?
 
-
-def traced(kind: str, folder: Path) -> Reach:
-    """Return a function that tells whether an input reaches new steps from line to line."""
-    if kind in captures.KINDS:
-        reader: Reader = captures.CaptureReader(kind, folder, 60)
-    else:
-        reader = Reader(kind, folder / f"input.{kind}", 60)
-    reached: set[tuple[str, int, int]] = set()
+def traced(kind: str, folder: Path) -> Callable[[bytes], bool]:
+    """Return a function that runs an input and tells whether it reaches new instructions."""
+    reader = captures.reader_of(kind, folder, 60)
+    reached: set[tuple[CodeType, int]] = set()
 
     def follow(frame: FrameType, event: str, argument: Any) -> Any:
-        name = frame.f_code.co_filename
-        if not name.startswith(OURS):
+        if not frame.f_code.co_filename.startswith(OURS):
             return None
-        before = 0
-
-        def line(frame: FrameType, event: str, argument: Any) -> Any:
-            nonlocal before
-            if event == "line":
-                reached.add((name, before, frame.f_lineno))
-                before = frame.f_lineno
-            return line
-
-        return line
+        frame.f_trace_opcodes = True
+        reached.add((frame.f_code, frame.f_lasti))
+        return follow
 
     def reach(data: bytes) -> bool:
         size = len(reached)
@@ -77,29 +64,27 @@ def kept(target: str, found: list[bytes]) -> list[bytes]:
         folder = Path(name)
         if language == "cpp":
             return _merged(target, found, folder)
-        seeds = [seed.data for seed in SEEDS[kind]().values()]
+        valid = list(seeds(kind).values())
         if language == "python":
             reach = traced(kind, folder)
-            for data in seeds:
+            for data in valid:
                 reach(data)
             return [data for data in smallest(found) if reach(data)]
-        with contextlib.closing(javascript.Viewer(kind, folder)) as viewer:
-            inputs = [*seeds, *smallest(found)]
-            novel, _, _ = viewer(inputs)
-            return [inputs[i] for i in novel if i >= len(seeds)]
+        with contextlib.closing(Viewer(folder, "--coverage")) as viewer:
+            inputs = [*valid, *smallest(found)]
+            novel, _, _ = viewer.run(kind, inputs)
+            return [inputs[i] for i in novel if i >= len(valid)]
 
 
 def _merged(target: str, found: list[bytes], folder: Path) -> list[bytes]:
     """Do the same with libFuzzer, which merges a folder into one that has the valid files."""
-    kind = target.partition("-")[2]
-    write_seeds(target, folder / "merged")
-    seeds = {path.name for path in (folder / "merged").iterdir()}
-    (folder / "found").mkdir()
-    for number, data in enumerate(found):
-        (folder / "found" / f"{number}").write_bytes(data)
+    kind = kind_of(target)
+    write(list(seeds(kind).values()), folder / "merged")
+    write(found, folder / "found")
+    valid = set(files_in(folder / "merged"))
     command = [compiled.build(kind, folder), "-merge=1", folder / "merged", folder / "found"]
     subprocess.run(command, check=True, capture_output=True)
-    new = [path for path in (folder / "merged").iterdir() if path.name not in seeds]
+    new = set(files_in(folder / "merged")) - valid
     return smallest(path.read_bytes() for path in new)
 
 
@@ -109,29 +94,22 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("build") / "fuzz")
     given = parser.parse_args()
     quiet()
-    warnings.simplefilter("ignore")
     # `agreement` reads the corpora of all targets of `.mgs`
     for target in given.targets or [name for name in TARGETS if name != "agreement"]:
-        found = [path.read_bytes() for path in sorted((given.output / target / "corpus").iterdir())]
-        named = [path for path in _files(target) if not path.name.startswith("auto-")]
-        spent, folder = 0, HERE / "corpus" / target
+        found = [path.read_bytes() for path in files_in(given.output / target / "corpus")]
+        spent, folder = 0, CORPUS / target
         chosen = kept(target, [*found, *corpus(target)])
-        for path in _files(target):
-            if path not in named:
+        for path in files_in(folder):
+            if path.name.startswith("auto-"):
                 path.unlink()
         folder.mkdir(parents=True, exist_ok=True)
-        there = {path.read_bytes() for path in named}
+        there = set(corpus(target))
         for data in [data for data in chosen if data not in there][:INPUTS_MAX]:
             if spent + len(data) > BYTES_MAX:
                 break
             spent += len(data)
             (folder / f"auto-{hashlib.sha1(data).hexdigest()[:12]}").write_bytes(data)
         print(f"{target}: {len(chosen)} of {len(found)} inputs, {spent:,} bytes", flush=True)
-
-
-def _files(target: str) -> list[Path]:
-    folder = HERE / "corpus" / target
-    return sorted(folder.iterdir()) if folder.is_dir() else []
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ class State:
 STATES = {
     "bare": State(
         "no GPU renderer, browser, compiler, Node.js, ffmpeg or git",
-        (*RENDERERS, "tests/cli", "tests/view", "tests/web", "tests/fuzz/test_targets.py",
+        (*RENDERERS, "tests/cli", "tests/view", "tests/web", "tests/fuzz/test_fuzz.py",
          "tests/render/test_cuda_on_host.py", "tests/bench", "tests/csrc"),
         NO_GPU,
         hidden=True,
