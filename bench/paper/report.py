@@ -1,8 +1,8 @@
 """Write the tables and the plot of the paper's pages from the collected cells.
 
-docs/explanation/paper.md gets one line for each table of the paper, then the tables line by line;
-paper_settings.md gets what each departure of the default gains. `make docs` makes the page of all
-rows, paper_tables.md, which is not committed.
+docs/explanation/paper.md gets one line for each table of the paper and the longest runs;
+paper_settings.md gets what each departure of the default gains. `make docs` makes the page of the
+tables line by line and of all rows, paper_tables.md, which is not committed.
 
     python -m bench.paper.report [--json bench/results/paper.json] [--tables FILE]
 
@@ -45,6 +45,12 @@ TITLES = {
     "rivals": "Rivals in the same trainer",
     "fixes": "Errors of the release, put back",
     "paper": "The paper's own model",
+}
+HEADS = {
+    "ablation": "The ablation table",
+    "pruning": "The tables of pruning",
+    "codebooks": "The table of codebook sizes",
+    "rivals": "Rivals",
 }
 TABLES_HEAD = """\
 # All rows of the paper's tables
@@ -474,15 +480,16 @@ def main() -> None:
     write(PAGE, "claims", claims(cells))
     write(PAGE, "long", long_runs(cells))
     write(SETTINGS, "departures", departures(cells))
-    for key in LINES:
-        write(PAGE, key, paper_table(cells, key))
     plot(cells)
     print(f"{len(cells)} cells -> {PAGE}, {SETTINGS}, {PLOT}")
 
 
 def tables_page(cells: list[dict]) -> str:
     """Return the text of docs/explanation/paper_tables.md."""
-    return "\n".join([TABLES_HEAD, *sections(cells), ""])
+    lines = [TABLES_HEAD]
+    for key in LINES:
+        lines += [f"## {HEADS[key]}", "", *paper_table(cells, key), ""]
+    return "\n".join([*lines, *sections(cells), ""])
 
 
 def write(page: Path, name: str, lines: list[str]) -> None:
