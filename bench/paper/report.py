@@ -1,8 +1,8 @@
 """Write the tables and the plot of the paper's pages from the collected cells.
 
-docs/explanation/paper.md gets one line for each table of the paper and the longest runs;
-paper_settings.md gets what each departure of the default gains. `make docs` makes the page of the
-tables line by line and of all rows, paper_tables.md, which is not committed.
+docs/explanation/paper.md gets one line for each table of the paper, paper_settings.md what each
+departure of the default gains. `make docs` makes the page of the tables line by line and of all
+rows, paper_tables.md, which is not committed.
 
     python -m bench.paper.report [--json bench/results/paper.json] [--tables FILE]
 
@@ -478,7 +478,6 @@ def main() -> None:
         options.tables.write_text(tables_page(cells))
         return
     write(PAGE, "claims", claims(cells))
-    write(PAGE, "long", long_runs(cells))
     write(SETTINGS, "departures", departures(cells))
     plot(cells)
     print(f"{len(cells)} cells -> {PAGE}, {SETTINGS}, {PLOT}")
@@ -486,7 +485,7 @@ def main() -> None:
 
 def tables_page(cells: list[dict]) -> str:
     """Return the text of docs/explanation/paper_tables.md."""
-    lines = [TABLES_HEAD]
+    lines = [TABLES_HEAD, "## The longest runs", "", *long_runs(cells), ""]
     for key in LINES:
         lines += [f"## {HEADS[key]}", "", *paper_table(cells, key), ""]
     return "\n".join([*lines, *sections(cells), ""])
