@@ -39,7 +39,7 @@ API_HEAD = """\
 
 Made by `make docs` from the sources. The package exports everything here by name,
 as in `from mobilegs import open_scene`, and imports a module at the first use of one of its
-names. What is not listed may change without notice. [Examples](../tutorials/examples.md) use
+names. Other names may change without notice. [Examples](../tutorials/examples.md) use
 most of it; [conventions](conventions.md) define axes, units and shapes. Types have shapes as
 [jaxtyping](https://docs.kidger.site/jaxtyping/) writes them: `Float[Tensor, "n 3"]`.
 
