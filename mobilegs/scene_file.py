@@ -43,7 +43,7 @@ WITH_FOOTPRINT: dict[str, Callable[[Path], tuple[Gaussians, Footprint]]] = {
     for name, module in MODULES.items()
     if hasattr(module, f"read_{name}_scene")
 }
-WRITERS: dict[Kind, Callable[..., Any]] = {
+WRITERS: dict[str, Callable[..., Any]] = {
     name: getattr(MODULES[name], f"write_{name}") for name in WRITTEN
 }
 
