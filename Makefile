@@ -78,8 +78,10 @@ wheel: | $(VENV)/bin/pip
 	$(BIN)/python -m pip install --quiet -c constraints.txt scikit-build-core cmake ninja lief ziglang
 	$(BIN)/python tools/make_wheels.py $(TARGETS)
 
-# needs neither the package nor the network: generated pages are in the repository
-docs: $(VENV)/docs-installed
+# the pages of the Python interface and of all rows of the paper's tables are built, not committed
+docs: $(VENV)/docs-installed $(VENV)/installed
+	$(BIN)/python docs/make_api.py
+	$(BIN)/python -m bench.paper.report --tables docs/explanation/paper_tables.md
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d build/doctrees docs build/docs
 
 # mobilegs/view/dist, which is committed: after a change in viewer/

@@ -338,8 +338,9 @@ def blocks(results: dict) -> dict[str, tuple[str, list[list[str]]]]:
     size = "x".join(map(str, student["image_size"]))
     return {
         "comparison": (
-            f"Bonsai, {student['photos']} held-back photos of {size}, {student['device']}, "
-            f"{student['date']}. The browser ({viewer['browser']}, {viewer['plan']['size']}) draws "
+            f"Bonsai, {student['photos']} held-back photos of {size}, "
+            f"{student['device'].replace('kernels v4', 'AVX-512')}, {student['date']}. "
+            f"The browser ({viewer['browser']}, {viewer['plan']['size']}) draws "
             "in software; its time for the `.ply` is that of the fastest other viewer measured. "
             f"The student took {student['student_steps']:,} steps "
             f"({student['seconds'] / 60:.1f} minutes), its teacher "

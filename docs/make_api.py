@@ -1,10 +1,10 @@
-"""Write docs/reference/api.md, settings.md and cli.md from the sources.
+"""Write docs/reference/settings.md, cli.md and api.md from the sources.
 
     python docs/make_api.py
 
-Tests compare the pages with the output of this script, and their signatures with
-`inspect.signature`. Signatures are text of the sources, so that they do not change with decorators
-and versions of Python.
+The first two are committed, and a test compares them with the output of this script. api.md is
+not: `make docs` makes it. A test compares its signatures with `inspect.signature`; they are text of
+the sources, so that they do not change with decorators and versions of Python.
 """
 
 import ast
@@ -37,9 +37,9 @@ Made by `python docs/make_api.py` from the verbs' `--help`.
 API_HEAD = """\
 # The Python interface
 
-Made by `python docs/make_api.py` from the sources. The package exports everything here by name,
+Made by `make docs` from the sources. The package exports everything here by name,
 as in `from mobilegs import open_scene`, and imports a module at the first use of one of its
-names. What is not listed may change without notice. [Examples](../tutorials/examples.md) use
+names. Other names may change without notice. [Examples](../tutorials/examples.md) use
 most of it; [conventions](conventions.md) define axes, units and shapes. Types have shapes as
 [jaxtyping](https://docs.kidger.site/jaxtyping/) writes them: `Float[Tensor, "n 3"]`.
 

@@ -1,6 +1,6 @@
 """Mobile-GS: 3D Gaussian splatting without sorting, in a file of a few megabytes.
 
-`docs/reference/api.md` describes the public names below. Each is imported on first access, so
+`make docs` makes a page that describes the public names below. Each is imported on first access, so
 `import mobilegs` is fast. `__init__.pyi` lists the same names for type checkers.
 """
 

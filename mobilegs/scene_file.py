@@ -2,9 +2,11 @@
 
 import json
 import logging
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -14,12 +16,9 @@ from torch import Tensor
 from mobilegs.atomic import atomic_path
 from mobilegs.camera import NEAR, Camera
 from mobilegs.errors import InputError
-from mobilegs.formats.glb import read_glb, write_glb
+from mobilegs.formats import READ, WRITTEN, Kind
 from mobilegs.formats.loss import measure_loss
-from mobilegs.formats.ply import read_ply, read_ply_scene, read_ply_up, write_ply
-from mobilegs.formats.sog import read_sog, read_sog_scene, write_sog
-from mobilegs.formats.splat import read_splat
-from mobilegs.formats.spz import read_spz, read_spz_scene, write_spz
+from mobilegs.formats.ply import read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.mgs.huffman import huffman_bytes
@@ -33,16 +32,20 @@ log = logging.getLogger(__name__)
 TURN_MIN = 1e-6  # difference of directions below which a scene is not turned
 SAMPLE, INSIDE = 10_000, 0.9  # Gaussians from which `near_of` finds the size; those inside of it
 Device = str  # auto, cpu, cuda or cuda:N; see `choose_device`
-Kind = Literal["ply", "spz", "sog", "glb"]
-PLAIN = {  # plain 3DGS scenes, blended sorted
-    ".ply": read_ply,
-    ".spz": read_spz,
-    ".sog": read_sog,
-    ".splat": read_splat,
-    ".glb": read_glb,
+
+# plain 3DGS scenes, blended sorted: the functions of each module of `formats`
+MODULES = {name: import_module(f"mobilegs.formats.{name}") for name in READ}
+PLAIN: dict[str, Callable[[Path], Gaussians]] = {
+    f".{name}": getattr(module, f"read_{name}") for name, module in MODULES.items()
 }
-WITH_FOOTPRINT = {".ply": read_ply_scene, ".spz": read_spz_scene, ".sog": read_sog_scene}
-WRITERS = {"ply": write_ply, "sog": write_sog, "glb": write_glb, "spz": write_spz}
+WITH_FOOTPRINT: dict[str, Callable[[Path], tuple[Gaussians, Footprint]]] = {
+    f".{name}": getattr(module, f"read_{name}_scene")
+    for name, module in MODULES.items()
+    if hasattr(module, f"read_{name}_scene")
+}
+WRITERS: dict[str, Callable[..., Any]] = {
+    name: getattr(MODULES[name], f"write_{name}") for name in WRITTEN
+}
 
 
 def choose_device(name: Device) -> torch.device:
@@ -195,7 +198,7 @@ def write_gaussians(
 
     A .ply names the upward direction `up`. The other formats have one, to which the scene is
     turned (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for
-    it. A .glb has no place for an antialiased footprint. That, Gaussians that are not finite, and
+    it. A .glb has no place for an antialiased footprint. This, Gaussians that are not finite, and
     what the file does not hold of the others (`formats.loss`) are named in logged warnings.
 
     Raises:
@@ -208,15 +211,14 @@ def write_gaussians(
     if turn_needed(up, kind):
         assert up is not None
         gaussians = transformed(gaussians, turn_from_usual(up).T, np.zeros(3))
+    write = WRITERS[kind]
+    held = signature(write).parameters  # `footprint`, `note`: what the file has a place for
+    if "footprint" not in held and footprint != CLASSIC:
+        log.warning("a .%s has no place for the scene's footprint: readers draw 3DGS's", kind)
+    values = {"footprint": footprint, "note": note}
     with atomic_path(output) as path:
-        if kind == "glb":
-            if footprint != CLASSIC:
-                log.warning("a .glb has no place for the scene's footprint: readers draw 3DGS's")
-            write_glb(path, gaussians, note=note)
-        elif kind == "spz":
-            write_spz(path, gaussians, footprint=footprint)
-        else:
-            gaussians = write_sog(path, gaussians, footprint=footprint, note=note)
+        written = write(path, gaussians, **{name: values[name] for name in values if name in held})
+        gaussians = gaussians if written is None else written  # in another order
         found = PLAIN[f".{kind}"](path)
         if len(found) < len(gaussians):
             raise InputError(f"a .{kind} cannot hold numbers as large as in this scene")

@@ -5,10 +5,19 @@ from pathlib import Path
 import pytest
 import torch
 
+from mobilegs import formats
 from mobilegs.camera import NEAR, Camera, look_at
 from mobilegs.formats.ply import write_ply
 from mobilegs.scene_file import near_of, open_scene
 from tests.support.random_scenes import random_scene
+
+
+def test_every_format_is_in_the_list() -> None:
+    folder = Path(formats.__file__).parent
+    texts = {path.stem: path.read_text() for path in folder.glob("*.py")}
+    read = {name for name, text in texts.items() if f"def read_{name}(" in text}
+    written = {name for name, text in texts.items() if f"def write_{name}(" in text}
+    assert read == set(formats.READ) and written == set(formats.WRITTEN)
 
 
 def test_the_near_plane_follows_the_size_of_a_small_scene() -> None:

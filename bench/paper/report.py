@@ -1,9 +1,10 @@
 """Write the tables and the plot of the paper's pages from the collected cells.
 
-docs/explanation/paper.md gets one line for each table of the paper, then the tables line by line;
-paper_settings.md gets what each departure of the default gains, paper_tables.md every row.
+docs/explanation/paper.md gets one line for each table of the paper, paper_settings.md what each
+departure of the default gains. `make docs` makes the page of the tables line by line and of all
+rows, paper_tables.md, which is not committed.
 
-    python -m bench.paper.report [--json bench/results/paper.json]
+    python -m bench.paper.report [--json bench/results/paper.json] [--tables FILE]
 
 Needs matplotlib (`pip install 'mobilegs[bench]'`).
 """
@@ -31,7 +32,6 @@ from bench.paper.rows import ROWS
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/explanation/paper.md"
 SETTINGS = ROOT / "docs/explanation/paper_settings.md"
-TABLES = ROOT / "docs/explanation/paper_tables.md"
 PLOT = ROOT / "docs/images/paper.png"
 FEW = 3  # cells that need no plot
 COLUMNS = 3  # panels side by side
@@ -46,6 +46,35 @@ TITLES = {
     "fixes": "Errors of the release, put back",
     "paper": "The paper's own model",
 }
+HEADS = {
+    "ablation": "The ablation table",
+    "pruning": "The tables of pruning",
+    "codebooks": "The table of codebook sizes",
+    "rivals": "Rivals",
+}
+TABLES_HEAD = """\
+# All rows of the paper's tables
+
+`make docs` makes this page from `bench/results/paper.json`, by `python -m bench.paper.report
+--tables FILE`. [The paper's tables](paper.md) explains rows, protocol and findings.
+
+| column | meaning |
+|---|---|
+| PSNR, SSIM, LPIPS | of held-back photos at 8 bits; LPIPS is VGG on images in [0, 1] |
+| against `codebooks` | difference to row `codebooks` by the same teacher, mean over the seeds |
+| paper | the paper's difference to its whole method, mean of Mip-NeRF 360 |
+| MiB | the file's, with one LOD level; of rows without codes four bytes per number |
+| ms per frame | a whole frame of the CPU kernels, the fastest of four |
+| min | the student's training, or the teacher's in its own row |
+| ± | half the distance between two seeds; without it there is one seed |
+
+Many milliseconds and minutes come from a busy machine and are up to three times too long: those of
+lego's rows, of the 10,000-step rows, of the 5,000-step rows other than `ours`, `no-overdraw-term`
+and `double-overdraw-term`, and of five rows by bonsai's teacher of seed 2 (`codebooks`,
+`no-view-dependence`, `no-phi`, `no-codes`, `full-ellipses`).
+
+![PSNR and size of every row](../images/paper.png)
+"""
 
 
 class Run(NamedTuple):
@@ -438,20 +467,28 @@ def plot(cells: list[dict]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, default=ROOT / "bench" / "results" / "paper.json")
+    parser.add_argument("--tables", type=Path, help="write the page of all rows, and nothing else")
     options = parser.parse_args()
     cells = [
         cell
         for cell in json.loads(options.json.read_text())["cells"].values()
         if cell["row"] in ROWS
     ]
+    if options.tables:
+        options.tables.write_text(tables_page(cells))
+        return
     write(PAGE, "claims", claims(cells))
-    write(PAGE, "long", long_runs(cells))
     write(SETTINGS, "departures", departures(cells))
-    for key in LINES:
-        write(PAGE, key, paper_table(cells, key))
-    write(TABLES, "tables", sections(cells))
     plot(cells)
-    print(f"{len(cells)} cells -> {PAGE}, {TABLES}, {PLOT}")
+    print(f"{len(cells)} cells -> {PAGE}, {SETTINGS}, {PLOT}")
+
+
+def tables_page(cells: list[dict]) -> str:
+    """Return the text of docs/explanation/paper_tables.md."""
+    lines = [TABLES_HEAD, "## The longest runs", "", *long_runs(cells), ""]
+    for key in LINES:
+        lines += [f"## {HEADS[key]}", "", *paper_table(cells, key), ""]
+    return "\n".join([*lines, *sections(cells), ""])
 
 
 def write(page: Path, name: str, lines: list[str]) -> None:

@@ -13,7 +13,7 @@ from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from types import NoneType
-from typing import Any, Literal, get_args, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
@@ -23,12 +23,12 @@ from mobilegs.capture import CaptureRun, is_capture_source
 from mobilegs.capture.run import validate_options
 from mobilegs.data import has_poses
 from mobilegs.errors import InputError
+from mobilegs.formats import Export
 from mobilegs.pipeline.compress import CompressRun
 from mobilegs.pipeline.train import TrainRun, budget_of, resolve_recipe
 from mobilegs.scene_file import PLAIN
 
 Options = Mapping[str, str]  # texts by column
-Export = Literal["html", "site", "ply", "spz", "sog", "glb"]
 EXPORTS: tuple[Export, ...] = get_args(Export)
 OF_THE_LIST = ("name", "source")
 OF_THE_EXPORT = ("export", "title")

@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from tyro.conf import Positional, arg
 
@@ -20,6 +20,7 @@ from mobilegs.cli.output import print_contents, print_findings, print_metrics
 from mobilegs.cli.render import Device, Up, open_scene_and_capture, render, usual_capture
 from mobilegs.cli.train import capture, compress, convert, demo, train
 from mobilegs.errors import InputError
+from mobilegs.formats import Export
 from mobilegs.progress_display import printed_log, show_progress
 
 SceneFile = Annotated[Positional[Path], arg(metavar="SCENE")]  # or a run's folder
@@ -134,7 +135,7 @@ def view(
 def export(
     scene: SceneFile,
     *,
-    to: Literal["html", "site", "ply", "spz", "sog", "glb"],
+    to: Export,
     output: Annotated[Path, arg(aliases=["-o"], metavar="PATH")],
     title: Annotated[str, arg(metavar="TEXT")] = "",
     url: Annotated[str, arg(metavar="ADDRESS")] = "",

@@ -20,15 +20,16 @@ from mobilegs.edit.notes import merged_notes
 from mobilegs.edit.regions import Box, HalfSpace, Region
 from mobilegs.edit.support import Support, floaters, measure_support
 from mobilegs.errors import InputError
+from mobilegs.formats import WRITTEN, Kind
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.mgs.container import MAGIC, VERSION, read_container, write_container
 from mobilegs.mgs.limits import check_meta
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
-from mobilegs.scene_file import Kind, open_scene, size_of, write_gaussians
+from mobilegs.scene_file import open_scene, size_of, write_gaussians
 
-KINDS: dict[str, Kind] = {".ply": "ply", ".spz": "spz", ".sog": "sog", ".glb": "glb"}
+KINDS: dict[str, Kind] = {f".{kind}": kind for kind in WRITTEN}
 log = logging.getLogger(__name__)
 
 

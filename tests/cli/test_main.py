@@ -392,7 +392,7 @@ def test_a_full_disk_gives_one_line(
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("scene.obj", b"", "not a scene: a .mgs, .ply, .spz, .sog, .splat or .glb"),
+        ("scene.obj", b"", "not a scene: a .mgs, .ply, .spz, .sog, .glb or .splat"),
         ("scene.ply", b"ply", "is not a PLY file"),
         ("scene.mgs", b"ply", "is not a .mgs scene but looks like a PLY"),
         ("gone.ply", None, "gone.ply does not exist"),
