@@ -2,7 +2,7 @@
 
     python -m bench.gpu.run --out runs/gpu [--minutes 60] [--parts tests kernels ...]
 
-Needs a CUDA device and `pip install '.[cuda,native,dev]'`. Every part runs in a process of its
+Needs a CUDA device and `pip install '.[cuda,dev]'`. Every part runs in a process of its
 own. A part that succeeded is not repeated. OUT/result.json is written after every part, with the
 date and the device. See README.md in this folder for the parts.
 """
@@ -19,9 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.record import commit
 from mobilegs.atomic import atomic_write
 
-INSTALL = "run `pip install '.[cuda,native,dev]'`"
+INSTALL = "run `pip install '.[cuda,dev]'`"
 GRACE_SECONDS = 60  # in which a stopped training writes its checkpoint
 PAPER_ROWS = ("teacher", "ours", "codebooks", "network")
 
@@ -75,9 +76,6 @@ def parts_of(out: Path, data: Path | None, minutes: float) -> list[Part]:
             "frames-gsplat",
             module_words("bench.gpu.frames", *frames, "--by", "gsplat"),
             (capture, *trained),
-        ),
-        Part(
-            "wgpu", module_words("bench.viewers.wgpu", *files, "--json", out / "wgpu.json"), trained
         ),
         Part(
             "paper",
@@ -162,11 +160,11 @@ def write_result(out: Path, record: Record) -> None:
         "bonsai": "bonsai/metrics.json",
         "frames": "frames.json",
         "steps": "steps.json",
-        "wgpu": "wgpu.json",
     }
     found = {name: read_json(out / file) for name, file in files.items()}
     result = {
         "date": time.strftime("%Y-%m-%d"),
+        "commit": commit(),
         **device(),
         "parts": record.runs,
         "tests": test_counts(out / "tests.xml"),

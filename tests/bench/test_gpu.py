@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from bench.gpu import run
-from bench.gpu.figures import Figures
 from bench.gpu.run import Part, parts_of, run_parts
 
 
@@ -109,12 +108,3 @@ def test_a_machine_without_a_gpu_is_told_so(
         run.main()
     assert end.value.code == 2 and not (tmp_path / "out").exists()
     assert "CUDA" in capsys.readouterr().err or "compiler" in capsys.readouterr().err
-
-
-def test_rows_of_an_earlier_run_stay(tmp_path: Path) -> None:
-    path = tmp_path / "figures.json"
-    Figures(path, device="one").add("a", ms=1)
-    again = Figures(path, device="one")
-    again.add("a", gsplat_ms=2)
-    again.add("b", ms=3)
-    assert json.loads(path.read_text())["rows"] == {"a": {"ms": 1, "gsplat_ms": 2}, "b": {"ms": 3}}
