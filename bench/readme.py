@@ -1,4 +1,4 @@
-"""Write the figures of README.md and docs/explanation/benchmarks.md from bench/results.
+"""Write the figures of README.md, benchmarks.md and compression.md from bench/results.
 
     python -m bench.readme
 
@@ -187,6 +187,23 @@ def first_picture_rows(scenes: dict[str, Any]) -> Rows:
     return found
 
 
+def format_rows(cells: dict[str, Any]) -> Rows:
+    """Return bytes and quality of a teacher, of other formats of it, and of its student."""
+    found = []
+    for name, cell in cells.items():
+        teacher = cells[f"{name.partition('/')[0]}/teacher"]
+        lost = [
+            f"{cell[key] - teacher[key]:+.{digits}f}"
+            if key in teacher and cell is not teacher
+            else "-"
+            for key, digits in (("psnr", 2), ("lpips_vgg", 4))
+        ]
+        size = [f"{cell['bytes']:,}", f"{cell['bytes'] / cell['gaussians']:.2f}"]
+        times = [number(cell.get(f"{way}_seconds"), 2) for way in ("encode", "decode")]
+        found.append([name.replace("/", ", "), number(cell.get("psnr"), 2), *lost, *size, *times])
+    return found
+
+
 def comparison_rows(paper: dict[str, Any], formats: dict[str, Any], viewers: dict) -> Rows:
     """Return size, quality and frame times of one teacher in other formats and of its student."""
     teacher, student, ours = paper[TEACHER], paper[STUDENT], viewers[VIEWER]
@@ -231,7 +248,7 @@ def comparison(results: dict[str, Any]) -> str:
 
 
 def blocks(results: dict[str, Any]) -> dict[str, str]:
-    """Return the tables of the benchmarks' page by name, each below the command that made it."""
+    """Return the tables of the pages by name, each below the command that made it."""
 
     def block(name: str, module: str, rows_of: Any, head: str) -> str:
         rows = results[name]["rows"]
@@ -310,6 +327,12 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
             screen_rows,
             "viewer | 800x533, ms | 1600x1066, ms | fragments per pixel",
         ),
+        "formats": block(
+            "compression",
+            "compression",
+            format_rows,
+            "file | PSNR dB | lost | LPIPS lost | bytes | per Gaussian | encode s | decode s",
+        ),
         "first_picture": block(
             "first_picture",
             "viewers.first_picture",
@@ -323,8 +346,11 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
 def main() -> None:
     results = {path.stem: json.loads(path.read_text()) for path in RESULTS.glob("*.json")}
     readme, page = ROOT / "README.md", DOCS.read_text()
+    formats = DOCS.with_name("compression.md")
     readme.write_text(filled(readme.read_text(), "comparison", comparison(results)))
-    for name, text in blocks(results).items():
+    tables = blocks(results)
+    formats.write_text(filled(formats.read_text(), "formats", tables.pop("formats")))
+    for name, text in tables.items():
         page = filled(page, name, text)
     DOCS.write_text(page)
 

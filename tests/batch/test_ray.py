@@ -15,7 +15,7 @@ import pytest
 from mobilegs.data.demo.capture import demo_capture, write_capture
 
 NAMES = ("one", "two")
-OPTIONS = {"steps": 300, "preset": "demo", "max_splats": 3000}
+OPTIONS = {"steps": 150, "preset": "demo", "max_splats": 3000}
 FILES = ("scene.mgs", "teacher.ply", "contact_sheet.png")
 STORE = 80 << 20  # bytes of a node's object store, which the batch does not use
 # a dead node is noticed after two seconds, not fifteen
@@ -74,7 +74,7 @@ def test_all_rows_are_made_with_the_same_bytes_although_a_node_dies(
         nodes = [cluster.add_node(num_cpus=1, object_store_memory=STORE) for _ in NAMES]
         cluster.wait_for_nodes()
         defaults = [f"{name}={value}" for name, value in OPTIONS.items()]
-        defaults.append("checkpoint_seconds=1")
+        defaults.append("checkpoint_seconds=0.2")
         program = [sys.executable, "-m", "mobilegs", "batch", str(tmp_path / "list.csv")]
         program += ["-o", str(output), "--engine", "ray", "--cores", "1", "--default", *defaults]
         environment = os.environ | {"RAY_ADDRESS": cluster.address}

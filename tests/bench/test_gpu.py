@@ -59,10 +59,10 @@ time.sleep(60)
 """
     begun, waited = tmp_path / "begun", subprocess.Popen.wait
 
-    def wait(process: subprocess.Popen, seconds: float | None = None) -> int:
+    def wait(process: subprocess.Popen, timeout: float | None = None) -> int:
         while not begun.exists():  # a busy machine takes its time to start Python
             time.sleep(0.01)
-        return waited(process, seconds)
+        return waited(process, timeout)
 
     monkeypatch.setattr(subprocess.Popen, "wait", wait)
     slow = Part("train", ("-I", "-S", "-c", program, str(tmp_path / "saved"), str(begun)))
