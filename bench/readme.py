@@ -90,18 +90,6 @@ def kernel_rows(rows: dict[str, Any]) -> Rows:
     ]
 
 
-def trained_rows(rows: dict[str, Any]) -> Rows:
-    """Return the CPU kernels' milliseconds for trained scenes, at full size and with levels."""
-    found = []
-    names = [name for name in rows if name.endswith(" forward")]
-    for name in (name for i, name in enumerate(names) if i % 3 != 1):  # sizes 1 and 3 of 1 to 3
-        forward, both = rows[name], rows[name.replace(" forward", " both")]
-        times = [number(row[key], 1) for row in (forward, both) for key in ("full_ms", "levels_ms")]
-        scene = f"{forward['scene']}, {forward['gaussians']:,}"
-        found.append([scene, size_of(forward["size"]), *times])
-    return found
-
-
 def gpu_rows(rows: dict[str, Any]) -> Rows:
     """Return the CUDA kernels' milliseconds beside gsplat's, by number of Gaussians and size."""
     found = []
@@ -282,12 +270,6 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
             "kernels",
             kernel_rows,
             "800x533 | Gaussians | forward ms | forward + backward ms",
-        ),
-        "trained": block(
-            "trained_kernels",
-            "kernels --scenes",
-            trained_rows,
-            "scene | size | forward ms | with levels | forward + backward ms | with levels",
         ),
         "gpu": gpu(
             h200["kernels"],

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.record import RESULTS, Figures, filled, origin_of, table
+from bench.record import RESULTS, ROOT, Figures, filled, origin_of, table
 
 # whose rows come from runs of other kinds
 OTHERS = {"paper", "antialiased", "gpu_h100", "gpu_h200"}
@@ -33,9 +33,13 @@ def test_a_table_stands_between_its_markers() -> None:
 
 
 @pytest.mark.parametrize("path", sorted(RESULTS.glob("*.json")), ids=lambda path: path.stem)
-def test_every_result_names_its_origin_and_stands_in_a_page(path: Path) -> None:
+def test_every_result_names_its_origin_and_belongs_to_a_page(path: Path) -> None:
     content = json.loads(path.read_text())
     if path.stem in OTHERS:
         assert path.stem == "paper" or content["commit"]
     else:
         assert all(word in origin_of(content["rows"]) for word in ("2026", "cores", " at "))
+    writers = [ROOT / "bench/readme.py", ROOT / "bench/paper/report.py"]
+    texts = [page.read_text() for page in [*writers, *(ROOT / "docs").rglob("*.md")]]
+    names = (f'"{path.stem}"', path.name)
+    assert any(name in text for text in texts for name in names)
