@@ -1,10 +1,7 @@
 """Time both renderers, forward and backward, on a synthetic scene.
 
-    python -m bench.kernels [--json OUT] [--spike FOLDER] [--counts 100000 400000]
-        [--scenes A.mgs B.mgs ... --names A B ...]
-
-If FOLDER holds the prototype's C++ kernels (`gs_cpu_vec.cpp`), the script builds them in a
-temporary folder and times them in turns with ours, in one process, on the same scene.
+    python -m bench.kernels [--json OUT] [--counts 100000 400000]
+    python -m bench.kernels --scenes A.mgs B.mgs ... [--names A B ...] [--json OUT]
 
 Scenes are trained sort-free ones: they are drawn from their first view at the size of training, and
 at two and three times that size, in turns with all Gaussians at full size and with the viewers'
@@ -12,23 +9,16 @@ levels, and their fragments per pixel are counted.
 """
 
 import argparse
-import ctypes
-import json
 import math
-import os
-import platform
 import resource
-import subprocess
-import sys
-import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 import torch
 
+from bench.record import RESULTS, Figures
 from mobilegs.camera import Camera
-from mobilegs.csrc.binding import kernel_level
 from mobilegs.evaluate.fragments import fragments_per_pixel
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.render import render_sorted, render_sortfree
@@ -40,7 +30,7 @@ from mobilegs.spherical_harmonics import C0
 
 WIDTH, HEIGHT, FOCAL = 800, 533, 700.0
 BACKGROUND = (0.1, 0.2, 0.3)
-LOBE_DEGREE = 2  # what a student has; the study's kernels are given opacity and phi
+LOBE_DEGREE = 2  # of a student
 INPUTS = {
     "sorted": ("means", "quats", "scales", "opacities", "sh"),
     "sortfree": ("means", "quats", "scales", "lobes", "sh"),
@@ -123,59 +113,6 @@ class Trained:
         self.forward().backward(self.grad)
 
 
-class Spike:
-    """The prototype's C++ kernels, called through ctypes."""
-
-    class View(ctypes.Structure):
-        _fields_ = [
-            ("rotation", ctypes.c_float * 9),
-            ("translation", ctypes.c_float * 3),
-            ("intrinsics", ctypes.c_float * 5),
-            ("size", ctypes.c_int * 2),
-            ("background", ctypes.c_float * 3),
-        ]
-
-    ORDER = ("means", "scales", "quats", "sh", "opacities", "phi")
-    PREFIX = {"sortfree": "oit", "sorted": "srt"}  # noqa: RUF012
-
-    def __init__(self, built: Path, scene, camera: Camera, grad: torch.Tensor) -> None:
-        self.library = ctypes.CDLL(str(built))
-        self.library.gs_new.restype = ctypes.c_void_p
-        view = self.View()
-        view.rotation[:] = camera.viewmat[:3, :3].flatten().tolist()
-        view.translation[:] = camera.viewmat[:3, 3].tolist()
-        view.intrinsics[:] = [FOCAL, FOCAL, WIDTH / 2, HEIGHT / 2, 0.2]
-        view.size[:] = [WIDTH, HEIGHT]
-        view.background[:] = BACKGROUND
-        self.scene, self.grad = scene, grad
-        self.image = torch.empty(HEIGHT, WIDTH, 3)
-        self.handle = ctypes.c_void_p(self.library.gs_new(ctypes.byref(view)))
-
-    def _inputs(self) -> list:
-        pointers = [ctypes.c_void_p(self.scene[name].data_ptr()) for name in self.ORDER]
-        return [self.handle, len(self.scene["means"]), *pointers]
-
-    def forward(self, path: str) -> torch.Tensor:
-        run = getattr(self.library, f"{self.PREFIX[path]}_fwd")
-        run(*self._inputs(), ctypes.c_void_p(self.image.data_ptr()))
-        return self.image
-
-    def both(self, path: str) -> dict[str, torch.Tensor]:
-        self.forward(path)
-        grads = {name: torch.empty_like(self.scene[name]) for name in self.ORDER}
-        out = [ctypes.c_void_p(grads[name].data_ptr()) for name in self.ORDER]
-        run = getattr(self.library, f"{self.PREFIX[path]}_bwd")
-        run(*self._inputs(), ctypes.c_void_p(self.grad.data_ptr()), *out)
-        return grads
-
-
-def build_spike(source: Path, folder: str) -> Path:
-    built = Path(folder) / "spike.so"
-    flags = "-O3 -march=native -ffast-math -fopenmp -std=c++17 -fPIC -shared".split()
-    subprocess.run(["g++", *flags, str(source / "gs_cpu_vec.cpp"), "-o", str(built)], check=True)
-    return built
-
-
 def contributing_pairs(scene: dict[str, torch.Tensor], camera: Camera) -> int:
     """Count (pixel, Gaussian) pairs with alpha >= 1/255: the area of all ellipses in the image."""
     from mobilegs.render.project import project
@@ -208,38 +145,28 @@ def times(candidates: dict, call, rounds: int) -> dict[str, list[float]]:
     return found
 
 
-def measure(count: int, spike: Path | None, rounds: int) -> list[dict]:
+def measure(count: int, rounds: int, figures: Figures) -> None:
+    """Add a row for each path and kind of the synthetic scene."""
     scene, camera = study_scene(count)
     grad = torch.randn(HEIGHT, WIDTH, 3, generator=torch.Generator().manual_seed(7))
-    candidates = {"ours": Ours(scene, camera, grad)}
-    if spike:
-        candidates["spike"] = Spike(spike, scene, camera, grad)
-    pairs, rows = contributing_pairs(scene, camera), []
+    ours, pairs = Ours(scene, camera, grad), contributing_pairs(scene, camera)
     for path in ("sortfree", "sorted"):
         for kind in ("forward", "both"):
-            found = times(candidates, lambda c, k=kind, p=path: getattr(c, k)(p), rounds)
-            row = {"gaussians": count, "path": path, "kind": kind, "pairs": pairs}
-            for name, samples in found.items():
-                median = float(np.median(samples))
-                row[f"{name}_ms"] = round(median, 2)
-                row[f"{name}_min_ms"] = round(min(samples), 2)
-                if path == "sortfree":  # the sorted path stops early: it sees fewer pairs
-                    row[f"{name}_ns_per_pair"] = round(median * 1e6 / pairs, 3)
-            if spike:
-                ratios = [a / b for a, b in zip(found["ours"], found["spike"], strict=True)]
-                row["ratio"] = round(float(np.median(ratios)), 3)
-            row["peak_memory_mib"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
-            print(json.dumps(row), flush=True)
-            rows.append(row)
-    return rows
+            samples = times({"ours": ours}, lambda c, k=kind, p=path: getattr(c, k)(p), rounds)
+            median = float(np.median(samples["ours"]))
+            row: dict = {"gaussians": count, "pairs": pairs}
+            row |= {"ours_ms": round(median, 2), "ours_min_ms": round(min(samples["ours"]), 2)}
+            if path == "sortfree":  # the sorted path stops early: it sees fewer pairs
+                row["ours_ns_per_pair"] = round(median * 1e6 / pairs, 3)
+            peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+            figures.add(f"{count} {path} {kind}", **row, peak_memory_mib=peak)
 
 
-def measure_scene(path: Path, name: str, rounds: int) -> list[dict]:
-    """Return a row for each size and kind of a trained scene."""
+def measure_scene(path: Path, name: str, rounds: int, figures: Figures) -> None:
+    """Add a row for each size and kind of a trained scene."""
     coded = read_mgs(path)
     scene, view = coded.decode(), coded.views[0]
     sigma = usual_level_sigma(soft_edge=scene.footprint.soft_edge)
-    rows = []
     for factor in (1, 2, 3):
         camera = view.resized(factor * view.width, factor * view.height)
         candidates = {k: Trained(scene, camera, k) for k in (0.0, sigma)}
@@ -247,52 +174,38 @@ def measure_scene(path: Path, name: str, rounds: int) -> list[dict]:
         for kind in ("forward", "both"):
             found = times(candidates, lambda c, k=kind: getattr(c, k)(), rounds)
             ratios = [a / b for a, b in zip(found[0.0], found[sigma], strict=True)]
-            row = {
-                "scene": name,
-                "gaussians": len(scene.gaussians),
-                "size": [camera.width, camera.height],
-                "kind": kind,
-                "level_sigma": sigma,
-                "full_ms": round(float(np.median(found[0.0])), 2),
-                "levels_ms": round(float(np.median(found[sigma])), 2),
-                "times_faster": round(float(np.median(ratios)), 3),
-                "fragments": round(sum(counts[0.0]), 2),
-                "fragments_by_level": [round(value, 2) for value in counts[sigma]],
-            }
-            print(json.dumps(row), flush=True)
-            rows.append(row)
-    return rows
+            figures.add(
+                f"{name} {camera.width}x{camera.height} {kind}",
+                scene=name,
+                gaussians=len(scene.gaussians),
+                size=[camera.width, camera.height],
+                kind=kind,
+                level_sigma=sigma,
+                full_ms=round(float(np.median(found[0.0])), 2),
+                levels_ms=round(float(np.median(found[sigma])), 2),
+                times_faster=round(float(np.median(ratios)), 3),
+                fragments=round(sum(counts[0.0]), 2),
+                fragments_by_level=[round(value, 2) for value in counts[sigma]],
+            )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, help="write the figures here")
-    default = Path(os.environ.get("MOBILEGS_DATA", ".")).parent / "spike"
-    parser.add_argument("--spike", type=Path, default=default, help="folder of gs_cpu_vec.cpp")
+    parser.add_argument("--json", type=Path, help="default: kernels.json or trained_kernels.json")
     parser.add_argument("--counts", type=int, nargs="*", default=[100_000, 400_000])
     parser.add_argument("--scenes", type=Path, nargs="*", default=[], metavar="MGS")
     parser.add_argument("--names", nargs="*", help="names of the scenes in the JSON")
     parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        present = (options.spike / "gs_cpu_vec.cpp").exists()
-        spike = build_spike(options.spike, folder) if present else None
-        rows = []
-        for count in options.counts:
-            rows += measure(count, spike, options.rounds)
-    named = zip(options.scenes, options.names or map(str, options.scenes), strict=True)
-    scenes = [row for path, name in named for row in measure_scene(path, name, options.rounds)]
-    result = {
-        "date": time.strftime("%Y-%m-%d"),
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}",
-        "torch": torch.__version__,
-        "python": sys.version.split()[0],
-        "size": [WIDTH, HEIGHT],
-        "rows": rows,
-        "scenes": scenes,
-    }
-    if options.json:
-        options.json.write_text(json.dumps(result, indent=1) + "\n")
+    if options.scenes:
+        figures = Figures(options.json or RESULTS / "trained_kernels.json", torch=torch.__version__)
+        for path, name in zip(options.scenes, options.names or options.scenes, strict=True):
+            measure_scene(path, str(name), options.rounds, figures)
+        return
+    path = options.json or RESULTS / "kernels.json"
+    figures = Figures(path, size=[WIDTH, HEIGHT], torch=torch.__version__)
+    for count in options.counts:
+        measure(count, options.rounds, figures)
 
 
 if __name__ == "__main__":

@@ -1,36 +1,28 @@
 """Peak memory of a training by size of photos and number of Gaussians.
 
     python -m bench.memory [--json OUT]
-    python -m bench.memory --table [--json OUT]
 
 The photos are those of bonsai in MOBILEGS_DATA, enlarged where more pixels are asked for. Each cell
 is a short run of the preset cpu, whose Gaussians double until they are as many as they may be. The
 caches of photos and of the teacher's images hold what its few steps see, which the table subtracts.
-`needed` is what a plan reckons with (mobilegs/train/memory.py), for the same views. `--table`
-writes the figures into docs/explanation/benchmarks.md.
+`needed` is what a plan reckons with (mobilegs/train/memory.py), for the same views.
 """
 
 import argparse
 import json
-import os
-import platform
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from dataclasses import replace
 from pathlib import Path
 
 from PIL import Image
 
-from bench.pages import between
-from mobilegs.atomic import atomic_write
+from bench.record import RESULTS, Figures, data_folder
 from mobilegs.train import memory
 from mobilegs.train.recipes import cpu_recipe
 
-ROOT = Path(__file__).parents[1]
-DOCS = ROOT / "docs/explanation/benchmarks.md"
 SIZES = ((400, 267), (800, 533), (1600, 1067))
 SPLATS = (100_000, 500_000)
 TEACHER, STUDENT = 200, 60  # steps
@@ -73,41 +65,22 @@ def cell(capture: Path, size: tuple[int, int], splats: int, runs: Path) -> dict:
         "peak": round(metrics["peak_memory_mib"] * (1 << 20)),
         "needed": needed,
         "steps": [TEACHER, STUDENT],
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
-        "date": time.strftime("%Y-%m-%d"),
     }
-
-
-def table(cells: dict) -> str:
-    """Return the figures as a Markdown table."""
-    lines = ["| photos | Gaussians | peak GB | reckoned GB |", "|---" + "|---:" * 3 + "|"]
-    for found in sorted(cells.values(), key=lambda c: (c["size"], c["splats"])):
-        size = "x".join(map(str, found["size"]))
-        values = [size, f"{found['splats']:,}"]
-        values += [f"{1e-9 * found[name]:.2f}" for name in ("peak", "needed")]
-        lines.append("| " + " | ".join(values) + " |")
-    return "\n".join(lines)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, default=ROOT / "bench/results/memory.json")
-    parser.add_argument("--table", action="store_true", help="only write the table")
-    options = parser.parse_args()
-    cells = json.loads(options.json.read_text()) if options.json.exists() else {}
-    if not options.table:
-        data = Path(os.environ.get("MOBILEGS_DATA") or sys.exit("set MOBILEGS_DATA"))
-        for size in SIZES:
-            with tempfile.TemporaryDirectory() as folder:
-                capture = Path(folder, "capture")
-                capture.mkdir()
-                enlarged(data / "bonsai", capture, size)
-                for splats in SPLATS:
-                    key = f"{size[0]}-{splats}"
-                    if key not in cells:
-                        cells[key] = cell(capture, size, splats, Path(folder))
-                        atomic_write(options.json, json.dumps(cells, indent=1) + "\n")
-    atomic_write(DOCS, between(DOCS.read_text(), "memory", table(cells)))
+    parser.add_argument("--json", type=Path, default=RESULTS / "memory.json")
+    figures = Figures(parser.parse_args().json)
+    for size in SIZES:
+        with tempfile.TemporaryDirectory() as folder:
+            capture = Path(folder, "capture")
+            capture.mkdir()
+            enlarged(data_folder() / "bonsai", capture, size)
+            for splats in SPLATS:
+                name = f"{size[0]}-{splats}"
+                if name not in figures.rows:
+                    figures.add(name, **cell(capture, size, splats, Path(folder)))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ Time of the CPU (sorting) and of the GPU count the same.
 """
 
 import argparse
+import hashlib
 import itertools
 import json
 import re
@@ -30,10 +31,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from bench.phone_scenes import FOLDER, MANIFEST, file_entry
-from bench.phone_schema import measurement_problems
+from bench.phone_schema import FOLDER, measurement_problems
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
+from mobilegs.mgs.codec import read_mgs
 from mobilegs.view.serve import Server
 
 ATTRIBUTION = "net power, shared in proportion to the time of each pass"
@@ -392,6 +393,28 @@ class Meter:
             time.sleep(5)
 
 
+def file_entry(scene: Path) -> dict[str, Any]:
+    """Return kind, bytes, SHA-256 and number of Gaussians of a `.mgs`.
+
+    The kind is `network` (evaluated per Gaussian and frame), `lobes` (opacity and phi as spherical
+    harmonics), `sorted`, or `plain`: sort-free, without view dependence.
+    """
+    quantized = read_mgs(scene)
+    if quantized.blend == "sorted":
+        kind = "sorted"
+    elif quantized.network is not None:
+        kind = "network"
+    else:
+        kind = "lobes" if quantized.lobe_shape else "plain"
+    content = scene.read_bytes()
+    return {
+        "kind": kind,
+        "bytes": len(content),
+        "sha256": hashlib.sha256(content).hexdigest(),
+        "gaussians": len(quantized),
+    }
+
+
 def describe(adb: Adb) -> dict[str, Any]:
     """Return manufacturer, model, Android version and processor."""
     lines = adb.shell("; ".join(f"getprop {name}" for name in PROPERTIES)).splitlines()
@@ -481,10 +504,7 @@ def measure(adb: Adb, scenes: list[Path], seconds: int, size: str | None) -> dic
     Raises InputError if the phone is charged, hides its battery's current, or Chrome fails.
     """
     plan = f"{seconds},{size}" if size else str(seconds)
-    known = {entry["sha256"] for entry in json.loads(MANIFEST.read_text())}
     files = [{"name": scene.name, **file_entry(scene)} for scene in scenes]
-    for file in files:
-        file["in_set"] = file["sha256"] in known
     meter = Meter(adb)
     first = meter.read(time.monotonic()).celsius  # also refuses phones that are charged
     phone = describe(adb)

@@ -10,7 +10,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-SCHEMA = Path(__file__).parent / "phones" / "schema.json"
+FOLDER = Path(__file__).parent / "phones"
+SCHEMA = FOLDER / "schema.json"
 
 
 def measurement_problems(value: Any) -> list[str]:

@@ -2,36 +2,30 @@
 
     python -m bench.quality_per_minute [--json OUT] [--runs FOLDER] [--only bonsai horns]
                                        [--minutes 2 5 15 30 60 120] [--target-mb MB]
-    python -m bench.quality_per_minute --table [--json OUT]
+    python -m bench.quality_per_minute --plot [--json OUT]
 
 Captures come from MOBILEGS_DATA. Each run trains in FOLDER/CAPTURE-MINUTES and resumes there. With
 `--target-mb` the file has about that size, and the run's name ends with it. The scene's
 file is then compared with the held-back photos at most 1,600 pixels wide, whatever the size of the
-photos that the plan chose; LPIPS takes all of them up to 20, and every fourth of more. `--table`
-writes the figures into docs/explanation/benchmarks.md and draws docs/images/minutes.png. Nothing
-else may run on the machine.
+photos that the plan chose; LPIPS takes all of them up to 20, and every fourth of more. `--plot`
+draws docs/images/minutes.png instead. Nothing else may run on the machine.
 """
 
 import argparse
 import json
-import os
-import platform
 import subprocess
 import sys
 import time
 from dataclasses import replace
 from pathlib import Path
 
-from bench.pages import between
+from bench.record import RESULTS, ROOT, Figures, data_folder
 from mobilegs.atomic import atomic_write
-from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import load_capture
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.evaluate.report import evaluate
 from mobilegs.mgs.codec import read_mgs
 
-ROOT = Path(__file__).parents[1]
-DOCS = ROOT / "docs/explanation/benchmarks.md"
 PLOT = ROOT / "docs/images/minutes.png"
 CAPTURES = {"bonsai": "bonsai", "horns": "llff_horns", "lego": "lego", "stitch": "stitch"}
 MINUTES = (2, 5, 15, 30, 60, 120)
@@ -51,14 +45,6 @@ def timed(command: list[str], clock: Path) -> float:
     return seconds
 
 
-def machine() -> str:
-    """Name the processor, its cores and the instructions that the kernels use."""
-    listed = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    names = [line.partition(":")[2].strip() for line in listed.splitlines() if "model name" in line]
-    name = names[0] if names else platform.machine()
-    return f"{name}, {os.cpu_count()} cores, kernels {kernel_level()}"
-
-
 def measure(file: Path, capture: Path, data: Path) -> dict:
     """Compare a scene's file with the held-back photos, at most 1,600 pixels wide."""
     scene, screen = read_mgs(file).decode("cpu"), load_capture(capture)
@@ -75,8 +61,6 @@ def measure(file: Path, capture: Path, data: Path) -> dict:
         "lpips_photos": len(few.test),
         "bytes": file.stat().st_size,
         "gaussians": len(scene.gaussians.means),
-        "machine": machine(),
-        "date": time.strftime("%Y-%m-%d"),
     }
 
 
@@ -104,33 +88,6 @@ def cell(capture: Path, output: Path, minutes: int, target_mb: float, data: Path
         "peak_memory_mib": metrics["peak_memory_mib"],
         **measure(output / "scene.mgs", capture, data),
     }
-
-
-RUN_HEAD = "taken | photos | steps | Gaussians | MB | PSNR dB | SSIM | LPIPS"
-
-
-def run_values(found: dict) -> list[str]:
-    """Return the values of a row of a table, below `RUN_HEAD`."""
-    return [
-        f"{found['taken']:.1f}",
-        "x".join(map(str, found["trained_at"])),
-        f"{found['steps']['teacher']:,} + {found['steps']['student']:,}",
-        f"{found['gaussians']:,}",
-        f"{found['bytes'] / 1e6:.2f}",
-        f"{found['psnr']:.2f}",
-        f"{found['ssim']:.3f}",
-        f"{found['lpips_vgg']:.3f}",
-    ]
-
-
-def table(cells: dict) -> str:
-    """Return the figures as a Markdown table."""
-    head = f"capture | minutes | {RUN_HEAD}"
-    lines = [f"| {head} |", "|---" + "|---:" * head.count("|") + "|"]
-    for name, found in sorted(cells.items(), key=lambda c: (c[0].split("-")[0], c[1]["minutes"])):
-        values = [name.split("-")[0], f"{found['minutes']}", *run_values(found)]
-        lines.append("| " + " | ".join(values) + " |")
-    return "\n".join(lines)
 
 
 def plot(cells: dict) -> None:
@@ -175,29 +132,23 @@ def plot(cells: dict) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, default=ROOT / "bench/results/quality_per_minute.json")
+    parser.add_argument("--json", type=Path, default=RESULTS / "quality_per_minute.json")
     parser.add_argument("--runs", type=Path, default=Path("runs/minutes"))
     parser.add_argument("--only", nargs="+", choices=CAPTURES, default=list(CAPTURES))
     parser.add_argument("--minutes", nargs="+", type=int, default=MINUTES)
     parser.add_argument("--target-mb", type=float, default=0.0, help="size of the file; 0: any")
-    parser.add_argument("--table", action="store_true", help="only write the table")
+    parser.add_argument("--plot", action="store_true", help="only draw the plot")
     options = parser.parse_args()
-    cells = json.loads(options.json.read_text()) if options.json.exists() else {}
-    if not options.table:
-        data = Path(os.environ.get("MOBILEGS_DATA") or sys.exit("set MOBILEGS_DATA"))
-        for name in options.only:
-            for minutes in options.minutes:
-                key = f"{name}-{minutes}"
-                if options.target_mb:
-                    key += f"-{options.target_mb:g}mb"
-                if key not in cells:
-                    capture = data / CAPTURES[name]
-                    cells[key] = cell(capture, options.runs / key, minutes, options.target_mb, data)
-                    atomic_write(options.json, json.dumps(cells, indent=1) + "\n")
-                    print(json.dumps({key: cells[key]}))
-        return
-    atomic_write(DOCS, between(DOCS.read_text(), "quality_per_minute", table(cells)))
-    plot(cells)
+    figures = Figures(options.json)
+    if options.plot:
+        return plot(figures.rows)
+    data, size = data_folder(), options.target_mb
+    for name in options.only:
+        for minutes in options.minutes:
+            key = f"{name}-{minutes}" + (f"-{size:g}mb" if size else "")
+            if key not in figures.rows:
+                found = cell(data / CAPTURES[name], options.runs / key, minutes, size, data)
+                figures.add(key, **found)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,6 @@ import torch
 
 import mobilegs
 from bench.paper import report
-from bench.studies import large_scene
 from mobilegs.cli.main import main
 
 ROOT = Path(__file__).parent.parent
@@ -32,7 +31,8 @@ PAGES = [*TREE, *sorted(set((ROOT / "docs").rglob("*.md")) - BUILT)]
 MAKER = runpy.run_path(str(ROOT / "docs" / "make_api.py"))
 # `docs/page.md` from the root, or [words](page.md#part) from where the page is
 LINK = re.compile(
-    r"[`\"]((?:docs|examples|bench|tests|mobilegs|viewer)/[\w./-]+)[`\"]|\]\(([^)#:\s]+)(?:#[^)]*)?\)"
+    r"[`\"]((?:docs|examples|bench|tests|mobilegs|viewer)/[\w./-]+)[`\"](?!\s+at\s+commit)"
+    r"|\]\(([^)#:\s]+)(?:#[^)]*)?\)"
 )
 SOURCES = {
     ".py",
@@ -193,7 +193,9 @@ def words() -> set[str]:
 def names_in(page: Path) -> Iterator[str]:
     """The names of functions, classes, settings and files that a page's own text has in code."""
     text = re.sub(r"<!-- BEGIN.*?<!-- END", "", page.read_text(), flags=re.DOTALL)
-    for code in re.findall(r"`([^`\n]+)`", text):
+    for code, past in re.findall(r"`([^`\n]+)`(\s+at\s+commit)?", text):
+        if past:  # a file of the history
+            continue
         yield from re.findall(r"(?:student|teacher)\.[\w.]+(?==)", code)
         if re.fullmatch(r"[A-Za-z][\w./]*", code) and re.search(r"_|[a-z][A-Z]|\.", code):
             yield code
@@ -236,40 +238,3 @@ def test_commands_in_pages_use_existing_options(
                     wrong.append(f"{page.name}: {line.strip()}: {option}")
     assert len(helps) > 6
     assert not wrong
-
-
-def test_pages_quote_the_measured_results_of_compress() -> None:
-    found = json.loads((ROOT / "bench/results/existing.json").read_text())
-    page = (ROOT / "docs/guides/existing_scenes.md").read_text().partition("\n### ")[0]
-    quick = (ROOT / "docs/tutorials/large_ply.md").read_text()
-    for name, row in found.items():
-        minutes = f"{row['seconds_here'] / 60:.0f}"
-        held, size = row["held_back"]["psnr"], f"{row['bytes'] / 1e6:.2f} MB"
-        line = next(line for line in quick.splitlines() if line.startswith(f"| *{name}*"))
-        assert line.endswith(f"| {size} | {held:.1f} dB | {minutes} |")
-        column = [line.split(" | ")[1 + list(found)[::-1].index(name)] for line in table(page)]
-        assert f"{row['gaussians']:,}, {size}" in column[1]
-        told = [word.strip(" |") for word in column[2:]]
-        others = [
-            f"{row[which]['psnr']:.2f}, {row[which]['worst']:.2f} dB" for which in ("anew", "orbit")
-        ]
-        steps = f"{row['steps']:,}, {row['pictures']} of {'x'.join(map(str, row['image_size']))}"
-        assert told == [f"{row['smaller']:.0f}", steps, minutes, f"{held:.2f} dB", *others]
-
-
-def test_a_page_quotes_the_measured_large_scene() -> None:
-    found = json.loads((ROOT / "bench/results/large_scene.json").read_text())
-    page = (ROOT / "docs/guides/existing_scenes.md").read_text()
-    assert large_scene.table(found) in page
-    told = " ".join(page.split())
-    late = found["taken"] / found["minutes"] - 1
-    lost = found["teacher"]["psnr"] - found["student"]["psnr"]
-    assert f"took {found['steps']:,} steps, and the command {found['taken']:.1f} minutes" in told
-    assert f"ended {100 * late:.0f} % late" in told and f"is {lost:.1f} dB below" in told
-
-
-def table(page: str) -> list[str]:
-    """The rows of the last table of a page, without its head."""
-    lines = [line for line in page.splitlines() if line.startswith("|")]
-    begin = max(number for number, line in enumerate(lines) if line.startswith("|---"))
-    return lines[begin + 1 :]

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import torch
 
-from bench.gpu.figures import Figures
 from bench.gpu.kernels import timed
+from bench.record import Figures
 from mobilegs.camera import Camera
 from mobilegs.data import load_capture
 from mobilegs.gaussians import Gaussians

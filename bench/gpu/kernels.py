@@ -14,35 +14,14 @@ from pathlib import Path
 
 import torch
 
-from bench.gpu.figures import Figures
-from bench.kernels import BACKGROUND, INPUTS, study_scene
-from mobilegs.camera import Camera
-from mobilegs.render import render_sorted, render_sortfree
+from bench.kernels import INPUTS, Ours, study_scene
+from bench.record import Figures
 from mobilegs.render.kernels import cuda
 
 DEVICE = "cuda"
 SIZES = ((800, 533), (1600, 1066))
 WARM_UP = 3
 ROUNDS = 20
-
-
-class Ours:
-    """Our kernels behind the public functions, autograd included."""
-
-    def __init__(self, scene: dict[str, torch.Tensor], camera: Camera, grad: torch.Tensor) -> None:
-        self.leaves = {n: x.to(DEVICE).requires_grad_() for n, x in scene.items()}
-        self.camera, self.grad = camera, grad
-        self.background = torch.tensor(BACKGROUND)
-
-    def forward(self, path: str) -> torch.Tensor:
-        render = render_sortfree if path == "sortfree" else render_sorted
-        inputs = [self.leaves[name] for name in INPUTS[path]]
-        return render(*inputs, camera=self.camera, background=self.background).image
-
-    def both(self, path: str) -> None:
-        for leaf in self.leaves.values():
-            leaf.grad = None
-        self.forward(path).backward(self.grad)
 
 
 class Gsplat:
@@ -131,6 +110,7 @@ def studied(count: int, width: int, height: int) -> Ours:
     scene, camera = study_scene(count)
     generator = torch.Generator().manual_seed(7)
     grad = torch.randn(height, width, 3, generator=generator).to(DEVICE)
+    scene = {name: value.to(DEVICE) for name, value in scene.items()}
     return Ours(scene, camera.resized(width, height), grad)
 
 

@@ -2,13 +2,14 @@
 
     python -m bench.gpu.run --out runs/gpu [--minutes 60] [--parts tests kernels ...]
 
-Needs a CUDA device and `pip install '.[cuda,native,dev]'`. Every part runs in a process of its
+Needs a CUDA device and `pip install '.[cuda,dev]'`. Every part runs in a process of its
 own. A part that succeeded is not repeated. OUT/result.json is written after every part, with the
 date and the device. See README.md in this folder for the parts.
 """
 
 import argparse
 import json
+import math
 import os
 import subprocess
 import sys
@@ -19,9 +20,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.record import Figures, commit
 from mobilegs.atomic import atomic_write
 
-INSTALL = "run `pip install '.[cuda,native,dev]'`"
+INSTALL = "run `pip install '.[cuda,dev]'`"
 GRACE_SECONDS = 60  # in which a stopped training writes its checkpoint
 PAPER_ROWS = ("teacher", "ours", "codebooks", "network")
 
@@ -77,33 +79,11 @@ def parts_of(out: Path, data: Path | None, minutes: float) -> list[Part]:
             (capture, *trained),
         ),
         Part(
-            "wgpu", module_words("bench.viewers.wgpu", *files, "--json", out / "wgpu.json"), trained
-        ),
-        Part(
             "paper",
             module_words("bench.paper.run", *paper, "--json", out / "paper.json"),
             (capture,),
         ),
     ]
-
-
-class Record:
-    """The parts that ran, with exit code and seconds, kept in OUT/parts.json."""
-
-    def __init__(self, out: Path) -> None:
-        self.path = out / "parts.json"
-        self.runs: list[dict[str, Any]] = (
-            json.loads(self.path.read_text()) if self.path.exists() else []
-        )
-
-    def succeeded(self, name: str) -> bool:
-        """Return whether a part needs no further run."""
-        return any(run["name"] == name and run["exit"] == 0 for run in self.runs)
-
-    def add(self, name: str, code: int, seconds: float) -> None:
-        """Note a run and write the file."""
-        self.runs.append({"name": name, "exit": code, "seconds": round(seconds)})
-        atomic_write(self.path, json.dumps(self.runs, indent=1) + "\n")
 
 
 def run_part(part: Part, log: Path, seconds: float | None) -> int:
@@ -130,14 +110,15 @@ def run_part(part: Part, log: Path, seconds: float | None) -> int:
 
 def run_parts(parts: Sequence[Part], out: Path, minutes: float | None) -> list[str]:
     """Run what is missing until the time is up; return the names of parts that are not done."""
-    record, ends = Record(out), None if minutes is None else time.monotonic() + 60 * minutes
+    runs = Figures(out / "parts.json")
+    ends = math.inf if minutes is None else time.monotonic() + 60 * minutes
     missing = []
     for part in parts:
-        if record.succeeded(part.name):
+        if runs.rows.get(part.name, {}).get("exit") == 0:
             continue
         absent = [str(path) for path in part.needs if not path.exists()]
-        left = None if ends is None else ends - time.monotonic()
-        if absent or (left is not None and left <= 0):
+        left = ends - time.monotonic()
+        if absent or left <= 0:
             reason = f"{absent[0]} is missing" if absent else "the time is up"
             print(f"{part.name}: not run, {reason}", flush=True)
             missing.append(part.name)
@@ -145,30 +126,30 @@ def run_parts(parts: Sequence[Part], out: Path, minutes: float | None) -> list[s
         log = out / "logs" / f"{part.name}.log"
         print(f"{part.name}: running, output in {log}", flush=True)
         started = time.monotonic()
-        code = run_part(part, log, left)
-        record.add(part.name, code, time.monotonic() - started)
+        code = run_part(part, log, None if left == math.inf else left)
+        runs.add(part.name, exit=code, seconds=round(time.monotonic() - started))
         print(f"{part.name}: {'done' if code == 0 else f'exit code {code}'}", flush=True)
         if code:
             missing.append(part.name)
-        write_result(out, record)
-    write_result(out, record)
+        write_result(out, runs.rows)
+    write_result(out, runs.rows)
     return missing
 
 
-def write_result(out: Path, record: Record) -> None:
+def write_result(out: Path, runs: dict[str, Any]) -> None:
     """Write OUT/result.json: device, date, parts, and the figures that are there."""
     files = {
         "kernels": "kernels.json",
         "bonsai": "bonsai/metrics.json",
         "frames": "frames.json",
         "steps": "steps.json",
-        "wgpu": "wgpu.json",
     }
     found = {name: read_json(out / file) for name, file in files.items()}
     result = {
         "date": time.strftime("%Y-%m-%d"),
+        "commit": commit(),
         **device(),
-        "parts": record.runs,
+        "parts": runs,
         "tests": test_counts(out / "tests.xml"),
         **{name: value for name, value in found.items() if value is not None},
     }

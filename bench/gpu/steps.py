@@ -19,7 +19,7 @@ from torch._C._autograd import DeviceType
 from torch.autograd.profiler_util import EventList
 from torch.profiler import ProfilerActivity, profile
 
-from bench.gpu.figures import Figures
+from bench.record import Figures
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student.trainer import Student

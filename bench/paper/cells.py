@@ -37,8 +37,7 @@ SETTINGS, CELL, ERROR = "settings.json", "cell.json", "error.txt"
 def recipe_of(place: BenchCapture, row: Row, options: argparse.Namespace) -> Recipe:
     """Return the preset changed by the capture, `--steps`, the row and `--set`, in this order.
 
-    All rows cover pixels as 3DGS does, so that they can share a teacher; bench/studies/sizes.py
-    measures what antialiasing adds.
+    All rows cover pixels as 3DGS does, so that they can share a teacher.
     """
     recipe = with_method(RECIPES[place.preset](), row.teacher)
     recipe = with_settings(recipe, (*CLASSIC_TEACHER, *CLASSIC_STUDENT))

@@ -1,13 +1,12 @@
 """Compare web viewers: one scene, one camera path, headless Chromium.
 
     python -m bench.viewers.compare --mgs RUN/scene.mgs --ply RUN/teacher.ply [--json OUT]
-        [--frames 10]
+        [--size 800x533] [--frames 10]
 
-Ours draws the student's `.mgs` sort-free. The other viewers, and ours sorted, draw the `.ply` of
-its teacher. The others come from npm (`package.json` in this folder), except antimatter15's, a
-clone of which `--antimatter15` names (results: 027a182). All use the same cameras: they look at
-the point that the capture's cameras look at, from the distance and with the field of view of the
-first camera.
+Ours and `MobileGSMesh` draw the student's `.mgs` sort-free. The other viewers, and ours sorted,
+draw the `.ply` of its teacher. The others come from npm (`package.json` in this folder). All use
+the same cameras: they look at the point that the capture's cameras look at, from the distance and
+with the field of view of the first camera.
 
 Each viewer runs in its own browser, all in turns, `--rounds` times, each round starting with
 another one:
@@ -19,14 +18,15 @@ another one:
 - *settle*: time after a jump by 120 degrees until the picture is within 50 dB of the settled one.
   Every frame is read back, which the time includes; the number of frames says more.
 - *turn*: 6 degrees per frame; *timed*: 90 degrees a second. Both run in the first round only.
-  Each picture is compared with the viewer's own settled picture from there, which shows the cost
-  of a stale order, and with the true image: the CPU kernels' render of the file.
+  `--turn-frames 0` leaves both out. Each picture is compared with the viewer's own settled picture
+  from there, which shows the cost of a stale order, and with the true image: the CPU kernels'
+  render of the file.
 
 Ours picks the fastest way to draw at its start, unless its name says float16 or float32. Viewers
 run as they ship, except that nothing fades in, spherical harmonics have the highest degree that
-they can draw (2 in mkkellogg's, 0 in antimatter15's), Spark knows that the scene was trained
-without anti-aliasing, and frames are requested one by one. `fragments` are ours alone: per pixel,
-by level, after the last frame of the orbit.
+they can draw (2 in mkkellogg's), Spark knows that the scene was trained without anti-aliasing, and
+frames are requested one by one. `fragments` are ours alone: per pixel, by level, after the last
+frame of the orbit.
 
 A software device says nothing about phones, and it distorts turns: by degrees per frame, workers
 have time to sort between frames, which flatters viewers that sort; by time, frames are tens of
@@ -38,10 +38,7 @@ import gzip
 import json
 import math
 import os
-import platform
 import subprocess
-import sys
-import time
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -51,6 +48,7 @@ from urllib.parse import urlencode
 import numpy as np
 import torch
 
+from bench.record import RESULTS, ROOT, Figures
 from bench.viewers.chromium import launched
 from bench.viewers.serve import Server
 from mobilegs.camera import Camera, look_at
@@ -58,7 +56,6 @@ from mobilegs.mgs.codec import read_mgs
 from mobilegs.scene_file import open_scene
 from mobilegs.view.assets import viewer_script
 
-ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "bench" / "viewers"
 PEERS = ROOT / "build" / "viewers"  # where npm installs
 FOLDERS = {"": PAGES, "viewer": ROOT / "viewer", "peers": PEERS / "node_modules"}
@@ -66,7 +63,6 @@ RING = 360  # cameras around the scene, one a degree
 JUMPS = [120, 240]  # degrees
 TURN_STEP, TURN_SPEED = 6, 90  # degrees a frame, degrees a second
 ALIKE = 99.0  # dB, reported where two pictures are equal
-ANTIMATTER15 = "antimatter15, WebGL2"
 
 
 @dataclass(frozen=True)
@@ -80,13 +76,13 @@ class Variant:
 
 VARIANTS = {
     "ours, WebGPU": Variant("ours", "mgs", {"api": "webgpu"}),
-    "ours, WebGPU, halves": Variant("ours", "mgs", {"api": "webgpu", "sums": "halves"}),
-    "ours, WebGPU, floats": Variant("ours", "mgs", {"api": "webgpu", "sums": "floats"}),
+    "ours, WebGPU, float16": Variant("ours", "mgs", {"api": "webgpu", "sums": "halves"}),
+    "ours, WebGPU, float32": Variant("ours", "mgs", {"api": "webgpu", "sums": "floats"}),
     "ours, WebGPU, all at full size": Variant("ours", "mgs", {"api": "webgpu", "levels": "0"}),
     "ours, WebGL2": Variant("ours", "mgs", {"api": "webgl"}),
     "ours, WebGL2, all at full size": Variant("ours", "mgs", {"api": "webgl", "levels": "0"}),
-    "ours, WebGL2, halves": Variant("ours", "mgs", {"api": "webgl", "sums": "halves"}),
-    "ours, WebGL2, floats": Variant("ours", "mgs", {"api": "webgl", "sums": "floats"}),
+    "ours, WebGL2, float16": Variant("ours", "mgs", {"api": "webgl", "sums": "halves"}),
+    "ours, WebGL2, float32": Variant("ours", "mgs", {"api": "webgl", "sums": "floats"}),
     "ours sorted, WebGPU": Variant("ours", "ply", {"api": "webgpu"}),
     "ours sorted, WebGL2": Variant("ours", "ply", {"api": "webgl"}),
     "PlayCanvas 2.23.3, WebGPU": Variant("playcanvas", "ply", {"api": "webgpu"}),
@@ -94,7 +90,8 @@ VARIANTS = {
     "three.js 0.187.0, WebGPU": Variant("three-splat", "ply"),
     "Spark 2.2.0, WebGL2": Variant("spark", "ply"),
     "mkkellogg 0.4.7, WebGL2": Variant("mkkellogg", "ply"),
-    ANTIMATTER15: Variant("antimatter15", "ply"),
+    "MobileGSMesh, WebGPU": Variant("three-mesh", "mgs", {"api": "webgpu"}),
+    "MobileGSMesh, WebGL2": Variant("three-mesh", "mgs", {"api": "webgl"}),
 }
 
 
@@ -216,12 +213,12 @@ def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict
         browser.close()
 
 
-def viewer_bytes(variant: Variant, server: Server) -> int:
-    """Return the gzipped bytes that a page ships of the viewer."""
+def viewer_bytes(variant: Variant) -> int | None:
+    """Return the gzipped bytes that a page ships of the viewer; None within a page of three.js."""
+    if variant.module == "three-mesh":
+        return None
     if variant.module == "ours":
         return len(gzip.compress(viewer_script().encode()))
-    if variant.module == "antimatter15":
-        return len(gzip.compress((server.folders["antimatter15"] / "main.js").read_bytes()))
     program = PEERS / "node_modules" / ".bin" / "esbuild"
     options = ["--bundle", "--minify", "--format=esm", "--log-level=error"]
     page = PAGES / f"{variant.module}.js"
@@ -288,23 +285,20 @@ def summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def measure(options: argparse.Namespace) -> dict[str, Any]:
-    """Measure all viewers in turns; name those that fail with the reason."""
+def measure(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
+    """Measure all viewers in turns and return their rows; print why a viewer fails."""
     from playwright.sync_api import Error, sync_playwright
 
     install()
     scenes = {"mgs": options.mgs, "ply": options.ply}
     width, height = map(int, options.size.split("x"))
     ring = ring_of(options.mgs, width, height)
-    clone = {} if options.antimatter15 is None else {"antimatter15": options.antimatter15}
-    server, truth = Server(FOLDERS | clone, scenes), Truth(scenes, ring)
+    server, truth = Server(FOLDERS, scenes), Truth(scenes, ring)
     server.plan = plan_of(ring)
     chosen = {name: v for name, v in VARIANTS.items() if options.only in name}
     rounds: dict[str, list[dict]] = {name: [] for name in chosen}
     rest: dict[str, dict] = {}
-    missing: dict[str, str] = {}
-    if options.antimatter15 is None:
-        missing[ANTIMATTER15] = "no registry has it: --antimatter15 names a clone"
+    failed: set[str] = set()
     with sync_playwright() as playwright:
         first = launched(playwright)  # whose files come from the disk
         first.new_page()
@@ -313,24 +307,27 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
             turns = 0 if number else options.turn_frames
             plan = Plan(width, height, options.frames, options.warm, turns)
             for name, variant in rotated(chosen, number / options.rounds):
-                if name in missing:
+                if name in failed:
                     continue
                 try:
                     found = visit(playwright, server, variant, plan)
                 except Error as error:
-                    missing[name] = str(error)
+                    failed.add(name)
+                    print(f"{name}: not measured, {error}", flush=True)
                     continue
                 rounds[name].append(found)
                 print(f"{name}: {json.dumps(summary([found]))}", flush=True)
                 if number == 0:
                     rest[name] = once(server, variant, plan, found, truth)
-                    print(json.dumps(rest[name]), flush=True)
                     if options.pictures:
                         save(options.pictures, name, decoded(server.pictures, plan), truth)
-    rows = {k: summary(rounds[k]) | rest[k] for k in chosen if k not in missing}
-    versions = {visit["browser"] for visits in rounds.values() for visit in visits}
-    browser = f"Chromium {', '.join(versions)}, headless"
-    return {"browser": browser, "viewers": rows, "not_measured": missing}
+    return {
+        name: summary(visits)
+        | rest[name]
+        | {"browser": f"Chromium {visits[0]['browser']}, headless"}
+        for name, visits in rounds.items()
+        if name not in failed
+    }
 
 
 def rotated(chosen: dict[str, Variant], share: float) -> list[tuple[str, Variant]]:
@@ -346,25 +343,12 @@ def once(
     """Return what only the first visit measures: bytes, and errors of turning pictures."""
     pictures = decoded(server.pictures, plan)
     true = partial(truth.image, variant.scene)
-    turns = {turn: errors_of(found[turn], turn, pictures, true) for turn in ("turn", "timed")}
+    turns = [turn for turn in ("turn", "timed") if turn in found]
     return {
-        "viewer_gzip_bytes": viewer_bytes(variant, server),
+        "viewer_gzip_bytes": viewer_bytes(variant),
         "scene_bytes": server.scenes[variant.scene].stat().st_size,
-        **turns,
+        **{turn: errors_of(found[turn], turn, pictures, true) for turn in turns},
     }
-
-
-def with_former(result: dict[str, Any], path: Path) -> dict[str, Any]:
-    """Return the results with the dated rows of viewers that were not measured now."""
-    if not path.exists():
-        return result
-    before = json.loads(path.read_text())
-    kept = {
-        name: {"date": before["date"], **row}
-        for name, row in before["viewers"].items()
-        if name in result["not_measured"]
-    }
-    return result | {"viewers": result["viewers"] | kept}
 
 
 def save(folder: Path, name: str, pictures: dict[str, np.ndarray], truth: Truth) -> None:
@@ -380,45 +364,23 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--mgs", type=Path, required=True, help="the student, drawn by ours")
     parser.add_argument("--ply", type=Path, required=True, help="its teacher, drawn sorted")
-    parser.add_argument("--json", type=Path, help="write the figures here")
+    parser.add_argument("--json", type=Path, default=RESULTS / "viewer.json")
     parser.add_argument("--name", default="bonsai", help="of the scene, in the results")
     parser.add_argument("--size", default="800x533")
-    parser.add_argument(
-        "--screens",
-        type=Path,
-        help="add the figures here, beside those of other sizes and viewers",
-    )
     parser.add_argument("--frames", type=int, default=10, help="of the slow orbit, in a round")
     parser.add_argument("--warm", type=int, default=3, help="frames before it, not counted")
     parser.add_argument("--turn-frames", type=int, default=5)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--only", default="", help="viewers with this in their name")
-    parser.add_argument("--antimatter15", type=Path, metavar="DIR", help="a clone of it")
     parser.add_argument("--pictures", type=Path, help="folder for a picture of every viewer")
     options = parser.parse_args()
-    measured = measure(options)
-    result = {
-        "date": time.strftime("%Y-%m-%d"),
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores, no GPU: SwiftShader",
-        "python": sys.version.split()[0],
-        "scene": {"mgs": options.mgs.name, "ply": options.ply.name, "name": options.name},
-        "plan": {
-            "size": options.size,
-            "frames": options.frames,
-            "rounds": options.rounds,
-            "turn_degrees_a_frame": TURN_STEP,
-            "timed_degrees_a_second": TURN_SPEED,
-        },
-        **measured,
-    }
-    if options.screens:
-        path = options.screens
-        before = json.loads(path.read_text()) if path.exists() else {}
-        viewers = before.get(options.size, {}).get("viewers", {}) | result["viewers"]
-        result["viewers"] = {name: viewers[name] for name in VARIANTS if name in viewers}
-        path.write_text(json.dumps(before | {options.size: result}, indent=1) + "\n")
-    if options.json:
-        options.json.write_text(json.dumps(with_former(result, options.json), indent=1) + "\n")
+    figures = Figures(
+        options.json,
+        scene={"mgs": options.mgs.name, "ply": options.ply.name, "name": options.name},
+        plan={"frames": options.frames, "rounds": options.rounds},
+    )
+    for name, row in measure(options).items():
+        figures.add(f"{name}, {options.size}", **row)
 
 
 if __name__ == "__main__":

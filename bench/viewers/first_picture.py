@@ -17,19 +17,17 @@ import functools
 import gzip
 import http.server
 import io
-import json
 import os
-import platform
 import statistics
 import tempfile
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
+from bench.record import RESULTS, Figures
 from bench.viewers.chromium import launched
 from mobilegs.view.export import export_site
 
@@ -115,16 +113,10 @@ def main() -> None:
 
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--mgs", type=Path, nargs="+", required=True)
-    parser.add_argument("--json", type=Path, default=Path("first_picture.json"))
+    parser.add_argument("--json", type=Path, default=RESULTS / "first_picture.json")
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
-    result: dict[str, Any] = {
-        "date": time.strftime("%Y-%m-%d"),
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
-        "size": [SIZE["width"], SIZE["height"]],
-        "rounds": options.rounds,
-        "scenes": {},
-    }
+    figures = Figures(options.json, size=list(SIZE.values()), rounds=options.rounds)
     for path in options.mgs:
         with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
             site = Path(folder) / "site"
@@ -134,20 +126,14 @@ def main() -> None:
             threading.Thread(target=server.serve_forever, daemon=True).start()
             address = f"http://127.0.0.1:{server.server_port}/?noui"
             page = gzip.compress((site / "index.html").read_bytes(), 9)
-            row: dict[str, Any] = {
-                "file_bytes": path.stat().st_size,
-                "page_bytes": len(page),
-            }
+            row: dict[str, Any] = {"file_bytes": path.stat().st_size, "page_bytes": len(page)}
             for name, rate in RATES.items():
                 runs = [visit(playwright, address, rate) for _ in range(options.rounds)]
                 row[name] = {
                     key: round(statistics.median(run[key] for run in runs)) for key in runs[0]
                 }
-                print(path.stem, name, json.dumps(row[name]), flush=True)
-            result["scenes"][path.stem] = row
             server.shutdown()
-    result["load_average"] = os.getloadavg()[0]
-    options.json.write_text(json.dumps(result, indent=1) + "\n")
+            figures.add(path.stem, **row, load_average=os.getloadavg()[0])
 
 
 if __name__ == "__main__":

@@ -28,8 +28,8 @@ def keep_freed_memory() -> bool:
     """Let this process keep the memory that it frees, for its next tensors; for programs only.
 
     Otherwise glibc returns large tensors to the system, and each step fetches and clears their
-    pages again: a third of a teacher's step (bench/studies/freed_memory.py). Results do not change.
-    Returns False where the C library is not glibc; nothing changes there.
+    pages again: a third of a teacher's step. Results do not change. Returns False where the C
+    library is not glibc; nothing changes there.
     """
     if platform.libc_ver()[0] != "glibc":
         return False

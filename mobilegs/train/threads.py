@@ -33,7 +33,7 @@ class FairThreads:
 
     A step's operations share their work evenly among the threads and wait for all of them. If a
     thread has to share its core, the others wait, too: one busy program beside two threads makes a
-    training three times slower, beside one thread 1.7 times (bench/results/neighbour.json).
+    training three times slower, beside one thread 1.7 times (docs/explanation/reliability.md).
 
     Example:
 

@@ -24,8 +24,7 @@ from bench.phone import (
     units_of,
     watts_of,
 )
-from bench.phone_scenes import FOLDER
-from bench.phone_schema import measurement_problems
+from bench.phone_schema import FOLDER, measurement_problems
 from bench.viewers.chromium import FLAGS, installed
 from mobilegs.compress.lobes import LobeShape
 from mobilegs.errors import InputError

@@ -4,7 +4,6 @@ import pytest
 
 from bench.paper import report as paper_report
 from bench.paper.report import Run
-from bench.studies import compression_report
 from mobilegs.train.recipes import RECIPES, with_settings
 
 
@@ -96,13 +95,6 @@ def test_a_group_has_means_over_the_scenes_that_have_a_row() -> None:
 def test_it_is_said_of_how_many_photos_lpips_is(counted: dict, told: str | None) -> None:
     text = "\n".join(paper_report.sections([cell("ours", lpips_vgg=0.1, **counted)]))
     assert told in text if told else "LPIPS is" not in text
-
-
-def test_files_after_other_lengths_are_compared_apart() -> None:
-    cells = {"a/5/plain": {"psnr": 2.0}, "a/2/plain": {"psnr": 1.0}, "a/spz": {}, "a/2/sq": {}}
-    found = compression_report.runs_of(cells)
-    assert list(found) == [("a", 2), ("a", 5)]
-    assert found["a", 2] == {"plain": {"psnr": 1.0}, "sq": {}}
 
 
 def test_departures_are_the_defaults_and_not_the_papers() -> None:

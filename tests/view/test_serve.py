@@ -63,6 +63,21 @@ def test_the_scene_is_served_unchanged(server: Server) -> None:
     assert headers["Content-Length"] == str(len(body))
 
 
+def test_many_visitors_who_come_together_all_get_the_scene(server: Server) -> None:
+    visits = [
+        socket.create_connection(("127.0.0.1", server.server_port), timeout=20) for _ in range(64)
+    ]
+    expected = server.scenes[SCENE].read_bytes()
+    for visit in visits:
+        visit.sendall(b"GET /scene HTTP/1.0\r\n\r\n")
+    for number, visit in enumerate(visits):
+        with visit:
+            if number % 2:  # half of them leave before the end
+                continue
+            with visit.makefile("rb") as answer:
+                assert answer.read().endswith(expected)
+
+
 def test_a_client_that_says_nothing_is_let_go(
     server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:

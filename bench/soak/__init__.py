@@ -1,1 +1,0 @@
-"""Long tests: programs that are killed, servers with a thousand visits, pages open for an hour."""
