@@ -8,7 +8,6 @@ import contextlib
 import json
 import random
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -19,19 +18,13 @@ from fuzz.findings import Findings
 from fuzz.inputs import files_in, kind_of, seeds, short_seeds
 from fuzz.mutate import mutated
 from fuzz.readers import quiet
-from fuzz.viewer import Ran, Viewer
+from fuzz.viewer import Run, Viewer
 
 BATCH = 100
 
 
 def loop(
-    kind: str,
-    run: Callable[[list[bytes]], Ran],
-    findings: Findings,
-    corpus: Path,
-    *,
-    seconds: float,
-    seed: int = 1,
+    kind: str, run: Run, findings: Findings, corpus: Path, *, seconds: float, seed: int = 1
 ) -> None:
     """Run seeds, corpus and mutations for some time; print the result as JSON."""
     files, short = list(seeds(kind).values()), short_seeds(kind)

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import zstandard
 from PIL import Image
 
-from tests.support.mgs_parts import Piece, parse_parts
+from tests.support.mgs_parts import parse_parts
 
 T = TypeVar("T")
 
@@ -49,10 +49,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def mutated(kind: str, r: random.Random, data: bytes, files: list[bytes]) -> bytes:
-    """Return an input of a kind that differs from `data`; it may take a part of another of `files`.
-
-    `kind` is a key of `FORMATS`.
-    """
+    """Return an input of a kind that differs from `data`, perhaps by a part of another file."""
     if r.random() < 0.85:
         try:
             return FORMATS[kind](r, data, r.choice(files))
@@ -174,7 +171,7 @@ def _mgs(r: random.Random, data: bytes, other: bytes) -> bytes:
     for _ in range(1 if r.random() < 0.6 else r.randrange(2, 4)):
         # streams of weights are long: prefer the others
         small = [each for each in parts.pieces if 0 < len(each.data) < 4000] or parts.pieces
-        piece: Piece = r.choice(small if r.random() < 0.9 else parts.pieces)
+        piece = r.choice(small if r.random() < 0.9 else parts.pieces)
         way = r.randrange(20)
         if way < 10:  # errors in the header would hide errors in the streams
             piece.data = damaged(r, piece.data, as_long=r.random() < 0.8)

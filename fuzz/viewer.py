@@ -3,7 +3,7 @@
 import json
 import struct
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ SECONDS = 2.0  # processor time allowed per input
 # the outcome of a batch: numbers of the inputs that reached new code, blocks reached so far, and an
 # error for each input, or None
 Ran = tuple[list[int], int, Sequence[Failure | None]]
+Run = Callable[[list[bytes]], Ran]
 
 
 class Viewer:

@@ -83,13 +83,10 @@ async function answer({ kind, path, every, seconds, out }) {
 
 /** @param {string} path of a file of rows */
 function rowsOf(path) {
-  const data = new Uint8Array(readFileSync(path));
-  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  const data = readFileSync(path);
   const rows = [];
-  for (let start = 0; start < data.length; ) {
-    const end = start + 4 + view.getUint32(start, true);
-    rows.push(data.slice(start + 4, end));
-    start = end;
+  for (let at = 4; at <= data.length; at += 4 + rows.at(-1).length) {
+    rows.push(new Uint8Array(data.subarray(at, at + data.readUInt32LE(at - 4))));
   }
   return rows;
 }
