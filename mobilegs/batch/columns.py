@@ -24,7 +24,7 @@ from mobilegs.capture.run import validate_options
 from mobilegs.data import has_poses
 from mobilegs.errors import InputError
 from mobilegs.formats import Export
-from mobilegs.pipeline.compress import CompressRun
+from mobilegs.pipeline.compress import CompressRun, training_of
 from mobilegs.pipeline.train import TrainRun, budget_of, resolve_recipe
 from mobilegs.scene_file import PLAIN
 
@@ -120,22 +120,18 @@ def validate_row(options: Options, own: Collection[str], kind: RowKind | None) -
             raise InputError(f"'{name}' does not apply to {WHAT[kind]}: leave it empty")
         if name in run_columns():
             parsed(name, options[name])
+    if kind is None:
+        return
+    here = Path(".")
     if kind == "photos":
-        validate_options(run_of(CaptureRun, options, source=Path("."), output=Path(".")))
-    if kind == "capture" or kind == "photos":
-        run = run_of(TrainRun, options, capture=Path("."), output=Path("."), device="cpu")
-        if run.recipe is None:
-            budget_of(run)
-            resolve_recipe(run)
-    elif kind == "scene":
-        scene = run_of(CompressRun, options, scene=Path("."), output=Path("."))
-        settings = scene.settings
-        if scene.steps is not None:
-            settings = (*settings, (f"student.steps={scene.steps}",))
-        same = {"minutes": scene.minutes, "preset": scene.preset, "seed": scene.seed}
-        training = TrainRun(Path("."), Path("."), device="cpu", settings=settings, **same)
-        budget_of(training)
-        resolve_recipe(training)
+        validate_options(run_of(CaptureRun, options, source=here, output=here))
+    if kind == "scene":
+        run = training_of(run_of(CompressRun, options, scene=here, output=here, device="cpu"))
+    else:
+        run = run_of(TrainRun, options, capture=here, output=here, device="cpu")
+    if run.recipe is None:
+        budget_of(run)
+        resolve_recipe(run)
 
 
 def run_of(run: type, options: Options, **given: Any) -> Any:

@@ -131,43 +131,14 @@ def compress_run(
     """
     run = replace(run, scene=plain_scene_at(run.scene))
     preset: PresetName = run.preset or ("gpu" if torch.cuda.is_available() else "cpu")
-    capture = run.capture
-    of_views = {"cameras": run.cameras, "views": run.views, "size": run.size, "up": run.up}
-    if capture is not None:
-        given = [name for name, value in of_views.items() if value is not None]
-        if given:
-            raise InputError(f"with --capture no views are rendered: leave out --{given[0]}")
-    elif run.up is not None and run.cameras is not None:
-        raise InputError("the cameras of --cameras tell which way is up: leave out --up")
-    elif run.downscale is not None:
-        raise InputError("--downscale is for the photos of --capture: use --size")
-    settings: list[str] = [*FINISHED_SCENE] if capture is None else []
-    if run.steps is not None:
-        settings.append(f"student.steps={run.steps}")
-    if run.target_mb is not None:
-        settings.append(f"student.quantization.target_mb={run.target_mb}")
-    training = TrainRun(
-        run.output / "capture" if capture is None else capture,
-        run.output,
-        minutes=run.minutes,
-        preset=run.preset,
-        downscale=run.downscale,
-        background=run.background,
-        seed=run.seed,
-        resume=run.resume,
-        teacher=run.scene,
-        lpips_weights=run.lpips_weights,
-        device=run.device,
-        live=run.live,
-        live_at=run.live_at,
-        settings=(tuple(settings), *run.settings),
-    )
+    capture, training = run.capture, training_of(run)
     validate_run(training)
     if run.cameras is not None:  # validates the small file before reading the large scene
         read_cameras_json(run.cameras)
     scene = read_plain_scene(run.scene, choose_device(run.device))
-    kept = (*footprint_settings(scene.footprint), *settings)
-    training = replace(training, settings=(kept, *run.settings))
+    first, *further = training.settings
+    kept = (*footprint_settings(scene.footprint), *first)
+    training = replace(training, settings=(kept, *further))
     if capture is None:
         views, size = VIEWS[preset]
         if run.views is not None:
@@ -184,6 +155,44 @@ def compress_run(
         validate_visibility(scene, cameras, f"photos of {capture}", instead)
     del scene  # the training reads it again
     return train_run(training, progress=progress)
+
+
+def training_of(run: CompressRun) -> TrainRun:
+    """Return the training of the student, whose settings do not have the scene's footprint yet.
+
+    Raises InputError for options that exclude each other.
+    """
+    capture = run.capture
+    of_views = {"cameras": run.cameras, "views": run.views, "size": run.size, "up": run.up}
+    if capture is not None:
+        given = [name for name, value in of_views.items() if value is not None]
+        if given:
+            raise InputError(f"with --capture no views are rendered: leave out --{given[0]}")
+    elif run.up is not None and run.cameras is not None:
+        raise InputError("the cameras of --cameras tell which way is up: leave out --up")
+    elif run.downscale is not None:
+        raise InputError("--downscale is for the photos of --capture: use --size")
+    settings: list[str] = [*FINISHED_SCENE] if capture is None else []
+    if run.steps is not None:
+        settings.append(f"student.steps={run.steps}")
+    if run.target_mb is not None:
+        settings.append(f"student.quantization.target_mb={run.target_mb}")
+    return TrainRun(
+        run.output / "capture" if capture is None else capture,
+        run.output,
+        minutes=run.minutes,
+        preset=run.preset,
+        downscale=run.downscale,
+        background=run.background,
+        seed=run.seed,
+        resume=run.resume,
+        teacher=run.scene,
+        lpips_weights=run.lpips_weights,
+        device=run.device,
+        live=run.live,
+        live_at=run.live_at,
+        settings=(tuple(settings), *run.settings),
+    )
 
 
 def footprint_settings(footprint: Footprint) -> tuple[str, ...]:

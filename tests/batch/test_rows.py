@@ -110,6 +110,11 @@ def test_columns_become_options_of_the_runs(folder: Path) -> None:
         ("source,set", "tree.ply,student.lr=x", "student.lr"),
         ("source,set", "garden,student.lr='3", "set is PATH=VALUE ..., not 'student.lr='3'"),
         ("source,capture", "tree.ply,nothing", "nothing, which does not exist"),
+        (
+            "source,downscale",
+            "tree.ply,2",
+            "--downscale is for the photos of --capture: use --size",
+        ),
         ("source,export", "garden,pdf", "there is no export 'pdf': use some of html, site"),
         ("source", "s4://bucket/a", "has an unknown kind of address: 's4'"),
         ("source", "", "there is no source: give a path or an address"),
