@@ -12,12 +12,19 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from threading import Event, Thread
 from typing import Protocol, runtime_checkable
 
 INTERVAL = 30.0  # seconds between two lines of a stage
 Advance = Callable[[int, int], None]  # called with what is done and the total
+# opens a stage by its title
+Progress = Callable[[str], AbstractContextManager[Advance]]
+
+
+def no_progress(title: str) -> AbstractContextManager[Advance]:
+    """A `Progress` that shows nothing."""
+    return nullcontext(lambda done, total: None)
 
 
 @runtime_checkable
@@ -183,14 +190,19 @@ def show_progress(title: str, *, data: bool = False) -> Iterator[Advance]:
 
 @contextmanager
 def _bar(title: str) -> Iterator[Advance]:
+    from rich import progress as bars
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-    from rich.progress import TimeRemainingColumn as Remaining
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Remaining())
+    columns = (
+        bars.TextColumn("{task.description}"),
+        bars.BarColumn(),
+        bars.MofNCompleteColumn(),
+        bars.TimeRemainingColumn(),
+    )
     # what is printed to a file must not go to the terminal of the bar
     redirect = is_terminal(sys.stdout)
     console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, redirect_stdout=redirect) as progress:
-        task = progress.add_task(title, total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
+    shown = bars.Progress(*columns, console=console, transient=True, redirect_stdout=redirect)
+    with shown:
+        task = shown.add_task(title, total=None)
+        yield lambda done, total: shown.update(task, completed=done, total=total)

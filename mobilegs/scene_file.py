@@ -17,7 +17,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import NEAR, Camera
 from mobilegs.errors import InputError
 from mobilegs.formats import READ, WRITTEN, Kind
-from mobilegs.formats.loss import measure_loss
+from mobilegs.formats.fidelity import measure_fidelity
 from mobilegs.formats.ply import read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
@@ -31,7 +31,6 @@ log = logging.getLogger(__name__)
 
 TURN_MIN = 1e-6  # difference of directions below which a scene is not turned
 SAMPLE, INSIDE = 10_000, 0.9  # Gaussians from which `near_of` finds the size; those inside of it
-Device = str  # auto, cpu, cuda or cuda:N; see `choose_device`
 
 # plain 3DGS scenes, blended sorted: the functions of each module of `formats`
 MODULES = {name: import_module(f"mobilegs.formats.{name}") for name in READ}
@@ -46,27 +45,6 @@ WITH_FOOTPRINT: dict[str, Callable[[Path], tuple[Gaussians, Footprint]]] = {
 WRITERS: dict[str, Callable[..., Any]] = {
     name: getattr(MODULES[name], f"write_{name}") for name in WRITTEN
 }
-
-
-def choose_device(name: Device) -> torch.device:
-    """Return the device of an option: `cpu`, `cuda`, or `cuda:N` for GPU number N from 0.
-
-    `auto` is the GPU if there is one. Raises InputError for any other name, and for a GPU that this
-    machine does not have.
-    """
-    count = torch.cuda.device_count() if torch.cuda.is_available() else 0
-    if name == "auto":
-        name = "cuda" if count else "cpu"
-    kind, colon, number = name.partition(":")
-    if name != "cpu" and (kind != "cuda" or (colon and not number.isdecimal())):
-        raise InputError(f"there is no device '{name}': use auto, cpu, cuda or cuda:N")
-    if kind == "cuda" and not count:
-        raise InputError("this machine has no CUDA device: see `mobilegs doctor`")
-    if colon and int(number) >= count:
-        raise InputError(
-            f"there is no device '{name}': this machine has {count} GPUs, from cuda:0 on"
-        )
-    return torch.device(name)
 
 
 def scene_at(path: Path) -> Path:
@@ -199,7 +177,7 @@ def write_gaussians(
     A .ply names the upward direction `up`. The other formats have one, to which the scene is
     turned (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for
     it. A .glb has no place for an antialiased footprint. This, Gaussians that are not finite, and
-    what the file does not hold of the others (`formats.loss`) are named in logged warnings.
+    what the file does not hold of the others (`formats.fidelity`) are named in logged warnings.
 
     Raises:
         InputError: the format cannot hold the scene, or most of its Gaussians would be lost.
@@ -222,7 +200,7 @@ def write_gaussians(
         found = PLAIN[f".{kind}"](path)
         if len(found) < len(gaussians):
             raise InputError(f"a .{kind} cannot hold numbers as large as in this scene")
-        loss = measure_loss(gaussians, found)
+        loss = measure_fidelity(gaussians, found)
         if 2 * loss.lost > loss.count:
             raise InputError(f"a .{kind} cannot hold this scene: {loss}; write a .ply or .glb")
         if str(loss):

@@ -8,7 +8,7 @@ PACKAGE = Path(__file__).parent.parent / "mobilegs"
 # in the order of docs/explanation/architecture.md
 LEVELS: list[set[str]] = [
     {"errors", "atomic", "validation", "progress_display"},
-    {"reproducible"},
+    {"reproducible", "device"},
     {"camera", "gaussians", "spherical_harmonics", "up", "framing", "kmeans"},
     {"csrc"},
     {"render"},

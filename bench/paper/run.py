@@ -51,6 +51,7 @@ from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
 from mobilegs.csrc.binding import kernel_level
 from mobilegs.data import Dataset, ViewLoader, load_capture
+from mobilegs.device import choose_device
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
@@ -59,7 +60,6 @@ from mobilegs.mgs.codec import inspect_mgs, read_mgs, write_mgs
 from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
-from mobilegs.scene_file import choose_device
 from mobilegs.train.distributed import Team
 from mobilegs.train.loop import train_stage
 from mobilegs.train.progress import Monitor

@@ -41,7 +41,7 @@ def run_stage(task: Task, folder: RowFolder) -> None:
     device = "cuda" if task.gpus else "cpu"
     if task.stage == "poses":
         run = run_of(CaptureRun, options, source=path, output=folder.capture)
-        capture_photos(run, bar=show_progress)
+        capture_photos(run, progress=show_progress)
     elif task.stage == "export":
         export(folder, options)
     elif kind == "scene":

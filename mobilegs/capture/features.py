@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from mobilegs.capture.photos import PreparedPhoto
-from mobilegs.capture.pycolmap_runtime import Progress, load_pycolmap, threads
+from mobilegs.capture.pycolmap_runtime import load_pycolmap, threads
 from mobilegs.capture.rigs import camera_of, set_rig_of_faces
+from mobilegs.progress_display import Advance
 
 Lens = Literal["simple", "opencv", "fisheye", "panorama"]
 MODELS = {  # of COLMAP; the last one is of a panorama's faces
@@ -21,7 +22,7 @@ GUESSED_FISHEYE = 0.45  # the same; 0.38 is a lens of 180 degrees from corner to
 
 
 def extract_features(
-    database: Path, folder: Path, photos: list[PreparedPhoto], *, lens: Lens, progress: Progress
+    database: Path, folder: Path, photos: list[PreparedPhoto], *, lens: Lens, progress: Advance
 ) -> dict[str, Any]:
     """Write cameras, photos and their features into `database`; existing entries stay.
 

@@ -10,8 +10,9 @@ from jaxtyping import Float, Int
 
 from mobilegs.atomic import make_folder
 from mobilegs.capture.misplaced_photos import drop_misplaced
-from mobilegs.capture.pycolmap_runtime import SEED, Progress, load_pycolmap, threads
+from mobilegs.capture.pycolmap_runtime import SEED, load_pycolmap, threads
 from mobilegs.capture.rigs import set_rig_of_model
+from mobilegs.progress_display import Advance
 
 Mapper = Literal["auto", "incremental", "global"]
 Rig = Literal["none", "cameras", "faces"]
@@ -27,7 +28,7 @@ def map_photos(
     *,
     mapper: Mapper,
     total: int,
-    progress: Progress,
+    progress: Advance,
     enough: int = MODEL_PHOTOS_MIN,
     rig: Rig = "none",
 ) -> dict[str, Any]:
@@ -63,7 +64,7 @@ def map_photos(
     return {**best, "tried": tried}
 
 
-def _limited(progress: Progress, total: int) -> Callable[[int], None]:
+def _limited(progress: Advance, total: int) -> Callable[[int], None]:
     return lambda done: progress(min(done, total), total)
 
 

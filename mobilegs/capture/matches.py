@@ -11,8 +11,9 @@ from jaxtyping import Float, Shaped, UInt8
 from scipy.cluster.vq import kmeans2
 
 from mobilegs.atomic import atomic_write
-from mobilegs.capture.pycolmap_runtime import SEED, Progress, load_pycolmap, threads
+from mobilegs.capture.pycolmap_runtime import SEED, load_pycolmap, threads
 from mobilegs.capture.rigs import camera_of, moment_of
+from mobilegs.progress_display import Advance
 
 Pairs = Literal["auto", "all", "alike"]
 ALL_UP_TO = 80  # photos: 3,160 pairs
@@ -25,7 +26,7 @@ ROUNDS = 10  # of k-means
 
 
 def match_photos(
-    database: Path, names: Sequence[str], *, pairs: Pairs, apart: bool = False, progress: Progress
+    database: Path, names: Sequence[str], *, pairs: Pairs, apart: bool = False, progress: Advance
 ) -> dict[str, Any]:
     """Match features of photos, and keep matches that agree with one camera motion.
 

@@ -14,11 +14,12 @@ from PIL import Image, ImageOps
 
 from mobilegs.atomic import atomic_path, make_folder
 from mobilegs.camera import Camera
-from mobilegs.capture.pycolmap_runtime import INSTALL, Progress
+from mobilegs.capture.pycolmap_runtime import INSTALL
 from mobilegs.data import images
 from mobilegs.data.distortion import undistort
 from mobilegs.data.pinhole_views import panorama_views
 from mobilegs.errors import InputError
+from mobilegs.progress_display import Advance
 
 HEIC = (".heic", ".heif")
 RAW = (".dng", ".cr2", ".cr3", ".nef", ".arw", ".orf", ".rw2", ".raf", ".pef", ".srw")
@@ -134,7 +135,7 @@ def prepare_photos(
     folder: Path,
     *,
     max_size: int,
-    progress: Progress,
+    progress: Advance,
     rig: bool = False,
     panorama: bool = False,
 ) -> dict[str, Any]:

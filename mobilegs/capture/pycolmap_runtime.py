@@ -19,12 +19,11 @@ from typing import IO, Any
 
 from mobilegs.atomic import make_folder
 from mobilegs.errors import InputError
+from mobilegs.progress_display import Advance
 
 INSTALL = "pip install 'mobilegs[capture]'"
 SEED = 0  # of all random choices
 POLL_SECONDS = 0.25  # between two chances for Ctrl-C, which Windows does not deliver to a wait
-
-Progress = Callable[[int, int], None]
 
 
 @cache
@@ -75,7 +74,7 @@ class PycolmapProcess:
         doing: str,
         function: Callable[..., Any],
         *arguments: Any,
-        progress: Progress | None = None,
+        progress: Advance | None = None,
         **options: Any,
     ) -> Any:
         """Return the result of `function(*arguments, **options)`, which runs in the process.

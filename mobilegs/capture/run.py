@@ -3,8 +3,6 @@
 import logging
 import math
 import shutil
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -33,7 +31,6 @@ from mobilegs.capture.photos import (
 )
 from mobilegs.capture.pycolmap_runtime import (
     SEED,
-    Progress,
     PycolmapProcess,
     validate_pycolmap,
 )
@@ -42,13 +39,13 @@ from mobilegs.capture.video import SUFFIXES as VIDEOS
 from mobilegs.capture.video import is_video, prepare_video
 from mobilegs.capture.workspace import Workspace, digest, file_digest
 from mobilegs.errors import InputError
+from mobilegs.progress_display import Advance, Progress, no_progress
 
 VERSION = 1  # of the stages; a change makes them run again
 SIZE_MIN = 64  # pixels, longer side of a photo
 NAMES_MAX = 5  # photos that an error message names
 
 log = logging.getLogger(__name__)
-Bar = Callable[[str], AbstractContextManager[Progress]]
 
 
 @dataclass(frozen=True)
@@ -89,23 +86,21 @@ class CaptureRun:
 
 
 @dataclass(frozen=True)
-class Job:
-    """The arguments of all stages. `bar` opens a progress bar with a label."""
+class StageInputs:
+    """The arguments of all stages. `progress` opens a stage by its title."""
 
     run: CaptureRun
     inputs: list[Path]
     workspace: Workspace
-    bar: Bar
+    progress: Progress
     process: PycolmapProcess
 
 
-def capture_photos(
-    run: CaptureRun, *, bar: Bar = lambda what: nullcontext(lambda done, total: None)
-) -> dict[str, Any]:
+def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> dict[str, Any]:
     """Make a capture (`images/`, `sparse/0/`) from photos or a video.
 
     Results of an earlier call with the same input and options are kept: an interrupted capture
-    continues, a finished one stays. `bar` opens a progress bar for a stage. Returns the content of
+    continues, a finished one stays. `progress` opens a stage by its title. Returns the content of
     `capture.json`.
 
     Raises:
@@ -120,31 +115,31 @@ def capture_photos(
         raise InputError(f"{run.output} holds the photos: give another folder for the capture")
     workspace = Workspace(run.output)
     workspace.validate_not_foreign()
-    with bar("reading files") as progress:
-        keys = stage_keys(run, digest_inputs(inputs, progress))
+    with progress("reading files") as advance:
+        keys = stage_keys(run, digest_inputs(inputs, advance))
     with PycolmapProcess(workspace.log) as process:
-        job = Job(run, inputs, workspace, bar, process)
+        given = StageInputs(run, inputs, workspace, progress, process)
         report = workspace.finished(keys["capture"])
         if report is None:
-            report = run_stages(job, keys)
-    validate_placed(report["registered"], report["left_out"], job)
+            report = run_stages(given, keys)
+    validate_placed(report["registered"], report["left_out"], given)
     return report
 
 
-def run_stages(job: Job, keys: dict[str, str]) -> dict[str, Any]:
+def run_stages(given: StageInputs, keys: dict[str, str]) -> dict[str, Any]:
     """Run all stages that are not done, and return the record of the last one."""
-    workspace = job.workspace
-    record = workspace.run("photos", keys["photos"], lambda: prepare(job))
+    workspace = given.workspace
+    record = workspace.run("photos", keys["photos"], lambda: prepare(given))
     photos = [PreparedPhoto(**photo) for photo in record["photos"]]
-    workspace.run("features", keys["features"], lambda: features(job, photos))
+    workspace.run("features", keys["features"], lambda: features(given, photos))
     before = workspace.read("matches")
     if before is not None and before["key"] != keys["matches"]:
         workspace.forget("matches")
-        job.process.call("forgetting matches", forget_matches, workspace.database)
-    workspace.run("matches", keys["matches"], lambda: matches(job, photos))
-    found = workspace.run("model", keys["model"], lambda: model(job, photos))
-    validate_placed(len(placed(photos, found)), left_out(photos, found), job)
-    return workspace.run("capture", keys["capture"], lambda: finish(job, photos))
+        given.process.call("forgetting matches", forget_matches, workspace.database)
+    workspace.run("matches", keys["matches"], lambda: matches(given, photos))
+    found = workspace.run("model", keys["model"], lambda: model(given, photos))
+    validate_placed(len(placed(photos, found)), left_out(photos, found), given)
+    return workspace.run("capture", keys["capture"], lambda: finish(given, photos))
 
 
 def stage_keys(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]:
@@ -165,34 +160,34 @@ def stage_keys(run: CaptureRun, inputs: list[tuple[str, str]]) -> dict[str, str]
 # --- the stages -----------------------------------------------------------------------------------
 
 
-def prepare(job: Job) -> dict[str, Any]:
+def prepare(given: StageInputs) -> dict[str, Any]:
     """Write upright photos or frames of a limited size."""
-    run, folder = job.run, job.workspace.photos
+    run, folder = given.run, given.workspace.photos
     panorama = run.lens == "panorama"
     if is_video(run.source):
         if run.rig:
             raise InputError(f"--rig needs a folder per camera, and {run.source} is a video")
-        with job.bar("choosing the sharpest frames") as progress:
+        with given.progress("choosing the sharpest frames") as advance:
             return prepare_video(
                 run.source,
                 folder,
                 frames=run.frames,
                 max_size=run.max_size,
                 panorama=panorama,
-                progress=progress,
+                progress=advance,
             )
     if run.frames is not None:
         raise InputError(f"--frames needs a video, and {run.source} is not one: leave it out")
     if run.rig:
-        validate_rig(list(prepared_names(job.inputs, rig=True).values()), run.source)
-    with job.bar("preparing photos") as progress:
+        validate_rig(list(prepared_names(given.inputs, rig=True).values()), run.source)
+    with given.progress("preparing photos") as advance:
         found = prepare_photos(
-            job.inputs,
+            given.inputs,
             folder,
             max_size=run.max_size,
             rig=run.rig,
             panorama=panorama,
-            progress=progress,
+            progress=advance,
         )
     spheres = [photo["source"] for photo in found["photos"] if photo["sphere"]]
     if spheres:
@@ -203,59 +198,59 @@ def prepare(job: Job) -> dict[str, Any]:
     return found
 
 
-def features(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+def features(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write features of the photos into the database."""
-    with job.bar("finding features") as progress:
-        return job.process.call(
+    with given.progress("finding features") as advance:
+        return given.process.call(
             "finding features",
             extract_features,
-            job.workspace.database,
-            job.workspace.photos,
+            given.workspace.database,
+            given.workspace.photos,
             photos,
-            lens=job.run.lens,
-            progress=progress,
+            lens=given.run.lens,
+            progress=advance,
         )
 
 
-def matches(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+def matches(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write matches of the photos into the database."""
     names = [photo.name for photo in photos]
-    with job.bar("matching photos") as progress:
-        return job.process.call(
+    with given.progress("matching photos") as advance:
+        return given.process.call(
             "matching photos",
             match_photos,
-            job.workspace.database,
+            given.workspace.database,
             names,
-            pairs=job.run.pairs,
-            apart=job.run.lens == "panorama",
-            progress=progress,
+            pairs=given.run.pairs,
+            apart=given.run.lens == "panorama",
+            progress=advance,
         )
 
 
-def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Compute poses and points, and draw their coverage even if they are too few."""
-    workspace, panorama = job.workspace, job.run.lens == "panorama"
-    with job.bar("computing poses") as progress:
-        found = job.process.call(
+    workspace, panorama = given.workspace, given.run.lens == "panorama"
+    with given.progress("computing poses") as advance:
+        found = given.process.call(
             "computing poses",
             map_photos,
             workspace.database,
             workspace.photos,
             workspace.models,
-            mapper=job.run.mapper,
+            mapper=given.run.mapper,
             total=len(sources(photos)),
-            progress=progress,
-            enough=enough_photos(job.run, len(photos)),
-            rig="faces" if panorama else "cameras" if job.run.rig else "none",
+            progress=advance,
+            enough=enough_photos(given.run, len(photos)),
+            rig="faces" if panorama else "cameras" if given.run.rig else "none",
         )
-    if job.run.rig and not found["rig"]:
+    if given.run.rig and not found["rig"]:
         log.warning(
             "the photos do not show how the cameras sit on the rig: they are placed one by one"
         )
     if found["models"]:
         draw_coverage(
             workspace.coverage,
-            job.process.call("reading poses", read_geometry, workspace.models / "best"),
+            given.process.call("reading poses", read_geometry, workspace.models / "best"),
             title=f"poses for {len(placed(photos, found))} of {len(sources(photos))} photos, "
             f"{found['points']:,} points, {found['reprojection_error']:.2f} px reprojection error",
             points_of_photos={
@@ -265,17 +260,17 @@ def model(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     return found
 
 
-def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
+def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write `images/` and `sparse/0/`, poses last, and return the report."""
-    workspace = job.workspace
+    workspace = given.workspace
     model, output = workspace.models / "best", workspace.undistorted
-    with job.bar("undistorting photos"):
-        if job.run.lens == "fisheye":  # a pinhole photo shows no more than its middle
+    with given.progress("undistorting photos"):
+        if given.run.lens == "fisheye":  # a pinhole photo shows no more than its middle
             names = (workspace.read("model") or {})["registered"]
             keep_photos(model, workspace.photos, output, names)
         else:
             doing = "undistorting photos"
-            job.process.call(doing, undistort_photos, model, workspace.photos, output)
+            given.process.call(doing, undistort_photos, model, workspace.photos, output)
     workspace.sparse.mkdir()
     (workspace.undistorted / "images").replace(workspace.images)
     (workspace.undistorted / "sparse").replace(workspace.sparse / "0")
@@ -285,13 +280,13 @@ def finish(job: Job, photos: list[PreparedPhoto]) -> dict[str, Any]:
     }
     found, compared = records["model"], records["matches"]
     return {
-        "source": job.run.source.name,
+        "source": given.run.source.name,
         "photos": len(sources(photos)),
         "registered": len(placed(photos, found)),
         "left_out": left_out(photos, found),
         "hdr": records["photos"].get("hdr", ""),
         "unreadable": records["photos"].get("unreadable", []),
-        "other_files": {} if is_video(job.run.source) else other_files(job.inputs),
+        "other_files": {} if is_video(given.run.source) else other_files(given.inputs),
         "features_a_photo": records["features"]["features"],
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
         "tried": found.get("tried", [found["mapper"]]),
@@ -333,12 +328,12 @@ def list_inputs(source: Path) -> list[Path]:
     return found
 
 
-def digest_inputs(inputs: list[Path], progress: Progress) -> list[tuple[str, str]]:
+def digest_inputs(inputs: list[Path], advance: Advance) -> list[tuple[str, str]]:
     """Return (name, SHA-256) of every input."""
     found = []
     for done, (path, name) in enumerate(zip(inputs, relative_names(inputs), strict=True), start=1):
         found.append((name, file_digest(path)))
-        progress(done, len(inputs))
+        advance(done, len(inputs))
     return found
 
 
@@ -376,13 +371,13 @@ def enough_photos(run: CaptureRun, total: int) -> int:
     return max(PHOTOS_MIN, math.ceil(run.min_placed * total))
 
 
-def validate_placed(placed: int, missing: list[str], job: Job) -> None:
+def validate_placed(placed: int, missing: list[str], given: StageInputs) -> None:
     """Raise InputError with advice if too few photos have a pose."""
     total = placed + len(missing)
-    if placed >= enough_photos(job.run, total):
+    if placed >= enough_photos(given.run, total):
         return
     named = ", ".join(missing[:NAMES_MAX]) + (" ..." if len(missing) > NAMES_MAX else "")
-    hint = f"; {job.workspace.coverage} shows where photos are missing" if placed else ""
+    hint = f"; {given.workspace.coverage} shows where photos are missing" if placed else ""
     raise InputError(
         f"found poses for only {placed} of {total} photos (not for {named}): take more photos, "
         "with more overlap (everything in at least three photos), step sideways instead of turning "

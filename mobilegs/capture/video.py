@@ -19,8 +19,9 @@ from mobilegs.capture.photos import (
     save_faces,
     save_photo,
 )
-from mobilegs.capture.pycolmap_runtime import INSTALL, Progress
+from mobilegs.capture.pycolmap_runtime import INSTALL
 from mobilegs.errors import InputError
+from mobilegs.progress_display import Advance
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
 FRAMES_PER_SECOND = 3  # if no number is given
@@ -39,7 +40,7 @@ def prepare_video(
     *,
     frames: int | None,
     max_size: int,
-    progress: Progress,
+    progress: Advance,
     panorama: bool = False,
 ) -> dict[str, Any]:
     """Write the sharpest frame of each of `frames` equal intervals of a video to `folder`.

@@ -117,7 +117,8 @@ def render_orbit(
     renderer: Renderer,
 ) -> None:
     """Write a video of one turn around a scene."""
-    from mobilegs.scene_file import choose_device, open_with_views, up_source
+    from mobilegs.device import choose_device
+    from mobilegs.scene_file import open_with_views, up_source
     from mobilegs.view.video import write_orbit
 
     opened, views = open_with_views(scene, choose_device(device))
@@ -176,7 +177,8 @@ def open_scene_and_capture(
     from dataclasses import replace
 
     from mobilegs.data import load_capture
-    from mobilegs.scene_file import capture_of_run, choose_device, open_with_views
+    from mobilegs.device import choose_device
+    from mobilegs.scene_file import capture_of_run, open_with_views
     from mobilegs.train.poses import with_poses
     from mobilegs.train.run_dir import RunDir
 

@@ -78,7 +78,7 @@ def make_capture(run: "CaptureRun") -> None:
     from mobilegs.capture import capture_photos
 
     try:
-        report = capture_photos(run, bar=show_progress)
+        report = capture_photos(run, progress=show_progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("interrupted: give the same command to continue") from None
     print_capture(report, run.output)

@@ -16,9 +16,9 @@ from torch import Tensor
 
 from mobilegs.atomic import atomic_path, read_if
 from mobilegs.camera import Camera
+from mobilegs.edit.camera_counts import CameraCounts, count_cameras, floaters
 from mobilegs.edit.notes import merged_notes
 from mobilegs.edit.regions import Box, HalfSpace, Region
-from mobilegs.edit.support import Support, floaters, measure_support
 from mobilegs.errors import InputError
 from mobilegs.formats import WRITTEN, Kind
 from mobilegs.mgs.codec import inspect, pack, unpack
@@ -44,8 +44,8 @@ class SceneEdit:
         keep: regions outside of which Gaussians are removed.
         remove: regions inside of which they are removed.
         rows: rows that are removed, in the order of the file; None for none.
-        min_cameras: Gaussians that fewer cameras saw (`support.Support`) are removed.
-        floaters: remove floaters (`support.floaters`).
+        min_cameras: Gaussians that fewer cameras saw (`camera_counts.CameraCounts`) are removed.
+        floaters: remove floaters (`camera_counts.floaters`).
         notes: notes by name, texts as `notes.py` writes them; an empty text removes a note.
     """
 
@@ -105,7 +105,7 @@ def edit_file(
     *,
     cameras: Sequence[Camera] = (),
     camera_source: str = "",
-    support: Support | None = None,
+    counts: CameraCounts | None = None,
     progress: Advance | None = None,
 ) -> EditReport:
     """Write an edited copy of a scene file to a new file, atomically.
@@ -118,7 +118,7 @@ def edit_file(
         edit: what to remove and which notes to set.
         cameras: cameras that are counted; those of the file if there are none.
         camera_source: what `cameras` are, in words, for the report.
-        support: what the cameras saw, if it is already known.
+        counts: what the cameras saw, if it is already known.
         progress: called with the cameras that are counted and their number.
 
     Raises:
@@ -127,14 +127,14 @@ def edit_file(
     """
     validate_output(scene, output)
     if scene.suffix.lower() == ".mgs":
-        return _edit_mgs(scene, output, edit, cameras, camera_source, support, progress)
+        return _edit_mgs(scene, output, edit, cameras, camera_source, counts, progress)
     if edit.notes:
         raise InputError(
             f"{scene} is not a .mgs and holds no notes ({', '.join(edit.notes)}): make a .mgs of "
             "it first (`mobilegs compress`)"
         )
     opened = open_scene(scene)
-    keep, removed = _kept(opened, edit, list(cameras), camera_source, support, progress, scene)
+    keep, removed = _kept(opened, edit, list(cameras), camera_source, counts, progress, scene)
     write_gaussians(
         output,
         opened.gaussians.select(keep),
@@ -208,7 +208,7 @@ def _edit_mgs(
     edit: SceneEdit,
     cameras: Sequence[Camera],
     camera_source: str,
-    support: Support | None,
+    counts: CameraCounts | None,
     progress: Advance | None,
 ) -> EditReport:
     data = read_if(path, (MAGIC,))
@@ -223,7 +223,7 @@ def _edit_mgs(
         opened = coded.decode()
         used = list(cameras) or coded.views
         source = camera_source if cameras else f"the {len(used)} cameras that the file stores"
-        keep, removed = _kept(opened, edit, used, source, support, progress, path)
+        keep, removed = _kept(opened, edit, used, source, counts, progress, path)
         if not keep.all():
             edited = pack(kept_rows(coded, keep))
     if edit.notes:
@@ -239,7 +239,7 @@ def _kept(
     edit: SceneEdit,
     cameras: list[Camera],
     camera_source: str,
-    support: Support | None,
+    counts: CameraCounts | None,
     progress: Advance | None,
     path: Path,
 ) -> tuple[Bool[Tensor, "n"], dict[str, int]]:
@@ -251,22 +251,22 @@ def _kept(
     if edit.rows is not None:
         reasons.append(("selected", _mask_of(edit.rows, len(gaussians))))
     if edit.counts:
-        if support is None:
+        if counts is None:
             if not cameras:
                 raise InputError(
                     f"{path} has no cameras to count: give --capture CAPTURE, photos with poses"
                 )
-            support = measure_support(scene, cameras, progress=progress)
-        if edit.min_cameras > support.cameras:
+            counts = count_cameras(scene, cameras, progress=progress)
+        if edit.min_cameras > counts.cameras:
             raise InputError(
                 f"{edit.min_cameras} cameras cannot have seen a Gaussian: there are only "
-                f"{support.cameras} ({camera_source})"
+                f"{counts.cameras} ({camera_source})"
             )
         if edit.min_cameras:
-            reason = f"seen by fewer than {edit.min_cameras} of {support.cameras} cameras"
-            reasons.append((f"{reason} ({camera_source})", support.seen < edit.min_cameras))
+            reason = f"seen by fewer than {edit.min_cameras} of {counts.cameras} cameras"
+            reasons.append((f"{reason} ({camera_source})", counts.seen < edit.min_cameras))
         if edit.floaters:
-            reasons.append((f"floaters ({camera_source})", floaters(support)))
+            reasons.append((f"floaters ({camera_source})", floaters(counts)))
     keep = torch.ones(len(gaussians), dtype=torch.bool)
     removed = {}
     for reason, mask in reasons:

@@ -8,18 +8,18 @@ import torch
 from tyro.conf import Positional, UseAppendAction, arg
 
 from mobilegs.data import load_capture
+from mobilegs.device import Device, choose_device
 from mobilegs.errors import InputError
 from mobilegs.live import ADDRESS
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.project import Footprint
-from mobilegs.scene_file import Device, choose_device, plain_scene_at, read_plain_scene
+from mobilegs.scene_file import plain_scene_at, read_plain_scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import (
     DEFAULT_BACKGROUND,
     CaptureOptions,
-    Progress,
-    no_progress,
     render_synthetic_capture,
 )
 from mobilegs.synthetic_capture.visibility import validate_visibility

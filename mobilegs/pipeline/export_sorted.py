@@ -6,24 +6,23 @@ from pathlib import Path
 
 from mobilegs.atomic import atomic_path
 from mobilegs.data import load_capture
+from mobilegs.device import Device, choose_device
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.pipeline.refit import Views, measure_fit, refit, views_around, views_from
+from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import (
     PLAIN,
     WRITERS,
-    Device,
     Kind,
     capture_of_run,
-    choose_device,
     open_scene,
     scene_at,
     teacher_of,
     turn_needed,
     write_gaussians,
 )
-from mobilegs.synthetic_capture.render import Progress, no_progress
 from mobilegs.up import AXES, Axis, Vector
 
 

@@ -12,10 +12,11 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.evaluate.report import evaluate
 from mobilegs.gaussians import Gaussians
+from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
-from mobilegs.synthetic_capture.render import ASPECT_RATIO, Progress, no_progress
+from mobilegs.synthetic_capture.render import ASPECT_RATIO
 from mobilegs.synthetic_capture.scene_bounds import find_scene_bounds
 from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.train.run_dir import stop_between_steps

@@ -18,6 +18,7 @@ from mobilegs.atomic import make_folder
 from mobilegs.camera import Camera
 from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.data.dataset import Frame, Offset
+from mobilegs.device import Device
 from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
@@ -27,11 +28,11 @@ from mobilegs.live import ADDRESS, LiveView, open_live_view, validate_live_optio
 from mobilegs.mgs.codec import read_mgs, write_mgs
 from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
 from mobilegs.mgs.quantized_scene import MetaValue
+from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import EXPONENTIAL
-from mobilegs.scene_file import Device, read_plain_scene
+from mobilegs.scene_file import read_plain_scene
 from mobilegs.synthetic_capture.first_view import find_framing
-from mobilegs.synthetic_capture.render import Progress, no_progress
 from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.exposure import exposures_for
@@ -164,9 +165,6 @@ class Job:
     live: LiveView | None
     checkpoint: Checkpoint
     pace: Pace | None
-
-
-# --- orchestration --------------------------------------------------------------------------------
 
 
 def train_run(

@@ -1,7 +1,6 @@
 """Places cameras around or inside a scene, or between given cameras."""
 
 import math
-from collections.abc import Callable
 
 import torch
 from jaxtyping import Float
@@ -9,6 +8,7 @@ from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
+from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 from mobilegs.synthetic_capture.scene_bounds import SceneBounds
 
@@ -35,8 +35,6 @@ TURN_STD = 4.0  # degrees, random turn of an interpolated camera
 NEAR = 0.02  # near plane, in scene radii
 TARGETS_ANYWHERE = 0.7  # share of cameras that look at any part of the scene, not at its centre
 
-Progress = Callable[[int, int], None]
-
 
 @torch.inference_mode()
 def place_cameras(
@@ -47,7 +45,7 @@ def place_cameras(
     width: int,
     height: int,
     generator: torch.Generator,
-    progress: Progress = lambda done, total: None,
+    progress: Advance = lambda done, total: None,
 ) -> list[Camera]:
     """Place `count` cameras that look at the centre of a scene or at a random part of it.
 

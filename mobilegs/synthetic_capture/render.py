@@ -3,8 +3,6 @@
 import json
 import logging
 import zlib
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +17,7 @@ from mobilegs.data.colmap_write import write_model
 from mobilegs.data.dataset import Color
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import sh_colors
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
@@ -33,14 +32,6 @@ POINTS_MAX = 10_000  # sparse points of the capture
 RECORD = "made_from.json"
 ASPECT_RATIO = 4 / 3  # width / height of images where no camera is given
 DEFAULT_BACKGROUND = (0.0, 0.0, 0.0)
-
-# opens a progress bar with a label; the bar takes (done, total)
-Progress = Callable[[str], AbstractContextManager[Callable[[int, int], None]]]
-
-
-def no_progress(what: str) -> AbstractContextManager[Callable[[int, int], None]]:
-    """A `Progress` that shows nothing."""
-    return nullcontext(lambda done, total: None)
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ import torch
 import torch.distributed as dist
 from torch import Tensor
 
+from mobilegs.device import Device, choose_device
 from mobilegs.errors import InputError
-from mobilegs.scene_file import Device, choose_device
 
 TIMEOUT = timedelta(days=1)  # the other processes wait while the main one evaluates
 

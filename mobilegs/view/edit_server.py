@@ -25,8 +25,8 @@ import torch
 
 from mobilegs.camera import Camera
 from mobilegs.edit import notes as n
+from mobilegs.edit.camera_counts import CameraCounts, count_cameras
 from mobilegs.edit.scene_edit import EditReport, SceneEdit, edit_file, free_name, validate_output
-from mobilegs.edit.support import Support, measure_support
 from mobilegs.errors import InputError
 from mobilegs.framing import Start
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
@@ -92,7 +92,7 @@ class EditServer(Server):
         self._output = output
         self._cameras = cameras
         self._lock = threading.Lock()
-        self._support: tuple[Support, str] | None = None
+        self._counts: tuple[CameraCounts, str] | None = None
 
     @property
     def path(self) -> str:
@@ -104,18 +104,18 @@ class EditServer(Server):
         """Names and ports by which requests may address this machine."""
         return {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
 
-    def support(self) -> tuple[Support, str]:
+    def counts(self) -> tuple[CameraCounts, str]:
         """Return what the cameras saw, measured at the first call, and what these cameras are."""
         with self._lock:
-            if self._support is None:
+            if self._counts is None:
                 coded = read_mgs(self.edited)
                 cameras, source = self._cameras()
                 if not cameras:
                     cameras, source = coded.views, f"the {len(coded.views)} cameras of the file"
                 if not cameras:
                     raise InputError("no cameras are known: start with --capture CAPTURE")
-                self._support = measure_support(coded.decode(), cameras), source
-            return self._support
+                self._counts = count_cameras(coded.decode(), cameras), source
+            return self._counts
 
     def save(self, posted: Any) -> tuple[Path, EditReport]:
         """Write an edited copy as the page describes it.
@@ -206,11 +206,11 @@ class EditHandler(Handler):
     def _answer_cameras(self) -> None:
         """Answer with the cameras that saw each Gaussian: their number in all, then u16 each."""
         try:
-            support, source = self.server.support()
+            counts, source = self.server.counts()
         except InputError as error:
             self._answer_json({"error": str(error)}, HTTPStatus.NOT_FOUND)
             return
-        body = np.array([support.cameras, *support.seen.tolist()], "<u2").tobytes()
+        body = np.array([counts.cameras, *counts.seen.tolist()], "<u2").tobytes()
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", "application/octet-stream")
         self.send_header("Content-Length", str(len(body)))

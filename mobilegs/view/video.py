@@ -13,6 +13,7 @@ from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.framing import azimuth_of, direction_of
+from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 from mobilegs.up import Axis
 from mobilegs.view.orbit import camera_of, first_pose
@@ -23,8 +24,6 @@ QUALITY = {"libx264": {"crf": "18", "preset": "medium"}, "mpeg4": {"qscale": "2"
 INSTALL = "pip install 'mobilegs[capture]'"
 SECONDS_MAX = 600.0
 SIDE_MAX = 4096
-
-Progress = Callable[[int, int], None]
 
 
 def orbit_cameras(
@@ -81,7 +80,7 @@ def write_orbit(
     height: int,
     up: Axis | None = None,
     draw: Callable[[Camera], Any],
-    progress: Progress = lambda done, total: None,
+    progress: Advance = lambda done, total: None,
 ) -> int:
     """Write an MP4 of one turn around a scene. Returns its bytes.
 

@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from mobilegs.camera import Camera, look_at
+from mobilegs.edit.camera_counts import count_cameras, floaters
 from mobilegs.edit.regions import Box, HalfSpace, Sphere
 from mobilegs.edit.scene_edit import (
     SceneEdit,
@@ -17,7 +18,6 @@ from mobilegs.edit.scene_edit import (
     read_rows,
     with_notes,
 )
-from mobilegs.edit.support import floaters, measure_support
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
@@ -216,21 +216,21 @@ def looking(count: int) -> list[Camera]:
 def test_cameras_are_counted_that_saw_a_gaussian() -> None:
     scene = wall([[0, 0, 0.5], [5, 0, 0]])  # behind the wall; outside of the pictures
     calls: list[tuple[int, int]] = []
-    support = measure_support(scene, looking(6), progress=lambda *at: calls.append(at))
-    assert support.cameras == 6 and calls[-1] == (6, 6)
-    assert support.seen[:900].min() == 6
-    assert support.seen[900:].tolist() == [0, 0]
-    assert support.framed[900:].tolist() == [6, 0]
+    counts = count_cameras(scene, looking(6), progress=lambda *at: calls.append(at))
+    assert counts.cameras == 6 and calls[-1] == (6, 6)
+    assert counts.seen[:900].min() == 6
+    assert counts.seen[900:].tolist() == [0, 0]
+    assert counts.framed[900:].tolist() == [6, 0]
 
 
 def test_floaters_are_lonely_and_before_the_scene() -> None:
     scene = wall([[0, 0, 0.5], [0, 0.2, -2]])  # hidden behind the wall; before it
-    support = measure_support(scene, looking(6))
-    assert support.ahead.nonzero()[:, 0].tolist() == [901]
+    counts = count_cameras(scene, looking(6))
+    assert counts.ahead.nonzero()[:, 0].tolist() == [901]
     # a wall of so few Gaussians weighs little: the one before it is more than the limit
-    assert floaters(support).nonzero()[:, 0].tolist() == [900]
-    light = replace(support, weight=support.weight.clone())
+    assert floaters(counts).nonzero()[:, 0].tolist() == [900]
+    light = replace(counts, weight=counts.weight.clone())
     light.weight[901] = 0
     assert floaters(light).nonzero()[:, 0].tolist() == [900, 901]
     few = replace(scene, gaussians=scene.gaussians.select(slice(0, 5)))
-    assert not floaters(measure_support(few, looking(1))).any()
+    assert not floaters(count_cameras(few, looking(1))).any()

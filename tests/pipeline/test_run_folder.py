@@ -14,11 +14,12 @@ import torch
 from mobilegs.atomic import atomic_path
 from mobilegs.cli.main import main
 from mobilegs.data import load_capture
+from mobilegs.device import choose_device
 from mobilegs.errors import InputError
 from mobilegs.pipeline import preflight
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import TrainRun, resolve_recipe, train_run
-from mobilegs.scene_file import choose_device, read_plain_scene, scene_at
+from mobilegs.scene_file import read_plain_scene, scene_at
 from mobilegs.train.run_dir import RunDir
 from tests.support.runs import RECIPE
 

@@ -9,7 +9,7 @@ import torch
 
 from mobilegs.cli.main import main
 from mobilegs.errors import InputError
-from mobilegs.formats.loss import measure_loss
+from mobilegs.formats.fidelity import measure_fidelity
 from mobilegs.formats.ply import write_ply
 from mobilegs.formats.sog import morton_order
 from mobilegs.gaussians import Gaussians
@@ -119,7 +119,7 @@ def test_flat_and_very_small_gaussians_do_not_count_as_lost() -> None:
     made.log_scales[:, 2] = -60.0
     made.log_scales[:10] = -60.0
     clipped = Gaussians(**made.tensors() | {"log_scales": made.log_scales.clamp_min(-10)})
-    loss = measure_loss(made, clipped)
+    loss = measure_fidelity(made, clipped)
     assert (loss.resized, loss.lost) == (0, 0) and not str(loss)
 
 

@@ -20,7 +20,7 @@ LOST = 0.5  # sizes by which a Gaussian that is lost has grown or shrunk
 
 
 @dataclass(frozen=True)
-class Loss:
+class Fidelity:
     """The Gaussians of a scene that a file does not hold well.
 
     Attributes:
@@ -48,14 +48,14 @@ class Loss:
         return f"{found}, out of {self.count:,} Gaussians" if found else ""
 
 
-def measure_loss(before: Gaussians, after: Gaussians) -> Loss:
+def measure_fidelity(before: Gaussians, after: Gaussians) -> Fidelity:
     """Compare a scene, on the CPU, with what is read back, in the same order."""
     scales = before.log_scales.double().exp()
     size = scales.amax(1).clamp_min(SIZE_MIN * _extent(before.means))
     moved = (after.means.double() - before.means.double()).norm(dim=1) > MOVED * size
     resized = (after.log_scales.double().exp() - scales).abs().amax(1) / size
     change = (after.sh - before.sh).double().square().sum(1).amax(1).sqrt() * C0
-    return Loss(
+    return Fidelity(
         len(before),
         _number(moved),
         _number(resized > RESIZED),

@@ -1,4 +1,4 @@
-"""Support of each Gaussian by photos: the cameras that saw it, and floaters, which few did."""
+"""Counts of the cameras that saw each Gaussian, and floaters, which few saw."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ WEIGHT_MAX = 5e-4  # share of all blending weights that floaters may have togeth
 
 
 @dataclass(frozen=True)
-class Support:
+class CameraCounts:
     """Counts of the cameras that see each Gaussian, and its loneliness.
 
     Attributes:
@@ -49,9 +49,9 @@ class Support:
     cameras: int
 
 
-def measure_support(
+def count_cameras(
     scene: Scene, cameras: Sequence[Camera], *, progress: Advance | None = None
-) -> Support:
+) -> CameraCounts:
     """Render the scene for each camera, at most 400 of them, on the device of the scene.
 
     `progress` is called with the cameras that are done and their number. At least one is needed.
@@ -74,26 +74,26 @@ def measure_support(
         ahead += before
         if progress is not None:
             progress(number + 1, len(used))
-    return Support(seen, framed, ahead, lonely, weight, len(used))
+    return CameraCounts(seen, framed, ahead, lonely, weight, len(used))
 
 
 @torch.no_grad()
-def floaters(support: Support) -> Bool[Tensor, "n"]:
+def floaters(counts: CameraCounts) -> Bool[Tensor, "n"]:
     """Return which Gaussians float: lonely, and hardly seen or before what most cameras see.
 
     A Gaussian floats if it is lonely and either at most a tenth of the cameras that have it in
-    their picture see it, or it is before the scene in most of them (`Support`). The least weighted
+    their picture see it, or it is before the scene in most of them. The least weighted
     come first, up to a share of 0.0005 of all blending weights, so that what the cameras see hardly
     changes.
     """
-    framed = support.framed.clamp_min(1)
-    hidden = support.seen <= FEW * framed
-    before = support.ahead >= MOST * framed
-    candidates = support.lonely & (support.framed > 0) & (hidden | before)
+    framed = counts.framed.clamp_min(1)
+    hidden = counts.seen <= FEW * framed
+    before = counts.ahead >= MOST * framed
+    candidates = counts.lonely & (counts.framed > 0) & (hidden | before)
     rows = candidates.nonzero()[:, 0]
-    rows = rows[support.weight[rows].argsort(stable=True)]
-    total = support.weight.double().sum()
-    few = support.weight[rows].double().cumsum(0) <= WEIGHT_MAX * total
+    rows = rows[counts.weight[rows].argsort(stable=True)]
+    total = counts.weight.double().sum()
+    few = counts.weight[rows].double().cumsum(0) <= WEIGHT_MAX * total
     floating = torch.zeros_like(candidates)
     floating[rows[few]] = True
     return floating
