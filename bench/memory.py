@@ -28,6 +28,7 @@ from bench.pages import between
 from mobilegs.atomic import atomic_write
 from mobilegs.train import memory
 from mobilegs.train.recipes import cpu_recipe
+from mobilegs.train.student.virtual_views import DIVISOR
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs/explanation/benchmarks.md"
@@ -41,7 +42,6 @@ SETTINGS = (
     "teacher.first_divisor=1",
     "teacher.densify.gradient=0",
     "teacher.densify.min_interval=20",
-    "student.schedule.regression_steps=20",
 )
 
 
@@ -65,7 +65,7 @@ def cell(capture: Path, size: tuple[int, int], splats: int, runs: Path) -> dict:
     config = replace(student, cache_mib=0)
     needed = memory.needed_memory(config, photos=PHOTOS, pixels=pixels, splats=splats)
     virtual = STUDENT // student.loss.virtual_view_every
-    smaller = student.loss.virtual_view_divisor**2
+    smaller = DIVISOR**2
     needed += round(memory.HOLES * memory.TARGET * virtual * pixels / smaller)
     return {
         "size": list(size),
