@@ -22,6 +22,7 @@ from PIL import Image
 from bench.record import RESULTS, Figures, data_folder
 from mobilegs.train import memory
 from mobilegs.train.recipes import cpu_recipe
+from mobilegs.train.student.virtual_views import DIVISOR
 
 SIZES = ((400, 267), (800, 533), (1600, 1067))
 SPLATS = (100_000, 500_000)
@@ -33,7 +34,6 @@ SETTINGS = (
     "teacher.first_divisor=1",
     "teacher.densify.gradient=0",
     "teacher.densify.min_interval=20",
-    "student.schedule.regression_steps=20",
 )
 
 
@@ -57,7 +57,7 @@ def cell(capture: Path, size: tuple[int, int], splats: int, runs: Path) -> dict:
     config = replace(student, cache_mib=0)
     needed = memory.needed_memory(config, photos=PHOTOS, pixels=pixels, splats=splats)
     virtual = STUDENT // student.loss.virtual_view_every
-    smaller = student.loss.virtual_view_divisor**2
+    smaller = DIVISOR**2
     needed += round(memory.HOLES * memory.TARGET * virtual * pixels / smaller)
     return {
         "size": list(size),

@@ -1,8 +1,8 @@
-"""Range checks for numbers in configurations."""
+"""Checks of the numbers and choices in configurations."""
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from mobilegs.errors import InputError
 
@@ -42,3 +42,10 @@ def check(config: Any, **ranges: Range) -> None:
         value = getattr(config, name)
         if value not in allowed:
             raise InputError(f"{name} must be {allowed}, not {value}")
+
+
+def check_choice(what: str, value: str, choices: Any) -> None:
+    """Raise InputError unless `value` is one of `choices`, a `Literal`; `what` names it."""
+    known = get_args(choices)
+    if value not in known:
+        raise InputError(f"unknown {what} '{value}': use {' or '.join(known)}")

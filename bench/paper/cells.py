@@ -162,7 +162,9 @@ def begin_folder(folder: Path, recipe: dict) -> None:
 def as_json(recipe: Recipe, row: Row, **more: object) -> dict:
     """Return everything that the contents of a folder depend on, as JSON values."""
     content = asdict(recipe)
-    if not row.student:
+    if row.student:
+        content["method"] = asdict(row.method)
+    else:
         del content["student"]
     return json.loads(json.dumps({**more, **content}))
 

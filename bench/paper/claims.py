@@ -185,7 +185,7 @@ DEPARTURES = (
     ),
     Departure(
         "each Gaussian keeps a base opacity from the teacher",
-        "ablation.start_opacity=0, lr.opacities=0.01",
+        "view_dependence.start_opacity=0, lr.opacities=0.01",
         "a shared network has to learn them again otherwise",
         ("network", "no-base-opacity"),
     ),
@@ -214,7 +214,7 @@ DEPARTURES = (
     ),
     Departure(
         "mean depths are compared, where both cover the pixel",
-        "ablation.mask_depth=true",
+        "loss.mask_depth=true",
         "a pixel covered in one image only says nothing about depth",
         ("codebooks", "unmasked-depth"),
     ),
@@ -238,19 +238,19 @@ DEPARTURES = (
     ),
     Departure(
         "with codebooks: they learn, and indices are assigned again",
-        "schedule.reassign_every=25, lr.codebooks=0.001",
+        "schedule.reassign_every=25, lr.codebook_factor=1",
         "a small codebook is used better",
         ("codebooks", "frozen-codebooks"),
     ),
     Departure(
         "means are rounded while training",
-        "ablation.round_means=true",
+        "quantization.round_means=true",
         "the file's positions are those that were trained",
         ("codebooks", "unrounded-means"),
     ),
     Departure(
         "8 or 12 votes per interval",
-        "pruning.votes.votes_per_interval=12",
+        "pruning.votes_per_interval=12",
         "a vote evaluates all Gaussians",
     ),
     Departure("one photo per step", "views_per_step=1", "more steps in the same time"),

@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass, replace
 
+from bench.paper.student import PAPER_METHOD, Method
 from mobilegs.train.recipes import PAPER, RELEASE
+
+ARCHIVED = "f977b68"  # the commit whose bench/paper/run.py makes archived rows
 
 # settings that take the presets' departures from the paper back: virtual views, the early rate
 # term, scalar quantisation, the overdraw term
@@ -18,27 +21,19 @@ CONSTANT = "student.view_dependence.kind=constant"
 SORTED = (CONSTANT, "student.blend=sorted")
 EXPLICIT = ("student.schedule.quantize_from=1", "student.schedule.latents_from=1")
 FULL = "student.weighting.alpha_min=0.00392157"
-NO_VOTES = ("student.pruning.votes.quantile=0",)
-ONCE = ("student.pruning.votes.interval=0.4", "student.pruning.votes.until=0.4")
+NO_VOTES = ("student.pruning.quantile=0",)
+ONCE = ("student.pruning.interval=0.4", "student.pruning.until=0.4")
 ALL_DEGREES = ("student.color.degree=3",)
-MASKS = (
-    "student.pruning.masks.weight=0.1",
-    "student.lr.masks=0.01",
-    "student.pruning.masks.until=0.8",
-)
 # opacity from the network only: all Gaussians have the same base, which does not learn
 NO_BASE = (
     "student.view_dependence.kind=network",
-    "student.ablation.start_opacity=0.5",
+    "student.view_dependence.start_opacity=0.5",
     "student.lr.opacities=0",
 )
 # the release quantises in the last thirtieth, and its codebooks do not learn
 FROZEN = (
     "student.schedule.quantize_from=0.9667",
-    "student.lr.codebooks=1e-8",
-    "student.lr.rotation_codebooks=1e-8",
-    "student.lr.color_codebooks=1e-8",
-    "student.lr.lobe_codebooks=1e-8",
+    "student.lr.codebook_factor=0",
     "student.lr.quantized_factor=0",
 )
 
@@ -59,6 +54,10 @@ class Row:
     """True: figures are those of the file. False: of float32 tensors."""
     student: bool = True
     """False for the teacher itself."""
+    method: Method = PAPER_METHOD
+    """Its weights and votes, where they are not the paper's."""
+    archived: bool = False
+    """True: its cells are kept, but only the commit ARCHIVED can make it."""
 
 
 def _thresholds() -> dict[str, Row]:
@@ -66,7 +65,7 @@ def _thresholds() -> dict[str, Row]:
         f"vote-{share}": Row(
             "pruning",
             f"votes below the {share} quantile",
-            (f"student.pruning.votes.quantile={share}",),
+            (f"student.pruning.quantile={share}",),
         )
         for share in (0.1, 0.3, 0.4, 0.5, 0.6)
     }
@@ -106,7 +105,7 @@ def _masks() -> dict[str, Row]:
         f"masked-{weight}": Row(
             "main",
             f"`paper-distillation` with learned masks of weight {weight}",
-            (*PAPER_DISTILLATION, f"student.pruning.masks.weight={weight}"),
+            archived=True,
         )
         for weight in (0.0025, 0.005, 0.01, 0.03)
     }
@@ -171,10 +170,10 @@ THEIRS: dict[str, Row] = {
             FULL,
             "student.weighting.exponent_max=80",
             "student.weighting.detached=true",
-            "student.ablation.mask_depth=false",
+            "student.loss.mask_depth=false",
             "student.loss.depth_weight=0.2",
-            "student.ablation.keep_moments=false",
-            "student.ablation.round_means=false",
+            "student.schedule.keep_moments=false",
+            "student.quantization.round_means=false",
         ),
     ),
     # ---- the paper's Table 5
@@ -184,21 +183,17 @@ THEIRS: dict[str, Row] = {
     "no-view-dependence": Row(
         "ablation",
         "opacity and phi are constant per Gaussian",
-        (
-            "student.view_dependence.kind=free",
-            "student.view_dependence.decoder_from=0.7",
-            "student.view_dependence.degree=0",
-        ),
+        archived=True,
     ),
     "no-phi": Row("ablation", "constant opacity, phi = 1", (CONSTANT,)),
     "no-codes": Row("ablation", "neither networks nor codebooks", EXPLICIT, coded=False),
     "full-ellipses": Row("ablation", "ellipses out to alpha = 1/255", (FULL,)),
-    "no-depth-term": Row("ablation", "w without phi / d^2", ("student.weighting.name=no_depth",)),
-    "no-scale-term": Row("ablation", "w without exp(s / d)", ("student.weighting.name=no_scale",)),
+    "no-depth-term": Row("ablation", "w without phi / d^2", method=Method("no_depth")),
+    "no-scale-term": Row("ablation", "w without exp(s / d)", method=Method("no_scale")),
     "wide-lobes": Row(
         "ablation",
         "the lobe network 64 wide, not 16",
-        ("student.view_dependence.hidden=64",),
+        archived=True,
     ),
     "color-networks": Row(
         "ablation", "the paper's networks make the colours", ("student.color.decoder=networks",)
@@ -216,19 +211,19 @@ THEIRS: dict[str, Row] = {
     ),
     # ---- pruning
     "no-pruning": Row("pruning", "no votes", NO_VOTES),
-    "by-opacity": Row(
-        "pruning", "votes by opacity only", ("student.pruning.votes.criterion=opacity",)
-    ),
-    "by-scale": Row("pruning", "votes by scale only", ("student.pruning.votes.criterion=scale",)),
+    "by-opacity": Row("pruning", "votes by opacity only", method=Method(criterion="opacity")),
+    "by-scale": Row("pruning", "votes by scale only", method=Method(criterion="scale")),
     "by-opacity-once": Row(
         "pruning",
         "votes by opacity only, one pruning",
-        ("student.pruning.votes.criterion=opacity", *ONCE),
+        ONCE,
+        method=Method(criterion="opacity"),
     ),
     "by-scale-once": Row(
         "pruning",
         "votes by scale only, one pruning",
-        ("student.pruning.votes.criterion=scale", *ONCE),
+        ONCE,
+        method=Method(criterion="scale"),
     ),
     **_thresholds(),
     "mini-splatting-on": Row(
@@ -246,14 +241,14 @@ THEIRS: dict[str, Row] = {
     "masks": Row(
         "pruning",
         "the same with learned masks",
-        (*SORTED, *EXPLICIT, *ALL_DEGREES, *NO_VOTES, *MASKS),
         coded=False,
+        archived=True,
     ),
     "masks-votes": Row(
         "pruning",
         "the same with both",
-        (*SORTED, *EXPLICIT, *ALL_DEGREES, *MASKS),
         coded=False,
+        archived=True,
     ),
     # ---- quantisation
     **_codebooks(),
@@ -261,25 +256,19 @@ THEIRS: dict[str, Row] = {
     "sort-free-gs": Row(
         "rivals",
         "weights of SortFreeGS, linear form, with learned sigma and background weight",
-        ("student.weighting.name=sort_free_gs", "student.weighting.background_weight=0.1"),
+        archived=True,
     ),
     "sort-free-gs-printed": Row(
         "rivals",
         "Eq. 1 as printed: w = exp(-sigma d^beta), sigma and beta of each Gaussian learned, "
         "opacity as free lobes; neither networks nor codebooks",
-        (
-            *EXPLICIT,
-            "student.weighting.name=exponential",
-            "student.weighting.background_weight=0.1",
-            "student.view_dependence.kind=free",
-            "student.view_dependence.decoder_from=1",
-        ),
         coded=False,
+        archived=True,
     ),
     "two-pass": Row(
         "rivals",
         "stand-in for GES: surfaces of the same Gaussians, then everything not behind them",
-        ("student.weighting.name=two_pass",),
+        method=Method("two_pass"),
     ),
     "quantized-3dgs": Row(
         "rivals",
@@ -303,17 +292,17 @@ THEIRS: dict[str, Row] = {
     "unmasked-depth": Row(
         "fixes",
         "depth loss over all pixels, of depths not divided by alpha",
-        ("student.ablation.mask_depth=false",),
+        ("student.loss.mask_depth=false",),
     ),
     "reset-moments": Row(
         "fixes",
         "Adam restarts when latents replace colours",
-        ("student.ablation.keep_moments=false",),
+        ("student.schedule.keep_moments=false",),
     ),
     "unrounded-means": Row(
         "fixes",
         "means are not rounded during training",
-        ("student.ablation.round_means=false",),
+        ("student.quantization.round_means=false",),
     ),
     "detached-weight": Row(
         "fixes",
@@ -341,12 +330,7 @@ PAPERS: dict[str, Row] = {
     "paper-no-view-dependence": Row(
         "paper",
         "opacity and phi are constant per Gaussian",
-        (
-            "student.view_dependence.kind=free",
-            "student.view_dependence.degree=0",
-            "student.view_dependence.decoder_from=0.1",
-            "student.ablation.start_opacity=0",
-        ),
+        archived=True,
     ),
     "paper-no-quantization": Row(
         "paper", "neither networks nor codebooks for colours and shapes", EXPLICIT, coded=False
@@ -357,28 +341,26 @@ PAPERS: dict[str, Row] = {
         )
         for degree in (0, 2, 3)
     },
-    "paper-no-depth-term": Row(
-        "paper", "w without phi / d^2", ("student.weighting.name=no_depth",)
-    ),
-    "paper-no-scale-term": Row(
-        "paper", "w without exp(s / d)", ("student.weighting.name=no_scale",)
-    ),
+    "paper-no-depth-term": Row("paper", "w without phi / d^2", method=Method("no_depth")),
+    "paper-no-scale-term": Row("paper", "w without exp(s / d)", method=Method("no_scale")),
     "paper-no-pruning": Row("paper", "no votes", NO_VOTES),
     "paper-by-opacity": Row(
         "paper",
         "votes by opacity only, one pruning",
-        ("student.pruning.votes.criterion=opacity", *ONCE),
+        ONCE,
+        method=Method(criterion="opacity"),
     ),
     "paper-by-scale": Row(
         "paper",
         "votes by scale only, one pruning",
-        ("student.pruning.votes.criterion=scale", *ONCE),
+        ONCE,
+        method=Method(criterion="scale"),
     ),
     **{
         f"paper-vote-{share}": Row(
             "paper",
             f"votes below the {share} quantile",
-            (f"student.pruning.votes.quantile={share}",),
+            (f"student.pruning.quantile={share}",),
         )
         for share in (0.1, 0.4, 0.6)
     },

@@ -46,7 +46,8 @@ from bench.paper.cells import (
     recipe_of,
     teacher_folder,
 )
-from bench.paper.rows import BASE, ROWS, Row
+from bench.paper.rows import ARCHIVED, BASE, ROWS, Row
+from bench.paper.student import student_class
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
 from mobilegs.csrc.binding import kernel_level
@@ -65,7 +66,6 @@ from mobilegs.train.loop import train_stage
 from mobilegs.train.progress import Monitor
 from mobilegs.train.run_dir import RunDir
 from mobilegs.train.stage import Stage
-from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 
 TIMED_VIEWS = 16
@@ -137,10 +137,6 @@ def float_bytes(scene: Scene) -> int:
     numbers = sum(tensor.numel() for tensor in scene.gaussians.tensors().values())
     if scene.lobes is not None:  # they hold the opacity, too
         numbers += scene.lobes.numel() - len(scene.gaussians)
-    if scene.attenuation is not None:  # takes the place of phi
-        numbers += scene.attenuation.numel()
-        if scene.lobes is not None:
-            numbers -= scene.lobes[..., 1].numel()
     if scene.network is not None:
         numbers += sum(parameter.numel() for parameter in scene.network.parameters())
     return 4 * numbers
@@ -205,7 +201,8 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
         return of | {"seconds": round(seconds), "bytes": size, **figures(scene, work, lpips)}
     teacher, seconds, ply = teacher_of(row, options.teacher_seed, work)
     cameras = [frame.camera for frame in dataset.train]
-    stage = Student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
+    student = student_class(row.method)
+    stage = student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
     spent = trained(stage, folder, work, order_seed=2 * seed + 1)
     if row.coded:
         path = folder / "scene.mgs"
@@ -309,7 +306,11 @@ def run(options: argparse.Namespace) -> list[str]:
     weights = options.data / "lpips" if (options.data / "lpips").is_dir() else None
     lpips = lpips_from(None if weights is None else str(weights))
     team = Team(choose_device("auto"))
-    rows = list(ROWS) if options.rows == ["all"] else options.rows
+    rows = options.rows
+    if rows == ["all"]:
+        rows = [name for name, row in ROWS.items() if not row.archived]
+    if archived := [name for name in rows if ROWS[name].archived]:
+        raise InputError(f"archived: make {', '.join(archived)} with the commit {ARCHIVED}")
     begun, failed = time.monotonic(), []
     for name, place, capture in present_captures(options):
         missing: list[CellSpec] = []
@@ -366,7 +367,8 @@ def main() -> None:
         for name, place in CAPTURES.items():
             print(f"{place.group:<11} {name:<12} {place.folders[0]}")
         for name, row in ROWS.items():
-            print(f"{row.table:<11} {name:<26} {row.about}")
+            more = f" (archived: commit {ARCHIVED})" if row.archived else ""
+            print(f"{row.table:<11} {name:<26} {row.about}{more}")
         return
     if options.data is None:
         sys.exit("say where the captures are: --data DIR, or MOBILEGS_DATA")

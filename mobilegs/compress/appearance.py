@@ -2,7 +2,7 @@
 
 import math
 from functools import partial
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import torch
 from jaxtyping import Float
@@ -13,7 +13,8 @@ from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.csrc import binding
 from mobilegs.reproducible import product
 
-COLORS = ("linear", "networks", "latent_networks")
+ColorName = Literal["linear", "networks", "latent_networks"]
+COLORS: tuple[ColorName, ...] = get_args(ColorName)
 OCTAVES = 16
 ENCODED = 2 * 3 * OCTAVES
 CONTEXT = 13

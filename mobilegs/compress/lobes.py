@@ -23,8 +23,6 @@ from mobilegs.spherical_harmonics import C0
 LATENTS_MAX = 32
 HIDDEN_MAX = 256
 HIDDEN_LAYERS = 3
-LR = 2e-3  # of the regression, decays linearly to 0
-EQUAL = 1e-4  # smaller differences of coefficients do not count
 CHUNK = 65536
 COEFFICIENT_MAX = 1e4  # exceeds that of any scene; sums of its squares are finite in float32
 
@@ -157,98 +155,3 @@ class LobeDecoder(nn.Module):
             bias=round_float16(self.bias),
             last=torch.cat(last, dim=1),
         )
-
-
-def fit_lobes(
-    decoder: LobeDecoder,
-    lobes: Float[Tensor, "n m 2"],
-    gaussians: Gaussians,
-    *,
-    metric: Float[Tensor, "m m"],
-    base: bool,
-    rotated: bool,
-    generator: torch.Generator,
-    steps: int = 400,
-    batch: int = 4096,
-) -> Float[Tensor, "n l"]:
-    """Fit latents, and the weights of `decoder`, to given lobes.
-
-    The basis becomes the first principal directions of the lobes, the latents the coordinates
-    along them. A network, if there is one, is then regressed to the residual with Adam on random
-    batches. If all lobes are equal, the basis stays as it is and the latents are 0.
-
-    Args:
-        lobes: the coefficients to fit.
-        metric: mean product of the harmonics over the directions of the cameras, so that unseen
-            directions count less.
-        base: the opacities of `gaussians` are the constant coefficient of the opacity, and only
-            the rest is fitted.
-        rotated: False takes all coefficients themselves as latents.
-        generator: a CPU generator, which draws the batches.
-        steps, batch: of the regression.
-
-    Returns:
-        The latents, without gradients.
-    """
-    shape, target = decoder.shape, lobes.detach().flatten(1)
-    if base:
-        target = target.clone()
-        target[:, 0] = 0
-    mean = target.mean(0)
-    if rotated and (target - mean).abs().max() < EQUAL:
-        with torch.no_grad():
-            decoder.bias.copy_(mean)
-        return target.new_zeros(len(target), shape.latents)
-    if rotated:
-        root, inverse = _roots(metric, target.device)
-        whitened = (target - mean).double() @ root
-        found = torch.linalg.eigh(whitened.T @ whitened).eigenvectors.flip(1)
-        directions = found[:, : shape.latents]
-        directions = directions * torch.where(directions.sum(0) < 0, -1.0, 1.0)  # fix the signs
-        basis, latents = (inverse @ directions).T, whitened @ directions
-    else:
-        basis = torch.eye(shape.outputs, device=target.device)[int(base) :]
-        latents = (target - mean) @ basis.T
-    spare = shape.latents - len(basis)  # sub-vectors may be longer than the rest
-    with torch.no_grad():
-        decoder.bias.copy_(mean)
-        decoder.basis.copy_(torch.cat([basis, basis.new_zeros(spare, shape.outputs)]))
-    latents = torch.cat([latents.to(target), target.new_zeros(len(target), spare)], dim=1)
-    if shape.hidden:
-        root = _roots(metric, target.device)[0].to(target)
-        _regress(decoder, latents, lobes.detach(), gaussians, root, base, generator, steps, batch)
-    return latents
-
-
-def _regress(
-    decoder: LobeDecoder,
-    latents: Tensor,
-    lobes: Tensor,
-    gaussians: Gaussians,
-    root: Tensor,
-    base: bool,
-    generator: torch.Generator,
-    steps: int,
-    batch: int,
-) -> None:
-    optimizer = torch.optim.Adam(decoder.parameters(), lr=LR, eps=1e-15)
-    for step in range(steps):
-        optimizer.param_groups[0]["lr"] = LR * (1 - step / steps)
-        rows = torch.randint(len(lobes), (batch,), generator=generator).to(lobes.device)
-        found = decoder(latents[rows], gaussians.select(rows), base=base)
-        loss = ((found - lobes[rows]).flatten(1) @ root).square().mean()
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-
-
-def _roots(metric: Tensor, device: torch.device) -> tuple[Tensor, Tensor]:
-    """Return the square root of the metric (of mean 1) for both columns, and its inverse."""
-    metric = metric.double().cpu()
-    metric = metric * (len(metric) / metric.trace())
-    values, vectors = torch.linalg.eigh(metric)
-    values = values.clamp_min(1e-2).sqrt()  # unseen directions count a little
-    root = vectors * values @ vectors.T
-    inverse = vectors / values @ vectors.T
-    both = torch.eye(2, dtype=torch.float64)
-    return torch.kron(root, both).to(device), torch.kron(inverse, both).to(device)

@@ -119,9 +119,8 @@ def _lonely(scene: Scene) -> Bool[Tensor, "n"]:
 def _selected(scene: Scene, rows: Bool[Tensor, "n"]) -> Scene:
     """Return the scene with the Gaussians at `rows` only."""
     rows = rows.to(scene.gaussians.means.device)
-    parts = {"lobes": scene.lobes, "attenuation": scene.attenuation}
-    chosen = {name: None if part is None else part[rows] for name, part in parts.items()}
-    return replace(scene, gaussians=scene.gaussians.select(rows), **chosen)  # pyright: ignore[reportArgumentType]
+    lobes = None if scene.lobes is None else scene.lobes[rows]
+    return replace(scene, gaussians=scene.gaussians.select(rows), lobes=lobes)
 
 
 @torch.no_grad()

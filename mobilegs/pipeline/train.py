@@ -30,7 +30,6 @@ from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
 from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
-from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.scene_file import read_plain_scene
 from mobilegs.synthetic_capture.first_view import find_framing
 from mobilegs.train.budget import Pace, Plan, make_plan
@@ -57,7 +56,6 @@ from mobilegs.train.run_dir import (
     same_capture,
 )
 from mobilegs.train.stage import Stage
-from mobilegs.train.student.config import NO_FILE
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 from mobilegs.up import up_of_cameras, written_up
@@ -541,10 +539,7 @@ def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
             replace(recipe.teacher, views_per_step=run.views_per_step),
             replace(recipe.student, views_per_step=run.views_per_step),
         )
-    recipe = with_settings(recipe, chain(*run.settings))
-    if recipe.student.weighting.name == EXPONENTIAL:
-        raise InputError(NO_FILE)
-    return recipe
+    return with_settings(recipe, chain(*run.settings))
 
 
 def validate_views_per_step(run: TrainRun, recipe: Recipe, world_size: int) -> None:

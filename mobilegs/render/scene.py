@@ -1,6 +1,7 @@
 """A scene that can be rendered: Gaussians and how to blend them."""
 
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 import torch
@@ -21,11 +22,11 @@ from mobilegs.render import (
 )
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import CLASSIC
-from mobilegs.render.sortfree import exponential_lobes
 from mobilegs.render.supersampling import averaged, magnified
 from mobilegs.render.view_network import ViewNetwork
 
-BLENDS = ("sortfree", "sorted")
+Blend = Literal["sortfree", "sorted"]
+BLENDS: tuple[Blend, ...] = get_args(Blend)
 
 
 @dataclass
@@ -42,8 +43,6 @@ class Scene:
         network: the view network of a scene without lobes, evaluated in every view. Without lobes
             and network, phi = 1 and the opacity does not depend on the direction.
         weighting: the weights of sort-free blending.
-        attenuation: `log(sigma)` and `log(beta)` of the weighting `exponential`, `[n, 2]`
-            (`exponential_weights`); None for all others.
         footprint: how a Gaussian covers pixels; a soft edge has no effect on sorted blending.
         background: sRGB in [0, 1], `[3]`.
         near: near plane with which the scene was trained, in world units.
@@ -58,7 +57,6 @@ class Scene:
     weighting: Weighting = field(default_factory=Weighting)
     background: Float[Tensor, "3"] = field(default_factory=lambda: torch.zeros(3))
     near: float = NEAR
-    attenuation: Float[Tensor, "n 2"] | None = None
     footprint: Footprint = CLASSIC
     up: Float[np.ndarray, "3"] | None = None
     framing: Framing | None = None
@@ -91,14 +89,13 @@ class Scene:
             level_sigma = 0.0
         options = {"camera": camera, "depth": depth, "level_sigma": level_sigma}
         if self.network is None:
-            return self._blend(gaussians, lobes, self.attenuation, **options)
+            return self._blend(gaussians, lobes, **options)
         # the network takes longer than rendering: evaluate it for visible Gaussians only
         shapes = (gaussians.means, gaussians.quats, gaussians.scales)
         rows = visible_rows(*shapes, camera=camera, footprint=self.footprint)
         visible = gaussians.select(rows)
         lobes = self.network(visible, normalize(visible.means - camera.position, dim=1))
-        attenuation = None if self.attenuation is None else self.attenuation[rows]
-        rendered = self._blend(visible, lobes, attenuation, **options)
+        rendered = self._blend(visible, lobes, **options)
         radii = torch.zeros_like(gaussians.means[:, 0])
         return rendered._replace(radii=radii.index_copy(0, rows, rendered.radii))
 
@@ -106,7 +103,6 @@ class Scene:
         self,
         gaussians: Gaussians,
         lobes: Float[Tensor, "n m 2"] | None,
-        attenuation: Float[Tensor, "n 2"] | None,
         *,
         camera: Camera,
         depth: bool,
@@ -123,10 +119,5 @@ class Scene:
             return render_sorted(*shapes, opacities, gaussians.sh, **options)
         if lobes is None:
             lobes = constant_lobes(gaussians.logit_opacities)
-        weighting = self.weighting
-        if attenuation is not None:
-            lobes, weighting = exponential_lobes(
-                lobes, gaussians.means, attenuation, weighting, camera=camera
-            )
-        options |= {"weighting": weighting, "level_sigma": level_sigma}
+        options |= {"weighting": self.weighting, "level_sigma": level_sigma}
         return render_sortfree(*shapes, lobes, gaussians.sh, **options)

@@ -1,17 +1,17 @@
 """Order-independent blending and its weights w: the reference.
 
 "Paper" is Mobile-GS (Du et al. 2026). Its equations here: the weight w, Eq. 3, in
-`Weighting.weights`; the weight of Eq. 1, in `exponential_weights`; the image from alpha, w and T,
-Eq. 2, and the image of Eq. 1, in `render_sortfree`.
+`Weighting.weights`; the image from alpha, w and T, Eq. 2, and the image of Eq. 1, in
+`render_sortfree`.
 
-The same formulas elsewhere, except for `exponential_weights`, which only PyTorch evaluates:
-`weight_of` in csrc/core.h for the CPU and CUDA kernels and in the viewer's project.wgsl and
-project.glsl for the GPU renderers; the image in `sortfree_resolve` of csrc/pairs.h and
-`resolve_sortfree` of resolve.wgsl and resolve.glsl.
+The same formulas elsewhere: `weight_of` in csrc/core.h for the CPU and CUDA kernels and in the
+viewer's project.wgsl and project.glsl for the GPU renderers; the image in `sortfree_resolve` of
+csrc/pairs.h and `resolve_sortfree` of resolve.wgsl and resolve.glsl.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 import torch
 from jaxtyping import Float
@@ -30,12 +30,11 @@ from mobilegs.render.project import (
     project,
 )
 from mobilegs.render.rendered import Rendered
-from mobilegs.spherical_harmonics import C0
+from mobilegs.validation import check_choice
 
 # of kernels, shaders and files, which know them by their index
-WEIGHTINGS = ("mobile_gs", "no_depth", "no_scale", "sort_free_gs", "two_pass")
-EXPONENTIAL = "exponential"  # has parameters per Gaussian: rendered through `exponential_lobes`
-LOG_MAX = 80.0  # exp(-exp(80)) is 0 in every precision
+WeightingName = Literal["mobile_gs", "no_depth", "no_scale", "sort_free_gs", "two_pass"]
+WEIGHTINGS: tuple[WeightingName, ...] = get_args(WeightingName)
 WEIGHT_MIN = 1e-12  # a pixel whose weights sum to less shows the background
 SURFACE_ALPHA = 0.5  # `two_pass`: from this alpha on, a Gaussian is a surface at a pixel
 # `two_pass`: Gaussians up to this share of the depth behind a surface still count, so that
@@ -50,13 +49,13 @@ class Weighting:
     Raises InputError for an unknown name or a value outside its range.
     """
 
-    name: str = "mobile_gs"
+    name: WeightingName = "mobile_gs"
     """`mobile_gs` is the paper's Eq. 3; `no_depth` and `no_scale` drop its second or third
     term (the paper's ablations). `sort_free_gs` is the linear form of SortFreeGS,
-    `max(0, 1 - d / sigma) v`, with phi as the learned v. `exponential` is the paper's Eq. 1 as
-    printed, `exp(-sigma d^beta)`, with sigma and beta of each Gaussian; files, kernels and viewers
-    do not have it. `two_pass`, a stand-in for GES, finds the nearest surface of each pixel first
-    and then blends the Gaussians that are not behind it, each with weight 1."""
+    `max(0, 1 - d / sigma) v`, with phi as the learned v. `two_pass`, a stand-in for GES, finds
+    the nearest surface of each pixel first and then blends the Gaussians that are not behind it,
+    each with weight 1. Training uses `mobile_gs`; the others open files of before and serve
+    bench/paper."""
     exponent_max: float = 4.0
     """Upper limit of `s_max / d` in the exponential, in (0, 80]. It keeps float16 renderers from
     overflow, and a large faint Gaussian from outweighing the whole image when a camera passes close
@@ -64,8 +63,7 @@ class Weighting:
     sigma: float = 10.0
     """Depth in world units at which the weight of `sort_free_gs` reaches 0. Infinite: w = phi."""
     background_weight: float = 0.0
-    """Weight of the background in the mean of `sort_free_gs` and `exponential`; 0 for all
-    others."""
+    """Weight of the background in the mean of `sort_free_gs`; 0 for all others."""
     alpha_min: float = ALPHA_MIN
     """Alpha at which an ellipse ends, in [0.0001, 0.1]. The area of the ellipses takes most of a
     frame's time, so a higher limit renders faster."""
@@ -74,9 +72,7 @@ class Weighting:
     image, and files do not store it."""
 
     def __post_init__(self) -> None:
-        names = (*WEIGHTINGS, EXPONENTIAL)
-        if self.name not in names:
-            raise InputError(f"unknown weighting '{self.name}': use one of {', '.join(names)}")
+        check_choice("weighting", self.name, WeightingName)
         if not 0 < self.exponent_max <= 80:
             raise InputError(f"exponent_max must lie in (0, 80], not {self.exponent_max}")
         if not 1e-4 <= self.alpha_min <= 0.1:
@@ -84,15 +80,7 @@ class Weighting:
 
     @property
     def index(self) -> int:
-        """The number by which kernels and shaders know the formula.
-
-        Raises InputError for `exponential`, which has parameters per Gaussian.
-        """
-        if self.name == EXPONENTIAL:
-            raise InputError(
-                "renderers have no formula for the weighting 'exponential': render a Scene with "
-                "its attenuation, or what mobilegs.render.sortfree.exponential_lobes returns"
-            )
+        """The number by which kernels, shaders and files know the formula."""
         return WEIGHTINGS.index(self.name)
 
     def weights(
@@ -104,9 +92,7 @@ class Weighting:
 
         Paper Eq. 3: `w = phi^2 + phi / d^2 + exp(s_max / d)`, the exponent clamped to
         `exponent_max`. `sort_free_gs` (SortFreeGS, Hou et al. 2024): `w = max(0, 1 - d / sigma) v`.
-        Raises InputError for `exponential`: see `exponential_weights`.
         """
-        _ = self.index  # raises InputError
         if self.detached:
             depths, s_max = depths.detach(), s_max.detach()
         if self.name == "two_pass":
@@ -119,45 +105,6 @@ class Weighting:
         if self.name != "no_scale":
             w = w + torch.exp((s_max / depths).clamp_max(self.exponent_max))
         return w
-
-
-def exponential_weights(
-    depths: Float[Tensor, "n"], attenuation: Float[Tensor, "n 2"]
-) -> Float[Tensor, "n"]:
-    """Return the weights of the paper's Eq. 1 as printed, `w = exp(-sigma d^beta)`, in [0, 1].
-
-    `attenuation` holds `log(sigma)` and `log(beta)` of each Gaussian, so both stay above 0. d is
-    the camera-space z in world units. w = 1 at d <= 0, where nothing is rendered. Gradients flow to
-    both arguments and are finite at every depth.
-    """
-    log_sigma, log_beta = attenuation.unbind(1)
-    log_depths = depths.clamp_min(torch.finfo(depths.dtype).tiny).log()
-    exponents = (log_sigma + log_beta.exp() * log_depths).clamp_max(LOG_MAX).exp()
-    return torch.exp(-exponents)
-
-
-def exponential_lobes(
-    lobes: Float[Tensor, "n m 2"],
-    means: Float[Tensor, "n 3"],
-    attenuation: Float[Tensor, "n 2"],
-    weighting: Weighting,
-    *,
-    camera: Camera,
-) -> tuple[Float[Tensor, "n m 2"], Weighting]:
-    """Return lobes and a weighting with which any renderer renders `exponential` from `camera`.
-
-    The lobes keep their opacity; their phi is `exponential_weights`, the same in every direction.
-    The weighting is `sort_free_gs` with an infinite sigma, where w = phi, and has the background
-    weight of `weighting`. Gradients flow to lobes, means and attenuation; not to means if
-    `weighting` is detached.
-    """
-    if weighting.detached:
-        means = means.detach()
-    depths = means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
-    constant = exponential_weights(depths, attenuation)[:, None] / C0
-    raw_phi = torch.nn.functional.pad(constant, (0, lobes.shape[1] - 1))
-    given = replace(weighting, name="sort_free_gs", sigma=math.inf)
-    return torch.stack([lobes[..., 0], raw_phi], dim=2), given
 
 
 @torch.no_grad()
@@ -201,10 +148,9 @@ def render_sortfree(
     c. Gradients flow to depth and largest scale through w, unless it is detached. Shapes and units
     as in `mobilegs.render_sortfree`.
 
-    With `sort_free_gs` the image is Eq. 1: `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`; with
-    what `exponential_lobes` returns, its weights are those of Eq. 1, too. With `two_pass`, only
-    Gaussians up to the pixel's surface (`surface_limits`) count where it has one: there T = 0 and
-    `C = sum(c a) / sum(a)`. A Gaussian with a lobe that is not finite is left out.
+    With `sort_free_gs` the image is Eq. 1: `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. With
+    `two_pass`, only Gaussians up to the pixel's surface (`surface_limits`) count where it has one:
+    there T = 0 and `C = sum(c a) / sum(a)`. A Gaussian with a lobe that is not finite is left out.
 
     With a `level_sigma` above 0, the sums of large Gaussians are added up in smaller targets
     (`render/levels.py`), for every weighting but `two_pass`.

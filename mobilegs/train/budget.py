@@ -151,7 +151,7 @@ def measured_speed(config: TeacherConfig, dataset: Dataset, team: Team) -> Speed
         for index in view_order(len(loader), 0, TIMED_STEPS + 1, 0):
             views.append((index, loader.get(index, team.device)))
     for divisor in (1, 2):
-        timed = replace(config, first_divisor=divisor, full_size_from=1.0, views_per_step=1)
+        timed = replace(config, first_divisor=divisor, views_per_step=1)
         stage = Teacher(timed, dataset, seed=0, device=team.device, start=start)
         stage.advance(views[:1])  # warms up
         started = _now(team.device)

@@ -11,6 +11,7 @@ over all photos is no change: the scene takes no tint. They are dropped when tra
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import torch
 from jaxtyping import Float
@@ -19,12 +20,11 @@ from torch import Tensor
 from mobilegs.camera import MIN_SIDE
 from mobilegs.data import images
 from mobilegs.data.dataset import Frame, View, load_view
-from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
 from mobilegs.train.optim import NamedAdam, exponential_lr
-from mobilegs.validation import FRACTION, NOT_NEGATIVE, POSITIVE, check
+from mobilegs.validation import check_choice
 
-WHEN = ("auto", "always", "never")
+When = Literal["auto", "always", "never"]
 POINTS = 8192  # whose colours are compared between photos
 IMAGE_SIDE = 300  # pixels of the longer side of images in which they are looked up
 NEARNESS = 0.05  # of its depth by which a point may miss the surface
@@ -34,6 +34,14 @@ ROUNDS = 8  # of reweighted least squares
 DOUBT = 0.05  # a residual in log2 from which on an observation counts less
 PULL = 1e-3  # of gains to a first guess, in observations
 SLOPE = 1 / 2.4  # log2 of the gain for twice the light: sRGB's exponent
+# Spread of the photos' gains from which on `auto` learns them: the root mean square over photos and
+# channels of log2 of the gain over that of the photo's neighbours.
+LEAST_SPREAD = 0.12
+# time of the teacher at which this is decided and learning begins; it must not follow a reset of
+# opacities (the student begins in its first step)
+START = 0.18
+LR, LR_END = 1e-3, 1e-4  # learning rate at the start and at the end; it falls geometrically
+WEIGHT = 0.01  # of the squared distance to no change, in the loss
 NEIGHBOURS = 16  # nearest photos, whose mean gain is left to the scene
 
 
@@ -41,29 +49,14 @@ NEIGHBOURS = 16  # nearest photos, whose mean gain is left to the scene
 class ExposureConfig:
     """Learned exposure and white balance of each training photo."""
 
-    learned: str = "auto"
+    learned: When = "auto"
     """Learn an affine change of colours for each photo: `always`, `never`, or `auto`, if the photos
-    differ by more than `least_spread`."""
-    least_spread: float = 0.12
-    """Spread of the photos' gains from which on `auto` learns them, at least 0: the root mean
-    square over photos and channels of log2 of the gain over that of the photo's neighbours."""
-    start: float = 0.18
-    """Time of the teacher at which this is decided and learning begins, 0 to 1. It must not follow
-    a reset of opacities. The student begins in its first step."""
+    differ from their neighbours (`LEAST_SPREAD`)."""
     vignetting: bool = False
     """Also learn a falloff of brightness to the corners, one for all photos."""
-    lr: float = 1e-3
-    """Learning rate at the start, above 0."""
-    lr_end: float = 1e-4
-    """Learning rate at the end, above 0. In between it falls geometrically."""
-    weight: float = 0.01
-    """Weight of the squared distance to no change in the loss, at least 0."""
 
     def __post_init__(self) -> None:
-        if self.learned not in WHEN:
-            raise InputError(f"unknown value '{self.learned}': use {' or '.join(WHEN)}")
-        ranges = {"lr": POSITIVE, "lr_end": POSITIVE, "start": FRACTION}
-        check(self, weight=NOT_NEGATIVE, least_spread=NOT_NEGATIVE, **ranges)
+        check_choice("value", self.learned, When)
 
 
 class Exposures:
@@ -79,7 +72,7 @@ class Exposures:
         tensors = {"changes": changes - changes.mean(0) + self.same}
         if config.vignetting:
             tensors["falloff"] = gains.new_zeros(2)
-        self.adam = NamedAdam(tensors, dict.fromkeys(tensors, config.lr))
+        self.adam = NamedAdam(tensors, dict.fromkeys(tensors, LR))
 
     @property
     def leaves(self) -> list[Tensor]:
@@ -100,14 +93,13 @@ class Exposures:
 
     def penalty(self, index: int) -> Float[Tensor, ""]:
         """Return the term of the loss that keeps the change of photo `index` small."""
-        return self.config.weight * (self.changes[index] - self.same).square().sum()
+        return WEIGHT * (self.changes[index] - self.same).square().sum()
 
     @torch.no_grad()
     def step(self, progress: float) -> None:
         """Take an Adam step with the gradients; `progress` is the time, 0 to 1."""
-        config = self.config
         for name in self.adam.tensors:
-            self.adam.set_lr(name, exponential_lr(config.lr, config.lr_end, progress))
+            self.adam.set_lr(name, exponential_lr(LR, LR_END, progress))
         self.adam.step()
         self.changes.sub_(self.changes.mean(0) - self.same)
 
@@ -141,7 +133,7 @@ def exposures_for(
     gains = halves.mean(0)
     noise = (halves[0] - halves[1]).square().mean() / 4  # of the mean of both
     spread = math.sqrt(max(0.0, float(gains.square().mean() - noise)))
-    if config.learned == "auto" and spread <= config.least_spread:
+    if config.learned == "auto" and spread <= LEAST_SPREAD:
         return None, spread
     return Exposures(config, gains), spread
 

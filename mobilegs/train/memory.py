@@ -8,7 +8,7 @@ import psutil
 
 from mobilegs.data.dataset import CACHE_BYTES
 from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.virtual_views import views_per_camera
+from mobilegs.train.student.virtual_views import DIVISOR, views_per_camera
 
 # Measured by bench/memory.py, rounded up.
 PROCESS = 700e6  # bytes of the process itself: torch, and the photo that is decoded
@@ -49,7 +49,7 @@ def needed_memory(config: StudentConfig, *, photos: int, pixels: int, splats: in
     loss = config.loss
     images, smaller = photos, 1
     if loss.virtual_view_every:
-        images, smaller = views_per_camera(photos) * photos, loss.virtual_view_divisor**2
+        images, smaller = views_per_camera(photos) * photos, DIVISOR**2
     caches = min(CACHE_BYTES, PHOTO * pixels * photos)
     caches += min(config.cache_mib << 20, TARGET * pixels * images // smaller)
     return round(PROCESS + PER_PIXEL * pixels + PER_SPLAT * splats + HOLES * caches)

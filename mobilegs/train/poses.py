@@ -21,10 +21,12 @@ from mobilegs.errors import InputError
 from mobilegs.render.scene import Scene
 from mobilegs.train.losses import photo_loss
 from mobilegs.train.optim import NamedAdam, exponential_lr
-from mobilegs.validation import FRACTION, POSITIVE, check
 
+START = 0.1  # time at which learning begins
+# learning rate at the start and at the end, in radians and extents; it falls geometrically
+LRS = (4e-4, 4e-6)
 HELD_BACK_STEPS = 100  # that refine the pose of a held-back photo
-HELD_BACK_LR = (3e-3, 3e-5)
+HELD_BACK_LRS = (3e-3, 3e-5)
 TINY = 1e-12  # below the square of an angle that a turn can have in float32
 
 
@@ -34,26 +36,20 @@ class PoseConfig:
 
     learned: bool = False
     """Learn a turn and a shift for each photo."""
-    start: float = 0.1
-    """Time at which learning begins, 0 to 1."""
-    lr: float = 4e-4
-    """Learning rate at the start, in radians and extents of the scene, above 0."""
-    lr_end: float = 4e-6
-    """Learning rate at the end, above 0. In between it falls geometrically."""
-
-    def __post_init__(self) -> None:
-        check(self, lr=POSITIVE, lr_end=POSITIVE, start=FRACTION)
 
 
 class Poses:
     """The corrections of all training cameras, and the Adam that learns them."""
 
-    def __init__(self, config: PoseConfig, cameras: Sequence[Camera], extent: float) -> None:
-        """Begin without corrections of `cameras`; shifts count in `extent` world units."""
-        self.config, self.extent = config, extent
+    def __init__(self, cameras: Sequence[Camera], extent: float, lrs: tuple[float, float]) -> None:
+        """Begin without corrections of `cameras`; shifts count in `extent` world units.
+
+        `lrs` are the learning rates at the start and at the end.
+        """
+        self.extent, self.lrs = extent, lrs
         eyes = torch.stack([camera.position for camera in cameras])
         motions = torch.zeros(len(cameras), 6, device=eyes.device)
-        self.adam = NamedAdam({"motions": motions}, {"motions": config.lr})
+        self.adam = NamedAdam({"motions": motions}, {"motions": lrs[0]})
         self.common = common_motions((eyes - eyes.mean(0)) / extent)
 
     @property
@@ -72,8 +68,7 @@ class Poses:
     @torch.no_grad()
     def step(self, progress: float) -> None:
         """Take an Adam step with the gradients; `progress` is the time, 0 to 1."""
-        config = self.config
-        self.adam.set_lr("motions", exponential_lr(config.lr, config.lr_end, progress))
+        self.adam.set_lr("motions", exponential_lr(*self.lrs, progress))
         self.adam.step()
         flat = self.motions.view(-1)
         flat.sub_(self.common @ (self.common.T @ flat))
@@ -105,8 +100,7 @@ def refined_camera(scene: Scene, view: View, extent: float) -> Camera:
     Held-back photos have poses as wrong as the others; without this, their errors would count as
     the scene's.
     """
-    first, last = HELD_BACK_LR
-    poses = Poses(PoseConfig(lr=first, lr_end=last), [view.camera], extent)
+    poses = Poses([view.camera], extent, HELD_BACK_LRS)
     poses.common = poses.common[:, :0]
     for done in range(HELD_BACK_STEPS):
         image = scene.render(poses.camera(0, view.camera)).image

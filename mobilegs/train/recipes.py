@@ -12,7 +12,6 @@ from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.errors import InputError
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.student.config import (
-    PruningConfig,
     QuantizationConfig,
     StudentConfig,
     StudentLearningRates,
@@ -29,7 +28,6 @@ SHORT, LONG_STEPS = 5000, 30_000  # steps of a teacher
 # The rates of 3DGS, which are for LONG_STEPS, reach 28.69 dB, and 29.75 dB after 10,000 steps.
 SHORT_RATES = TeacherLearningRates(
     means=8e-4,
-    means_end=8e-6,
     quats=6e-3,
     scales=0.02,
     opacities=0.1,
@@ -66,9 +64,8 @@ def gpu_recipe() -> Recipe:
             lr=StudentLearningRates(
                 final_factor=0.3,
                 decay_from=0.65,
-                # so that step sizes and masks move as far as in the shorter runs that were measured
+                # so that step sizes move as far as in the shorter runs that were measured
                 step_sizes=4e-4,
-                masks=0.01,
             ),
         ),
     )
@@ -101,11 +98,10 @@ def cpu_recipe() -> Recipe:
                 sh_rest=1e-3,
                 color_latents=0.01,
                 lobes=0.08,
-                lobe_codebooks=0.02,
                 network=8e-3,
                 quantized_factor=0.5,
             ),
-            pruning=PruningConfig(votes=VoteConfig(votes_per_interval=8)),
+            pruning=VoteConfig(votes_per_interval=8),
         ),
     )
 
@@ -132,12 +128,11 @@ def demo_recipe() -> Recipe:
                 sh_rest=1e-3,
                 color_latents=5e-3,
                 lobes=0.05,
-                lobe_codebooks=0.02,
                 network=7e-3,
                 quantized_factor=0.5,
             ),
             quantization=QuantizationConfig(codebooks=CodebookSizes(rotation=256, appearance=512)),
-            pruning=PruningConfig(votes=VoteConfig(votes_per_interval=4)),
+            pruning=VoteConfig(votes_per_interval=4),
         ),
     )
 
@@ -163,16 +158,16 @@ PAPER = (
     f"student.weighting.alpha_min={1 / 255}",
     "student.color.decoder=latent_networks",
     "student.view_dependence.kind=network",
-    "student.ablation.start_opacity=0.5",
+    "student.view_dependence.start_opacity=0.5",
     "student.lr.opacities=0",
     "student.loss.depth_weight=0.1",
     "student.loss.virtual_view_every=0",
     "student.loss.overdraw_weight=0",
     "student.exposure.learned=never",
-    "student.ablation.mask_depth=false",
-    "student.ablation.round_means=false",
-    "student.pruning.votes.votes_per_interval=1000",
-    f"student.pruning.votes.until={25 / 30}",
+    "student.loss.mask_depth=false",
+    "student.quantization.round_means=false",
+    "student.pruning.votes_per_interval=1000",
+    f"student.pruning.until={25 / 30}",
     "student.views_per_step=3",
     "student.quantization.method=nvq",
     "student.quantization.codebooks.joint_shapes=true",
@@ -192,16 +187,14 @@ RELEASE = (
     "student.color.decoder=networks",
     "student.weighting.detached=true",
     "student.loss.depth_weight=0.2",
-    "student.ablation.keep_moments=false",
-    "student.pruning.votes.until=0.8",
+    "student.schedule.keep_moments=false",
+    "student.pruning.until=0.8",
     "student.views_per_step=1",
     "student.quantization.codebooks.joint_shapes=false",
     "student.quantization.codebooks.scale=64",
     "student.quantization.codebooks.rotation=512",
     f"student.schedule.quantize_from={29 / 30}",
-    "student.lr.codebooks=1e-8",
-    "student.lr.rotation_codebooks=1e-8",
-    "student.lr.color_codebooks=1e-8",
+    "student.lr.codebook_factor=0",
     "student.lr.quantized_factor=0",
 )
 # Learning rates and the teacher of both: the release's constant rates, and Mini-Splatting itself.
@@ -224,92 +217,6 @@ def paper_recipe() -> Recipe:
 def release_recipe() -> Recipe:
     """Return the recipe of the paper's release, with its errors as far as settings reach."""
     return with_settings(gpu_recipe(), (*RELEASE, *LONG))
-
-
-# Former paths of settings. They stay for one version, so that the error can name the new path.
-FORMER = {
-    "teacher.position_rate": "teacher.lr.means",
-    "teacher.position_rate_end": "teacher.lr.means_end",
-    "teacher.quat_rate": "teacher.lr.quats",
-    "teacher.scale_rate": "teacher.lr.scales",
-    "teacher.opacity_rate": "teacher.lr.opacities",
-    "teacher.sh0_rate": "teacher.lr.sh0",
-    "teacher.sh_rest_rate": "teacher.lr.sh_rest",
-    "student.sh_degree": "student.color.degree",
-    "student.colors": "student.color.decoder",
-    "student.color_latents": "student.color.latents",
-    "student.view.kind": "student.view_dependence.kind",
-    "student.view.degree": "student.view_dependence.degree",
-    "student.view.latents": "student.view_dependence.latents",
-    "student.view.hidden": "student.view_dependence.hidden",
-    "student.view.fraction": "student.view_dependence.decoder_from",
-    "student.view.length": "student.view_dependence.subvector_length",
-    "student.view.size": "student.view_dependence.codebook_size",
-    "student.view.decay": "student.ablation.lobe_decay",
-    "student.net_fraction": "student.schedule.latents_from",
-    "student.price_fraction": "student.schedule.rate_from",
-    "student.codes_fraction": "student.schedule.quantize_from",
-    "student.regression_steps": "student.schedule.regression_steps",
-    "student.reassign_every": "student.schedule.reassign_every",
-    "student.position_rate": "student.lr.means",
-    "student.position_share": "student.lr.means_max",
-    "student.quat_rate": "student.lr.quats",
-    "student.scale_rate": "student.lr.scales",
-    "student.opacity_rate": "student.lr.opacities",
-    "student.lobe_rate": "student.lr.lobes",
-    "student.lobe_basis_rate": "student.lr.lobe_basis",
-    "student.sh0_rate": "student.lr.sh0",
-    "student.sh_rest_rate": "student.lr.sh_rest",
-    "student.weighting_rate": "student.lr.weighting",
-    "student.network_rate": "student.lr.network",
-    "student.latent_rate": "student.lr.color_latents",
-    "student.decoder_rate": "student.lr.color_decoder",
-    "student.codebook_rate": "student.lr.codebooks",
-    "student.rotation_codebook_rate": "student.lr.rotation_codebooks",
-    "student.appearance_codebook_rate": "student.lr.color_codebooks",
-    "student.lobe_codebook_rate": "student.lr.lobe_codebooks",
-    "student.step_rate": "student.lr.step_sizes",
-    "student.presence.rate": "student.lr.masks",
-    "student.free_share": "student.lr.quantized_factor",
-    "student.final_rate": "student.lr.final_factor",
-    "student.decay_from": "student.lr.decay_from",
-    "student.ssim_weight": "student.loss.ssim_weight",
-    "student.distill_weight": "student.loss.distill_weight",
-    "student.depth_weight": "student.loss.depth_weight",
-    "student.distill_between": "student.loss.virtual_view_every",
-    "student.fill_price": "student.loss.overdraw_weight",
-    "student.coding": "student.quantization.method",
-    "student.fineness": "student.quantization.quality",
-    "student.bit_price": "student.quantization.rate_weight",
-    "student.target_mb": "student.quantization.target_mb",
-    "student.layers": "student.quantization.lod_levels",
-    "student.position_error": "student.quantization.position_error",
-    "student.votes.by": "student.pruning.votes.criterion",
-    "student.presence.weight": "student.pruning.masks.weight",
-    "student.presence.start": "student.pruning.masks.initial_probability",
-    "student.presence.temperature": "student.pruning.masks.temperature",
-    "student.presence.until": "student.pruning.masks.until",
-    "student.presence.least": "student.pruning.masks.min_probability",
-    "student.start_opacity": "student.ablation.start_opacity",
-    "student.depth_masked": "student.ablation.mask_depth",
-    "student.moments_kept": "student.ablation.keep_moments",
-    "student.positions_rounded": "student.ablation.round_means",
-    "student.canonical": "student.ablation.canonical_rotations",
-    "student.scalars.scale": "student.quantization.step_sizes.scale",
-    "student.scalars.rotation": "student.quantization.step_sizes.rotation",
-    "student.scalars.appearance": "student.quantization.step_sizes.appearance",
-    "student.scalars.opacity": "student.quantization.step_sizes.opacity",
-    "student.scalars.lobes": "student.quantization.step_sizes.lobes",
-    "student.codebooks.scale": "student.quantization.codebooks.scale",
-    "student.codebooks.rotation": "student.quantization.codebooks.rotation",
-    "student.codebooks.appearance": "student.quantization.codebooks.appearance",
-    "student.codebooks.opacity": "student.quantization.codebooks.opacity",
-    "student.votes.quantile": "student.pruning.votes.quantile",
-    "student.votes.share": "student.pruning.votes.share",
-    "student.votes.interval": "student.pruning.votes.interval",
-    "student.votes.until": "student.pruning.votes.until",
-    "student.votes.votes_per_interval": "student.pruning.votes.votes_per_interval",
-}
 
 
 RECIPES: dict[PresetName, Callable[[], Recipe]] = {
@@ -393,8 +300,6 @@ def with_settings(recipe: Recipe, settings: Iterable[str]) -> Recipe:
         except json.JSONDecodeError:
             value = text
         path = path.strip().replace("-", "_")
-        if path in FORMER:
-            raise InputError(f"'{setting}' names no setting: {path} is now called {FORMER[path]}")
         *parents, name = path.split(".")
         inner, config = changes, recipe
         for parent in parents:

@@ -26,7 +26,6 @@ from mobilegs.render.levels import level_places, level_sizes
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
-from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.render.supersampling import magnified
 from mobilegs.render.view_network import ViewNetwork, static_inputs
 from mobilegs.view.wgpu_device import (
@@ -131,14 +130,14 @@ class WgpuRenderer:
         `wgpu_device.gpus()`; by default the first one that can render.
 
         Raises InputError without a GPU, if none can render (with `full_precision`: blend and filter
-        32-bit floats) or its memory does not hold the scene, for the weightings `two_pass` and
-        `exponential`, which shaders lack, and for a `level_sigma` that `render_sortfree` refuses.
+        32-bit floats) or its memory does not hold the scene, for the weighting `two_pass`,
+        which shaders lack, and for a `level_sigma` that `render_sortfree` refuses.
         `render` and `render_into` raise it if the GPU fails or is lost.
         """
-        if scene.weighting.name in ("two_pass", EXPONENTIAL):
+        if scene.weighting.name == "two_pass":
             raise InputError(
-                f"shaders do not render the weighting '{scene.weighting.name}': use --renderer "
-                "kernels, or Scene.render"
+                "shaders do not render the weighting 'two_pass': use --renderer kernels, or "
+                "Scene.render"
             )
         settings = RenderSettings(scene.weighting, scene.footprint.drawn(scene.blend), level_sigma)
         validate_settings(settings, sortfree=scene.blend != "sorted")

@@ -3,10 +3,12 @@
 import argparse
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 import pytest
+import torch
 
 from bench.paper import report as paper_report
 from bench.paper import run as paper
@@ -20,17 +22,21 @@ from bench.paper.cells import (
     recipe_of,
     teacher_folder,
 )
+from bench.paper.claims import LINES
 from bench.paper.rows import ROWS
+from bench.paper.student import Method, student_class
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES
+from mobilegs.render.scene import Scene
+from mobilegs.train.recipes import cpu_recipe, with_method, with_settings
+from tests.support.tiny import STUDENT, blobs, cameras
 
 SOME = (
     "teacher",
     "ours",
     "codebooks",
     "no-codes",
-    "masks-votes",
-    "sort-free-gs-printed",
+    "by-scale",
     "two-pass",
 )
 Bench = Callable[..., dict[str, dict]]
@@ -123,6 +129,68 @@ def test_a_cell_that_fails_costs_no_other(
     assert not trouble.exists()
 
 
+# --- rows
+
+
+def test_every_row_of_the_papers_tables_is_another_student() -> None:
+    made = {}
+    for name, row in ROWS.items():
+        recipe = with_method(cpu_recipe(), row.teacher)  # pyright: ignore[reportArgumentType]
+        if not row.archived:
+            made[name] = with_settings(recipe, row.settings), row.method
+    default = with_method(cpu_recipe(), "mini-splatting")
+    assert made["ours"] == made["teacher"] == (default, Method())
+    several = [made[name] for name in made if name not in ("ours", "teacher", "codebook-10")]
+    assert all(several.count(each) == 1 for each in several)
+    assert made["codebook-10"] == made["codebooks"]
+    recipes = {name: recipe for name, (recipe, _) in made.items()}
+    assert recipes["no-order-independence"].student.blend == "sorted"
+    paper, sorts = recipes["paper"].student, recipes["paper-no-order-independence"].student
+    assert sorts == replace(paper, blend="sorted") and sorts.view_dependence.kind == "network"
+    assert recipes["vote-0.4"].student.pruning.quantile == 0.4
+    assert recipes["codebook-12"].student.quantization.codebooks.appearance == 4096
+    assert recipes["quantized-3dgs"].teacher.densify.strategy == "clone_split"
+    assert recipes["no-scale-term"] == recipes["no-depth-term"] == recipes["codebooks"]
+
+
+def test_the_release_row_has_the_settings_of_all_rows_of_fixes() -> None:
+    """Row `no-distillation` is an exception: it would be another method."""
+    settings = set(ROWS["near-release"].settings)
+    for name, row in ROWS.items():
+        if row.table == "fixes" and name != "no-distillation":
+            assert set(row.settings) <= settings, name
+    assert set(ROWS["near-paper"].settings) <= settings
+
+
+def test_an_archived_row_is_refused_with_its_commit(bench: Bench) -> None:
+    assert all(row in ROWS for lines in LINES.values() for line in lines for row in line.rows)
+    with pytest.raises(
+        SystemExit, match="archived: make masks, wide-lobes with the commit f977b68"
+    ):
+        bench("--rows", "ours", "masks", "wide-lobes")
+
+
+def test_the_weights_and_votes_of_a_row_are_those_of_its_student() -> None:
+    def student(**method):
+        made = student_class(Method(**method))
+        return made(STUDENT, Scene(blobs()), cameras(), extent=3.0, seed=0)
+
+    assert student().model.weighting == STUDENT.weighting.weighting
+    other = student(weighting="two_pass")
+    assert other.model.weighting == replace(STUDENT.weighting.weighting, name="two_pass")
+    assert other.model.level_sigma == 0
+    opacities = torch.tensor([0.1, 0.9, 0.1, 0.9, 0.5])
+    scales = torch.tensor([0.1, 0.1, 0.9, 0.9, 0.5])[:, None].expand(5, 3)
+    against = {}
+    for criterion in ("both", "opacity", "scale"):
+        voter = student(criterion=criterion)
+        voter.config = replace(STUDENT, pruning=replace(STUDENT.pruning, quantile=0.5))
+        against[criterion] = voter.candidates(opacities, scales).tolist()
+    assert against["both"] == [True, False, False, False, False]
+    assert against["opacity"] == [True, False, True, False, False]
+    assert against["scale"] == [True, True, False, False, False]
+
+
 # --- what tells cells apart
 
 
@@ -153,8 +221,8 @@ def test_whatever_is_not_the_default_has_a_folder_of_its_own() -> None:
         place_of("garden"),
         place_of("garden", protocol="standard"),
         place_of("garden", teacher_seed=1),
-        place_of("garden", set=("student.pruning.votes.quantile=0",)),
-        place_of("garden", set=("student.pruning.votes.quantile=0.1",)),
+        place_of("garden", set=("student.pruning.quantile=0",)),
+        place_of("garden", set=("student.pruning.quantile=0.1",)),
         place_of("garden", set=("teacher.max_splats=1000",)),
         place_of("garden", set=halves),
         place_of("garden", set=unequal),
@@ -163,7 +231,7 @@ def test_whatever_is_not_the_default_has_a_folder_of_its_own() -> None:
     assert folders[6].endswith("ours-10000-0-t5000")
     # only Mip-NeRF 360 is shown at another size, and a teacher knows nothing of its students
     assert place_of("truck", protocol="standard") == place_of("truck")
-    by_student = options(set=("student.pruning.votes.quantile=0",), teacher_seed=1)
+    by_student = options(set=("student.pruning.quantile=0",), teacher_seed=1)
     garden = CAPTURES["garden"]
     teachers = [
         teacher_folder(ROWS["ours"], "garden", place, 0, 30_000, given)
@@ -204,7 +272,7 @@ def test_cells_keep_apart_by_all_that_differs(tmp_path: Path) -> None:
         old | {"teacher_steps": 8000, "student_steps": 2000},
         old | {"protocol": "standard"},
         old | {"teacher_seed": 2},
-        old | {"settings": {"student.pruning.votes.quantile": "0"}},
+        old | {"settings": {"student.pruning.quantile": "0"}},
     ]
     assert len({key_of(cell) for cell in cells}) == 5
     same = old | {"protocol": "paper", "teacher_seed": 0, "settings": {}}

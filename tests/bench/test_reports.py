@@ -26,16 +26,14 @@ def test_cells_of_other_lengths_are_no_seeds_of_each_other() -> None:
 def test_cells_of_other_protocols_teachers_and_settings_have_tables_of_their_own() -> None:
     plain, standard = cell("ours"), cell("ours", protocol="standard")
     seeded = cell("ours", teacher_seed=1)
-    changed = cell(
-        "ours", settings={"student.pruning.votes.quantile": "0", "teacher.min_views": "1"}
-    )
+    changed = cell("ours", settings={"student.pruning.quantile": "0", "teacher.min_views": "1"})
     teacher, second = cell("teacher"), cell("teacher", seed=1)
     other = cell("teacher", settings={"teacher.min_views": "1"})
     runs = paper_report.runs_of([plain, standard, seeded, changed, teacher, second, other])
     assert runs == {
         Run("a", 10, 5, ""): [teacher, plain],
         Run("a", 10, 5, "standard"): [standard],
-        Run("a", 10, 5, "student.pruning.votes.quantile=0, teacher.min_views=1"): [other, changed],
+        Run("a", 10, 5, "student.pruning.quantile=0, teacher.min_views=1"): [other, changed],
         Run("a", 10, 5, "teacher of seed 1"): [second, seeded],
     }
 

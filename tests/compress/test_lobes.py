@@ -7,16 +7,14 @@ import torch
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from mobilegs.camera import Camera, look_at
 from mobilegs.compress.codebooks import Cut
-from mobilegs.compress.lobes import LobeDecoder, LobeShape, fit_lobes
+from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes, lobe_degree
-from mobilegs.render.view_network import ViewNetwork, static_inputs
+from mobilegs.render.view_network import static_inputs
 from mobilegs.spherical_harmonics import C0, sh_basis
-from mobilegs.train.student.view_dependence import ViewDependence
-from mobilegs.train.student.view_dirs import basis_gram, fit_lobes_to_network
+from mobilegs.train.student.view_dependence import ViewDependence, constant_decoder
 
 
 def seeded(seed: int = 0) -> torch.Generator:
@@ -45,17 +43,6 @@ def some_lobes(count: int = 300, degree: int = 2, rank: int | None = None) -> Te
     rows = torch.randn(count, rank, generator=g) @ torch.randn(rank, size, generator=g)
     rows = rows / rank**0.5 + torch.randn(size, generator=g)
     return rows.unflatten(1, (-1, 2))
-
-
-def cameras(count: int = 40) -> list[Camera]:
-    K = torch.tensor([[60.0, 0, 20], [0, 60, 20], [0, 0, 1]])
-    eyes = 4 * random_directions(count, seed=5)
-    up = torch.tensor([0.0, 0.1, 1])
-    return [Camera(look_at(eye, torch.zeros(3), up), K, 40, 40) for eye in eyes]
-
-
-def even_metric(degree: int) -> Tensor:
-    return torch.eye((degree + 1) ** 2)
 
 
 # --- what they mean
@@ -157,170 +144,41 @@ def test_invalid_shapes_are_refused(shape: tuple) -> None:
         LobeShape(*shape)
 
 
-# --- fitting
-
-
-def fitted(lobes: Tensor, shape: LobeShape, *, metric: Tensor | None = None, **options) -> Tensor:
-    """Return the lobes that a fitted decoder gives."""
-    some = some_gaussians(len(lobes))
-    some.logit_opacities = C0 * lobes[:, 0, 0]
-    decoder = LobeDecoder(shape, seeded())
-    options = {"base": True, "rotated": True, "steps": 150, "batch": 256, **options}
-    metric = even_metric(shape.degree) if metric is None else metric
-    latents = fit_lobes(decoder, lobes, some, metric=metric, generator=seeded(8), **options)
-    assert latents.shape == (len(lobes), shape.latents) and not latents.requires_grad
-    return decoder.decode(latents, some, base=options["base"])
-
-
-@pytest.mark.parametrize("rotated", [True, False])
-@pytest.mark.parametrize("base", [True, False])
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
-def test_as_many_latents_as_coefficients_lose_nothing(
-    degree: int, base: bool, rotated: bool
-) -> None:
-    lobes = some_lobes(degree=degree)
-    shape = LobeShape(degree, 2 * (degree + 1) ** 2 - base)
-    back = fitted(lobes, shape, base=base, rotated=rotated)
-    torch.testing.assert_close(back, lobes, atol=2e-2, rtol=0)  # the basis is made of halves
-
-
-def test_as_many_latents_as_principal_directions_are_enough() -> None:
-    lobes = some_lobes(rank=5)
-    torch.testing.assert_close(fitted(lobes, LobeShape(2, 6)), lobes, atol=2e-2, rtol=0)
-    assert (fitted(lobes, LobeShape(2, 2)) - lobes).abs().max() > 0.3
-
-
-@pytest.mark.parametrize("hidden", [(), (8,)])
-def test_equal_lobes_leave_the_basis_unchanged(hidden: tuple) -> None:
-    some, lobes = some_gaussians(), torch.zeros(300, 9, 2)
-    lobes[:, :1] = constant_lobes(some.logit_opacities)
-    decoder = LobeDecoder(LobeShape(2, 6, hidden), seeded())
-    drawn = decoder.basis.detach().clone()
-    options = {"metric": even_metric(2), "base": True, "rotated": True}
-    latents = fit_lobes(decoder, lobes, some, generator=seeded(8), **options)
-    assert torch.equal(decoder.basis, drawn) and (latents == 0).all()
+def test_a_constant_decoder_gives_opacities_and_a_random_basis() -> None:
+    some = some_gaussians()
+    drawn = LobeDecoder(LobeShape(2, 6, (8,)), seeded()).basis
+    decoder, logits = constant_decoder(LobeShape(2, 6, (8,)), some.logit_opacities, seeded())
+    torch.testing.assert_close(logits, some.logit_opacities)
+    assert torch.equal(decoder.basis, drawn) and (drawn[:, 0] == 0).all()
     torch.testing.assert_close(drawn @ drawn.T, torch.eye(6), atol=1e-5, rtol=0)
-    assert (drawn[:, 0] == 0).all()
-    torch.testing.assert_close(decoder(latents, some, base=True), lobes, atol=2e-3, rtol=0)
-
-
-def test_latents_beyond_the_last_direction_are_zero() -> None:
-    lobes = some_lobes(degree=0)
-    torch.testing.assert_close(fitted(lobes, LobeShape(0, 4)), lobes, atol=2e-2, rtol=0)
-
-
-def test_directions_that_no_camera_sees_lose_accuracy_first() -> None:
-    lobes, forward = some_lobes(degree=2), random_directions(4000)
-    forward = normalize(forward * 0.15 + torch.tensor([0.0, 0, 1]), dim=1)
-    basis = sh_basis(forward, 2)
-    narrow = basis.T @ basis / len(forward)
-    few = LobeShape(2, 6)
-    there = sh_basis(forward[:1], 2)
-    errors = [
-        ((back - lobes) * there[0, :, None]).sum(1).square().mean()
-        for back in (fitted(lobes, few, metric=narrow), fitted(lobes, few))
-    ]
-    assert errors[0] < 0.1 * errors[1]
-
-
-def test_a_network_uses_the_other_attributes() -> None:
-    some = some_gaussians(1000)
-    lobes = some_lobes(1000)
-    lobes[:, 1:] = (static_inputs(some) @ torch.randn(19, 16, generator=seeded(9))).unflatten(
-        1, (8, 2)
-    )
-    some.logit_opacities = C0 * lobes[:, 0, 0]
-    errors = []
-    for hidden in ((), (32,)):
-        decoder = LobeDecoder(LobeShape(2, 0, hidden), seeded())
-        options = {"metric": even_metric(2), "base": True, "rotated": True, "steps": 400}
-        latents = fit_lobes(decoder, lobes, some, generator=seeded(8), **options)
-        errors.append((decoder.decode(latents, some, base=True) - lobes).square().mean())
-    assert errors[1] < 0.5 * errors[0]
-
-
-# --- in the place of a network
-
-
-def test_constant_network_outputs_are_fitted_exactly() -> None:
-    some = some_gaussians()
-    lobes = fit_lobes_to_network(ViewNetwork(seeded()), some, cameras(), 2)
-    torch.testing.assert_close(
-        lobes[:, :1], constant_lobes(some.logit_opacities), rtol=0, atol=2e-2
-    )
-    assert lobes[:, 1:].abs().max() < 2e-2
-
-
-def test_a_network_is_approximated_along_the_directions_of_the_cameras() -> None:
-    some, network = some_gaussians(), ViewNetwork(seeded())
-    with torch.no_grad():
-        network.opacity.weight.normal_(0, 0.5, generator=seeded(1))
-        network.phi.weight.normal_(0, 0.5, generator=seeded(2))
-    residues, spreads = [], []
-    lobes = {degree: fit_lobes_to_network(network, some, cameras(), degree) for degree in (0, 2)}
-    for camera in cameras()[:8]:
-        directions = normalize(some.means - camera.position, dim=1)
-        with torch.no_grad():
-            said = C0 * network(some, directions)[:, 0]
-        for degree, found in ((2, residues), (0, spreads)):
-            heard = (sh_basis(directions, degree)[:, :, None] * lobes[degree]).sum(1)
-            found.append((heard - said).square().mean())
-    assert sum(residues) < 0.2 * sum(spreads)
-
-
-def test_a_gaussian_that_no_camera_sees_keeps_its_base() -> None:
-    some = some_gaussians()
-    some.means[7] = torch.tensor([0.0, 0, 900.0])
-    network = ViewNetwork(seeded())
-    with torch.no_grad():
-        network.opacity.bias.fill_(1.0)
-    from_above = [camera for camera in cameras() if camera.position[2] > 1]
-    lobes = fit_lobes_to_network(network, some, from_above, 2)
-    torch.testing.assert_close(lobes[7, :1], constant_lobes(some.logit_opacities)[7])
-    assert lobes[8, 0, 0] * C0 - some.logit_opacities[8] == pytest.approx(1.0, abs=0.05)
-    assert (lobes[7, 1:] == 0).all()
-
-
-def test_the_metric_of_cameras_all_around_is_that_of_uniform_directions() -> None:
-    metric = basis_gram(some_gaussians(), cameras(400), 2)
-    torch.testing.assert_close(metric.float(), torch.eye(9), atol=0.5, rtol=0)
-    assert metric.trace() == pytest.approx(9)
-    nobody = basis_gram(some_gaussians(), [], 1)
-    assert torch.equal(nobody, torch.eye(4, dtype=torch.float64))
+    lobes = torch.zeros(300, 9, 2)
+    lobes[:, :1] = constant_lobes(some.logit_opacities)
+    found = decoder(torch.zeros(300, 6), some, base=True)
+    torch.testing.assert_close(found, lobes, atol=2e-3, rtol=0)
 
 
 # --- the choice
 
 
 @pytest.mark.parametrize(
-    ("view", "shape", "cut", "base"),
+    ("view", "shape", "cut"),
     [
-        (ViewDependence("network"), None, None, True),
-        (ViewDependence("decoded", 1), LobeShape(1, 0, (256, 128)), None, True),
-        (ViewDependence("projected", latents=7), LobeShape(2, 6), Cut(3, 2), True),
-        (ViewDependence("projected", latents=1), LobeShape(2, 0), None, True),
-        (ViewDependence("projected", latents=30), LobeShape(2, 18), Cut(9, 2), True),
-        (
-            ViewDependence("fitted", latents=4, subvector_length=3, decoder_from=0.5),
-            LobeShape(2, 3),
-            Cut(1, 3),
-            True,
-        ),
-        (ViewDependence("latent", latents=0, hidden=9), LobeShape(2, 0, (9,)), None, False),
-        (ViewDependence("free", 0, subvector_length=1), LobeShape(0, 1), Cut(1, 1), True),
+        (ViewDependence("network"), None, None),
+        (ViewDependence("constant"), None, None),
+        (ViewDependence("latent"), LobeShape(2, 12, (16,)), Cut(6, 2)),
+        (ViewDependence("latent", latents=6), LobeShape(2, 6, (16,)), Cut(3, 2)),
+        (ViewDependence("latent", latents=1), LobeShape(2, 0, (16,)), None),
+        (ViewDependence("latent", degree=1, latents=30), LobeShape(1, 8, (16,)), Cut(4, 2)),
     ],
 )
-def test_the_stored_attributes_follow_from_the_view_dependence(view, shape, cut, base) -> None:
-    assert (view.shape, view.cut, view.base) == (shape, cut, base)
+def test_the_stored_attributes_follow_from_the_view_dependence(view, shape, cut) -> None:
+    assert (view.shape, view.cut) == (shape, cut)
 
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"kind": "magic"}, {"degree": 4}, {"latents": 40}, {"subvector_length": 0},
-     {"codebook_size": 5000}, {"decoder_from": 1.5}, {"hidden": 0},
-     {"kind": "fitted", "decoder_from": 0.0}, {"kind": "free", "degree": 3, "subvector_length": 3},
-     {"latents": 32, "degree": 3, "subvector_length": 3}],
-)  # fmt: skip
+    [{"kind": "free"}, {"degree": 4}, {"latents": 40}, {"latents": 0}, {"start_opacity": 1.5}],
+)
 def test_invalid_view_dependences_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError):
         ViewDependence(**wrong)

@@ -423,12 +423,9 @@ def test_a_higher_quality_divides_step_sizes_and_weakens_the_rate_term(
 
 
 def test_step_sizes_that_a_quality_makes_too_small_are_refused() -> None:
-    fine = replace(STUDENT.quantization.step_sizes, scale=0.015)
-    with pytest.raises(InputError, match=r"quality of 2 .* scale .* 0\.0075"):
-        changed(STUDENT, quantization={"method": "sq", "quality": 2.0, "step_sizes": fine})
-    changed(
-        STUDENT, quantization={"method": "nvq", "quality": 2.0, "step_sizes": fine}
-    )  # which has none
+    with pytest.raises(InputError, match=r"quality of 20 .* scale .* 0\.0075"):
+        changed(STUDENT, quantization={"method": "sq", "quality": 20.0})
+    changed(STUDENT, quantization={"method": "nvq", "quality": 20.0})  # has no step sizes
 
 
 @pytest.mark.parametrize(

@@ -180,9 +180,9 @@ def test_a_student_has_no_more_layers_than_its_file_has_streams_for() -> None:
     assert asked.max_lod_levels == 7 and StudentConfig().max_lod_levels == 8
     with pytest.raises(InputError, match="at most 7 levels"):
         replace(asked, quantization=QuantizationConfig(lod_levels=8))
-    free = StudentConfig(view_dependence=ViewDependence("free", degree=3, decoder_from=0.5))
-    shape = free.view_dependence.shape
-    assert shape and shape.latents == 32 and free.max_lod_levels == 5
+    most = StudentConfig(view_dependence=ViewDependence(degree=3, latents=32))
+    shape = most.view_dependence.shape
+    assert shape and shape.latents == 32 and most.max_lod_levels == 5
     shape = LobeShape(2, 12, (16,))
     case = Case(400, shape, steps=StepSizes(), colors="linear", color_latents=12)
     scene = make_scene(case)

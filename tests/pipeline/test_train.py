@@ -125,7 +125,7 @@ def test_a_run_resumed_after_ctrl_c_ends_in_the_same_bytes(
 def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
     capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    settings = ["teacher.pose.learned=true", "teacher.pose.lr=0.01"]
+    settings = ["teacher.pose.learned=true"]
     settings += [f"{stage}.exposure.learned=always" for stage in ("teacher", "student")]
     recipe = with_settings(RECIPE, settings)
     whole = train_run(TrainRun(capture, tmp_path / "whole"), recipe=recipe)
@@ -257,21 +257,21 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
         preset="demo",
         max_splats=77,
         views_per_step=3,
-        settings=(("teacher.densify.gradient=1e-3",), ("student.weighting.name=no_depth",)),
+        settings=(("teacher.densify.gradient=1e-3",), ("student.weighting.exponent_max=8",)),
     )
     recipe = resolve_recipe(run)
     assert recipe.teacher.max_splats == 77
     assert recipe.teacher.views_per_step == recipe.student.views_per_step == 3
     assert recipe.teacher.densify.gradient == 1e-3
-    assert recipe.student.weighting.name == "no_depth"
+    assert recipe.student.weighting.exponent_max == 8
 
 
 def test_settings_may_be_given_together_or_one_by_one(tmp_path: Path) -> None:
-    text = "--set student.lr.quats=1 student.lr.scales=2 --set student.view_dependence.kind=free"
+    text = "--set student.lr.quats=1 student.lr.scales=2 --set student.view_dependence.kind=network"
     words = text.split()
     run = call(TrainRun, ["capture", "-o", str(tmp_path), *words], verb="train")
     student = resolve_recipe(run).student
-    assert (student.lr.quats, student.lr.scales, student.view_dependence.kind) == (1, 2, "free")
+    assert (student.lr.quats, student.lr.scales, student.view_dependence.kind) == (1, 2, "network")
     written = options_as_json(run)
     assert json.loads(json.dumps(written)) == written
     assert written["settings"] == [words[1], words[2], words[4]]

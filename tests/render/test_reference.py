@@ -216,7 +216,7 @@ def test_resizing_a_camera_scales_the_projection():
 
 def test_an_unknown_weighting_is_refused_with_the_known_names():
     with pytest.raises(InputError, match="mobile_gs"):
-        Weighting("alphabetical")
+        Weighting("alphabetical")  # pyright: ignore[reportArgumentType]
 
 
 def test_the_view_network_has_the_size_of_the_papers():

@@ -6,7 +6,7 @@ import pytest
 
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.train.recipes import Recipe
-from mobilegs.train.student.config import ScheduleConfig, StudentConfig
+from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.trainer import TeacherConfig
 
@@ -17,7 +17,7 @@ RECIPE = Recipe(
         init_splats=40,
         densify=DensifyConfig(min_interval=3, prune_scale=0.0),
     ),
-    StudentConfig(steps=18, schedule=ScheduleConfig(regression_steps=3)),
+    StudentConfig(steps=18),
 )
 
 

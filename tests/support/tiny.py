@@ -18,7 +18,6 @@ from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
-from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.init import gaussians_at
 from mobilegs.train.teacher.trainer import TeacherConfig
@@ -43,7 +42,7 @@ def changed(config: Any, **changes: Any) -> Any:
 STUDENT: StudentConfig = changed(
     StudentConfig(),
     steps=40,
-    schedule={"latents_from": 1 / 6, "quantize_from": 0.65, "regression_steps": 5},
+    schedule={"latents_from": 1 / 6, "quantize_from": 0.65},
     loss={"virtual_view_every": 0},  # tests of virtual views set it
     quantization={
         "method": "nvq",  # tests of `sq` set it
@@ -59,9 +58,7 @@ def classic(config: StudentConfig) -> StudentConfig:
 
 
 def with_kind(kind: str) -> StudentConfig:
-    return replace(
-        STUDENT, view_dependence=ViewDependence(kind=kind, codebook_size=16, decoder_from=0.3)
-    )
+    return changed(STUDENT, view_dependence={"kind": kind})
 
 
 def blobs() -> Gaussians:

@@ -266,7 +266,7 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     monkeypatch.setattr(train, "MINUTES", (0.01, 10_000))
     monkeypatch.setattr(budget, "FEWEST_STEPS", 20)
     monkeypatch.setattr(budget, "SIZE_LEAST", 16)
-    settings = ("teacher.densify.min_interval=3", "student.schedule.regression_steps=3")
+    settings = ("teacher.densify.min_interval=3",)
     run = TrainRun(capture, tmp_path / "a", minutes=0.1, settings=(settings,), max_splats=60)
     train_run(run)
     config = json.loads((tmp_path / "a/config.json").read_text())

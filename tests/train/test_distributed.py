@@ -26,7 +26,6 @@ SETTINGS = (
     "teacher.max_splats=50",
     "teacher.init_splats=40",
     "teacher.densify.min_interval=3",
-    "student.schedule.regression_steps=3",
 )
 ATTRIBUTES = ("scale", "rotation", "appearance", "opacity")
 BOOKS = (

@@ -23,7 +23,7 @@ from mobilegs.train.poses import (
 from mobilegs.train.teacher.trainer import Teacher
 from tests.support.tiny import CPU, TEACHER, train
 
-LEARNED = PoseConfig(learned=True, start=0.2, lr=3e-3, lr_end=1e-4)
+LRS = (3e-3, 1e-4)
 
 
 def moved(camera: Camera, turn: np.ndarray, shift: np.ndarray) -> Camera:
@@ -46,7 +46,7 @@ def test_a_turn_is_a_rotation_about_its_axis(angle: float) -> None:
 
 def test_a_camera_turns_about_itself_and_moves(dataset: Dataset) -> None:
     cameras = [frame.camera for frame in dataset.train]
-    poses = Poses(LEARNED, cameras, extent=2.0)
+    poses = Poses(cameras, 2.0, LRS)
     for index, camera in enumerate(cameras):
         torch.testing.assert_close(poses.camera(index, camera).viewmat, camera.viewmat)
     motion = torch.tensor([0.1, -0.2, 0.05, 0.3, 0.0, -0.1])
@@ -94,9 +94,13 @@ def distance(cameras: list[Camera], true: list[Camera], points: torch.Tensor) ->
 
 
 @pytest.mark.thorough
-def test_a_teacher_corrects_wrong_poses_and_resumes_exactly(dataset: Dataset) -> None:
+def test_a_teacher_corrects_wrong_poses_and_resumes_exactly(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mobilegs.train.teacher.trainer.POSE_LRS", LRS)
     wrong = perturbed(dataset)
-    config = replace(TEACHER, steps=300, max_splats=200, init_splats=100, pose=LEARNED)
+    pose = PoseConfig(learned=True)
+    config = replace(TEACHER, steps=300, max_splats=200, init_splats=100, pose=pose)
 
     def begun() -> Teacher:
         return Teacher(config, wrong, seed=0, device=CPU)

@@ -52,9 +52,7 @@ def test_a_preset_has_the_values_of_the_table(preset: PresetName) -> None:
 def test_the_table_has_every_departure_of_the_default(preset: PresetName) -> None:
     recipe, default = RECIPES[preset](), RECIPES["gpu"]()
     listed = {path for path, _ in table()}
-    # the other codebooks that the release freezes, and settings without an effect in these presets
-    listed |= {"student.lr.rotation_codebooks", "student.lr.color_codebooks"}
-    listed |= {"student.lr.quantized_factor"}
+    listed |= {"student.lr.quantized_factor"}  # has no effect in these presets
     for path in paths(recipe):
         if value(recipe, path) != value(default, path):
             assert path in listed, path

@@ -142,7 +142,7 @@ def test_a_teacher_is_the_same_whatever_the_threads_of_its_steps(strategy, many_
 
 @pytest.mark.thorough
 def test_a_student_is_the_same_whatever_the_threads_of_its_steps(many_points) -> None:
-    recipe = changed(cpu_recipe(), student={"steps": 20, "schedule": {"regression_steps": 3}})
+    recipe = changed(cpu_recipe(), student={"steps": 20})
     scene = Scene(next(teachers(many_points, "clone_split")).gaussians(), near=many_points.near)
     cameras = [frame.camera for frame in many_points.train]
     digests = []

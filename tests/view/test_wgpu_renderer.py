@@ -16,7 +16,7 @@ from mobilegs.cli import doctor
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
-from mobilegs.render import Footprint, Weighting
+from mobilegs.render import Footprint
 from mobilegs.render.scene import Scene
 from mobilegs.view import wgpu_check, wgpu_device, wgpu_renderer
 from mobilegs.view.wgpu_renderer import WgpuRenderer
@@ -308,12 +308,6 @@ def test_a_view_network_follows_the_camera() -> None:
 def test_the_weighting_two_pass_is_refused() -> None:
     with pytest.raises(InputError, match="two_pass"):
         WgpuRenderer(as_scene(as_float32(BASE), "two_pass"))
-
-
-def test_the_weighting_exponential_is_refused() -> None:
-    scene = replace(as_scene(as_float32(BASE), "mobile_gs"), weighting=Weighting("exponential"))
-    with pytest.raises(InputError, match="exponential"):
-        WgpuRenderer(scene)
 
 
 @dataclass

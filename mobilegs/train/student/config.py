@@ -2,8 +2,9 @@
 
 import math
 from dataclasses import dataclass, field, fields
+from typing import Literal
 
-from mobilegs.compress.appearance import COLORS, ColorShape
+from mobilegs.compress.appearance import ColorName, ColorShape
 from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.errors import InputError
@@ -11,10 +12,8 @@ from mobilegs.mgs.container import STREAMS_MAX
 from mobilegs.mgs.quantized_scene import LOD_LEVELS_MAX
 from mobilegs.render import Footprint, Weighting
 from mobilegs.render.inputs import validate_level_sigma
-from mobilegs.render.scene import BLENDS
-from mobilegs.render.sortfree import EXPONENTIAL
+from mobilegs.render.scene import Blend
 from mobilegs.train.exposure import ExposureConfig
-from mobilegs.train.student.mask_pruning import MaskConfig
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig
 from mobilegs.validation import (
@@ -26,13 +25,10 @@ from mobilegs.validation import (
     SHARE,
     Range,
     check,
+    check_choice,
 )
 
-METHODS = ("nvq", "sq")
-NO_FILE = (
-    "a .mgs file cannot hold sigma and beta of weighting.name=exponential: train and measure such "
-    "a student with bench/paper/run.py (row sort-free-gs-printed), or use another weighting"
-)
+Method = Literal["sq", "nvq"]
 # Streams of a file with `sq`: one per decoder; and in every LOD level the positions, three scales,
 # three rotations and their finer bits, and the opacity.
 NETWORK_STREAMS, ATTRIBUTE_STREAMS = 2, 9
@@ -53,38 +49,23 @@ class StudentLearningRates:
     scales: float = 5e-3
     """Learning rate of the log-scales."""
     opacities: float = 0.01
-    """Learning rate of the logits of the base opacities, where lobes are not free."""
+    """Learning rate of the logits of the base opacities."""
     lobes: float = 0.02
-    """Learning rate of the free lobes, and of the latents that replace them."""
-    lobe_basis: float = 2e-3
-    """Learning rate of a linear lobe decoder. One with a network has the learning rate
-    `network`."""
+    """Learning rate of the lobe latents."""
     sh0: float = 2.5e-3
     """Learning rate of the constant part of the colour, until `schedule.latents_from`."""
     sh_rest: float = 1.25e-4
     """Learning rate of the view-dependent part of the colour, until `schedule.latents_from`."""
-    weighting: float = 0.01
-    """Learning rate of the logarithms of the weighting's parameters (`sort_free_gs`,
-    `exponential`)."""
     network: float = 1e-3
-    """Learning rate of the networks that give opacity and weight."""
+    """Learning rate of the network, or of the lobe decoder, that gives opacity and weight."""
     color_latents: float = 2.5e-3
     """Learning rate of the colour latents."""
-    color_decoder: float = 1e-3
-    """Learning rate of the colour decoder."""
-    codebooks: float = 1e-3
-    """Learning rate of the codebooks of scales and opacities, with `nvq`."""
-    rotation_codebooks: float = 5e-4
-    """Learning rate of the codebooks of rotations, with `nvq`."""
-    color_codebooks: float = 1e-3
-    """Learning rate of the codebooks of the colour latents, with `nvq`."""
-    lobe_codebooks: float = 5e-3
-    """Learning rate of the codebooks of the lobe latents, with `nvq`."""
+    codebook_factor: float = 1.0
+    """Factor on the learning rates of the codebooks, with `nvq`; 0 keeps them as k-means makes
+    them."""
     step_sizes: float = 2e-3
     """Learning rate of the logarithms of the step sizes, with `sq`. 0 keeps the step sizes
     fixed."""
-    masks: float = 0.05
-    """Learning rate of the logits of the pruning masks."""
     quantized_factor: float = 0.2
     """Factor on the learning rates of the values that are quantised, from
     `schedule.quantize_from` on (the latent values of quantisation-aware training); at least 0."""
@@ -101,8 +82,7 @@ class StudentLearningRates:
 
 @dataclass(frozen=True)
 class LossConfig:
-    """Weights of the loss. The terms of masks and of bits are in `pruning.masks.weight` and
-    `quantization.rate_weight`."""
+    """Weights of the loss. The weight of the rate term is `quantization.rate_weight`."""
 
     ssim_weight: float = 0.2
     """Weight of D-SSIM in the distance to the photo, 0 to 1; L1 has the rest."""
@@ -110,16 +90,13 @@ class LossConfig:
     """Weight of the L1 distance to the teacher's image, at least 0."""
     depth_weight: float = 0.1
     """Weight of the scale-invariant log-depth distance to the teacher, at least 0."""
+    mask_depth: bool = True
+    """Compare mean depths, in the pixels that student and teacher both cover. False compares sums
+    of z in all pixels, as the paper's release does."""
     virtual_view_every: int = 2
     """Steps between two distillations on a virtual view, which lies between two training cameras.
     0 distils on the photos' views in every step instead, as in the paper; so does any value if no
     two cameras look at the same things."""
-    virtual_view_divisor: int = 2
-    """Divisor of the photos' width and height in virtual views, at least 1; less if fewer than 64
-    pixels were left of the shorter side."""
-    virtual_view_beside: float = 0.5
-    """Share of the virtual views that lie beside the path of the photos: nearer, farther, higher,
-    lower or to the side; 0 to 1. The others lie between two cameras."""
     overdraw_weight: float = 5e-5
     """Weight of the mean number of fragments per pixel, which decides the time of a frame; at least
     0. Only scales receive its gradient. It counts what levels paint, if there is a `level_sigma`.
@@ -130,8 +107,6 @@ class LossConfig:
         check(
             self,
             ssim_weight=FRACTION,
-            virtual_view_divisor=COUNT,
-            virtual_view_beside=FRACTION,
             **dict.fromkeys(names, NOT_NEGATIVE),
         )
 
@@ -151,11 +126,11 @@ class ScheduleConfig:
     """Time at which quantised values replace the continuous ones, from `latents_from` to 1. (The
     release: 29,000 of 30,000, with codebooks that do not learn. Small codebooks that learn need
     longer: 0.7 suits `nvq`.)"""
-    regression_steps: int = 400
-    """Steps of the regression that fits decoders to what they replace, at least 0."""
     reassign_every: int = 25
     """Steps between two assignments to the nearest codebook entries, with `nvq`. 0 keeps the first
     assignment, as the release does. (With `sq` every step rounds to the nearest multiples.)"""
+    keep_moments: bool = True
+    """Keep the moments of Adam when latents replace the harmonics. The release resets them."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.latents_from <= self.quantize_from <= 1:
@@ -163,7 +138,7 @@ class ScheduleConfig:
                 "latents_from and quantize_from must rise in this order within 0 to 1, not "
                 f"{self.latents_from} and {self.quantize_from}"
             )
-        check(self, rate_from=FRACTION, regression_steps=NOT_NEGATIVE, reassign_every=NOT_NEGATIVE)
+        check(self, rate_from=FRACTION, reassign_every=NOT_NEGATIVE)
 
 
 @dataclass(frozen=True)
@@ -172,7 +147,7 @@ class ColorConfig:
 
     degree: int = 1
     """Degree of the spherical harmonics, 0 to 3."""
-    decoder: str = "linear"
+    decoder: ColorName = "linear"
     """Decoder from latents to harmonics: `linear`, two matrices; `latent_networks`, the two MLPs of
     the paper's Eq. 6; or `networks`, those of its release, whose input is also the position of the
     Gaussian."""
@@ -182,8 +157,7 @@ class ColorConfig:
     there are the paper's six."""
 
     def __post_init__(self) -> None:
-        if self.decoder not in COLORS:
-            raise InputError(f"unknown decoder '{self.decoder}': use {' or '.join(COLORS)}")
+        check_choice("decoder", self.decoder, ColorName)
         check(self, degree=DEGREE, latents=Range(low=ColorShape().latents))
 
 
@@ -191,13 +165,13 @@ class ColorConfig:
 class QuantizationConfig:
     """Quantisation of the values in the file, and its size."""
 
-    method: str = "sq"
+    method: Method = "sq"
     """`sq` quantises uniformly, with step sizes that learn, canonical rotations and decorrelated
     latents; it loses less quality in fewer bytes. `nvq` stores indices into codebooks, as the
     paper does."""
     quality: float = 2.0
-    """Divisor of `step_sizes`, above 0, with `sq`. It also divides the weight of the rate term by
-    its square, as the error of a step size in the image grows with the square."""
+    """Divisor of the step sizes (`StepSizes`), above 0, with `sq`. It also divides the weight of
+    the rate term by its square, as the error of a step size in the image grows with the square."""
     rate_weight: float = 1e-3
     """Lambda of the rate term at a quality of 1, at least 0, with `sq`: one bit per Gaussian adds
     this much to the loss. Larger values give smaller files."""
@@ -211,14 +185,14 @@ class QuantizationConfig:
     position_error: float = 0.05
     """Root mean square error of the stored positions in the training images, in pixels, at least
     0. It decides their number of bits."""
-    step_sizes: StepSizes = field(default_factory=StepSizes)
-    """Step sizes at a quality of 1, with `sq`."""
+    round_means: bool = True
+    """Train with means rounded as in the file, from `schedule.latents_from` on. The paper's release
+    rounds them only in the file."""
     codebooks: CodebookSizes = field(default_factory=CodebookSizes)
     """Sizes of the codebooks, with `nvq`."""
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise InputError(f"unknown method '{self.method}': use {' or '.join(METHODS)}")
+        check_choice("method", self.method, Method)
         if not 0 <= self.target_mb < math.inf or (self.target_mb and self.method != "sq"):
             raise InputError(
                 f"target_mb {self.target_mb} must be at least 0, and needs method=sq unless it is 0"
@@ -235,7 +209,7 @@ class QuantizationConfig:
     @property
     def initial_step_sizes(self) -> StepSizes | None:
         """Step sizes with which `sq` begins; None with `nvq`."""
-        return self.step_sizes.divided_by(self.quality) if self.method == "sq" else None
+        return StepSizes().divided_by(self.quality) if self.method == "sq" else None
 
     @property
     def bit_weight(self) -> float:
@@ -244,39 +218,29 @@ class QuantizationConfig:
 
 
 @dataclass(frozen=True)
-class PruningConfig:
-    """Removal of Gaussians during training."""
+class WeightingConfig:
+    """The weights of Eq. 3 in the student's training; see `mobilegs.render.Weighting`."""
 
-    votes: VoteConfig = field(default_factory=VoteConfig)
-    """Pruning by votes of opacity and scale, as in the paper."""
-    masks: MaskConfig = field(default_factory=MaskConfig)
-    """Pruning by learned masks; off by default."""
-
-
-@dataclass(frozen=True)
-class AblationConfig:
-    """Settings for ablations only: what the release does differently from this project."""
-
-    start_opacity: float = 0.0
-    """Opacity of all Gaussians at the start, below 1; 0 keeps the teacher's. (The release: 0.5.
-    With `lr.opacities=0` only the network makes opacities differ, as in the release.)"""
-    mask_depth: bool = True
-    """Compare mean depths, in the pixels that student and teacher both cover. False compares sums
-    of z in all pixels, as the release does."""
-    keep_moments: bool = True
-    """Keep the moments of Adam when latents replace the harmonics. The release resets them."""
-    round_means: bool = True
-    """Train with means rounded as in the file, from `schedule.latents_from` on. The release rounds
-    them only in the file."""
-    canonical_rotations: bool = False
-    """Give each Gaussian the smallest of its 24 equivalent rotations at the start, with `nvq` too;
-    `sq` always does."""
-    lobe_decay: float = 0.0
-    """Share of the view-dependent part that free lobes lose in each step, 0 to below 1."""
+    exponent_max: float = 4.0
+    """Upper limit of `s_max / d` in the exponential, in (0, 80]. It keeps float16 renderers from
+    overflow, and a large faint Gaussian from outweighing the whole image when a camera passes close
+    to it: 8 shows such flashes between training views, 4 costs no quality."""
+    alpha_min: float = 1 / 64
+    """Alpha at which an ellipse ends, in [0.0001, 0.1]. The area of the ellipses takes most of a
+    frame's time, so a higher limit renders faster: at 1/64 ellipses are a third smaller than at the
+    paper's 1/255."""
+    detached: bool = False
+    """Cut the gradients of depth and scale through w, as in the paper's release."""
 
     def __post_init__(self) -> None:
-        below_one = Range(high=1.0, below=True)
-        check(self, start_opacity=below_one, lobe_decay=below_one)
+        _ = self.weighting  # raises InputError for values out of range
+
+    @property
+    def weighting(self) -> Weighting:
+        """The weighting of the scene and its file."""
+        return Weighting(
+            exponent_max=self.exponent_max, alpha_min=self.alpha_min, detached=self.detached
+        )
 
 
 @dataclass(frozen=True)
@@ -288,18 +252,12 @@ class StudentConfig:
     views_per_step: int = 1
     """Photos per step, at least 1. Their losses are summed, not averaged, as in the release: Adam,
     whose steps do not depend on the scale of the gradients, mostly cancels the factor."""
-    blend: str = "sortfree"
+    blend: Blend = "sortfree"
     """`sortfree`, or `sorted`: blend in the order of depth, as the teacher does. `sorted` keeps the
     view-dependent opacity of `view_dependence` but not phi, which then learns nothing; with
     `view_dependence.kind=constant` it gives a quantised 3DGS scene."""
-    weighting: Weighting = field(default_factory=lambda: Weighting(alpha_min=1 / 64))
-    """Weights that replace the order of depth, and the alpha at which ellipses end: at 1/64 they
-    are a third smaller than at the paper's 1/255. With `sort_free_gs`, sigma (here in extents of
-    the scene) and the background's weight are initial values, and learn; a weight of 0 stays 0.
-    `exponential` starts with `exp(-d / sigma)` for all Gaussians, and learns sigma and beta of each
-    and the background's weight, which must be above 0. It needs `view_dependence.kind=constant`,
-    `network`, or `free` with `decoder_from=1`, and a student that is never quantised
-    (`schedule.latents_from=1 schedule.quantize_from=1`)."""
+    weighting: WeightingConfig = field(default_factory=WeightingConfig)
+    """Weights that replace the order of depth, and the alpha at which ellipses end."""
     footprint: Footprint = field(
         default_factory=lambda: Footprint(0.1, antialiased=True, soft_edge=True)
     )
@@ -310,8 +268,8 @@ class StudentConfig:
     which Gaussians share their scales, hold it until they quantise."""
     level_sigma: float = 1.0
     """Train with large Gaussians added up in smaller targets, as viewers do: smallest standard
-    deviation in pixels of the target, 0.6 to 100; 0: all at full size. No effect on blend=sorted
-    and weighting.name=two_pass."""
+    deviation in pixels of the target, 0.6 to 100; 0: all at full size. No effect on
+    blend=sorted."""
     color: ColorConfig = field(default_factory=ColorConfig)
     """Representation of the colours."""
     view_dependence: ViewDependence = field(default_factory=ViewDependence)
@@ -326,10 +284,8 @@ class StudentConfig:
     """Weights of the loss."""
     quantization: QuantizationConfig = field(default_factory=QuantizationConfig)
     """Quantisation and size of the file."""
-    pruning: PruningConfig = field(default_factory=PruningConfig)
-    """Removal of Gaussians."""
-    ablation: AblationConfig = field(default_factory=AblationConfig)
-    """Settings for ablations only."""
+    pruning: VoteConfig = field(default_factory=VoteConfig)
+    """Removal of Gaussians by votes."""
     cache_mib: int = 2048
     """Memory for the teacher's images in MiB, at least 0. Images that do not fit are rendered again
     when they are needed."""
@@ -338,56 +294,13 @@ class StudentConfig:
         check(self, steps=COUNT, views_per_step=COUNT)
         check(self, cache_mib=NOT_NEGATIVE, least_variance=NOT_NEGATIVE)
         validate_level_sigma(self.level_sigma)
-        check(self.weighting, sigma=POSITIVE, background_weight=NOT_NEGATIVE)
-        if self.blend not in BLENDS:
-            raise InputError(f"unknown blend '{self.blend}': use {' or '.join(BLENDS)}")
-        self._check_lobes()
-        if self.weighting.name == EXPONENTIAL:
-            self._check_exponential()
+        check_choice("blend", self.blend, Blend)
         levels = self.quantization.lod_levels
         if levels > self.max_lod_levels:
             raise InputError(
                 f"{levels} lod_levels with {self.color_shape.latents} latents of colours and those "
                 "of lobes need more streams than a file may have: at most "
                 f"{self.max_lod_levels} levels are possible"
-            )
-
-    def _check_lobes(self) -> None:
-        view, quantize_from = self.view_dependence, self.schedule.quantize_from
-        if view.decoder_from > quantize_from and view.kind not in ("network", "decoded"):
-            raise InputError(
-                f"lobes need their decoder (view_dependence.decoder_from {view.decoder_from}) "
-                f"before they are quantised (schedule.quantize_from {quantize_from})"
-            )
-        free_first = view.decoder_from > 0 and view.kind in ("free", "projected", "latent")
-        if self.ablation.lobe_decay and not free_first:
-            raise InputError(
-                "ablation.lobe_decay needs lobes that are free at first: set "
-                "view_dependence.kind=free and view_dependence.decoder_from"
-            )
-
-    def _check_exponential(self) -> None:
-        view, schedule = self.view_dependence, self.schedule
-        if self.blend == "sorted":
-            raise InputError(
-                "blend=sorted has no weights: leave out weighting.name=exponential, or blend=sorted"
-            )
-        if self.weighting.background_weight == 0:
-            raise InputError(
-                "weighting.name=exponential learns the background's weight, whose initial value "
-                "must be above 0: set weighting.background_weight=0.1"
-            )
-        if schedule.latents_from < 1:  # quantize_from is not less
-            raise InputError(
-                "the codes of weighting.name=exponential have no file: set "
-                "schedule.latents_from=1 and schedule.quantize_from=1"
-            )
-        free = view.kind == "free" and view.decoder_from == 1
-        if not free and view.kind not in ("constant", "network"):
-            raise InputError(
-                "weighting.name=exponential takes opacities without a decoder: set "
-                "view_dependence.kind=constant, network, or free with "
-                "view_dependence.decoder_from=1"
             )
 
     @property

@@ -1,7 +1,7 @@
 """The parameters of the student, and the three phases they go through on the way to the file."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import partial
 from typing import Literal
 
@@ -9,7 +9,7 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.func import functional_call
-from torch.nn.functional import normalize, pad
+from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.compress.appearance import ColorDecoder, ColorShape, color_decoder, fit_appearance
@@ -29,17 +29,14 @@ from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render import Footprint, Weighting
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import CLASSIC
-from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.render.view_network import ViewNetwork
-from mobilegs.spherical_harmonics import C0
 from mobilegs.train.autograd_ops import take_rows
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.sampling import limit_scales
 from mobilegs.train.student import quantization
-from mobilegs.train.student.view_dependence import LOGIT_MAX, ViewDependence, fit_lobe_decoder
+from mobilegs.train.student.view_dependence import LOGIT_MAX, ViewDependence, constant_decoder
 
 Phase = Literal["explicit", "latents", "quantized"]
-LOBE_TENSORS = ("explicit_lobes", "logit_opacities", "lobe_latents")
 
 
 class StudentModel:
@@ -51,15 +48,12 @@ class StudentModel:
     | `latents` | latents and a `ColorDecoder` in place of harmonics; rounded means |
     | `quantized` | quantised values and float16 networks: renders what the file holds |
 
-    Free lobes are replaced by latents and a `LobeDecoder` at a time of their own, before
-    quantisation; from then on `lobes_are_final`.
-
     Attributes:
         rows: tensors with a row per Gaussian, with their Adam.
         shared: parameters of networks, decoders and quantisers, with their Adam.
         view: the view dependence.
         network: gives lobes per view; None without a network.
-        lobe_decoder: gives lobes from latents; None while they are free or there is a network.
+        lobe_decoder: gives lobes from latents; None with a network or constant opacities.
         decoder: gives harmonics from latents; None while explicit.
         quantizers: by attribute; empty before `quantized`.
         grid: rounds the means; None while explicit.
@@ -79,7 +73,6 @@ class StudentModel:
         color: ColorShape = ColorShape(),  # noqa: B008 - a tuple
         round_means: bool = True,
         step_sizes: StepSizes | None = None,
-        canonical_rotations: bool = False,
     ) -> None:
         """Start from the teacher, with its harmonics cut to the degree of `color`.
 
@@ -88,15 +81,11 @@ class StudentModel:
             view: the view dependence.
             lrs: learning rates, see `set_lrs`.
             generator: initialises networks.
-            blend, footprint, color: of the scene.
+            blend, weighting, footprint, color: of the scene.
             level_sigma: of the renderer, as in `render_sortfree`.
-            weighting: with `sort_free_gs`, sigma and a background weight above 0 are initial values
-                and learn. With `exponential`, all Gaussians start with the weight
-                `exp(-d / weighting.sigma)`, and the background weight learns.
             round_means: render and decode with means as the file rounds them.
-            step_sizes: initial ones of uniform quantisers; None quantises by codebooks.
-            canonical_rotations: start with the smallest of the 24 equivalent rotations, as uniform
-                quantisers always do.
+            step_sizes: initial ones of uniform quantisers, for which each rotation starts as the
+                smallest of the 24 equivalent ones; None quantises by codebooks.
         """
         device = teacher.means.device
         coefficients = (color.degree + 1) ** 2
@@ -105,7 +94,7 @@ class StudentModel:
         sh[:, :kept] = teacher.sh[:, :kept]
         logits = teacher.logit_opacities.clamp(-LOGIT_MAX, LOGIT_MAX)
         quats, log_scales = teacher.quats, teacher.log_scales
-        if canonical_rotations or step_sizes is not None:
+        if step_sizes is not None:
             quats, log_scales = canonical_pairs(quats, log_scales)
         tensors = {
             "means": teacher.means,
@@ -122,7 +111,7 @@ class StudentModel:
         self.blend = blend
         self.footprint = footprint
         self.level_sigma = 0.0 if weighting.name == "two_pass" else level_sigma
-        self._weighting = weighting
+        self.weighting = weighting
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
         self.decoder: ColorDecoder | None = None
@@ -130,62 +119,26 @@ class StudentModel:
         self.grid: PositionGrid | None = None
         self.lrs = dict(lrs)
         self.shared = NamedAdam({}, {})
-        learned: tuple[str, ...] = ()
-        if weighting.name == EXPONENTIAL:
-            learned = ("background_weight",)
-            start = torch.tensor([1 / weighting.sigma, 1.0], device=device).log()
-            tensors["attenuation"] = start.repeat(len(teacher), 1)
-        elif weighting.name == "sort_free_gs" and blend == "sortfree":
-            learned = ("sigma", "background_weight")
-        for name in learned:
-            if (start := getattr(weighting, name)) > 0:
-                log = torch.tensor(start, device=device).log()
-                self.shared.add(f"weighting.{name}", log, lrs["weighting"])
-        if view.kind in ("network", "fitted"):
+        if view.kind == "network":
             self.network = ViewNetwork(generator).to(device)
             self._optimize("network", self.network)
-        if view.kind == "decoded":
-            assert view.shape is not None
-            self.lobe_decoder = LobeDecoder(view.shape, generator).to(device)
+        if view.shape is not None:
+            self.lobe_decoder, logits = constant_decoder(view.shape, logits, generator)
             self._optimize("lobe_decoder", self.lobe_decoder)
-        if self.network is None and not self.lobes_are_final:
-            view_dependent = (view.degree + 1) ** 2 - 1
-            tensors["explicit_lobes"] = pad(constant_lobes(logits), (0, 0, 0, view_dependent))
-        else:
-            tensors["logit_opacities"] = logits
+        tensors["logit_opacities"] = logits
+        if view.shape is not None and view.shape.latents:
+            tensors["lobe_latents"] = logits.new_zeros(len(teacher), view.shape.latents)
         self.rows = NamedAdam(tensors, lrs)
 
     def __len__(self) -> int:
         return len(self.rows.tensors["means"])
-
-    @property
-    def lobes_are_final(self) -> bool:
-        """True once lobes have the representation of the file."""
-        return self.view.kind in ("constant", "network") or self.lobe_decoder is not None
-
-    @property
-    def attenuation(self) -> Float[Tensor, "n 2"] | None:
-        """`log(sigma)` and `log(beta)` of the weighting `exponential`; None for all others."""
-        return self.rows.tensors.get("attenuation")
-
-    @property
-    def weighting(self) -> Weighting:
-        """The weighting with its current parameters."""
-        logs = self.weighting_logs()
-        learned = {name: float(log.detach().exp()) for name, log in logs.items()}
-        return replace(self._weighting, **learned)
-
-    def weighting_logs(self) -> dict[str, Float[Tensor, ""]]:
-        """Return the logarithms of the weighting's learned parameters, by name."""
-        tensors, prefix = self.shared.tensors, "weighting."
-        return {k.removeprefix(prefix): log for k, log in tensors.items() if k.startswith(prefix)}
 
     def gaussians(
         self, rows: Int[Tensor, "m"] | None = None
     ) -> tuple[Gaussians, Float[Tensor, "m ..."]]:
         """Return the Gaussians of distinct `rows` (None: all), and their inputs for `lobes`.
 
-        These inputs are free lobes or latents. All is differentiable.
+        These inputs are latents. All is differentiable.
         """
         picked = partial(self._picked, rows=rows)
         means = picked("means")
@@ -196,22 +149,17 @@ class StudentModel:
                 for name, quantizer in self.quantizers.items()
             }
             quats, log_scales = values["rotation"], values["scale"]
-            logits = values["opacity"][:, 0] if "opacity" in values else None
+            logits = values["opacity"][:, 0]
             lobe_inputs = values.get("lobes", empty)
             latents = values["appearance"]
         else:
             tensors = self.rows.tensors
             quats, log_scales = canonical_quats(picked("quats")), picked("log_scales")
-            logits = picked("logit_opacities") if "logit_opacities" in tensors else None
+            logits = picked("logit_opacities")
             lobe_inputs = picked("lobe_latents") if "lobe_latents" in tensors else empty
-            if "explicit_lobes" in tensors:
-                lobe_inputs = picked("explicit_lobes")
-                logits = C0 * lobe_inputs[:, 0, 0]
             latents = None
             if self.phase == "latents":
                 latents = torch.cat([picked("static"), picked("view")], dim=1)
-        if logits is None:  # the lobe decoder gives opacities without a base
-            logits = torch.zeros_like(means[:, 0])
         if latents is None:
             sh = torch.cat([picked("sh0"), picked("sh_rest")], dim=1)
         else:
@@ -244,11 +192,9 @@ class StudentModel:
                 return self.network(gaussians, directions)
             weights = rounded_parameters(self.network)
             return functional_call(self.network, weights, (gaussians, directions))
-        if self.view.kind == "constant":
-            return constant_lobes(gaussians.logit_opacities)
         if self.lobe_decoder is None:
-            return lobe_inputs
-        return self.lobe_decoder(lobe_inputs, gaussians, base=self.view.base)
+            return constant_lobes(gaussians.logit_opacities)
+        return self.lobe_decoder(lobe_inputs, gaussians, base=True)
 
     @torch.no_grad()
     def opacities_and_scales(
@@ -291,61 +237,28 @@ class StudentModel:
         self._optimize("decoder", self.decoder)
         self.phase = "latents"
 
-    def fit_lobe_decoder(
-        self, cameras: list[Camera], *, regression_steps: int, generator: torch.Generator
-    ) -> None:
-        """Replace free lobes, or a network, by latents and a lobe decoder fitted to them.
-
-        Directions count as often as the training `cameras` look along them.
-        """
-        assert not self.lobes_are_final and self.phase != "quantized"
-        with torch.no_grad():
-            gaussians, lobes = self.gaussians()
-        fitted = fit_lobe_decoder(
-            self.view,
-            gaussians.detached(),
-            self.network or lobes.detach(),
-            cameras,
-            regression_steps=regression_steps,
-            generator=generator,
-        )
-        if self.network is not None:
-            for name, _ in self.network.named_parameters():
-                self.shared.drop(f"network.{name}")
-            self.network = None
-        for name in LOBE_TENSORS:
-            if name in self.rows.tensors:
-                self.rows.drop(name)
-        if self.view.base:
-            self.rows.add("logit_opacities", fitted.logits, self.lrs["logit_opacities"])
-        if fitted.decoder.shape.latents:
-            self.rows.add("lobe_latents", fitted.latents, self.lrs["lobe_latents"])
-        self.lobe_decoder = fitted.decoder
-        self._optimize("lobe_decoder", self.lobe_decoder)
-
     def quantize(self, sizes: CodebookSizes, *, generator: torch.Generator) -> None:
         """Go from `latents` to `quantized`: quantise all values but the means.
 
         `sizes` are those of codebooks, if there are no step sizes.
         """
-        assert self.phase == "latents" and self.lobes_are_final
+        assert self.phase == "latents"
         take = self.rows.drop
         values: dict[Attribute, Tensor] = {
             "scale": take("log_scales"),
             "rotation": canonical_quats(take("quats")),
             "appearance": torch.cat([take("static"), take("view")], dim=1),
+            "opacity": take("logit_opacities")[:, None],
         }
-        if self.view.base:
-            values["opacity"] = take("logit_opacities")[:, None]
         if self.view.cut is not None:
             values["lobes"] = take("lobe_latents")
         if self.step_sizes is None:
-            self.quantizers = quantization.fit_codebooks(values, self.view, sizes, generator)
+            self.quantizers = quantization.fit_codebooks(values, sizes, generator)
         else:
             assert self.decoder is not None and self.grid is not None
             positions = self.grid.normalised(self.grid.store(self.rows.tensors["means"]))
             decoders = (self.decoder, self.lobe_decoder)
-            values = quantization.decorrelate(values, positions, *decoders, self.view)
+            values = quantization.decorrelate(values, positions, *decoders)
             self.shared.reset_all_moments()
             self.quantizers = quantization.fit_uniform_quantizers(values, self.step_sizes)
         for name, quantizer in self.quantizers.items():
@@ -372,8 +285,8 @@ class StudentModel:
     def set_lrs(self, lrs: Mapping[str, float]) -> None:
         """Set learning rates.
 
-        Keys are the names of `rows`; `network`, `decoder`, `lobe_decoder` and `weighting`; the
-        attributes, for quantisers; and `ATTRIBUTE_values`, for the values behind them.
+        Keys are the names of `rows`; `network`, `decoder` and `lobe_decoder`; the attributes, for
+        quantisers; and `ATTRIBUTE_values`, for the values behind them.
         """
         self.lrs = dict(lrs)
         for name in self.rows.tensors:
@@ -399,17 +312,10 @@ class StudentModel:
         values = tensors["scale" if "scale" in self.quantizers else "log_scales"]
         limit_scales(values.detach(), tensors["means"].detach(), cameras, variance)
 
-    @torch.no_grad()
-    def decay_lobes(self, share: float) -> None:
-        """Shrink the view-dependent part of free lobes by `share`."""
-        if "explicit_lobes" in self.rows.tensors:
-            self.rows.tensors["explicit_lobes"][:, 1:] *= 1 - share
-
     def state(self) -> dict:
         """Return the parameters, moments and codes."""
         return {
             "phase": self.phase,
-            "lobes_are_final": self.lobes_are_final,
             "rows": self.rows.state(),
             "shared": self.shared.state(),
             "grid": None if self.grid is None else asdict(self.grid),
@@ -421,11 +327,6 @@ class StudentModel:
         assert self.phase == "explicit"
         device = self.rows.tensors["means"].device
         self.phase = state["phase"]
-        if state["lobes_are_final"] and not self.lobes_are_final:
-            assert self.view.shape is not None
-            self.network = None
-            self.lobe_decoder = LobeDecoder(self.view.shape, torch.Generator()).to(device)
-            self._optimize("lobe_decoder", self.lobe_decoder)
         if state["grid"] is not None:
             self.grid = PositionGrid(**state["grid"])
             self.decoder = color_decoder(self.color, torch.Generator())

@@ -28,7 +28,7 @@ from mobilegs.mgs.encode import Quantizer
 from mobilegs.reproducible import column_means, total
 from mobilegs.train.autograd_ops import straight_through
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes
-from mobilegs.train.student.view_dependence import ViewDependence
+from mobilegs.train.student.view_dependence import CODEBOOK_SIZE, SUBVECTOR_LENGTH
 
 # rate control
 DAMPING = 0.7  # share of the difference in size that one update removes
@@ -42,7 +42,6 @@ SPREAD_MIN = 1e-6
 
 def fit_codebooks(
     values: Mapping[Attribute, Tensor],
-    view: ViewDependence,
     sizes: CodebookSizes,
     generator: torch.Generator,
 ) -> dict[Attribute, Quantizer]:
@@ -50,10 +49,10 @@ def fit_codebooks(
     weights = apparent_size(values["scale"]) if sizes.weight_by_size else None
     found: dict[Attribute, Quantizer] = {}
     for name, value in values.items():
-        size = view.codebook_size if name == "lobes" else getattr(sizes, name)
+        size = CODEBOOK_SIZE if name == "lobes" else getattr(sizes, name)
         found[name] = SubVectorCodebooks.fit(
             value,
-            length=view.subvector_length if name == "lobes" else sizes.cuts[name].length,
+            length=SUBVECTOR_LENGTH if name == "lobes" else sizes.cuts[name].length,
             size=min(size, len(value)),
             generator=generator,
             weights=weights if name == "scale" else None,
@@ -184,7 +183,6 @@ def decorrelate(
     positions: Float[Tensor, "n 3"],
     decoder: ColorDecoder,
     lobe_decoder: LobeDecoder | None,
-    view: ViewDependence,
 ) -> dict[Attribute, Tensor]:
     """Return values with decorrelated latents; transform the decoders' weights inversely.
 
@@ -194,15 +192,14 @@ def decorrelate(
     static, of_view = values["appearance"].tensor_split([LATENTS], dim=1)
     if "lobes" in values:
         assert lobe_decoder is not None
-        zeros = values["scale"].new_zeros(len(static))
         gaussians = Gaussians(
             positions,
             values["rotation"],
             values["scale"],
-            values["opacity"][:, 0] if "opacity" in values else zeros,
+            values["opacity"][:, 0],
             decoder.decode(positions, static, of_view),
         )
-        found["lobes"] = decorrelate_lobes(lobe_decoder, values["lobes"], gaussians, base=view.base)
+        found["lobes"] = decorrelate_lobes(lobe_decoder, values["lobes"], gaussians, base=True)
     changed = decorrelate_appearance(decoder, positions, static, of_view)
     found["appearance"] = torch.cat(changed, dim=1)
     shorten_weights(decoder, lobe_decoder)

@@ -10,11 +10,9 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered, render_sorted, render_sortfree, visible_rows
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN
-from mobilegs.render.sortfree import exponential_lobes
 from mobilegs.reproducible import sigmoid
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.autograd_ops import take_rows, with_weighting_gradients
-from mobilegs.train.student.mask_pruning import mask_lobes
+from mobilegs.train.autograd_ops import take_rows
 from mobilegs.train.student.model import StudentModel
 from mobilegs.train.student.overdraw import overdraw
 
@@ -24,8 +22,7 @@ class SharedDecode:
 
     Views are rendered from `leaves`, where their gradients add up, so that only one view's graph
     exists at a time. `backward` then passes the sums on through quantisers and decoders. A network
-    that gives lobes is evaluated per view, so its parameters are leaves too; so are the learned
-    parameters of a weighting.
+    that gives lobes is evaluated per view, so its parameters are leaves too.
 
     Attributes:
         rows: for each camera, its rows of the decoded Gaussians; None stands for all of them.
@@ -33,14 +30,8 @@ class SharedDecode:
         detached: the same tensors without the graph, the leaves.
     """
 
-    def __init__(
-        self,
-        model: StudentModel,
-        cameras: list[Camera],
-        *,
-        masks: Float[Tensor, "n"] | None = None,
-    ) -> None:
-        """Decode what `cameras` see; `masks`, if given, multiply the opacities."""
+    def __init__(self, model: StudentModel, cameras: list[Camera]) -> None:
+        """Decode what `cameras` see."""
         self.model, self.cameras = model, cameras
         union, self.rows = merge_rows(rows_in_view(model, cameras), len(model))
         gaussians, lobe_inputs = model.gaussians(union)
@@ -48,10 +39,6 @@ class SharedDecode:
         if model.network is None:
             self.decoded["lobes"] = model.lobes(gaussians, lobe_inputs, None)
             del self.decoded["logit_opacities"]  # the lobes contain them
-        if model.attenuation is not None:
-            self.decoded["attenuation"] = take_rows(model.attenuation, union)
-        if masks is not None:
-            self.decoded["masks"] = take_rows(masks, union)
         self.detached = {name: t.detach().requires_grad_() for name, t in self.decoded.items()}
 
     @property
@@ -59,7 +46,7 @@ class SharedDecode:
         """The tensors at which the views' gradients add up."""
         network = self.model.network
         parameters = network.parameters() if network is not None else ()
-        return [*self.detached.values(), *parameters, *self.model.weighting_logs().values()]
+        return [*self.detached.values(), *parameters]
 
     def render(
         self,
@@ -79,25 +66,14 @@ class SharedDecode:
         model, options = self.model, {"camera": camera, "background": background, "depth": depth}
         options["footprint"] = model.footprint
         shapes = (picked["means"], picked["quats"], picked["log_scales"].exp())
-        lobes, masks = picked.get("lobes"), picked.pop("masks", None)
-        attenuation = picked.pop("attenuation", None)
+        lobes = picked.get("lobes")
         if lobes is None:
             lobes = model.lobes(Gaussians(**picked), picked["means"][:, :0], camera)
-        if masks is not None:
-            lobes = mask_lobes(lobes, masks, picked["means"], camera)
         if model.blend == "sorted":  # without phi
             directions = normalize(picked["means"] - camera.position, dim=1)
             opacities, _ = evaluate_lobes(lobes, directions)
             return render_sorted(*shapes, opacities, picked["sh"], **options)
-        weighting = model.weighting
-        if attenuation is not None:
-            lobes, weighting = exponential_lobes(
-                lobes, picked["means"], attenuation, weighting, camera=camera
-            )
-        if logs := model.weighting_logs():
-            weights = {name: log.exp() for name, log in logs.items()}
-            lobes = with_weighting_gradients(lobes, picked["means"], camera, **weights)
-        options |= {"weighting": weighting, "level_sigma": model.level_sigma}
+        options |= {"weighting": model.weighting, "level_sigma": model.level_sigma}
         return render_sortfree(*shapes, lobes, picked["sh"], **options)
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:

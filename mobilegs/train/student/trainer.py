@@ -9,13 +9,11 @@ from torch import Tensor
 from mobilegs.camera import MIN_SIDE, Camera
 from mobilegs.compress.uniform_quantizer import COLUMNS
 from mobilegs.data.dataset import View
-from mobilegs.errors import InputError
 from mobilegs.mgs.codec import pack
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.quantized_scene import MetaValue, QuantizedScene
-from mobilegs.render import Rendered
+from mobilegs.render import Rendered, Weighting
 from mobilegs.render.scene import Scene
-from mobilegs.render.sortfree import EXPONENTIAL
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.exposure import Exposures
@@ -30,16 +28,21 @@ from mobilegs.train.optim import exponential_lr
 from mobilegs.train.sampling import EVERY
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student import quantization
-from mobilegs.train.student.config import NO_FILE, StudentConfig
+from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.distill import TeacherImages, release_depth
 from mobilegs.train.student.model import Phase, StudentModel
 from mobilegs.train.student.position_grid import choose_grid
 from mobilegs.train.student.shared_decode import SharedDecode
-from mobilegs.train.student.virtual_views import beside_the_path, virtual_cameras
+from mobilegs.train.student.virtual_views import BESIDE, DIVISOR, beside_the_path, virtual_cameras
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
 from mobilegs.train.threads import first_threads
 
 RATE_UPDATES = 50  # of rate control in a run
+REGRESSION_STEPS = 400  # that fit colour networks to harmonics, at most a fifth of the run's
+# learning rates of the codebooks; those of the lobe latents have a quarter of these latents' rate
+CODEBOOK_LRS = {"scale": 1e-3, "opacity": 1e-3, "rotation": 5e-4, "appearance": 1e-3}
+LOBE_CODEBOOK_SHARE = 0.25
+COLOR_DECODER_LR = 1e-3
 SELDOM = 4  # steps between two gradients of the rate term and of overdraw, each 4 times as large
 
 
@@ -91,50 +94,53 @@ class Student:
         self.teacher_images = TeacherImages(
             teacher,
             cache_bytes=config.cache_mib << 20,
-            release_depths=not config.ablation.mask_depth,
+            release_depths=not config.loss.mask_depth,
         )
         self.cameras = [camera.to(device) for camera in cameras]
         self.exposures = exposures
         self.team = team
         self.virtual_cameras: list[Camera] = []
         if config.loss.virtual_view_every and self._distils:
-            n, share = config.loss.virtual_view_divisor, config.loss.virtual_view_beside
             between = virtual_cameras(self.cameras, seed)
             self.virtual_cameras = [
-                camera.reduced(max(1, min(n, min(camera.width, camera.height) // MIN_SIDE)))
-                for camera in beside_the_path(between, gaussians.means, share, seed)
+                camera.reduced(max(1, min(DIVISOR, min(camera.width, camera.height) // MIN_SIDE)))
+                for camera in beside_the_path(between, gaussians.means, BESIDE, seed)
             ]
-        if config.ablation.start_opacity:
-            opacities = torch.full_like(gaussians.logit_opacities, config.ablation.start_opacity)
+        if start := config.view_dependence.start_opacity:
+            opacities = torch.full_like(gaussians.logit_opacities, start)
             gaussians = replace(gaussians, logit_opacities=opacities.logit())
-        weighting = config.weighting
-        if weighting.name in ("sort_free_gs", EXPONENTIAL):
-            weighting = replace(weighting, sigma=weighting.sigma * extent)
         self.model = StudentModel(
             gaussians,
             config.view_dependence,
             self._lrs(),
             self.generator,
             blend=config.blend,
-            weighting=weighting,
+            weighting=self.weighting,
             footprint=config.footprint.drawn(config.blend),
             level_sigma=config.level_sigma,
             color=config.color_shape,
-            round_means=config.ablation.round_means,
+            round_means=config.quantization.round_means,
             step_sizes=config.quantization.initial_step_sizes,
-            canonical_rotations=config.ablation.canonical_rotations,
         )
-        if config.pruning.masks.weight:
-            logits = config.pruning.masks.initial_logits(len(self.model), device)
-            self.model.rows.add("masks", logits, config.lr.masks)
-        self.votes = VoteCounter(config.pruning.votes, config.steps, len(self.model), device)
+        self.votes = VoteCounter(config.pruning, config.steps, len(self.model), device)
+
+    @property
+    def weighting(self) -> Weighting:
+        """The weighting with which the student trains; a subclass may have another one."""
+        return self.config.weighting.weighting
+
+    def candidates(
+        self, opacities: Float[Tensor, "n"], scales: Float[Tensor, "n 3"]
+    ) -> Bool[Tensor, "n"]:
+        """Return the Gaussians that a vote goes against; a subclass may have another criterion."""
+        return vote(opacities, scales, self.config.pruning.quantile)
 
     @property
     def any_threads(self) -> bool:
         """True without networks and codebooks, whose matrix products depend on the threads."""
         config = self.config
         plain = config.color.decoder == "linear" and config.quantization.method == "sq"
-        return plain and config.view_dependence.kind in ("constant", "free", "latent")
+        return plain and config.view_dependence.kind != "network"
 
     @property
     def phase(self) -> Phase:
@@ -161,8 +167,6 @@ class Student:
         """
         config = self.config
         self._enter(self.phase)
-        if self.done >= self.steps * config.view_dependence.decoder_from:
-            self._fit_lobe_decoder()
         self.model.set_lrs(self._lrs())
         cameras = [self.cameras[index] for index in self.team.interleave([i for i, _ in views])]
         results = self._add_gradients(cameras, views)
@@ -172,8 +176,6 @@ class Student:
         self.model.step()
         if config.least_variance and ((self.done + 1) % EVERY == 0 or self.done + 1 == self.steps):
             self.model.limit_scales(self.cameras, config.least_variance)
-        if config.ablation.lobe_decay:
-            self.model.decay_lobes(config.ablation.lobe_decay)
         self.done += 1
         if self.model.phase == "quantized":
             self._control_rate()
@@ -182,8 +184,6 @@ class Student:
         self._count_votes(cameras)
         if self.votes.prunes_after(self.done):
             self._prune(self.votes.kept())
-        if "masks" in self.model.rows.tensors:
-            self._prune_by_masks()
         losses, errors = zip(*results, strict=True)
         return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
 
@@ -195,10 +195,9 @@ class Student:
         with torch.no_grad():
             gaussians, lobe_inputs = model.gaussians()
             gaussians, lobes = gaussians.detached(), None
-            if model.network is None and model.view.kind != "constant":
+            if model.lobe_decoder is not None:
                 lobes = model.lobes(gaussians, lobe_inputs, None).detach()
                 gaussians = replace(gaussians, logit_opacities=C0 * lobes[:, 0, 0])
-        attenuation = model.attenuation
         return Scene(
             gaussians,
             model.blend,
@@ -207,7 +206,6 @@ class Student:
             weighting=model.weighting,
             background=self.background,
             near=self.near,
-            attenuation=None if attenuation is None else attenuation.detach(),
             footprint=model.footprint,
         )
 
@@ -217,11 +215,8 @@ class Student:
         """Return the content of the file. If training has not quantised the model yet, this call
         quantises it.
 
-        `views` and `meta` go into the file unchanged. Raises InputError for the weighting
-        `exponential`, which files cannot hold.
+        `views` and `meta` go into the file unchanged.
         """
-        if self.config.weighting.name == EXPONENTIAL:
-            raise InputError(NO_FILE)
         self._enter("quantized")
         model = self.model
         assert model.decoder is not None and model.grid is not None
@@ -279,24 +274,13 @@ class Student:
             means = self.model.rows.tensors["means"].detach()
             self.model.use_latents(
                 choose_grid(means, self.cameras, config.quantization.position_error),
-                regression_steps=config.schedule.regression_steps,
+                regression_steps=min(REGRESSION_STEPS, self.steps // 5),
                 generator=self.generator,
             )
-            if not config.ablation.keep_moments:
+            if not config.schedule.keep_moments:
                 self.model.rows.replace_all(self.model.rows.tensors)
         if phase == "quantized" and self.model.phase == "latents":
-            self._fit_lobe_decoder()
             self.model.quantize(config.quantization.codebooks, generator=self.generator)
-
-    def _fit_lobe_decoder(self) -> None:
-        if self.model.lobes_are_final:
-            return
-        with first_threads():
-            self.model.fit_lobe_decoder(
-                self.cameras,
-                regression_steps=self.config.schedule.regression_steps,
-                generator=self.generator,
-            )
 
     # --- losses
 
@@ -320,13 +304,9 @@ class Student:
         `cameras` are those of all views of the step, `views` this process's share of them.
         """
         config, team, results = self.config, self.team, []
-        mask_logits = self.model.rows.tensors.get("masks")
-        masks = None
-        if mask_logits is not None:
-            masks = config.pruning.masks.sample(mask_logits, self.generator)
         virtual, depth = self._pick_virtual_view(), config.loss.depth_weight > 0
         rendered = cameras if virtual is None else [*cameras, self.virtual_cameras[virtual]]
-        shared = SharedDecode(self.model, rendered, masks=masks)
+        shared = SharedDecode(self.model, rendered)
         photos = [] if self.exposures is None else self.exposures.leaves
         for number, (index, view) in enumerate(views):
             at = number * team.world_size + team.rank
@@ -345,8 +325,6 @@ class Student:
             loss = self._distillation_loss(drawn, index, self.virtual_cameras[virtual])
             SINGLE_PROCESS.accumulate_gradients(shared.leaves, len(cameras) * loss)
         shared.backward()
-        if mask_logits is not None:
-            (len(cameras) * config.pruning.masks.loss(mask_logits)).backward()
         return results
 
     def _pick_virtual_view(self) -> int | None:
@@ -382,7 +360,7 @@ class Student:
         )
         if drawn.depth is None:
             return loss
-        if config.ablation.mask_depth:
+        if config.loss.mask_depth:
             distance = depth_distillation_loss(drawn.depth, drawn.alpha, teacher.depth, mask=mask)
         else:
             depth = release_depth(drawn, self.background)
@@ -396,21 +374,8 @@ class Student:
         """Count a vote per camera, in steps that hold one."""
         if not self.votes.votes_at(self.done):
             return
-        config = self.config.pruning.votes
         for camera in cameras:
-            opacities, scales = self.model.opacities_and_scales(camera)
-            self.votes.add(
-                vote(opacities, scales, quantile=config.quantile, criterion=config.criterion)
-            )
-
-    def _prune_by_masks(self) -> None:
-        """Remove Gaussians whose mask has a low probability; drop the masks at their `until`."""
-        config, logits = self.config.pruning.masks, self.model.rows.tensors["masks"]
-        if self.done >= round(config.until * self.steps):
-            self.model.rows.drop("masks")
-            self._prune(config.kept(logits, final=True))
-        elif self.votes.prunes_after(self.done):
-            self._prune(config.kept(logits, final=False))
+            self.votes.add(self.candidates(*self.model.opacities_and_scales(camera)))
 
     def _prune(self, keep: Bool[Tensor, "n"]) -> None:
         if keep.any() and not keep.all():
@@ -433,33 +398,21 @@ class Student:
         config, lr, progress = self.config, self.config.lr, self.done / self.steps
         decay_share = (progress - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
         decay = exponential_lr(1.0, lr.final_factor, decay_share)
-        lobe_decoder = lr.lobe_basis
-        if config.view_dependence.kind == "latent":
-            lobe_decoder = lr.network
-        elif config.view_dependence.kind == "decoded":
-            lobe_decoder = 2 * lr.network  # a constant lobe counts only C0 = 0.28 in an image
         lrs = {
             "means": self.means_lr,
             "quats": lr.quats,
             "log_scales": lr.scales,
             "logit_opacities": lr.opacities,
-            "explicit_lobes": lr.lobes,
             "lobe_latents": lr.lobes,
-            "lobe_decoder": lobe_decoder,
+            "lobe_decoder": lr.network,
             "sh0": lr.sh0,
             "sh_rest": lr.sh_rest,
             "static": lr.color_latents,
             "view": lr.color_latents,
-            "weighting": lr.weighting,
-            "attenuation": lr.weighting,
-            "masks": lr.masks,
             "network": lr.network,
-            "decoder": lr.color_decoder,
-            "scale": lr.codebooks,
-            "opacity": lr.codebooks,
-            "rotation": lr.rotation_codebooks,
-            "appearance": lr.color_codebooks,
-            "lobes": lr.lobe_codebooks,
+            "decoder": COLOR_DECODER_LR,
+            **{name: value * lr.codebook_factor for name, value in CODEBOOK_LRS.items()},
+            "lobes": LOBE_CODEBOOK_SHARE * lr.lobes * lr.codebook_factor,
             "scale_values": lr.scales * lr.quantized_factor,
             "opacity_values": lr.opacities * lr.quantized_factor,
             "rotation_values": lr.quats * lr.quantized_factor,

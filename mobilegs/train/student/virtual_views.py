@@ -8,6 +8,8 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 
+DIVISOR = 2  # of the photos' width and height
+BESIDE = 0.5  # share of the views beside the path of the photos; the others are between two cameras
 NEIGHBOURS = 4
 MIN_COSINE = 0.7  # of the angle between the directions of cameras that look at the same things
 MIN_SHARE, MAX_SHARE = 0.25, 0.75  # of the way from one camera to the other

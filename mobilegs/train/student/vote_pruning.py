@@ -6,24 +6,18 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from mobilegs.errors import InputError
 from mobilegs.validation import COUNT, FRACTION, check
 
-CRITERIA = ("both", "opacity", "scale")
+SHARE = 0.6  # of an interval's votes above which a Gaussian is removed (paper: 0.6)
 
 
 @dataclass(frozen=True)
 class VoteConfig:
     """Criteria and schedule of pruning by votes."""
 
-    criterion: str = "both"
-    """Values that must lie below the quantile: `both` opacity and largest scale, as in the paper,
-    or one of them, `opacity` or `scale`."""
     quantile: float = 0.2
     """Quantile of all Gaussians, 0 to 1, below which a vote goes against a Gaussian (paper: 0.2).
     0 never prunes."""
-    share: float = 0.6
-    """Share of an interval's votes, 0 to 1, above which a Gaussian is removed (paper: 0.6)."""
     interval: float = 1 / 30
     """Time between two prunings, 0 to 1 (paper: 1,000 of 30,000)."""
     until: float = 0.8
@@ -33,44 +27,36 @@ class VoteConfig:
     all Gaussians, visible or not. (The release votes in every step.)"""
 
     def __post_init__(self) -> None:
-        if self.criterion not in CRITERIA:
-            raise InputError(
-                f"unknown criterion '{self.criterion}': use one of {', '.join(CRITERIA)}"
-            )
-        fractions = dict.fromkeys(("quantile", "share", "interval", "until"), FRACTION)
+        fractions = dict.fromkeys(("quantile", "interval", "until"), FRACTION)
         check(self, votes_per_interval=COUNT, **fractions)
 
 
 def vote(
-    opacities: Float[Tensor, "n"],
-    scales: Float[Tensor, "n 3"],
-    *,
-    quantile: float,
-    criterion: str = "both",
+    opacities: Float[Tensor, "n"], scales: Float[Tensor, "n 3"], quantile: float
 ) -> Bool[Tensor, "n"]:
-    """Return the Gaussians with opacity and largest scale (or one) below the `quantile` of all.
+    """Return the Gaussians whose opacity and largest scale both lie below the `quantile` of all.
 
-    `opacities` are those seen from one camera. Quantiles interpolate linearly. The comparison is
-    strict, so that no vote goes against equal values.
+    `opacities` are those seen from one camera.
     """
-    if not len(opacities):
-        return torch.zeros_like(opacities, dtype=torch.bool)
-    largest = scales.amax(1)
-    faint = opacities < _quantile(opacities, quantile)
-    small = largest < _quantile(largest, quantile)
-    return {"both": faint & small, "opacity": faint, "scale": small}[criterion]
+    return below_quantile(opacities, quantile) & below_quantile(scales.amax(1), quantile)
 
 
-def _quantile(values: Float[Tensor, "n"], q: float) -> Float[Tensor, ""]:
+def below_quantile(values: Float[Tensor, "n"], quantile: float) -> Bool[Tensor, "n"]:
+    """Return which values are smaller than the quantile of all, which interpolates linearly.
+
+    The comparison is strict: none of equal values is smaller.
+    """
     # torch.quantile raises an error above 16 million values, and sorts them all
-    place = q * (len(values) - 1)
+    if not len(values):
+        return torch.zeros_like(values, dtype=torch.bool)
+    place = quantile * (len(values) - 1)
     low, high = int(place), min(int(place) + 1, len(values) - 1)
     if values.is_cuda:  # there a sort takes a tenth of the time of kthvalue
         ordered = values.sort().values
         first, second = ordered[low], ordered[high]
     else:
         first, second = (values.kthvalue(rank + 1).values for rank in (low, high))
-    return first + (second - first) * (place - low)
+    return values < first + (second - first) * (place - low)
 
 
 class VoteCounter:
@@ -108,8 +94,8 @@ class VoteCounter:
         self.held += 1
 
     def kept(self) -> Bool[Tensor, "n"]:
-        """Return the Gaussians with at most `share` of the votes against them."""
-        return self.against <= self.config.share * self.held
+        """Return the Gaussians with at most `SHARE` of the votes against them."""
+        return self.against <= SHARE * self.held
 
     def reset(self, count: int) -> None:
         """Begin the next interval, with `count` Gaussians."""

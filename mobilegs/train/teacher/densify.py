@@ -12,48 +12,46 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
 from mobilegs.reproducible import sigmoid
 from mobilegs.train.optim import NamedAdam
-from mobilegs.validation import FRACTION, NOT_NEGATIVE, check
+from mobilegs.validation import FRACTION, NOT_NEGATIVE, check, check_choice
+
+Strategy = Literal["clone_split", "mini_splatting", "mcmc", "fixed"]
+STOP = 0.5  # time at which densification ends (3DGS: 15,000 of 30,000)
+INTERVAL = 1 / 300  # time between two densifications (3DGS: 100 of 30,000)
+SPLIT_SCALE = 0.01  # share of the scene's extent: larger Gaussians are split, others are cloned
+PRUNE_OPACITY = 0.005  # Gaussians of lower opacity are removed
+PRUNE_SCALE_FROM = 0.1  # time from which on large Gaussians are removed (3DGS: 3,000 of 30,000)
 
 
 @dataclass(frozen=True)
 class DensifyConfig:
     """When and where Gaussians are added and removed (3DGS, section 5.2)."""
 
-    strategy: Literal["clone_split", "mini_splatting", "mcmc", "fixed"] = "clone_split"
+    strategy: Strategy = "clone_split"
     """`clone_split` is 3DGS's method. `mini_splatting` also restarts from surface points and keeps
     the important Gaussians. `mcmc` moves faint Gaussians, up to max_splats. `fixed` keeps the
-    initial Gaussians. `clone_split` and `mini_splatting` use all fields below, `mcmc` only `start`,
-    `interval` and `min_interval`."""
+    initial Gaussians. `clone_split` and `mini_splatting` use all fields below, `mcmc` only `start`
+    and `min_interval`."""
     start: float = 1 / 60
     """Fraction of the run before the first densification (3DGS: 500 of 30,000)."""
-    stop: float = 0.5
-    """Fraction of the run at which densification ends (3DGS: 15,000 of 30,000)."""
-    interval: float = 1 / 300
-    """Fraction of the run between two densifications (3DGS: 100 of 30,000)."""
     min_interval: int = 50
-    """Minimum number of steps between two, so that short runs also average gradients."""
+    """Minimum number of steps between two densifications, so that short runs also average
+    gradients. In long runs it is a 300th of the run (3DGS: 100 of 30,000)."""
     gradient: float = 2e-4
     """Mean screen-space gradient from which on a Gaussian is cloned or split, in units of half the
     image's size (3DGS: 2e-4)."""
-    split_scale: float = 0.01
-    """Gaussians larger than this fraction of the scene's extent are split, others are cloned."""
-    prune_opacity: float = 0.005
-    """Gaussians of lower opacity are removed."""
     prune_scale: float = 0.1
-    """Gaussians larger than this fraction of the scene's extent are removed; 0 removes none."""
-    prune_scale_from: float = 0.1
-    """Fraction of the run from which on large Gaussians are removed (3DGS: 3,000 of 30,000)."""
+    """Gaussians larger than this fraction of the scene's extent are removed after a tenth of the
+    run (3DGS: 3,000 of 30,000); 0 removes none."""
     opacity_reset: float = 0.0
     """Fraction of the run between two resets of all opacities to at most 0.01, until densification
     ends (3DGS: 3,000 of 30,000); 0 never resets, as in Mini-Splatting."""
 
     def __post_init__(self) -> None:
-        times = ("start", "stop", "interval", "prune_scale_from", "opacity_reset")
-        sizes = ("gradient", "split_scale", "prune_scale", "min_interval")
+        check_choice("strategy", self.strategy, Strategy)
         check(
             self,
-            **dict.fromkeys((*times, "prune_opacity"), FRACTION),
-            **dict.fromkeys(sizes, NOT_NEGATIVE),
+            **dict.fromkeys(("start", "opacity_reset"), FRACTION),
+            **dict.fromkeys(("gradient", "prune_scale", "min_interval"), NOT_NEGATIVE),
         )
 
 
@@ -72,9 +70,9 @@ class Schedule:
         """Convert the fractions of `config` to steps of a run of `steps`."""
         return Schedule(
             start=round(config.start * steps),
-            stop=round(config.stop * steps),
-            interval=max(1, config.min_interval, round(config.interval * steps)),
-            prune_scale_from=round(config.prune_scale_from * steps),
+            stop=round(STOP * steps),
+            interval=max(1, config.min_interval, round(INTERVAL * steps)),
+            prune_scale_from=round(PRUNE_SCALE_FROM * steps),
             opacity_reset=round(config.opacity_reset * steps),
         )
 
@@ -223,7 +221,7 @@ class CloneSplit(Fixed):
         self, adam: NamedAdam, generator: torch.Generator, split_too: Bool[Tensor, "n"]
     ) -> None:
         scales = adam.tensors["log_scales"].exp()
-        large = scales.amax(1) > self.config.split_scale * self.extent
+        large = scales.amax(1) > SPLIT_SCALE * self.extent
         cloned, split = self._select(large, split_too)
         twice = torch.cat([split.nonzero()[:, 0]] * 2)
         new = {
@@ -260,7 +258,7 @@ class CloneSplit(Fixed):
         return cloned, split
 
     def _prune(self, adam: NamedAdam, *, large_too: bool) -> None:
-        keep = sigmoid(adam.tensors["logit_opacities"]) >= self.config.prune_opacity
+        keep = sigmoid(adam.tensors["logit_opacities"]) >= PRUNE_OPACITY
         if large_too and self.config.prune_scale:
             largest = adam.tensors["log_scales"].amax(1).exp()
             keep &= largest <= self.config.prune_scale * self.extent

@@ -1,7 +1,5 @@
 """3DGS as Markov Chain Monte Carlo (Kheradmand et al. 2024): a budget of moving Gaussians."""
 
-from dataclasses import dataclass
-
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
@@ -11,57 +9,33 @@ from mobilegs.render.project import rotation_matrices
 from mobilegs.reproducible import sigmoid
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.teacher.densify import DensifyConfig, Fixed, Schedule
-from mobilegs.validation import FRACTION, NOT_NEGATIVE, check
 
 COPIES_MAX = 51  # of one Gaussian at a time, the original included
+STOP = 25 / 30  # time at which Gaussians are moved and added for the last time
+GROWTH = 0.05  # share by which the number of Gaussians grows each time, up to max_splats
+DEAD_OPACITY = 0.005  # Gaussians of at most this opacity are relocated; noise acts below it
+NOISE = 5e5  # of the means, relative to their learning rate and covariance
+OPACITY_WEIGHT, SCALE_WEIGHT = 0.01, 0.01  # of the mean opacity and scale, in the loss
 GATE = 100.0  # steepness of the sigmoid that limits noise to faint Gaussians
-
-
-@dataclass(frozen=True)
-class McmcConfig:
-    """Settings of the `mcmc` strategy; times are fractions of the run."""
-
-    stop: float = 25 / 30
-    """When Gaussians are moved and added for the last time (25,000 of 30,000)."""
-    growth: float = 0.05
-    """Share by which the number of Gaussians grows each time, up to max_splats."""
-    dead_opacity: float = 0.005
-    """Gaussians of at most this opacity are relocated; noise acts from here downwards."""
-    noise: float = 5e5
-    """Scale of the random steps of the means, relative to their learning rate and covariance."""
-    opacity_weight: float = 0.01
-    """Weight of the mean opacity in the loss."""
-    scale_weight: float = 0.01
-    """Weight of the mean scale, in world units, in the loss."""
-
-    def __post_init__(self) -> None:
-        numbers = ("growth", "noise", "opacity_weight", "scale_weight")
-        check(
-            self,
-            **dict.fromkeys(numbers, NOT_NEGATIVE),
-            **dict.fromkeys(("stop", "dead_opacity"), FRACTION),
-        )
 
 
 class Mcmc(Fixed):
     """Relocates faint Gaussians, grows up to the budget and adds noise to the means."""
 
-    def __init__(
-        self, config: DensifyConfig, mcmc: McmcConfig, *, steps: int, max_splats: int
-    ) -> None:
+    def __init__(self, config: DensifyConfig, *, steps: int, max_splats: int) -> None:
         """Take the schedules of a run of `steps`."""
         self.schedule = Schedule.of(config, steps)
-        self.config, self.max_splats = mcmc, max_splats
-        self.stop = self.last_event = round(mcmc.stop * steps)
+        self.max_splats = max_splats
+        self.stop = self.last_event = round(STOP * steps)
 
     def shorten(self, steps: int) -> None:
         """End relocation where a run of `steps` does, if that is sooner."""
-        self.stop = self.last_event = min(self.stop, round(self.config.stop * steps))
+        self.stop = self.last_event = min(self.stop, round(STOP * steps))
 
     def regularizer(self, gaussians: Gaussians) -> Float[Tensor, ""]:
         """Penalise opacity and size, so that unneeded Gaussians fade and are relocated."""
-        opacity = self.config.opacity_weight * gaussians.opacities.mean()
-        return opacity + self.config.scale_weight * gaussians.scales.mean()
+        opacity = OPACITY_WEIGHT * gaussians.opacities.mean()
+        return opacity + SCALE_WEIGHT * gaussians.scales.mean()
 
     @torch.no_grad()
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
@@ -74,7 +48,7 @@ class Mcmc(Fixed):
 
     def _relocate(self, adam: NamedAdam, generator: torch.Generator) -> None:
         opacities = sigmoid(adam.tensors["logit_opacities"])
-        dead = opacities <= self.config.dead_opacity
+        dead = opacities <= DEAD_OPACITY
         if not dead.any() or dead.all():
             return
         alive = torch.where(dead, 0.0, opacities)
@@ -85,7 +59,7 @@ class Mcmc(Fixed):
 
     def _grow(self, adam: NamedAdam, generator: torch.Generator) -> None:
         opacities = sigmoid(adam.tensors["logit_opacities"])
-        target = min(self.max_splats, int((1 + self.config.growth) * len(opacities)))
+        target = min(self.max_splats, int((1 + GROWTH) * len(opacities)))
         if target > len(opacities):
             adam.append_rows(self._duplicate(adam, opacities, target - len(opacities), generator))
 
@@ -108,7 +82,7 @@ class Mcmc(Fixed):
         faint, small = split_copies(
             opacities[rows], adam.tensors["log_scales"][rows].exp(), 1 + counts[counts > 0]
         )
-        least = self.config.dead_opacity
+        least = DEAD_OPACITY
         faint = faint.clamp(least, 1 - torch.finfo(faint.dtype).eps)
         adam.tensors["logit_opacities"][rows] = faint.logit()
         adam.tensors["log_scales"][rows] = small.log()
@@ -126,8 +100,8 @@ class Mcmc(Fixed):
             device=tensors["means"].device,
         )
         opacities = sigmoid(tensors["logit_opacities"])
-        gate = sigmoid(GATE * (self.config.dead_opacity - opacities))
-        length = self.config.noise * adam.lr("means") * gate
+        gate = sigmoid(GATE * (DEAD_OPACITY - opacities))
+        length = NOISE * adam.lr("means") * gate
         turn = rotation_matrices(tensors["quats"])
         variances = (2 * tensors["log_scales"]).exp()[:, :, None]
         inside = variances * (turn.transpose(1, 2) @ noise[:, :, None])

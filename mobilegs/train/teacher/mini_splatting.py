@@ -17,25 +17,25 @@ from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig
 from mobilegs.train.teacher.importance import Metric, importance, importance_mask, sample_rows
 from mobilegs.train.teacher.init import gaussians_at
 from mobilegs.train.teacher.surface_points import surface_points
-from mobilegs.validation import FRACTION, POSITIVE, SHARE, check
+from mobilegs.validation import POSITIVE, SHARE, check, check_choice
 
 Event = Literal["", "densify", "reinit", "sample", "trim"]
+BLUR = 1 / 5000  # a Gaussian with the largest weight in more of an image than this is split
+# the following are times, fractions of the run
+REINIT_INTERVAL = 1 / 6  # between two restarts during densification (5,000 of 30,000)
+TRIM_AT = 2 / 3  # when the least important Gaussians are removed (20,000 of 30,000)
+REWIND_TO = 1 / 6  # point of the means' schedule that follows the sampling (5,000 of 30,000)
 
 
 @dataclass(frozen=True)
 class MiniSplattingConfig:
     """Settings of `mini_splatting` in addition to densification; times are fractions of the run.
 
-    At the end of densification (`densify.stop`, 15,000 of 30,000), half of the important Gaussians
+    At the end of densification (15,000 of 30,000), half of the important Gaussians
     are sampled. From there the SH degree rises, and the schedule of the means' learning rate goes
-    back to `rewind_to`. The numbers in parentheses are the paper's.
+    back to its first sixth. The numbers in parentheses are the paper's.
     """
 
-    blur: float = 1 / 5000
-    """A Gaussian with the largest weight in more than this fraction of an image is split."""
-    reinit_interval: float = 1 / 6
-    """Time between two restarts from surface points during densification (5,000 of 30,000); 0 never
-    restarts."""
     reinit_splats: float = 3.5
     """Gaussians after a restart, in multiples of max_splats (3.5 million of 1 million)."""
     peak_splats: float = 4.5
@@ -44,19 +44,16 @@ class MiniSplattingConfig:
     """Importance of Gaussians: `indoor` sums their weights in all pixels, `outdoor` averages them
     over the pixels that they touch, which favours small and distant ones."""
     sampled: float = 0.5
-    """Share of the Gaussians with importance above 0 that are sampled at densify.stop."""
-    trim_at: float = 2 / 3
-    """When the least important Gaussians are removed (20,000 of 30,000)."""
+    """Share of the Gaussians with importance above 0 that are sampled when densification ends."""
     trim_keeps: float = 0.99
-    """Share of the total importance that remains then."""
-    rewind_to: float = 1 / 6
-    """Point of the means' learning-rate schedule that follows the sampling (5,000 of 30,000)."""
+    """Share of the total importance that remains when the least important Gaussians are removed, at
+    two thirds of the run (20,000 of 30,000)."""
 
     def __post_init__(self) -> None:
+        check_choice("metric", self.metric, Metric)
         check(
             self,
-            **dict.fromkeys(("blur", "reinit_splats", "peak_splats"), POSITIVE),
-            **dict.fromkeys(("reinit_interval", "trim_at", "rewind_to"), FRACTION),
+            **dict.fromkeys(("reinit_splats", "peak_splats"), POSITIVE),
             **dict.fromkeys(("sampled", "trim_keeps"), SHARE),
         )
 
@@ -98,9 +95,9 @@ class MiniSplatting(CloneSplit):
         self.sh_delayed = self.stop > 0
         self.columns = (sh_degree + 1) ** 2 - 1
         self.reinit_splats = min(round(mini.reinit_splats * max_splats), self.max_splats)
-        self.reinit_interval = round(mini.reinit_interval * steps)
-        self.trim = self.last_event = max(round(mini.trim_at * steps), self.stop + 1)
-        self.rewind_to = round(mini.rewind_to * steps)
+        self.reinit_interval = round(REINIT_INTERVAL * steps)
+        self.trim = self.last_event = max(round(TRIM_AT * steps), self.stop + 1)
+        self.rewind_to = round(REWIND_TO * steps)
 
     def shorten(self, steps: int) -> None:
         """Keep the steps of sampling and trimming."""
@@ -141,7 +138,7 @@ class MiniSplatting(CloneSplit):
             return
         shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
         found = measure_contributions(*shapes, camera=camera, footprint=self.footprint)
-        self.blurred |= found.largest > self.mini.blur * camera.width * camera.height
+        self.blurred |= found.largest > BLUR * camera.width * camera.height
 
     @torch.no_grad()
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:

@@ -14,18 +14,28 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import Footprint, render_sorted, visible_rows
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
+from mobilegs.train.exposure import START as EXPOSURE_START
 from mobilegs.train.exposure import ExposureConfig, Exposures, exposures_for
 from mobilegs.train.losses import masked_mse, photo_loss
 from mobilegs.train.optim import NamedAdam, exponential_lr
+from mobilegs.train.poses import LRS as POSE_LRS
+from mobilegs.train.poses import START as POSE_START
 from mobilegs.train.poses import PoseConfig, Poses
 from mobilegs.train.sampling import EVERY, limit_scales
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.teacher.far import hidden_far
 from mobilegs.train.teacher.init import initial_gaussians
-from mobilegs.train.teacher.mcmc import Mcmc, McmcConfig
+from mobilegs.train.teacher.mcmc import Mcmc
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig
-from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, Range, check
+from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, check
+
+INIT_OPACITY = 0.1  # of initial Gaussians, and after restarts of mini_splatting
+MEANS_FALL = 100  # learning rate of the means at the start, in that at the end
+DECAY_FROM = 0.5  # time from which the other learning rates fall
+FULL_SIZE_FROM = 0.4  # time from which on photos have their full size
+FAR_CHECKED = 0.3  # time at which `far_visibility` is checked
+SH_INTERVAL = 1 / 30  # time after which the degree of the harmonics rises by 1
 
 
 @dataclass(frozen=True)
@@ -33,10 +43,8 @@ class TeacherLearningRates:
     """Learning rates of Adam."""
 
     means: float = 1.6e-4
-    """Learning rate of the means at the start, in extents of the scene, above 0."""
-    means_end: float = 1.6e-6
-    """Learning rate of the means at the end, in extents of the scene, above 0. In between it falls
-    geometrically."""
+    """Learning rate of the means at the start, in extents of the scene, above 0. It falls
+    geometrically to a hundredth."""
     quats: float = 1e-3
     """Learning rate of the quaternions, at least 0."""
     scales: float = 5e-3
@@ -49,15 +57,12 @@ class TeacherLearningRates:
     """Learning rate of the view-dependent part of the colour, at least 0."""
 
     final_factor: float = 1.0
-    """Factor on the other learning rates at the end, above 0 and at most 1 (3DGS: 1). From
-    `decay_from` on it falls geometrically from 1."""
-    decay_from: float = 0.5
-    """Time from which the other learning rates fall, 0 to 1."""
+    """Factor on the other learning rates at the end, above 0 and at most 1 (3DGS: 1). In the second
+    half of the run it falls geometrically from 1."""
 
     def __post_init__(self) -> None:
         rates = {field.name: NOT_NEGATIVE for field in fields(self)}
-        more = {"final_factor": SHARE, "decay_from": FRACTION}
-        check(self, **(rates | {"means": POSITIVE, "means_end": POSITIVE} | more))
+        check(self, **(rates | {"means": POSITIVE, "final_factor": SHARE}))
 
 
 @dataclass(frozen=True)
@@ -71,32 +76,22 @@ class TeacherConfig:
     scale of gradients, mostly cancels the factor."""
     first_divisor: int = 1
     """Divisor of the photos' width and height in the first step; 1: all steps see the full size.
-    Until `full_size_from` it falls to 1, in equal times by equal factors."""
-    full_size_from: float = 0.4
-    """Fraction of the steps from which on photos have their full size."""
+    In the first 0.4 of the steps it falls to 1, in equal times by equal factors."""
     max_splats: int = 1_000_000
     """Maximum number of Gaussians; mini_splatting exceeds it during densification (peak_splats)."""
     init_splats: int = 200_000
     """Maximum number of initial Gaussians; a random choice if the capture has more points."""
-    init_opacity: float = 0.1
-    """Opacity of initial Gaussians, and after restarts of mini_splatting, in (0, 1)."""
-    init_scale: float = 1.0
-    """Size of initial Gaussians, in distances to their neighbors."""
     far_splats: int = 0
     """Maximum number of initial Gaussians that lie on a far sphere, 0 or more: skies, and what is
     behind the scene where it has holes. Its radius is 20 extents of the scene. None if photos are
     transparent around an object. Large Gaussians must not be pruned (`densify.prune_scale=0`)."""
     far_visibility: float = 0.0
-    """Visibility, 0 to 1, below which Gaussians near the far sphere are removed after
-    `far_checked` of the steps, in a room for example: the share of their blending weight that is
-    left by what lies before them. 0 removes none."""
-    far_checked: float = 0.3
-    """Fraction of the steps after which `far_visibility` is checked."""
+    """Visibility, 0 to 1, below which Gaussians near the far sphere are removed after 0.3 of the
+    steps, in a room for example: the share of their blending weight that is left by what lies
+    before them. 0 removes none."""
     sh_degree: int = 3
-    """Final degree of the colour's spherical harmonics, 0 to 3."""
-    sh_interval: float = 1 / 30
-    """Fraction of the steps after which the degree, at first 0, rises by 1; mini_splatting counts
-    from its sampling."""
+    """Final degree of the colour's spherical harmonics, 0 to 3. The degree, at first 0, rises by 1
+    every thirtieth of the run; mini_splatting counts from its sampling."""
     ssim_weight: float = 0.2
     """Weight of 1 - SSIM in the loss; the rest is L1."""
     footprint: Footprint = field(default_factory=lambda: Footprint(0.1, antialiased=True))
@@ -115,8 +110,6 @@ class TeacherConfig:
     """Adding and removing of Gaussians."""
     mini_splatting: MiniSplattingConfig = field(default_factory=MiniSplattingConfig)
     """Additional settings of the strategy mini_splatting."""
-    mcmc: McmcConfig = field(default_factory=McmcConfig)
-    """Settings of the strategy mcmc."""
     min_views: int = 2
     """Gaussians in the sight of fewer training cameras are removed in the last step: their depth is
     undetermined, and from other places they can cover the view."""
@@ -127,11 +120,8 @@ class TeacherConfig:
             **dict.fromkeys(
                 ("steps", "views_per_step", "max_splats", "init_splats", "first_divisor"), COUNT
             ),
-            init_scale=POSITIVE,
             **dict.fromkeys(("min_views", "least_variance", "far_splats"), NOT_NEGATIVE),
-            **dict.fromkeys(("sh_interval", "ssim_weight", "full_size_from"), FRACTION),
-            **dict.fromkeys(("far_visibility", "far_checked"), FRACTION),
-            init_opacity=Range(high=1.0, above=True, below=True),
+            **dict.fromkeys(("ssim_weight", "far_visibility"), FRACTION),
             sh_degree=DEGREE,
         )
         if self.footprint.soft_edge:
@@ -172,7 +162,7 @@ class Teacher:
         self.poses: Poses | None = None
         if config.pose.learned:
             cameras = [frame.camera.to(device) for frame in self.frames]
-            self.poses = Poses(config.pose, cameras, self.extent)
+            self.poses = Poses(cameras, self.extent, POSE_LRS)
         self.generator = torch.Generator().manual_seed(seed)
         self.degree_max = config.sh_degree if start is None else start.sh_degree
         self.degree_first = 0 if start is None else start.sh_degree
@@ -181,14 +171,13 @@ class Teacher:
             start = initial_gaussians(
                 dataset,
                 count=min(config.init_splats, config.max_splats),
-                opacity=config.init_opacity,
+                opacity=INIT_OPACITY,
                 sh_degree=config.sh_degree,
                 generator=self.generator,
                 far=config.far_splats,
             )
-            start.log_scales += math.log(config.init_scale)
         far = config.far_splats and config.far_visibility and not given
-        self.far_check = round(config.far_checked * self.steps) if far else 0
+        self.far_check = round(FAR_CHECKED * self.steps) if far else 0
         self.strategy = self._strategy(len(start), device)
         tensors = start.to(device).tensors()
         sh = tensors.pop("sh")
@@ -213,7 +202,7 @@ class Teacher:
     @property
     def sh_degree(self) -> int:
         """Degree of the harmonics in the next step."""
-        interval = max(1, round(self.config.sh_interval * self.steps))
+        interval = max(1, round(SH_INTERVAL * self.steps))
         raised = self.strategy.sh_step(self.done) // interval
         return min(self.degree_max, self.degree_first + raised)
 
@@ -229,7 +218,7 @@ class Teacher:
     def divisor(self) -> int:
         """Divisor of the photos' size in the next step."""
         config = self.config
-        left = 1 - self.done / max(config.full_size_from * self.steps, 1e-9)
+        left = 1 - self.done / max(FULL_SIZE_FROM * self.steps, 1e-9)
         divisor = math.ceil(config.first_divisor ** max(0.0, left))
         return max(1, min(divisor, self.shortest_side // MIN_SIDE))
 
@@ -241,7 +230,7 @@ class Teacher:
         leaves, shown = list(self.adam.tensors.values()), self._gaussians(0).detached()
         if self.exposures is not None:
             leaves += self.exposures.leaves
-        poses = self.poses if self.done >= self.config.pose.start * self.steps else None
+        poses = self.poses if self.done >= POSE_START * self.steps else None
         if poses is not None:
             leaves.append(poses.motions)
         results, divisor = [], self.divisor
@@ -274,7 +263,7 @@ class Teacher:
     def _begin_exposures(self) -> float | None:
         """Decide in one of the steps whether photos differ; return their spread in that step."""
         config = self.config.exposure
-        if self.done != round(config.start * self.config.steps):
+        if self.done != round(EXPOSURE_START * self.config.steps):
             return None
         self.exposures, spread = exposures_for(config, self.scene(), self.frames)
         return spread
@@ -353,11 +342,11 @@ class Teacher:
             return Fixed()
         run = {"steps": config.steps, "max_splats": config.max_splats}
         if densify.strategy == "mcmc":
-            return Mcmc(densify, config.mcmc, **run)
+            return Mcmc(densify, **run)
         start = {"extent": self.extent, "count": count, "device": device}
         if densify.strategy == "clone_split":
             return CloneSplit(densify, **run, **start)
-        begin = {"frames": self.frames, "opacity": config.init_opacity}
+        begin = {"frames": self.frames, "opacity": INIT_OPACITY}
         begin |= {"sh_degree": self.degree_max, "footprint": config.footprint}
         return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
 
@@ -397,8 +386,8 @@ class Teacher:
     def _lrs(self) -> dict[str, float]:
         lr = self.config.lr
         progress = self.strategy.lr_step(self.done) / self.steps
-        position = exponential_lr(lr.means, lr.means_end, progress)
-        share = (self.done / self.steps - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
+        position = exponential_lr(lr.means, lr.means / MEANS_FALL, progress)
+        share = (self.done / self.steps - DECAY_FROM) / (1 - DECAY_FROM)
         decay = exponential_lr(1.0, lr.final_factor, share)
         return {
             "means": position * self.extent,

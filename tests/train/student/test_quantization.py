@@ -20,7 +20,6 @@ WITH_RATE = changed(
 )
 KINDS = {
     "lobes from latents": WITH_RATE,
-    "free lobes": replace(WITH_RATE, view_dependence=ViewDependence("free", decoder_from=0.6)),
     "network": replace(WITH_RATE, view_dependence=ViewDependence("network")),
     "sorted": replace(WITH_RATE, blend="sorted", view_dependence=ViewDependence("constant")),
 }

@@ -41,7 +41,7 @@ def test_a_vote_on_no_gaussians_is_empty() -> None:
 
 
 def test_the_share_is_of_the_votes_held() -> None:
-    votes = VoteCounter(VoteConfig(share=0.6), steps=300, count=3, device=CPU)
+    votes = VoteCounter(VoteConfig(), steps=300, count=3, device=CPU)
     for round_ in range(5):
         votes.add(torch.tensor([round_ < 3, round_ < 4, False]))
     assert votes.kept().tolist() == [True, False, True]  # 3 of 5 is not more than 0.6

@@ -16,6 +16,7 @@ from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.recipes import RECIPES, with_method
 from mobilegs.train.stage import view_order
+from mobilegs.train.teacher import mini_splatting
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.init import gaussians_at, neighbor_distances
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig, constant_color
@@ -85,7 +86,7 @@ def test_events_fall_on_the_papers_steps(papers: Teacher) -> None:
 def test_numbers_are_the_papers(papers: Teacher) -> None:
     strategy = strategy_of(papers)
     assert strategy.reinit_splats == 3_500_000 and strategy.max_splats == 4_500_000
-    assert strategy.mini.blur == 1 / 5000 and strategy.config.prune_scale_from * 30_000 == 3000
+    assert strategy.schedule.prune_scale_from == 3000
 
 
 def test_the_learning_rate_of_the_means_rewinds_to_step_5000(papers: Teacher) -> None:
@@ -147,8 +148,11 @@ def test_the_sampling_comes_long_after_a_restart(steps: int, dataset: Dataset) -
 # --- the events
 
 
-def test_gaussians_that_dominate_much_of_an_image_are_split(dataset: Dataset) -> None:
-    teacher = started(dataset, blur=1 / 50)  # 11.5 of 576 pixels
+def test_gaussians_that_dominate_much_of_an_image_are_split(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mini_splatting, "BLUR", 1 / 50)  # 11.5 of 576 pixels
+    teacher = started(dataset)
     strategy = strategy_of(teacher)
     train(teacher, dataset, 2)
     seen = [

@@ -1,0 +1,52 @@
+"""The student of rows that change the method: its weights, or the criterion of its votes."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from jaxtyping import Bool, Float
+from torch import Tensor
+
+from mobilegs.render import Weighting
+from mobilegs.render.sortfree import WeightingName
+from mobilegs.train.student.trainer import Student
+from mobilegs.train.student.vote_pruning import below_quantile
+
+Criterion = Literal["both", "opacity", "scale"]
+
+
+@dataclass(frozen=True)
+class Method:
+    """Choices that only the paper's tables need; they are no settings."""
+
+    weighting: WeightingName = "mobile_gs"
+    """The weights of blending; those of `sort_free_gs` would not learn here."""
+    criterion: Criterion = "both"
+    """Values that must lie below the quantile for a vote: opacity and largest scale, or one."""
+
+
+PAPER_METHOD = Method()
+
+
+class RowStudent(Student):
+    """A student with another weighting, or other votes."""
+
+    method = PAPER_METHOD
+
+    @property
+    def weighting(self) -> Weighting:
+        """The configured weighting, with the formula of the row."""
+        return replace(super().weighting, name=self.method.weighting)
+
+    def candidates(
+        self, opacities: Float[Tensor, "n"], scales: Float[Tensor, "n 3"]
+    ) -> Bool[Tensor, "n"]:
+        """Return the Gaussians that a vote goes against."""
+        if self.method.criterion == "both":
+            return super().candidates(opacities, scales)
+        values = opacities if self.method.criterion == "opacity" else scales.amax(1)
+        return below_quantile(values, self.config.pruning.quantile)
+
+
+def student_class(method: Method) -> type[RowStudent]:
+    """Return the students of a method."""
+    return type("RowStudent", (RowStudent,), {"method": method})
