@@ -51,7 +51,7 @@ class Weighting:
 
     name: WeightingName = "mobile_gs"
     """`mobile_gs` is the paper's Eq. 3; `no_depth` and `no_scale` drop its second or third
-    term (the paper's ablations). `sort_free_gs` is the linear form of SortFreeGS,
+    term (the paper's Table 5). `sort_free_gs` is the linear form of SortFreeGS,
     `max(0, 1 - d / sigma) v`, with phi as the learned v. `two_pass`, a stand-in for GES, finds
     the nearest surface of each pixel first and then blends the Gaussians that are not behind it,
     each with weight 1. Training uses `mobile_gs`; the others open files of before and serve

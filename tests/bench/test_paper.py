@@ -36,7 +36,7 @@ SOME = (
     "ours",
     "codebooks",
     "no-codes",
-    "by-scale",
+    "no-scale-term",
     "two-pass",
 )
 Bench = Callable[..., dict[str, dict]]

@@ -177,7 +177,7 @@ def test_the_stored_attributes_follow_from_the_view_dependence(view, shape, cut)
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"kind": "free"}, {"degree": 4}, {"latents": 40}, {"latents": 0}, {"start_opacity": 1.5}],
+    [{"degree": 4}, {"latents": 40}, {"latents": 0}, {"start_opacity": 1.5}],
 )
 def test_invalid_view_dependences_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError):

@@ -114,7 +114,8 @@ def test_settings_are_validated_together() -> None:
 def test_an_invalid_student_is_refused_before_the_teacher_trains(
     capture: Path, tmp_path: Path
 ) -> None:
-    run = TrainRun(capture, tmp_path / "run", settings=(("student.quantization.lod_levels=8",),))
+    settings = ("student.quantization.lod_levels=8", "student.color.latents=12")
+    run = TrainRun(capture, tmp_path / "run", settings=(settings,))
     with pytest.raises(InputError, match="need more streams than a file may have"):
         train_run(run)
     assert not (tmp_path / "run").exists()

@@ -12,9 +12,10 @@ from mobilegs.render import Weighting, render_sorted, render_sortfree, visible_r
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import project, rotation_matrices
 from mobilegs.render.scene import Scene
-from mobilegs.render.sortfree import WEIGHTINGS
+from mobilegs.render.sortfree import WEIGHTINGS, WeightingName
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import rgb_to_sh0, sh_basis, sh_colors
+from mobilegs.validation import check_choice
 from tests.support.scenes import SORTED, SORTFREE, camera, gradcheck_scene, random_scene
 from tests.support.selection import few
 
@@ -215,8 +216,8 @@ def test_resizing_a_camera_scales_the_projection():
 
 
 def test_an_unknown_weighting_is_refused_with_the_known_names():
-    with pytest.raises(InputError, match="mobile_gs"):
-        Weighting("alphabetical")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match="unknown weighting 'alphabetical': use mobile_gs or"):
+        check_choice("weighting", "alphabetical", WeightingName)
 
 
 def test_the_view_network_has_the_size_of_the_papers():

@@ -11,7 +11,6 @@ from PIL import Image
 
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, Frame, load_view
-from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.train import exposure
 from mobilegs.train.exposure import (
@@ -199,8 +198,3 @@ def test_a_resumed_run_with_exposures_ends_with_the_same_state(
         assert whole.exposures is not None and second.exposures is not None
         assert torch.equal(whole.exposures.changes, second.exposures.changes)
         assert not torch.equal(whole.exposures.changes[0], torch.eye(3, 4))
-
-
-def test_an_unknown_value_is_refused() -> None:
-    with pytest.raises(InputError, match="unknown value 'maybe': use auto or always or never"):
-        ExposureConfig(learned="maybe")  # pyright: ignore[reportArgumentType]

@@ -20,6 +20,7 @@ from mobilegs.train.poses import (
     with_poses,
     write_poses,
 )
+from mobilegs.train.teacher import trainer
 from mobilegs.train.teacher.trainer import Teacher
 from tests.support.tiny import CPU, TEACHER, train
 
@@ -97,7 +98,8 @@ def distance(cameras: list[Camera], true: list[Camera], points: torch.Tensor) ->
 def test_a_teacher_corrects_wrong_poses_and_resumes_exactly(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("mobilegs.train.teacher.trainer.POSE_LRS", LRS)
+    monkeypatch.setattr(trainer, "POSE_LRS", LRS)
+    monkeypatch.setattr(trainer, "POSE_START", 0.2)
     wrong = perturbed(dataset)
     pose = PoseConfig(learned=True)
     config = replace(TEACHER, steps=300, max_splats=200, init_splats=100, pose=pose)

@@ -13,10 +13,11 @@ from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.render import render_sorted
-from mobilegs.render.scene import Scene
+from mobilegs.render.scene import Blend, Scene
 from mobilegs.train.recipes import Recipe, with_settings
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.trainer import Student
+from mobilegs.validation import check_choice
 from tests.support.selection import few
 from tests.support.tiny import STUDENT, blobs, cameras, changed, classic, render_student, train
 
@@ -150,17 +151,24 @@ def test_a_sorted_student_learns_opacities_by_direction_and_no_phi(
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    ("setting", "known"),
     [
-        ({"blend": "alpha"}, "unknown blend 'alpha': use sortfree or sorted"),
-        ({"color": {"decoder": "mlp"}}, "unknown decoder 'mlp': use linear or networks or"),
-        ({"quantization": {"method": "vq"}}, "unknown method 'vq': use sq or nvq"),
-        ({"view_dependence": {"kind": "decoded"}}, "unknown kind 'decoded': use constant or"),
+        ("student.blend=alpha", "sortfree, sorted"),
+        ("student.color.decoder=mlp", "linear, networks, latent_networks"),
+        ("student.quantization.method=vq", "sq, nvq"),
+        ("student.view_dependence.kind=decoded", "constant, network, latent"),
+        ("student.exposure.learned=maybe", "auto, always, never"),
     ],
 )
-def test_an_unknown_choice_is_refused_with_the_known_ones(change: dict, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        changed(STUDENT, **change)
+def test_an_unknown_choice_is_refused_with_the_known_ones(setting: str, known: str) -> None:
+    with pytest.raises(InputError, match=f"'{setting}' is none of {known}"):
+        with_settings(Recipe(), [setting])
+
+
+def test_a_choice_of_a_saved_recipe_is_checked() -> None:
+    with pytest.raises(InputError, match="unknown blend 'alpha': use sortfree or sorted"):
+        check_choice("blend", "alpha", Blend)
+    check_choice("blend", "sorted", Blend)
 
 
 def test_a_degree_out_of_range_is_refused() -> None:
