@@ -328,12 +328,12 @@ def list_inputs(source: Path) -> list[Path]:
     return found
 
 
-def digest_inputs(inputs: list[Path], advance: Advance) -> list[tuple[str, str]]:
+def digest_inputs(inputs: list[Path], progress: Advance) -> list[tuple[str, str]]:
     """Return (name, SHA-256) of every input."""
     found = []
     for done, (path, name) in enumerate(zip(inputs, relative_names(inputs), strict=True), start=1):
         found.append((name, file_digest(path)))
-        advance(done, len(inputs))
+        progress(done, len(inputs))
     return found
 
 
