@@ -368,7 +368,7 @@ def test_a_student_goes_after_the_size_asked_for(
     student = make_student(changed(config, quantization={"target_mb": target}))
     train(student, dataset, 40)
     assert student.quantized_scene().step_sizes["scale"] == pytest.approx(
-        factor * config.quantization.step_sizes.scale
+        factor * StepSizes().divided_by(config.quantization.quality).scale
     )
 
 
@@ -431,7 +431,6 @@ def test_step_sizes_that_a_quality_makes_too_small_are_refused() -> None:
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"method": "vq"},
         {"quality": 0.0},
         {"quality": math.nan},
         {"method": "sq", "quality": 1e3},
