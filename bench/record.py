@@ -3,6 +3,7 @@
 import json
 import os
 import platform
+import shutil
 import subprocess
 import sys
 import time
@@ -27,7 +28,12 @@ def machine() -> str:
 
 
 def commit() -> str:
-    """Return the commit of the checkout, with `-dirty` after it if files differ from it."""
+    """Return the commit of the checkout, with `-dirty` after it if files differ from it.
+
+    It is `unknown` where Git or the repository is missing.
+    """
+    if shutil.which("git") is None:
+        return "unknown"
     command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude", "*"]
     done = subprocess.run(command, capture_output=True, text=True)
     return done.stdout.strip() or "unknown"
