@@ -28,6 +28,7 @@ from bench.paper.claims import (
     claimed_base,
 )
 from bench.paper.rows import ROWS
+from bench.record import filled
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/explanation/paper.md"
@@ -477,8 +478,11 @@ def main() -> None:
     if options.tables:
         options.tables.write_text(tables_page(cells))
         return
-    write(PAGE, "claims", claims(cells))
-    write(SETTINGS, "departures", departures(cells))
+    for page, name, lines in (
+        (PAGE, "claims", claims(cells)),
+        (SETTINGS, "departures", departures(cells)),
+    ):
+        page.write_text(filled(page.read_text(), name, "\n".join(lines).strip()))
     plot(cells)
     print(f"{len(cells)} cells -> {PAGE}, {SETTINGS}, {PLOT}")
 
@@ -489,14 +493,6 @@ def tables_page(cells: list[dict]) -> str:
     for key in LINES:
         lines += [f"## {HEADS[key]}", "", *paper_table(cells, key), ""]
     return "\n".join([*lines, *sections(cells), ""])
-
-
-def write(page: Path, name: str, lines: list[str]) -> None:
-    """Replace the text between a page's markers of that name."""
-    begin, end = f"<!-- BEGIN:{name} -->", f"<!-- END:{name} -->"
-    head, rest = page.read_text().split(begin)
-    text = "\n".join(lines).strip()
-    page.write_text(f"{head}{begin}\n\n{text}\n\n{end}{rest.split(end)[1]}")
 
 
 if __name__ == "__main__":

@@ -56,7 +56,7 @@ class ExposureConfig:
     """Also learn a falloff of brightness to the corners, one for all photos."""
 
     def __post_init__(self) -> None:
-        check_choice("value", self.learned, When)
+        check_choice("learned", self.learned, When)
 
 
 class Exposures:
