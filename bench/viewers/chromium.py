@@ -38,7 +38,6 @@ FLAGS = [
     "--use-vulkan=swiftshader",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-    "--disable-gpu-rasterization",  # of the page around the canvas
 ]
 
 
@@ -47,6 +46,6 @@ def installed() -> str | None:
     return shutil.which("chromium") or shutil.which("google-chrome")
 
 
-def launched(playwright: Any) -> Any:
-    """Launch a browser; the caller closes it."""
-    return playwright.chromium.launch(executable_path=installed(), args=FLAGS)
+def launched(playwright: Any, *flags: str) -> Any:
+    """Launch a browser, with further `flags`; the caller closes it."""
+    return playwright.chromium.launch(executable_path=installed(), args=[*FLAGS, *flags])

@@ -199,7 +199,8 @@ def chromium() -> Iterator[Chromium]:
         pytest.skip("needs Chromium (make drivers)")
     server = Server()
     with sync_playwright() as playwright:
-        browser = launched(playwright)
+        # the page around the canvas takes less time on the processor itself
+        browser = launched(playwright, "--disable-gpu-rasterization")
         yield Chromium(browser, server)
         browser.close()
     server.close()
