@@ -1,5 +1,6 @@
 """Chromium without a window or a GPU, for benchmarks and tests."""
 
+import os
 import shutil
 from typing import Any
 
@@ -22,6 +23,7 @@ DISABLED = [
     "WebUIOmniboxAimPopup",
     "WebUIOmniboxPopup",
 ]
+DRIVERS = {"VK_DRIVER_FILES", "VK_ADD_DRIVER_FILES", "VK_ICD_FILENAMES"}
 FLAGS = [
     "--headless=new",
     "--no-sandbox",
@@ -47,5 +49,11 @@ def installed() -> str | None:
 
 
 def launched(playwright: Any, *flags: str) -> Any:
-    """Launch a browser, with further `flags`; the caller closes it."""
-    return playwright.chromium.launch(executable_path=installed(), args=[*FLAGS, *flags])
+    """Launch a browser, with further `flags`; the caller closes it.
+
+    It draws with the Vulkan device that it brings, so variables that choose others do not count.
+    """
+    environment = {name: value for name, value in os.environ.items() if name not in DRIVERS}
+    return playwright.chromium.launch(
+        executable_path=installed(), args=[*FLAGS, *flags], env=environment
+    )
