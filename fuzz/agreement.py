@@ -22,12 +22,12 @@ import numpy as np
 import torch
 
 from fuzz.viewer import Ran, Viewer
-from mobilegs.compress.lobes import COEFFICIENT_MAX
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import unpack
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.lobes import constant_lobes
+from mobilegs.representation.lobes import COEFFICIENT_MAX
 
 # errors relative to the largest number of an array, or to 1e-6: sums have no specified order
 TOLERANCES = {"means": 0.0, "log_scales": 0.0, "quats": 1e-6, "sh": 2e-5, "lobes": 2e-5}

@@ -15,7 +15,7 @@ LEVELS: list[set[str]] = [
     {"data"},
     {"capture"},
     {"formats"},
-    {"compress"},
+    {"representation"},
     {"mgs"},
     {"evaluate"},
     {"scene_file"},

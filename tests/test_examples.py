@@ -17,9 +17,9 @@ import torch
 from PIL import Image
 
 from mobilegs.cli.main import main
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Chromium
 from tests.support.scene_cases import Case, make_scene
 from tests.support.tiny import blobs

@@ -13,7 +13,6 @@ import torch
 from torch import Tensor
 
 from mobilegs.atomic import atomic_write, file_size, read_if
-from mobilegs.compress.codebooks import Attribute
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import MAGIC, VERSION, Stream, read_container, write_container
@@ -41,6 +40,7 @@ from mobilegs.mgs.uniform_streams import (
     encode_columns,
 )
 from mobilegs.render.project import CLASSIC
+from mobilegs.representation.codebooks import Attribute
 
 FILE_MAX = 1 << 32
 # stream of the colour decoder, by the header's field `colors`

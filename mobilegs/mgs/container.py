@@ -7,8 +7,8 @@ import zlib
 from dataclasses import dataclass
 from typing import Any
 
-from mobilegs.compress.appearance import LATENTS
 from mobilegs.errors import InputError
+from mobilegs.representation.appearance import LATENTS
 
 MAGIC = b"MGS\x1a\r\n\x00\x01"  # like PNG's: a transfer in text mode damages it
 MAJORS = (2, 3, 4)

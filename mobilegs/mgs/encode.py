@@ -6,15 +6,15 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from mobilegs.compress.appearance import AppearanceDecoder, ColorDecoder, LatentDecoder
-from mobilegs.compress.codebooks import Attribute, SubVectorCodebooks
-from mobilegs.compress.float16 import SIGNIFICAND_BITS, to_float16
-from mobilegs.compress.lobes import LobeDecoder
-from mobilegs.compress.rotations import RotationQuantizer
-from mobilegs.compress.uniform_quantizer import UniformQuantizer
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.representation.appearance import AppearanceDecoder, ColorDecoder, LatentDecoder
+from mobilegs.representation.codebooks import Attribute, SubVectorCodebooks
+from mobilegs.representation.float16 import SIGNIFICAND_BITS, to_float16
+from mobilegs.representation.lobes import LobeDecoder
+from mobilegs.representation.rotations import RotationQuantizer
+from mobilegs.representation.uniform_quantizer import UniformQuantizer
 
 Quantizer = SubVectorCodebooks | UniformQuantizer | RotationQuantizer
 

@@ -9,10 +9,6 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.compress.appearance import COLORS, ColorShape
-from mobilegs.compress.codebooks import CUTS, JOINT_CUTS, SIZE_MAX, Attribute, Cut
-from mobilegs.compress.lobes import HIDDEN_LAYERS, HIDDEN_MAX, LATENTS_MAX, LobeShape
-from mobilegs.compress.uniform_quantizer import CODE_MAX, COLUMNS
 from mobilegs.errors import InputError
 from mobilegs.mgs.limits import (
     SIDE_MAX,
@@ -40,6 +36,10 @@ from mobilegs.render import Footprint, Weighting
 from mobilegs.render.project import ALPHA_MIN, CLASSIC
 from mobilegs.render.scene import BLENDS
 from mobilegs.render.sortfree import WEIGHTINGS
+from mobilegs.representation.appearance import COLORS, ColorShape
+from mobilegs.representation.codebooks import CUTS, JOINT_CUTS, SIZE_MAX, Attribute, Cut
+from mobilegs.representation.lobes import HIDDEN_LAYERS, HIDDEN_MAX, LATENTS_MAX, LobeShape
+from mobilegs.representation.uniform_quantizer import CODE_MAX, COLUMNS
 
 MODES = ("nvq", "sq")
 

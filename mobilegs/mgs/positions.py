@@ -8,11 +8,11 @@ import torch
 from jaxtyping import Float, Float16, UInt16, UInt64
 from torch import Tensor
 
-from mobilegs.compress.float16 import to_float16
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs import rans
 from mobilegs.mgs.bits import bit_lengths, pack_bits, unpack_bits
+from mobilegs.representation.float16 import to_float16
 
 AXIS_BITS = 16
 CLASSES = 3 * AXIS_BITS + 1  # bit lengths 0 to 48

@@ -11,18 +11,6 @@ from jaxtyping import Float, Float16, Int, UInt8
 from torch import Tensor
 
 from mobilegs.camera import NEAR, Camera
-from mobilegs.compress.appearance import LATENTS, ColorShape, color_decoder
-from mobilegs.compress.codebooks import (
-    CUTS,
-    JOINT_CUTS,
-    SIZE_MAX,
-    Attribute,
-    Cut,
-    gather_entries,
-)
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
-from mobilegs.compress.rotations import decode_rotations, refinement_bits_of
-from mobilegs.compress.uniform_quantizer import CODE_MAX, COLUMNS, column_ranges
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.framing import parsed_framing
@@ -33,6 +21,18 @@ from mobilegs.render import Footprint, Weighting
 from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.representation.appearance import LATENTS, ColorShape, color_decoder
+from mobilegs.representation.codebooks import (
+    CUTS,
+    JOINT_CUTS,
+    SIZE_MAX,
+    Attribute,
+    Cut,
+    gather_entries,
+)
+from mobilegs.representation.lobes import LobeDecoder, LobeShape
+from mobilegs.representation.rotations import decode_rotations, refinement_bits_of
+from mobilegs.representation.uniform_quantizer import CODE_MAX, COLUMNS, column_ranges
 from mobilegs.spherical_harmonics import C0
 from mobilegs.up import parsed_up, up_of_cameras
 

@@ -10,15 +10,15 @@ import numpy as np
 from jaxtyping import Int32, UInt16
 from torch import Tensor
 
-from mobilegs.compress.codebooks import Attribute
-from mobilegs.compress.rotations import refinement_bits_of
-from mobilegs.compress.uniform_quantizer import COLUMNS
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.bits import pack_bits, unpack_short
 from mobilegs.mgs.container import Stream
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.mgs.streams import decode_indices, encode_indices
+from mobilegs.representation.codebooks import Attribute
+from mobilegs.representation.rotations import refinement_bits_of
+from mobilegs.representation.uniform_quantizer import COLUMNS
 
 REFINEMENT = "rotation-finer"  # name of the stream
 BLOCK = 4096  # rows per pass over the columns: they fit in a processor's cache

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
 from typing import Any, Literal
 
-from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.errors import InputError
+from mobilegs.representation.codebooks import CodebookSizes
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.student.config import (
     QuantizationConfig,

@@ -26,9 +26,9 @@ from bench.phone import (
 )
 from bench.phone_schema import FOLDER, measurement_problems
 from bench.viewers.chromium import FLAGS, installed
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import pack
+from mobilegs.representation.lobes import LobeShape
 from tests.support.scene_cases import Case, make_scene
 
 SESSION = Path(__file__).with_name("adb_session.txt")

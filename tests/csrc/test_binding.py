@@ -20,10 +20,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as stnp
 from torch.testing import assert_close
 
-from mobilegs.compress.appearance import OCTAVES, AppearanceDecoder, contract
-from mobilegs.compress.codebooks import gather_entries
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
-from mobilegs.compress.rotations import refinement_bits, refinement_bits_of
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
@@ -33,6 +29,10 @@ from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.mgs.uniform_streams import join_columns
 from mobilegs.render.kernels import cpu
+from mobilegs.representation.appearance import OCTAVES, AppearanceDecoder, contract
+from mobilegs.representation.codebooks import gather_entries
+from mobilegs.representation.lobes import LobeDecoder, LobeShape
+from mobilegs.representation.rotations import refinement_bits, refinement_bits_of
 from tests.support.codec_inputs import in_morton_order, random_means, skewed_symbols
 from tests.support.scene_cases import CASES, make_scene
 from tests.support.selection import few

@@ -12,15 +12,15 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mobilegs.compress.appearance import AppearanceDecoder
-from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.mgs.codec import inspect, inspect_mgs, pack, read_mgs, unpack, write_mgs
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.positions import PositionGrid, morton_codes
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render import Weighting
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.representation.appearance import AppearanceDecoder
+from mobilegs.representation.codebooks import CUTS, Attribute, SubVectorCodebooks
+from mobilegs.representation.lobes import LobeShape
 from tests.support.quantized_scenes import SHAPE, VIEWS, make_scene, seeded, split
 
 

@@ -7,15 +7,15 @@ from typing import Any
 import pytest
 import torch
 
-from mobilegs.compress import lobes as lobe_shapes
-from mobilegs.compress.codebooks import Attribute
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.errors import InputError
 from mobilegs.mgs import header as headers
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render import Weighting
+from mobilegs.representation import lobes as lobe_shapes
+from mobilegs.representation.codebooks import Attribute
+from mobilegs.representation.lobes import LobeDecoder, LobeShape
 from tests.support.quantized_scenes import SHAPE, camera, join, make_scene, seeded, split
 
 

@@ -5,10 +5,6 @@ from dataclasses import replace
 import pytest
 import torch
 
-from mobilegs.compress.appearance import LATENTS
-from mobilegs.compress.codebooks import CUTS
-from mobilegs.compress.lobes import LobeShape
-from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect, pack, unpack
@@ -16,6 +12,10 @@ from mobilegs.mgs.lod import lod_levels_for, pixel_contributions, with_lod_level
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.project import ALPHA_MIN, CLASSIC
 from mobilegs.render.scene import Scene
+from mobilegs.representation.appearance import LATENTS
+from mobilegs.representation.codebooks import CUTS
+from mobilegs.representation.lobes import LobeShape
+from mobilegs.representation.uniform_quantizer import StepSizes
 from mobilegs.train.student.config import ColorConfig, QuantizationConfig, StudentConfig
 from mobilegs.train.student.view_dependence import ViewDependence
 from tests.support.quantized_scenes import join, split

@@ -8,13 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from mobilegs.compress.lobes import LobeShape
-from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs import rans
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.positions import CLASSES
+from mobilegs.representation.lobes import LobeShape
+from mobilegs.representation.uniform_quantizer import StepSizes
 from tests.support.memory_meter import RESET, MemoryMeter
 from tests.support.mgs_parts import Parts, parse_parts
 from tests.support.quantized_scenes import tensors

@@ -10,9 +10,9 @@ import pytest
 import torch
 
 from mobilegs.cli.main import main
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.representation.lobes import LobeShape
 from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
 from mobilegs.spherical_harmonics import sh_colors
 from tests.support.random_scenes import matched, max_error, random_scene

@@ -15,9 +15,6 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.compress.appearance import AppearanceDecoder
-from mobilegs.compress.codebooks import CUTS, Attribute, SubVectorCodebooks
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.mgs.codec import pack
 from mobilegs.mgs.container import PREFIX
 from mobilegs.mgs.encode import encode_scene
@@ -25,6 +22,9 @@ from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render import Weighting
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.representation.appearance import AppearanceDecoder
+from mobilegs.representation.codebooks import CUTS, Attribute, SubVectorCodebooks
+from mobilegs.representation.lobes import LobeDecoder, LobeShape
 
 SIZES: dict[Attribute, int] = {"scale": 5, "rotation": 16, "appearance": 37, "opacity": 1}
 

@@ -4,17 +4,17 @@ from dataclasses import dataclass, replace
 
 import torch
 
-from mobilegs.compress.appearance import ColorShape, color_decoder
-from mobilegs.compress.codebooks import CUTS, JOINT_CUTS, Attribute, SubVectorCodebooks
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
-from mobilegs.compress.rotations import RotationQuantizer
-from mobilegs.compress.uniform_quantizer import StepSizes, UniformQuantizer
 from mobilegs.mgs.encode import Quantizer, encode_scene
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render import Footprint, Weighting
 from mobilegs.render.project import ALPHA_MIN, CLASSIC
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.representation.appearance import ColorShape, color_decoder
+from mobilegs.representation.codebooks import CUTS, JOINT_CUTS, Attribute, SubVectorCodebooks
+from mobilegs.representation.lobes import LobeDecoder, LobeShape
+from mobilegs.representation.rotations import RotationQuantizer
+from mobilegs.representation.uniform_quantizer import StepSizes, UniformQuantizer
 from tests.support.quantized_scenes import camera
 
 

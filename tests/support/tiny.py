@@ -8,12 +8,12 @@ import pytest
 import torch
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.compress.codebooks import CodebookSizes
 from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered
 from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
+from mobilegs.representation.codebooks import CodebookSizes
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.shared_decode import SharedDecode

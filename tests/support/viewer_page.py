@@ -13,11 +13,11 @@ import pytest
 import torch
 
 from mobilegs.camera import Camera
-from mobilegs.compress.lobes import LobeShape
-from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.mgs.codec import pack
 from mobilegs.mgs.quantized_scene import QuantizedScene
+from mobilegs.representation.lobes import LobeShape
+from mobilegs.representation.uniform_quantizer import StepSizes
 from mobilegs.view.serve import Handler, Server
 from tests.support.browser import Tab
 from tests.support.scene_cases import Case, make_scene

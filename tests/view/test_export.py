@@ -18,12 +18,12 @@ import pytest
 from PIL import Image
 
 from mobilegs.cli.main import main
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render import Weighting
 from mobilegs.render.supersampling import supersampling_for
+from mobilegs.representation.lobes import LobeShape
 from mobilegs.scene_file import open_with_views
 from mobilegs.up import Axis
 from mobilegs.view.assets import CHUNKS, DIST, chunk, element_script, version_of, viewer_script

@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from mobilegs.camera import look_at
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.mgs.codec import pack
+from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Tab
 from tests.support.scene_cases import Case, make_scene
 from tests.support.scenes import camera as make_camera

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Route
 
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.mgs.codec import pack, unpack
+from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Chromium, Tab
 from tests.support.node import assert_same_refusals
 from tests.support.quantized_scenes import join, split

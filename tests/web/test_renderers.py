@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import torch
 
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.fragments import fragments_per_pixel
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.mgs.codec import pack, read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import magnified, supersampling_for
+from mobilegs.representation.lobes import LobeShape
 from mobilegs.view.wgpu_renderer import network_matrices
 from tests.support.browser import Chromium, Tab
 from tests.support.golden import (

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from mobilegs.compress.lobes import LobeShape
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.render.scene import Scene
+from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Tab
 from tests.support.golden import view_network
 from tests.support.node import WEB, node_program

@@ -4,15 +4,15 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
-from mobilegs.compress.appearance import ColorName, ColorShape
-from mobilegs.compress.codebooks import CodebookSizes
-from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import STREAMS_MAX
 from mobilegs.mgs.quantized_scene import LOD_LEVELS_MAX
 from mobilegs.render import Footprint, Weighting
 from mobilegs.render.inputs import validate_level_sigma
 from mobilegs.render.scene import Blend
+from mobilegs.representation.appearance import ColorName, ColorShape
+from mobilegs.representation.codebooks import CodebookSizes
+from mobilegs.representation.uniform_quantizer import StepSizes
 from mobilegs.train.exposure import ExposureConfig
 from mobilegs.train.student.view_dependence import ViewDependence
 from mobilegs.train.student.vote_pruning import VoteConfig

@@ -6,10 +6,10 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mobilegs.compress.appearance import ColorDecoder
-from mobilegs.compress.lobes import LobeDecoder
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS
+from mobilegs.representation.appearance import ColorDecoder
+from mobilegs.representation.lobes import LobeDecoder
 
 SAMPLES = 65536
 DIFFERENCE = 1e-2  # of the finite differences, in standard deviations

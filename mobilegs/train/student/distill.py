@@ -7,9 +7,9 @@ from jaxtyping import Float, Float16
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.compress.float16 import FLOAT16_MAX
 from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
+from mobilegs.representation.float16 import FLOAT16_MAX
 
 
 class TeacherImage(NamedTuple):

@@ -12,17 +12,6 @@ from torch.func import functional_call
 from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
-from mobilegs.compress.appearance import ColorDecoder, ColorShape, color_decoder, fit_appearance
-from mobilegs.compress.codebooks import (
-    Attribute,
-    CodebookSizes,
-    SubVectorCodebooks,
-    canonical_quats,
-)
-from mobilegs.compress.float16 import rounded_parameters
-from mobilegs.compress.lobes import LobeDecoder
-from mobilegs.compress.rotations import canonical_pairs
-from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.encode import Quantizer
 from mobilegs.mgs.positions import PositionGrid
@@ -30,6 +19,22 @@ from mobilegs.render import Footprint, Weighting
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.project import CLASSIC
 from mobilegs.render.view_network import ViewNetwork
+from mobilegs.representation.appearance import (
+    ColorDecoder,
+    ColorShape,
+    color_decoder,
+    fit_appearance,
+)
+from mobilegs.representation.codebooks import (
+    Attribute,
+    CodebookSizes,
+    SubVectorCodebooks,
+    canonical_quats,
+)
+from mobilegs.representation.float16 import rounded_parameters
+from mobilegs.representation.lobes import LobeDecoder
+from mobilegs.representation.rotations import canonical_pairs
+from mobilegs.representation.uniform_quantizer import StepSizes
 from mobilegs.train.autograd_ops import take_rows
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.sampling import limit_scales

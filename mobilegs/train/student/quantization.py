@@ -13,18 +13,22 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mobilegs.compress.appearance import LATENTS, ColorDecoder, LinearDecoder
-from mobilegs.compress.codebooks import (
+from mobilegs.gaussians import Gaussians
+from mobilegs.mgs.encode import Quantizer
+from mobilegs.representation.appearance import LATENTS, ColorDecoder, LinearDecoder
+from mobilegs.representation.codebooks import (
     Attribute,
     CodebookSizes,
     SubVectorCodebooks,
     apparent_size,
 )
-from mobilegs.compress.lobes import LobeDecoder
-from mobilegs.compress.rotations import RotationQuantizer
-from mobilegs.compress.uniform_quantizer import WEIGHT_SIGNIFICAND_BITS, StepSizes, UniformQuantizer
-from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.encode import Quantizer
+from mobilegs.representation.lobes import LobeDecoder
+from mobilegs.representation.rotations import RotationQuantizer
+from mobilegs.representation.uniform_quantizer import (
+    WEIGHT_SIGNIFICAND_BITS,
+    StepSizes,
+    UniformQuantizer,
+)
 from mobilegs.reproducible import column_means, total
 from mobilegs.train.autograd_ops import straight_through
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes

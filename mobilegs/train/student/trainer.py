@@ -7,13 +7,13 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.camera import MIN_SIDE, Camera
-from mobilegs.compress.uniform_quantizer import COLUMNS
 from mobilegs.data.dataset import View
 from mobilegs.mgs.codec import pack
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.quantized_scene import MetaValue, QuantizedScene
 from mobilegs.render import Rendered, Weighting
 from mobilegs.render.scene import Scene
+from mobilegs.representation.uniform_quantizer import COLUMNS
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.exposure import Exposures

@@ -8,9 +8,9 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.nn.functional import pad
 
-from mobilegs.compress.codebooks import Cut
-from mobilegs.compress.lobes import LATENTS_MAX, LobeDecoder, LobeShape
 from mobilegs.render.lobes import constant_lobes
+from mobilegs.representation.codebooks import Cut
+from mobilegs.representation.lobes import LATENTS_MAX, LobeDecoder, LobeShape
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.threads import first_threads
 from mobilegs.validation import DEGREE, Range, check, check_choice

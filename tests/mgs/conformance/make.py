@@ -16,9 +16,6 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.compress.appearance import color_decoder
-from mobilegs.compress.lobes import LobeShape
-from mobilegs.compress.uniform_quantizer import StepSizes
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.lod import with_lod_levels
 from mobilegs.mgs.positions import morton_codes, positions_from_morton
@@ -27,6 +24,9 @@ from mobilegs.mgs.rans import lane_count
 from mobilegs.render import Footprint
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.scene import Scene
+from mobilegs.representation.appearance import color_decoder
+from mobilegs.representation.lobes import LobeShape
+from mobilegs.representation.uniform_quantizer import StepSizes
 from tests.support.scene_cases import Case, make_scene
 
 HERE = Path(__file__).parent

@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 import torch
 
-from mobilegs.compress.codebooks import CUTS
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
+from mobilegs.representation.codebooks import CUTS
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.model import StudentModel
 from mobilegs.train.student.shared_decode import SharedDecode

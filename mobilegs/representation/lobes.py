@@ -12,11 +12,11 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import pad
 
-from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS, static_inputs
+from mobilegs.representation.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.reproducible import product
 from mobilegs.spherical_harmonics import C0
 

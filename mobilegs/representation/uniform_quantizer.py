@@ -7,8 +7,8 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from mobilegs.compress.codebooks import SIZE_MAX, Attribute
 from mobilegs.errors import InputError
+from mobilegs.representation.codebooks import SIZE_MAX, Attribute
 from mobilegs.reproducible import times
 
 # columns of each attribute; `appearance` and `lobes` have one per latent of their decoders

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from mobilegs.compress.appearance import (
+from mobilegs.representation.appearance import (
     COLORS,
     SLOPE,
     AppearanceDecoder,

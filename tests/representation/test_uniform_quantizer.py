@@ -7,10 +7,18 @@ from dataclasses import replace
 import pytest
 import torch
 
-from mobilegs.compress.appearance import COLORS, ColorShape, color_decoder
-from mobilegs.compress.codebooks import Attribute
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
-from mobilegs.compress.rotations import (
+from mobilegs.csrc import binding
+from mobilegs.errors import InputError
+from mobilegs.gaussians import Gaussians
+from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.quantized_scene import scenes_equal
+from mobilegs.render.project import rotation_matrices
+from mobilegs.render.scene import Scene
+from mobilegs.render.view_network import STATICS
+from mobilegs.representation.appearance import COLORS, ColorShape, color_decoder
+from mobilegs.representation.codebooks import Attribute
+from mobilegs.representation.lobes import LobeDecoder, LobeShape
+from mobilegs.representation.rotations import (
     LIMITS,
     RotationQuantizer,
     canonical_pairs,
@@ -20,15 +28,7 @@ from mobilegs.compress.rotations import (
     refinement_bits,
     rotation_vectors,
 )
-from mobilegs.compress.uniform_quantizer import StepSizes, UniformQuantizer, entropy
-from mobilegs.csrc import binding
-from mobilegs.errors import InputError
-from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.quantized_scene import scenes_equal
-from mobilegs.render.project import rotation_matrices
-from mobilegs.render.scene import Scene
-from mobilegs.render.view_network import STATICS
+from mobilegs.representation.uniform_quantizer import StepSizes, UniformQuantizer, entropy
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.student.quantization import add_rate_gradients, control_rate
 from mobilegs.train.student.trainer import Student

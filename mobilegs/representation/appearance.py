@@ -9,8 +9,8 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu, linear
 
-from mobilegs.compress.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.csrc import binding
+from mobilegs.representation.float16 import SIGNIFICAND_BITS, round_float16
 from mobilegs.reproducible import product
 
 ColorName = Literal["linear", "networks", "latent_networks"]

@@ -8,9 +8,9 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.nn.functional import embedding, normalize
 
-from mobilegs.compress.float16 import round_float16
 from mobilegs.errors import InputError
 from mobilegs.kmeans import kmeans, nearest_centers
+from mobilegs.representation.float16 import round_float16
 
 Attribute = Literal["scale", "rotation", "appearance", "opacity", "lobes"]
 SIZE_MAX = 4096  # entries of one codebook: indices take 12 bits, coder tables 14

@@ -7,12 +7,12 @@ import torch
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from mobilegs.compress.codebooks import Cut
-from mobilegs.compress.lobes import LobeDecoder, LobeShape
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes, lobe_degree
 from mobilegs.render.view_network import static_inputs
+from mobilegs.representation.codebooks import Cut
+from mobilegs.representation.lobes import LobeDecoder, LobeShape
 from mobilegs.spherical_harmonics import C0, sh_basis
 from mobilegs.train.student.view_dependence import ViewDependence, constant_decoder
 
@@ -131,7 +131,7 @@ def test_chunks_do_not_change_what_is_decoded(monkeypatch) -> None:
     decoder = LobeDecoder(LobeShape(2, 4, (8,)), seeded())
     some, latents = some_gaussians(), torch.randn(300, 4, generator=seeded(6))
     whole = decoder.decode(latents, some, base=True)
-    monkeypatch.setattr("mobilegs.compress.lobes.CHUNK", 7)
+    monkeypatch.setattr("mobilegs.representation.lobes.CHUNK", 7)
     torch.testing.assert_close(decoder.decode(latents, some, base=True), whole)
     torch.testing.assert_close(decoder(latents, some, base=True), whole)
 

@@ -8,11 +8,11 @@ import pytest
 import torch
 from torch.nn.functional import normalize
 
-from mobilegs.compress.rotations import encode_rotations
-from mobilegs.compress.uniform_quantizer import ANGLE_STEP_RANGE, StepSizes
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect, pack, unpack
 from mobilegs.mgs.quantized_scene import QuantizedScene
+from mobilegs.representation.rotations import encode_rotations
+from mobilegs.representation.uniform_quantizer import ANGLE_STEP_RANGE, StepSizes
 from tests.support.node import assert_close, assert_same_refusals, decoded
 from tests.support.quantized_scenes import join, split
 from tests.support.scene_cases import Case, make_scene

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 import torch
 
-from mobilegs.compress.codebooks import CodebookSizes, SubVectorCodebooks, canonical_quats
-from mobilegs.compress.float16 import FLOAT16_MAX, round_float16, rounded_parameters
 from mobilegs.errors import InputError
+from mobilegs.representation.codebooks import CodebookSizes, SubVectorCodebooks, canonical_quats
+from mobilegs.representation.float16 import FLOAT16_MAX, round_float16, rounded_parameters
 
 
 def seeded(seed: int = 0) -> torch.Generator:

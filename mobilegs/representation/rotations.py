@@ -8,16 +8,16 @@ import torch
 from jaxtyping import Float, Int, Integer, UInt8
 from torch import Tensor, nn
 
-from mobilegs.compress.codebooks import canonical_quats
-from mobilegs.compress.uniform_quantizer import (
+from mobilegs.csrc import binding
+from mobilegs.render.project import rotation_matrices
+from mobilegs.representation.codebooks import canonical_quats
+from mobilegs.representation.uniform_quantizer import (
     ANGLE_STEP_RANGE,
     STEP_RATIO,
     UniformQuantizer,
     entropy,
     scale_multiples,
 )
-from mobilegs.csrc import binding
-from mobilegs.render.project import rotation_matrices
 
 # A small rotation about an axis changes the covariance, relative to its size, by at most
 # 1 + 2 sinh(d), where d is the difference of the two other log-scales. From each of these
