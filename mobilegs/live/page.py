@@ -166,7 +166,10 @@ class Page(PrivateServer):
                 "nearest": self.cameras.nearest(camera),
                 "camera": None if drawn is None else [*drawn.viewmat, drawn.focal, drawn.height],
             }
-            return state, visitor.frame if visitor.frames != seen else None
+            frame, visitor.frame = visitor.frame, None
+            if frame is None and seen != visitor.frames:  # an answer was lost
+                visitor.last_request = None
+            return state, frame
 
     def close(self) -> None:
         """Stop listening and answering."""

@@ -13,6 +13,7 @@ from mobilegs.live.frame_budget import Detail, FrameBudget
 from mobilegs.live.frames import BrowserCamera
 from mobilegs.live.page import PHOTO_MODES, FrameRequest, Page, Visitor
 from mobilegs.render.scene import Scene
+from mobilegs.train.memory import return_freed_memory
 from mobilegs.train.progress import Monitor
 from mobilegs.train.run_dir import StopRequest
 from mobilegs.train.stage import Stage
@@ -32,6 +33,7 @@ class LiveSession:
         self._dataset, self._monitor = dataset, monitor
         self._scene: Scene | None = None  # of the current step, once a frame needs it
         self._photo: tuple[int, View] | None = None  # the last one that was compared
+        self._watched = False  # by anybody, at the last step
         self._status: dict[str, str] = {}
         self._status_at = float("-inf")
 
@@ -63,7 +65,12 @@ class LiveSession:
     def _draw(self, stage: Stage) -> None:
         """Render a frame for every browser that needs one, the longest waiting first."""
         now = time.monotonic()
-        for visitor in self.page.visitors():
+        visitors = self.page.visitors()
+        if self._watched and not visitors:  # their frames were large
+            self._photo = None
+            return_freed_memory()
+        self._watched = bool(visitors)
+        for visitor in visitors:
             request = self._request(stage, visitor, now)
             last = visitor.last_request
             if request == last:

@@ -37,6 +37,13 @@ def keep_freed_memory() -> bool:
     return all([mallopt(MMAP_MAX, 0), mallopt(TRIM_THRESHOLD, -1), mallopt(TOP_PAD, GROWTH)])
 
 
+def return_freed_memory() -> bool:
+    """Give memory that is kept, but free, back to the system; True where the library can."""
+    if platform.libc_ver()[0] != "glibc":
+        return False
+    return bool(ctypes.CDLL(None).malloc_trim(0))
+
+
 def needed_memory(config: StudentConfig, *, photos: int, pixels: int, splats: int) -> int:
     """Return the bytes that teacher and student take at most.
 
