@@ -7,7 +7,6 @@ server's threads only note the camera and compress the frame; the training threa
 import io
 import json
 import logging
-import math
 import threading
 import time
 from collections.abc import Callable
@@ -32,6 +31,7 @@ VISITORS_MAX = 16
 FORGET_SECONDS = 20.0  # without a sign of a browser, after which its frames are dropped
 QUALITY = 85  # of JPEG
 PORTS = 20  # that are tried after the first
+NUMBER_MAX = 1e12  # of a camera
 log = logging.getLogger(__name__)
 
 
@@ -95,14 +95,15 @@ class Page(PrivateServer):
         self._status: dict[str, str] = {}
         self._lock = threading.Lock()
         self._closed = False
-        for other in range(port, port + (PORTS if port else 1)):
+        last = min(port + PORTS, 65535) if port else 0
+        for other in range(port, last + 1):
             try:
-                super().__init__((host, min(other, 65535)), PageHandler)
+                super().__init__((host, other), PageHandler)
                 break
             except OSError as error:
-                reason = error.strerror
-        else:
-            raise InputError(f"--live cannot listen at {host}:{port} ({reason})")
+                if other == last:
+                    reason = f"--live cannot listen at {host}:{port} ({error.strerror})"
+                    raise InputError(reason) from None
         place = own_address() or "127.0.0.1" if host == "0.0.0.0" else self.server_address[0]
         self.address = f"http://{place}:{self.server_port}{self.path}"
         self._thread = threading.Thread(target=self.serve_forever, daemon=True)
@@ -238,10 +239,13 @@ def camera_from(posted: dict[str, Any]) -> BrowserCamera:
     numbers = posted.get("viewmat")
     if not isinstance(numbers, list) or len(numbers) != 16:
         raise InputError("the camera has not 16 numbers")
-    focal = posted.get("focal")
-    values = [float(v) for v in (*numbers, focal) if type(v) in (int, float) and abs(v) < 1e12]
-    if len(values) != 17 or not all(map(math.isfinite, values)):
-        raise InputError("the camera's numbers are not finite")
+    values = [
+        float(value)
+        for value in (*numbers, posted.get("focal"))
+        if isinstance(value, int | float) and type(value) is not bool and abs(value) < NUMBER_MAX
+    ]
+    if len(values) != 17:
+        raise InputError("the camera has something else than numbers, or too large ones")
     width, height = (whole(posted, name) for name in ("width", "height"))
     camera = BrowserCamera(tuple(values[:16]), values[16], width, height)
     camera.check()

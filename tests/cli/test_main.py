@@ -265,7 +265,6 @@ def test_doctor_suggests_only_installations_that_help(monkeypatch: pytest.Monkey
     assert "mobilegs[cuda]" in doctor.gpu_kernels().remedy
     able = doctor.Finding("GPU renderer", "yes", "made up")
     assert "mobilegs[native]" in doctor.window(able).remedy
-    assert "mobilegs[live]" in doctor.live().remedy
     monkeypatch.setattr(doctor, "find_module", lambda name: True)
     monkeypatch.setattr(doctor.platform, "system", lambda: "Linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):

@@ -165,7 +165,7 @@ class Client:
             given |= {"Origin": f"http://{self.host}", "Content-Type": "application/json"}
             given["Content-Length"] = str(len(body or b""))
         given |= {name.replace("_", "-"): value for name, value in headers.items()}
-        connection = http.client.HTTPConnection(*self.page.server_address[:2], timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", self.page.server_port, timeout=20)
         connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
         for name, value in given.items():
             if value is not None:
