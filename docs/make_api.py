@@ -110,12 +110,12 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "Metrics": (
         "Metrics that compare renders with photos.",
-        ("evaluate_side_by_side", "psnr", "ssim", "as_displayed", "lpips_from"),
+        ("evaluate_side_by_side", "psnr", "ssim", "displayed_colors", "lpips_from"),
     ),
     "`.mgs` files": (
         "A `QuantizedScene` is what a file holds; its `decode` makes a scene of it "
         "([the format](format.md)).",
-        ("read_mgs", "write_mgs", "unpack", "pack", "QuantizedScene", "with_lod_levels"),
+        ("read_mgs", "write_mgs", "decode_mgs", "encode_mgs", "QuantizedScene", "with_lod_levels"),
     ),
     "Files of other tools": (
         "Plain 3DGS scenes ([formats](formats.md)). `write_gaussians` writes every kind, turns a "

@@ -28,10 +28,10 @@ PUBLIC = {
     "formats.glb": ("read_glb", "write_glb"),
     "formats.splat": ("read_splat",),
     "mgs.quantized_scene": ("QuantizedScene",),
-    "mgs.codec": ("pack", "read_mgs", "unpack", "write_mgs"),
+    "mgs.codec": ("encode_mgs", "read_mgs", "decode_mgs", "write_mgs"),
     "mgs.lod": ("with_lod_levels",),
     "evaluate.lpips": ("lpips_from",),
-    "evaluate.metrics": ("as_displayed", "psnr", "ssim", "to_bytes"),
+    "evaluate.metrics": ("displayed_colors", "psnr", "ssim", "to_bytes"),
     "evaluate.report": ("evaluate_side_by_side",),
     "scene_file": ("inspect_scene", "open_scene", "write_gaussians"),
     "train.recipes": (

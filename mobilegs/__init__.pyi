@@ -14,7 +14,7 @@ from mobilegs.data.demo.capture import demo_capture as demo_capture
 from mobilegs.data.demo.capture import write_capture as write_capture
 from mobilegs.errors import InputError as InputError
 from mobilegs.evaluate.lpips import lpips_from as lpips_from
-from mobilegs.evaluate.metrics import as_displayed as as_displayed
+from mobilegs.evaluate.metrics import displayed_colors as displayed_colors
 from mobilegs.evaluate.metrics import psnr as psnr
 from mobilegs.evaluate.metrics import ssim as ssim
 from mobilegs.evaluate.metrics import to_bytes as to_bytes
@@ -29,9 +29,9 @@ from mobilegs.formats.splat import read_splat as read_splat
 from mobilegs.formats.spz import read_spz as read_spz
 from mobilegs.formats.spz import write_spz as write_spz
 from mobilegs.gaussians import Gaussians as Gaussians
-from mobilegs.mgs.codec import pack as pack
+from mobilegs.mgs.codec import decode_mgs as decode_mgs
+from mobilegs.mgs.codec import encode_mgs as encode_mgs
 from mobilegs.mgs.codec import read_mgs as read_mgs
-from mobilegs.mgs.codec import unpack as unpack
 from mobilegs.mgs.codec import write_mgs as write_mgs
 from mobilegs.mgs.lod import with_lod_levels as with_lod_levels
 from mobilegs.mgs.quantized_scene import QuantizedScene as QuantizedScene

@@ -18,7 +18,7 @@ from PIL import Image
 
 from mobilegs.cli.main import main
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs
 from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Chromium
 from tests.support.scene_cases import Case, make_scene
@@ -59,7 +59,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def garden(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("scene") / "scene.mgs"
-    path.write_bytes(pack(make_scene(Case(300, LobeShape(2, 6, (8,)), size=60))))
+    path.write_bytes(encode_mgs(make_scene(Case(300, LobeShape(2, 6, (8,)), size=60))))
     return path
 
 

@@ -14,7 +14,7 @@ from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES, LpipsSuite
-from mobilegs.evaluate.metrics import as_displayed, color_corrected_psnr, psnr, ssim
+from mobilegs.evaluate.metrics import color_corrected_psnr, displayed_colors, psnr, ssim
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 
@@ -79,7 +79,7 @@ def evaluate_view(
         target = view.image.to(device)
         mask = None if view.mask is None else view.mask.to(device) > 0.5
         drawn = scene.render(view.camera.to(device), supersampling=supersampling)
-        image = as_displayed(drawn.image)
+        image = displayed_colors(drawn.image)
         if mask is not None:  # masked pixels equal the photo, also inside SSIM's windows
             image = torch.where(mask[..., None], image, target)
         images.append(image)

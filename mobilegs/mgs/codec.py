@@ -54,7 +54,7 @@ THREADS_MAX = 8  # each decodes one stream, which may take 3 MiB besides its out
 GAUSSIANS_PER_BYTE = 1
 
 
-def pack(scene: QuantizedScene) -> bytes:
+def encode_mgs(scene: QuantizedScene) -> bytes:
     """Return the bytes of a `.mgs` file; equal scenes give equal bytes.
 
     Raises:
@@ -147,8 +147,10 @@ def _decode_rows(
     return positions, indices
 
 
-def unpack(data: bytes) -> QuantizedScene:
-    """Return the scene in the bytes of a `.mgs`; `unpack(pack(scene))` equals `scene.sorted()`.
+def decode_mgs(data: bytes) -> QuantizedScene:
+    """Return the scene in the bytes of a `.mgs`, the inverse of `encode_mgs` up to the order.
+
+    `decode_mgs(encode_mgs(scene))` equals `scene.sorted()`.
 
     Raises:
         InputError: the bytes are not a `.mgs`, are damaged, or need a newer program.
@@ -262,7 +264,7 @@ def read_mgs(path: Path | str) -> QuantizedScene:
     """
     data = _read_bytes(path)
     try:
-        return unpack(data)
+        return decode_mgs(data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -282,7 +284,7 @@ def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
     Raises:
         InputError: a file cannot hold the scene.
     """
-    data = pack(scene)
+    data = encode_mgs(scene)
     atomic_write(path, data)
     return len(data)
 

@@ -33,8 +33,8 @@ from mobilegs.evaluate.lpips import (
     lpips_from,
 )
 from mobilegs.evaluate.metrics import (
-    as_displayed,
     color_corrected_psnr,
+    displayed_colors,
     fitted_color,
     psnr,
     ssim,
@@ -99,7 +99,7 @@ def test_a_mask_leaves_pixels_out_of_psnr_and_ssim(generator: torch.Generator) -
 
 def test_displayed_values_are_clamped_and_rounded_to_8_bits() -> None:
     image = torch.tensor([[[-1.0, 0.5, 7.0], [torch.nan, 0.1, 1.0]]])
-    shown = as_displayed(image) * 255
+    shown = displayed_colors(image) * 255
     assert torch.allclose(shown, torch.tensor([[[0.0, 128.0, 255.0], [0.0, 26.0, 255.0]]]))
 
 

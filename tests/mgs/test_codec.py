@@ -12,7 +12,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mobilegs.mgs.codec import inspect, inspect_mgs, pack, read_mgs, unpack, write_mgs
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect, inspect_mgs, read_mgs, write_mgs
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.positions import PositionGrid, morton_codes
 from mobilegs.mgs.quantized_scene import scenes_equal
@@ -28,18 +28,18 @@ from tests.support.quantized_scenes import SHAPE, VIEWS, make_scene, seeded, spl
 @given(st.integers(1, 300), st.sampled_from(VIEWS), st.integers(0, 1000))
 def test_unpacking_gives_the_packed_scene_in_morton_order(count: int, view: str, seed: int) -> None:
     scene = make_scene(count, view=view, seed=seed)
-    assert scenes_equal(unpack(pack(scene)), scene.sorted())
+    assert scenes_equal(decode_mgs(encode_mgs(scene)), scene.sorted())
 
 
 def test_a_large_scene_round_trips() -> None:
     scene = make_scene(20_000)
-    assert scenes_equal(unpack(pack(scene)), scene.sorted())
+    assert scenes_equal(decode_mgs(encode_mgs(scene)), scene.sorted())
 
 
 def test_gaussians_at_equal_positions_keep_their_order() -> None:
     scene = make_scene(50)
     scene.positions[:] = scene.positions[:1]
-    back = unpack(pack(scene))
+    back = decode_mgs(encode_mgs(scene))
     assert all(torch.equal(back.indices[name], scene.indices[name]) for name in CUTS)
 
 
@@ -51,7 +51,7 @@ def test_neither_row_order_nor_a_second_trip_changes_a_byte() -> None:
         positions=scene.positions[order],
         indices={name: rows[order] for name, rows in scene.indices.items()},
     )
-    assert pack(shuffled) == pack(scene) == pack(unpack(pack(scene)))
+    assert encode_mgs(shuffled) == encode_mgs(scene) == encode_mgs(decode_mgs(encode_mgs(scene)))
 
 
 def test_sorting_is_by_morton_code() -> None:
@@ -64,7 +64,7 @@ def test_codebooks_of_every_size_round_trip(size: int) -> None:
     scene = make_scene(100)
     scene.codebooks["rotation"] = torch.randn(2, size, 2, generator=seeded()).half()
     scene.indices["rotation"] = torch.randint(size, (100, 2), generator=seeded()).short()
-    assert scenes_equal(unpack(pack(scene)), scene.sorted())
+    assert scenes_equal(decode_mgs(encode_mgs(scene)), scene.sorted())
 
 
 def test_scenes_equal_compares_every_field() -> None:
@@ -137,7 +137,7 @@ def test_decoding_leaves_the_global_random_state_alone() -> None:
     torch.manual_seed(1)
     expected = torch.rand(1)
     torch.manual_seed(1)
-    unpack(pack(scene)).decode()
+    decode_mgs(encode_mgs(scene)).decode()
     assert torch.equal(torch.rand(1), expected)
 
 
@@ -156,7 +156,7 @@ def test_the_bytes_of_all_streams_add_up(tmp_path: Path) -> None:
     assert all(row["bytes"] <= row["raw_bytes"] for row in report["streams"][:3])
     assert report["lobes"] == SHAPE and report["network"] is False
     json.dumps(report)
-    network = inspect(pack(make_scene(100, view="network")))
+    network = inspect(encode_mgs(make_scene(100, view="network")))
     assert network["streams"][0]["name"] == "view-network" and network["lobes"] is None
     assert network["network"] is True
 
@@ -174,6 +174,6 @@ def test_streams_start_at_multiples_of_eight_and_follow_the_order_of_use(data: b
 def test_index_streams_take_the_smaller_codec() -> None:
     scene = make_scene(3000)
     scene.indices["scale"] = torch.zeros(3000, 3).short()
-    report = inspect(pack(scene))
+    report = inspect(encode_mgs(scene))
     codecs = {row["name"]: row["codec"] for row in report["streams"]}
     assert codecs["scale.0"] == "rans" and codecs["rotation.0"] == "bits"

@@ -9,7 +9,7 @@ import torch
 
 from mobilegs.errors import InputError
 from mobilegs.mgs import header as headers
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render import Weighting
@@ -46,7 +46,7 @@ from tests.support.quantized_scenes import SHAPE, camera, join, make_scene, seed
 )
 def test_a_scene_that_a_file_cannot_hold_is_refused(change: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
-        pack(replace(make_scene(), **change))
+        encode_mgs(replace(make_scene(), **change))
 
 
 @pytest.mark.parametrize(
@@ -73,14 +73,14 @@ def test_invalid_lobe_shapes_are_refused(data: bytes, lobes: Any, sentence: str)
     header, body = split(data)
     assert header["lobes"] == SHAPE
     with pytest.raises(InputError, match=sentence):
-        unpack(join({**header, "lobes": lobes}, body))
+        decode_mgs(join({**header, "lobes": lobes}, body))
 
 
 def test_a_header_without_the_field_lobes_is_refused(data: bytes) -> None:
     header, body = split(data)
     del header["lobes"]
     with pytest.raises(InputError, match="field 'lobes'"):
-        unpack(join(header, body))
+        decode_mgs(join(header, body))
 
 
 @pytest.mark.parametrize(
@@ -108,14 +108,14 @@ def test_lobe_decoders_at_the_limits_are_read_and_larger_ones_refused(
         ).sorted()
 
     largest = with_lobes(LobeShape(*shape))
-    assert scenes_equal(unpack(pack(largest)), largest)
+    assert scenes_equal(decode_mgs(encode_mgs(largest)), largest)
     with monkeypatch.context() as patch:
         for module in (lobe_shapes, headers):
             patch.setattr(module, limit, getattr(module, limit) + 1)
         larger = with_lobes(LobeShape(*beyond))
-        data = pack(larger)
-        assert scenes_equal(unpack(data), larger)  # it has no other error
-    for read in (inspect, unpack):
+        data = encode_mgs(larger)
+        assert scenes_equal(decode_mgs(data), larger)  # it has no other error
+    for read in (inspect, decode_mgs):
         with pytest.raises(InputError, match=f"the field '{field}' in the header"):
             read(data)
 
@@ -168,7 +168,7 @@ def test_numbers_out_of_range_are_refused_from_the_header(
 ) -> None:
     header, body = split(data)
     change(header)
-    for read in (inspect, unpack):
+    for read in (inspect, decode_mgs):
         with pytest.raises(InputError, match=sentence):
             read(join(header, body))
 
@@ -186,7 +186,7 @@ def test_an_empty_scene_is_refused() -> None:
     scene = make_scene()
     nothing = {name: rows[:0] for name, rows in scene.indices.items()}
     with pytest.raises(InputError, match="0 Gaussians"):
-        pack(replace(scene, positions=scene.positions[:0], indices=nothing))
+        encode_mgs(replace(scene, positions=scene.positions[:0], indices=nothing))
 
 
 @pytest.mark.parametrize("name", ["scale", "rotation", "appearance", "opacity", "lobes"])
@@ -194,15 +194,15 @@ def test_codes_out_of_range_are_refused(name: Attribute) -> None:
     scene = make_scene()
     scene.indices[name][3] = scene.codebooks[name].shape[1]
     with pytest.raises(InputError, match=f"{name} indices"):
-        pack(scene)
+        encode_mgs(scene)
     scene = make_scene()
     scene.codebooks[name][0, 0] = torch.inf
     with pytest.raises(InputError, match=f"{name} codebooks"):
-        pack(scene)
+        encode_mgs(scene)
 
 
 def test_weights_that_are_not_finite_are_refused() -> None:
     scene = make_scene()
     scene.decoder["view1"][0, 0] = torch.nan
     with pytest.raises(InputError, match="colour decoder"):
-        pack(scene)
+        encode_mgs(scene)

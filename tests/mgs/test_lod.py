@@ -7,7 +7,7 @@ import torch
 
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.lod import lod_levels_for, pixel_contributions, with_lod_levels
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.project import ALPHA_MIN, CLASSIC
@@ -54,9 +54,9 @@ def test_a_scene_in_lod_levels_round_trips_with_the_same_gaussians(name: str) ->
     whole = make_scene(CASES[name])
     for count in (2, 3) if len(whole) < 5000 else (3,):
         coded = in_levels(whole, count)
-        data = pack(coded)
-        found = unpack(data)
-        assert scenes_equal(found, coded) and pack(found) == data
+        data = encode_mgs(coded)
+        found = decode_mgs(data)
+        assert scenes_equal(found, coded) and encode_mgs(found) == data
         assert not scenes_equal(found, replace(found, lod_sizes=()))
         assert rows_of(found) == rows_of(whole)
         assert len(found.lod_sizes) == count and sum(found.lod_sizes) == len(whole)
@@ -79,7 +79,7 @@ def test_each_level_has_four_times_as_many_gaussians_of_less_contribution() -> N
 @pytest.mark.parametrize("name", ["one hidden layer", "scalars", "network"])
 def test_a_file_up_to_the_end_of_a_level_is_a_coarser_scene(name: str) -> None:
     coded = in_levels(make_scene(CASES[name]), 3)
-    header, body = split(pack(coded))
+    header, body = split(encode_mgs(coded))
     for kept in (1, 2):
         table, size = [], 0
         for row in header["streams"]:
@@ -88,7 +88,7 @@ def test_a_file_up_to_the_end_of_a_level_is_a_coarser_scene(name: str) -> None:
                 size += row["bytes"] + -row["bytes"] % 8
         count = sum(coded.lod_sizes[:kept])
         shorter = {"layers": list(coded.lod_sizes[:kept]), "count": count, "streams": table}
-        found = unpack(join({**header, **shorter}, body[:size], version=(3, 0)))
+        found = decode_mgs(join({**header, **shorter}, body[:size], version=(3, 0)))
         assert scenes_equal(
             found, replace(coded.select(slice(count)), lod_sizes=coded.lod_sizes[:kept])
         )
@@ -134,45 +134,45 @@ def test_invalid_numbers_of_levels_are_refused(count: int) -> None:
     ],
 )
 def test_invalid_sizes_of_levels_are_refused(layers: object) -> None:
-    header, body = split(pack(in_levels(make_scene(CASES["one place"]), 2)))
+    header, body = split(encode_mgs(in_levels(make_scene(CASES["one place"]), 2)))
     assert header["layers"] == [15, 45]
     with pytest.raises(InputError, match="layers"):
-        unpack(join({**header, "layers": layers}, body, version=(3, 0)))
+        decode_mgs(join({**header, "layers": layers}, body, version=(3, 0)))
     del header["layers"]
     with pytest.raises(InputError, match="layers"):
-        unpack(join(header, body, version=(3, 0)))
+        decode_mgs(join(header, body, version=(3, 0)))
 
 
 def test_files_of_version_2_have_no_levels_even_with_a_field_layers() -> None:
-    data = pack(make_scene(CASES["one place"]))
+    data = encode_mgs(make_scene(CASES["one place"]))
     header, body = split(data)
-    found = unpack(join({**header, "layers": [7]}, body, version=(2, 1)))
-    assert scenes_equal(found, unpack(data)) and found.lod_sizes == ()
+    found = decode_mgs(join({**header, "layers": [7]}, body, version=(2, 1)))
+    assert scenes_equal(found, decode_mgs(data)) and found.lod_sizes == ()
 
 
 def test_a_level_without_its_streams_is_refused() -> None:
-    data = pack(in_levels(make_scene(CASES["one place"]), 2))
+    data = encode_mgs(in_levels(make_scene(CASES["one place"]), 2))
     header, body = split(data)
     for row in header["streams"]:
         if row["name"] == "scale.1@1":
             row["name"] = "scale.1@2"
     with pytest.raises(InputError, match=r"lacks its stream 'scale\.1@1'"):
-        unpack(join(header, body, version=(3, 0)))
+        decode_mgs(join(header, body, version=(3, 0)))
 
 
 def test_scenes_with_too_many_streams_are_refused() -> None:
     case = Case(100, LobeShape(0, 32), steps=StepSizes())
-    pack(in_levels(make_scene(case), 5))
+    encode_mgs(in_levels(make_scene(case), 5))
     with pytest.raises(InputError, match="256 are allowed"):
-        pack(in_levels(make_scene(case), 6))
+        encode_mgs(in_levels(make_scene(case), 6))
 
 
 def test_sizes_of_levels_must_add_up() -> None:
     coded = make_scene(CASES["one place"])
     with pytest.raises(InputError, match="do not add up to 60"):
-        pack(replace(coded, lod_sizes=(30, 31)))
+        encode_mgs(replace(coded, lod_sizes=(30, 31)))
     with pytest.raises(InputError, match="9 LOD levels: 8"):
-        pack(replace(coded, lod_sizes=(52, 1, 1, 1, 1, 1, 1, 1, 1)))
+        encode_mgs(replace(coded, lod_sizes=(52, 1, 1, 1, 1, 1, 1, 1, 1)))
 
 
 def test_a_student_has_no_more_layers_than_its_file_has_streams_for() -> None:
@@ -186,6 +186,6 @@ def test_a_student_has_no_more_layers_than_its_file_has_streams_for() -> None:
     shape = LobeShape(2, 12, (16,))
     case = Case(400, shape, steps=StepSizes(), colors="linear", color_latents=12)
     scene = make_scene(case)
-    assert scenes_equal(unpack(pack(in_levels(scene, 7))), in_levels(scene, 7))
+    assert scenes_equal(decode_mgs(encode_mgs(in_levels(scene, 7))), in_levels(scene, 7))
     with pytest.raises(InputError, match="256 are allowed"):
-        pack(in_levels(scene, 8))
+        encode_mgs(in_levels(scene, 8))

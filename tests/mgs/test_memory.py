@@ -11,7 +11,7 @@ import pytest
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs import rans
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.positions import CLASSES
 from mobilegs.representation.lobes import LobeShape
 from mobilegs.representation.uniform_quantizer import StepSizes
@@ -35,7 +35,7 @@ def levels_file() -> bytes:
     layers = (COUNT // 5, COUNT - COUNT // 5)
     steps = StepSizes(0.3, 0.5, 0.4, 1.0, 2.0)
     shape = LobeShape(1, 2)
-    return pack(make_scene(Case(COUNT, shape, steps=steps, colors="linear", layers=layers)))
+    return encode_mgs(make_scene(Case(COUNT, shape, steps=steps, colors="linear", layers=layers)))
 
 
 def promised(parts: Parts) -> int:
@@ -54,7 +54,7 @@ def opened(data: bytes) -> str:
     meter, refusal = MemoryMeter(), ""
     meter.start()
     try:
-        unpack(data)
+        decode_mgs(data)
     except InputError as error:
         refusal = str(error)
     peak = meter.peak()
@@ -65,7 +65,7 @@ def opened(data: bytes) -> str:
 
 def test_lod_levels_take_at_most_twice_file_and_scene(levels_file: bytes) -> None:
     parts = parse_parts(levels_file)
-    rows = [part for part in tensors(unpack(levels_file)) if len(part) == COUNT]
+    rows = [part for part in tensors(decode_mgs(levels_file)) if len(part) == COUNT]
     assert sum(part.nbytes for part in rows) == promised(parts)
     assert opened(levels_file) == ""
 
@@ -132,7 +132,7 @@ def crowd(parts: Parts, count: int) -> bytes:
 @pytest.mark.parametrize("mode", ["sq", "nvq"])
 def test_many_gaussians_in_a_small_file_are_refused_within_the_bound_and_quickly(mode: str) -> None:
     steps = StepSizes() if mode == "sq" else None
-    small = pack(make_scene(Case(50, steps=steps, colors="linear" if steps else "networks")))
+    small = encode_mgs(make_scene(Case(50, steps=steps, colors="linear" if steps else "networks")))
     data = crowd(parse_parts(small), 2_000_000)
     begun = time.process_time()
     assert opened(data) == "a rANS stream does not end where it should: the file is damaged"

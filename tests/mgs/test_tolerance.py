@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.container import VERSION
 from mobilegs.mgs.quantized_scene import scenes_equal
 from tests.support.node import assert_same_refusals
@@ -45,7 +45,7 @@ def test_streams_may_come_in_any_order_and_some_may_be_unneeded(name: str, tmp_p
         rearranged(data, lambda rows: rows + idle),
     ]
     assert assert_same_refusals(tmp_path, files) == [None] * 3
-    assert all(scenes_equal(unpack(file), unpack(data)) for file in files)
+    assert all(scenes_equal(decode_mgs(file), decode_mgs(data)) for file in files)
 
 
 def test_the_last_of_equal_fields_counts_and_infinite_numbers_matter_in_known_fields(
@@ -81,18 +81,18 @@ def test_numbers_that_are_not_finite_are_refused_in_every_stream(
         plain = (name, "raw", halves.tobytes())
         return [plain if row[0] == name else row for row in rows]
 
-    sound = rearranged(pack(scene), raw)
+    sound = rearranged(encode_mgs(scene), raw)
     halves[7] = number
-    found = assert_same_refusals(tmp_path, [sound, rearranged(pack(scene), raw)])
+    found = assert_same_refusals(tmp_path, [sound, rearranged(encode_mgs(scene), raw)])
     assert found[0] is None and found[1] is not None
 
 
 def test_quaternions_of_zeros_are_read_and_not_rendered(tmp_path: Path) -> None:
     scene = make_scene()
     scene.codebooks["rotation"][:] = 0
-    data = pack(scene)
+    data = encode_mgs(scene)
     assert assert_same_refusals(tmp_path, [data]) == [None]
-    drawn = unpack(data)
+    drawn = decode_mgs(data)
     assert drawn.decode().render(drawn.views[0]).alpha.max() == 0
 
 
@@ -107,8 +107,8 @@ def test_an_unused_log_scale_above_80_is_refused(tmp_path: Path) -> None:
             ("codebooks", "raw", books.tobytes()) if row[0] == "codebooks" else row for row in rows
         ]
 
-    sound = rearranged(pack(scene), raw)
+    sound = rearranged(encode_mgs(scene), raw)
     assert books[14] == 80
     books[14] = 80.0625  # the next float16 number
-    found = assert_same_refusals(tmp_path, [sound, rearranged(pack(scene), raw)])
+    found = assert_same_refusals(tmp_path, [sound, rearranged(encode_mgs(scene), raw)])
     assert found[0] is None and "scales that are out of range" in str(found[1])

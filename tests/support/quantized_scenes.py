@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.mgs.container import PREFIX
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.positions import PositionGrid
@@ -88,7 +88,7 @@ def tensors(scene: QuantizedScene) -> list[Tensor]:
 
 @pytest.fixture(scope="module")
 def data() -> bytes:
-    return pack(make_scene())
+    return encode_mgs(make_scene())
 
 
 def split(data: bytes) -> tuple[dict[str, Any], bytes]:

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from mobilegs.camera import MIN_SIDE, Camera
 from mobilegs.data.dataset import View
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.quantized_scene import MetaValue, QuantizedScene
 from mobilegs.render import Rendered, Weighting
@@ -390,7 +390,7 @@ class Student:
         quantized_steps = (1 - self.config.schedule.quantize_from) * self.steps
         every = max(1, round(quantized_steps / RATE_UPDATES))
         if target_mb and self.done % every == 0:
-            size, values = len(pack(self.quantized_scene())), self.model.rows.tensors
+            size, values = len(encode_mgs(self.quantized_scene())), self.model.rows.tensors
             quantization.control_rate(self.model.quantizers, values, size, 1e6 * target_mb)
 
     def _lrs(self) -> dict[str, float]:

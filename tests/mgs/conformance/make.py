@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.lod import with_lod_levels
 from mobilegs.mgs.positions import morton_codes, positions_from_morton
 from mobilegs.mgs.quantized_scene import QuantizedScene
@@ -250,9 +250,9 @@ def main() -> None:
         path = HERE / f"{name}.mgs"
         if path.exists():
             continue
-        data = pack(made(name))
+        data = encode_mgs(made(name))
         path.write_bytes(data)
-        found = expected(unpack(data), picture=name.endswith("picture"))
+        found = expected(decode_mgs(data), picture=name.endswith("picture"))
         text = json.dumps(found, separators=(",", ":"))
         path.with_suffix(".json").write_text(text.replace('],"', '],\n"') + "\n")
 
