@@ -100,9 +100,9 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "SortedExport",
             "export_sorted",
             "Recipe",
-            "cpu_recipe",
-            "gpu_recipe",
             "demo_recipe",
+            "short_recipe",
+            "long_recipe",
             "with_steps",
             "with_method",
             "with_settings",
@@ -345,9 +345,9 @@ def api_page() -> str:
 def settings_page() -> str:
     """The text of docs/reference/settings.md."""
     recipes = {
-        "cpu": mobilegs.cpu_recipe(),
-        "gpu": mobilegs.gpu_recipe(),
         "demo": mobilegs.demo_recipe(),
+        "short": mobilegs.short_recipe(),
+        "long": mobilegs.long_recipe(),
     }
     text = [SETTINGS_HEAD]
     for stage in ("teacher", "student"):
@@ -366,12 +366,12 @@ def rows_of(path: str, configs: dict[str, Any]) -> Iterator[str]:
     said = {ast.unparse(field.target): text for field, text in fields_of(node)}
     for field in dataclasses.fields(first):
         values = {name: getattr(config, field.name) for name, config in configs.items()}
-        if dataclasses.is_dataclass(values["cpu"]):
+        if dataclasses.is_dataclass(values["demo"]):
             yield from rows_of(f"{path}.{field.name}", values)
             continue
         shown = {name: f"`{short(value)}`" for name, value in values.items()}
         if len(set(shown.values())) == 1:
-            value = shown["cpu"]
+            value = shown["demo"]
         else:
             value = ", ".join(f"{name} {text}" for name, text in shown.items())
         yield f"| `{path}.{field.name}` | {value} | {said[field.name].replace('|', '/')} |"

@@ -9,7 +9,7 @@ Every field of docs/reference/settings.md can be changed like this.
 import argparse
 from pathlib import Path
 
-from mobilegs import TrainRun, cpu_recipe, train_run, with_settings, with_steps
+from mobilegs import TrainRun, short_recipe, train_run, with_settings, with_steps
 
 VARIANTS = {
     "default": [],
@@ -29,7 +29,7 @@ def main() -> None:
 
     teacher = None
     for name, settings in VARIANTS.items():
-        recipe = with_settings(cpu_recipe(), settings)
+        recipe = with_settings(short_recipe(), settings)
         if given.steps:
             recipe = with_steps(recipe, given.steps)
         run = TrainRun(

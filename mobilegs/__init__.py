@@ -36,9 +36,9 @@ PUBLIC = {
     "scene_file": ("inspect_scene", "open_scene", "write_gaussians"),
     "train.recipes": (
         "Recipe",
-        "cpu_recipe",
+        "short_recipe",
         "demo_recipe",
-        "gpu_recipe",
+        "long_recipe",
         "with_method",
         "with_settings",
         "with_steps",

@@ -50,9 +50,9 @@ from mobilegs.scene_file import inspect_scene as inspect_scene
 from mobilegs.scene_file import open_scene as open_scene
 from mobilegs.scene_file import write_gaussians as write_gaussians
 from mobilegs.train.recipes import Recipe as Recipe
-from mobilegs.train.recipes import cpu_recipe as cpu_recipe
 from mobilegs.train.recipes import demo_recipe as demo_recipe
-from mobilegs.train.recipes import gpu_recipe as gpu_recipe
+from mobilegs.train.recipes import long_recipe as long_recipe
+from mobilegs.train.recipes import short_recipe as short_recipe
 from mobilegs.train.recipes import with_method as with_method
 from mobilegs.train.recipes import with_settings as with_settings
 from mobilegs.train.recipes import with_steps as with_steps

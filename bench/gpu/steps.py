@@ -2,9 +2,9 @@
 
     python -m bench.gpu.steps CAPTURE [--max-splats 200000] [--steps 800] [--json OUT]
 
-A short run with the preset gpu is profiled for 15 steps of the teacher after its densification, and
-for 15 steps of the student with latents. The 30 steps before them are timed without the profiler,
-which slows them down.
+A short run with the preset long is profiled for 15 steps of the teacher after its densification,
+and for 15 steps of the student with latents. The 30 steps before them are timed without the
+profiler, which slows them down.
 """
 
 import argparse
@@ -99,7 +99,7 @@ def main() -> None:
             TrainRun(
                 options.capture,
                 Path(folder) / "run",
-                preset="gpu",
+                preset="long",
                 steps=options.steps,
                 max_splats=options.max_splats,
                 device="cuda",

@@ -42,8 +42,8 @@ FINISHED_SCENE = (
 # number of rendered views by preset, and pixels of their longer side
 VIEWS: dict[PresetName, tuple[int, int]] = {
     "demo": (48, 240),
-    "cpu": (400, 640),
-    "gpu": (400, 1280),
+    "short": (400, 640),
+    "long": (400, 1280),
     "paper": (400, 1280),
     "release": (400, 1280),
 }
@@ -130,7 +130,7 @@ def compress_run(
     after a checkpoint, if a signal asks to stop.
     """
     run = replace(run, scene=plain_scene_at(run.scene))
-    preset: PresetName = run.preset or ("gpu" if torch.cuda.is_available() else "cpu")
+    preset: PresetName = run.preset or ("long" if torch.cuda.is_available() else "short")
     capture, training = run.capture, training_of(run)
     validate_run(training)
     if run.cameras is not None:  # validates the small file before reading the large scene

@@ -64,7 +64,7 @@ MINUTES = (1.0, 10_000)  # that --minutes takes
 USUAL_MINUTES = {"cpu": 30.0, "cuda": 10.0}
 STEPS = ("teacher.steps", "student.steps")  # settings that exclude a budget
 TARGET_TOLERANCE = 0.05  # share of target_mb by which a file may miss it without a message
-GPU_PRESETS = ("gpu", "paper", "release")  # too long for most CPUs
+LONG_PRESETS = ("long", "paper", "release")  # too long for most CPUs
 FIRST_LOOKS = 4  # cameras in the file, for a first look
 # options that may differ between the sessions of one run
 SESSION_OPTIONS = (
@@ -516,13 +516,13 @@ def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
         raise InputError(f"the seed must be between 0 and {(1 << 32) - 1}, not {run.seed}")
     validate_live_options(run.live, run.live_at)
     on_cpu = run.device == "auto" and not torch.cuda.is_available()
-    if run.preset in GPU_PRESETS and on_cpu and run.minutes is None and run.steps is None:
+    if run.preset in LONG_PRESETS and on_cpu and run.minutes is None and run.steps is None:
         raise InputError(
             f"the preset {run.preset} is for a GPU, and this machine has none: add --device cpu to "
             "train for many hours, or give --minutes or --steps, or leave out --preset"
         )
     if recipe is None:
-        usual = "gpu" if trains_on_gpu(run) and budget_of(run) is None else "cpu"
+        usual = "long" if trains_on_gpu(run) and budget_of(run) is None else "short"
         recipe = RECIPES[run.preset or usual]()
     if run.method is not None:
         if run.teacher is not None:

@@ -175,7 +175,7 @@ def test_a_run_of_a_time_has_the_settings_for_short_runs_on_a_gpu_too(
     run = TrainRun(capture, tmp_path / "run")
     strategies = {
         "clone_split": (run, replace(run, minutes=5.0), replace(run, steps=9, device="cpu")),
-        "mini_splatting": (replace(run, steps=9), replace(run, preset="gpu", minutes=5.0)),
+        "mini_splatting": (replace(run, steps=9), replace(run, preset="long", minutes=5.0)),
     }
     for strategy, runs in strategies.items():
         for each in runs:
@@ -183,8 +183,8 @@ def test_a_run_of_a_time_has_the_settings_for_short_runs_on_a_gpu_too(
 
 
 @NO_GPU
-def test_presets_for_a_gpu_ask_before_they_train_on_a_cpu(capture: Path, tmp_path: Path) -> None:
-    for preset in ("gpu", "paper", "release"):
+def test_long_presets_ask_before_they_train_on_a_cpu(capture: Path, tmp_path: Path) -> None:
+    for preset in ("long", "paper", "release"):
         run = replace(TrainRun(capture, tmp_path / "run"), preset=preset)
         with pytest.raises(InputError, match=f"preset {preset} is for a GPU"):
             resolve_recipe(run)

@@ -240,7 +240,7 @@ def test_a_recipe_survives_json(name: PresetName) -> None:
 
 
 def test_the_paper_has_thirty_thousand_steps_each() -> None:
-    recipe = RECIPES["gpu"]()
+    recipe = RECIPES["long"]()
     assert recipe.teacher.steps == recipe.student.steps == 30_000
 
 
@@ -291,7 +291,7 @@ def test_a_method_changes_the_teachers_strategy_but_no_lengths(name, tmp_path: P
 
 
 def test_the_papers_teacher_is_mini_splatting() -> None:
-    assert RECIPES["gpu"]().teacher.densify.strategy == "mini_splatting"
+    assert RECIPES["long"]().teacher.densify.strategy == "mini_splatting"
 
 
 def test_a_method_for_a_given_teacher_is_refused(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def paths(config: Any, prefix: str = "") -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("preset", ["paper", "release", "gpu"])
+@pytest.mark.parametrize("preset", ["paper", "release", "long"])
 def test_a_preset_has_the_values_of_the_table(preset: PresetName) -> None:
     recipe, rows = RECIPES[preset](), table()
     assert len(rows) > 40
@@ -50,7 +50,7 @@ def test_a_preset_has_the_values_of_the_table(preset: PresetName) -> None:
 
 @pytest.mark.parametrize("preset", ["paper", "release"])
 def test_the_table_has_every_departure_of_the_default(preset: PresetName) -> None:
-    recipe, default = RECIPES[preset](), RECIPES["gpu"]()
+    recipe, default = RECIPES[preset](), RECIPES["long"]()
     listed = {path for path, _ in table()}
     listed |= {"student.lr.quantized_factor"}  # has no effect in these presets
     for path in paths(recipe):
