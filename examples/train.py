@@ -9,7 +9,7 @@ Every field of docs/reference/settings.md can be changed like this.
 import argparse
 from pathlib import Path
 
-from mobilegs import TrainRun, short_recipe, train_run, with_settings, with_steps
+from mobilegs import TrainRun, short_recipe, train_capture, with_settings, with_steps
 
 VARIANTS = {
     "default": [],
@@ -39,7 +39,7 @@ def main() -> None:
             teacher=teacher,
             resume=True,  # the same command continues an interrupted run
         )
-        student = train_run(run, recipe=recipe)["student"]
+        student = train_capture(run, recipe=recipe)["student"]
         teacher = given.runs / "default" / "teacher.ply"
         print(f"{name:9} {student['psnr']:.2f} dB  {student['file_bytes']:,} bytes")
 

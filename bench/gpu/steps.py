@@ -20,7 +20,8 @@ from torch.autograd.profiler_util import EventList
 from torch.profiler import ProfilerActivity, profile
 
 from bench.record import Figures
-from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.pipeline.options import TrainRun
+from mobilegs.pipeline.train import train_capture
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
@@ -95,7 +96,7 @@ def main() -> None:
     for name, stage in (("teacher", Teacher), ("student", Student)):
         watched(stage, Watch(name, options.steps // 2, figures))
     with tempfile.TemporaryDirectory() as folder:
-        train_run(
+        train_capture(
             TrainRun(
                 options.capture,
                 Path(folder) / "run",

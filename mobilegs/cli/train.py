@@ -14,7 +14,7 @@ from mobilegs.progress_display import show_progress
 
 if TYPE_CHECKING:
     from mobilegs.capture import CaptureRun
-    from mobilegs.pipeline.train import TrainRun
+    from mobilegs.pipeline.options import TrainRun
     from mobilegs.scene_file import Kind
 
 # of train and compress; the others are expert options
@@ -43,7 +43,7 @@ def demo(
     from mobilegs.atomic import make_folder
     from mobilegs.data.demo.capture import demo_capture, write_capture
     from mobilegs.live import ADDRESS, validate_live_options
-    from mobilegs.pipeline.train import TrainRun
+    from mobilegs.pipeline.options import TrainRun
 
     validate_live_options(live, ADDRESS)
     capture = output / "capture"
@@ -59,7 +59,7 @@ def demo(
 
 def train(words: Sequence[str]) -> None:
     """Train a phone-sized scene.mgs from photos or a video."""
-    from mobilegs.pipeline.train import TrainRun
+    from mobilegs.pipeline.options import TrainRun
     from mobilegs.pipeline.unposed import with_poses
 
     run = call(TrainRun, words, verb="train", common=COMMON)
@@ -86,10 +86,10 @@ def make_capture(run: "CaptureRun") -> None:
 
 def compress(words: Sequence[str]) -> None:
     """Compress a trained 3DGS scene into a phone-sized scene.mgs."""
-    from mobilegs.pipeline.compress import CompressRun, compress_run
+    from mobilegs.pipeline.compress import CompressRun, compress_scene
 
     run = call(CompressRun, words, verb="compress", common=COMMON)
-    work = partial(compress_run, run, progress=show_progress)
+    work = partial(compress_scene, run, progress=show_progress)
     finish(run.output, work, f"add --resume to continue {run.output}")
 
 
@@ -112,11 +112,11 @@ def convert(scene: Path, output: Path, kind: "Kind", **options: Any) -> int:
 
 def run_training(run: "TrainRun", how_to_continue: str) -> None:
     """Train and print a summary; `how_to_continue` is printed after an interruption."""
-    from mobilegs.pipeline.train import train_run
+    from mobilegs.pipeline.train import train_capture
     from mobilegs.train.memory import keep_freed_memory
 
     keep_freed_memory()
-    finish(run.output, partial(train_run, run, progress=show_progress), how_to_continue)
+    finish(run.output, partial(train_capture, run, progress=show_progress), how_to_continue)
 
 
 def finish(output: Path, work: Callable[[], dict[str, Any]], how_to_continue: str) -> None:

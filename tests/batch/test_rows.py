@@ -11,7 +11,7 @@ from mobilegs.batch.rows import Row, read_list
 from mobilegs.capture import CaptureRun
 from mobilegs.errors import InputError
 from mobilegs.pipeline.compress import CompressRun
-from mobilegs.pipeline.train import TrainRun
+from mobilegs.pipeline.options import TrainRun
 
 
 @pytest.fixture

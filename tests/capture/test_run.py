@@ -424,7 +424,7 @@ def test_doctor_finds_missing_packages_of_a_capture(monkeypatch: pytest.MonkeyPa
 
 @pytest.fixture
 def trained(monkeypatch: pytest.MonkeyPatch) -> list[train.TrainRun]:
-    """The runs of a replaced `train_run`, which trains nothing."""
+    """The runs of a replaced `train_capture`, which trains nothing."""
     runs: list[train.TrainRun] = []
 
     def remember(run: train.TrainRun, **options: object) -> dict:
@@ -432,7 +432,7 @@ def trained(monkeypatch: pytest.MonkeyPatch) -> list[train.TrainRun]:
         figures = {"gaussians": 1, "file_bytes": 2, "psnr": 3.0}
         return {"student": figures, "teacher": figures}
 
-    monkeypatch.setattr(train, "train_run", remember)
+    monkeypatch.setattr(train, "train_capture", remember)
     monkeypatch.setattr(report, "write_report", lambda run_dir: None)
     return runs
 

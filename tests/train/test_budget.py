@@ -12,7 +12,8 @@ from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train
-from mobilegs.pipeline.train import TrainRun, budget_of, train_run
+from mobilegs.pipeline.options import TrainRun, budget_of
+from mobilegs.pipeline.train import train_capture
 from mobilegs.train import budget, memory
 from mobilegs.train.budget import Correction, Pace, Plan, Planned, Speed, make_plan
 from mobilegs.train.distributed import SINGLE_PROCESS
@@ -268,7 +269,7 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     monkeypatch.setattr(budget, "SIZE_LEAST", 16)
     settings = ("teacher.densify.min_interval=3",)
     run = TrainRun(capture, tmp_path / "a", minutes=0.1, settings=(settings,), max_splats=60)
-    train_run(run)
+    train_capture(run)
     config = json.loads((tmp_path / "a/config.json").read_text())
     assert config["plan"]["minutes"] == 0.1 and config["plan"]["corrections"]
     again = TrainRun(capture, tmp_path / "b", recipe=tmp_path / "a/config.json")
@@ -286,8 +287,8 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     with monkeypatch.context() as patched:
         patched.setattr(train.Student, "advance", advance)
         with pytest.raises(KeyboardInterrupt):
-            train_run(again)
-    train_run(replace(again, resume=True))
+            train_capture(again)
+    train_capture(replace(again, resume=True))
     for name in ("scene.mgs", "teacher.ply"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
 
@@ -296,7 +297,7 @@ def test_a_recipe_excludes_what_it_decides(capture: Path, finished: Path, tmp_pa
     run = TrainRun(capture, tmp_path / "run", recipe=finished / "config.json")
     for option in ({"preset": "short"}, {"method": "mcmc"}, {"max_splats": 9}):
         with pytest.raises(InputError, match="decides that already"):
-            train_run(replace(run, **option))
+            train_capture(replace(run, **option))
     with pytest.raises(InputError, match="damaged"):
-        train_run(replace(run, recipe=tmp_path / "missing.json"))
+        train_capture(replace(run, recipe=tmp_path / "missing.json"))
     assert load_capture(capture).train and not (tmp_path / "run").exists()
