@@ -57,7 +57,15 @@ run's `config.json` has the values that it used. If presets differ, each is name
 SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Scenes": (
         "A scene is `Gaussians` and how to blend them. `open_scene` reads all formats.",
-        ("open_scene", "inspect_scene", "Scene", "Gaussians", "InputError"),
+        (
+            "open_scene",
+            "inspect_scene",
+            "SceneContents",
+            "MgsFileContents",
+            "Scene",
+            "Gaussians",
+            "InputError",
+        ),
     ),
     "Rendering": (
         "`scene.render(camera).image` renders a `Scene` from a `Camera`. `render_sorted` and "
@@ -85,20 +93,31 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "ViewLoader",
             "CaptureRun",
             "capture_photos",
+            "CaptureReport",
             "demo_capture",
             "write_capture",
         ),
     ),
     "Training": (
-        "`train_run` is `mobilegs train`, `compress_run` is `mobilegs compress`. A `Recipe` and "
-        "a seed determine the result for a capture; [settings](settings.md) lists its fields.",
+        "`train_capture` is `mobilegs train`, `compress_scene` is `mobilegs compress`. A `Recipe` "
+        "and a seed determine the result for a capture; [settings](settings.md) lists its fields. "
+        "`Teacher`, `Student` and the losses are for loops of your own (examples/loop.py).",
         (
             "TrainRun",
-            "train_run",
+            "train_capture",
             "CompressRun",
-            "compress_run",
+            "compress_scene",
             "SortedExport",
             "export_sorted",
+            "Teacher",
+            "TeacherConfig",
+            "Student",
+            "StudentConfig",
+            "StepResult",
+            "photo_loss",
+            "color_distillation_loss",
+            "depth_distillation_loss",
+            "raw_depth_loss",
             "Recipe",
             "demo_recipe",
             "short_recipe",
@@ -110,12 +129,31 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "Metrics": (
         "Metrics that compare renders with photos.",
-        ("evaluate_side_by_side", "psnr", "ssim", "displayed_colors", "lpips_from"),
+        (
+            "evaluate_side_by_side",
+            "SceneMetrics",
+            "ViewMetrics",
+            "RunMetrics",
+            "FileMetrics",
+            "psnr",
+            "ssim",
+            "displayed_colors",
+            "lpips_from",
+        ),
     ),
     "`.mgs` files": (
         "A `QuantizedScene` is what a file holds; its `decode` makes a scene of it "
         "([the format](format.md)).",
-        ("read_mgs", "write_mgs", "decode_mgs", "encode_mgs", "QuantizedScene", "with_lod_levels"),
+        (
+            "read_mgs",
+            "write_mgs",
+            "decode_mgs",
+            "encode_mgs",
+            "QuantizedScene",
+            "with_lod_levels",
+            "MgsContents",
+            "StreamContents",
+        ),
     ),
     "Files of other tools": (
         "Plain 3DGS scenes ([formats](formats.md)). `write_gaussians` writes every kind, turns a "
@@ -240,14 +278,36 @@ def with_default(
 
 
 def fields_of(node: ast.ClassDef) -> list[tuple[ast.AnnAssign, str]]:
-    """Return the fields of a dataclass or named tuple, each with the docstring below it."""
-    found = []
+    """Return the own fields of a dataclass or named tuple, each with the docstring below it."""
+    fields = []
     for item, below in zip(node.body, [*node.body[1:], None], strict=True):
         if isinstance(item, ast.AnnAssign):
             text = below.value if isinstance(below, ast.Expr) else None
             said = text.value if isinstance(text, ast.Constant) else ""
-            found.append((item, " ".join(str(said).split())))
-    return found
+            fields.append((item, " ".join(str(said).split())))
+    return fields
+
+
+def base_of(module: str, node: ast.ClassDef) -> tuple[str, ast.ClassDef] | None:
+    """Return our class from which another one inherits, with its module."""
+    name = ast.unparse(node.bases[0]) if node.bases else ""
+    for item in parsed(source_of(module)).body:
+        if isinstance(item, ast.ImportFrom) and name in (alias.name for alias in item.names):
+            module = str(item.module).removeprefix("mobilegs.")
+            if module == item.module:  # of another package
+                return None
+    try:
+        base = definition(module, name)
+    except LookupError:
+        return None
+    return (module, base) if isinstance(base, ast.ClassDef) else None
+
+
+def is_typed_dict(module: str, node: ast.ClassDef) -> bool:
+    base = base_of(module, node)
+    return any(ast.unparse(each) == "TypedDict" for each in node.bases) or (
+        base is not None and is_typed_dict(*base)
+    )
 
 
 # --- descriptions ---------------------------------------------------------------------------------
@@ -284,7 +344,7 @@ def function_entry(module: str, node: ast.FunctionDef) -> str:
 
 
 def class_entry(module: str, node: ast.ClassDef) -> str:
-    fields = fields_of(node)
+    fields, base = fields_of(node), base_of(module, node)
     methods = [item for item in node.body if isinstance(item, ast.FunctionDef)]
     begin = next((method for method in methods if method.name == "__init__"), None)
     bases = [ast.unparse(base) for base in node.bases]
@@ -294,8 +354,18 @@ def class_entry(module: str, node: ast.ClassDef) -> str:
         parts = [
             with_default(module, ast.unparse(f.target), f.annotation, f.value) for f, _ in fields
         ]
+        if base is not None and fields_of(base[1]):  # a dataclass of keyword-only fields
+            more = fields_of(base[1])
+            parts += [
+                "*",
+                *(
+                    with_default(base[0], ast.unparse(f.target), f.annotation, f.value)
+                    for f, _ in more
+                ),
+            ]
+            fields += more
     text = [f"```python\n{laid_out(f'class {node.name}', parts, '')}\n```", described(node)]
-    if not parts and bases:
+    if is_typed_dict(module, node) or (not parts and bases):
         text[0] = f"```python\nclass {node.name}({', '.join(bases)})\n```"
     if begin is not None and ast.get_docstring(begin):
         text.append(described(begin))

@@ -147,6 +147,17 @@ def test_a_student_is_not_converted(run: Printed, garden: Path, tmp_path: Path) 
         run("convert.py", garden, tmp_path / "cut")
 
 
+def test_a_loop_of_ones_own_trains_and_writes_a_scene(
+    run: Printed, capture: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "scene.mgs"
+    text = run("loop.py", capture, output, "--steps", 20)
+    assert text.count("teacher, step ") == 5
+    assert number(r"student: ([\d.]+) dB on held-back photos", text) > 8
+    assert number(r"scene\.mgs: ([\d,]+) bytes", text) == output.stat().st_size
+    assert len(read_mgs(output).views) == 4
+
+
 def test_gaussians_are_fitted_to_a_photo(run: Printed, capture: Path, tmp_path: Path) -> None:
     photo = next((capture / "images").iterdir())
     text = run("fit.py", photo, tmp_path / "fitted.png", "--count", 60, "--steps", 40)

@@ -5,7 +5,7 @@ import math
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypedDict, cast
 
 from tyro.conf import Positional, arg
 
@@ -85,6 +85,38 @@ class CaptureRun:
     """Stop if fewer photos than this share of all, 0 to 1, get a pose."""
 
 
+class CaptureReport(TypedDict):
+    """The content of `capture.json`, of which these keys are for readers.
+
+    Attributes:
+        source: name of the folder of photos or of the video.
+        photos: number of photos.
+        registered: number of photos that got a pose.
+        left_out: names of the others.
+        hdr: transfer function of an HDR video, whose frames were converted to sRGB; else empty.
+        unreadable: a sentence for each photo that cannot be read.
+        other_files: number of files beside the photos that are none, by kind.
+        mapper: method that computed the poses.
+        models: photos of each unconnected model, the largest first.
+        points: number of sparse points.
+        reprojection_error: mean, in pixels.
+        seconds_of: time of each stage.
+    """
+
+    source: str
+    photos: int
+    registered: int
+    left_out: list[str]
+    hdr: str
+    unreadable: list[str]
+    other_files: dict[str, int]
+    mapper: str
+    models: list[int]
+    points: int
+    reprojection_error: float
+    seconds_of: dict[str, float]
+
+
 @dataclass(frozen=True)
 class StageInputs:
     """The arguments of all stages. `progress` opens a stage by its title."""
@@ -96,7 +128,7 @@ class StageInputs:
     process: PycolmapProcess
 
 
-def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> dict[str, Any]:
+def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> CaptureReport:
     """Make a capture (`images/`, `sparse/0/`) from photos or a video.
 
     Results of an earlier call with the same input and options are kept: an interrupted capture
@@ -123,7 +155,7 @@ def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> dict
         if report is None:
             report = run_stages(given, keys)
     validate_placed(report["registered"], report["left_out"], given)
-    return report
+    return cast(CaptureReport, report)
 
 
 def run_stages(given: StageInputs, keys: dict[str, str]) -> dict[str, Any]:

@@ -47,7 +47,10 @@ SELDOM = 4  # steps between two gradients of the rate term and of overdraw, each
 
 
 class Student:
-    """The stage that trains a quantised, sort-free scene (paper, sections 3.2 to 3.5).
+    """The training of a quantised, sort-free scene (Mobile-GS, sections 3.2 to 3.5).
+
+    A step renders photos, takes a step of Adam on `photo_loss` and the distances to the teacher's
+    images and depths, and from `schedule.quantize_from` on trains with the values of the file.
 
     Example:
 
@@ -73,7 +76,7 @@ class Student:
         """Start from the teacher.
 
         Args:
-            config: all settings.
+            config: all settings. `StudentConfig` raises InputError for values out of range.
             teacher: a scene, which gives the initial Gaussians and the targets of distillation.
             cameras: those of all training views, by their indices.
             extent: of the scene, in world units.
