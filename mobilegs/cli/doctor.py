@@ -157,8 +157,8 @@ def gpu_renderer() -> Finding:
     try:
         checks = check_gpus()
     except InputError as error:
-        found, _, remedy = str(error).partition(": ")
-        return Finding("GPU renderer", "no", found, remedy)
+        problem, _, remedy = str(error).partition(": ")
+        return Finding("GPU renderer", "no", problem, remedy)
     told = [
         f"{check.gpu}: {check.problem or f'agrees with the reference ({check.decibels:.0f} dB)'}"
         for check in checks
@@ -171,8 +171,8 @@ def gpu_renderer() -> Finding:
 def window(renderer: Finding) -> Finding:
     """Check that `mobilegs view --native` can open a window, given the finding of the renderer."""
     if not all(find_module(name) for name in ("wgpu", "rendercanvas", "glfw")):
-        found = "libraries are missing; the browser needs none"
-        return Finding("Window", "no", found, "pip install 'mobilegs[native]'")
+        problem = "libraries are missing; the browser needs none"
+        return Finding("Window", "no", problem, "pip install 'mobilegs[native]'")
     screens = ("DISPLAY", "WAYLAND_DISPLAY")
     if platform.system() == "Linux" and not any(os.environ.get(name) for name in screens):
         return Finding("Window", "none", "no screen: view --native does not work")
@@ -196,8 +196,8 @@ def capture() -> Finding:
     needs = {"pycolmap": "poses", "pi_heif": "HEIC photos", "av": "videos"}
     missing = [f"{name} ({what})" for name, what in needs.items() if not find_module(name)]
     if missing:
-        found = f"not installed: {', '.join(missing)}"
-        return Finding("Capture", "no", found, "pip install 'mobilegs[capture]'")
+        problem = f"not installed: {', '.join(missing)}"
+        return Finding("Capture", "no", problem, "pip install 'mobilegs[capture]'")
     for name in needs:
         try:
             importlib.import_module(name)
@@ -212,8 +212,8 @@ def capture() -> Finding:
 def live() -> Finding:
     """Check that --live works."""
     if not find_module("viser"):
-        found = "viser is not installed; needed for --live"
-        return Finding("Live view", "no", found, "pip install 'mobilegs[live]'")
+        problem = "viser is not installed; needed for --live"
+        return Finding("Live view", "no", problem, "pip install 'mobilegs[live]'")
     return Finding("Live view", "yes", "train --live works")
 
 

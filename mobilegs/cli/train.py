@@ -14,6 +14,7 @@ from mobilegs.progress_display import show_progress
 
 if TYPE_CHECKING:
     from mobilegs.capture import CaptureRun
+    from mobilegs.evaluate.report import RunMetrics
     from mobilegs.pipeline.options import TrainRun
     from mobilegs.scene_file import Kind
 
@@ -119,7 +120,7 @@ def run_training(run: "TrainRun", how_to_continue: str) -> None:
     finish(run.output, partial(train_capture, run, progress=show_progress), how_to_continue)
 
 
-def finish(output: Path, work: Callable[[], dict[str, Any]], how_to_continue: str) -> None:
+def finish(output: Path, work: "Callable[[], RunMetrics]", how_to_continue: str) -> None:
     """Do `work`, which returns the metrics of a run, and print a summary."""
     from mobilegs.train.distributed import is_main_process
 
