@@ -92,7 +92,7 @@ def test_compress_with_photos_is_training_with_a_given_teacher(tmp_path: Path) -
     source, capture, runs = tmp_path / "garden.ply", tmp_path / "capture", {}
     write_ply(source, garden(300))
     scene = Scene(garden(300))
-    render_synthetic_capture(scene, source, capture, CaptureOptions(views=16, size=32))
+    render_synthetic_capture(scene, source, capture, CaptureOptions(views=16, size=64))
     more = ["--preset", "demo", "--steps", "10", "--target-mb", "0.02"]
     for verb, words in (
         ("compress", [str(source), "--capture", str(capture)]),
