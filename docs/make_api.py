@@ -278,10 +278,13 @@ def with_default(
 
 
 def fields_of(node: ast.ClassDef) -> list[tuple[ast.AnnAssign, str]]:
-    """Return the own fields of a dataclass or named tuple, each with the docstring below it."""
+    """Return the own fields of a dataclass or named tuple, each with the docstring below it.
+
+    Those that no argument sets are left out.
+    """
     fields = []
     for item, below in zip(node.body, [*node.body[1:], None], strict=True):
-        if isinstance(item, ast.AnnAssign):
+        if isinstance(item, ast.AnnAssign) and "init=False" not in ast.unparse(item):
             text = below.value if isinstance(below, ast.Expr) else None
             said = text.value if isinstance(text, ast.Constant) else ""
             fields.append((item, " ".join(str(said).split())))
