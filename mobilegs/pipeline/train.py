@@ -124,7 +124,6 @@ def train_in_team(
         run_dir.validate_new()
         if run.teacher is not None:
             given = read_plain_scene(run.teacher)
-            validate_teacher(given, run)
         config = new_config(run, recipe, team, given, started)
     recipe = config.recipe
     run = replace(run, downscale=config.options["downscale"])
@@ -380,13 +379,13 @@ def new_config(
     """
     footprint = None if given is None else given.footprint
     minutes = None if recipe is not None else budget_of(run)
-    if run.recipe is not None:
-        repeated = repeat_run(run)
-        recipe = resolve_recipe(run, repeated.recipe, footprint)
-        validate_views_per_step(run, recipe, team.world_size)
-        return replace(repeated, recipe=recipe)
-    resolved, plan = resolve_recipe(run, recipe, footprint), None
+    repeated, plan = None if run.recipe is None else repeat_run(run), None
+    resolved = resolve_recipe(run, recipe if repeated is None else repeated.recipe, footprint)
     validate_views_per_step(run, resolved, team.world_size)
+    if given is not None:
+        validate_teacher(given, run)
+    if repeated is not None:
+        return replace(repeated, recipe=resolved)
     if minutes is not None:
         planned = make_plan(
             resolved,
