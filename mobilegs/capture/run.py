@@ -86,7 +86,7 @@ class CaptureRun:
 
 
 class CaptureReport(TypedDict):
-    """The content of `capture.json`, of which these keys are for readers.
+    """The content of `capture.json`.
 
     Attributes:
         source: name of the folder of photos or of the video.
@@ -96,10 +96,19 @@ class CaptureReport(TypedDict):
         hdr: transfer function of an HDR video, whose frames were converted to sRGB; else empty.
         unreadable: a sentence for each photo that cannot be read.
         other_files: number of files beside the photos that are none, by kind.
-        mapper: method that computed the poses.
+        features_a_photo: mean number of features.
+        pairs: `all` or `alike`, of which `compared` were matched and `verified` have matches.
+        tried: mappers, the last of which may have placed fewer photos than another one.
+        mapper: the one that computed the poses.
         models: photos of each unconnected model, the largest first.
         points: number of sparse points.
+        photos_a_point: mean number of photos in which a point is seen.
+        points_of_photos: number of points in each photo.
         reprojection_error: mean, in pixels.
+        cameras: model, size, parameters and number of photos of each camera.
+        exposures: of each photo, by its EXIF.
+        rig: True if the places of the cameras on the rig were used.
+        misplaced: names of photos that got a wrong pose and were left out.
         seconds_of: time of each stage.
     """
 
@@ -110,10 +119,21 @@ class CaptureReport(TypedDict):
     hdr: str
     unreadable: list[str]
     other_files: dict[str, int]
+    features_a_photo: int
+    pairs: str
+    compared: int
+    verified: int
+    tried: list[str]
     mapper: str
     models: list[int]
     points: int
+    photos_a_point: float
+    points_of_photos: dict[str, int]
     reprojection_error: float
+    cameras: list[dict[str, Any]]
+    exposures: dict[str, float]
+    rig: bool
+    misplaced: list[str]
     seconds_of: dict[str, float]
 
 

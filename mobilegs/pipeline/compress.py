@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import torch
 from tyro.conf import Positional, arg
@@ -137,5 +137,6 @@ def training_of(run: CompressRun) -> TrainRun:
         raise InputError("--downscale is for the photos of --capture: use --size")
     else:
         settings, capture = (FINISHED_SCENE, *settings), run.output / "capture"
-    shared = {field.name: getattr(run, field.name) for field in fields(RunOptions)}
-    return TrainRun(capture, run.output, teacher=run.scene, **(shared | {"settings": settings}))
+    shared: dict[str, Any] = {field.name: getattr(run, field.name) for field in fields(RunOptions)}
+    shared["settings"] = settings
+    return TrainRun(capture, run.output, teacher=run.scene, **shared)

@@ -257,7 +257,7 @@ def test_an_interrupted_capture_is_resumed(
         assert after[f"work/{name}.json"] == before[f"work/{name}.json"]
     complete = json.loads((whole / "capture.json").read_text())
     for name in ("key", "points", "reprojection_error"):
-        assert report[name] == complete[name], name
+        assert dict(report)[name] == complete[name], name
     found, expected = centers(capture), centers(whole)
     assert sorted(found) == sorted(expected)
     pairs = [(found[name], expected[name]) for name in sorted(found)]

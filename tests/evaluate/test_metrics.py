@@ -325,7 +325,8 @@ def test_a_scene_equal_to_the_photo_has_the_best_metrics() -> None:
 def test_lpips_of_the_report_is_the_mean_over_views(weights_dir: Path) -> None:
     result = evaluate(blob(0.4), capture_of(blob(0.8)), lpips=LpipsSuite(weights_dir))
     for name in LPIPS_NAMES:
-        assert result[name] == pytest.approx(np.mean([view[name] for view in result["views"]]))
+        values = np.array([view[name] for view in result["views"]], np.float64)
+        assert result[name] == pytest.approx(values.mean())
 
 
 def test_masked_pixels_do_not_count(tmp_path: Path, generator: torch.Generator) -> None:
