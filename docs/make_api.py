@@ -131,8 +131,9 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
         "Metrics that compare renders with photos.",
         (
             "evaluate_side_by_side",
-            "SceneMetrics",
+            "Metrics",
             "ViewMetrics",
+            "SceneMetrics",
             "RunMetrics",
             "FileMetrics",
             "psnr",

@@ -35,6 +35,7 @@ PUBLIC = {
     "evaluate.metrics": ("displayed_colors", "psnr", "ssim", "to_bytes"),
     "evaluate.report": (
         "FileMetrics",
+        "Metrics",
         "RunMetrics",
         "SceneMetrics",
         "ViewMetrics",

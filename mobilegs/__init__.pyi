@@ -20,6 +20,7 @@ from mobilegs.evaluate.metrics import psnr as psnr
 from mobilegs.evaluate.metrics import ssim as ssim
 from mobilegs.evaluate.metrics import to_bytes as to_bytes
 from mobilegs.evaluate.report import FileMetrics as FileMetrics
+from mobilegs.evaluate.report import Metrics as Metrics
 from mobilegs.evaluate.report import RunMetrics as RunMetrics
 from mobilegs.evaluate.report import SceneMetrics as SceneMetrics
 from mobilegs.evaluate.report import ViewMetrics as ViewMetrics

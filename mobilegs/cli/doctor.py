@@ -6,9 +6,9 @@ import os
 import platform
 import shutil
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 ERROR_CHARACTERS = 160  # shown of an error of another library
 
@@ -46,11 +46,6 @@ def examine() -> list[Finding]:
         live(),
         lpips_weights(),
     ]
-
-
-def as_json(findings: list[Finding]) -> list[dict[str, Any]]:
-    """Return the findings as JSON values."""
-    return [asdict(finding) for finding in findings]
 
 
 def version() -> Finding:

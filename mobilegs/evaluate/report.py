@@ -19,52 +19,40 @@ from mobilegs.render.supersampling import supersampling_for
 METRICS = ("psnr", "cc_psnr", "ssim", *LPIPS_NAMES)
 
 
-class ViewMetrics(TypedDict):
-    """Metrics of a render against one photo.
+class Metrics(TypedDict):
+    """Metrics of a render against a photo, or their means.
 
     Attributes:
-        name: of the photo.
         psnr: in dB; infinite for equal images, which JSON has as null.
-        cc_psnr: in dB, after the change of the render's colours that fits the photo best.
+        cc_psnr: in dB, after the change of a render's colours that fits its photo best.
         ssim: -1 to 1.
         lpips_vgg, lpips_vgg_rescaled, lpips_alex, lpips_alex_rescaled: from 0, lower is better
             (`evaluate/lpips.py`); None without weights and for sides below 32 pixels.
     """
 
+    psnr: float
+    cc_psnr: float
+    ssim: float
+    lpips_vgg: float | None
+    lpips_vgg_rescaled: float | None
+    lpips_alex: float | None
+    lpips_alex_rescaled: float | None
+
+
+class ViewMetrics(Metrics):
+    """Metrics of a render against the photo `name`."""
+
     name: str
-    psnr: float
-    cc_psnr: float
-    ssim: float
-    lpips_vgg: float | None
-    lpips_vgg_rescaled: float | None
-    lpips_alex: float | None
-    lpips_alex_rescaled: float | None
 
 
-class SceneMetrics(TypedDict):
-    """Metrics of a scene on the held-back photos: means, and those of each photo.
+class SceneMetrics(Metrics):
+    """Means over the held-back photos, and in `views` the metrics of each photo."""
 
-    Attributes:
-        views: metrics of each photo; the others are their means, None where a photo has none.
-    """
-
-    psnr: float
-    cc_psnr: float
-    ssim: float
-    lpips_vgg: float | None
-    lpips_vgg_rescaled: float | None
-    lpips_alex: float | None
-    lpips_alex_rescaled: float | None
     views: list[ViewMetrics]
 
 
 class FileMetrics(SceneMetrics):
-    """Metrics of a scene's file.
-
-    Attributes:
-        file_bytes: size of the file.
-        gaussians: number of Gaussians.
-    """
+    """Metrics of a scene's file, its size in bytes and its number of Gaussians."""
 
     file_bytes: int
     gaussians: int

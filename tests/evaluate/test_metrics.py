@@ -6,6 +6,7 @@ import math
 import threading
 from functools import partial
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -356,8 +357,8 @@ def test_metrics_are_json() -> None:
     written = json.loads(to_json(results))
     assert written["a"]["psnr"] is None  # infinite, which JSON cannot say
     assert written["b"]["psnr"] == pytest.approx(results["b"]["psnr"])
-    assert written["a"].keys() == {*SceneMetrics.__annotations__}
-    assert written["a"]["views"][0].keys() == {*ViewMetrics.__annotations__}
+    assert written["a"].keys() == {*get_type_hints(SceneMetrics)}
+    assert written["a"]["views"][0].keys() == {*get_type_hints(ViewMetrics)}
     assert (peak_memory_mib() or 0) > 50
 
 
