@@ -169,7 +169,7 @@ def summary(rows: Sequence[ViewMetrics]) -> SceneMetrics:
     """Return the means over the views, and the views themselves."""
     means: dict[str, float | None] = {}
     for metric in METRICS:
-        values = [row[metric] for row in rows if row[metric] is not None]
+        values = [value for row in rows if (value := row[metric]) is not None]
         means[metric] = sum(values) / len(values) if len(values) == len(rows) else None
     return cast(SceneMetrics, means | {"views": list(rows)})
 
