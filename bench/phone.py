@@ -3,7 +3,7 @@
     python -m bench.phone A.mgs [B.mgs ...] [--seconds 60] [--size 1600x1063] [--serial SERIAL]
         [--output FILE.json] [--record FILE.txt]
 
-The phone must not be charged: connect adb by Wi-Fi and unplug the cable (docs/guides/phones.md).
+The phone must not be charged: connect adb by Wi-Fi and unplug the cable (docs/guides/phone.md).
 The script serves the scenes to the phone, opens each in Chrome with `?bench`, and reads the
 battery's current and voltage once a second. It does the same with a blank page first, and subtracts
 that power. It waits for the battery to cool between runs. The power table has the columns of the

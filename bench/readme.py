@@ -11,8 +11,10 @@ from typing import Any
 from bench.record import DOCS, RESULTS, ROOT, filled, origin_of, table
 
 ALIKE = 98  # dB: pictures that differ by a rounding error are below this
-TEACHER = "bonsai-400/10000+0/teacher/2"  # of bench/results/paper.json
-STUDENT = "bonsai-400/10000+5000/ours/2/teacher2"
+# of bench/results/paper.json; the teacher takes as many steps as both parts of a student's training
+TEACHER = "bonsai-400/15000+0/teacher/3"
+SORTED = "bonsai-400/10000+5000/ours-sorted/3/teacher3"
+STUDENT = "bonsai-400/10000+5000/ours/3/teacher3"
 VIEWER = "ours, WebGPU, 800x533"  # of bench/results/viewer.json
 
 Rows = list[list[str]]
@@ -193,46 +195,63 @@ def format_rows(cells: dict[str, Any]) -> Rows:
 
 
 def comparison_rows(paper: dict[str, Any], formats: dict[str, Any], viewers: dict) -> Rows:
-    """Return size, quality and frame times of one teacher in other formats and of its student."""
+    """Return size, quality and frame times of scenes of one capture that took equally many steps.
+
+    Raises ValueError if the results are not of the same files.
+    """
     teacher, student, ours = paper[TEACHER], paper[STUDENT], viewers[VIEWER]
-    ply = formats["bonsai/teacher"]
     others = {
         name: row
         for name, row in viewers.items()
-        if not name.startswith("ours") and row["scene_bytes"] == ply["bytes"]
+        if not name.startswith("ours") and row["scene_bytes"] == teacher["bytes"]
     }
-    if ply["bytes"] != teacher["bytes"] or ours["scene_bytes"] != student["bytes"] or not others:
-        raise ValueError("the results are not of one teacher and its student")
+    if (
+        formats["bonsai/teacher"]["bytes"] != teacher["bytes"]
+        or ours["scene_bytes"] != student["bytes"]
+        or student["teacher_crc"] != paper[SORTED]["teacher_crc"]
+        or not others
+    ):
+        raise ValueError("the results are not of the same scenes")
     best = min(others, key=lambda name: others[name]["frame_ms"]["median"])
+    fastest = f"{others[best]['frame_ms']['median']:.0f} ({best.rpartition(', ')[0]})"
+    kernels = f"{teacher['frame_ms']:.1f}"
     rows = []
     for kind, cell, blended, ms, browser in (
-        ("`.ply`, the teacher", ply, "sorted", teacher["frame_ms"], best),
-        ("`.sog`", formats["bonsai/sog"], "sorted", None, ""),
-        ("`.spz`", formats["bonsai/spz"], "sorted", None, ""),
-        ("**`.mgs`**", student, "in any order", student["frame_ms"], VIEWER),
+        ("`.ply`, 3DGS", teacher, "sorted", kernels, fastest),
+        ("`.sog` of it", formats["bonsai/sog"], "sorted", kernels, fastest),
+        ("`.spz` of it", formats["bonsai/spz"], "sorted", kernels, fastest),
+        ("`.mgs`, `blend=sorted`", paper[SORTED], "sorted", None, "-"),
+        ("**`.mgs`**", student, "in any order", None, f"{ours['frame_ms']['median']:.0f} (ours)"),
     ):
-        row, name = viewers.get(browser), browser.rpartition(", ")[0]
-        frame = f"{row['frame_ms']['median']:.0f} ({name})" if row else "as `.ply`"
         size, psnr = f"{cell['bytes'] / 1e6:.2f}", f"{cell['psnr']:.2f}"
-        rows.append([kind, blended, size, psnr, f"{ms:.1f}" if ms else "as `.ply`", frame])
+        rows.append([kind, blended, size, psnr, ms or f"{cell['frame_ms']:.1f}", browser])
     return rows
 
 
 def comparison(results: dict[str, Any]) -> str:
     """Return README's table, below the capture and the machine that it is of."""
-    paper, viewer = results["paper"]["cells"], results["viewer"]
-    student = paper[STUDENT]
+    paper, viewer, gpu = results["paper"]["cells"], results["viewer"], results["gpu_h200"]
+    student, frames = paper[STUDENT], results["gpu_h200"]["frames"]
     about = (
-        f"Bonsai, {student['photos']} held-back photos of {size_of(student['image_size'])}, "
-        f"{student['device']}, {student['date']}. The browser "
-        f"({viewer['rows'][VIEWER]['browser']}, {VIEWER.rpartition(', ')[2]}) draws in software; "
-        "its time for the `.ply` is that of the fastest other viewer measured. The student took "
-        f"{student['student_steps']:,} steps ({student['seconds'] / 60:.1f} minutes), its teacher "
-        f"{student['teacher_steps']:,}."
+        f"Bonsai, {student['photos']} held-back photos of {size_of(student['image_size'])}. Each "
+        f"scene took {student['teacher_steps'] + student['student_steps']:,} steps; those of a "
+        f"`.mgs` are {student['teacher_steps']:,} of the same teacher and "
+        f"{student['student_steps']:,} of the student. Times are of two cores without a GPU: the "
+        f"kernels at the photos' size, and a browser at {VIEWER.rpartition(', ')[2]} "
+        f"({viewer['rows'][VIEWER]['browser']}), where the `.ply` is drawn by the fastest other "
+        f"viewer measured."
     )
-    head = "file | blended | MB | PSNR dB | ms per frame, CPU kernels | ms per frame, browser"
+    head = "file | blended | MB | PSNR dB | ms per frame, kernels | ms per frame, browser"
     rows = comparison_rows(paper, results["compression"]["rows"], viewer["rows"])
-    return f"{about}\n\n{table(head, rows)}"
+    on_gpu = "; ".join(
+        f"{name}, {row['gaussians']:,} Gaussians, {row['blend']}: {row['ms']:.2f} ms"
+        for name, row in frames["rows"].items()
+    )
+    return (
+        f"{about}\n\n{table(head, rows)}\n\nOn a GPU ({gpu['device']}, "
+        f"{size_of(frames['image_size'])}, another training): {on_gpu}; gsplat takes "
+        f"{frames['rows']['teacher']['gsplat_ms']:.2f} ms for that teacher."
+    )
 
 
 def blocks(results: dict[str, Any]) -> dict[str, str]:

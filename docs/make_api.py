@@ -4,11 +4,13 @@
 
 The first two are committed, and a test compares them with the output of this script. api.md is
 not: `make docs` makes it. A test compares its signatures with `inspect.signature`; they are text of
-the sources, so that they do not change with decorators and versions of Python.
+the sources, so that they do not change with decorators and versions of Python. settings.md also
+compares the presets of the paper with its statements, from docs/paper_statements.csv.
 """
 
 import ast
 import contextlib
+import csv
 import dataclasses
 import io
 import os
@@ -16,12 +18,14 @@ import re
 import sys
 from collections.abc import Iterator
 from functools import cache
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import mobilegs
 from mobilegs.cli import main as command_line
+from mobilegs.train.recipes import RECIPES
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "mobilegs"
@@ -54,6 +58,16 @@ Made by `python docs/make_api.py` from the sources. `mobilegs train --set PATH=V
 run's `config.json` has the values that it used. If presets differ, each is named. `--steps`,
 `--max-splats`, `--method` and `--views-per-step` are short for some of them.
 """
+STATEMENTS = ROOT / "docs/paper_statements.csv"
+PRESETS_HEAD = """\
+## The presets `paper` and `release`
+
+`--preset paper` follows the paper's text, and the paper's release where the text is silent.
+`--preset release` follows the release, with its errors as far as settings reach. Both are as long
+as the preset `long`. [What each departure gains](../explanation/paper_settings.md) has the figures.
+
+| statement of the paper | setting | `paper` | `release` | `long` |
+|---|---|---|---|---|"""
 SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Scenes": (
         "A scene is `Gaussians` and how to blend them. `open_scene` reads all formats.",
@@ -428,7 +442,17 @@ def settings_page() -> str:
         text += [f"## {stage}\n", "| setting | value | what it does |", "|---|---|---|"]
         text += list(rows_of(stage, {name: getattr(r, stage) for name, r in recipes.items()}))
         text.append("")
+    text += [PRESETS_HEAD, *preset_rows(), ""]
     return "\n".join(text)
+
+
+def preset_rows() -> Iterator[str]:
+    """Yield a table row per statement of the paper, with the value of each preset."""
+    recipes = [RECIPES[name]() for name in ("paper", "release", "long")]
+    with STATEMENTS.open(newline="") as file:
+        for row in csv.DictReader(file):
+            values = [short(attrgetter(row["setting"])(recipe)) for recipe in recipes]
+            yield f"| {row['statement']} | `{row['setting']}` | {' | '.join(values)} |"
 
 
 def rows_of(path: str, configs: dict[str, Any]) -> Iterator[str]:

@@ -7,12 +7,6 @@ import pytest
 import torch
 from hypothesis import settings
 
-from mobilegs.camera import Camera, look_at
-from mobilegs.data.dataset import Dataset, Frame
-from mobilegs.data.demo.capture import write_capture
-from mobilegs.render.scene import Scene
-from mobilegs.train.teacher.init import gaussians_at
-
 pytest_plugins = [
     "tests.support.browser",
     "tests.support.gpus",
@@ -47,34 +41,3 @@ def data_dir() -> Path:
 def generator() -> torch.Generator:
     """Random numbers, the same ones for every test and run."""
     return torch.Generator().manual_seed(0)
-
-
-@pytest.fixture(scope="session")
-def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Nine photos, 24 x 20, of fifty blobs, as COLMAP would leave them."""
-    generator = torch.Generator().manual_seed(5)
-    points = torch.randn(50, 3, generator=generator) * 0.5
-    colors = torch.rand(50, 3, generator=generator)
-    truth = Scene(gaussians_at(points, colors, opacity=0.8, sh_degree=0))
-    K = torch.tensor([[28.0, 0, 12], [0, 28, 10], [0, 0, 1]])
-    frames = []
-    for index in range(9):
-        eye = torch.randn(3, generator=generator)
-        viewmat = look_at(3 * eye / eye.norm(), torch.zeros(3), torch.tensor([0.0, 0, 1]))
-        camera = Camera(viewmat, K, 24, 20)
-        pixels = (truth.render(camera).image.clamp(0, 1) * 255).round().to(torch.uint8)
-        frames.append(Frame(f"view_{index}.png", camera, pixels=pixels))
-    folder = tmp_path_factory.mktemp("capture") / "blobs"
-    dataset = Dataset(
-        name="blobs",
-        train=frames[1:],
-        test=frames[:1],
-        points=points,
-        colors=colors,
-        extent=3.0,
-        center=torch.zeros(3),
-        background=torch.zeros(3),
-        near=0.2,
-    )
-    write_capture(folder, dataset)
-    return folder

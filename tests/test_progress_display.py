@@ -159,33 +159,32 @@ def _rest(reader: int, stream: int) -> str:
     return text.decode().replace("\r\n", "\n")
 
 
-def test_without_terminals_lines_are_plain(tmp_path: Path) -> None:
-    assert output_of(tmp_path, "") == (LINES + RESULT, "")
+BAR = "2/2"  # of the screen of a terminal
 
 
-def test_a_log_has_lines_while_the_terminal_shows_a_bar(tmp_path: Path) -> None:
-    log, screen = output_of(tmp_path, "err")
-    assert log == LINES + RESULT
-    assert "counting" in screen and "2/2" in screen
-
-
-def test_two_terminals_show_a_bar_only(tmp_path: Path) -> None:
-    result, screen = output_of(tmp_path, "out err")
-    assert result == RESULT
-    assert "counting" in screen and "2/2" in screen
-
-
-@pytest.mark.parametrize(("terminals", "environment"), [("out", {}), ("out err", {"TERM": "dumb"})])
-def test_lines_stand_in_for_a_bar_that_cannot_be_shown(
-    tmp_path: Path, terminals: str, environment: dict[str, str]
+@pytest.mark.parametrize(
+    ("terminals", "words", "environment", "out", "err"),
+    [
+        ("", [], {}, LINES + RESULT, ""),
+        ("err", [], {}, LINES + RESULT, BAR),
+        ("out err", [], {}, RESULT, BAR),
+        ("out", [], {}, LINES + RESULT, ""),  # a bar cannot be shown
+        ("out err", [], {"TERM": "dumb"}, LINES + RESULT, ""),
+        ("", ["--json"], {}, RESULT, LINES),  # data stays alone on standard output
+        ("err", ["--json"], {}, RESULT, BAR),
+    ],
+)
+def test_a_terminal_shows_a_bar_and_a_log_has_lines(
+    tmp_path: Path,
+    terminals: str,
+    words: list[str],
+    environment: dict[str, str],
+    out: str,
+    err: str,
 ) -> None:
-    assert output_of(tmp_path, terminals, **environment) == (LINES + RESULT, "")
-
-
-def test_data_stays_alone_on_standard_output(tmp_path: Path) -> None:
-    assert output_of(tmp_path, "", "--json") == (RESULT, LINES)
-    result, screen = output_of(tmp_path, "err", "--json")
-    assert result == RESULT and "2/2" in screen
+    log, screen = output_of(tmp_path, terminals, *words, **environment)
+    assert log == out
+    assert ("counting" in screen and BAR in screen) if err == BAR else screen == err
 
 
 def test_a_command_prints_notes_and_warnings_once_and_a_library_warnings(tmp_path: Path) -> None:

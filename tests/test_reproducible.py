@@ -9,7 +9,7 @@ from torch.autograd import gradcheck, gradgradcheck
 
 from mobilegs.reproducible import column_means, product, sigmoid, times, total
 
-ROWS = (1, 100, 257, 511, 512, 5000, 97_965)  # from 32,768 elements on torch divides its work
+ROWS = (1, 257, 512, 97_965)  # from 32,768 elements on torch divides its work
 
 
 @pytest.fixture(autouse=True)
@@ -26,7 +26,7 @@ def random(*shape: int, seed: int = 1) -> Tensor:
 def assert_same_bits(operation: Callable[..., Tensor], *inputs: Tensor) -> tuple[Tensor, ...]:
     """Compare result and gradients for several numbers of threads; return them."""
     first: tuple[Tensor, ...] = ()
-    for number in (1, 2, 3, 7):
+    for number in (1, 2, 7):
         torch.set_num_threads(number)
         leaves = [each.clone().requires_grad_() for each in inputs]
         found = operation(*leaves)
@@ -58,7 +58,7 @@ def test_a_sigmoid_and_its_gradient_hold_everywhere() -> None:
 
 
 @pytest.mark.parametrize("count", ROWS)
-@pytest.mark.parametrize("columns", [(), (1,), (3,), (4, 3)])
+@pytest.mark.parametrize("columns", [(), (4, 3)])
 def test_sums_and_means(count: int, columns: tuple[int, ...]) -> None:
     values = random(count, *columns)
     found, _ = assert_same_bits(total, values)
@@ -77,8 +77,7 @@ def test_a_factor_of_all_values(count: int) -> None:
 
 
 @pytest.mark.parametrize("count", ROWS)
-@pytest.mark.parametrize("shape", [(13, 18), (31, 16), (6, 12), (1, 1)])
-@pytest.mark.parametrize("full", [False, True])
+@pytest.mark.parametrize(("shape", "full"), [((13, 18), True), ((31, 16), False), ((1, 1), False)])
 def test_a_product(count: int, shape: tuple[int, int], full: bool) -> None:
     values, matrix = random(count, shape[0]), random(*shape, seed=2)
     added = random(count, shape[1], seed=3) if full else random(shape[1], seed=3)

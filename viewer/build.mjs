@@ -44,6 +44,8 @@ const files = {
   "mobile-gs.js": await selfContained("mobile-gs.js", { define: { ...VERSION, SHADERS: shadersOf() } }),
   "preload.js": await script("preload.js", { define: { WEBGL_CHUNK: JSON.stringify(addresses.webgl) } }),
   "edit.js": await script("edit.js"),
+  "live.html": readFileSync(join(here, "src", "live.html"), "utf8"),
+  "live.js": await script("live.js"),
   "service_worker.js": readFileSync(join(here, "src", "service_worker.js"), "utf8"),
   ...parts,
   ...Object.fromEntries(Object.entries(shaders).filter(([file]) => file.endsWith(".wgsl"))),

@@ -43,7 +43,6 @@ def examine() -> list[Finding]:
         window(renderer),
         phones(),
         capture(),
-        live(),
         lpips_weights(),
     ]
 
@@ -202,14 +201,6 @@ def capture() -> Finding:
                 "Capture", "no", f"{name} is installed but does not load: {error}", remedy
             )
     return Finding("Capture", "yes", "photos, HEIC photos and videos")
-
-
-def live() -> Finding:
-    """Check that --live works."""
-    if not find_module("viser"):
-        problem = "viser is not installed; needed for --live"
-        return Finding("Live view", "no", problem, "pip install 'mobilegs[live]'")
-    return Finding("Live view", "yes", "train --live works")
 
 
 def lpips_weights() -> Finding:

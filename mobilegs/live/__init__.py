@@ -1,10 +1,8 @@
 """Live view of a training in the browser, rendered between steps by the training's own kernels.
 
 It does not change the result: frames are rendered without gradients and without random numbers.
-viser is imported only when a live view opens.
 """
 
-import importlib.util
 import os
 import socket
 from collections.abc import Iterator
@@ -26,8 +24,6 @@ def validate_live_options(live: bool, address: str) -> None:
         return
     if int(os.environ.get("WORLD_SIZE", "1")) > 1:
         raise InputError("--live shows a training in one process: leave out --live or torchrun")
-    if importlib.util.find_spec("viser") is None:
-        raise InputError("--live needs viser, which is not installed: pip install 'mobilegs[live]'")
     host, _ = parse_address(address)
     with socket.socket() as probe:
         try:

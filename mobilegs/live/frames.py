@@ -1,6 +1,5 @@
 """Images of the live view: renders, depths and error maps, and the cameras they are seen from."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,12 +10,16 @@ from torch.nn.functional import interpolate
 
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View
+from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import displayed_colors, psnr
 from mobilegs.render.scene import Scene
 from mobilegs.up import up_of_cameras
 
 ERROR_MAX = 0.25  # mean channel difference that gets the last colour of the map
 ALPHA_MIN = 0.5  # pixels below have no depth
+SIDE_MAX = 8192  # pixels of a canvas
+ASPECT_MAX = 8.0  # of its sides
+FOCAL_MIN, FOCAL_MAX = 0.05, 50.0  # in heights of the canvas
 GREY = 0.09  # around images that do not fill the canvas
 GAP = 6  # pixels between images side by side
 # from small to large: black, purple, red, orange, light yellow; even steps of lightness
@@ -29,38 +32,53 @@ Image = Float[Tensor, "h w 3"]
 
 @dataclass(frozen=True)
 class BrowserCamera:
-    """The camera of a browser and the size of its canvas in pixels.
+    """The camera of a browser and the size of its canvas.
 
-    `rotation` is camera-to-world, row by row, in OpenCV axes; `fov` is the vertical field of view
-    in radians.
+    `viewmat` is world-to-camera, row by row, in OpenCV axes; `focal`, `width` and `height` are in
+    pixels.
     """
 
-    position: tuple[float, float, float]
-    rotation: tuple[float, ...]
-    fov: float
+    viewmat: tuple[float, ...]
+    focal: float
     width: int
     height: int
 
+    def check(self) -> None:
+        """Raise InputError if no image can be rendered from here."""
+        if not all(1 <= side <= SIDE_MAX for side in (self.width, self.height)):
+            raise InputError(f"the sides of the canvas are not 1 to {SIDE_MAX} pixels")
+        if not 1 / ASPECT_MAX <= self.width / self.height <= ASPECT_MAX:
+            raise InputError("the canvas is too narrow")
+        if not FOCAL_MIN <= self.focal / self.height <= FOCAL_MAX:
+            raise InputError("the field of view is too wide or too narrow")
+        turn = self._matrix()[:3, :3]
+        error = (turn @ turn.T - torch.eye(3, dtype=torch.float64)).abs().max()
+        if not error < 1e-3 or self.viewmat[12:] != (0, 0, 0, 1):
+            raise InputError("the camera's matrix is not a rotation and a movement")
+
     @property
-    def is_valid(self) -> bool:
-        """True if an image can be rendered from here."""
-        numbers = (*self.position, *self.rotation, self.fov)
-        sizes = self.width > 0 and self.height > 0
-        return sizes and all(map(math.isfinite, numbers)) and 0 < self.fov < math.pi
+    def position(self) -> Float[Tensor, "3"]:
+        """The place of the camera in the world."""
+        matrix = self._matrix()
+        return -matrix[:3, :3].T @ matrix[:3, 3]
+
+    @property
+    def forward(self) -> Float[Tensor, "3"]:
+        """The direction of view, length 1."""
+        return self._matrix()[2, :3]
 
     def camera(self, width: int, height: int, near: float) -> Camera:
         """Return the camera of an image of `width` x `height` pixels."""
-        turn = torch.tensor(self.rotation, dtype=torch.float64).reshape(3, 3).T
-        viewmat = torch.eye(4, dtype=torch.float64)
-        viewmat[:3, :3] = turn
-        viewmat[:3, 3] = -turn @ torch.tensor(self.position, dtype=torch.float64)
-        focal = height / (2 * math.tan(self.fov / 2))
+        focal = self.focal * height / self.height
         K = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
-        return Camera(viewmat.float(), K, width, height, near)
+        return Camera(self._matrix().float(), K, width, height, near)
+
+    def _matrix(self) -> Float[Tensor, "4 4"]:
+        return torch.tensor(self.viewmat, dtype=torch.float64).reshape(4, 4)
 
 
 class TrainingCameras:
-    """The cameras of the training photos: the nearest one, and how a browser can take its place."""
+    """The cameras of the training photos, and which of them is nearest to a browser's."""
 
     def __init__(self, dataset: Dataset) -> None:
         """Take the training cameras of `dataset`, in its order."""
@@ -69,35 +87,13 @@ class TrainingCameras:
         mats = torch.stack([camera.viewmat for camera in self.cameras]).double()
         self.positions = torch.stack([camera.position for camera in self.cameras]).double()
         self.forwards = mats[:, 2, :3]
-        self._center = dataset.center.double()
         self.up = up_of_cameras(mats.cpu().numpy())
 
     def nearest(self, browser: BrowserCamera) -> int:
         """Return the index of the camera with the most similar position and direction."""
-        rotation = torch.tensor(browser.rotation, dtype=torch.float64).reshape(3, 3)
-        distances = (self.positions - torch.tensor(browser.position, dtype=torch.float64)).norm(
-            dim=1
-        )
-        turned = 1 - self.forwards @ rotation[:, 2]  # 0 for the same direction, 2 for the opposite
+        distances = (self.positions - browser.position).norm(dim=1)
+        turned = 1 - self.forwards @ browser.forward  # 0: the same direction, 2: the opposite
         return int((distances / self.extent + turned).argmin())
-
-    def position_and_target(self, index: int) -> tuple[Float[Tensor, "3"], Float[Tensor, "3"]]:
-        """Return the position of camera `index` and the point to look at and to orbit."""
-        position, forward = self.positions[index], self.forwards[index]
-        distance = float((self._center - position) @ forward)
-        if not distance > 0.05 * self.extent:  # cameras that look outwards or in parallel
-            distance = self.extent
-        return position, position + distance * forward
-
-    def fov(self, index: int, aspect: float) -> float:
-        """Return the vertical field of view at which a canvas shows all of photo `index`.
-
-        `aspect` is the canvas's width divided by its height; the result is in radians.
-        """
-        camera = self.cameras[index]
-        half_width = camera.width / (2 * float(camera.K[0, 0]))
-        half_height = camera.height / (2 * float(camera.K[1, 1]))
-        return 2 * math.atan(max(half_height, half_width / aspect))
 
 
 def render_color(scene: Scene, camera: Camera) -> Image:

@@ -1,195 +1,261 @@
-"""The page of the live view: its controls and its frames, served by viser.
+"""The page of the live view: its server, and what each browser asks to see.
 
-viser runs callbacks in its own threads. They only record the requests of people; the training
-thread renders.
+A browser posts its camera a few times per second and gets the newest frame that it lacks. The
+server's threads only note the camera and compress the frame; the training thread renders.
 """
 
 import io
+import json
+import logging
+import math
 import threading
-import warnings
-from contextlib import redirect_stdout
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
-import viser
 from jaxtyping import UInt8
-from viser import transforms
+from PIL import Image
 
 from mobilegs.data.dataset import Dataset
+from mobilegs.errors import InputError
+from mobilegs.live.frame_budget import Detail
 from mobilegs.live.frames import BrowserCamera, TrainingCameras
+from mobilegs.view.assets import TITLE, escaped, live_page, live_script
+from mobilegs.view.private_server import PrivateHandler, PrivateServer
+from mobilegs.view.serve import own_address
 
 MODES = ("render", "depth", "error", "photo", "photo | render | error")
 PHOTO_MODES = MODES[2:]  # seen from the nearest photo's camera instead of the browser's
-CHOOSE = "choose one"
-FRUSTUM = 0.04  # size of a camera, in extents of the scene
-BALL = 0.01  # radius of the clickable ball behind it
-ORANGE = (250, 150, 50)
+VISITORS_MAX = 16
+FORGET_SECONDS = 20.0  # without a sign of a browser, after which its frames are dropped
 QUALITY = 85  # of JPEG
-CLOSED = r"Queued a \w+ on a closed connection"
+PORTS = 20  # that are tried after the first
+log = logging.getLogger(__name__)
 
 
-class LocalServer(viser.ViserServer):
-    """viser's server without its tunnel into the internet, which any page could request."""
+class FrameRequest(NamedTuple):
+    """A frame that a canvas should show."""
 
-    def request_share_url(self, verbose: bool = True) -> str | None:
-        """Return no address."""
-        return None
+    mode: str
+    source: BrowserCamera | int
+    """A browser's camera, or the index of a training photo."""
+    canvas: tuple[int, int]
+    """Width and height in pixels."""
+    detail: Detail
+    step: tuple[str, int]
+    """Stage and number of steps taken."""
 
 
-class Page:
+@dataclass
+class Visitor:
+    """A browser: its wishes, and the last frame that was drawn for it."""
+
+    camera: BrowserCamera
+    mode: str
+    seen_at: float
+    moved_at: float
+    last_request: FrameRequest | None = None
+    drawn_at: float = 0.0
+    frame: UInt8[np.ndarray, "h w 3"] | None = None
+    frames: int = 0
+    """Number of frames drawn."""
+    drawn_from: BrowserCamera | None = None
+    said: dict[str, str] = field(default_factory=dict)
+    """Names and values about the frame."""
+
+
+class Page(PrivateServer):
     """The page that every browser at the address sees, and the requests of its users.
 
     Attributes:
-        address: http address of the page.
-        changed: an event, set by every request; the reader clears it.
+        address: http address of the page, with its token.
+        changed: an event, set by every request for something new; the reader clears it.
         paused: True while the training should stand still.
-        mode: one of `MODES`.
-        with_cameras: True if the training cameras are drawn over the frame.
         cameras: the training cameras.
     """
 
-    def __init__(self, host: str, port: int, dataset: Dataset) -> None:
-        """Listen at `host` and `port`, or the next free port; 0 takes any free port."""
+    posted_max = 4096
+
+    def __init__(
+        self, host: str, port: int, dataset: Dataset, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Listen at `host` and `port`, or the next free port; 0 takes any free port.
+
+        `clock` returns seconds. Raises InputError if the address cannot be used.
+        """
         self.changed = threading.Event()
         self.paused = False
-        self.mode = MODES[0]
-        self.with_cameras = True
         self.cameras = TrainingCameras(dataset)
-        with redirect_stdout(io.StringIO()):  # viser prints a box
-            self._server = LocalServer(
-                host=host, port=port, label=f"mobilegs: {dataset.name}", verbose=False
-            )
-        self.address = f"http://{host}:{self._server.get_port()}"
-        self._set_scene()
-        self._set_panel([frame.name for frame in dataset.train])
+        self.clock = clock
+        self.title = f"mobilegs: {dataset.name}"
+        self.about = json.dumps(about(dataset, self.cameras)).encode()
+        self._visitors: dict[int, Visitor] = {}
+        self._status: dict[str, str] = {}
+        self._lock = threading.Lock()
+        self._closed = False
+        for other in range(port, port + (PORTS if port else 1)):
+            try:
+                super().__init__((host, min(other, 65535)), PageHandler)
+                break
+            except OSError as error:
+                reason = error.strerror
+        else:
+            raise InputError(f"--live cannot listen at {host}:{port} ({reason})")
+        place = own_address() or "127.0.0.1" if host == "0.0.0.0" else self.server_address[0]
+        self.address = f"http://{place}:{self.server_port}{self.path}"
+        self._thread = threading.Thread(target=self.serve_forever, daemon=True)
+        self._thread.start()
 
-    def clients(self) -> dict[int, BrowserCamera]:
-        """Return the camera of each browser by its permanent number."""
-        found = {}
-        for number, client in self._server.get_clients().items():
-            camera = client.camera
-            x, y, z = map(float, camera.position)
-            browser = BrowserCamera(
-                (x, y, z),
-                tuple(map(float, transforms.SO3(camera.wxyz).as_matrix().flatten())),
-                float(camera.fov),
-                int(camera.image_width),
-                int(camera.image_height),
-            )
-            if browser.is_valid:
-                found[number] = browser
-        return found
+    def visitors(self) -> list[Visitor]:
+        """Return the browsers that are there, the longest without a frame first."""
+        with self._lock:
+            for number, visitor in list(self._visitors.items()):
+                if self.clock() - visitor.seen_at > FORGET_SECONDS:
+                    del self._visitors[number]
+            return sorted(self._visitors.values(), key=lambda visitor: visitor.drawn_at)
 
-    def send_frame(self, number: int, frame: UInt8[np.ndarray, "h w 3"]) -> None:
-        """Fill the canvas of browser `number` if it is still connected."""
-        client = self._server.get_clients().get(number)
-        if client is None:
-            return
-        with warnings.catch_warnings():  # viser warns if a browser disconnects now
-            warnings.filterwarnings("ignore", CLOSED)
-            client.scene.set_background_image(frame, "jpeg", jpeg_quality=QUALITY)
+    def send_frame(
+        self, visitor: Visitor, frame: UInt8[np.ndarray, "h w 3"], said: dict[str, str]
+    ) -> None:
+        """Keep a frame until the browser asks for it, with names and values about it."""
+        with self._lock:
+            visitor.frame, visitor.said = frame, said
+            visitor.frames += 1
+            source = visitor.last_request.source if visitor.last_request else None
+            visitor.drawn_from = source if isinstance(source, BrowserCamera) else None
 
     def set_status(self, rows: dict[str, str]) -> None:
         """Show the state of the training as names and values."""
-        text = "  \n".join(f"**{name}** {value}" for name, value in rows.items())
-        if self._status.content != text:
-            self._status.content = text
+        self._status = rows
 
     def pause(self, paused: bool) -> None:
         """Pause the training or continue it."""
         self.paused = paused
-        self._button.label = "Resume" if paused else "Pause"
         self.changed.set()
 
-    def set_mode(self, mode: str) -> None:
-        """Switch to one of `MODES`."""
-        self.mode = mode
-        self._frustums.visible = self.with_cameras and mode not in PHOTO_MODES
-        self.changed.set()
+    def look(self, posted: Any) -> tuple[dict[str, Any], UInt8[np.ndarray, "h w 3"] | None]:
+        """Note what a browser asks for; return the state, and the frame if it lacks the newest.
 
-    def move_to_photo(self, client: viser.ClientHandle, index: int) -> None:
-        """Move the camera of a browser to where training photo `index` was taken."""
-        position, target = self.cameras.position_and_target(index)
-        with client.atomic():
-            client.camera.position = position.numpy()
-            client.camera.look_at = target.numpy()
-            client.camera.fov = self.cameras.fov(index, client.camera.aspect)
+        Raises InputError for anything else than what the page posts.
+        """
+        number, seen = (whole(posted, name) for name in ("visitor", "seen"))
+        mode, camera = posted.get("mode"), camera_from(posted)
+        if mode not in MODES:
+            raise InputError("there is no such mode")
+        if self._closed:  # a connection from before is still open
+            raise InputError("the training has ended")
+        now = self.clock()
+        with self._lock:
+            visitor = self._visitors.get(number)
+            if visitor is None:
+                if len(self._visitors) >= VISITORS_MAX:
+                    raise InputError(f"{VISITORS_MAX} browsers look on already")
+                visitor = self._visitors[number] = Visitor(camera, mode, now, now)
+                self.changed.set()
+            visitor.seen_at = now
+            if (visitor.camera, visitor.mode) != (camera, mode):
+                visitor.camera, visitor.mode, visitor.moved_at = camera, mode, now
+                self.changed.set()
+            drawn = visitor.drawn_from
+            state = {
+                "paused": self.paused,
+                "rows": list((self._status | visitor.said).items()),
+                "seen": visitor.frames,
+                "nearest": self.cameras.nearest(camera),
+                "camera": None if drawn is None else [*drawn.viewmat, drawn.focal, drawn.height],
+            }
+            return state, visitor.frame if visitor.frames != seen else None
 
     def close(self) -> None:
-        """Stop listening."""
-        with redirect_stdout(io.StringIO()):
-            self._server.stop()
+        """Stop listening and answering."""
+        self._closed = True
+        self.shutdown()
+        self.server_close()
+        self._thread.join()
 
-    def _set_scene(self) -> None:
-        scene, cameras = self._server.scene, self.cameras
-        scene.set_up_direction(cameras.up)
-        scene.configure_environment_map(hdri=None)
-        first = self._server.initial_camera  # of new browsers
-        position, target = cameras.position_and_target(0)
-        first.position, first.look_at = position.numpy(), target.numpy()
-        first.fov = cameras.fov(0, aspect=1.2)  # of most windows, without the panel
-        self._frustums = scene.add_frame("/cameras", show_axes=False)
-        for index, camera in enumerate(cameras.cameras):
-            to_world = camera.viewmat[:3, :3].T.double().cpu().numpy()
-            scene.add_camera_frustum(
-                f"/cameras/{index}",
-                fov=cameras.fov(index, camera.width / camera.height),
-                aspect=camera.width / camera.height,
-                scale=FRUSTUM * cameras.extent,
-                thickness=1.5,
-                thickness_units="screen",
-                color=ORANGE,
-                wxyz=transforms.SO3.from_matrix(to_world).wxyz,
-                position=cameras.positions[index].numpy(),
-            )
-            ball = scene.add_icosphere(
-                f"/cameras/{index}/ball",
-                radius=BALL * cameras.extent,
-                color=ORANGE,
-                position=(0.0, 0.0, -2 * BALL * cameras.extent),
-                subdivisions=1,
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-            # not the frustum: from a photo's position the pointer is always inside it
-            ball.on_click(lambda event, index=index: self.move_to_photo(event.client, index))
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Note an error of one connection, which ends it alone."""
+        log.debug("a connection of the live view ended", exc_info=True)
 
-    def _set_panel(self, names: list[str]) -> None:
-        gui = self._server.gui
-        gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
-        gui.main_panel.dock_right()  # next to the frame, not over it
-        self._status = gui.add_markdown("before the first step")
-        self._button = gui.add_button("Pause")
-        mode = gui.add_dropdown("Show", MODES)
-        with_cameras = gui.add_checkbox("Cameras", self.with_cameras)
-        photos = gui.add_dropdown("Go to photo", (CHOOSE, *names))
-        nearest = gui.add_button("Go to the nearest photo")
-        start = gui.add_button("Go back to the start")
-        self._button.on_click(lambda _: self.pause(not self.paused))
-        mode.on_update(lambda _: self.set_mode(mode.value))
 
-        @with_cameras.on_update
-        def _(_: viser.GuiEvent) -> None:
-            self.with_cameras = with_cameras.value
-            self.set_mode(self.mode)
+class PageHandler(PrivateHandler):
+    """Answers the requests of one browser."""
 
-        @photos.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None and photos.value != CHOOSE:
-                self.move_to_photo(event.client, names.index(photos.value))
-                photos.value = CHOOSE  # so that the same photo can be chosen again
+    server: Page  # pyright: ignore[reportIncompatibleVariableOverride]
 
-        @nearest.on_click
-        def _(event: viser.GuiEvent) -> None:
-            browser = self.clients().get(event.client_id or 0)
-            if event.client is not None and browser is not None:
-                self.move_to_photo(event.client, self.cameras.nearest(browser))
+    def get(self, asked: str) -> None:
+        if asked == "":
+            title = f"<title>{escaped(self.server.title)}</title>"
+            self._answer("text/html", live_page().replace(TITLE, title))
+        elif asked == "live.js":
+            self._answer("text/javascript", live_script())
+        elif asked == "photos":
+            self.answer_bytes("application/json", self.server.about)
+        else:
+            self.answer_missing()
 
-        @start.on_click
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                self.move_to_photo(event.client, 0)
+    def post(self, asked: str, posted: Any) -> None:
+        if not isinstance(posted, dict):
+            raise InputError("the page sent something else than its camera")
+        if asked == "look":
+            state, frame = self.server.look(posted)
+            head = json.dumps(state).encode()
+            body = len(head).to_bytes(4, "little") + head + jpeg(frame)
+            self.answer_bytes("application/octet-stream", body)
+        elif asked == "pause" and isinstance(posted.get("paused"), bool):
+            self.server.pause(posted["paused"])
+            self.answer_json({})
+        else:
+            self.answer_missing()
 
-        @self._server.on_client_connect
-        def _(client: viser.ClientHandle) -> None:
-            client.camera.on_update(lambda _: self.changed.set())
-            self.changed.set()
+
+def about(dataset: Dataset, cameras: TrainingCameras) -> dict[str, Any]:
+    """Return the training photos, their cameras and the upward direction, for the page."""
+    return {
+        "modes": MODES,
+        "up": cameras.up.tolist(),
+        "extent": cameras.extent,
+        "photos": [
+            {
+                "name": frame.name,
+                "viewmat": camera.viewmat.flatten().tolist(),
+                "K": camera.K.flatten().tolist(),
+                "width": camera.width,
+                "height": camera.height,
+            }
+            for frame, camera in zip(dataset.train, cameras.cameras, strict=True)
+        ],
+    }
+
+
+def camera_from(posted: dict[str, Any]) -> BrowserCamera:
+    """Return the camera that a page posts; raises InputError if no image can be rendered there."""
+    numbers = posted.get("viewmat")
+    if not isinstance(numbers, list) or len(numbers) != 16:
+        raise InputError("the camera has not 16 numbers")
+    focal = posted.get("focal")
+    values = [float(v) for v in (*numbers, focal) if type(v) in (int, float) and abs(v) < 1e12]
+    if len(values) != 17 or not all(map(math.isfinite, values)):
+        raise InputError("the camera's numbers are not finite")
+    width, height = (whole(posted, name) for name in ("width", "height"))
+    camera = BrowserCamera(tuple(values[:16]), values[16], width, height)
+    camera.check()
+    return camera
+
+
+def whole(posted: dict[str, Any], name: str) -> int:
+    """Return a number that a page posts, from 0 to 2^53; raises InputError for anything else."""
+    value = posted.get(name)
+    if type(value) is not int or not 0 <= value <= 1 << 53:
+        raise InputError(f"{name} is not a whole number")
+    return value
+
+
+def jpeg(frame: UInt8[np.ndarray, "h w 3"] | None) -> bytes:
+    """Return a frame as JPEG, or nothing for no frame."""
+    packed = io.BytesIO()
+    if frame is not None:
+        Image.fromarray(frame).save(packed, "JPEG", quality=QUALITY)
+    return packed.getvalue()

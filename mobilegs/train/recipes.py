@@ -36,7 +36,7 @@ SHORT_RATES = TeacherLearningRates(
     final_factor=0.1,
 )
 # For teachers of LONG_STEPS and more: those of 3DGS, but for harmonics and the fall. On bonsai at
-# 800x533 these two are worth 0.24 dB (docs/guides/teachers.md).
+# 800x533 these two are worth 0.24 dB (docs/guides/training.md).
 LONG_RATES = TeacherLearningRates(sh_rest=1e-3, final_factor=0.1)
 # Start of densification, later than in 3DGS: the demo's teacher reaches 28.60 dB, not 28.54.
 LATE_START = 0.02

@@ -52,6 +52,18 @@ def editor_script() -> str:
     return _read("edit.js")
 
 
+@cache
+def live_page() -> str:
+    """The page of a training; callers replace `TITLE`."""
+    return _read("live.html")
+
+
+@cache
+def live_script() -> str:
+    """The script of `live_page`."""
+    return _read("live.js")
+
+
 def service_worker() -> str:
     """The script that keeps an exported site on the device."""
     return _read("service_worker.js")

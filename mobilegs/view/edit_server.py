@@ -1,20 +1,18 @@
 """The server of the editor: the viewer with tools, for this machine only.
 
-Every address begins with a random token, which only the printed address has. Requests must name
-this machine as their host (another site's name that resolves here is refused), and what is posted
-must come from the page itself. The browser sends settings and which Gaussians to remove; the
-server alone decides where the new file goes.
+The browser sends settings and which Gaussians to remove; the server alone decides where the new
+file goes.
 """
 
 import base64
 import binascii
-import hmac
-import json
+import html
 import logging
-import secrets
+import tempfile
 import threading
 import webbrowser
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any
@@ -40,16 +38,11 @@ from mobilegs.view.assets import (
     script_tags,
 )
 from mobilegs.view.export import ELEMENT, page_with
+from mobilegs.view.private_server import PrivateHandler, PrivateServer
 from mobilegs.view.serve import Handler, Server, validate_scene_file
 
 log = logging.getLogger(__name__)
 SETTINGS_MAX = 1 << 20  # bytes that a page may post besides the mask
-SECURITY = {
-    "Referrer-Policy": "no-referrer",  # the address has the token
-    "Content-Security-Policy": "frame-ancestors 'none'",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
-}
 FIELDS = {
     "title",
     "credit",
@@ -64,11 +57,10 @@ FIELDS = {
 Cameras = Callable[[], tuple[Sequence[Camera], str]]
 
 
-class EditServer(Server):
+class EditServer(PrivateServer, Server):
     """The viewer's server, with the editor, its settings and a place to save to.
 
     Attributes:
-        token: what every address begins with.
         edited: the scene, a `.mgs`.
         saved: files that were written, in order.
     """
@@ -85,24 +77,14 @@ class EditServer(Server):
             validate_output(scene, output)
         super().__init__(scene, port=port)
         self.RequestHandlerClass = EditHandler
-        self.token = secrets.token_urlsafe(24)
         self.edited = scene
         self.count = int(inspect_mgs(scene)["gaussians"])
+        self.posted_max = SETTINGS_MAX + self.count // 4
         self.saved: list[Path] = []
         self._output = output
         self._cameras = cameras
         self._lock = threading.Lock()
         self._counts: tuple[CameraCounts, str] | None = None
-
-    @property
-    def path(self) -> str:
-        """The page's URL path, which has the token."""
-        return f"/{self.token}/"
-
-    @property
-    def hosts(self) -> set[str]:
-        """Names and ports by which requests may address this machine."""
-        return {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
 
     def counts(self) -> tuple[CameraCounts, str]:
         """Return what the cameras saw, measured at the first call, and what these cameras are."""
@@ -130,106 +112,45 @@ class EditServer(Server):
         return output, report
 
 
-class EditHandler(Handler):
+class EditHandler(PrivateHandler):
     """Answers the requests of one connection to the editor."""
 
     server: EditServer  # pyright: ignore[reportIncompatibleVariableOverride]
 
-    def do_GET(self) -> None:
-        asked = self._asked()
-        if asked is None:
-            return
+    def get(self, asked: str) -> None:
         if asked == "":
             self._answer("text/html", editor_page(self.server))
         elif asked in ("viewer.js", "scene", *CHUNKS):
             self.path = f"/{asked}?{urlsplit(self.path).query}"
-            super().do_GET()
+            Handler.do_GET(self)
         elif asked == "edit.js":
             self._answer("text/javascript", editor_script())
         elif asked == "notes":
             notes = inspect_mgs(self.server.edited)["meta"]
-            self._answer_json({"notes": notes, "count": self.server.count})
+            self.answer_json({"notes": notes, "count": self.server.count})
         elif asked == "cameras":
             self._answer_cameras()
         else:
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
+            self.answer_missing()
 
-    def do_POST(self) -> None:
-        # what was posted is not always read: the connection cannot be used again
-        self.close_connection = True
-        asked = self._asked()
-        if asked is None:
-            return
-        origin = urlsplit(self.headers.get("Origin", ""))
-        if origin.scheme != "http" or origin.netloc not in self.server.hosts:
-            self.send_error(HTTPStatus.FORBIDDEN, "only the editor's own page may save")
-            return
+    def post(self, asked: str, posted: Any) -> None:
         if asked != "save":
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
+            self.answer_missing()
             return
-        if self.headers.get("Content-Type", "").split(";")[0] != "application/json":
-            self.send_error(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "JSON is needed")
-            return
-        length = self.headers.get("Content-Length", "")
-        if "Transfer-Encoding" in self.headers or not length.isdecimal():
-            self.send_error(HTTPStatus.LENGTH_REQUIRED, "the length is not known")
-            return
-        if len(length) > 12 or int(length) > SETTINGS_MAX + self.server.count // 4:
-            self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "this is too much")
-            return
-        try:
-            posted = json.loads(self.rfile.read(int(length)))
-            output, report = self.server.save(posted)
-        except (InputError, RecursionError, ValueError) as error:
-            sentence = str(error) if isinstance(error, InputError) else "this is not JSON"
-            self._answer_json({"error": sentence}, HTTPStatus.BAD_REQUEST)
-            return
+        output, report = self.server.save(posted)
         log.info("\n".join([*report.lines, f"{output} is written"]))
-        self._answer_json({"file": output.name, "lines": report.lines})
-
-    def end_headers(self) -> None:
-        for name, value in SECURITY.items():
-            self.send_header(name, value)
-        super().end_headers()
-
-    def _asked(self) -> str | None:
-        """Return what follows the token, or None after an answer that refuses the request."""
-        if self.headers.get("Host", "") not in self.server.hosts:
-            self.send_error(HTTPStatus.FORBIDDEN, "the editor is for its own machine")
-            return None
-        _, token, *rest = [*self.path.partition("?")[0].split("/", 2), ""]
-        if not hmac.compare_digest(token.encode(), self.server.token.encode()):
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
-            return None
-        return rest[0]
+        self.answer_json({"file": output.name, "lines": report.lines})
 
     def _answer_cameras(self) -> None:
         """Answer with the cameras that saw each Gaussian: their number in all, then u16 each."""
         try:
             counts, source = self.server.counts()
         except InputError as error:
-            self._answer_json({"error": str(error)}, HTTPStatus.NOT_FOUND)
+            self.answer_json({"error": str(error)}, HTTPStatus.NOT_FOUND)
             return
         body = np.array([counts.cameras, *counts.seen.tolist()], "<u2").tobytes()
-        self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", "application/octet-stream")
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Cameras", source.encode("ascii", "replace").decode())
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(body)
-
-    def _answer_json(self, content: Any, status: HTTPStatus = HTTPStatus.OK) -> None:
-        body = json.dumps(content).encode()
-        self.send_response(status)
-        self.send_header("Content-Type", "application/json")
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Content-Type-Options", "nosniff")
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(body)
+        said = {"X-Cameras": source.encode("ascii", "replace").decode()}
+        self.answer_bytes("application/octet-stream", body, said)
 
 
 def editor_page(server: EditServer) -> str:
@@ -299,12 +220,26 @@ def serve_editor(
         address = server.address("127.0.0.1")
         log.info("%s can be edited at %s", scene, address)
         log.info("the address is a secret of this machine; Ctrl-C ends it")
-        if browser:
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            log.info("")
+        with redirect_file(address) as file:
+            if browser:
+                threading.Thread(target=webbrowser.open, args=(file,), daemon=True).start()
+            try:
+                server.serve_forever()
+            except KeyboardInterrupt:
+                log.info("")
+
+
+@contextmanager
+def redirect_file(address: str) -> Iterator[str]:
+    """Yield the address of a file that leads a browser to `address`.
+
+    Only its owner can read it. Arguments of programs are visible to everybody on the machine.
+    """
+    page = f'<!doctype html><meta http-equiv="refresh" content="0; url={html.escape(address)}">'
+    with tempfile.TemporaryDirectory(prefix="mobilegs-") as folder:
+        path = Path(folder) / "edit.html"
+        path.write_text(page)
+        yield path.as_uri()
 
 
 def _start(numbers: Sequence[float]) -> Start:

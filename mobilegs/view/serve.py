@@ -1,15 +1,18 @@
 """A web server for the viewer and a scene, for this machine or the local network."""
 
 import gzip
+import ipaddress
 import logging
 import socket
 import sys
 import threading
+import time
 import webbrowser
 from functools import cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from mobilegs.data.ply_table import parse_header
@@ -35,21 +38,70 @@ SCENE, OTHER = (
 )  # without suffix: the viewer recognises a format by its first bytes
 VIEWER = "/viewer.js"
 BLOCK = 1 << 20
+CONNECTIONS_MAX = 256
+BUSY_SECONDS = 0.1  # of waiting where the system gives no connection
 UNDECODED = "surrogateescape"  # file names may be any bytes
 KINDS = (".mgs", ".ply", ".spz")
 CONVERT = " (`mobilegs export --to ply` converts scenes of other tools)"
 log = logging.getLogger(__name__)
 
 
-class Server(ThreadingHTTPServer):
+def names_this_machine(host: str) -> bool:
+    """Return True if a `Host` header is an IP address, localhost, or a name of the local network.
+
+    Pages of other sites can make their own names resolve to any address, but not these.
+    """
+    try:
+        name = (urlsplit(f"//{host}").hostname or "").lower()
+    except ValueError:  # a bracket without an end
+        return False
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return name in ("localhost", socket.gethostname().lower()) or name.endswith(".local")
+    return True
+
+
+class BoundedServer(ThreadingHTTPServer):
+    """A server with a thread per connection, and a limit of their number."""
+
+    daemon_threads = True
+    request_queue_size = 128  # with the usual 5, visitors who came together were sent away
+
+    def __init__(self, address: tuple[str, int], handler: type[BaseHTTPRequestHandler]) -> None:
+        super().__init__(address, handler)
+        self._free = threading.Semaphore(CONNECTIONS_MAX)
+
+    def get_request(self) -> tuple[socket.socket, Any]:
+        try:
+            return super().get_request()
+        except OSError:  # too many open files: the connection waits, and so do we
+            time.sleep(BUSY_SECONDS)
+            raise
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        if not self._free.acquire(blocking=False):
+            self.shutdown_request(request)
+            return
+        try:
+            super().process_request(request, client_address)
+        except RuntimeError:  # the system starts no more threads
+            self._free.release()
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
+
+
+class Server(BoundedServer):
     """An HTTP server for the viewer's page and one scene, or two to compare; nothing else.
 
     Attributes:
         scenes: files by URL path, read again for every request.
     """
-
-    daemon_threads = True
-    request_queue_size = 128  # with the usual 5, visitors who came together were sent away
 
     def __init__(
         self,
@@ -108,6 +160,9 @@ class Handler(BaseHTTPRequestHandler):
     timeout = 60.0  # seconds without a byte, after which a connection ends
 
     def do_GET(self) -> None:
+        if not names_this_machine(self.headers.get("Host", "localhost")):  # browsers send one
+            self.send_error(HTTPStatus.FORBIDDEN, "use the address that is printed, with numbers")
+            return
         try:
             request = urlsplit(self.path)
         except ValueError:

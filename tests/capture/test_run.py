@@ -1,7 +1,8 @@
 """Captures from photos: stages, resuming, errors, and the commands that use them."""
 
+import contextlib
+import io
 import json
-import os
 import shutil
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ from scipy.linalg import orthogonal_procrustes
 
 from mobilegs.capture import CaptureRun, capture_photos, mapping, matches
 from mobilegs.capture.matches import similar_pairs, vlad_vectors
-from mobilegs.capture.misplaced_photos import drop_misplaced, epipolar_errors
+from mobilegs.capture.misplaced_photos import drop_misplaced
 from mobilegs.capture.pycolmap_runtime import PycolmapProcess, load_pycolmap
 from mobilegs.capture.workspace import Workspace
 from mobilegs.cli import doctor
@@ -23,7 +24,6 @@ from mobilegs.cli.main import main
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train, unposed
-from mobilegs.view import report
 from tests.support.layered_photos import CENTERS, layered_photo, write_photos
 
 pytest.importorskip("pycolmap", reason="needs the extra capture")
@@ -47,6 +47,12 @@ def centers(capture: Path) -> dict[str, np.ndarray]:
     }
 
 
+def assert_centers_are_right(capture: Path) -> None:
+    found = centers(capture)
+    assert sorted(found) == [f"photo_{index}.jpg" for index in range(9)]
+    assert relative_error(np.array([found[name] for name in sorted(found)]), CENTERS) < 0.02
+
+
 def change_times(folder: Path) -> dict[str, int]:
     """Return the time of the last change of each file in a folder."""
     return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in sorted(folder.rglob("*"))}
@@ -63,12 +69,21 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Photos of layers, and the capture made from them."""
+def printed() -> io.StringIO:
+    """The output of the command that made `finished`."""
+    return io.StringIO()
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory, printed: io.StringIO) -> tuple[Path, Path]:
+    """Nine photos of layers and one of noise, and the capture made from them."""
     folder = tmp_path_factory.mktemp("layers")
-    photos = write_photos(folder / "photos")
-    capture_photos(CaptureRun(photos, folder / "capture"))
-    return photos, folder / "capture"
+    photos, capture = write_photos(folder / "photos"), folder / "capture"
+    noise = np.random.default_rng(0).integers(0, 256, (60, 80, 3), dtype=np.uint8)
+    Image.fromarray(noise).resize((240, 180)).save(photos / "zebra.jpg")
+    with contextlib.redirect_stdout(printed):
+        assert main(["capture", str(photos), "-o", str(capture)]) == 0
+    return photos, capture
 
 
 @pytest.fixture
@@ -81,14 +96,12 @@ def made(finished: tuple[Path, Path], tmp_path: Path) -> tuple[Path, Path]:
 
 
 def test_poses_of_all_photos_are_right(finished: tuple[Path, Path]) -> None:
-    photos, capture = finished
+    _, capture = finished
     report = json.loads((capture / "capture.json").read_text())
-    assert (report["registered"], report["photos"], report["left_out"]) == (9, 9, [])
-    assert (report["pairs"], report["compared"], report["mapper"]) == ("all", 36, "incremental")
+    assert (report["registered"], report["photos"], report["left_out"]) == (9, 10, ["zebra.jpg"])
+    assert (report["pairs"], report["compared"], report["mapper"]) == ("all", 45, "incremental")
     assert 0 < report["reprojection_error"] < 1
-    found = centers(capture)
-    assert sorted(found) == sorted(path.name for path in photos.iterdir())
-    assert relative_error(np.array([found[name] for name in sorted(found)]), CENTERS) < 0.02
+    assert_centers_are_right(capture)
     with Image.open(capture / "coverage.png") as picture:
         assert picture.width > 1000
     assert {"images", "sparse", "work", "capture.json", "coverage.png"} == {
@@ -96,19 +109,32 @@ def test_poses_of_all_photos_are_right(finished: tuple[Path, Path]) -> None:
     }
 
 
-def test_a_second_run_changes_nothing(made: tuple[Path, Path]) -> None:
+def test_an_unrelated_photo_is_left_out_and_named(
+    finished: tuple[Path, Path], printed: io.StringIO
+) -> None:
+    text = printed.getvalue()
+    assert "9 of 10 photos" in text and "left out: zebra.jpg" in text
+    stages = ["reading files", "preparing photos", "finding features", "matching photos"]
+    stages += ["computing poses", "undistorting photos"]
+    lines = text.splitlines()
+    assert [line for line in lines if line.endswith(": started")] == [
+        f"{stage}: started" for stage in stages
+    ]
+    assert "" not in lines
+    assert len(load_capture(finished[1]).train) == 7
+    message = error_of(*finished, min_placed=0.95)
+    assert "only 9 of 10" in message and "zebra.jpg" in message and "coverage.png" in message
+
+
+def test_a_second_run_changes_nothing_and_needs_no_work_folder(made: tuple[Path, Path]) -> None:
     photos, capture = made
     before = change_times(capture)
     report = capture_photos(CaptureRun(photos, capture))
     assert report == json.loads((capture / "capture.json").read_text())
     assert change_times(capture) == before
-
-
-def test_a_finished_capture_needs_no_work_folder(made: tuple[Path, Path]) -> None:
-    photos, capture = made
     shutil.rmtree(capture / "work")
     before = change_times(capture / "images")
-    capture_photos(CaptureRun(photos, capture))
+    assert capture_photos(CaptureRun(photos, capture)) == report
     assert change_times(capture / "images") == before
 
 
@@ -121,20 +147,6 @@ def test_a_changed_photo_makes_stages_run_again(made: tuple[Path, Path]) -> None
     after = change_times(capture)
     changed = {name for name in before if after[name] != before[name]}
     assert {"capture.json", "work/photos/photo_3.jpg", "work/database.db"} <= changed
-
-
-@pytest.mark.thorough
-def test_another_mapper_keeps_features_and_matches(made: tuple[Path, Path]) -> None:
-    photos, capture = made
-    before = change_times(capture)
-    report = capture_photos(CaptureRun(photos, capture, mapper="global"))
-    assert (report["mapper"], report["registered"]) == ("global", 9)
-    after = change_times(capture)
-    same = ("features", "matches")
-    assert all(after[f"work/{name}.json"] == before[f"work/{name}.json"] for name in same)
-    assert after["work/model.json"] != before["work/model.json"]
-    found = centers(capture)
-    assert relative_error(np.array([found[name] for name in sorted(found)]), CENTERS) < 0.02
 
 
 def test_the_same_photos_give_the_same_points(finished: tuple[Path, Path], tmp_path: Path) -> None:
@@ -196,48 +208,37 @@ def test_a_misplaced_photo_is_dropped(finished: tuple[Path, Path]) -> None:
     assert model.num_reg_images() == 8
 
 
-def test_matches_lie_on_epipolar_lines() -> None:
-    random = np.random.default_rng(0)
-    points = 3 * random.normal(size=(50, 3))
-    angle = 0.2
-    rotation = [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
-    motion = np.c_[np.array(rotation), [1.0, 0.2, -0.1]]
-    seen = points @ motion[:, :3].T + motion[:, 3]
-    assert epipolar_errors(points, seen, motion).max() < 1e-12  # behind the cameras, too
-    depths = np.linalg.norm(seen, axis=1, keepdims=True)
-    off = epipolar_errors(points, seen + depths * np.array([0, 0.01, 0]), motion)
-    assert 0.005 < np.median(off) <= 0.01  # radians; the error is shared by both points
-
-
 @pytest.mark.thorough
 def test_many_photos_are_matched_by_similarity_and_mapped_globally(
-    finished: tuple[Path, Path],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    in_this_process: None,
+    made: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, in_this_process: None
 ) -> None:
+    """The matches are those of other options, which are forgotten; features are kept."""
     monkeypatch.setattr(matches, "ALL_UP_TO", 8)
     monkeypatch.setattr(mapping, "INCREMENTAL_UP_TO", 8)
-    report = capture_photos(CaptureRun(finished[0], tmp_path / "capture"))
-    assert (report["pairs"], report["mapper"], report["registered"]) == ("alike", "global", 9)
-
-
-@pytest.mark.thorough
-def test_other_pairs_keep_features(made: tuple[Path, Path]) -> None:
     photos, capture = made
+    record = json.loads((capture / "work/matches.json").read_text())
+    (capture / "work/matches.json").write_text(json.dumps({**record, "key": "another"}))
+    (capture / "capture.json").unlink()
     before = change_times(capture)
-    report = capture_photos(CaptureRun(photos, capture, pairs="alike"))
-    assert (report["pairs"], report["registered"]) == ("alike", 9)
+    report = capture_photos(CaptureRun(photos, capture))
+    assert (report["pairs"], report["mapper"], report["registered"]) == ("alike", "global", 9)
     assert change_times(capture)["work/features.json"] == before["work/features.json"]
+    assert_centers_are_right(capture)
 
 
-@pytest.mark.thorough
 def test_an_interrupted_capture_is_resumed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, finished: tuple[Path, Path]
+    made: tuple[Path, Path], finished: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    photos, whole = finished
-    capture = tmp_path / "capture"
-
+    """It was interrupted while photos were matched, and is again while poses are computed."""
+    photos, capture = made
+    record = json.loads((capture / "work/matches.json").read_text())
+    (capture / "work/matches.json").write_text(json.dumps({**record, "done": False}))
+    (capture / "work/model.json").unlink()
+    (capture / "capture.json").unlink()
+    with load_pycolmap().Database.open(capture / "work/database.db") as database:
+        kept = database.read_two_view_geometry(1, 2)
+        database.delete_matches(3, 4)
+        database.delete_two_view_geometry(3, 4)
     call = PycolmapProcess.call
 
     def interrupted(self: PycolmapProcess, doing: str, *given: Any, **options: Any) -> Any:
@@ -249,35 +250,17 @@ def test_an_interrupted_capture_is_resumed(
         patch.setattr(PycolmapProcess, "call", interrupted)
         with pytest.raises(KeyboardInterrupt):
             capture_photos(CaptureRun(photos, capture))
-    assert {path.name for path in capture.iterdir()} == {"work"}
+    with load_pycolmap().Database.open(capture / "work/database.db") as database:
+        assert database.num_verified_image_pairs() == 45
+        again = database.read_two_view_geometry(1, 2)
+        np.testing.assert_array_equal(again.inlier_matches, kept.inlier_matches)
     before = change_times(capture)
     report = capture_photos(CaptureRun(photos, capture))
     after = change_times(capture)
     for name in ("photos", "features", "matches"):
         assert after[f"work/{name}.json"] == before[f"work/{name}.json"]
-    complete = json.loads((whole / "capture.json").read_text())
-    for name in ("key", "points", "reprojection_error"):
-        assert dict(report)[name] == complete[name], name
-    found, expected = centers(capture), centers(whole)
-    assert sorted(found) == sorted(expected)
-    pairs = [(found[name], expected[name]) for name in sorted(found)]
-    assert relative_error(*map(np.array, zip(*pairs, strict=True))) < 1e-3
-
-
-def test_interrupted_matching_is_resumed(made: tuple[Path, Path]) -> None:
-    photos, capture = made
-    record = json.loads((capture / "work/matches.json").read_text())
-    (capture / "work/matches.json").write_text(json.dumps({**record, "done": False}))
-    (capture / "capture.json").unlink()
-    with load_pycolmap().Database.open(capture / "work/database.db") as database:
-        kept = database.read_two_view_geometry(1, 2)
-        database.delete_matches(3, 4)
-        database.delete_two_view_geometry(3, 4)
-    capture_photos(CaptureRun(photos, capture))
-    with load_pycolmap().Database.open(capture / "work/database.db") as database:
-        assert database.num_verified_image_pairs() == 36
-        again = database.read_two_view_geometry(1, 2)
-        np.testing.assert_array_equal(again.inlier_matches, kept.inlier_matches)
+    assert report["key"] == json.loads((finished[1] / "capture.json").read_text())["key"]
+    assert_centers_are_right(capture)
 
 
 def test_photos_are_paired_with_neighbours_and_look_alikes() -> None:
@@ -326,40 +309,10 @@ def test_too_few_placed_photos_raise_an_error_with_advice(tmp_path: Path) -> Non
     assert error_of(photos, tmp_path / "capture") == message
 
 
-def test_an_unrelated_photo_is_left_out_and_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    photos = write_photos(tmp_path / "photos")
-    noise = np.random.default_rng(0).integers(0, 256, (60, 80, 3), dtype=np.uint8)
-    Image.fromarray(noise).resize((240, 180)).save(photos / "dog.jpg")
-    capture = tmp_path / "capture"
-    assert main(["capture", str(photos), "-o", str(capture)]) == 0
-    printed = capsys.readouterr().out
-    assert "9 of 10 photos" in printed and "left out: dog.jpg" in printed
-    stages = ["reading files", "preparing photos", "finding features", "matching photos"]
-    stages += ["computing poses", "undistorting photos"]
-    lines = printed.splitlines()
-    assert [line for line in lines if line.endswith(": started")] == [
-        f"{stage}: started" for stage in stages
-    ]
-    assert "" not in lines
-    assert len(load_capture(capture).train) == 7
-    message = error_of(photos, capture, min_placed=0.95)
-    assert "only 9 of 10" in message and "dog.jpg" in message and "coverage.png" in message
-
-
 def test_invalid_input_raises_an_error_before_files_are_written(tmp_path: Path) -> None:
-    output = tmp_path / "capture"
-    assert "does not exist" in error_of(tmp_path / "gone", output)
-    (tmp_path / "empty").mkdir()
-    assert "has no photos in it" in error_of(tmp_path / "empty", output)
-    (tmp_path / "notes.txt").write_text("notes")
-    assert "is not a video" in error_of(tmp_path / "notes.txt", output)
-    photos = write_photos(tmp_path / "photos")
-    assert "holds the photos" in error_of(photos, photos)
+    photos, output = write_photos(tmp_path / "photos"), tmp_path / "capture"
     assert "--max-size" in error_of(photos, output, max_size=10)
     assert "--frames must be" in error_of(photos, output, frames=2)
-    assert "--min-placed" in error_of(photos, output, min_placed=50.0)
     assert not output.exists()
     foreign = tmp_path / "foreign"
     (foreign / "images").mkdir(parents=True)
@@ -422,54 +375,18 @@ def test_doctor_finds_missing_packages_of_a_capture(monkeypatch: pytest.MonkeyPa
 # --- mobilegs train -------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def trained(monkeypatch: pytest.MonkeyPatch) -> list[train.TrainRun]:
-    """The runs of a replaced `train_capture`, which trains nothing."""
-    runs: list[train.TrainRun] = []
-
-    def remember(run: train.TrainRun, **options: object) -> dict:
-        runs.append(run)
-        figures = {"gaussians": 1, "file_bytes": 2, "psnr": 3.0}
-        return {"student": figures, "teacher": figures}
-
-    monkeypatch.setattr(train, "train_capture", remember)
-    monkeypatch.setattr(report, "write_report", lambda run_dir: None)
-    return runs
-
-
-def test_train_makes_a_capture_from_photos_without_poses(
-    made: tuple[Path, Path],
-    trained: list[train.TrainRun],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+def test_train_makes_a_scene_from_photos_without_poses(
+    made: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     photos, capture = made
     output = tmp_path / "run"
     shutil.copytree(capture, output / "capture")  # as an earlier call left it
-    assert main(["train", str(photos), "-o", str(output), "--steps", "9"]) == 0
-    assert "9 of 9 photos" in capsys.readouterr().out
-    assert (trained[0].capture, trained[0].steps) == (output / "capture", 9)
-    assert load_capture(trained[0].capture).train
-
-
-def test_train_makes_a_scene_from_photos(
-    finished: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    photos, output = finished[0], tmp_path / "run"
     words = ["train", str(photos), "-o", str(output), "--preset", "demo", "--steps", "40"]
     assert main([*words, "--downscale", "2"]) == 0
-    assert "9 of 9 photos" in capsys.readouterr().out
+    assert "9 of 10 photos" in capsys.readouterr().out
     metrics = json.loads((output / "metrics.json").read_text())
     assert metrics["student"]["psnr"] > 10
     assert (output / "scene.mgs").stat().st_size == metrics["student"]["file_bytes"]
-
-
-def test_train_uses_existing_captures(
-    finished: tuple[Path, Path], trained: list[train.TrainRun], tmp_path: Path
-) -> None:
-    _, capture = finished
-    assert main(["train", str(capture), "-o", str(tmp_path / "run")]) == 0
-    assert trained[0].capture == capture and not (tmp_path / "run").exists()
 
 
 def test_train_validates_options_before_computing_poses(
@@ -495,9 +412,7 @@ def test_train_validates_options_before_computing_poses(
     (output / "config.json").write_text("{}")
     assert "already holds a run" in error_of_train()
     assert "something else" in error_of_train("--resume")
-    assert "--live-at" in error_of_train("--resume", "--live-at", "127.0.0.1:9")
     (output / "config.json").unlink()
-    assert "no LPIPS weights" in error_of_train("--lpips-weights", str(output))
     (output / "teacher.ply").touch()
     assert "would be overwritten" in error_of_train()
     monkeypatch.setenv("WORLD_SIZE", "2")
@@ -507,27 +422,21 @@ def test_train_validates_options_before_computing_poses(
     assert found.capture == tmp_path / "none"
 
 
-def test_the_error_for_missing_poses_names_the_command(made: tuple[Path, Path]) -> None:
-    with pytest.raises(InputError, match="mobilegs capture"):
-        load_capture(made[0])
-
-
 # --- a real capture -------------------------------------------------------------------------------
 
 
 def test_poses_of_the_fern_are_those_of_its_authors(data_dir: Path, tmp_path: Path) -> None:
-    fern = data_dir / "tiny_fern"
-    shutil.copytree(fern / "images", tmp_path / "photos")
-    started = sum(os.times()[:4])  # of this process and of those that ended
-    report = capture_photos(CaptureRun(tmp_path / "photos", tmp_path / "capture"))
-    assert (report["registered"], report["photos"]) == (20, 20)
-    assert report["reprojection_error"] < 0.9 and report["points"] > 1200
+    fern, photos = data_dir / "tiny_fern", tmp_path / "photos"
+    photos.mkdir()
+    for path in sorted((fern / "images").iterdir())[::2]:
+        shutil.copy(path, photos)
+    report = capture_photos(CaptureRun(photos, tmp_path / "capture"))
+    assert (report["registered"], report["photos"]) == (10, 10)
+    assert report["reprojection_error"] < 0.9 and report["points"] > 600
     found, truth = centers(tmp_path / "capture"), centers(fern)
+    names = sorted(found)
     error = relative_error(
-        np.array([found[name] for name in sorted(found)]),
-        np.array([truth[name] for name in sorted(truth)]),
+        np.array([found[name] for name in names]), np.array([truth[name] for name in names])
     )
-    seconds = sum(os.times()[:4]) - started  # of all threads; others on the machine do not count
-    print(f"camera centres differ by {error:.4f} of their extent, {seconds:.0f} s of processors")
+    print(f"camera centres differ by {error:.4f} of their extent, {report['points']} points")
     assert error < 0.02
-    assert seconds < 120

@@ -1,6 +1,5 @@
 """`mobilegs edit` and the same options of `mobilegs export`."""
 
-import base64
 import html
 import json
 import re
@@ -11,14 +10,13 @@ import numpy as np
 import pytest
 import torch
 
-from mobilegs.cli.edit import EditOptions
 from mobilegs.cli.main import main
 from mobilegs.data.dataset import Dataset
 from mobilegs.data.demo.capture import write_capture
 from mobilegs.edit.scene_edit import kept_rows
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.framing import parsed_start
-from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
+from mobilegs.mgs.codec import decode_mgs, read_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from tests.support.viewer_page import MGS
 
@@ -80,19 +78,13 @@ def test_edit_writes_a_copy_with_notes_and_fewer_gaussians(
     assert scene.read_bytes() == MGS
 
 
-@pytest.mark.parametrize("to", ["html", "site"])
 def test_settings_survive_an_export(
-    scene: Path, tmp_path: Path, files: list[str], to: str, capsys: pytest.CaptureFixture[str]
+    scene: Path, tmp_path: Path, files: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    output = tmp_path / ("page.html" if to == "html" else "site")
-    words = ["export", str(scene), "--to", to, "-o", str(output), "--crop", "-1 -1 -1 1 1 1"]
-    assert main([*words, *NOTES, *files]) == 0
-    if to == "html":
-        page = output.read_text()
-        data = base64.b64decode(re.findall(r'id="scene">([^<]*)<', page)[0])
-    else:
-        page = (output / "index.html").read_text()
-        data = (output / "scene.mgs").read_bytes()
+    words = ["export", str(scene), "--to", "site", "-o", str(tmp_path / "site")]
+    assert main([*words, "--crop", "-1 -1 -1 1 1 1", *NOTES, *files]) == 0
+    page = (tmp_path / "site" / "index.html").read_text()
+    data = (tmp_path / "site" / "scene.mgs").read_bytes()
     assert "<title>A garden</title>" in page
     edited, whole = decode_mgs(data), decode_mgs(MGS)
     assert_noted(edited, whole)
@@ -167,9 +159,7 @@ def test_a_view_of_the_viewers_address_is_a_start_view(scene: Path, tmp_path: Pa
     assert (found.eye.tolist(), found.target.tolist()) == ([1, 2, 3], [0, 0.5, 0])
 
 
-@pytest.mark.parametrize(
-    ("up", "noted"), [("z", [0, 0, 1]), ("-y", [0, -1, 0]), ("3 0 4", [0.6, 0, 0.8])]
-)
+@pytest.mark.parametrize(("up", "noted"), [("-y", [0, -1, 0]), ("3 0 4", [0.6, 0, 0.8])])
 def test_the_upward_direction_is_noted(
     scene: Path, tmp_path: Path, up: str, noted: list[float]
 ) -> None:
@@ -208,16 +198,11 @@ def test_the_teacher_of_a_run_is_edited_in_its_scenes_place(
     ("words", "sentence"),
     [
         (["--crop", "1 2 3"], "--crop needs X0 Y0 Z0 X1 Y1 Z1"),
-        (["--crop", "5e5 0 0 6e5 1 1"], "no Gaussian of .* would stay"),
-        (["--remove-sphere", "0 0 0 0"], "the radius must be above 0"),
         (["--start-view", "1 2 3"], "--start-view needs six or eight numbers"),
         (["--start-view", "0 0 0 0 0 0"], "cannot look at its own position"),
-        (["--floor", "0 0 0 1"], "the normal cannot be 0"),
         (["--title", "a\nb"], "the title must be one line"),
         (["--up", "w"], "--up needs an axis"),
-        (["--up", "0 0 0"], "--up cannot be 0"),
         (["--min-cameras", "-1"], "--min-cameras must be at least 0"),
-        (["--min-cameras", "100"], "there are only"),
         (["--annotations", "missing.json"], "cannot read missing.json"),
         (["--camera-path", __file__], "is not valid JSON"),
         (["--remove-rows", __file__], "does not hold row numbers"),
@@ -267,8 +252,3 @@ def test_a_run_counts_the_cameras_of_its_capture(
     words = ["edit", str(run / "scene.mgs"), "--min-cameras", "7", "--capture", str(capture)]
     assert main(words) == 2
     assert "there are only 6" in capsys.readouterr().err
-
-
-def test_options_of_edits_have_no_required_value() -> None:
-    assert EditOptions() == EditOptions()
-    assert encode_mgs(decode_mgs(MGS)) == MGS

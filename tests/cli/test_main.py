@@ -17,62 +17,20 @@ from mobilegs.cli.main import VERBS, main
 from mobilegs.cli.render import open_scene_and_capture, png_names
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
-from mobilegs.spherical_harmonics import rgb_to_sh0
 from tests.support.gpus import GPU
 from tests.support.mgs_parts import Piece, parse_parts
+from tests.support.tiny import blobs
 
 CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
 
 
 @pytest.fixture(scope="module")
-def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Twelve photos of noise in COLMAP's layout, from cameras in a row; 0 and 8 are held back."""
-    folder = tmp_path_factory.mktemp("capture")
-    (folder / "images").mkdir()
-    (folder / "sparse" / "0").mkdir(parents=True)
-    rng = np.random.default_rng(0)
-    images = []
-    for i in range(12):
-        name = f"view_{i:03d}.JPG"
-        pixels = rng.integers(0, 256, (36, 48, 3), dtype=np.uint8)
-        Image.fromarray(pixels).save(folder / "images" / name)
-        images.append(f"{i + 1} 1 0 0 0 {0.1 * i - 0.5} 0 3 1 {name}\n\n")
-    texts = {
-        "cameras": "1 PINHOLE 48 36 40 40 24 18\n",
-        "images": "".join(images),
-        "points3D": "".join(f"{i + 1} {0.1 * i} 0 0 200 100 50 0.5\n" for i in range(5)),
-    }
-    for noun, text in texts.items():
-        (folder / "sparse" / "0" / f"{noun}.txt").write_text(text)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def scene(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A plain 3DGS scene for the capture: a blob at each corner of a cube."""
-    corners = torch.cartesian_prod(*[torch.tensor([-0.5, 0.5])] * 3)
-    n = len(corners)
-    gaussians = Gaussians(
-        corners,
-        torch.tensor([[1.0, 0, 0, 0]]).expand(n, 4),
-        torch.full((n, 3), -1.5),
-        torch.full((n,), 2.0),
-        rgb_to_sh0(corners + 0.5)[:, None],
-    )
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plain 3DGS scene of fifty blobs."""
     path = tmp_path_factory.mktemp("scene") / "scene.ply"
-    write_ply(path, gaussians)
+    write_ply(path, blobs())
     return path
-
-
-def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
-    """The error message of a command, which exits with 2 and prints nothing else."""
-    assert main([str(word) for word in words]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.count("\n") == 1
-    return printed.err
 
 
 def test_help_names_every_verb_and_imports_nothing_heavy() -> None:
@@ -86,42 +44,9 @@ def test_help_names_every_verb_and_imports_nothing_heavy() -> None:
         assert f"\n  {verb} " in done.stdout
 
 
-@pytest.mark.parametrize(
-    ("verb", "options"),
-    [
-        ("demo", ["--output", "-o", "--seed"]),
-        ("train", ["-o", "--preset", "--downscale", "--steps", "--seed", "--resume"]),
-        ("train", ["--lpips-weights", "--teacher", "--max-splats", "--background"]),
-        ("capture", ["PHOTOS|VIDEO", "-o", "--max-size", "--frames", "--pairs", "--mapper"]),
-        ("render", ["SCENE", "--capture", "--split", "-o", "--downscale"]),
-        ("eval", ["SCENE", "--capture", "--json", "--downscale", "--lpips-weights"]),
-        ("info", ["SCENE", "--json"]),
-        ("doctor", ["--json"]),
-    ],
-)
-def test_the_help_of_a_verb_lists_its_options(
-    verb: str, options: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main([verb, "--help"])
-    assert caught.value.code == 0
-    text = capsys.readouterr().out
-    assert [option for option in options if option not in text] == []
-
-
 def test_no_verb_prints_the_help_and_exits_with_2(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 2
     assert "mobilegs VERB --help" in capsys.readouterr().out
-
-
-def test_an_unknown_verb_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "no verb 'tarin': use one of demo, train" in refusal(capsys, "tarin")
-
-
-def test_an_unknown_option_exits_with_2() -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["info", "scene.ply", "--loud"])
-    assert caught.value.code == 2
 
 
 def test_ctrl_c_prints_one_line_and_exits_with_130(
@@ -183,10 +108,10 @@ def test_render_writes_a_png_with_the_name_of_each_photo(
 ) -> None:
     out = tmp_path / "new" / "folder"
     assert main(["render", str(scene), "--capture", str(capture), "-o", str(out)]) == 0
-    assert sorted(path.name for path in out.iterdir()) == ["view_000.png", "view_008.png"]
+    assert sorted(path.name for path in out.iterdir()) == ["view_0.png", "view_8.png"]
     dataset = open_scene_and_capture(scene, capture, None, "cpu")[2]
     drawn = Scene(read_ply(scene)).render(dataset.test[1].camera).image
-    written = np.array(Image.open(out / "view_008.png"))
+    written = np.array(Image.open(out / "view_8.png"))
     np.testing.assert_array_equal(written, to_bytes(drawn).numpy())
     assert written.std() > 5
 
@@ -197,16 +122,16 @@ def test_render_with_wgpu_gives_the_same_image(scene: Path, capture: Path, tmp_p
     assert main([*words, "--renderer", "wgpu"]) == 0
     dataset = open_scene_and_capture(scene, capture, None, "cpu")[2]
     drawn = to_bytes(Scene(read_ply(scene)).render(dataset.test[1].camera).image).int()
-    written = torch.from_numpy(np.array(Image.open(tmp_path / "view_008.png"))).int()
+    written = torch.from_numpy(np.array(Image.open(tmp_path / "view_8.png"))).int()
     assert (written - drawn).abs().max() <= 2 and written.float().std() > 5
 
 
 def test_render_of_the_other_split_at_half_size(scene: Path, capture: Path, tmp_path: Path) -> None:
     words = ["render", str(scene), "--capture", str(capture), "-o", str(tmp_path)]
     assert main([*words, "--split", "train", "--downscale", "2"]) == 0
-    assert len(list(tmp_path.iterdir())) == 10
-    with Image.open(tmp_path / "view_001.png") as picture:
-        assert picture.size == (24, 18)
+    assert len(list(tmp_path.iterdir())) == 7
+    with Image.open(tmp_path / "view_1.png") as picture:
+        assert picture.size == (12, 10)
 
 
 def test_photos_keep_their_folders_but_never_leave_the_output() -> None:
@@ -229,7 +154,7 @@ def test_eval_prints_json_and_nothing_else(
     assert 3 < figures["psnr"] < 40
     assert figures["psnr"] == pytest.approx(np.mean([v["psnr"] for v in figures["views"]]))
     assert figures["lpips_vgg"] is None
-    assert (figures["gaussians"], figures["blend"]) == (8, "sorted")
+    assert (figures["gaussians"], figures["blend"]) == (50, "sorted")
     assert figures["file_bytes"] == scene.stat().st_size
     assert figures["fragments"] > 0 and "fragments_by_level" not in figures
 
@@ -241,24 +166,16 @@ def test_eval_counts_fragments_by_level(capture: Path, capsys: pytest.CaptureFix
     assert len(figures["fragments_by_level"]) == 4
     assert 0 < sum(figures["fragments_by_level"]) < figures["fragments"]
     assert main(words) == 0
-    line = f"{figures['fragments']:.1f} fragments per pixel; with levels "
-    assert line in capsys.readouterr().out
-
-
-def test_eval_without_json_prints_a_table(
-    scene: Path, capture: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["eval", str(scene), "--capture", str(capture)]) == 0
-    text = capsys.readouterr().out
-    assert "view_008.JPG" in text
-    assert "mean" in text
+    printed = capsys.readouterr().out
+    assert f"{figures['fragments']:.1f} fragments per pixel; with levels " in printed
+    assert "view_8.png" in printed and "mean" in printed
 
 
 def test_info_counts_a_ply(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(scene), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert (found["gaussians"], found["sh_degree"], found["blend"]) == (8, 0, "sorted")
-    assert found["bytes_per_gaussian"] == found["file_bytes"] / 8
+    assert (found["gaussians"], found["sh_degree"], found["blend"]) == (50, 1, "sorted")
+    assert found["bytes_per_gaussian"] == found["file_bytes"] / 50
 
 
 @pytest.mark.parametrize(
@@ -317,20 +234,6 @@ def test_info_counts_unused_streams_separately(
     assert {**taken[1], "unused streams": "1,234", "header": taken[0]["header"]} == taken[0]
 
 
-def test_info_prints_notes_without_markup(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "200")
-    parts, path = parse_parts((CONFORMANCE / "sq_sorted.mgs").read_bytes()), tmp_path / "notes.mgs"
-    notes = {"[/x]": 1, "[bold]by": "[link=https://example.org]me", "steps [k]": 30.0, "z": "[red]"}
-    parts.header["meta"] = notes
-    path.write_bytes(parts.to_bytes())
-    assert main(["info", str(path)]) == 0
-    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
-    for line in ("[/x] 1", "[bold]by [link=https://example.org]me", "steps [k] 30.000", "z [red]"):
-        assert line in lines, lines
-
-
 def test_the_parts_in_info_add_up_to_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     for path in sorted(CONFORMANCE.glob("*.mgs")):
         assert main(["info", str(path)]) == 0
@@ -340,7 +243,11 @@ def test_the_parts_in_info_add_up_to_the_file(capsys: pytest.CaptureFixture[str]
         assert found == path.stat().st_size
 
 
-def test_doctor_checks_kernels_and_gpu(capsys: pytest.CaptureFixture[str]) -> None:
+def test_doctor_checks_kernels_and_gpu(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    examined = doctor.examine()
+    monkeypatch.setattr(doctor, "examine", lambda: examined)
     assert main(["doctor", "--json"]) == 0
     findings = {finding["what"]: finding for finding in json.loads(capsys.readouterr().out)}
     assert findings["PyTorch"]["found"].startswith(torch.__version__)
@@ -396,46 +303,19 @@ def test_a_full_disk_gives_one_line(
         ("scene.ply", b"ply", "is not a PLY file"),
         ("scene.mgs", b"ply", "is not a .mgs scene but looks like a PLY"),
         ("gone.ply", None, "gone.ply does not exist"),
-        ("gone.mgs", None, "gone.mgs does not exist"),
         ("gone.obj", None, "gone.obj does not exist"),
     ],
 )
-@pytest.mark.parametrize("verb", ["info", "eval", "render"])
 def test_files_that_are_not_scenes_are_refused_in_one_line(
-    verb: str,
     name: str,
     content: bytes | None,
     sentence: str,
-    capture: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    more = {"info": [], "eval": ["--capture", capture], "render": ["--capture", capture]}[verb]
-    if verb == "render":
-        more += ["-o", tmp_path / "out"]
-    said = refusal(capsys, verb, tmp_path / name, *more)
-    assert sentence in said
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_folder_without_a_capture_is_refused(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert "is not a capture" in refusal(capsys, "eval", scene, "--capture", tmp_path)
-
-
-def test_missing_lpips_weights_are_refused_before_any_work(
-    scene: Path, capture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["eval", scene, "--capture", capture, "--lpips-weights", tmp_path]
-    assert "no LPIPS weights" in refusal(capsys, *words)
-
-
-@pytest.mark.skipif(torch.cuda.is_available(), reason="needs a machine without an NVIDIA GPU")
-def test_a_missing_gpu_is_refused(
-    scene: Path, capture: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["eval", scene, "--capture", capture, "--device", "cuda"]
-    assert "mobilegs doctor" in refusal(capsys, *words)
+    assert main(["info", str(tmp_path / name)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1
+    assert sentence in printed.err

@@ -1,14 +1,9 @@
 """Reading COLMAP captures, and the errors for invalid and damaged ones."""
 
-import os
 import struct
-from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from PIL import Image
 
 from mobilegs.data import load_capture, load_view
@@ -21,7 +16,6 @@ from tests.support.colmap_capture import (
     cameras_bin,
     cameras_txt,
     frames_bin,
-    frames_txt,
     images_bin,
     images_txt,
     points_bin,
@@ -29,9 +23,6 @@ from tests.support.colmap_capture import (
     random_poses,
     write_capture_of_noise,
 )
-
-REAL = Path(os.environ["MOBILEGS_DATA"]) if "MOBILEGS_DATA" in os.environ else None
-needs_data = pytest.mark.skipif(REAL is None, reason="needs real captures (MOBILEGS_DATA)")
 
 
 def error_of(path, **options):
@@ -66,12 +57,6 @@ def test_text_and_binary_models_are_read_alike(tmp_path):
     np.testing.assert_array_equal(binary.rgb, text.rgb)
 
 
-def test_text_images_without_observations_are_read(tmp_path):
-    path = tmp_path / "images.txt"
-    path.write_bytes(images_txt(random_poses(4)))
-    assert [image.name for image in read_images(path)] == [name for name, *_ in random_poses(4)]
-
-
 def test_pose_and_intrinsics_are_read(tmp_path):
     from scipy.spatial.transform import Rotation
 
@@ -97,16 +82,15 @@ def test_extent_and_near_depend_on_training_cameras_only(tmp_path):
     assert all(f.camera.near == dataset.near for f in [*dataset.train, *dataset.test])
 
 
-@pytest.mark.parametrize("text", ["", "near", "0", "-1", "nan", "inf", "1e30", "\x00"])
-def test_near_plane_txt_sets_the_near_plane(tmp_path, text):
+def test_near_plane_txt_sets_the_near_plane(tmp_path):
     path = write_capture_of_noise(tmp_path)
     (path / "near_plane.txt").write_text("0.0125\n")
     dataset = load_capture(path)
     assert dataset.near == 0.0125
     assert all(f.camera.near == 0.0125 for f in [*dataset.train, *dataset.test])
-    (path / "near_plane.txt").write_text(text)
-    with pytest.raises(InputError, match="no valid near plane"):
-        load_capture(path)
+    for text in ("", "near", "0", "nan", "1e30"):
+        (path / "near_plane.txt").write_text(text)
+        assert "no valid near plane" in error_of(path)
 
 
 def test_cameras_in_one_place_still_have_a_positive_extent(tmp_path):
@@ -120,10 +104,7 @@ def test_points_and_colours_are_read(tmp_path):
     dataset = load_capture(write_capture_of_noise(tmp_path))
     assert dataset.points[4].tolist() == [1.0, -1.5, 3.0]
     np.testing.assert_allclose(dataset.colors[4] * 255, [4, 8, 255], atol=1e-4)
-
-
-def test_an_empty_points_file_gives_no_points(tmp_path):
-    assert load_capture(write_capture_of_noise(tmp_path, points=[])).points.shape == (0, 3)
+    assert load_capture(write_capture_of_noise(tmp_path / "b", points=[])).points.shape == (0, 3)
 
 
 def test_downscale_averages_boxes_of_pixels(tmp_path):
@@ -178,11 +159,7 @@ def test_downscaled_photos_with_other_names_are_matched_by_order(tmp_path):
 @pytest.mark.parametrize(
     ("size", "downscale", "reduced"),
     [
-        ((5025, 3312), None, (1600, 1054)),  # flowers, garden, treehill as 3DGS shows them
-        ((5187, 3361), None, (1600, 1036)),
-        ((5068, 3326), None, (1600, 1050)),
-        ((1601, 3), None, (1600, 2)),
-        ((1600, 900), None, (1600, 900)),
+        ((5025, 3312), None, (1600, 1054)),  # flowers as 3DGS shows it
         ((2000, 1), None, (1600, 1)),
         ((5025, 3312), 4, (1256, 828)),
         ((7, 5), 2, (4, 3)),
@@ -276,93 +253,22 @@ def test_errors_name_the_cause(tmp_path):
     assert "neither images.bin nor images.txt" in error_of(root)
 
 
-READERS = {
+BINARY = {
     "cameras.bin": (read_cameras, cameras_bin(PINHOLE, (2, 4, 9, 9, (5.0,) * 8))),
-    "cameras.txt": (read_cameras, cameras_txt(PINHOLE, (2, 4, 9, 9, (5.0,) * 8))),
     "images.bin": (read_images, images_bin(random_poses(3), 2)),
-    "images.txt": (read_images, images_txt(random_poses(3), "1.0 2.0 -1")),
     "frames.bin": (read_moments, frames_bin([[1, 2], [3], [4, 5, 6]])),
-    "frames.txt": (read_moments, frames_txt([[1, 2], [3], [4, 5, 6]])),
     "points3D.bin": (read_points, points_bin(POINTS)),
-    "points3D.txt": (read_points, points_txt(POINTS)),
 }
 
 
-@pytest.mark.parametrize("name", [name for name in READERS if name.endswith(".bin")])
-def test_a_binary_file_cut_at_any_length_raises_an_error(tmp_path, name):
-    read, content = READERS[name]
+@pytest.mark.parametrize("name", BINARY)
+def test_a_binary_file_that_is_cut_off_or_counts_too_much_raises_an_error(tmp_path, name):
+    read, content = BINARY[name]
     path = tmp_path / name
-    for length in range(len(content)):
+    for length in (0, 7, len(content) // 2, len(content) - 1):
         path.write_bytes(content[:length])
         with pytest.raises(InputError, match=name):
             read(path)
-
-
-@pytest.mark.parametrize("name", READERS)
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(data=st.data())
-def test_a_file_with_flipped_bits_is_read_or_raises_input_error(tmp_path, name, data):
-    read, content = READERS[name]
-    damaged = bytearray(content)
-    for _ in range(data.draw(st.integers(1, 4))):
-        damaged[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
-    path = tmp_path / name
-    path.write_bytes(damaged)
-    try:
-        read(path)
-    except InputError as error:
-        assert name in str(error)
-
-
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(data=st.data())
-def test_a_capture_with_flipped_bits_loads_or_raises_input_error(tmp_path, data):
-    root = tmp_path if (tmp_path / "sparse").exists() else write_capture_of_noise(tmp_path, views=3)
-    path = root / "sparse/0" / data.draw(st.sampled_from(["cameras.bin", "images.bin"]))
-    original = path.read_bytes()
-    damaged = bytearray(original)
-    for _ in range(data.draw(st.integers(1, 3))):
-        damaged[data.draw(st.integers(8, len(original) - 1))] ^= 1 << data.draw(st.integers(0, 7))
-    path.write_bytes(damaged)
-    try:
-        dataset = load_capture(root)
-        assert 0 < dataset.extent < float("inf") and dataset.center.isfinite().all()
-    except InputError:
-        pass
-    finally:
-        path.write_bytes(original)
-
-
-@pytest.mark.parametrize("name", [name for name in READERS if name.endswith(".bin")])
-def test_a_count_beyond_the_file_raises_an_error_before_allocation(tmp_path, name):
-    read, content = READERS[name]
-    path = tmp_path / name
     path.write_bytes(struct.pack("<Q", 1 << 60) + content[8:])
     with pytest.raises(InputError, match="byte 0"):
         read(path)
-
-
-@needs_data
-@pytest.mark.parametrize(
-    "name, train, test, points",
-    [("bonsai", 255, 37, 96585), ("llff_horns", 54, 8, 4674), ("tiny_fern", 17, 3, 10091)],
-)
-def test_points_of_a_real_capture_project_into_the_photos_that_see_them(name, train, test, points):
-    assert REAL is not None
-    dataset = load_capture(REAL / name)
-    assert (len(dataset.train), len(dataset.test), len(dataset.points)) == (train, test, points)
-    inside, matching = [], []
-    for frame in dataset.train[:: len(dataset.train) // 6]:
-        camera, view = frame.camera, load_view(frame)
-        local = dataset.points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
-        pixels = local @ camera.K.T
-        column, row = pixels[:, 0] / pixels[:, 2], pixels[:, 1] / pixels[:, 2]
-        seen = (local[:, 2] > 0) & (column >= 0) & (column < camera.width)
-        seen &= (row >= 0) & (row < camera.height)
-        inside.append(seen.float().mean())
-        found = view.image[row[seen].long(), column[seen].long()]
-        mismatch = (found - dataset.colors[seen]).abs().mean()
-        mirrored = view.image[row[seen].long(), camera.width - 1 - column[seen].long()]
-        matching.append(mismatch / (mirrored - dataset.colors[seen]).abs().mean())
-    assert min(inside) > 0.1 and torch.stack(inside).mean() > 0.35
-    assert max(matching) < 0.9

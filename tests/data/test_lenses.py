@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from mobilegs.data import load_capture, load_view
 from mobilegs.data.colmap_files import read_cameras, read_images, read_moments
-from mobilegs.data.distortion import Distortion, LensPhoto
+from mobilegs.data.distortion import LensPhoto
 from mobilegs.data.pinhole_views import FACES, fields_of_view
 from mobilegs.errors import InputError
 from tests.support.colmap_capture import (
@@ -26,6 +26,8 @@ from tests.support.colmap_capture import (
 
 FISHEYE = (100.0, 104.0, 102.0, 78.0, 0.02, -0.01, 0.003, -0.0005)  # 200 x 150 pixels
 MODELS = {  # name: (id, parameters)
+    "SIMPLE_RADIAL": (2, (500.0, 320.0, 240.0, -0.1)),
+    "RADIAL": (3, (500.0, 320.0, 240.0, -0.1, 0.02)),
     "OPENCV": (4, (500.0, 510.0, 320.0, 240.0, -0.1, 0.02, 0.003, -0.002)),
     "FULL_OPENCV": (
         6,
@@ -110,9 +112,9 @@ def test_lenses_project_as_those_of_colmap(tmp_path: Path, name: str) -> None:
 # --- fisheye --------------------------------------------------------------------------------------
 
 
-def write_fisheye(root: Path, *, model: int = 5, parameters=FISHEYE, size=(200, 150)) -> Path:
+def write_fisheye(root: Path, size=(200, 150)) -> Path:
     """Write a COLMAP capture of fisheye photos that are painted by world directions."""
-    write_capture_of_noise(root, camera=(1, model, *size, parameters), size=size)
+    write_capture_of_noise(root, camera=(1, 5, *size, FISHEYE), size=size)
     lens = read_cameras(root / "sparse/0/cameras.bin")[1]
     fx, fy, cx, cy = lens.intrinsics
     column, row = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1]) + 0.5)
@@ -148,19 +150,6 @@ def test_a_fisheye_photo_becomes_a_pinhole_view_of_100_degrees(
         inner = seen.astype(bool)
         inner[:2] = inner[-2:] = inner[:, :2] = inner[:, -2:] = False
         assert error[inner].max() < 2.5
-
-
-def test_a_fisheye_photo_is_masked_where_the_lens_has_no_data(tmp_path: Path) -> None:
-    camera = (1, 5, 200, 150, (*FISHEYE[:4], -0.35, 0.0, 0.0, 0.0))
-    root = write_capture_of_noise(tmp_path, camera=camera, size=(200, 150))
-    # theta (1 - 0.35 theta^2) falls from 55.9 degrees on: the corners of the view lie beyond
-    view = load_view(load_capture(root).train[0])
-    K = view.camera.K
-    x = (torch.arange(view.camera.width) + 0.5 - K[0, 2]) / K[0, 0]
-    y = (torch.arange(view.camera.height) + 0.5 - K[1, 2]) / K[1, 1]
-    angles = torch.rad2deg(torch.hypot(x[None, :], y[:, None]).atan())
-    assert view.mask is not None and angles.max() > 58
-    assert not view.mask[angles > 56.1].any() and view.mask[angles < 40].all()
 
 
 def test_masks_and_downscale_of_fisheye_photos(tmp_path: Path) -> None:
@@ -327,13 +316,12 @@ def test_photos_that_a_rig_took_at_one_moment_are_held_back_together(tmp_path: P
             file.unlink(missing_ok=True)
 
 
-def test_frames_of_other_sensors_are_no_photos(tmp_path: Path) -> None:
+def test_frames_of_other_sensors_are_no_photos_and_damaged_lines_raise_an_error(
+    tmp_path: Path,
+) -> None:
     text = frames_txt([[1, 2], [3, 4]]).replace(b"CAMERA 1 2", b"IMU 1 2")
     (tmp_path / "frames.txt").write_bytes(text)
     assert read_moments(tmp_path / "frames.txt") == [[1], [3, 4]]
-
-
-def test_damaged_lines_of_frames_raise_an_error(tmp_path: Path) -> None:
     for text in (b"1 1 1 0 0 0 0 0 0 2 CAMERA 1 5", b"1 1", b"1 1 1 0 0 0 0 0 0 1 CAMERA 1 x"):
         (tmp_path / "frames.txt").write_bytes(text)
         with pytest.raises(InputError, match=r"frames\.txt, line 1"):
@@ -368,8 +356,3 @@ def test_models_with_rigs_of_colmap_are_read_right(tmp_path: Path) -> None:
         numbers = {image.name: image.frame_id for image in model.images.values()}
         held = {numbers[frame.name] for frame in dataset.test}
         assert len(held) == 1 and len(dataset.test) == 3
-
-
-def test_a_lens_without_distortion_is_no_lens() -> None:
-    assert not Distortion() and Distortion(projection="equidistant")
-    assert Distortion(prism=(0.0, 0.1))

@@ -13,7 +13,6 @@ from mobilegs.edit.notes import (
     parsed_annotations,
     parsed_path,
     path_notes,
-    plane_text,
     start_text,
 )
 from mobilegs.errors import InputError
@@ -32,15 +31,6 @@ def test_a_start_view_parses_back() -> None:
 def test_a_start_view_without_a_picture_is_refused(box: tuple[float, float]) -> None:
     with pytest.raises(InputError, match="tangents"):
         start_text(Start(np.ones(3), np.zeros(3), box))
-
-
-def test_a_start_view_of_itself_is_refused() -> None:
-    with pytest.raises(InputError, match="its own position"):
-        start_text(Start(np.ones(3), np.ones(3), (1.0, 1.0)))
-
-
-def test_a_plane_has_a_normal_of_length_1() -> None:
-    assert plane_text((0, 0, 2), -3) == "0 0 1 -1.5"
 
 
 def test_annotations_continue_in_further_notes() -> None:
@@ -98,15 +88,11 @@ def test_titles_are_one_line() -> None:
 @pytest.mark.parametrize(
     "item",
     [
-        3,
         {"at": [0, 0, 0]},
-        {"at": [0, 0], "text": "a"},
         {"at": [0, 0, True], "text": "a"},
-        {"at": [0, 0, float("nan")], "text": "a"},
         {"at": [0, 0, 0], "text": "a", "eye": "b"},
         {"at": [0, 0, 0], "text": "  "},
         {"at": [0, 0, 0], "text": "x" * 1001},
-        {"at": [0, 0, 0], "text": "\x00"},
         {"at": [0, 0, 0], "text": "\ud800"},
     ],
 )
@@ -115,9 +101,7 @@ def test_other_annotations_are_refused(item: object) -> None:
         parsed_annotations([item])
 
 
-@pytest.mark.parametrize(
-    "path", [None, [], [[0] * 6], [[0] * 6, [1, 2]], [[0, 0, 0, 1, 1, 1], [1] * 6]]
-)
+@pytest.mark.parametrize("path", [None, [[0] * 6], [[0] * 6, [1, 2]]])
 def test_other_paths_are_refused(path: object) -> None:
     with pytest.raises(InputError, match="camera path"):
         parsed_path(path)

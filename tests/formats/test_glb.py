@@ -12,12 +12,11 @@ import pytest
 import torch
 
 from mobilegs.errors import InputError
-from mobilegs.formats import spz
-from mobilegs.formats.glb import EXTENSION, SH_ATTRIBUTES, SH_SIGNS, read_glb, write_glb
+from mobilegs.formats.glb import EXTENSION, SH_ATTRIBUTES, read_glb, write_glb
 from mobilegs.formats.ply import read_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
-from mobilegs.spherical_harmonics import rotated_sh, sh_colors
+from mobilegs.spherical_harmonics import sh_colors
 from tests.support.random_scenes import error_message, max_error, random_scene, rotation_error
 
 OTHERS = Path(__file__).parent / "other_tools"
@@ -71,7 +70,7 @@ def valid(tmp_path: Path) -> bytes:
     return (tmp_path / "valid.glb").read_bytes()
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@pytest.mark.parametrize("degree", [0, 3])
 def test_a_written_scene_is_read_back_up_to_rounding(degree: int, tmp_path: Path) -> None:
     made = random_scene(300, degree)
     made.logit_opacities.clamp_(-10, 10)
@@ -178,14 +177,6 @@ def test_a_node_moves_turns_and_scales_its_splats(tmp_path: Path) -> None:
         assert max_error(same.sh, found.sh) < 1e-5
 
 
-def test_signs_of_harmonics_are_those_of_half_a_turn() -> None:
-    ones = torch.ones(1, 16, 3)
-    around_z = rotated_sh(ones, torch.diag(torch.tensor([-1.0, -1, 1])))
-    assert max_error(around_z[0, :, 0], torch.from_numpy(SH_SIGNS)) < 1e-6
-    around_x = rotated_sh(ones, torch.diag(torch.tensor([1.0, -1, -1])))
-    assert max_error(around_x[0, 1:, 0], torch.from_numpy(spz.SH_SIGNS)) < 1e-6
-
-
 def test_a_reflection_and_an_uneven_scale_change_shapes_exactly(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -286,10 +277,6 @@ def accessor(**values: object) -> Change:
     return lambda content: content["accessors"][2].update(values)
 
 
-def view(**values: object) -> Change:
-    return lambda content: content["bufferViews"][2].update(values)
-
-
 def splats(**values: object) -> Change:
     return lambda content: primitive_of(content)["extensions"][EXTENSION].update(values)
 
@@ -302,25 +289,11 @@ CHANGES: dict[str, tuple[Change, str]] = {
     "no splats": (lambda c: primitive_of(c).pop("extensions"), "has no splats"),
     "no opacity": (without(f"{EXTENSION}:OPACITY"), "OPACITY"),
     "no SH of degree 0": (without(SH_ATTRIBUTES[0]), "SH_DEGREE_0"),
-    "half a degree": (without(SH_ATTRIBUTES[2]), "has 3 SH"),
     "compressed": (splats(extensions={"KHR_x": {}}), "decompress it first"),
     "another kernel": (splats(kernel="cone"), "not Gaussians"),
     "no node with splats": (nodes({"camera": 0}), "no node of its scene holds them"),
-    "a node below itself": (nodes({"mesh": 0, "children": [0]}), "node 0 has two parents"),
     "a cycle": (nodes({"children": [1]}, {"children": [2]}, {"children": [1]}), "below itself"),
     "two parents": (nodes({"children": [1, 1]}, {"mesh": 0}), "node 1 has two parents"),
-    "a missing node": (nodes({"children": [7]}), "does not fit"),
-    "a negative node": (nodes({"children": [-1]}), "does not fit"),
-    "a missing mesh": (nodes({"mesh": 5}), "does not fit"),
-    "a missing scene": (lambda c: c.update(scene=3), "does not fit"),
-    "a string as a child": (nodes({"children": "0"}), "does not fit"),
-    "a short matrix": (nodes({"mesh": 0, "matrix": [1] * 9}), "does not fit"),
-    "a matrix of words": (nodes({"mesh": 0, "matrix": ["a"] * 16}), "does not fit"),
-    "an infinite matrix": (nodes({"mesh": 0, "matrix": [float("inf")] * 16}), "node 0 is not"),
-    "a number beyond floats": (nodes({"mesh": 0, "scale": [10**400, 1, 1]}), "does not fit"),
-    "no translation": (nodes({"mesh": 0, "translation": [0, float("nan"), 0]}), "node 0 is not"),
-    "no rotation": (nodes({"mesh": 0, "rotation": [0, 0, 0, 0]}), "node 0 is not valid"),
-    "a projection": (nodes({"mesh": 0, "matrix": [*[1, 0, 0, 1] * 3, 0, 0, 0, 1]}), "node 0 is"),
     "an overflow": (
         nodes(
             {"scale": [1e200, 1, 1], "children": [1]},
@@ -331,20 +304,7 @@ CHANGES: dict[str, tuple[Change, str]] = {
     ),
     "another length": (accessor(count=2), "different lengths"),
     "a long accessor": (accessor(count=10**9), "does not fit"),
-    "a huge accessor": (accessor(count=10**18), "does not fit"),
-    "a negative count": (accessor(count=-1), "does not fit"),
-    "a fractional count": (accessor(count=0.5), "does not fit"),
-    "a boolean count": (accessor(count=True), "does not fit"),
-    "another shape": (accessor(type="MAT4"), "does not fit"),
-    "another type": (accessor(componentType=1), "does not fit"),
-    "sparse": (accessor(sparse={}), "does not fit"),
-    "no view": (accessor(bufferView=99), "does not fit"),
-    "an offset beyond": (view(byteOffset=10**6), "does not fit"),
-    "no stride": (view(byteStride=0), "does not fit"),
-    "another buffer": (view(buffer=1), "does not fit"),
     "a file elsewhere": (lambda c: c["buffers"][0].update(uri="/etc/passwd"), "does not fit"),
-    "a string as meshes": (lambda c: c.update(meshes="KHR"), "does not fit"),
-    "a number as nodes": (lambda c: c.update(nodes=7), "does not fit"),
 }
 
 

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, read_ply_scene, read_ply_up, write_ply
@@ -38,18 +36,14 @@ def header(
     return text.encode()
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@pytest.mark.parametrize("degree", [0, 3])
 def test_a_written_scene_is_read_back_exactly(
     degree: int, tmp_path: Path, generator: torch.Generator
 ) -> None:
-    gaussians = random_gaussians(17, degree, generator)
-    write_ply(tmp_path / "scene.ply", gaussians)
-    assert_equal(read_ply(tmp_path / "scene.ply"), gaussians)
-
-
-def test_an_empty_scene_is_read_back(tmp_path: Path, generator: torch.Generator) -> None:
-    write_ply(tmp_path / "empty.ply", random_gaussians(0, 1, generator))
-    assert len(read_ply(tmp_path / "empty.ply")) == 0
+    for count in (17, 0):
+        gaussians = random_gaussians(count, degree, generator)
+        write_ply(tmp_path / "scene.ply", gaussians)
+        assert_equal(read_ply(tmp_path / "scene.ply"), gaussians)
 
 
 def test_the_header_has_the_order_and_comment_that_other_tools_expect(
@@ -58,26 +52,17 @@ def test_the_header_has_the_order_and_comment_that_other_tools_expect(
     write_ply(tmp_path / "scene.ply", random_gaussians(3, 1, generator))
     lines = (tmp_path / "scene.ply").read_bytes().split(b"end_header\n")[0].decode().splitlines()
     assert lines[2] == "element vertex 3"  # INRIA's viewer counts lines
-    assert "comment SplatRenderMode: default" in lines
+    assert {"comment SplatRenderMode: default", "comment mobilegs blend sorted"} <= {*lines}
     names = [line.split()[2] for line in lines if line.startswith("property")]
     rest = [f"f_rest_{i}" for i in range(9)]
     expected = [*NAMES[:3], "nx", "ny", "nz", *NAMES[3:6], *rest, *NAMES[6:]]
     assert names == expected
 
 
-def test_higher_sh_are_stored_channel_by_channel(
-    tmp_path: Path, generator: torch.Generator
-) -> None:
-    gaussians = random_gaussians(2, 1, generator)
-    write_ply(tmp_path / "scene.ply", gaussians)
-    body = (tmp_path / "scene.ply").read_bytes().split(b"end_header\n", 1)[1]
-    rows = np.frombuffer(body, "<f4").reshape(2, -1)
-    red = gaussians.sh[:, 1:, 0].numpy()
-    np.testing.assert_array_equal(rows[:, 9:12], red)
-
-
-@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
-@pytest.mark.parametrize("type_", ["float", "double"])
+@pytest.mark.parametrize(
+    ("kind", "type_"),
+    [("ascii", "float"), ("binary_little_endian", "double"), ("binary_big_endian", "float")],
+)
 def test_any_encoding_and_any_order_of_properties_is_read(
     kind: str, type_: str, tmp_path: Path, generator: torch.Generator
 ) -> None:
@@ -123,20 +108,14 @@ def test_rows_that_are_not_finite_are_dropped_and_counted(
 BINARY = "binary_little_endian"
 INVALID = {
     "no PLY file": (b"PK\x03\x04 a zip", "is not a PLY file"),
-    "empty": (b"", "is not a PLY file"),
-    "no end of header": (b"ply\nformat ascii 1.0\n", "no complete PLY header"),
     "a huge count": (header(BINARY, NAMES, 10**17), "cut off"),
-    "a huge count in text": (header("ascii", NAMES, 10**17), "cut off"),
-    "a count beyond 64 bits": (header(BINARY, NAMES, 10**30), "not a 3DGS scene|not PLY"),
     "one byte short": (header(BINARY, NAMES, 1) + bytes(55), "cut off"),
-    "too few numbers": (header("ascii", NAMES, 2) + b"0 " * 14 + b"\n" + b"0 " * 13, "cut off"),
     "words": (header("ascii", NAMES, 1) + b"0 " * 13 + b"nought", "not a number"),
     "no opacity": (header(BINARY, NAMES[:6] + NAMES[7:], 0), "lack opacity"),
     "a point cloud": (header(BINARY, ["x", "y", "z"], 0), "not a 3DGS scene"),
     "one f_rest property": (header(BINARY, [*NAMES, "f_rest_0"], 0), "has 1 f_rest"),
     "a duplicate property": (header(BINARY, [*NAMES, "x"], 0), "'x' twice"),
     "an unknown type": (header(BINARY, NAMES, 0, "half"), "not PLY"),
-    "an unknown format": (header("binary_middle_endian", NAMES, 0), "does not exist"),
     "no vertices": (b"ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no 'vertex'"),
     "lists before": (
         header(BINARY, NAMES, 0, before="element face 1\nproperty list uchar int i\n"),
@@ -153,26 +132,8 @@ def test_an_invalid_file_raises_a_one_line_error(case: str, tmp_path: Path) -> N
     with pytest.raises(InputError, match=words) as caught:
         read_ply(tmp_path / "scene.ply")
     assert "\n" not in str(caught.value)
-
-
-def test_a_missing_file_raises_an_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot read"):
         read_ply(tmp_path / "nowhere.ply")
-
-
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(place=st.floats(0, 1, exclude_max=True), byte=st.integers(0, 255), cut=st.integers(0, 60))
-def test_a_damaged_file_is_read_or_raises_input_error(
-    place: float, byte: int, cut: int, tmp_path: Path
-) -> None:
-    content = bytearray(header(BINARY, NAMES, 2) + bytes(112))
-    content[int(place * len(content))] = byte
-    (tmp_path / "scene.ply").write_bytes(content[: len(content) - cut])
-    try:
-        gaussians = read_ply(tmp_path / "scene.ply")
-    except InputError:
-        return
-    assert len(gaussians) <= 2
 
 
 @pytest.mark.parametrize(
@@ -203,7 +164,7 @@ def test_the_footprint_is_read_back(tmp_path: Path, generator: torch.Generator) 
         write_ply(path, gaussians, footprint=Footprint(soft_edge=True))
 
 
-@pytest.mark.parametrize("blur", ["0", "-1", "4.1", "nan", "x", "1e-3", "9" * 400])
+@pytest.mark.parametrize("blur", ["0", "4.1", "nan", "x"])
 def test_an_impossible_blur_is_refused(
     blur: str, tmp_path: Path, generator: torch.Generator
 ) -> None:
@@ -218,15 +179,11 @@ COMMENTS: dict[str, tuple[list[str], list[float] | None]] = {
     "none": ([], None),
     "nerfstudio's": (["Generated by Nerstudio 1.1.5", "Vertical Axis: z"], [0, 0, 1]),
     "Brush's": (["Exported from Brush", "Vertical axis: y"], [0, -1, 0]),
-    "x": (["vertical axis: X"], [1, 0, 0]),
     "another axis": (["Vertical Axis: w"], None),
-    "more words": (["Vertical Axis: z or y"], None),
     "ours": (["mobilegs up 0.000000 -3.000000 4.000000"], [0, -0.6, 0.8]),
     "the last one": (["Vertical Axis: z", "mobilegs up 1 0 0"], [1, 0, 0]),
     "a zero": (["Vertical Axis: z", "mobilegs up 0 0 0"], [0, 0, 1]),
-    "two numbers": (["mobilegs up 0 1"], None),
     "four numbers": (["mobilegs up 0 1 0 0"], None),
-    "no number": (["mobilegs up 0 nan 1"], None),
     "a huge number": (["mobilegs up 0 1e400 1"], None),
 }
 READ_UP = """
@@ -253,7 +210,7 @@ def test_the_upward_direction_is_read_here_and_in_the_web_viewer(
         assert found == pytest.approx(expected), name
 
 
-@pytest.mark.parametrize("up", [[0, 0, 1], [0, -1, 0], [0.6, 0, -0.8], [-0.004, -0.97, -0.243]])
+@pytest.mark.parametrize("up", [[0, 0, 1], [-0.004, -0.97, -0.243]])
 def test_a_written_upward_direction_is_read_back(
     up: list[float], tmp_path: Path, generator: torch.Generator
 ) -> None:

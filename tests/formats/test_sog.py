@@ -17,8 +17,7 @@ from PIL import Image
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply
 from mobilegs.formats.sog import read_sog, write_sog
-from mobilegs.formats.sog_palette import codebook, palette
-from mobilegs.gaussians import Gaussians
+from mobilegs.formats.sog_palette import palette
 from mobilegs.render import Footprint
 from mobilegs.scene_file import open_scene
 from tests.support.memory_meter import RESET, MemoryMeter
@@ -68,11 +67,13 @@ def uniform_error(values: torch.Tensor) -> float:
     return float(values.max() - values.min()) / 255 / math.sqrt(12)
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@pytest.mark.parametrize("degree", [0, 3])
 def test_a_written_scene_is_read_back_within_its_precision(degree: int, tmp_path: Path) -> None:
     made = random_scene(700, degree)
     write_sog(tmp_path / "scene.sog", made)
-    found = matched(read_sog(tmp_path / "scene.sog"), made)
+    found = read_sog(tmp_path / "scene.sog")
+    assert all(value.is_contiguous() for value in found.tensors().values())
+    found = matched(found, made)
     one, other = signed_log(found.means), signed_log(made.means)
     assert (
         max_error(one, other) <= 0.5 * float((other.amax(0) - other.amin(0)).max()) / 65535 + 1e-6
@@ -178,14 +179,11 @@ def test_a_codebook_that_starts_with_null_is_read(valid: dict[str, bytes], tmp_p
     assert max_error(found, torch.where(lowest, first, expected)) < 1e-6
 
 
-def test_an_empty_scene_is_read_back(tmp_path: Path) -> None:
-    write_sog(tmp_path / "none.sog", random_scene(0, 2))
-    assert len(read_sog(tmp_path / "none.sog")) == 0
-
-
-def test_gaussians_that_are_not_finite_are_dropped(
+def test_an_empty_scene_is_read_back_and_gaussians_that_are_not_finite_are_dropped(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
+    write_sog(tmp_path / "none.sog", random_scene(0, 2))
+    assert len(read_sog(tmp_path / "none.sog")) == 0
     made = random_scene(5, 1)
     made.means[1, 1], made.sh[2, 3, 0] = math.nan, math.inf
     with caplog.at_level(logging.WARNING):
@@ -195,15 +193,6 @@ def test_gaussians_that_are_not_finite_are_dropped(
 
 
 # --- codebooks and palettes
-
-
-def test_a_codebook_is_ascending_and_finds_the_nearest_value() -> None:
-    values = np.random.default_rng(0).normal(size=(4000, 3)).astype(np.float32)
-    book, nearest = codebook(values)
-    assert (np.diff(book) >= 0).all()
-    best = np.abs(values[..., None] - book).min(-1)
-    np.testing.assert_allclose(np.abs(values - book[nearest]), best, atol=1e-6)
-    assert np.sqrt((best**2).mean()) < 0.75 * uniform_error(torch.from_numpy(values))
 
 
 def test_a_palette_beats_random_entries_and_is_deterministic() -> None:
@@ -244,35 +233,18 @@ def blank(height: int, width: int, value: int = 255, **options: Any) -> bytes:
 
 INVALID: dict[str, tuple[Callable[[Files], Files], str]] = {
     "no meta.json": (lambda files: {k: v for k, v in files.items() if "meta" not in k}, "lacks"),
-    "no picture": (lambda files: {k: v for k, v in files.items() if "quats" not in k}, "lacks"),
     "a later version": (changed(lambda m: m.update(version=3)), "only 1 and 2"),
     "a huge count": (changed(lambda m: m.update(count=10**9)), "cut off"),
-    "a count beyond 64 bits": (changed(lambda m: m.update(count=10**400)), "not consistent"),
-    "a large count": (changed(lambda m: m.update(count=3000)), "pixels for 3000 values"),
-    "a negative count": (changed(lambda m: m.update(count=-1)), "not consistent"),
-    "a string as count": (changed(lambda m: m.update(count="30")), "not consistent"),
-    "a short codebook": (changed(lambda m: m["sh0"]["codebook"].pop()), "not consistent"),
-    "no codebook": (changed(lambda m: m["scales"].pop("codebook")), "not consistent"),
-    "a bound beyond float64": (
-        changed(lambda m: m["means"]["mins"].__setitem__(0, 10**400)),
-        "not consistent",
-    ),
-    "two bounds": (changed(lambda m: m["means"]["mins"].pop()), "not consistent"),
-    "another degree": (changed(lambda m: m["shN"].update(bands=3)), "not consistent"),
     "a path outside": (
         changed(lambda m: m["quats"].update(files=["../../etc/passwd"])),
         "not consistent",
     ),
-    "a list": (lambda files: files | {"meta.json": b"[]"}, "not consistent"),
     "deep nests": (lambda files: files | {"meta.json": b"[" * 10**5}, "cannot be read"),
-    "a long meta.json": (lambda files: files | {"meta.json": b" " * 10**6}, "too large"),
     "no WebP": (picture("quats", b"RIFF" + bytes(40)), "not a lossless WebP"),
     "a lossy WebP": (picture("quats", blank(8, 8, lossless=False)), "not a lossless WebP"),
     "a cut WebP": (lambda f: f | {"quats.webp": f["quats.webp"][:-20]}, "cannot be decoded"),
-    "few pixels": (picture("sh0", blank(2, 2)), "2 x 2 pixels"),
     "many pixels": (picture("sh0", blank(4000, 4000)), "4000 x 4000 pixels"),
     "labels beyond the palette": (picture("shN_labels", blank(8, 8)), "SH palette"),
-    "a wide palette": (picture("shN_centroids", blank(1, 200)), "not consistent"),
 }
 
 
@@ -304,7 +276,7 @@ def test_a_bomb_raises_an_error_before_it_is_unpacked(
     name: str, valid: dict[str, bytes], tmp_path: Path
 ) -> None:
     if name in valid:
-        files = valid | {name: bytes(300 << 20)}
+        files = valid | {name: bytes(64 << 20)}
     else:  # the header of an image of 16383 x 16383
         head = bytearray(valid["quats.webp"])
         head[21:25] = (16382 | 16382 << 14 | 1 << 28).to_bytes(4, "little")
@@ -318,12 +290,6 @@ def test_a_bomb_raises_an_error_before_it_is_unpacked(
     with pytest.raises(InputError):
         read_sog(path)
     assert meter.peak() < 16 << 20
-
-
-def test_read_tensors_are_contiguous(valid: dict[str, bytes], tmp_path: Path) -> None:
-    found = read_sog(tmp_path / "valid.sog")
-    assert isinstance(found, Gaussians)
-    assert all(value.is_contiguous() for value in found.tensors().values())
 
 
 def test_the_model_of_antialiased_scenes_is_read_and_written(

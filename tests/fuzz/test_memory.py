@@ -1,5 +1,6 @@
 """The memory that readers take: at most twice file and scene, and a constant."""
 
+import re
 import struct
 import zlib
 from collections.abc import Sequence
@@ -12,14 +13,15 @@ from fuzz.inputs import seeds
 from fuzz.readers import READERS, Reader
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply
+from mobilegs.formats.ply_compressed import CHUNK
 from mobilegs.formats.spz import read_spz
 from mobilegs.scene_file import WRITERS
-from tests.support.format_files import encode_compressed_ply, encode_splat
 from tests.support.memory_meter import RESET, MemoryMeter
 from tests.support.mgs_parts import parse_parts
 from tests.support.random_scenes import random_scene
 
 PATIENT = 600.0
+OTHERS = Path(__file__).parents[1] / "formats" / "other_tools"
 ROW = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3".split()
 TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1"}
 
@@ -84,18 +86,29 @@ def test_a_spz_takes_at_most_twice_the_scene(degree: int, tmp_path: Path) -> Non
     assert peak(read_spz, path) < 2 * scene + path.stat().st_size + (32 << 20)
 
 
-@pytest.mark.parametrize("degree", [0, 3])
-@pytest.mark.parametrize("kind", ["compressed", "splat", "sog", "glb"])
+def compressed(times: int) -> bytes:
+    """Return the twelve Gaussians of a compressed `.ply` of splat-transform, repeated."""
+    head, end, body = (OTHERS / "theirs.compressed.ply").read_bytes().partition(b"end_header\n")
+    chunks = -(-12 * times // CHUNK)
+    head = re.sub(rb"(vertex|sh) 12\n", rb"\1 %d\n" % (12 * times), head)
+    head = head.replace(b"chunk 1\n", b"chunk %d\n" % chunks)
+    return head + end + chunks * body[:72] + times * body[72:264] + times * body[264:]
+
+
+@pytest.mark.parametrize(
+    ("kind", "degree"),
+    [("compressed", 3), ("splat", 0), *((kind, d) for kind in ("sog", "glb") for d in (0, 3))],
+)
 def test_other_formats_take_at_most_twice_file_and_scene(
     kind: str, degree: int, tmp_path: Path
 ) -> None:
-    path, made = tmp_path / f"much.{kind}", random_scene(60_000, degree)
+    path = tmp_path / f"much.{kind}"
     if kind == "compressed":
-        path.write_bytes(encode_compressed_ply(made))
+        path.write_bytes(compressed(5000))
     elif kind == "splat":
-        path.write_bytes(encode_splat(made).tobytes())
+        path.write_bytes((OTHERS / "rows.splat").read_bytes() * 5000)
     else:
-        WRITERS[kind](path, made)
+        WRITERS[kind](path, random_scene(60_000, degree))
     scene = sum(value.nbytes for value in READERS[kind](path).tensors().values())
     assert peak(READERS[kind], path) < 2 * scene + path.stat().st_size + (24 << 20)
 

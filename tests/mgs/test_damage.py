@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from mobilegs.errors import InputError
 from mobilegs.mgs import rans
@@ -19,47 +17,22 @@ from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render.project import CLASSIC, Footprint
 from tests.support.mgs_parts import Parts, Piece, parse_parts
 from tests.support.node import refusals
-from tests.support.quantized_scenes import join, places, split
-
-# --- damage
+from tests.support.quantized_scenes import join, split
 
 
-@settings(deadline=None, max_examples=150)
-@given(st.data())
-def test_a_file_cut_anywhere_is_refused(data: bytes, choice: st.DataObject) -> None:
-    with pytest.raises(InputError):
-        decode_mgs(data[: choice.draw(st.integers(0, len(data) - 1))])
-
-
-@settings(deadline=None, max_examples=200)
-@given(st.data())
-def test_a_flipped_bit_anywhere_is_refused(data: bytes, choice: st.DataObject) -> None:
-    bit = choice.draw(st.integers(0, 8 * len(data) - 1))
-    damaged = bytearray(data)
-    damaged[bit // 8] ^= 1 << bit % 8
-    with pytest.raises(InputError):
-        decode_mgs(bytes(damaged))
-
-
-def test_every_bit_before_the_header_and_in_the_padding_counts(data: bytes) -> None:
+def test_a_flipped_bit_anywhere_is_refused(data: bytes) -> None:
     header, body = split(data)
-    places = list(range(PREFIX.size))
+    places = [*range(PREFIX.size), *range(0, len(data), 97)]
     start = len(data) - len(body)
-    for row in header["streams"]:
+    for row in header["streams"]:  # and all of the padding
         end = start + row["bytes"]
         start = end + -row["bytes"] % 8
         places += range(end, start)
     for place in places:
         damaged = bytearray(data)
-        damaged[place] ^= 16
+        damaged[place] ^= 1 << place % 8
         with pytest.raises(InputError):
             decode_mgs(bytes(damaged))
-
-
-def test_bytes_after_the_end_are_refused(data: bytes) -> None:
-    for extra in (b"\0", bytes(8), data):
-        with pytest.raises(InputError, match="too many"):
-            decode_mgs(data + extra)
 
 
 @pytest.mark.parametrize(
@@ -79,28 +52,19 @@ def test_foreign_files_are_recognised(start: bytes, sentence: str) -> None:
         decode_mgs(start)
 
 
-def test_an_unknown_major_version_is_refused_by_name(data: bytes) -> None:
-    header, body = split(data)
-    with pytest.raises(InputError, match=r"version 5\.0, this program reads 2\.x to 4\.x"):
-        decode_mgs(join(header, body, version=(5, 0)))
-
-
 def test_only_version_4_has_a_footprint(data: bytes) -> None:
     header, body = split(data)
     footprint = {"blur": 0.1, "antialiased": True, "soft_edge": True}
     found = decode_mgs(join({**header, "footprint": footprint}, body, version=(4, 0)))
     assert found.footprint == Footprint(0.1, antialiased=True, soft_edge=True)
     assert decode_mgs(encode_mgs(found)).footprint == found.footprint
-    assert inspect(encode_mgs(found)).get("footprint") == footprint
+    assert inspect(encode_mgs(found))["footprint"] == footprint
     for other in (footprint, None, "x"):
         ignored = decode_mgs(join({**header, "footprint": other}, body, version=(2, 1)))
         assert scenes_equal(ignored, decode_mgs(data)) and ignored.footprint == CLASSIC
     with pytest.raises(InputError, match="lacks the field 'footprint'"):
         decode_mgs(join(header, body, version=(4, 0)))
-    for name, value in (
-        *(("blur", 0), ("blur", 4.1), ("blur", "x"), ("blur", None), ("antialiased", 1)),
-        *(("soft_edge", None), ("soft_edge", "true")),
-    ):
+    for name, value in (("blur", 4.1), ("blur", None), ("antialiased", 1), ("soft_edge", "true")):
         wrong = {**header, "footprint": {**footprint, name: value}}
         with pytest.raises(InputError, match=name):
             decode_mgs(join(wrong, body, version=(4, 0)))
@@ -129,67 +93,7 @@ def test_files_that_cannot_be_read_are_refused_by_name(tmp_path: Path, data: byt
             inspect_mgs(path)
 
 
-# --- hostile headers with valid checksums
-
-
-STRANGE = st.sampled_from(
-    [None, True, False, -1, 0, 1, 2, 3, 65, 4096, 4097, 2**26, 2**31, 2**40, 2**63, 10**400, 0.5,
-     -0.0, 1e-300, 1e300, 3.3e38, "", "x", "raw", "bits", "rans", "halves", "sorted", "scale.0", [],
-     {}, [0.0] * 3, [1e300] * 3, [[]], {"a": {}}, "\ud800"]
-)  # fmt: skip
-
-
-@settings(deadline=None, max_examples=200)
-@given(st.data())
-def test_a_crafted_header_is_refused_or_harmless(data: bytes, choice: st.DataObject) -> None:
-    header, body = split(data)
-    for _ in range(choice.draw(st.integers(1, 2))):
-        path = choice.draw(st.sampled_from(places(header)))
-        inner = header
-        for key in path[:-1]:
-            inner = inner[key]
-        if choice.draw(st.booleans()) or isinstance(inner, list):
-            inner[path[-1]] = choice.draw(STRANGE)
-        else:
-            del inner[path[-1]]
-    crafted = join(header, body)
-    try:
-        scene = decode_mgs(crafted)
-    except InputError:
-        return
-    scene.check()
-
-
-@settings(deadline=None, max_examples=150)
-@given(st.data())
-def test_crafted_streams_are_refused_or_harmless(data: bytes, choice: st.DataObject) -> None:
-    header, body = split(data)
-    streams, start = [], 0
-    for row in header["streams"]:
-        streams.append(bytearray(body[start : start + row["bytes"]]))
-        start += row["bytes"] + -row["bytes"] % 8
-    broken = choice.draw(st.sampled_from([s for s in streams if s]))
-    for _ in range(choice.draw(st.integers(1, 3))):
-        broken[choice.draw(st.integers(0, len(broken) - 1))] = choice.draw(st.integers(0, 255))
-    del broken[choice.draw(st.integers(max(1, len(broken) - 3), len(broken))) :]
-    for row, content in zip(header["streams"], streams, strict=True):
-        row.update(bytes=len(content), crc32=zlib.crc32(content))
-    padded = b"".join(bytes(content) + bytes(-len(content) % 8) for content in streams)
-    try:
-        scene = decode_mgs(join(header, padded))
-    except InputError:
-        return
-    scene.check()
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["", "[]", "1", "{", '{"streams":0}', '{"streams":[]}', "[" * 100_000, '{"count":NaN}',
-     '{"near":' + "9" * 5000 + "}", '"\\ud800"'],
-)  # fmt: skip
-def test_a_header_that_is_not_an_mgs_header_is_refused(text: str) -> None:
-    with pytest.raises(InputError):
-        decode_mgs(join(text, b""))
+# --- hostile headers with valid checksums; fuzz/ changes fields and streams at random
 
 
 def test_a_header_that_is_not_utf8_is_refused() -> None:
@@ -200,14 +104,6 @@ def test_a_header_that_is_not_utf8_is_refused() -> None:
         decode_mgs(head + text)
 
 
-@pytest.mark.parametrize("count", [2**26, 300_000])
-def test_a_count_beyond_the_bytes_is_refused_at_once(data: bytes, count: int) -> None:
-    header, body = split(data)
-    for read in (inspect, decode_mgs):
-        with pytest.raises(InputError, match=f"claims {count} Gaussians in"):
-            read(join({**header, "count": count}, body))
-
-
 DECODERS = {  # messages about the first stream of rows, by its codec
     "rans": "a rANS stream (is longer or shorter than|ends early|does not end where)",
     "bits": "packed bits take more or fewer bytes than they should",
@@ -215,17 +111,17 @@ DECODERS = {  # messages about the first stream of rows, by its codec
 
 
 @pytest.mark.parametrize("codec", DECODERS)
-@pytest.mark.parametrize("count", [300_000, 3000, 48, 32])
+@pytest.mark.parametrize("count", [300_000, 32])
 def test_a_false_count_is_refused_by_the_decoders_in_little_memory(
     data: bytes, codec: str, count: int
 ) -> None:
     parts = parse_parts(data)
     assert parts.header["count"] == 40
-    symbols, widths = np.arange(40, dtype=np.uint16) % 5, np.full(40, 3)
+    symbols, widths = np.arange(40, dtype=np.uint16) % 8, np.full(40, 3)
     first = parts.piece("scale.0")
     first.codec = codec
     first.data = (
-        rans.encode(symbols, 5) if codec == "rans" else pack_bits(symbols.astype(np.uint64), widths)
+        rans.encode(symbols, 8) if codec == "rans" else pack_bits(symbols.astype(np.uint64), widths)
     )
     decode_mgs(parts.to_bytes())
     parts.header["count"] = count
@@ -269,8 +165,7 @@ def test_bytes_of_unneeded_streams_do_not_count_for_the_number_of_gaussians(
     used = sum(len(piece.data) for piece in few.pieces)
     assert len(decode_mgs(few.to_bytes())) == 15_000 and used > 15_000
     crafted = []
-    for name in ("spare", "", "view-network", "color-matrices", "lobes.3", "rotation-finer",
-                 "positions@1", "scale.00", "scale.0@0"):  # fmt: skip
+    for name in ("spare", "view-network", "lobes.3", "positions@1", "scale.00"):
         many = of_zeros(parse_parts(data), 60_000)
         many.pieces.insert(0, Piece(name, "raw", bytes(60_000)))
         crafted.append(many.to_bytes())
@@ -282,8 +177,3 @@ def test_bytes_of_unneeded_streams_do_not_count_for_the_number_of_gaussians(
     found = refusals(tmp_path, [few.to_bytes(), *crafted])
     assert found[0] is None
     assert all(said and "claims 60000 Gaussians in " in said for said in found[1:])
-
-
-def test_a_header_that_claims_gigabytes_is_refused_at_once(data: bytes) -> None:
-    with pytest.raises(InputError, match="claims"):
-        decode_mgs(data[:12] + struct.pack("<I", 2**32 - 1) + data[16:])

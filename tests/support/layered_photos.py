@@ -26,6 +26,7 @@ def texture(index: int) -> Image.Image:
     return Image.fromarray((total / 2).astype(np.uint8))
 
 
+@cache
 def layered_photo(eye: tuple[float, float]) -> Image.Image:
     """Render the layers from a camera at (x, y, 0) that looks along z."""
     photo = Image.new("RGB", (WIDTH, HEIGHT))

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import torch
 
+from mobilegs.camera import Camera, look_at
 from mobilegs.mgs.encode import Quantizer, encode_scene
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene
@@ -15,7 +16,6 @@ from mobilegs.representation.codebooks import CUTS, JOINT_CUTS, Attribute, SubVe
 from mobilegs.representation.lobes import LobeDecoder, LobeShape
 from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import StepSizes, UniformQuantizer
-from tests.support.quantized_scenes import camera
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,12 @@ CASES = {
         90, steps=StepSizes(), layers=(30, 60), footprint=Footprint(soft_edge=True)
     ),
 }
+
+
+def camera() -> Camera:
+    viewmat = look_at(torch.tensor([0.3, 0.1, -4.0]), torch.zeros(3), torch.tensor([0.0, -1, 0]))
+    K = torch.tensor([[40.1, 0, 16], [0, 41.7, 12], [0, 0, 1]])
+    return Camera(viewmat, K, 32, 24)
 
 
 def scalar_codes(books: dict[Attribute, Quantizer], steps: StepSizes) -> dict[Attribute, Quantizer]:

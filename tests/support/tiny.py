@@ -1,7 +1,8 @@
-"""A tiny capture, and configurations of teacher and student for it."""
+"""Tiny captures, and configurations of teacher and student for them."""
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ import torch
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, Frame, load_view
+from mobilegs.data.demo.capture import write_capture
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Rendered
 from mobilegs.render.project import CLASSIC
@@ -78,30 +80,55 @@ def cameras() -> list[Camera]:
     return [Camera(look_at(3 * eye / eye.norm(), torch.zeros(3), up), K, 24, 24) for eye in eyes]
 
 
-@pytest.fixture(scope="session")
-def dataset() -> Dataset:
-    """Seven photos, 24 x 24, of the blobs; their means with noise are the points."""
-    truth = Scene(blobs())
+def photographed(
+    truth: Scene, cameras: list[Camera], names: str, *, points: torch.Tensor, colors: torch.Tensor
+) -> Dataset:
+    """Return photos of a scene, the first one held back; `names` has a place for a number."""
     frames = [
         Frame(
-            f"{index}.png",
+            names.format(index),
             camera,
             pixels=(truth.render(camera).image.clamp(0, 1) * 255).round().to(torch.uint8),
         )
-        for index, camera in enumerate(cameras())
+        for index, camera in enumerate(cameras)
     ]
-    noise = torch.randn(50, 3, generator=torch.Generator().manual_seed(7))
     return Dataset(
         name="blobs",
         train=frames[1:],
         test=frames[:1],
-        points=truth.gaussians.means + 0.05 * noise,
-        colors=torch.full((50, 3), 0.5),
+        points=points,
+        colors=colors,
         extent=3.0,
         center=torch.zeros(3),
         background=torch.zeros(3),
         near=0.2,
     )
+
+
+@pytest.fixture(scope="session")
+def dataset() -> Dataset:
+    """Seven photos, 24 x 24, of the blobs; their means with noise are the points."""
+    noise = 0.05 * torch.randn(50, 3, generator=torch.Generator().manual_seed(7))
+    truth = Scene(blobs())
+    points, colors = truth.gaussians.means + noise, torch.full((50, 3), 0.5)
+    return photographed(truth, cameras(), "{}.png", points=points, colors=colors)
+
+
+@pytest.fixture(scope="session")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Nine photos, 24 x 20, of fifty blobs, as COLMAP would leave them."""
+    generator = torch.Generator().manual_seed(5)
+    points = torch.randn(50, 3, generator=generator) * 0.5
+    colors = torch.rand(50, 3, generator=generator)
+    truth = Scene(gaussians_at(points, colors, opacity=0.8, sh_degree=0))
+    K = torch.tensor([[28.0, 0, 12], [0, 28, 10], [0, 0, 1]])
+    eyes = [torch.randn(3, generator=generator) for _ in range(9)]
+    up = torch.tensor([0.0, 0, 1])
+    cameras = [Camera(look_at(3 * e / e.norm(), torch.zeros(3), up), K, 24, 20) for e in eyes]
+    folder = tmp_path_factory.mktemp("capture") / "blobs"
+    dataset = photographed(truth, cameras, "view_{}.png", points=points, colors=colors)
+    write_capture(folder, dataset)
+    return folder
 
 
 @pytest.fixture(scope="session")

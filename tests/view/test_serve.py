@@ -1,6 +1,7 @@
 """The web server of the viewer: what it serves and what not."""
 
 import _thread
+import errno
 import gzip
 import http.client
 import io
@@ -10,7 +11,9 @@ import signal
 import socket
 import sys
 import threading
+import time
 from collections.abc import Iterator
+from http.server import ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import parse_qs, quote, urlsplit
 
@@ -78,6 +81,60 @@ def test_many_visitors_who_come_together_all_get_the_scene(server: Server) -> No
                 assert answer.read().endswith(expected)
 
 
+def test_names_of_other_sites_are_refused(server: Server) -> None:
+    """A name of another site that resolves to this machine does not read the scene."""
+    for host in ("evil.example", "evil.example:80", "", "127.0.0.1.evil.example", "[::1"):
+        assert get(server, "/scene", {"Host": host})[0] == 403
+    for host in ("localhost", "127.0.0.1:9", "192.168.0.7:8000", "[::1]:8000", "my-box.local"):
+        assert get(server, "/scene", {"Host": host})[0] == 200
+
+
+def test_more_connections_than_allowed_are_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mobilegs.view.serve.CONNECTIONS_MAX", 3)
+    scene = tmp_path / "scene.mgs"
+    scene.write_bytes(b"scene")
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        place = "127.0.0.1", server.server_port
+        idle = [socket.create_connection(place, timeout=20) for _ in range(3)]
+        with socket.create_connection(place, timeout=20) as late:
+            assert late.recv(1) == b""
+        for one in idle:
+            one.close()
+        end = time.monotonic() + 20
+        while time.monotonic() < end:
+            try:
+                assert get(server, "/scene")[2] == b"scene"
+                break
+            except (ConnectionError, http.client.HTTPException):  # their threads end now
+                time.sleep(0.05)
+        else:
+            pytest.fail("connections that ended were never free again")
+        server.shutdown()
+
+
+def test_a_server_without_descriptors_waits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = []
+
+    def get_request(server: ThreadingHTTPServer) -> None:
+        calls.append(1)
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(ThreadingHTTPServer, "get_request", get_request)
+    scene = tmp_path / "scene.mgs"
+    scene.write_bytes(b"scene")
+    with Server(scene) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        with socket.create_connection(("127.0.0.1", server.server_port), timeout=20):
+            time.sleep(0.5)
+        server.shutdown()
+    assert 1 <= len(calls) <= 6
+
+
 def test_a_client_that_says_nothing_is_let_go(
     server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -101,7 +158,7 @@ def test_head_requests_get_headers_only(server: Server) -> None:
 
 def test_a_malformed_address_is_refused(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as connection:
-        connection.sendall(b"GET http://[ HTTP/1.1\r\nHost: a\r\n\r\n")
+        connection.sendall(b"GET http://[ HTTP/1.1\r\nHost: localhost\r\n\r\n")
         assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
     assert get(server, "/scene")[0] == 200
     assert capsys.readouterr().err == ""
