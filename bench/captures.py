@@ -1,4 +1,4 @@
-"""Train real captures with the CPU preset and collect their metrics.
+"""Train real captures with the preset short and collect their metrics.
 
     python -m bench.captures [--json OUT] [--runs FOLDER] [--only bonsai horns lego demo]
 
@@ -28,7 +28,7 @@ def command(name: str, output: Path) -> list[str]:
         return ["demo", "--output", str(output)]
     data = data_folder()
     folder, options = CAPTURES[name]
-    words = ["train", str(data / folder), "-o", str(output), "--preset", "cpu", "--resume"]
+    words = ["train", str(data / folder), "-o", str(output), "--preset", "short", "--resume"]
     weights = ["--lpips-weights", str(data / "lpips")] if (data / "lpips").exists() else []
     return [*words, *options, *weights]
 

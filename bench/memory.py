@@ -3,8 +3,8 @@
     python -m bench.memory [--json OUT]
 
 The photos are those of bonsai in MOBILEGS_DATA, enlarged where more pixels are asked for. Each cell
-is a short run of the preset cpu, whose Gaussians double until they are as many as they may be. The
-caches of photos and of the teacher's images hold what its few steps see, which the table subtracts.
+has a few steps of the preset short, whose Gaussians double until they are as many as they may be.
+The caches hold the photos and teacher images that its few steps see, which the table subtracts.
 `needed` is what a plan reckons with (mobilegs/train/memory.py), for the same views.
 """
 
@@ -21,7 +21,7 @@ from PIL import Image
 
 from bench.record import RESULTS, Figures, data_folder
 from mobilegs.train import memory
-from mobilegs.train.recipes import cpu_recipe
+from mobilegs.train.recipes import short_recipe
 from mobilegs.train.student.virtual_views import DIVISOR
 
 SIZES = ((400, 267), (800, 533), (1600, 1067))
@@ -49,11 +49,11 @@ def cell(capture: Path, size: tuple[int, int], splats: int, runs: Path) -> dict:
     """Train one run and return its peak, in bytes."""
     output = runs / f"{size[0]}-{splats}"
     command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
-    command += ["--preset", "cpu", "--max-splats", str(splats), "--device", "cpu", "--resume"]
+    command += ["--preset", "short", "--max-splats", str(splats), "--device", "cpu", "--resume"]
     subprocess.run([*command, "--downscale", "1", "--set", *SETTINGS], check=True)
     metrics = json.loads((output / "metrics.json").read_text())
     pixels = size[0] * size[1]
-    student = cpu_recipe().student
+    student = short_recipe().student
     config = replace(student, cache_mib=0)
     needed = memory.needed_memory(config, photos=PHOTOS, pixels=pixels, splats=splats)
     virtual = STUDENT // student.loss.virtual_view_every

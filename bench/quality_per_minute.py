@@ -69,7 +69,7 @@ def cell(capture: Path, output: Path, minutes: int, target_mb: float, data: Path
     command = [sys.executable, "-m", "mobilegs", "train", str(capture), "-o", str(output)]
     command += ["--minutes", str(minutes), "--resume"]
     if target_mb:
-        command += ["--set", f"student.quantization.target_mb={target_mb}"]
+        command += ["--target-mb", str(target_mb)]
     seconds = timed(command, output.with_suffix(".seconds.json"))
     metrics = json.loads((output / "metrics.json").read_text())
     config = json.loads((output / "config.json").read_text())

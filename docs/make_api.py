@@ -64,14 +64,22 @@ PRESETS_HEAD = """\
 
 `--preset paper` follows the paper's text, and the paper's release where the text is silent.
 `--preset release` follows the release, with its errors as far as settings reach. Both are as long
-as the preset `gpu`. [What each departure gains](../explanation/paper_settings.md) has the figures.
+as the preset `long`. [What each departure gains](../explanation/paper_settings.md) has the figures.
 
-| statement of the paper | setting | `paper` | `release` | `gpu` |
+| statement of the paper | setting | `paper` | `release` | `long` |
 |---|---|---|---|---|"""
 SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Scenes": (
         "A scene is `Gaussians` and how to blend them. `open_scene` reads all formats.",
-        ("open_scene", "inspect_scene", "Scene", "Gaussians", "InputError"),
+        (
+            "open_scene",
+            "inspect_scene",
+            "SceneContents",
+            "MgsFileContents",
+            "Scene",
+            "Gaussians",
+            "InputError",
+        ),
     ),
     "Rendering": (
         "`scene.render(camera).image` renders a `Scene` from a `Camera`. `render_sorted` and "
@@ -99,24 +107,35 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
             "ViewLoader",
             "CaptureRun",
             "capture_photos",
+            "CaptureReport",
             "demo_capture",
             "write_capture",
         ),
     ),
     "Training": (
-        "`train_run` is `mobilegs train`, `compress_run` is `mobilegs compress`. A `Recipe` and "
-        "a seed determine the result for a capture; [settings](settings.md) lists its fields.",
+        "`train_capture` is `mobilegs train`, `compress_scene` is `mobilegs compress`. A `Recipe` "
+        "and a seed determine the result for a capture; [settings](settings.md) lists its fields. "
+        "`Teacher`, `Student` and the losses are for loops of your own (examples/loop.py).",
         (
             "TrainRun",
-            "train_run",
+            "train_capture",
             "CompressRun",
-            "compress_run",
+            "compress_scene",
             "SortedExport",
             "export_sorted",
+            "Teacher",
+            "TeacherConfig",
+            "Student",
+            "StudentConfig",
+            "StepResult",
+            "photo_loss",
+            "color_distillation_loss",
+            "depth_distillation_loss",
+            "raw_depth_loss",
             "Recipe",
-            "cpu_recipe",
-            "gpu_recipe",
             "demo_recipe",
+            "short_recipe",
+            "long_recipe",
             "with_steps",
             "with_method",
             "with_settings",
@@ -124,12 +143,32 @@ SECTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "Metrics": (
         "Metrics that compare renders with photos.",
-        ("evaluate_side_by_side", "psnr", "ssim", "as_displayed", "lpips_from"),
+        (
+            "evaluate_side_by_side",
+            "Metrics",
+            "ViewMetrics",
+            "SceneMetrics",
+            "RunMetrics",
+            "FileMetrics",
+            "psnr",
+            "ssim",
+            "displayed_colors",
+            "lpips_from",
+        ),
     ),
     "`.mgs` files": (
         "A `QuantizedScene` is what a file holds; its `decode` makes a scene of it "
         "([the format](format.md)).",
-        ("read_mgs", "write_mgs", "unpack", "pack", "QuantizedScene", "with_lod_levels"),
+        (
+            "read_mgs",
+            "write_mgs",
+            "decode_mgs",
+            "encode_mgs",
+            "QuantizedScene",
+            "with_lod_levels",
+            "MgsContents",
+            "StreamContents",
+        ),
     ),
     "Files of other tools": (
         "Plain 3DGS scenes ([formats](formats.md)). `write_gaussians` writes every kind, turns a "
@@ -254,14 +293,39 @@ def with_default(
 
 
 def fields_of(node: ast.ClassDef) -> list[tuple[ast.AnnAssign, str]]:
-    """Return the fields of a dataclass or named tuple, each with the docstring below it."""
-    found = []
+    """Return the own fields of a dataclass or named tuple, each with the docstring below it.
+
+    Those that no argument sets are left out.
+    """
+    fields = []
     for item, below in zip(node.body, [*node.body[1:], None], strict=True):
-        if isinstance(item, ast.AnnAssign):
+        if isinstance(item, ast.AnnAssign) and "init=False" not in ast.unparse(item):
             text = below.value if isinstance(below, ast.Expr) else None
             said = text.value if isinstance(text, ast.Constant) else ""
-            found.append((item, " ".join(str(said).split())))
-    return found
+            fields.append((item, " ".join(str(said).split())))
+    return fields
+
+
+def base_of(module: str, node: ast.ClassDef) -> tuple[str, ast.ClassDef] | None:
+    """Return our class from which another one inherits, with its module."""
+    name = ast.unparse(node.bases[0]) if node.bases else ""
+    for item in parsed(source_of(module)).body:
+        if isinstance(item, ast.ImportFrom) and name in (alias.name for alias in item.names):
+            module = str(item.module).removeprefix("mobilegs.")
+            if module == item.module:  # of another package
+                return None
+    try:
+        base = definition(module, name)
+    except LookupError:
+        return None
+    return (module, base) if isinstance(base, ast.ClassDef) else None
+
+
+def is_typed_dict(module: str, node: ast.ClassDef) -> bool:
+    base = base_of(module, node)
+    return any(ast.unparse(each) == "TypedDict" for each in node.bases) or (
+        base is not None and is_typed_dict(*base)
+    )
 
 
 # --- descriptions ---------------------------------------------------------------------------------
@@ -298,7 +362,7 @@ def function_entry(module: str, node: ast.FunctionDef) -> str:
 
 
 def class_entry(module: str, node: ast.ClassDef) -> str:
-    fields = fields_of(node)
+    fields, base = fields_of(node), base_of(module, node)
     methods = [item for item in node.body if isinstance(item, ast.FunctionDef)]
     begin = next((method for method in methods if method.name == "__init__"), None)
     bases = [ast.unparse(base) for base in node.bases]
@@ -308,8 +372,18 @@ def class_entry(module: str, node: ast.ClassDef) -> str:
         parts = [
             with_default(module, ast.unparse(f.target), f.annotation, f.value) for f, _ in fields
         ]
+        if base is not None and fields_of(base[1]):  # a dataclass of keyword-only fields
+            more = fields_of(base[1])
+            parts += [
+                "*",
+                *(
+                    with_default(base[0], ast.unparse(f.target), f.annotation, f.value)
+                    for f, _ in more
+                ),
+            ]
+            fields += more
     text = [f"```python\n{laid_out(f'class {node.name}', parts, '')}\n```", described(node)]
-    if not parts and bases:
+    if is_typed_dict(module, node) or (not parts and bases):
         text[0] = f"```python\nclass {node.name}({', '.join(bases)})\n```"
     if begin is not None and ast.get_docstring(begin):
         text.append(described(begin))
@@ -359,9 +433,9 @@ def api_page() -> str:
 def settings_page() -> str:
     """The text of docs/reference/settings.md."""
     recipes = {
-        "cpu": mobilegs.cpu_recipe(),
-        "gpu": mobilegs.gpu_recipe(),
         "demo": mobilegs.demo_recipe(),
+        "short": mobilegs.short_recipe(),
+        "long": mobilegs.long_recipe(),
     }
     text = [SETTINGS_HEAD]
     for stage in ("teacher", "student"):
@@ -374,7 +448,7 @@ def settings_page() -> str:
 
 def preset_rows() -> Iterator[str]:
     """Yield a table row per statement of the paper, with the value of each preset."""
-    recipes = [RECIPES[name]() for name in ("paper", "release", "gpu")]
+    recipes = [RECIPES[name]() for name in ("paper", "release", "long")]
     with STATEMENTS.open(newline="") as file:
         for row in csv.DictReader(file):
             values = [short(attrgetter(row["setting"])(recipe)) for recipe in recipes]
@@ -390,12 +464,12 @@ def rows_of(path: str, configs: dict[str, Any]) -> Iterator[str]:
     said = {ast.unparse(field.target): text for field, text in fields_of(node)}
     for field in dataclasses.fields(first):
         values = {name: getattr(config, field.name) for name, config in configs.items()}
-        if dataclasses.is_dataclass(values["cpu"]):
+        if dataclasses.is_dataclass(values["demo"]):
             yield from rows_of(f"{path}.{field.name}", values)
             continue
         shown = {name: f"`{short(value)}`" for name, value in values.items()}
         if len(set(shown.values())) == 1:
-            value = shown["cpu"]
+            value = shown["demo"]
         else:
             value = ", ".join(f"{name} {text}" for name, text in shown.items())
         yield f"| `{path}.{field.name}` | {value} | {said[field.name].replace('|', '/')} |"

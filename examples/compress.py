@@ -9,7 +9,7 @@ images are held back, and the PSNR is measured on them.
 import argparse
 from pathlib import Path
 
-from mobilegs import CompressRun, compress_run, export_html
+from mobilegs import CompressRun, compress_scene, export_html
 
 
 def main() -> None:
@@ -31,7 +31,7 @@ def main() -> None:
         steps=given.steps,
         resume=True,
     )
-    student = compress_run(run)["student"]
+    student = compress_scene(run)["student"]
     before, after = given.scene.stat().st_size, student["file_bytes"]
     print(f"{before:,} bytes became {after:,}, {before / after:.1f} times smaller")
     print(f"{student['psnr']:.2f} dB to the original scene, on held-back views")

@@ -28,12 +28,12 @@ def main() -> None:
         scenes[str(path)] = scene
 
     lpips = lpips_from(None)  # weights from the path in MOBILEGS_LPIPS, if it is set
-    metrics = evaluate_side_by_side(scenes, dataset, lpips=lpips)
+    results = evaluate_side_by_side(scenes, dataset, lpips=lpips)
     print(f"{len(dataset.test)} held-back photos of {dataset.name}")
-    for name, found in metrics.items():
-        worst = min(found["views"], key=lambda view: view["psnr"])
-        distance = "-" if found["lpips_vgg"] is None else f"{found['lpips_vgg']:.4f}"
-        print(f"{name}: {found['psnr']:.2f} dB, SSIM {found['ssim']:.4f}, LPIPS {distance}")
+    for name, metrics in results.items():
+        worst = min(metrics["views"], key=lambda view: view["psnr"])
+        distance = "-" if metrics["lpips_vgg"] is None else f"{metrics['lpips_vgg']:.4f}"
+        print(f"{name}: {metrics['psnr']:.2f} dB, SSIM {metrics['ssim']:.4f}, LPIPS {distance}")
         print(f"  worst view: {worst['name']} with {worst['psnr']:.2f} dB")
 
 

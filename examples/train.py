@@ -9,7 +9,7 @@ Every field of docs/reference/settings.md can be changed like this.
 import argparse
 from pathlib import Path
 
-from mobilegs import TrainRun, cpu_recipe, train_run, with_settings, with_steps
+from mobilegs import TrainRun, short_recipe, train_capture, with_settings, with_steps
 
 VARIANTS = {
     "default": [],
@@ -29,7 +29,7 @@ def main() -> None:
 
     teacher = None
     for name, settings in VARIANTS.items():
-        recipe = with_settings(cpu_recipe(), settings)
+        recipe = with_settings(short_recipe(), settings)
         if given.steps:
             recipe = with_steps(recipe, given.steps)
         run = TrainRun(
@@ -39,7 +39,7 @@ def main() -> None:
             teacher=teacher,
             resume=True,  # the same command continues an interrupted run
         )
-        student = train_run(run, recipe=recipe)["student"]
+        student = train_capture(run, recipe=recipe)["student"]
         teacher = given.runs / "default" / "teacher.ply"
         print(f"{name:9} {student['psnr']:.2f} dB  {student['file_bytes']:,} bytes")
 

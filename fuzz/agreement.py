@@ -24,7 +24,7 @@ import torch
 from fuzz.viewer import Ran, Viewer
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import unpack
+from mobilegs.mgs.codec import decode_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.representation.lobes import COEFFICIENT_MAX
@@ -52,7 +52,7 @@ def reference() -> Iterator[None]:
 def decoded(data: bytes) -> tuple[QuantizedScene, Arrays] | str:
     """Return the scene of a file with its arrays, or the sentence of a refusal."""
     try:
-        codes = unpack(data)
+        codes = decode_mgs(data)
     except InputError as error:
         return str(error)
     scene = codes.decode()

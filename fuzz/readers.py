@@ -19,7 +19,7 @@ from mobilegs.formats.ply import read_ply
 from mobilegs.formats.sog import read_sog
 from mobilegs.formats.splat import read_splat
 from mobilegs.formats.spz import read_spz
-from mobilegs.mgs.codec import inspect, unpack
+from mobilegs.mgs.codec import decode_mgs, inspect
 from tests.support.memory_meter import MemoryMeter
 from tests.support.quantized_scenes import tensors
 
@@ -117,7 +117,7 @@ def _place_of(error: BaseException) -> str:
 
 
 def _open_mgs(data: bytes, decode: bool) -> int:
-    quantized = unpack(data)
+    quantized = decode_mgs(data)
     size = sum(part.nbytes for part in tensors(quantized))
     if decode:
         inspect(data)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import torch
@@ -21,6 +21,7 @@ from mobilegs.formats.fidelity import measure_fidelity
 from mobilegs.formats.ply import read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
+from mobilegs.mgs.contents import MgsContents
 from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.scene import Scene
@@ -98,7 +99,9 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     path = scene_at(Path(path))
     kind = path.suffix.lower()
     if kind == ".mgs":
-        return read_mgs(path).decode(device)
+        scene = read_mgs(path).decode(device)
+        scene.file = path
+        return scene
     if path.name == "meta.json" or (path / "meta.json").is_file():  # an unpacked .sog
         kind = ".sog"
     if kind not in PLAIN:
@@ -134,21 +137,45 @@ def near_of(means: Float[Tensor, "n 3"]) -> float:
     return NEAR * min(1.0, max(float(away[int(INSIDE * (len(away) - 1))]), 1e-6))
 
 
-def inspect_scene(path: Path) -> dict[str, Any]:
-    """Report the content of a scene file as JSON-ready values; for a .mgs see `mgs.codec.inspect`.
+class SceneContents(TypedDict):
+    """The content of a scene file, as JSON values.
 
-    `up` is the upward direction that the file or its cameras tell, or None. `streams` of a .mgs
-    also list `huffman_bytes` (`mgs.huffman`), None if a stream has no indices.
+    Attributes:
+        file: path of the file.
+        blend: `sorted` or `sortfree`.
+        gaussians: their number.
+        sh_degree: degree of the colour's spherical harmonics, 0 to 3.
+        file_bytes: size of the file.
+        bytes_per_gaussian: the same, divided by its Gaussians.
+        up: upward direction that the file or its cameras tell, length 1; None if they tell none.
+    """
+
+    file: str
+    blend: str
+    gaussians: int
+    sh_degree: int
+    file_bytes: int
+    bytes_per_gaussian: float
+    up: list[float] | None
+
+
+class MgsFileContents(SceneContents, MgsContents):
+    """The content of a `.mgs` file: also its format, its streams and their bytes."""
+
+
+def inspect_scene(path: Path) -> SceneContents | MgsFileContents:
+    """Report the content of a scene file; that of a .mgs has the keys of `MgsFileContents`.
 
     Raises:
         InputError: as `open_scene`.
     """
     if path.suffix.lower() == ".mgs":
         coded = read_mgs(path)
-        found, huffman = inspect_mgs(path), huffman_bytes(coded)
-        for row in found["streams"]:
+        contents, huffman = inspect_mgs(path), huffman_bytes(coded)
+        for row in contents["streams"]:
             row["huffman_bytes"] = huffman.get(row["name"])
-        return {"file": str(path), **found, "up": None if coded.up is None else coded.up.tolist()}
+        up = None if coded.up is None else coded.up.tolist()
+        return {"file": str(path), **contents, "up": up}
     scene = open_scene(path)
     gaussians = scene.gaussians
     size = size_of(path)
@@ -197,10 +224,10 @@ def write_gaussians(
     with atomic_path(output) as path:
         written = write(path, gaussians, **{name: values[name] for name in values if name in held})
         gaussians = gaussians if written is None else written  # in another order
-        found = PLAIN[f".{kind}"](path)
-        if len(found) < len(gaussians):
+        reread = PLAIN[f".{kind}"](path)
+        if len(reread) < len(gaussians):
             raise InputError(f"a .{kind} cannot hold numbers as large as in this scene")
-        loss = measure_fidelity(gaussians, found)
+        loss = measure_fidelity(gaussians, reread)
         if 2 * loss.lost > loss.count:
             raise InputError(f"a .{kind} cannot hold this scene: {loss}; write a .ply or .glb")
         if str(loss):

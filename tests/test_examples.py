@@ -18,7 +18,7 @@ from PIL import Image
 
 from mobilegs.cli.main import main
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs
 from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Chromium
 from tests.support.scene_cases import Case, make_scene
@@ -59,7 +59,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def garden(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("scene") / "scene.mgs"
-    path.write_bytes(pack(make_scene(Case(300, LobeShape(2, 6, (8,)), size=60))))
+    path.write_bytes(encode_mgs(make_scene(Case(300, LobeShape(2, 6, (8,)), size=60))))
     return path
 
 
@@ -145,6 +145,17 @@ def test_the_middle_of_a_scene_is_written_for_every_tool(
 def test_a_student_is_not_converted(run: Printed, garden: Path, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"give its teacher\.ply"):
         run("convert.py", garden, tmp_path / "cut")
+
+
+def test_a_loop_of_ones_own_trains_and_writes_a_scene(
+    run: Printed, capture: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "scene.mgs"
+    text = run("loop.py", capture, output, "--steps", 20)
+    assert text.count("teacher, step ") == 5
+    assert number(r"student: ([\d.]+) dB on held-back photos", text) > 8
+    assert number(r"scene\.mgs: ([\d,]+) bytes", text) == output.stat().st_size
+    assert len(read_mgs(output).views) == 4
 
 
 def test_gaussians_are_fitted_to_a_photo(run: Printed, capture: Path, tmp_path: Path) -> None:

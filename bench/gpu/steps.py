@@ -2,9 +2,9 @@
 
     python -m bench.gpu.steps CAPTURE [--max-splats 200000] [--steps 800] [--json OUT]
 
-A short run with the preset gpu is profiled for 15 steps of the teacher after its densification, and
-for 15 steps of the student with latents. The 30 steps before them are timed without the profiler,
-which slows them down.
+A short run with the preset long is profiled for 15 steps of the teacher after its densification,
+and for 15 steps of the student with latents. The 30 steps before them are timed without the
+profiler, which slows them down.
 """
 
 import argparse
@@ -20,7 +20,8 @@ from torch.autograd.profiler_util import EventList
 from torch.profiler import ProfilerActivity, profile
 
 from bench.record import Figures
-from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.pipeline.options import TrainRun
+from mobilegs.pipeline.train import train_capture
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
@@ -95,11 +96,11 @@ def main() -> None:
     for name, stage in (("teacher", Teacher), ("student", Student)):
         watched(stage, Watch(name, options.steps // 2, figures))
     with tempfile.TemporaryDirectory() as folder:
-        train_run(
+        train_capture(
             TrainRun(
                 options.capture,
                 Path(folder) / "run",
-                preset="gpu",
+                preset="long",
                 steps=options.steps,
                 max_splats=options.max_splats,
                 device="cuda",

@@ -16,7 +16,7 @@ class BenchCapture:
     """Divisor of the photo size; None: at most 1600 pixels wide."""
     metric: str = "indoor"
     """Metric of importance in Mini-Splatting's simplification: indoor or outdoor."""
-    preset: PresetName = "gpu"
+    preset: PresetName = "long"
     settings: tuple[str, ...] = ()
     """Settings that differ from the preset."""
     settings_3dgs: tuple[str, ...] = ()
@@ -67,12 +67,12 @@ CAPTURES: dict[str, BenchCapture] = {
     ),
     # small enough for two cores; then the same captures at full size for a GPU
     "bonsai-400": BenchCapture(
-        "small", ("bonsai",), 2, preset="cpu", settings=_small_budget(100_000)
+        "small", ("bonsai",), 2, preset="short", settings=_small_budget(100_000)
     ),
     "horns-250": BenchCapture(
-        "small", ("llff_horns",), 2, preset="cpu", settings=_small_budget(60_000)
+        "small", ("llff_horns",), 2, preset="short", settings=_small_budget(60_000)
     ),
-    "lego-200": BenchCapture("small", ("lego",), 4, preset="cpu", settings=_small_budget(60_000)),
+    "lego-200": BenchCapture("small", ("lego",), 4, preset="short", settings=_small_budget(60_000)),
     "bonsai-800": BenchCapture("full", ("bonsai",), 1),
     "horns-499": BenchCapture("full", ("llff_horns",), 1),
     "lego-800": BenchCapture("full", ("lego",), 1),

@@ -25,7 +25,7 @@ from mobilegs.data import has_poses
 from mobilegs.errors import InputError
 from mobilegs.formats import Export
 from mobilegs.pipeline.compress import CompressRun, training_of
-from mobilegs.pipeline.train import TrainRun, budget_of, resolve_recipe
+from mobilegs.pipeline.options import TrainRun, budget_of, resolve_recipe
 from mobilegs.scene_file import PLAIN
 
 Options = Mapping[str, str]  # texts by column

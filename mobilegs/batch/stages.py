@@ -11,9 +11,10 @@ from mobilegs.batch.row_folder import RowFolder
 from mobilegs.batch.task import Task
 from mobilegs.capture import CaptureRun, capture_photos
 from mobilegs.errors import InputError
-from mobilegs.pipeline.compress import CompressRun, compress_run
+from mobilegs.pipeline.compress import CompressRun, compress_scene
 from mobilegs.pipeline.export_sorted import SortedExport, export_sorted
-from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.pipeline.options import TrainRun
+from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import show_progress
 from mobilegs.train.run_dir import RunDir
 from mobilegs.view.export import export_html, export_site, jpeg, title_of
@@ -46,11 +47,11 @@ def run_stage(task: Task, folder: RowFolder) -> None:
         export(folder, options)
     elif kind == "scene":
         given = {"scene": path, "output": folder.path, "resume": True, "device": device}
-        compress_run(run_of(CompressRun, options, **given), progress=show_progress)
+        compress_scene(run_of(CompressRun, options, **given), progress=show_progress)
     else:
         capture = folder.capture if kind == "photos" else path
         given = {"capture": capture, "output": folder.path, "resume": True, "device": device}
-        train_run(run_of(TrainRun, options, **given), progress=show_progress)
+        train_capture(run_of(TrainRun, options, **given), progress=show_progress)
 
 
 def export(folder: RowFolder, options: Options) -> None:

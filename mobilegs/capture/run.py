@@ -5,7 +5,7 @@ import math
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypedDict, cast
 
 from tyro.conf import Positional, arg
 
@@ -85,6 +85,58 @@ class CaptureRun:
     """Stop if fewer photos than this share of all, 0 to 1, get a pose."""
 
 
+class CaptureReport(TypedDict):
+    """The content of `capture.json`.
+
+    Attributes:
+        source: name of the folder of photos or of the video.
+        photos: number of photos.
+        registered: number of photos that got a pose.
+        left_out: names of the others.
+        hdr: transfer function of an HDR video, whose frames were converted to sRGB; else empty.
+        unreadable: a sentence for each photo that cannot be read.
+        other_files: number of files beside the photos that are none, by kind.
+        features_a_photo: mean number of features.
+        pairs: `all` or `alike`, of which `compared` were matched and `verified` have matches.
+        tried: mappers, the last of which may have placed fewer photos than another one.
+        mapper: the one that computed the poses.
+        models: photos of each unconnected model, the largest first.
+        points: number of sparse points.
+        photos_a_point: mean number of photos in which a point is seen.
+        points_of_photos: number of points in each photo.
+        reprojection_error: mean, in pixels.
+        cameras: model, size, parameters and number of photos of each camera.
+        exposures: of each photo, by its EXIF.
+        rig: True if the places of the cameras on the rig were used.
+        misplaced: names of photos that got a wrong pose and were left out.
+        seconds_of: time of each stage.
+    """
+
+    source: str
+    photos: int
+    registered: int
+    left_out: list[str]
+    hdr: str
+    unreadable: list[str]
+    other_files: dict[str, int]
+    features_a_photo: int
+    pairs: str
+    compared: int
+    verified: int
+    tried: list[str]
+    mapper: str
+    models: list[int]
+    points: int
+    photos_a_point: float
+    points_of_photos: dict[str, int]
+    reprojection_error: float
+    cameras: list[dict[str, Any]]
+    exposures: dict[str, float]
+    rig: bool
+    misplaced: list[str]
+    seconds_of: dict[str, float]
+
+
 @dataclass(frozen=True)
 class StageInputs:
     """The arguments of all stages. `progress` opens a stage by its title."""
@@ -96,7 +148,7 @@ class StageInputs:
     process: PycolmapProcess
 
 
-def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> dict[str, Any]:
+def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> CaptureReport:
     """Make a capture (`images/`, `sparse/0/`) from photos or a video.
 
     Results of an earlier call with the same input and options are kept: an interrupted capture
@@ -123,7 +175,7 @@ def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> dict
         if report is None:
             report = run_stages(given, keys)
     validate_placed(report["registered"], report["left_out"], given)
-    return report
+    return cast(CaptureReport, report)
 
 
 def run_stages(given: StageInputs, keys: dict[str, str]) -> dict[str, Any]:

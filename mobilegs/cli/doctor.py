@@ -6,9 +6,9 @@ import os
 import platform
 import shutil
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 ERROR_CHARACTERS = 160  # shown of an error of another library
 
@@ -45,11 +45,6 @@ def examine() -> list[Finding]:
         capture(),
         lpips_weights(),
     ]
-
-
-def as_json(findings: list[Finding]) -> list[dict[str, Any]]:
-    """Return the findings as JSON values."""
-    return [asdict(finding) for finding in findings]
 
 
 def version() -> Finding:
@@ -156,8 +151,8 @@ def gpu_renderer() -> Finding:
     try:
         checks = check_gpus()
     except InputError as error:
-        found, _, remedy = str(error).partition(": ")
-        return Finding("GPU renderer", "no", found, remedy)
+        problem, _, remedy = str(error).partition(": ")
+        return Finding("GPU renderer", "no", problem, remedy)
     told = [
         f"{check.gpu}: {check.problem or f'agrees with the reference ({check.decibels:.0f} dB)'}"
         for check in checks
@@ -170,8 +165,8 @@ def gpu_renderer() -> Finding:
 def window(renderer: Finding) -> Finding:
     """Check that `mobilegs view --native` can open a window, given the finding of the renderer."""
     if not all(find_module(name) for name in ("wgpu", "rendercanvas", "glfw")):
-        found = "libraries are missing; the browser needs none"
-        return Finding("Window", "no", found, "pip install 'mobilegs[native]'")
+        problem = "libraries are missing; the browser needs none"
+        return Finding("Window", "no", problem, "pip install 'mobilegs[native]'")
     screens = ("DISPLAY", "WAYLAND_DISPLAY")
     if platform.system() == "Linux" and not any(os.environ.get(name) for name in screens):
         return Finding("Window", "none", "no screen: view --native does not work")
@@ -195,8 +190,8 @@ def capture() -> Finding:
     needs = {"pycolmap": "poses", "pi_heif": "HEIC photos", "av": "videos"}
     missing = [f"{name} ({what})" for name, what in needs.items() if not find_module(name)]
     if missing:
-        found = f"not installed: {', '.join(missing)}"
-        return Finding("Capture", "no", found, "pip install 'mobilegs[capture]'")
+        problem = f"not installed: {', '.join(missing)}"
+        return Finding("Capture", "no", problem, "pip install 'mobilegs[capture]'")
     for name in needs:
         try:
             importlib.import_module(name)

@@ -7,6 +7,7 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -237,7 +238,7 @@ def doctor(*, json: bool = False) -> None:
 
     findings = checks.examine()
     if json:
-        print(to_json(checks.as_json(findings)))
+        print(to_json([asdict(finding) for finding in findings]))
         return
     print_findings(findings)
 

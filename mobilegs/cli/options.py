@@ -61,8 +61,9 @@ def call(
 
 def options_of(target: Callable[..., Any]) -> dict[str, tuple[str, Any, Any]]:
     """Return the parameters of a function or a dataclass, described, for `make_dataclass`."""
-    docs = docstring_parser.parse_from_object(target)
-    texts = {param.arg_name: param.description or "" for param in docs.params}
+    described = [part for part in getattr(target, "__mro__", ()) if is_dataclass(part)] or [target]
+    params = [p for part in described for p in docstring_parser.parse_from_object(part).params]
+    texts = {param.arg_name: param.description or "" for param in params}
     hints = get_type_hints(target, include_extras=True)
     return {
         name: option(parameter, hints[name], texts.get(name, ""))

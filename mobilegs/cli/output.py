@@ -3,9 +3,14 @@
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from mobilegs.cli.doctor import Finding
+
+if TYPE_CHECKING:
+    from mobilegs.capture.run import CaptureReport
+    from mobilegs.evaluate.report import FileMetrics, RunMetrics, SceneMetrics
+    from mobilegs.scene_file import MgsFileContents, SceneContents
 
 NAMES_MAX = 10  # photos in a line
 
@@ -24,7 +29,7 @@ def escape(text: str) -> str:
     return escape(text)
 
 
-def print_capture(report: dict[str, Any], output: Path) -> None:
+def print_capture(report: "CaptureReport", output: Path) -> None:
     """Print how many photos have a pose, how well points fit, and the photos left out."""
     print(
         f"{output}: poses for {report['registered']} of {report['photos']} photos, "
@@ -47,7 +52,7 @@ def print_capture(report: dict[str, Any], output: Path) -> None:
     print(f"{output / 'coverage.png'} shows where photos are missing")
 
 
-def print_trained(metrics: dict[str, Any], run: Path) -> None:
+def print_trained(metrics: "RunMetrics", run: Path) -> None:
     """Print the size of a run's scene and its PSNR on held-back photos."""
     student, teacher = metrics["student"], metrics["teacher"]
     print(
@@ -79,11 +84,11 @@ def print_findings(findings: Sequence[Finding]) -> None:
     console().print(table)
 
 
-def print_metrics(about: dict[str, Any], result: dict[str, Any]) -> None:
+def print_metrics(about: dict[str, Any], result: "SceneMetrics") -> None:
     """Print the metrics of an evaluation: a row per photo, then the means."""
     from rich.table import Table
 
-    metrics = [name for name in result if name != "views" and result[name] is not None]
+    means = {name: mean for name, mean in result.items() if name != "views" and mean is not None}
     name = Path(about["scene"]).name
     print(f"{name}: {about['gaussians']:,} Gaussians, {about['file_bytes']:,} bytes")
     line = f"{about['fragments']:.1f} fragments per pixel"
@@ -91,11 +96,11 @@ def print_metrics(about: dict[str, Any], result: dict[str, Any]) -> None:
         listed = ", ".join(f"{value:.1f}" for value in levels)
         line += f"; with levels {sum(levels):.1f} ({listed})"
     print(line)
-    table = Table("photo", *(name.replace("_", " ") for name in metrics), box=None)
+    table = Table("photo", *(name.replace("_", " ") for name in means), box=None)
     for view in result["views"]:
-        table.add_row(escape(view["name"]), *(f"{view[name]:.4f}" for name in metrics))
+        table.add_row(escape(view["name"]), *(f"{dict(view)[name]:.4f}" for name in means))
     table.add_section()
-    table.add_row("mean", *(f"{result[name]:.4f}" for name in metrics))
+    table.add_row("mean", *(f"{mean:.4f}" for mean in means.values()))
     console().print(table)
 
 
@@ -123,11 +128,8 @@ DIRECTION_MARKS = dict.fromkeys(
 QUANTIZERS = {"nvq": "codebooks (nvq)", "sq": "step sizes (sq)"}
 
 
-def print_contents(contents: dict[str, Any]) -> None:
-    """Print what a scene's file contains, how it is blended, and the bytes of each part.
-
-    `contents` is a result of `inspect_scene`.
-    """
+def print_contents(contents: "SceneContents") -> None:
+    """Print what a scene's file contains, how it is blended, and the bytes of each part."""
     from rich.table import Table
 
     size, count = contents["file_bytes"], contents["gaussians"]
@@ -139,20 +141,21 @@ def print_contents(contents: dict[str, Any]) -> None:
     for name, text in _topics(contents).items():
         table.add_row(escape(name), escape(text))
     console().print(table)
-    if contents.get("meta"):
+    if "streams" not in contents:
+        return
+    mgs = cast("MgsFileContents", contents)
+    if mgs["meta"]:
         # in a separate table: a note must not look like a finding
         notes = Table("notes of the author", "", box=None)
-        for name, value in contents["meta"].items():
+        for name, value in mgs["meta"].items():
             row = name.replace("_", " "), readable(value)
             notes.add_row(*(escape(text.translate(DIRECTION_MARKS)) for text in row))
         console().print(notes)
-    if "streams" not in contents:
-        return
     parts: dict[str, int] = {}
-    for row in contents["streams"]:
+    for row in mgs["streams"]:
         part = PARTS[row["name"].split("@")[0].split(".")[0]] if row["used"] else UNUSED
         parts[part] = parts.get(part, 0) + row["bytes"]
-    parts["header"] = contents["header_bytes"] + contents["padding_bytes"]
+    parts["header"] = mgs["header_bytes"] + mgs["padding_bytes"]
     table = Table("part", box=None)
     for heading in ("bytes", "share", "bytes per Gaussian"):
         table.add_column(heading, justify="right")
@@ -161,7 +164,7 @@ def print_contents(contents: dict[str, Any]) -> None:
     console().print(table)
 
 
-def _topics(contents: dict[str, Any]) -> dict[str, str]:
+def _topics(contents: "SceneContents") -> dict[str, str]:
     """Return descriptions of a scene by topic."""
     import numpy as np
 
@@ -171,41 +174,43 @@ def _topics(contents: dict[str, Any]) -> dict[str, str]:
     up = up_source(
         Path(contents["file"]), None if contents["up"] is None else np.array(contents["up"])
     )
-    if "mode" not in contents:
+    if "streams" not in contents:
         return {"blending": SORTED, "colour": colour, "up": up}
-    sorts = contents["blend"] == "sorted"
+    mgs = cast("MgsFileContents", contents)
+    sorts = mgs["blend"] == "sorted"
     topics = {
-        "version": f"{contents['version']} of the format",
+        "version": f"{mgs['version']} of the format",
         "blending": SORTED
         if sorts
-        else f"without sorting, weighting {contents['weighting']['name']} "
+        else f"without sorting, weighting {mgs['weighting']['name']} "
         "(viewers that sort show it wrong)",
-        "colour": f"{colour}, decoded on loading from {contents['color_latents']} latents by "
-        f"{'two matrices' if contents['colors'] == 'linear' else 'networks'}",
+        "colour": f"{colour}, decoded on loading from {mgs['color_latents']} latents by "
+        f"{'two matrices' if mgs['colors'] == 'linear' else 'networks'}",
         "opacity": "the same from all directions",
-        "quantisation": QUANTIZERS[contents["mode"]],
+        "quantisation": QUANTIZERS[mgs["mode"]],
     }
-    shape = contents["lobes"]
+    shape = mgs["lobes"]
     depends = "view-dependent" if sorts else "view-dependent, with the weight"
     if shape is not None:
         topics["opacity"] = (
             f"{depends}: lobes of degree {shape['degree']}, decoded on "
             f"loading from {shape['latents']} latents"
         )
-    elif contents["network"]:
+    elif mgs["network"]:
         topics["opacity"] = f"{depends}: a network, evaluated for every view"
-    if "footprint" in contents:
-        footprint = contents["footprint"]
+    if "footprint" in mgs:
+        footprint = mgs["footprint"]
         parts = [f"blur of {footprint['blur']:g} px^2"]
         parts += ["antialiased"] if footprint["antialiased"] else []
         parts += ["soft edges"] if footprint["soft_edge"] else []
         topics["footprint"] = ", ".join(parts)
-    indices = [row for row in contents["streams"] if row["huffman_bytes"] is not None]
-    taken, huffman = (sum(row[key] for row in indices) for key in ("bytes", "huffman_bytes"))
+    indices = [row for row in mgs["streams"] if row.get("huffman_bytes") is not None]
+    taken = sum(row["bytes"] for row in indices)
+    huffman = sum(row.get("huffman_bytes") or 0 for row in indices)
     topics["indices"] = f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}"
-    if "layers" in contents:
-        topics["LOD levels"] = " + ".join(f"{n:,}" for n in contents["layers"]) + " Gaussians"
-    topics["cameras"] = f"{contents['views']} for a first look"
+    if "layers" in mgs:
+        topics["LOD levels"] = " + ".join(f"{n:,}" for n in mgs["layers"]) + " Gaussians"
+    topics["cameras"] = f"{mgs['views']} for a first look"
     topics["up"] = up
     return topics
 
@@ -217,6 +222,6 @@ def readable(value: Any) -> str:
     return f"{value:,}" if type(value) is int else str(value)
 
 
-def psnr_text(metrics: dict[str, Any]) -> str:
+def psnr_text(metrics: "FileMetrics") -> str:
     """Format a PSNR; None is that of images without error."""
     return "no error" if metrics["psnr"] is None else f"{metrics['psnr']:.2f} dB"

@@ -1,7 +1,6 @@
 """The verbs that train or convert: demo, train, compress, capture, and export to other formats."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +13,8 @@ from mobilegs.progress_display import show_progress
 
 if TYPE_CHECKING:
     from mobilegs.capture import CaptureRun
-    from mobilegs.pipeline.train import TrainRun
+    from mobilegs.pipeline.compress import CompressRun
+    from mobilegs.pipeline.options import TrainRun
     from mobilegs.scene_file import Kind
 
 # of train and compress; the others are expert options
@@ -43,7 +43,7 @@ def demo(
     from mobilegs.atomic import make_folder
     from mobilegs.data.demo.capture import demo_capture, write_capture
     from mobilegs.live import ADDRESS, validate_live_options
-    from mobilegs.pipeline.train import TrainRun
+    from mobilegs.pipeline.options import TrainRun
 
     validate_live_options(live, ADDRESS)
     capture = output / "capture"
@@ -54,16 +54,16 @@ def demo(
         with show_progress("rendering photos") as advance:
             write_capture(capture, demo_capture(width=480, height=320, progress=advance))
     run = TrainRun(capture, output, preset="demo", seed=seed, resume=True, live=live)
-    run_training(run, f"give the same command to continue {output}")
+    run_training(run, how_to_continue=f"give the same command to continue {output}")
 
 
 def train(words: Sequence[str]) -> None:
     """Train a phone-sized scene.mgs from photos or a video."""
-    from mobilegs.pipeline.train import TrainRun
+    from mobilegs.pipeline.options import TrainRun
     from mobilegs.pipeline.unposed import with_poses
 
     run = call(TrainRun, words, verb="train", common=COMMON)
-    run_training(with_poses(run, make_capture), f"add --resume to continue {run.output}")
+    run_training(with_poses(run, make_capture))
 
 
 def capture(words: Sequence[str]) -> None:
@@ -86,11 +86,9 @@ def make_capture(run: "CaptureRun") -> None:
 
 def compress(words: Sequence[str]) -> None:
     """Compress a trained 3DGS scene into a phone-sized scene.mgs."""
-    from mobilegs.pipeline.compress import CompressRun, compress_run
+    from mobilegs.pipeline.compress import CompressRun
 
-    run = call(CompressRun, words, verb="compress", common=COMMON)
-    work = partial(compress_run, run, progress=show_progress)
-    finish(run.output, work, f"add --resume to continue {run.output}")
+    run_training(call(CompressRun, words, verb="compress", common=COMMON))
 
 
 def convert(scene: Path, output: Path, kind: "Kind", **options: Any) -> int:
@@ -110,26 +108,24 @@ def convert(scene: Path, output: Path, kind: "Kind", **options: Any) -> int:
     return size
 
 
-def run_training(run: "TrainRun", how_to_continue: str) -> None:
-    """Train and print a summary; `how_to_continue` is printed after an interruption."""
-    from mobilegs.pipeline.train import train_run
+def run_training(run: "TrainRun | CompressRun", *, how_to_continue: str = "") -> None:
+    """Train or compress, and print a summary, or how to continue after an interruption."""
+    from mobilegs.pipeline.compress import CompressRun, compress_scene
+    from mobilegs.pipeline.train import train_capture
+    from mobilegs.train.distributed import is_main_process
     from mobilegs.train.memory import keep_freed_memory
+    from mobilegs.train.run_dir import RunDir
+    from mobilegs.view.report import write_report
 
     keep_freed_memory()
-    finish(run.output, partial(train_run, run, progress=show_progress), how_to_continue)
-
-
-def finish(output: Path, work: Callable[[], dict[str, Any]], how_to_continue: str) -> None:
-    """Do `work`, which returns the metrics of a run, and print a summary."""
-    from mobilegs.train.distributed import is_main_process
-
     try:
-        metrics = work()
+        if isinstance(run, CompressRun):
+            metrics = compress_scene(run, progress=show_progress)
+        else:
+            metrics = train_capture(run, progress=show_progress)
     except KeyboardInterrupt:
+        how_to_continue = how_to_continue or f"add --resume to continue {run.output}"
         raise KeyboardInterrupt(f"interrupted: {how_to_continue}") from None
     if is_main_process():
-        from mobilegs.train.run_dir import RunDir
-        from mobilegs.view.report import write_report
-
-        write_report(RunDir(output))
-        print_trained(metrics, output)
+        write_report(RunDir(run.output))
+        print_trained(metrics, run.output)

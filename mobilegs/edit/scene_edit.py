@@ -21,7 +21,7 @@ from mobilegs.edit.notes import merged_notes
 from mobilegs.edit.regions import Box, HalfSpace, Region
 from mobilegs.errors import InputError
 from mobilegs.formats import WRITTEN, Kind
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.container import MAGIC, VERSION, read_container, write_container
 from mobilegs.mgs.limits import check_meta
 from mobilegs.mgs.quantized_scene import QuantizedScene
@@ -214,7 +214,7 @@ def _edit_mgs(
     data = read_if(path, (MAGIC,))
     try:
         count = inspect(data)["gaussians"]
-        coded = unpack(data) if edit.removes else None
+        coded = decode_mgs(data) if edit.removes else None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     removed: dict[str, int] = {}
@@ -225,7 +225,7 @@ def _edit_mgs(
         source = camera_source if cameras else f"the {len(used)} cameras that the file stores"
         keep, removed = _kept(opened, edit, used, source, counts, progress, path)
         if not keep.all():
-            edited = pack(kept_rows(coded, keep))
+            edited = encode_mgs(kept_rows(coded, keep))
     if edit.notes:
         edited = with_notes(edited, edit.notes)
     with atomic_path(output) as temporary:

@@ -40,13 +40,13 @@ def fragments_per_pixel(scene: Scene, camera: Camera, *, level_sigma: float = 0.
     levels = choose_levels(projected, weights, level_sigma)
     sizes = level_sizes(camera.height, camera.width)
     pixels = camera.height * camera.width
-    found = []
+    means = []
     for level in range(LEVELS if level_sigma else 1):
         part, faded = at_level(
             projected, opacities, level, levels == level, size=sizes[level], alpha_min=alpha_min
         )
-        found.append(float(_areas(part, faded / alpha_min, sizes[level]).sum()) / pixels)
-    return found
+        means.append(float(_areas(part, faded / alpha_min, sizes[level]).sum()) / pixels)
+    return means
 
 
 def mean_fragments(

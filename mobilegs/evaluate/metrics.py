@@ -1,7 +1,7 @@
 """PSNR and SSIM of an image against a photo. Higher is better.
 
-Conventions of all reported metrics: renders are rounded to 8 bits first (`as_displayed`), as on a
-screen or in a PNG; a mean weights all images alike; masked pixels are left out, not blackened.
+Conventions of all reported metrics: renders are first rounded to 8 bits (`displayed_colors`), as on
+a screen or in a PNG; a mean weights all images alike; masked pixels are left out, not blackened.
 """
 
 import math
@@ -23,7 +23,7 @@ def to_bytes(image: Float[Tensor, "h w 3"]) -> UInt8[Tensor, "h w 3"]:
     return (image.nan_to_num(0).clamp(0, 1) * 255).round().to(torch.uint8)
 
 
-def as_displayed(image: Float[Tensor, "h w 3"]) -> Float[Tensor, "h w 3"]:
+def displayed_colors(image: Float[Tensor, "h w 3"]) -> Float[Tensor, "h w 3"]:
     """Return the image as a screen shows it: in [0, 1], rounded to multiples of 1/255."""
     return to_bytes(image).to(image.dtype) / 255
 
@@ -74,7 +74,7 @@ def color_corrected_psnr(
     It does not count the exposure and white balance of a photo. Rounded to 8 bits, as all metrics.
     """
     change = fitted_color(image, target, mask).to(image.dtype)
-    return psnr(as_displayed(image @ change[:, :3].T + change[:, 3]), target, mask)
+    return psnr(displayed_colors(image @ change[:, :3].T + change[:, 3]), target, mask)
 
 
 def ssim_map(

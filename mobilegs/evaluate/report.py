@@ -4,21 +4,89 @@ import json
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, cast
 
 import torch
 
-from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES, LpipsSuite
-from mobilegs.evaluate.metrics import as_displayed, color_corrected_psnr, psnr, ssim
+from mobilegs.evaluate.metrics import color_corrected_psnr, displayed_colors, psnr, ssim
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 
 METRICS = ("psnr", "cc_psnr", "ssim", *LPIPS_NAMES)
+
+
+class Metrics(TypedDict):
+    """Metrics of a render against a photo, or their means.
+
+    Attributes:
+        psnr: in dB; infinite for equal images, which JSON has as null.
+        cc_psnr: in dB, after the change of a render's colours that fits its photo best.
+        ssim: -1 to 1.
+        lpips_vgg, lpips_vgg_rescaled, lpips_alex, lpips_alex_rescaled: from 0, lower is better
+            (`evaluate/lpips.py`); None without weights and for sides below 32 pixels.
+    """
+
+    psnr: float
+    cc_psnr: float
+    ssim: float
+    lpips_vgg: float | None
+    lpips_vgg_rescaled: float | None
+    lpips_alex: float | None
+    lpips_alex_rescaled: float | None
+
+
+class ViewMetrics(Metrics):
+    """Metrics of a render against the photo `name`."""
+
+    name: str
+
+
+class SceneMetrics(Metrics):
+    """Means over the held-back photos, and in `views` the metrics of each photo."""
+
+    views: list[ViewMetrics]
+
+
+class FileMetrics(SceneMetrics):
+    """Metrics of a scene's file, its size in bytes and its number of Gaussians."""
+
+    file_bytes: int
+    gaussians: int
+
+
+class RunMetrics(TypedDict):
+    """The content of a run's `metrics.json`. A PSNR of null is that of images without error.
+
+    Attributes:
+        teacher: metrics of `teacher.ply`.
+        student: metrics of `scene.mgs`.
+        seconds: time of each stage: `teacher`, `student` and `evaluation`.
+        peak_memory_mib: of the process that measured, with torch's memory on the GPU; None where
+            the system does not tell.
+        capture: name of the capture.
+        image_size: width and height of the first held-back photo, in pixels.
+        views: number of photos, `train` and `test`.
+        exposures: by stage, the `spread` of the photos' exposures, and whether they are `learned`.
+        poses: `refined` or `as given`.
+        seed: of all random choices.
+        device: that trained.
+    """
+
+    teacher: FileMetrics
+    student: FileMetrics
+    seconds: dict[str, float]
+    peak_memory_mib: float | None
+    capture: str
+    image_size: list[int]
+    views: dict[str, int]
+    exposures: dict[str, Any]
+    poses: str
+    seed: int
+    device: str
 
 
 def evaluate(
@@ -28,7 +96,7 @@ def evaluate(
     training_views: Sequence[Camera] = (),
     lpips: LpipsSuite | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> dict[str, Any]:
+) -> SceneMetrics:
     """Evaluate one scene on the held-back views; see `evaluate_side_by_side`."""
     options = {"training_views": training_views, "lpips": lpips, "progress": progress}
     return evaluate_side_by_side({"scene": scene}, dataset, **options)["scene"]
@@ -42,22 +110,20 @@ def evaluate_side_by_side(
     training_views: Sequence[Camera] = (),
     lpips: LpipsSuite | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, SceneMetrics]:
     """Render the held-back views of every scene and compare them with the photos.
 
-    Renders are rounded to 8 bits, and masked pixels do not count. The result has an entry per
-    scene: `psnr` (dB), `cc_psnr` (dB, after a change of each render's colours that fits its photo
-    best), `ssim` and the four `lpips_*` as means over the views, None where there is
-    no value, and the same metrics per photo in `views`. The scenes share the LPIPS features of the
-    photos. Photos smaller than those of the `training_views` are compared with larger renders,
-    averaged (`supersampling_for`). `progress` is called with the number of views done and in total.
+    Renders are rounded to 8 bits, and masked pixels do not count. The result has the metrics of
+    each scene by its name. The scenes share the LPIPS features of the photos. Photos smaller than
+    those of the `training_views` are compared with larger renders, averaged (`supersampling_for`).
+    `progress` is called with the number of views done and in total.
 
     Raises InputError if the capture holds no view back.
     """
     frames = dataset.test
     if not frames:
         raise InputError("the capture holds no view back for evaluation: it needs more photos")
-    views: dict[str, list[dict[str, Any]]] = {name: [] for name in scenes}
+    views: dict[str, list[ViewMetrics]] = {name: [] for name in scenes}
     for done, frame in enumerate(frames, start=1):
         supersampling = supersampling_for(frame.camera, training_views)
         for name, row in evaluate_view(scenes, load_view(frame), lpips, supersampling).items():
@@ -69,9 +135,9 @@ def evaluate_side_by_side(
 
 def evaluate_view(
     scenes: Mapping[str, Scene], view: View, lpips: LpipsSuite | None, supersampling: int = 1
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, ViewMetrics]:
     """Return the metrics of every scene for one photo."""
-    results: dict[str, dict[str, Any]] = {}
+    results: dict[str, ViewMetrics] = {}
     images = []
     target, mask = view.image, view.mask
     for name, scene in scenes.items():
@@ -79,7 +145,7 @@ def evaluate_view(
         target = view.image.to(device)
         mask = None if view.mask is None else view.mask.to(device) > 0.5
         drawn = scene.render(view.camera.to(device), supersampling=supersampling)
-        image = as_displayed(drawn.image)
+        image = displayed_colors(drawn.image)
         if mask is not None:  # masked pixels equal the photo, also inside SSIM's windows
             image = torch.where(mask[..., None], image, target)
         images.append(image)
@@ -88,48 +154,24 @@ def evaluate_view(
             "psnr": psnr(image, target, mask),
             "cc_psnr": color_corrected_psnr(image, target, mask),
             "ssim": ssim(image, target, mask),
-            **dict.fromkeys(LPIPS_NAMES),
+            "lpips_vgg": None,
+            "lpips_vgg_rescaled": None,
+            "lpips_alex": None,
+            "lpips_alex_rescaled": None,
         }
     if lpips is not None:
         for row, distances in zip(results.values(), lpips.distances(target, images), strict=True):
-            row.update(distances)
+            row.update(cast(ViewMetrics, distances))
     return results
 
 
-def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def summary(rows: Sequence[ViewMetrics]) -> SceneMetrics:
     """Return the means over the views, and the views themselves."""
-    result: dict[str, Any] = {}
+    means: dict[str, float | None] = {}
     for metric in METRICS:
-        values = [row[metric] for row in rows]
-        result[metric] = None if None in values else sum(values) / len(values)
-    return result | {"views": list(rows)}
-
-
-def write_metrics(
-    path: Path | str,
-    *,
-    teacher: Mapping[str, Any],
-    student: Mapping[str, Any],
-    file_bytes: int,
-    gaussians: int,
-    seconds: Mapping[str, float],
-    more: Mapping[str, Any] | None = None,
-) -> dict[str, Any]:
-    """Write a run's `metrics.json` and return its contents.
-
-    `teacher` and `student` are results of `evaluate_side_by_side`. `file_bytes` and `gaussians`
-    are the student's, `seconds` are by stage. The peak memory is that of this process. `more` adds
-    entries at the top level.
-    """
-    content = {
-        "teacher": dict(teacher),
-        "student": {"file_bytes": file_bytes, "gaussians": gaussians, **student},
-        "seconds": dict(seconds),
-        "peak_memory_mib": peak_memory_mib(),
-        **(more or {}),
-    }
-    atomic_write(path, to_json(content) + "\n")
-    return content
+        values = [value for row in rows if (value := row[metric]) is not None]
+        means[metric] = sum(values) / len(values) if len(values) == len(rows) else None
+    return cast(SceneMetrics, means | {"views": list(rows)})
 
 
 def to_json(content: Any) -> str:

@@ -11,7 +11,7 @@ from torch.nn.functional import interpolate
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View
 from mobilegs.errors import InputError
-from mobilegs.evaluate.metrics import as_displayed, psnr
+from mobilegs.evaluate.metrics import displayed_colors, psnr
 from mobilegs.render.scene import Scene
 from mobilegs.up import up_of_cameras
 
@@ -117,7 +117,7 @@ def render_depth(scene: Scene, camera: Camera) -> Image:
 
 def error_map(image: Image, view: View) -> Image:
     """Return the mean channel difference to the photo as colours; black where masked."""
-    error = (as_displayed(image) - view.image).abs().mean(2)
+    error = (displayed_colors(image) - view.image).abs().mean(2)
     if view.mask is not None:
         error = error * view.mask
     return apply_colormap(error / ERROR_MAX)
@@ -126,7 +126,7 @@ def error_map(image: Image, view: View) -> Image:
 def view_psnr(image: Image, view: View) -> float:
     """Return the PSNR of an image against the view's photo in dB, as the evaluation does."""
     mask = None if view.mask is None else view.mask > 0.5
-    return psnr(as_displayed(image), view.image, mask)
+    return psnr(displayed_colors(image), view.image, mask)
 
 
 def side_by_side(images: Sequence[Image], aspect: float) -> Float[Tensor, "rows columns 3"]:

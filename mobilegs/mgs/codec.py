@@ -16,6 +16,7 @@ from mobilegs.atomic import atomic_write, file_size, read_if
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import MAGIC, VERSION, Stream, read_container, write_container
+from mobilegs.mgs.contents import MgsContents, StreamContents
 from mobilegs.mgs.header import (
     Header,
     header_fields,
@@ -54,7 +55,7 @@ THREADS_MAX = 8  # each decodes one stream, which may take 3 MiB besides its out
 GAUSSIANS_PER_BYTE = 1
 
 
-def pack(scene: QuantizedScene) -> bytes:
+def encode_mgs(scene: QuantizedScene) -> bytes:
     """Return the bytes of a `.mgs` file; equal scenes give equal bytes.
 
     Raises:
@@ -147,8 +148,10 @@ def _decode_rows(
     return positions, indices
 
 
-def unpack(data: bytes) -> QuantizedScene:
-    """Return the scene in the bytes of a `.mgs`; `unpack(pack(scene))` equals `scene.sorted()`.
+def decode_mgs(data: bytes) -> QuantizedScene:
+    """Return the scene in the bytes of a `.mgs`, the inverse of `encode_mgs` up to the order.
+
+    `decode_mgs(encode_mgs(scene))` equals `scene.sorted()`.
 
     Raises:
         InputError: the bytes are not a `.mgs`, are damaged, or need a newer program.
@@ -198,12 +201,8 @@ def unpack(data: bytes) -> QuantizedScene:
     return scene
 
 
-def inspect(data: bytes) -> dict[str, Any]:
+def inspect(data: bytes) -> MgsContents:
     """Report the content of a `.mgs` as JSON-ready values, without decoding its streams.
-
-    `streams` lists name, codec, bytes, bytes per Gaussian, `used` (False for a stream that the
-    header does not need) and `raw_bytes` (the size without an entropy coder; None if not used).
-    With `header_bytes` and `padding_bytes` their bytes add up to `file_bytes`.
 
     Raises:
         InputError: the bytes are not a `.mgs`, or the header is not valid.
@@ -212,7 +211,7 @@ def inspect(data: bytes) -> dict[str, Any]:
     header = parse_header(fields)
     _check_count(header, streams, len(data))
     raw = _raw_bytes(header, streams)
-    rows = [
+    rows: list[StreamContents] = [
         {
             "name": stream.name,
             "codec": stream.codec,
@@ -225,7 +224,7 @@ def inspect(data: bytes) -> dict[str, Any]:
     ]
     content = sum(row["bytes"] for row in rows)
     padding = sum(-row["bytes"] % 8 for row in rows)
-    return {
+    contents: MgsContents = {
         "version": "{}.{}".format(*VERSION.unpack_from(data, 8)),
         "blend": header.blend,
         "sh_degree": header.color.degree,
@@ -237,21 +236,24 @@ def inspect(data: bytes) -> dict[str, Any]:
         "header_bytes": len(data) - content - padding,
         "padding_bytes": padding,
         "streams": rows,
-        **({"layers": list(header.lod_sizes)} if header.lod_sizes else {}),
         "mode": "sq" if header.codings else "nvq",
-        **(
-            {"step_sizes": {name: coding.step_size for name, coding in header.codings.items()}}
-            if header.codings
-            else {"codebook_sizes": header.sizes}
-        ),
         "lobes": lobe_fields(header.lobes),
         "network": header.network,
         "views": len(header.views),
         "near": header.near,
         "weighting": weighting_fields(header.weighting),
-        **({"footprint": asdict(header.footprint)} if header.footprint != CLASSIC else {}),
         "meta": header.meta,
     }
+    if header.lod_sizes:
+        contents["layers"] = list(header.lod_sizes)
+    if header.codings:
+        sizes = {str(name): coding.step_size for name, coding in header.codings.items()}
+        contents["step_sizes"] = sizes
+    else:
+        contents["codebook_sizes"] = {str(name): size for name, size in header.sizes.items()}
+    if header.footprint != CLASSIC:
+        contents["footprint"] = asdict(header.footprint)
+    return contents
 
 
 def read_mgs(path: Path | str) -> QuantizedScene:
@@ -262,12 +264,12 @@ def read_mgs(path: Path | str) -> QuantizedScene:
     """
     data = _read_bytes(path)
     try:
-        return unpack(data)
+        return decode_mgs(data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def inspect_mgs(path: Path | str) -> dict[str, Any]:
+def inspect_mgs(path: Path | str) -> MgsContents:
     """Report the content of a `.mgs` file as `inspect` does; raises like `read_mgs`."""
     data = _read_bytes(path)
     try:
@@ -282,7 +284,7 @@ def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
     Raises:
         InputError: a file cannot hold the scene.
     """
-    data = pack(scene)
+    data = encode_mgs(scene)
     atomic_write(path, data)
     return len(data)
 

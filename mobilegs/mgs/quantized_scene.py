@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
+from importlib import import_module
 from itertools import accumulate
 
 import numpy as np
@@ -103,6 +104,10 @@ class QuantizedScene:
 
     def __len__(self) -> int:
         return self.positions.shape[0]
+
+    def _repr_html_(self) -> str:
+        """Return the viewer with the scene, which notebooks show as the output of a cell."""
+        return import_module("mobilegs.view.notebook").scene_html(self)  # views are built on scenes
 
     @property
     def cuts(self) -> dict[Attribute, Cut]:

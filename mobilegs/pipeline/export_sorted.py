@@ -97,13 +97,13 @@ def export_sorted(run: SortedExport, *, progress: Progress = no_progress) -> tup
             return write_gaussians(output, plain.gaussians, kind, **options), message
     with atomic_path(output) as path:  # raises for an unusable folder before the minutes of work
         views = _views(run, opened, progress)
-        found = refit(opened, views, seed=run.seed, progress=progress)
+        refitted = refit(opened, views, seed=run.seed, progress=progress)
         with progress(f"writing a .{kind}"):
-            WRITERS[kind](path, found)  # measured as other tools will read it
+            WRITERS[kind](path, refitted)  # measured as other tools will read it
         fit = measure_fit(opened, PLAIN[f".{kind}"](path), views, progress=progress)
         moved = offset_of(scene)
         note = _joined(str(fit), turn_note(up, kind), moved and f"offset {moved}")
-        size = write_gaussians(path, found, kind, up=up, note=note)
+        size = write_gaussians(path, refitted, kind, up=up, note=note)
     return size, f"{scene}: {note}"
 
 
@@ -114,8 +114,8 @@ def offset_of(scene: Path) -> str:
     """
     if scene.suffix.lower() != ".mgs":
         return ""
-    found = inspect_mgs(scene)["meta"].get("offset")
-    return found if isinstance(found, str) and re.fullmatch(r"(-?\d{1,20} ?){3}", found) else ""
+    note = inspect_mgs(scene)["meta"].get("offset")
+    return note if isinstance(note, str) and re.fullmatch(r"(-?\d{1,20} ?){3}", note) else ""
 
 
 def turn_note(up: Vector | None, kind: Kind) -> str:

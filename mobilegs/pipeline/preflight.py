@@ -8,7 +8,7 @@ from mobilegs.device import choose_device
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import lpips_from
 from mobilegs.live import validate_live_options
-from mobilegs.pipeline.train import TrainRun, budget_of, repeat_run, resolve_recipe
+from mobilegs.pipeline.options import TrainRun, budget_of, repeat_run, resolve_recipe
 from mobilegs.scene_file import plain_scene_at
 from mobilegs.train.run_dir import RunDir
 

@@ -3,56 +3,59 @@
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, fields, replace
-from itertools import chain
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
 
 import numpy as np
 import torch
 from jaxtyping import Float
-from tyro.conf import Positional, UseAppendAction, arg
 
 from mobilegs import __version__
-from mobilegs.atomic import make_folder
+from mobilegs.atomic import atomic_write, make_folder
 from mobilegs.camera import Camera
 from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.data.dataset import Frame, Offset
-from mobilegs.device import Device
 from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
-from mobilegs.evaluate.report import evaluate_side_by_side, write_metrics
+from mobilegs.evaluate.report import (
+    FileMetrics,
+    RunMetrics,
+    evaluate_side_by_side,
+    peak_memory_mib,
+    to_json,
+)
 from mobilegs.formats.ply import read_ply_scene, write_ply
-from mobilegs.live import ADDRESS, LiveView, open_live_view, validate_live_options
+from mobilegs.live import LiveView, open_live_view
 from mobilegs.mgs.codec import read_mgs, write_mgs
 from mobilegs.mgs.lod import lod_levels_for, with_lod_levels
 from mobilegs.mgs.quantized_scene import MetaValue
+from mobilegs.pipeline.options import (
+    TrainRun,
+    budget_of,
+    options_as_json,
+    repeat_run,
+    resolve_recipe,
+    resume_options,
+    validate_views_per_step,
+)
 from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import read_plain_scene
 from mobilegs.synthetic_capture.first_view import find_framing
+from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.exposure import exposures_for
-from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
+from mobilegs.train.loop import train_stage
 from mobilegs.train.poses import with_poses, write_poses
 from mobilegs.train.progress import Monitor, exposures_of
-from mobilegs.train.recipes import (
-    RECIPES,
-    MethodName,
-    PresetName,
-    Recipe,
-    with_method,
-    with_settings,
-    with_steps,
-)
+from mobilegs.train.recipes import Recipe
 from mobilegs.train.run_dir import (
     Checkpoint,
     RunConfig,
     RunDir,
     capture_fingerprint,
-    load_config,
     same_capture,
 )
 from mobilegs.train.stage import Stage
@@ -60,93 +63,8 @@ from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 from mobilegs.up import up_of_cameras, written_up
 
-MINUTES = (1.0, 10_000)  # that --minutes takes
-USUAL_MINUTES = {"cpu": 30.0, "cuda": 10.0}
-STEPS = ("teacher.steps", "student.steps")  # settings that exclude a budget
 TARGET_TOLERANCE = 0.05  # share of target_mb by which a file may miss it without a message
-GPU_PRESETS = ("gpu", "paper", "release")  # too long for most CPUs
 FIRST_LOOKS = 4  # cameras in the file, for a first look
-# options that may differ between the sessions of one run
-SESSION_OPTIONS = (
-    "capture", "output", "resume", "lpips_weights", "device", "checkpoint_seconds",
-    "live", "live_at",
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class TrainRun:
-    """Train a phone-sized scene.mgs from photos or a video.
-
-    RUN receives scene.mgs, teacher.ply, metrics.json, contact_sheet.png and report.html, one file
-    with the scene, photos beside renders, curves and figures; during the training also
-    metrics.jsonl, previews and a checkpoint. Ctrl-C stops after the current step, and --resume
-    continues the run.
-    """
-
-    capture: Annotated[Positional[Path], arg(metavar="CAPTURE")]
-    """Folder of photos with camera poses (COLMAP, nerfstudio's transforms.json or NeRF-synthetic),
-    folder of photos without poses, or a video. Without poses, `mobilegs train` first makes
-    RUN/capture with the default options of `mobilegs capture`."""
-    output: Annotated[Path, arg(aliases=["-o"], metavar="RUN")]
-    """Folder for the run; created if missing."""
-    minutes: Annotated[float | None, arg(metavar="N")] = None
-    """Time of the training. The program times a few steps on this machine, chooses the size of the
-    photos, the number of Gaussians and the steps, and keeps to the time. Finding poses and
-    measuring LPIPS come on top. Default: 30 on a CPU and 10 on a GPU, unless --preset, --steps or
-    --recipe decide the length."""
-    preset: PresetName | None = None
-    """Length and size of the training. cpu: 5,000 steps of the teacher and 5,000 of the student,
-    about 6 minutes on two cores for photos of 400x267 (see --downscale). gpu: 30,000 and 30,000
-    steps. demo: 2,000 and 2,200 steps, for small captures. paper: the steps of gpu, with the
-    paper's choices in place of this project's. release: the same for the paper's published code,
-    errors included. With --minutes, the preset decides all but steps, photo size and number of
-    Gaussians. Default: cpu, and gpu for a run on an NVIDIA GPU whose --steps are given."""
-    method: MethodName | None = None
-    """Training method of the teacher. 3dgs: clones, splits and prunes Gaussians, resets opacities.
-    mini-splatting: the paper's method; restarts from surface points and keeps the most important
-    Gaussians. mcmc: moves faint Gaussians and adds Gaussians up to --max-splats. Default:
-    mini-splatting with the preset gpu, otherwise 3dgs without opacity resets."""
-    downscale: Annotated[int | None, arg(metavar="N")] = None
-    """Divide the width and height of the photos by N. Default: reduce photos to a width of at most
-    1600 pixels."""
-    steps: Annotated[int | None, arg(metavar="N")] = None
-    """Training steps of teacher and student together; all schedules scale with them. Default:
-    the steps of the preset."""
-    recipe: Annotated[Path | None, arg(metavar="JSON")] = None
-    """The config.json of another run: train with its settings, its photo size and its numbers of
-    steps, those that a budget of minutes changed on the way included."""
-    seed: Annotated[int, arg(metavar="N")] = 0
-    """Seed of all random choices."""
-    resume: bool = False
-    """Continue the run in RUN, or start it if there is none."""
-    teacher: Annotated[Path | None, arg(metavar="SCENE")] = None
-    """A plain 3DGS scene to use as the teacher. Default: train a teacher."""
-    max_splats: Annotated[int | None, arg(metavar="N")] = None
-    """Maximum number of Gaussians in the teacher. Default: one million with the preset
-    gpu, 60 thousand with cpu, 20 thousand with demo."""
-    views_per_step: Annotated[int | None, arg(metavar="N")] = None
-    """Photos per step of teacher and student. Processes that torchrun started share them. To
-    change only the student's, use `--set student.views_per_step=N`. Default: 1."""
-    background: Annotated[tuple[float, float, float] | None, arg(metavar="R G B")] = None
-    """Background colour in 0..1. Default: white for photos with transparency, otherwise black."""
-    lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
-    """Folder or http(s) address of LPIPS weights. Default: the environment variable
-    MOBILEGS_LPIPS; if that is not set, LPIPS is not measured."""
-    device: Annotated[Device, arg(metavar="{auto,cpu,cuda,cuda:N}")] = "auto"
-    """Device that trains; auto takes an NVIDIA GPU if there is one, cuda:N takes GPU number N."""
-    checkpoint_seconds: Annotated[float, arg(metavar="SECONDS")] = CHECKPOINT_SECONDS
-    """Time between two checkpoints."""
-    live: bool = False
-    """Show the scene in the browser during the training; the address is printed. The result of
-    the training does not change."""
-    live_at: Annotated[str, arg(metavar="HOST:PORT")] = ADDRESS
-    """Address of --live; if the port is taken, the next free one is used. With the host 0.0.0.0,
-    browsers on other devices can watch and pause the training."""
-    settings: Annotated[
-        tuple[tuple[str, ...], ...], UseAppendAction, arg(name="set", metavar="PATH=VALUE ...")
-    ] = ()
-    """Change settings, as in `--set student.lr.opacities=0.02`; may be repeated. The config.json
-    of a run lists all settings."""
 
 
 @dataclass(frozen=True)
@@ -165,14 +83,26 @@ class Job:
     pace: Pace | None
 
 
-def train_run(
+def train_capture(
     run: TrainRun, *, recipe: Recipe | None = None, progress: Progress = no_progress
-) -> dict[str, Any]:
-    """Train the rest of a run and return the contents of `metrics.json`.
+) -> RunMetrics:
+    """Train a capture into `scene.mgs`, as `mobilegs train`, and return `metrics.json`.
 
-    `recipe` replaces that of the preset; `progress` shows the measuring at the end. Raises
-    InputError before anything is written if an input cannot be used, and KeyboardInterrupt, after a
-    checkpoint, if a signal asks to stop.
+    With `run.resume`, what is left of the run is done.
+
+    Example:
+
+        run = TrainRun(Path("my_capture"), Path("runs/a"), preset="short", target_mb=1.5)
+        print(train_capture(run)["student"]["psnr"])
+
+    Args:
+        run: the options, those of `mobilegs train`.
+        recipe: all settings, in place of the preset's; then the run has no budget of minutes.
+        progress: opens the measuring at the end, by its title.
+
+    Raises:
+        InputError: an input or an option cannot be used; before anything is written.
+        KeyboardInterrupt: a signal asked to stop; after a checkpoint.
     """
     with join_team(run.device) as team:
         return train_in_team(run, recipe, team, progress)
@@ -180,8 +110,8 @@ def train_run(
 
 def train_in_team(
     run: TrainRun, recipe: Recipe | None, team: Team, progress: Progress = no_progress
-) -> dict[str, Any]:
-    """Do the work of `train_run` in one process of a team; only the main process writes."""
+) -> RunMetrics:
+    """Do the work of `train_capture` in one process of a team; only the main process writes."""
     started = time.monotonic()
     run_dir, given = RunDir(run.output), None
     resuming = run.resume and run_dir.config.exists()
@@ -194,8 +124,7 @@ def train_in_team(
         run_dir.validate_new()
         if run.teacher is not None:
             given = read_plain_scene(run.teacher)
-        count = 0 if given is None else len(given.gaussians)
-        config = new_config(run, recipe, team, count, started)
+        config = new_config(run, recipe, team, given, started)
     recipe = config.recipe
     run = replace(run, downscale=config.options["downscale"])
     dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
@@ -222,6 +151,14 @@ def train_in_team(
         return train_stages(run, config, dataset, run_dir, team, lpips, progress)
 
 
+def validate_teacher(teacher: Scene, run: TrainRun) -> None:
+    """Raise InputError if most photos of the run's capture show nothing of a given teacher."""
+    dataset = load_capture(run.capture, downscale=run.downscale, background=run.background)
+    cameras = [frame.camera for frame in dataset.train]
+    remedy = "give the capture that it was made from"
+    validate_visibility(teacher, cameras, f"photos of {run.capture}", remedy)
+
+
 def train_stages(
     run: TrainRun,
     config: RunConfig,
@@ -230,7 +167,7 @@ def train_stages(
     team: Team,
     lpips: LpipsSuite | None,
     progress: Progress,
-) -> dict[str, Any]:
+) -> RunMetrics:
     """Train what is left of a run, measure it and return the contents of `metrics.json`."""
     recipe, checkpoint = config.recipe, run_dir.load_checkpoint()
     with (
@@ -375,9 +312,11 @@ def write_scene(job: Job, stage: Student) -> None:
     write_mgs(job.run_dir.scene, with_lod_levels(coded, levels, stage.cameras))
     target, size = config.quantization.target_mb, job.run_dir.scene.stat().st_size / 1e6
     if target and abs(size - target) > TARGET_TOLERANCE * target:
+        more = "fewer" if size > target else "more"
         job.monitor.note(
-            f"the file has {size:.3f} MB, but target_mb is {target:g}: rate control changes step "
-            "sizes up to eightfold, and networks and header not at all"
+            f"the file has {size:.3f} MB, not the {target:g} MB of target_mb: step sizes change up "
+            f"to eightfold, networks and header not at all; a teacher with {more} Gaussians "
+            "(--max-splats) comes nearer"
         )
 
 
@@ -405,189 +344,59 @@ def measure(
     started = time.monotonic()
     student = read_mgs(run_dir.scene).decode(job.team.device)
     scenes = {"teacher": teacher, "student": student}
-    metrics = evaluate_side_by_side(scenes, dataset, lpips=lpips, progress=advance)
+    measured = evaluate_side_by_side(scenes, dataset, lpips=lpips, progress=advance)
     contact_sheet(run_dir.contact_sheet, dataset, teacher, student)
+
+    def of_file(name: str, path: Path) -> FileMetrics:
+        size, count = path.stat().st_size, len(scenes[name].gaussians)
+        return {"file_bytes": size, "gaussians": count, **measured[name]}
+
     camera = dataset.test[0].camera
-    write_metrics(
-        run_dir.metrics,
-        teacher={
-            "file_bytes": run_dir.teacher.stat().st_size,
-            "gaussians": len(teacher.gaussians),
-            **metrics["teacher"],
-        },
-        student=metrics["student"],
-        file_bytes=run_dir.scene.stat().st_size,
-        gaussians=len(student.gaussians),
-        seconds={**job.monitor.seconds, "evaluation": time.monotonic() - started},
-        more={
-            "capture": dataset.name,
-            "image_size": [camera.width, camera.height],
-            "views": {"train": len(dataset.train), "test": len(dataset.test)},
-            "exposures": exposures_of(job.monitor.rows),
-            "poses": "refined" if run_dir.poses.exists() else "as given",
-            "seed": job.run.seed,
-            "device": str(job.team.device),
-        },
-    )
+    metrics: RunMetrics = {
+        "teacher": of_file("teacher", run_dir.teacher),
+        "student": of_file("student", run_dir.scene),
+        "seconds": {**job.monitor.seconds, "evaluation": time.monotonic() - started},
+        "peak_memory_mib": peak_memory_mib(),
+        "capture": dataset.name,
+        "image_size": [camera.width, camera.height],
+        "views": {"train": len(dataset.train), "test": len(dataset.test)},
+        "exposures": exposures_of(job.monitor.rows),
+        "poses": "refined" if run_dir.poses.exists() else "as given",
+        "seed": job.run.seed,
+        "device": str(job.team.device),
+    }
+    atomic_write(run_dir.metrics, to_json(metrics) + "\n")
     run_dir.remove_checkpoint()
 
 
-# --- options --------------------------------------------------------------------------------------
-
-
-def budget_of(run: TrainRun) -> float | None:
-    """Return the minutes of a run, or None if something else decides its length.
-
-    Raises InputError for options that contradict each other or are out of range.
-    """
-    fixed = [name for name in ("steps", "recipe") if getattr(run, name) is not None]
-    fixed += [s for s in chain(*run.settings) if s.partition("=")[0].strip() in STEPS]
-    if run.minutes is not None:
-        if not MINUTES[0] <= run.minutes <= MINUTES[1]:
-            raise InputError(
-                f"--minutes takes {MINUTES[0]:g} to {MINUTES[1]:,}, not {run.minutes:g}"
-            )
-        if fixed:
-            raise InputError(f"{fixed[0]} decides the length of the run: leave out --minutes")
-        return run.minutes
-    if fixed or run.preset is not None:
-        return None
-    return USUAL_MINUTES["cuda" if trains_on_gpu(run) else "cpu"]
-
-
-def trains_on_gpu(run: TrainRun) -> bool:
-    """Return True if the run's device is an NVIDIA GPU."""
-    return run.device != "cpu" and torch.cuda.is_available()
-
-
 def new_config(
-    run: TrainRun, recipe: Recipe | None, team: Team, given: int, started: float
+    run: TrainRun, recipe: Recipe | None, team: Team, given: Scene | None, started: float
 ) -> RunConfig:
     """Return the configuration of a new run, without the photos.
 
-    `recipe` replaces that of the preset, and then there is no budget. `given` is the number of
-    Gaussians of a given teacher. Times count from `started`.
+    `recipe` replaces that of the preset, and then there is no budget. `given` is a teacher that is
+    trained already. Times count from `started`.
     """
+    footprint = None if given is None else given.footprint
     minutes = None if recipe is not None else budget_of(run)
-    if run.recipe is not None:
-        found = repeat_run(run)
-        recipe = resolve_recipe(run, found.recipe)
-        validate_views_per_step(run, recipe, team.world_size)
-        return replace(found, recipe=recipe)
-    resolved, plan = resolve_recipe(run, recipe), None
+    repeated, plan = None if run.recipe is None else repeat_run(run), None
+    resolved = resolve_recipe(run, recipe if repeated is None else repeated.recipe, footprint)
     validate_views_per_step(run, resolved, team.world_size)
+    if given is not None:
+        validate_teacher(given, run)
+    if repeated is not None:
+        return replace(repeated, recipe=resolved)
     if minutes is not None:
-        found = make_plan(
+        planned = make_plan(
             resolved,
             minutes,
             lambda n: load_capture(run.capture, downscale=n, background=run.background),
             downscale=run.downscale,
             max_splats=run.max_splats,
-            given=given,
+            given=0 if given is None else len(given.gaussians),
             team=team,
             started=started,
         )
-        resolved, plan = resolve_recipe(run, found.recipe), found.plan
-        run = replace(run, downscale=found.downscale)
+        resolved, plan = resolve_recipe(run, planned.recipe, footprint), planned.plan
+        run = replace(run, downscale=planned.downscale)
     return RunConfig(options_as_json(run), resolved, {}, plan)
-
-
-def repeat_run(run: TrainRun) -> RunConfig:
-    """Return the configuration of a run that repeats another with its numbers of steps."""
-    assert run.recipe is not None
-    clash = [n for n in ("preset", "method", "steps", "max_splats") if getattr(run, n) is not None]
-    if clash:
-        name = clash[0].replace("_", "-")
-        raise InputError(f"{run.recipe} decides that already: leave out --{name}, or --recipe")
-    found = load_config(run.recipe, "give the config.json of a run")
-    plan = None if found.plan is None else replace(found.plan, final=True)
-    downscale = found.options["downscale"] if run.downscale is None else run.downscale
-    options = options_as_json(replace(run, downscale=downscale))
-    return RunConfig(options, found.recipe, {}, plan)
-
-
-def resolve_recipe(run: TrainRun, recipe: Recipe | None = None) -> Recipe:
-    """Return the recipe of a new run: that of the preset, or `recipe`, changed by the options.
-
-    Raises InputError for options that contradict each other or are out of range, and for students
-    that no file can hold.
-    """
-    if not 0 <= run.seed < 1 << 32:
-        raise InputError(f"the seed must be between 0 and {(1 << 32) - 1}, not {run.seed}")
-    validate_live_options(run.live, run.live_at)
-    on_cpu = run.device == "auto" and not torch.cuda.is_available()
-    if run.preset in GPU_PRESETS and on_cpu and run.minutes is None and run.steps is None:
-        raise InputError(
-            f"the preset {run.preset} is for a GPU, and this machine has none: add --device cpu to "
-            "train for many hours, or give --minutes or --steps, or leave out --preset"
-        )
-    if recipe is None:
-        usual = "gpu" if trains_on_gpu(run) and budget_of(run) is None else "cpu"
-        recipe = RECIPES[run.preset or usual]()
-    if run.method is not None:
-        if run.teacher is not None:
-            raise InputError(f"{run.teacher} is trained already: leave out --method")
-        recipe = with_method(recipe, run.method)
-    if run.steps is not None:
-        recipe = with_steps(recipe, run.steps)
-    if run.max_splats is not None:
-        if run.teacher is not None:
-            raise InputError(f"{run.teacher} keeps its Gaussians: leave out --max-splats")
-        recipe = replace(recipe, teacher=replace(recipe.teacher, max_splats=run.max_splats))
-    if run.views_per_step is not None:
-        recipe = Recipe(
-            replace(recipe.teacher, views_per_step=run.views_per_step),
-            replace(recipe.student, views_per_step=run.views_per_step),
-        )
-    return with_settings(recipe, chain(*run.settings))
-
-
-def validate_views_per_step(run: TrainRun, recipe: Recipe, world_size: int) -> None:
-    """Raise InputError unless `world_size` processes get equal shares of every step's views."""
-    for name, stage in (("teacher", recipe.teacher), ("student", recipe.student)):
-        given = name == "teacher" and run.teacher is not None
-        if stage.views_per_step % world_size and not given:
-            raise InputError(
-                f"{world_size} processes cannot share the {stage.views_per_step} views of a step "
-                f"of the {name} evenly: give --views-per-step a multiple of {world_size}, or start "
-                "another number of processes"
-            )
-
-
-def options_as_json(run: TrainRun) -> dict[str, Any]:
-    """Return the options as JSON values: paths become strings, tuples become lists."""
-    values = {field.name: getattr(run, field.name) for field in fields(run)}
-    values["settings"] = tuple(chain(*run.settings))
-    return {
-        name: str(value)
-        if isinstance(value, Path)
-        else list(value)
-        if isinstance(value, tuple)
-        else value
-        for name, value in values.items()
-    }
-
-
-def resume_options(run: TrainRun, saved: dict[str, Any]) -> TrainRun:
-    """Return the options of a session that resumes a run whose options are `saved`.
-
-    Raises InputError if an option is given that contradicts the run's.
-    """
-    given = options_as_json(run)
-    for field in fields(run):
-        name = field.name
-        if name in SESSION_OPTIONS or given[name] == saved.get(name):
-            continue
-        if getattr(run, name) != field.default:
-            raise InputError(
-                f"the run in {run.output} was started with {name} {saved.get(name)}, not "
-                f"{given[name]}: leave the option out to resume, or start another run"
-            )
-    background = saved["background"]
-    return replace(
-        run,
-        teacher=None if saved["teacher"] is None else Path(saved["teacher"]),
-        downscale=saved["downscale"],
-        seed=saved["seed"],
-        background=None if background is None else tuple(background),
-    )

@@ -7,8 +7,8 @@ from dataclasses import replace
 from mobilegs.capture import CaptureRun, is_capture_source
 from mobilegs.data import has_poses
 from mobilegs.errors import InputError
+from mobilegs.pipeline.options import TrainRun
 from mobilegs.pipeline.preflight import validate_run
-from mobilegs.pipeline.train import TrainRun
 from mobilegs.scene_file import read_plain_scene
 from mobilegs.train.run_dir import RunDir
 

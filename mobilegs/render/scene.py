@@ -1,6 +1,8 @@
 """A scene that can be rendered: Gaussians and how to blend them."""
 
 from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
@@ -48,6 +50,7 @@ class Scene:
         near: near plane with which the scene was trained, in world units.
         up: upward direction that the file tells, length 1; None if it tells none.
         framing: first views and limits that the file tells; None if it tells none.
+        file: from which `open_scene` read the scene; None for a scene made or changed in memory.
     """
 
     gaussians: Gaussians
@@ -60,6 +63,11 @@ class Scene:
     footprint: Footprint = CLASSIC
     up: Float[np.ndarray, "3"] | None = None
     framing: Framing | None = None
+    file: Path | None = field(default=None, init=False, compare=False)
+
+    def _repr_html_(self) -> str:
+        """Return the viewer with the scene, which notebooks show as the output of a cell."""
+        return import_module("mobilegs.view.notebook").scene_html(self)  # views are built on scenes
 
     @property
     def is_plain(self) -> bool:

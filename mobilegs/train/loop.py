@@ -8,7 +8,7 @@ from PIL import Image
 
 from mobilegs.atomic import atomic_path
 from mobilegs.data.dataset import Frame, View, ViewLoader, load_view
-from mobilegs.evaluate.metrics import as_displayed, psnr, to_bytes
+from mobilegs.evaluate.metrics import displayed_colors, psnr, to_bytes
 from mobilegs.train.budget import Pace
 from mobilegs.train.checkpoint import digest
 from mobilegs.train.distributed import Team
@@ -114,7 +114,7 @@ def save_preview(
 ) -> None:
     """Render a held-back view with the current scene, save it as a PNG and log its PSNR."""
     view = load_view(frame).to(device)
-    image = as_displayed(stage.scene().render(view.camera).image)
+    image = displayed_colors(stage.scene().render(view.camera).image)
     with atomic_path(run_dir.previews / f"{stage.name}_{stage.done:06}.png") as path:
         Image.fromarray(to_bytes(image).cpu().numpy()).save(path, format="PNG")
     mask = None if view.mask is None else view.mask > 0.5

@@ -114,7 +114,10 @@ def color_distillation_loss(
     *,
     mask: Float[Tensor, "h w"] | None = None,
 ) -> Float[Tensor, ""]:
-    """Return the mean absolute difference to the teacher's image where `mask` is 1."""
+    """Return the mean absolute difference to the teacher's image where `mask` is 1.
+
+    This is Mobile-GS's distillation of colours. Values are in [0, 1]. A mask of zeros gives 0.
+    """
     if mask is None:
         return (image - teacher).abs().mean()
     return ((image - teacher).abs().sum(2) * mask).sum() / (3 * total(mask)).clamp_min(1)
@@ -127,12 +130,12 @@ def depth_distillation_loss(
     *,
     mask: Float[Tensor, "h w"] | None = None,
 ) -> Float[Tensor, ""]:
-    """Return the variance of the log-depth error, `mean(e^2) - mean(e)^2`.
+    """Return the variance of the log-depth error, `mean(e^2) - mean(e)^2`, at least 0.
 
     `e = log D - log D_teacher`, so a common factor of all depths does not count (Eigen et al. 2014
-    with lambda 1). `depth` is alpha-weighted, as the renderers return it; `teacher_depth` is the
-    mean depth of a pixel, 0 where the teacher has none. A pixel counts where `alpha > 0.5` and
-    `teacher_depth > 0`. Without such pixels the loss is 0.
+    with lambda 1). Depths are z of camera space in world units: `depth` is alpha-weighted, as the
+    renderers return it, `teacher_depth` is the mean depth of a pixel, 0 where the teacher has none.
+    A pixel counts where `alpha > 0.5` and `teacher_depth > 0`. Without such pixels the loss is 0.
     """
     counts = (alpha > 0.5) & (teacher_depth > 0) & (depth > 0)
     if mask is not None:

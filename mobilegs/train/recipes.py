@@ -1,4 +1,4 @@
-"""Recipes: all settings of a training, with presets: cpu, gpu, demo, paper and release."""
+"""Recipes: all settings of a training, with presets: demo, short, long, paper and release."""
 
 import json
 import math
@@ -21,7 +21,7 @@ from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.mini_splatting import MiniSplattingConfig
 from mobilegs.train.teacher.trainer import TeacherConfig, TeacherLearningRates
 
-PresetName = Literal["cpu", "gpu", "demo", "paper", "release"]
+PresetName = Literal["demo", "short", "long", "paper", "release"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
 SHORT, LONG_STEPS = 5000, 30_000  # steps of a teacher
 # For teachers of up to SHORT steps: they reach 30.12 dB on bonsai at 400x267 with 60,000 Gaussians.
@@ -56,8 +56,11 @@ class Recipe:
     """The student's training."""
 
 
-def gpu_recipe() -> Recipe:
-    """Return the recipe for a GPU: 30,000 + 30,000 steps and Mini-Splatting, as in the paper."""
+def long_recipe() -> Recipe:
+    """Return the preset `long`: 30,000 + 30,000 steps and Mini-Splatting, as in the paper.
+
+    It is meant for a GPU.
+    """
     return Recipe(
         TeacherConfig(densify=DensifyConfig(strategy="mini_splatting")),
         StudentConfig(
@@ -71,8 +74,8 @@ def gpu_recipe() -> Recipe:
     )
 
 
-def cpu_recipe() -> Recipe:
-    """Return the recipe for a CPU: 5,000 + 5,000 steps and at most 60,000 Gaussians.
+def short_recipe() -> Recipe:
+    """Return the preset `short`: 5,000 + 5,000 steps and at most 60,000 Gaussians.
 
     On two cores it takes about 6 minutes for photos of 400x267 (bench/results/captures.json).
     """
@@ -211,18 +214,18 @@ LONG = (
 
 def paper_recipe() -> Recipe:
     """Return the paper's recipe: 30,000 + 30,000 steps, its choices in place of this project's."""
-    return with_settings(gpu_recipe(), (*PAPER, *LONG))
+    return with_settings(long_recipe(), (*PAPER, *LONG))
 
 
 def release_recipe() -> Recipe:
     """Return the recipe of the paper's release, with its errors as far as settings reach."""
-    return with_settings(gpu_recipe(), (*RELEASE, *LONG))
+    return with_settings(long_recipe(), (*RELEASE, *LONG))
 
 
 RECIPES: dict[PresetName, Callable[[], Recipe]] = {
-    "cpu": cpu_recipe,
-    "gpu": gpu_recipe,
     "demo": demo_recipe,
+    "short": short_recipe,
+    "long": long_recipe,
     "paper": paper_recipe,
     "release": release_recipe,
 }

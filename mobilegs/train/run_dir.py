@@ -17,6 +17,7 @@ from filelock import FileLock, Timeout
 from mobilegs.atomic import atomic_write, remove_unfinished
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
+from mobilegs.evaluate.report import RunMetrics
 from mobilegs.train.budget import Plan
 from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.recipes import Recipe, from_json
@@ -160,7 +161,7 @@ class RunDir:
         """
         return load_config(self.config, "delete the folder and start a new run")
 
-    def load_metrics(self) -> dict[str, Any]:
+    def load_metrics(self) -> RunMetrics:
         """Return the contents of `metrics.json`; raises InputError if it is damaged."""
         try:
             return json.loads(self.metrics.read_text())

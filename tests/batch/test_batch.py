@@ -19,7 +19,8 @@ from mobilegs.batch.row_folder import RowFolder
 from mobilegs.batch.run import next_stage, open_after
 from mobilegs.cli.main import main
 from mobilegs.formats.ply import read_ply
-from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.pipeline.options import TrainRun
+from mobilegs.pipeline.train import train_capture
 
 STEPS = 300  # so that a training still runs when another thread hears of its checkpoint
 SAME = ("scene.mgs", "teacher.ply", "contact_sheet.png")
@@ -74,7 +75,7 @@ def interrupt() -> None:
 def single(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The run of `mobilegs train` with the options of the rows."""
     run = tmp_path_factory.mktemp("single") / "run"
-    train_run(TrainRun(capture, run, steps=STEPS, device="cpu", **OPTIONS))
+    train_capture(TrainRun(capture, run, steps=STEPS, device="cpu", **OPTIONS))
     return run
 
 

@@ -11,7 +11,7 @@ from mobilegs.batch.rows import Row, read_list
 from mobilegs.capture import CaptureRun
 from mobilegs.errors import InputError
 from mobilegs.pipeline.compress import CompressRun
-from mobilegs.pipeline.train import TrainRun
+from mobilegs.pipeline.options import TrainRun
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def test_columns_become_options_of_the_runs(folder: Path) -> None:
         ("source,steps", "garden,many", "steps is a whole number, not 'many'"),
         ("source,steps", "garden,1", "1 steps are too few"),
         ("source,minutes,steps", "garden,5,50", "steps decides the length of the run"),
-        ("source,preset", "garden,cup", "preset is one of cpu, gpu, demo, paper, release"),
+        ("source,preset", "garden,cup", "preset is one of demo, short, long, paper, release"),
         ("source,rig", "old town,maybe", "rig is true or false, not 'maybe'"),
         ("source,min_placed", "old town,2", "--min-placed must lie between 0 and 1"),
         ("source,background", 'garden,"1 1"', "background is 3 numbers, not '1 1'"),

@@ -28,7 +28,7 @@ from bench.paper.student import Method, student_class
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES
 from mobilegs.render.scene import Scene
-from mobilegs.train.recipes import cpu_recipe, with_method, with_settings
+from mobilegs.train.recipes import short_recipe, with_method, with_settings
 from tests.support.tiny import STUDENT, blobs, cameras
 
 SOME = (
@@ -46,7 +46,7 @@ Bench = Callable[..., dict[str, dict]]
 def bench(capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
     """Runs the command on nine small photos; returns the cells by row and seed."""
     settings = ("teacher.steps=5000", "teacher.max_splats=300")
-    place = BenchCapture("small", (capture.name,), 1, preset="cpu", settings=settings)
+    place = BenchCapture("small", (capture.name,), 1, preset="short", settings=settings)
     monkeypatch.setitem(CAPTURES, "blobs", place)
 
     def run(*options: str) -> dict[str, dict]:
@@ -135,10 +135,10 @@ def test_a_cell_that_fails_costs_no_other(
 def test_every_row_of_the_papers_tables_is_another_student() -> None:
     made = {}
     for name, row in ROWS.items():
-        recipe = with_method(cpu_recipe(), row.teacher)  # pyright: ignore[reportArgumentType]
+        recipe = with_method(short_recipe(), row.teacher)  # pyright: ignore[reportArgumentType]
         if not row.archived:
             made[name] = with_settings(recipe, row.settings), row.method
-    default = with_method(cpu_recipe(), "mini-splatting")
+    default = with_method(short_recipe(), "mini-splatting")
     assert made["ours"] == made["teacher"] == (default, Method())
     several = [made[name] for name in made if name not in ("ours", "teacher", "codebook-10")]
     assert all(several.count(each) == 1 for each in several)

@@ -27,7 +27,7 @@ from bench.phone import (
 from bench.phone_schema import FOLDER, measurement_problems
 from bench.viewers.chromium import FLAGS, installed
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.representation.lobes import LobeShape
 from tests.support.scene_cases import Case, make_scene
 
@@ -93,7 +93,7 @@ def test_a_measurement_has_frames_and_power_of_each_scene(
     plain = replace(make_scene(Case(300, None)), blend="sorted")
     scenes = [tmp_path / "lobes.mgs", tmp_path / "sorted.mgs"]
     for scene, content in zip(scenes, (lobes, plain), strict=True):
-        scene.write_bytes(pack(content))
+        scene.write_bytes(encode_mgs(content))
     adb = Replay(session(), chrome_port)
     adb.select(None)
     bench = phone.bench

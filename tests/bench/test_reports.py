@@ -96,7 +96,7 @@ def test_it_is_said_of_how_many_photos_lpips_is(counted: dict, told: str | None)
 
 
 def test_departures_are_the_defaults_and_not_the_papers() -> None:
-    default, paper = RECIPES["gpu"](), RECIPES["paper"]()
+    default, paper = RECIPES["long"](), RECIPES["paper"]()
     for departure in paper_report.DEPARTURES:
         settings = [f"student.{setting}" for setting in departure.settings.split(", ")]
         assert with_settings(default, settings) == default, departure

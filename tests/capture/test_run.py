@@ -259,7 +259,7 @@ def test_an_interrupted_capture_is_resumed(
     after = change_times(capture)
     for name in ("photos", "features", "matches"):
         assert after[f"work/{name}.json"] == before[f"work/{name}.json"]
-    assert report["key"] == json.loads((finished[1] / "capture.json").read_text())["key"]
+    assert dict(report)["key"] == json.loads((finished[1] / "capture.json").read_text())["key"]
     assert_centers_are_right(capture)
 
 

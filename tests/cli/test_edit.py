@@ -16,7 +16,7 @@ from mobilegs.data.demo.capture import write_capture
 from mobilegs.edit.scene_edit import kept_rows
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.framing import parsed_start
-from mobilegs.mgs.codec import read_mgs, unpack
+from mobilegs.mgs.codec import decode_mgs, read_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from tests.support.viewer_page import MGS
 
@@ -68,7 +68,7 @@ def test_edit_writes_a_copy_with_notes_and_fewer_gaussians(
 ) -> None:
     assert main(["edit", str(scene), "--crop", "-1 -1 -1 1 1 1", *NOTES, *files]) == 0
     told = capsys.readouterr().out
-    edited, whole = read_mgs(scene.with_name("scene-edited.mgs")), unpack(MGS)
+    edited, whole = read_mgs(scene.with_name("scene-edited.mgs")), decode_mgs(MGS)
     assert_noted(edited, whole)
     expected = cropped(whole)
     assert 0 < len(expected) < len(whole)
@@ -86,7 +86,7 @@ def test_settings_survive_an_export(
     page = (tmp_path / "site" / "index.html").read_text()
     data = (tmp_path / "site" / "scene.mgs").read_bytes()
     assert "<title>A garden</title>" in page
-    edited, whole = unpack(data), unpack(MGS)
+    edited, whole = decode_mgs(data), decode_mgs(MGS)
     assert_noted(edited, whole)
     assert scenes_equal(replace(edited, meta=whole.meta), cropped(whole))
     assert scene.read_bytes() == MGS
@@ -101,7 +101,7 @@ def test_notes_of_a_ply_are_attributes_of_its_page(
     scene: Path, tmp_path: Path, files: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "plain.ply"
-    write_ply(path, unpack(MGS).decode().gaussians)
+    write_ply(path, decode_mgs(MGS).decode().gaussians)
     words = ["export", str(path), "--to", "site", "-o", str(tmp_path / "site")]
     assert main([*words, *NOTES, *files]) == 0
     (element,) = re.findall(r"<mobile-gs[^>]*>", (tmp_path / "site" / "index.html").read_text())
@@ -118,7 +118,7 @@ def test_notes_of_a_ply_are_attributes_of_its_page(
 
 
 def test_every_region_and_the_rows(scene: Path, tmp_path: Path) -> None:
-    whole = unpack(MGS)
+    whole = decode_mgs(MGS)
     means = whole.decode().gaussians.means.double()
     np.save(tmp_path / "rows.npy", np.array([0, 9]))
     words = ["edit", str(scene), "-o", str(tmp_path / "new.mgs"), "--keep-sphere", "0 0 0 1.5"]
@@ -144,7 +144,7 @@ def test_cameras_are_counted_and_named(
     words = ["edit", str(scene), "-o", str(tmp_path / "new.mgs"), "--min-cameras", "1"]
     assert main([*words, "--remove-floaters"]) == 0
     told = capsys.readouterr().out
-    number = len(unpack(MGS).views)
+    number = len(decode_mgs(MGS).views)
     source = f"the {number} cameras that the file stores"
     assert f"seen by fewer than 1 of {number} cameras ({source})" in told
     assert f"floaters ({source})" in told
@@ -169,10 +169,10 @@ def test_the_upward_direction_is_noted(
 
 def test_a_ply_is_edited_and_exported(scene: Path, tmp_path: Path) -> None:
     path = tmp_path / "plain.ply"
-    write_ply(path, unpack(MGS).decode().gaussians)
+    write_ply(path, decode_mgs(MGS).decode().gaussians)
     assert main(["edit", str(path), "--crop=-1 -1 -1 1 1 1"]) == 0
     found = read_ply(tmp_path / "plain-edited.ply")
-    assert len(found) == len(cropped(unpack(MGS)))
+    assert len(found) == len(cropped(decode_mgs(MGS)))
     for to in ("spz", "glb"):
         output = tmp_path / f"new.{to}"
         words = ["export", str(path), "--to", to, "-o", str(output), "--crop=-1 -1 -1 1 1 1"]
@@ -188,10 +188,10 @@ def test_the_teacher_of_a_run_is_edited_in_its_scenes_place(
     words = ["export", str(scene), "--to", "ply", "-o", str(tmp_path / "new.ply")]
     assert main([*words, "--crop", "-1 -1 -1 1 1 1"]) == 2
     assert "would be refitted" in capsys.readouterr().err
-    write_ply(tmp_path / "teacher.ply", unpack(MGS).decode().gaussians)
+    write_ply(tmp_path / "teacher.ply", decode_mgs(MGS).decode().gaussians)
     (tmp_path / "metrics.json").write_text("{}")
     assert main([*words, "--crop", "-1 -1 -1 1 1 1"]) == 0
-    assert len(read_ply(tmp_path / "new.ply")) == len(cropped(unpack(MGS)))
+    assert len(read_ply(tmp_path / "new.ply")) == len(cropped(decode_mgs(MGS)))
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_bad_options_are_refused_with_one_sentence(
 def test_the_browser_edits_mgs_files_only(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write_ply(tmp_path / "plain.ply", unpack(MGS).decode().gaussians)
+    write_ply(tmp_path / "plain.ply", decode_mgs(MGS).decode().gaussians)
     assert main(["edit", str(tmp_path / "plain.ply")]) == 2
     assert "is not a .mgs" in capsys.readouterr().err
     words = ["edit", str(tmp_path / "plain.ply"), "--title", "A"]

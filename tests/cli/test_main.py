@@ -69,7 +69,7 @@ def test_demo_trains_on_the_built_in_capture_and_prints_a_summary(
 
     runs: list[train.TrainRun] = []
 
-    def train_run(run: train.TrainRun, **options: object) -> dict[str, dict[str, float]]:
+    def train_capture(run: train.TrainRun, **options: object) -> dict[str, dict[str, float]]:
         runs.append(run)
         return {
             "student": {"psnr": 27.125, "gaussians": 12345, "file_bytes": 67890},
@@ -79,7 +79,7 @@ def test_demo_trains_on_the_built_in_capture_and_prints_a_summary(
     written: list[Path] = []
     monkeypatch.setattr(capture, "demo_capture", lambda **options: None)
     monkeypatch.setattr(capture, "write_capture", lambda path, dataset: written.append(path))
-    monkeypatch.setattr(train, "train_run", train_run)
+    monkeypatch.setattr(train, "train_capture", train_capture)
     monkeypatch.setattr(report, "write_report", lambda run_dir: None)
     assert main(["demo", "-o", str(tmp_path / "demo"), "--seed", "3"]) == 0
     [run] = runs
@@ -95,10 +95,10 @@ def test_an_interrupted_training_says_how_to_continue(
 ) -> None:
     from mobilegs.pipeline import train
 
-    def train_run(run: train.TrainRun, **options: object) -> None:
+    def train_capture(run: train.TrainRun, **options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(train, "train_run", train_run)
+    monkeypatch.setattr(train, "train_capture", train_capture)
     assert main(["train", str(tmp_path), "-o", "there"]) == 130
     assert capsys.readouterr().err == "mobilegs: interrupted: add --resume to continue there\n"
 

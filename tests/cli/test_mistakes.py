@@ -41,7 +41,7 @@ MISTAKES = {
     "train {capture} -o {new} --steps 9 --teacher {ply} --max-splats 9": "leave out --max-splats",
     "train {capture} -o {new} --recipe {gone}.json": "{gone}.json is damaged",
     "train {capture} -o {new} --recipe {text}": "give the config.json of a run",
-    "train {capture} -o {new} --recipe {run}/config.json --preset cpu": "leave out --preset",
+    "train {capture} -o {new} --recipe {run}/config.json --preset short": "leave out --preset",
     "train {capture} -o {new} --steps 9 --lpips-weights {empty}": "no LPIPS weights",
     "train {capture} -o {run} --resume --seed 7": "was started with seed 0, not 7",
     "train {capture} -o {new} --steps 9 --live-at nowhere": "sets the address of --live: give both",
@@ -137,7 +137,7 @@ def test_a_mistake_gets_one_sentence(
 
 
 @NO_GPU
-@pytest.mark.parametrize("more", ["--device cuda:3", "--preset gpu"])
+@pytest.mark.parametrize("more", ["--device cuda:3", "--preset long"])
 def test_a_missing_gpu_is_said_before_anything_else(
     more: str, place: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

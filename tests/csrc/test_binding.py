@@ -24,7 +24,7 @@ from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs import bits, positions, rans
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.mgs.uniform_streams import join_columns
@@ -499,12 +499,12 @@ def alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]:
 
 @pytest.mark.parametrize("name", few(CASES, "one hidden layer", "scalars", "network"))
 def test_files_open_the_same_without_the_library(name: str, alone: Callable[[], None]) -> None:
-    data = pack(make_scene(CASES[name]))
-    fast = unpack(data)
+    data = encode_mgs(make_scene(CASES[name]))
+    fast = decode_mgs(data)
     opened = fast.decode()
     alone()
     assert binding.decoders() is None
-    plain = unpack(data)
+    plain = decode_mgs(data)
     assert scenes_equal(plain, fast)
     expected = plain.decode()
     for part, value in opened.gaussians.tensors().items():

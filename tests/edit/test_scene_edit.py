@@ -21,7 +21,7 @@ from mobilegs.edit.scene_edit import (
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.container import read_container
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
 from mobilegs.render.scene import Scene
@@ -48,9 +48,9 @@ def assert_same_rows(edited: QuantizedScene, whole: QuantizedScene, keep: torch.
 
 @pytest.mark.parametrize("name", few(NAMES, "one hidden layer", "scalars with lobes"))
 def test_what_stays_is_bit_identical(name: str) -> None:
-    whole = unpack(pack(make_scene(CASES[name])))
+    whole = decode_mgs(encode_mgs(make_scene(CASES[name])))
     keep = torch.rand(len(whole), generator=torch.Generator().manual_seed(1)) < 0.6
-    edited = unpack(pack(kept_rows(whole, keep)))
+    edited = decode_mgs(encode_mgs(kept_rows(whole, keep)))
     assert_same_rows(edited, whole, keep)
     before, after = whole.decode(), edited.decode()
     for part, values in after.gaussians.tensors().items():
@@ -61,11 +61,11 @@ def test_what_stays_is_bit_identical(name: str) -> None:
 
 def test_levels_keep_their_gaussians_and_empty_ones_go() -> None:
     case = next(case for case in CASES.values() if len(case.layers) > 1)
-    whole = unpack(pack(make_scene(case)))
+    whole = decode_mgs(encode_mgs(make_scene(case)))
     first = whole.lod_slices()[0]
     keep = torch.ones(len(whole), dtype=torch.bool)
     keep[first] = False
-    edited = unpack(pack(kept_rows(whole, keep)))
+    edited = decode_mgs(encode_mgs(kept_rows(whole, keep)))
     assert edited.lod_sizes == whole.lod_sizes[1:]
     assert_same_rows(edited, whole, keep)
     keep[first.start] = True
@@ -74,7 +74,7 @@ def test_levels_keep_their_gaussians_and_empty_ones_go() -> None:
 
 def test_notes_leave_the_streams_alone() -> None:
     for case in list(CASES.values())[1:3]:
-        data = pack(make_scene(case))
+        data = encode_mgs(make_scene(case))
         changed = with_notes(data, {"title": "A"})
         old, new = read_container(data), read_container(changed)
         assert {k: bytes(v.data) for k, v in old[1].items()} == {
@@ -83,7 +83,7 @@ def test_notes_leave_the_streams_alone() -> None:
         assert new[0]["meta"] == old[0]["meta"] | {"title": "A"}
         assert changed[8:12] == data[8:12]  # the version
         assert with_notes(changed, {"title": ""}) == with_notes(data, {})
-        assert scenes_equal(unpack(with_notes(data, {})), unpack(data))
+        assert scenes_equal(decode_mgs(with_notes(data, {})), decode_mgs(data))
 
 
 def test_an_edit_without_effect_copies_the_file(scene: Path, tmp_path: Path) -> None:
@@ -122,14 +122,14 @@ def test_edits_without_sense_are_refused(scene: Path, edit: SceneEdit, sentence:
 
 def test_a_scene_without_cameras_needs_some_to_count(tmp_path: Path) -> None:
     path = tmp_path / "plain.ply"
-    write_ply(path, unpack(MGS).decode().gaussians)
+    write_ply(path, decode_mgs(MGS).decode().gaussians)
     with pytest.raises(InputError, match="has no cameras to count: give --capture"):
         edit_file(path, tmp_path / "new.ply", SceneEdit(min_cameras=1))
 
 
 def test_a_ply_keeps_its_numbers(tmp_path: Path) -> None:
     path, output = tmp_path / "plain.ply", tmp_path / "new.ply"
-    write_ply(path, unpack(MGS).decode().gaussians, up=np.array([0.0, 0, 1]))
+    write_ply(path, decode_mgs(MGS).decode().gaussians, up=np.array([0.0, 0, 1]))
     edit_file(path, output, SceneEdit(rows=torch.arange(10)))
     before, after = read_ply(path), read_ply(output)
     for name, values in after.tensors().items():

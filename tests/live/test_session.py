@@ -31,7 +31,8 @@ from mobilegs.live.frames import (
 )
 from mobilegs.live.page import FORGET_SECONDS, MODES, VISITORS_MAX, Page, Visitor
 from mobilegs.live.session import LiveSession
-from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.pipeline.options import TrainRun
+from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import printed_log
 from mobilegs.train.progress import Monitor
 from mobilegs.train.run_dir import StopRequest
@@ -72,7 +73,7 @@ def test_a_run_with_a_live_view_writes_the_same_bytes(
 ) -> None:
     run = TrainRun(capture, tmp_path / "run", live=True, live_at=FREE_PORT)
     with printed_log():
-        train_run(run, recipe=RECIPE)
+        train_capture(run, recipe=RECIPE)
     assert len(sent_frames) == RECIPE.teacher.steps + RECIPE.student.steps
     assert all(frame.std() > 1 for frame in sent_frames)
     for name in ("teacher.ply", "scene.mgs"):
@@ -99,13 +100,13 @@ def test_a_paused_run_uses_no_cpu_and_can_be_stopped(
     monkeypatch.setattr(Page, "set_status", set_status)
     run = TrainRun(capture, tmp_path / "run", live=True, live_at=FREE_PORT)
     with pytest.raises(KeyboardInterrupt):
-        train_run(run, recipe=RECIPE)
+        train_capture(run, recipe=RECIPE)
     wall, cpu = np.subtract(polls[-1], polls[2])  # without the first frames of the pause
     assert wall > 0.5 and cpu < 0.5 * wall
     assert (run.output / "checkpoint.safetensors").exists()
     monkeypatch.undo()
     resumed = replace(run, resume=True, live=False, live_at=ADDRESS)
-    metrics = train_run(resumed)
+    metrics = train_capture(resumed)
     assert (run.output / "scene.mgs").read_bytes() == (finished / "scene.mgs").read_bytes()
     assert metrics["seconds"]["student"] < 30
 

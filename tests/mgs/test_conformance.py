@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.container import read_container
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.scene import Scene
@@ -49,7 +49,7 @@ def lobes_of(scene: Scene) -> Tensor:
 @torch.no_grad()
 def assert_shown_as_written(name: str, scene: Scene) -> None:
     """Check opacity and phi by direction, and pixels, if the file lists them."""
-    written, camera = expected(name), unpack(FILES[name]).views[0]
+    written, camera = expected(name), decode_mgs(FILES[name]).views[0]
     rows = torch.tensor(written["rows"])
     some = scene.gaussians.select(rows)
     for i, direction in enumerate(written.get("directions", ())):
@@ -66,7 +66,7 @@ def assert_shown_as_written(name: str, scene: Scene) -> None:
 
 @pytest.mark.parametrize("name", FILES)
 def test_python_finds_the_listed_numbers(name: str) -> None:
-    coded = unpack(FILES[name])
+    coded = decode_mgs(FILES[name])
     scene, written = coded.decode(), expected(name)
     assert (
         len(coded) == written["count"]
@@ -105,7 +105,7 @@ def test_viewers_refuse_degrees_other_than_1(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", FILES)
 def test_files_are_rewritten_byte_for_byte(name: str) -> None:
-    assert pack(unpack(FILES[name])) == FILES[name]
+    assert encode_mgs(decode_mgs(FILES[name])) == FILES[name]
 
 
 def contexts_of(data: bytes) -> int:
@@ -121,7 +121,7 @@ def test_the_files_cover_every_codec_version_and_mode() -> None:
     versions = {report["version"] for report in reports}
     minor = {2: range(1, 6), 3: range(5), 4: range(1)}
     assert versions == {f"{major}.{each}" for major in minor for each in minor[major]}
-    weightings = {unpack(data).weighting.name for data in FILES.values()}
+    weightings = {decode_mgs(data).weighting.name for data in FILES.values()}
     assert weightings == {"mobile_gs", "no_depth", "no_scale", "sort_free_gs"}  # what viewers show
     assert {contexts_of(data) for data in FILES.values()} == {1, 49}
     assert {(report["mode"], report["blend"]) for report in reports} >= {

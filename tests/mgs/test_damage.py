@@ -11,7 +11,7 @@ import pytest
 from mobilegs.errors import InputError
 from mobilegs.mgs import rans
 from mobilegs.mgs.bits import pack_bits
-from mobilegs.mgs.codec import inspect, inspect_mgs, pack, read_mgs, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect, inspect_mgs, read_mgs
 from mobilegs.mgs.container import PREFIX
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render.project import CLASSIC, Footprint
@@ -32,7 +32,7 @@ def test_a_flipped_bit_anywhere_is_refused(data: bytes) -> None:
         damaged = bytearray(data)
         damaged[place] ^= 1 << place % 8
         with pytest.raises(InputError):
-            unpack(bytes(damaged))
+            decode_mgs(bytes(damaged))
 
 
 @pytest.mark.parametrize(
@@ -49,28 +49,28 @@ def test_a_flipped_bit_anywhere_is_refused(data: bytes) -> None:
 )
 def test_foreign_files_are_recognised(start: bytes, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
-        unpack(start)
+        decode_mgs(start)
 
 
 def test_only_version_4_has_a_footprint(data: bytes) -> None:
     header, body = split(data)
     footprint = {"blur": 0.1, "antialiased": True, "soft_edge": True}
-    found = unpack(join({**header, "footprint": footprint}, body, version=(4, 0)))
+    found = decode_mgs(join({**header, "footprint": footprint}, body, version=(4, 0)))
     assert found.footprint == Footprint(0.1, antialiased=True, soft_edge=True)
-    assert unpack(pack(found)).footprint == found.footprint
-    assert inspect(pack(found))["footprint"] == footprint
+    assert decode_mgs(encode_mgs(found)).footprint == found.footprint
+    assert inspect(encode_mgs(found)).get("footprint") == footprint
     for other in (footprint, None, "x"):
-        ignored = unpack(join({**header, "footprint": other}, body, version=(2, 1)))
-        assert scenes_equal(ignored, unpack(data)) and ignored.footprint == CLASSIC
+        ignored = decode_mgs(join({**header, "footprint": other}, body, version=(2, 1)))
+        assert scenes_equal(ignored, decode_mgs(data)) and ignored.footprint == CLASSIC
     with pytest.raises(InputError, match="lacks the field 'footprint'"):
-        unpack(join(header, body, version=(4, 0)))
+        decode_mgs(join(header, body, version=(4, 0)))
     for name, value in (("blur", 4.1), ("blur", None), ("antialiased", 1), ("soft_edge", "true")):
         wrong = {**header, "footprint": {**footprint, name: value}}
         with pytest.raises(InputError, match=name):
-            unpack(join(wrong, body, version=(4, 0)))
+            decode_mgs(join(wrong, body, version=(4, 0)))
     given = {**header, "footprint": footprint, "blend": "sorted"}
     with pytest.raises(InputError, match="cannot have a footprint with a soft edge"):
-        unpack(join(given, body, version=(4, 0)))
+        decode_mgs(join(given, body, version=(4, 0)))
 
 
 def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
@@ -79,7 +79,7 @@ def test_a_later_minor_version_may_add_fields_and_streams(data: bytes) -> None:
     row = {"name": "new", "codec": "new", "bytes": 13, "crc32": zlib.crc32(extra)}
     later = {**header, "new": [1], "streams": [*header["streams"], row]}
     file = join(later, body + extra + bytes(3), version=(2, 7))
-    assert scenes_equal(unpack(file), unpack(data))
+    assert scenes_equal(decode_mgs(file), decode_mgs(data))
     row = inspect(file)["streams"][-1]
     assert row["raw_bytes"] is None and not row["used"]
 
@@ -101,7 +101,7 @@ def test_a_header_that_is_not_utf8_is_refused() -> None:
     fixed = struct.pack("<HHI", 2, 0, len(text))
     head = b"MGS\x1a\r\n\x00\x01" + fixed + struct.pack("<I", zlib.crc32(fixed + text))
     with pytest.raises(InputError, match="JSON"):
-        unpack(head + text)
+        decode_mgs(head + text)
 
 
 DECODERS = {  # messages about the first stream of rows, by its codec
@@ -123,16 +123,16 @@ def test_a_false_count_is_refused_by_the_decoders_in_little_memory(
     first.data = (
         rans.encode(symbols, 8) if codec == "rans" else pack_bits(symbols.astype(np.uint64), widths)
     )
-    unpack(parts.to_bytes())
+    decode_mgs(parts.to_bytes())
     parts.header["count"] = count
     parts.piece("lobes.2").data += bytes(count)  # enough bytes for this count
     crafted = parts.to_bytes()
     with pytest.raises(InputError):
-        unpack(crafted)  # what is imported at first use does not count
+        decode_mgs(crafted)  # what is imported at first use does not count
     tracemalloc.start()
     try:
         with pytest.raises(InputError, match=DECODERS[codec]):
-            unpack(crafted)
+            decode_mgs(crafted)
         # the header claims 12 indices and a position per Gaussian
         bound = 2 * (len(crafted) + count * (12 * 2 + 6)) + 100_000
         assert tracemalloc.get_traced_memory()[1] < bound
@@ -163,13 +163,13 @@ def test_bytes_of_unneeded_streams_do_not_count_for_the_number_of_gaussians(
 ) -> None:
     few = of_zeros(parse_parts(data), 15_000)
     used = sum(len(piece.data) for piece in few.pieces)
-    assert len(unpack(few.to_bytes())) == 15_000 and used > 15_000
+    assert len(decode_mgs(few.to_bytes())) == 15_000 and used > 15_000
     crafted = []
     for name in ("spare", "view-network", "lobes.3", "positions@1", "scale.00"):
         many = of_zeros(parse_parts(data), 60_000)
         many.pieces.insert(0, Piece(name, "raw", bytes(60_000)))
         crafted.append(many.to_bytes())
-        for read in (inspect, unpack):
+        for read in (inspect, decode_mgs):
             with pytest.raises(
                 InputError, match=r"claims 60000 Gaussians in \d{5} of its \d+ bytes"
             ):

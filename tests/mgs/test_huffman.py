@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.huffman import code_lengths, huffman_bytes
 from tests.support.scene_cases import CASES, make_scene
 
@@ -30,8 +30,8 @@ def bits_of_merges(symbols: list[int]) -> int:
 
 @pytest.mark.parametrize("name", ["layers of scalars", "the paper's"])
 def test_the_bytes_of_a_scene_are_those_of_its_streams(name: str) -> None:
-    data = pack(make_scene(CASES[name]))
-    scene, found = unpack(data), huffman_bytes(unpack(data))
+    data = encode_mgs(make_scene(CASES[name]))
+    scene, found = decode_mgs(data), huffman_bytes(decode_mgs(data))
     rows = {row["name"]: row for row in inspect(data)["streams"]}
     assert set(found) == {stream for stream in rows if "." in stream}
     for stream, size in found.items():

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.representation.codebooks import Attribute
 from mobilegs.representation.lobes import LobeShape
@@ -45,7 +45,7 @@ NOTHING = {
 )
 def test_a_scene_that_a_file_cannot_hold_is_refused(change: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
-        pack(replace(make_scene(SMALL), **change))
+        encode_mgs(replace(make_scene(SMALL), **change))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_invalid_lobe_shapes_are_refused(data: bytes, lobes: Any, sentence: str)
     header, body = split(data)
     assert header["lobes"] == SHAPE
     with pytest.raises(InputError, match=sentence):
-        unpack(join({**header, "lobes": lobes}, body))
+        decode_mgs(join({**header, "lobes": lobes}, body))
 
 
 def _set(*path: str | int, to: Any) -> Callable[[dict[str, Any]], None]:
@@ -98,7 +98,7 @@ def test_numbers_out_of_range_are_refused_from_the_header(
 ) -> None:
     header, body = split(data)
     change(header)
-    for read in (inspect, unpack):
+    for read in (inspect, decode_mgs):
         with pytest.raises(InputError, match=sentence):
             read(join(header, body))
 
@@ -117,15 +117,15 @@ def test_codes_out_of_range_are_refused(name: Attribute) -> None:
     scene = make_scene(SMALL)
     scene.indices[name][3] = scene.codebooks[name].shape[1]
     with pytest.raises(InputError, match=f"{name} indices"):
-        pack(scene)
+        encode_mgs(scene)
     scene = make_scene(SMALL)
     scene.codebooks[name][0, 0] = torch.inf
     with pytest.raises(InputError, match=f"{name} codebooks"):
-        pack(scene)
+        encode_mgs(scene)
 
 
 def test_weights_that_are_not_finite_are_refused() -> None:
     scene = make_scene(SMALL)
     scene.decoder["view1"][0, 0] = torch.nan
     with pytest.raises(InputError, match="colour decoder"):
-        pack(scene)
+        encode_mgs(scene)

@@ -7,7 +7,7 @@ import pytest
 
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.representation.lobes import LobeShape
 from mobilegs.representation.uniform_quantizer import StepSizes
 from tests.support.memory_meter import RESET, MemoryMeter
@@ -30,7 +30,7 @@ def levels_file() -> bytes:
     layers = (COUNT // 5, COUNT - COUNT // 5)
     steps = StepSizes(0.3, 0.5, 0.4, 1.0, 2.0)
     shape = LobeShape(1, 2)
-    return pack(make_scene(Case(COUNT, shape, steps=steps, colors="linear", layers=layers)))
+    return encode_mgs(make_scene(Case(COUNT, shape, steps=steps, colors="linear", layers=layers)))
 
 
 def promised(parts: Parts) -> int:
@@ -49,7 +49,7 @@ def opened(data: bytes) -> str:
     meter, refusal = MemoryMeter(), ""
     meter.start()
     try:
-        unpack(data)
+        decode_mgs(data)
     except InputError as error:
         refusal = str(error)
     peak = meter.peak()
@@ -60,7 +60,7 @@ def opened(data: bytes) -> str:
 
 def test_lod_levels_take_at_most_twice_file_and_scene(levels_file: bytes) -> None:
     parts = parse_parts(levels_file)
-    rows = [part for part in tensors(unpack(levels_file)) if len(part) == COUNT]
+    rows = [part for part in tensors(decode_mgs(levels_file)) if len(part) == COUNT]
     assert sum(part.nbytes for part in rows) == promised(parts)
     assert opened(levels_file) == ""
 

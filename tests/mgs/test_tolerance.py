@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.quantized_scene import scenes_equal
 from tests.support.mgs_parts import Piece, parse_parts
 from tests.support.node import assert_same_refusals
@@ -37,7 +37,7 @@ def test_streams_may_come_in_any_order_and_some_may_be_unneeded(name: str, tmp_p
         rearranged(data, lambda pieces: pieces + idle),
     ]
     assert assert_same_refusals(tmp_path, files) == [None] * 3
-    assert all(scenes_equal(unpack(file), unpack(data)) for file in files)
+    assert all(scenes_equal(decode_mgs(file), decode_mgs(data)) for file in files)
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_weights_that_are_not_finite_are_refused(name: str, number: float, tmp_p
     halves = np.concatenate([part.numpy().ravel() for part in weights.values()])
     for value in (halves[7], number):
         halves[7] = value
-        parts = parse_parts(pack(scene))
+        parts = parse_parts(encode_mgs(scene))
         piece = parts.piece(name)
         piece.codec, piece.data = "raw", halves.tobytes()
         files.append(parts.to_bytes())
@@ -60,7 +60,7 @@ def test_weights_that_are_not_finite_are_refused(name: str, number: float, tmp_p
 def test_quaternions_of_zeros_are_read_and_not_rendered(tmp_path: Path) -> None:
     scene = make_scene(SMALL)
     scene.codebooks["rotation"][:] = 0
-    data = pack(scene)
+    data = encode_mgs(scene)
     assert assert_same_refusals(tmp_path, [data]) == [None]
-    drawn = unpack(data)
+    drawn = decode_mgs(data)
     assert drawn.decode().render(drawn.views[0]).alpha.max() == 0

@@ -88,6 +88,26 @@ def test_compress_can_train_on_the_photos_of_the_scene(
     assert not (tmp_path / "other").exists()
 
 
+def test_compress_with_photos_is_training_with_a_given_teacher(tmp_path: Path) -> None:
+    source, capture, runs = tmp_path / "garden.ply", tmp_path / "capture", {}
+    write_ply(source, garden(300))
+    scene = Scene(garden(300))
+    render_synthetic_capture(scene, source, capture, CaptureOptions(views=16, size=64))
+    more = ["--preset", "demo", "--steps", "10", "--target-mb", "0.02"]
+    for verb, words in (
+        ("compress", [str(source), "--capture", str(capture)]),
+        ("train", [str(capture), "--teacher", str(source)]),
+    ):
+        runs[verb] = tmp_path / verb
+        assert main([verb, *words, "-o", str(runs[verb]), *more]) == 0
+    for name in ("scene.mgs", "teacher.ply"):
+        assert (runs["compress"] / name).read_bytes() == (runs["train"] / name).read_bytes()
+    recipe = json.loads((runs["train"] / "config.json").read_text())["recipe"]
+    assert recipe["student"]["steps"] == 10  # all of them: the teacher is given
+    assert recipe["student"]["quantization"]["target_mb"] == 0.02
+    assert read_mgs(runs["train"] / "scene.mgs").footprint.blur == scene.footprint.blur == 0.3
+
+
 def test_no_camera_is_blind_if_there_is_none() -> None:
     validate_visibility(Scene(garden(100)), [], "photos", "")
 

@@ -11,7 +11,7 @@ import torch
 
 from mobilegs.cli.main import main
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs
 from mobilegs.representation.lobes import LobeShape
 from mobilegs.scene_file import PLAIN, inspect_scene, open_scene, teacher_of
 from mobilegs.spherical_harmonics import sh_colors
@@ -52,7 +52,7 @@ def test_a_scene_converts_to_another_format_and_back(
 
 def test_a_mgs_that_is_blended_sorted_is_exported(tmp_path: Path) -> None:
     path, there = tmp_path / "scene.mgs", tmp_path / "scene.ply"
-    path.write_bytes(pack(replace(make_scene(Case(20)), blend="sorted")))
+    path.write_bytes(encode_mgs(replace(make_scene(Case(20)), blend="sorted")))
     assert main(["export", str(path), "--to", "ply", "-o", str(there)]) == 0
     found, made = read_ply(there), read_mgs(path).decode(CPU).gaussians
     for name, value in found.tensors().items():
@@ -64,7 +64,7 @@ def test_a_sorted_mgs_with_opacities_by_direction_is_not_converted(
 ) -> None:
     path, there = tmp_path / "scene.mgs", tmp_path / "there.ply"
     for case in (Case(20, LobeShape(1, 2)), Case(20, network=True)):
-        path.write_bytes(pack(replace(make_scene(case), blend="sorted")))
+        path.write_bytes(encode_mgs(replace(make_scene(case), blend="sorted")))
         said = refusal(capsys, "export", path, "--to", "ply", "-o", there)
         assert "opacities that depend on the view" in said and "teacher.ply" in said
         assert not there.exists()
@@ -124,7 +124,7 @@ def test_the_teacher_is_exported_for_a_student_in_its_run(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, there = tmp_path / "scene.mgs", tmp_path / "there.ply"
-    path.write_bytes(pack(make_scene(Case(20))))
+    path.write_bytes(encode_mgs(make_scene(Case(20))))
     teacher = tmp_path / "teacher.ply"
     teacher.write_bytes(scene.read_bytes())
     words = ["export", str(path), "--to", "ply", "-o"]

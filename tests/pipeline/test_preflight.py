@@ -13,7 +13,8 @@ from mobilegs.data import load_capture
 from mobilegs.data.demo.capture import write_capture
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.pipeline.train import TrainRun, resolve_recipe, train_run
+from mobilegs.pipeline.options import TrainRun, resolve_recipe
+from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import printed_log
 from mobilegs.train.recipes import with_settings
 from tests.support.runs import RECIPE
@@ -117,7 +118,7 @@ def test_an_invalid_student_is_refused_before_the_teacher_trains(
     settings = ("student.quantization.lod_levels=8", "student.color.latents=12")
     run = TrainRun(capture, tmp_path / "run", settings=(settings,))
     with pytest.raises(InputError, match="need more streams than a file may have"):
-        train_run(run)
+        train_capture(run)
     assert not (tmp_path / "run").exists()
 
 
@@ -157,20 +158,20 @@ def test_another_capture_is_not_mixed_with_a_run(
     with pytest.raises(
         InputError, match=r"blobs is not the capture that the run in .*run trains on"
     ):
-        train_run(TrainRun(other, run, resume=True))
+        train_capture(TrainRun(other, run, resume=True))
     assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
     moved = tmp_path / "elsewhere"
     shutil.copytree(capture, moved)
-    assert train_run(TrainRun(moved, run, resume=True))["student"]["gaussians"] > 0
+    assert train_capture(TrainRun(moved, run, resume=True))["student"]["gaussians"] > 0
 
 
 def test_options_that_contradict_a_finished_run_are_refused(capture: Path, run: Path) -> None:
     for asked in (TrainRun(capture, run, seed=4), TrainRun(capture, run, steps=9)):
         with pytest.raises(InputError, match="was started with"):
-            train_run(replace(asked, resume=True))
+            train_capture(replace(asked, resume=True))
     (run / "metrics.json").write_text("{")
     with pytest.raises(InputError, match=r"metrics\.json is damaged .* delete it"):
-        train_run(TrainRun(capture, run, resume=True))
+        train_capture(TrainRun(capture, run, resume=True))
 
 
 @pytest.mark.parametrize("poses", [None, [0.0] * 11, ["x"] * 12])
@@ -180,7 +181,7 @@ def test_a_config_with_damaged_photos_is_refused(capture: Path, run: Path, poses
     content["photos"]["poses"] = poses
     config.write_text(json.dumps(content))
     with pytest.raises(InputError, match=r"config\.json is damaged"):
-        train_run(TrainRun(capture, run, resume=True))
+        train_capture(TrainRun(capture, run, resume=True))
 
 
 def test_a_demo_does_not_touch_another_run(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -193,7 +194,7 @@ def test_a_demo_does_not_touch_another_run(run: Path, capsys: pytest.CaptureFixt
 def test_other_files_are_not_overwritten(capture: Path, tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("mine")
     with pytest.raises(InputError, match=f"{name} would be overwritten"):
-        train_run(TrainRun(capture, tmp_path), recipe=RECIPE)
+        train_capture(TrainRun(capture, tmp_path), recipe=RECIPE)
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
@@ -204,7 +205,7 @@ def test_an_empty_teacher_is_refused(capture: Path, finished: Path, tmp_path: Pa
     gaussians = read_ply(finished / "teacher.ply")
     write_ply(tmp_path / "none.ply", gaussians.select(slice(0)))
     with pytest.raises(InputError, match=r"none\.ply has no Gaussians"):
-        train_run(TrainRun(capture, tmp_path / "run", teacher=tmp_path / "none.ply"))
+        train_capture(TrainRun(capture, tmp_path / "run", teacher=tmp_path / "none.ply"))
     assert not (tmp_path / "run").exists()
 
 
@@ -224,9 +225,9 @@ def test_an_unreachable_size_is_reported(
 ) -> None:
     recipe = with_settings(RECIPE, ["student.quantization.target_mb=0.001"])
     with printed_log():
-        train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
+        train_capture(TrainRun(capture, tmp_path / "run"), recipe=recipe)
     said = capsys.readouterr().out
-    assert "MB, but target_mb is 0.001" in said
+    assert "MB, not the 0.001 MB of target_mb" in said and "with fewer Gaussians" in said
     photos = json.loads((tmp_path / "run" / "config.json").read_text())["photos"]
     assert len(photos["poses"]) == 12 and "9 photos of 24x20, 12 steps for the teacher" in said
 
@@ -257,5 +258,5 @@ def test_unusable_output_paths_are_refused(
     assert main(["export", scene, "--to", "html", "-o", str(run)]) == 2
     assert "it is a folder" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"file is a file: give a folder"):
-        train_run(TrainRun(capture, tmp_path / "file" / "run"), recipe=RECIPE)
+        train_capture(TrainRun(capture, tmp_path / "file" / "run"), recipe=RECIPE)
     assert (tmp_path / "file").read_text() == "mine"

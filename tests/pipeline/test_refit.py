@@ -19,7 +19,7 @@ from mobilegs.data.demo.capture import write_capture
 from mobilegs.errors import InputError
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import pack, read_mgs, write_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs, write_mgs
 from mobilegs.pipeline import refit as refitting
 from mobilegs.pipeline.export_sorted import SortedExport, export_sorted
 from mobilegs.pipeline.refit import measure_fit, refit, views_around, views_from
@@ -253,7 +253,7 @@ def test_a_sorted_scene_is_not_refitted(
 ) -> None:
     plain, coded = tmp_path / "plain.ply", tmp_path / "sorted.mgs"
     write_ply(plain, read_mgs(student).decode(CPU).gaussians)
-    coded.write_bytes(pack(replace(make_scene(Case(20)), blend="sorted")))
+    coded.write_bytes(encode_mgs(replace(make_scene(Case(20)), blend="sorted")))
     for scene in (plain, coded):
         words = ["export", scene, "--to", "glb", "-o", tmp_path / "there.glb"]
         for more in (["--refit"], ["--capture", capture], ["--seed", 1], ["--device", "cpu"]):

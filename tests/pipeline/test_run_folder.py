@@ -17,8 +17,9 @@ from mobilegs.data import load_capture
 from mobilegs.device import choose_device
 from mobilegs.errors import InputError
 from mobilegs.pipeline import preflight
+from mobilegs.pipeline.options import TrainRun, resolve_recipe
 from mobilegs.pipeline.preflight import validate_run
-from mobilegs.pipeline.train import TrainRun, resolve_recipe, train_run
+from mobilegs.pipeline.train import train_capture
 from mobilegs.scene_file import read_plain_scene, scene_at
 from mobilegs.train.run_dir import RunDir
 from tests.support.runs import RECIPE
@@ -51,9 +52,9 @@ def test_a_second_process_cannot_train_the_same_run(capture: Path, tmp_path: Pat
         RunDir(run.output).lock(),
         pytest.raises(InputError, match="another process trains the run in"),
     ):
-        train_run(run, recipe=RECIPE)
+        train_capture(run, recipe=RECIPE)
     assert not (run.output / "config.json").exists()
-    assert train_run(run, recipe=RECIPE)["student"]["gaussians"] > 0
+    assert train_capture(run, recipe=RECIPE)["student"]["gaussians"] > 0
 
 
 def test_what_a_killed_process_was_writing_is_removed(tmp_path: Path) -> None:
@@ -175,7 +176,7 @@ def test_a_run_of_a_time_has_the_settings_for_short_runs_on_a_gpu_too(
     run = TrainRun(capture, tmp_path / "run")
     strategies = {
         "clone_split": (run, replace(run, minutes=5.0), replace(run, steps=9, device="cpu")),
-        "mini_splatting": (replace(run, steps=9), replace(run, preset="gpu", minutes=5.0)),
+        "mini_splatting": (replace(run, steps=9), replace(run, preset="long", minutes=5.0)),
     }
     for strategy, runs in strategies.items():
         for each in runs:
@@ -183,8 +184,8 @@ def test_a_run_of_a_time_has_the_settings_for_short_runs_on_a_gpu_too(
 
 
 @NO_GPU
-def test_presets_for_a_gpu_ask_before_they_train_on_a_cpu(capture: Path, tmp_path: Path) -> None:
-    for preset in ("gpu", "paper", "release"):
+def test_long_presets_ask_before_they_train_on_a_cpu(capture: Path, tmp_path: Path) -> None:
+    for preset in ("long", "paper", "release"):
         run = replace(TrainRun(capture, tmp_path / "run"), preset=preset)
         with pytest.raises(InputError, match=f"preset {preset} is for a GPU"):
             resolve_recipe(run)

@@ -8,6 +8,7 @@ import sys
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 import torch
@@ -17,10 +18,13 @@ from mobilegs.cli.options import call
 from mobilegs.cli.render import open_scene_and_capture
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
+from mobilegs.evaluate.report import FileMetrics, RunMetrics
 from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.pipeline import train
-from mobilegs.pipeline.train import TrainRun, options_as_json, resolve_recipe, train_run
+from mobilegs.pipeline.options import TrainRun, options_as_json, resolve_recipe
+from mobilegs.pipeline.train import train_capture
+from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.train.recipes import RECIPES, PresetName, Recipe, from_json, with_settings, with_steps
 from tests.support.runs import RECIPE
 from tests.support.selection import few
@@ -53,7 +57,7 @@ def stopped_after(
 
         monkeypatch.setattr(kind, "advance", advance)
     with pytest.raises(KeyboardInterrupt):
-        train_run(run, recipe=recipe)
+        train_capture(run, recipe=recipe)
     monkeypatch.undo()
 
 
@@ -67,6 +71,8 @@ def test_a_run_leaves_its_files(finished: Path) -> None:
 
 def test_the_metrics_describe_the_file(finished: Path) -> None:
     metrics = json.loads((finished / "metrics.json").read_text())
+    assert metrics.keys() == {*RunMetrics.__annotations__}
+    assert metrics["student"].keys() == {*get_type_hints(FileMetrics)}
     assert metrics["student"]["file_bytes"] == (finished / "scene.mgs").stat().st_size
     for name in ("teacher", "student"):
         assert metrics[name]["psnr"] > 5 and metrics[name]["ssim"] is not None
@@ -80,11 +86,12 @@ def test_the_file_has_notes_and_the_given_lod_levels(
 ) -> None:
     found = inspect_mgs(finished / "scene.mgs")
     assert "layers" not in found
-    assert found["meta"]["photos"].endswith("of 24x20") and found["meta"]["student_steps"] == 18
+    assert str(found["meta"]["photos"]).endswith("of 24x20")
+    assert found["meta"]["student_steps"] == 18
     recipe = with_settings(RECIPE, ["student.quantization.lod_levels=2"])
-    train_run(TrainRun(capture, tmp_path / "run"), recipe=recipe)
-    again = inspect_mgs(tmp_path / "run" / "scene.mgs")
-    assert len(again["layers"]) == 2 and sum(again["layers"]) == found["gaussians"]
+    train_capture(TrainRun(capture, tmp_path / "run"), recipe=recipe)
+    layers = inspect_mgs(tmp_path / "run" / "scene.mgs").get("layers", [])
+    assert len(layers) == 2 and sum(layers) == found["gaussians"]
 
 
 def test_the_log_has_both_stages_in_order(finished: Path) -> None:
@@ -100,8 +107,8 @@ def test_the_log_has_both_stages_in_order(finished: Path) -> None:
 def test_two_runs_with_one_seed_give_the_same_bytes(
     capture: Path, finished: Path, tmp_path: Path
 ) -> None:
-    train_run(TrainRun(capture, tmp_path / "a"), recipe=RECIPE)
-    train_run(TrainRun(capture, tmp_path / "b", seed=1), recipe=RECIPE)
+    train_capture(TrainRun(capture, tmp_path / "a"), recipe=RECIPE)
+    train_capture(TrainRun(capture, tmp_path / "b", seed=1), recipe=RECIPE)
     scene = (finished / "scene.mgs").read_bytes()
     assert (tmp_path / "a" / "scene.mgs").read_bytes() == scene
     assert (tmp_path / "b" / "scene.mgs").read_bytes() != scene
@@ -113,7 +120,7 @@ def test_a_run_resumed_after_ctrl_c_ends_in_the_same_bytes(
 ) -> None:
     run = TrainRun(capture, tmp_path / "run", resume=True)
     stopped_after(steps, run, monkeypatch)
-    train_run(run)
+    train_capture(run)
     for name in ("scene.mgs", "teacher.ply", "contact_sheet.png"):
         assert (tmp_path / "run" / name).read_bytes() == (finished / name).read_bytes()
     assert {path.name for path in (tmp_path / "run").iterdir()} == OUTPUTS
@@ -128,7 +135,7 @@ def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
     settings = ["teacher.pose.learned=true"]
     settings += [f"{stage}.exposure.learned=always" for stage in ("teacher", "student")]
     recipe = with_settings(RECIPE, settings)
-    whole = train_run(TrainRun(capture, tmp_path / "whole"), recipe=recipe)
+    whole = train_capture(TrainRun(capture, tmp_path / "whole"), recipe=recipe)
     assert whole["poses"] == "refined"
     assert all(whole["exposures"][name]["learned"] for name in ("teacher", "student"))
     poses = json.loads((tmp_path / "whole" / "poses.json").read_text())
@@ -143,7 +150,7 @@ def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
     for steps in (8, 20):  # in each stage
         run = TrainRun(capture, tmp_path / str(steps))
         stopped_after(steps, run, monkeypatch, recipe)
-        train_run(replace(run, resume=True))
+        train_capture(replace(run, resume=True))
         for name in ("teacher.ply", "poses.json", "scene.mgs"):
             assert (run.output / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
@@ -152,10 +159,11 @@ def test_refined_poses_and_exposures_are_kept_measured_and_resumed(
 def test_a_run_that_is_killed_can_be_resumed(capture: Path, finished: Path, tmp_path: Path) -> None:
     program = (
         "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[3])\n"
-        "from mobilegs.pipeline.train import TrainRun, train_run\n"
+        "from mobilegs.pipeline.options import TrainRun\n"
+        "from mobilegs.pipeline.train import train_capture\n"
         "from tests.support.runs import RECIPE\n"
         "run = TrainRun(Path(sys.argv[1]), Path(sys.argv[2]), checkpoint_seconds=0.0)\n"
-        "train_run(run, recipe=RECIPE)\n"
+        "train_capture(run, recipe=RECIPE)\n"
     )
     run = tmp_path / "run"
     arguments = [
@@ -175,20 +183,20 @@ def test_a_run_that_is_killed_can_be_resumed(capture: Path, finished: Path, tmp_
     process.kill()
     process.communicate()
     assert not (run / "metrics.json").exists()
-    train_run(TrainRun(capture, run, resume=True))
+    train_capture(TrainRun(capture, run, resume=True))
     assert (run / "scene.mgs").read_bytes() == (finished / "scene.mgs").read_bytes()
 
 
 def test_resuming_a_finished_run_changes_nothing(capture: Path, finished: Path) -> None:
     before = (finished / "scene.mgs").stat().st_mtime_ns
-    metrics = train_run(TrainRun(capture, finished, resume=True))
+    metrics = train_capture(TrainRun(capture, finished, resume=True))
     assert metrics == json.loads((finished / "metrics.json").read_text())
     assert (finished / "scene.mgs").stat().st_mtime_ns == before
 
 
 def test_a_folder_with_a_run_is_refused_without_resume(capture: Path, finished: Path) -> None:
     with pytest.raises(InputError, match="add --resume"):
-        train_run(TrainRun(capture, finished), recipe=RECIPE)
+        train_capture(TrainRun(capture, finished), recipe=RECIPE)
 
 
 def test_a_resumed_run_keeps_its_options(
@@ -197,7 +205,7 @@ def test_a_resumed_run_keeps_its_options(
     run = TrainRun(capture, tmp_path / "run", seed=3)
     stopped_after(2, run, monkeypatch)
     with pytest.raises(InputError, match="started with seed 3, not 4"):
-        train_run(replace(run, seed=4, resume=True))
+        train_capture(replace(run, seed=4, resume=True))
 
 
 def test_another_teacher_is_refused_on_resuming(
@@ -208,26 +216,26 @@ def test_another_teacher_is_refused_on_resuming(
     path = tmp_path / "run" / "teacher.ply"
     write_ply(path, read_ply(path).select(slice(0, 5)))
     with pytest.raises(InputError, match="is not the teacher"):
-        train_run(run)
+        train_capture(run)
 
 
 def test_a_given_scene_can_be_the_teacher(capture: Path, finished: Path, tmp_path: Path) -> None:
     given = finished / "teacher.ply"
-    train_run(TrainRun(capture, tmp_path / "run", teacher=given), recipe=RECIPE)
+    train_capture(TrainRun(capture, tmp_path / "run", teacher=given), recipe=RECIPE)
     assert (tmp_path / "run" / "teacher.ply").read_bytes() == given.read_bytes()
     assert (tmp_path / "run" / "scene.mgs").read_bytes() == (finished / "scene.mgs").read_bytes()
 
 
 def test_nothing_is_written_if_the_capture_cannot_be_used(tmp_path: Path) -> None:
     with pytest.raises(InputError):
-        train_run(TrainRun(tmp_path / "nowhere", tmp_path / "run"), recipe=RECIPE)
+        train_capture(TrainRun(tmp_path / "nowhere", tmp_path / "run"), recipe=RECIPE)
     assert not (tmp_path / "run").exists()
 
 
 def test_a_damaged_configuration_is_refused(capture: Path, tmp_path: Path) -> None:
     (tmp_path / "config.json").write_text('{"options": {}')
     with pytest.raises(InputError, match=r"config\.json is damaged"):
-        train_run(TrainRun(capture, tmp_path, resume=True))
+        train_capture(TrainRun(capture, tmp_path, resume=True))
 
 
 # --- recipes
@@ -240,7 +248,7 @@ def test_a_recipe_survives_json(name: PresetName) -> None:
 
 
 def test_the_paper_has_thirty_thousand_steps_each() -> None:
-    recipe = RECIPES["gpu"]()
+    recipe = RECIPES["long"]()
     assert recipe.teacher.steps == recipe.student.steps == 30_000
 
 
@@ -264,6 +272,37 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
     assert recipe.teacher.views_per_step == recipe.student.views_per_step == 3
     assert recipe.teacher.densify.gradient == 1e-3
     assert recipe.student.weighting.exponent_max == 8
+
+
+def test_a_size_limits_the_teacher_and_steers_the_student(tmp_path: Path) -> None:
+    run = TrainRun(tmp_path, tmp_path, preset="short", target_mb=0.19)
+    recipe = resolve_recipe(run)
+    assert recipe.teacher.max_splats == 20_000
+    assert recipe.student.quantization.target_mb == 0.19
+    assert resolve_recipe(replace(run, target_mb=9.0)).teacher.max_splats == 60_000
+    assert resolve_recipe(replace(run, max_splats=70_000)).teacher.max_splats == 70_000
+    fixed = resolve_recipe(replace(run, settings=(("teacher.max_splats=30000",),)))
+    assert fixed.teacher.max_splats == 30_000
+    with pytest.raises(InputError, match="needs method=sq"):
+        resolve_recipe(replace(run, preset="paper", device="cpu"))
+
+
+def test_all_steps_are_the_students_if_the_teacher_is_given(tmp_path: Path) -> None:
+    run = TrainRun(tmp_path, tmp_path, preset="demo", steps=84)
+    recipe = resolve_recipe(run)
+    assert (recipe.teacher.steps, recipe.student.steps) == (40, 44)
+    assert resolve_recipe(replace(run, teacher=tmp_path / "a.ply")).student.steps == 84
+
+
+def test_a_student_covers_pixels_as_a_given_teacher_does(tmp_path: Path) -> None:
+    run = TrainRun(tmp_path, tmp_path, preset="demo", teacher=tmp_path / "a.ply")
+    usual = resolve_recipe(run)
+    assert resolve_recipe(run, None, Footprint(0.1, antialiased=True)) == usual
+    student = resolve_recipe(run, None, CLASSIC).student
+    assert (student.footprint.blur, student.footprint.antialiased) == (0.3, False)
+    assert student.footprint.soft_edge and student.least_variance == 0
+    own = replace(run, settings=(("student.least_variance=0.1",),))
+    assert resolve_recipe(own, None, CLASSIC).student.least_variance == 0.1
 
 
 def test_settings_may_be_given_together_or_one_by_one(tmp_path: Path) -> None:
@@ -291,7 +330,7 @@ def test_a_method_changes_the_teachers_strategy_but_no_lengths(name, tmp_path: P
 
 
 def test_the_papers_teacher_is_mini_splatting() -> None:
-    assert RECIPES["gpu"]().teacher.densify.strategy == "mini_splatting"
+    assert RECIPES["long"]().teacher.densify.strategy == "mini_splatting"
 
 
 def test_a_method_for_a_given_teacher_is_refused(tmp_path: Path) -> None:

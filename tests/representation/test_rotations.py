@@ -9,7 +9,7 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.representation.rotations import encode_rotations
 from mobilegs.representation.uniform_quantizer import ANGLE_STEP_RANGE, StepSizes
@@ -57,8 +57,8 @@ def refused(data: bytes) -> bool:
 def test_both_decoders_agree_on_the_largest_angles(
     step: float, cells: list[int], tmp_path: Path
 ) -> None:
-    data = pack(turned(step, cells))
-    expected = unpack(data).decode().gaussians.quats
+    data = encode_mgs(turned(step, cells))
+    expected = decode_mgs(data).decode().gaussians.quats
     vectors = decoded(tmp_path, {"file": data}, seed=0)["file"]["arrays"]["quats"]
     assert_close("quats", vectors, normalize(expected, dim=1), 3e-6)
 
@@ -79,7 +79,7 @@ def test_both_decoders_refuse_larger_ones_from_the_header(tmp_path: Path) -> Non
     }
     files = []
     for cell, step in cases:
-        header, body = split(pack(turned(0.002, [cell])))
+        header, body = split(encode_mgs(turned(0.002, [cell])))
         header["scalars"]["rotation"]["step"] = step
         files.append(join(header, body))
     assert [refused(file) for file in files] == list(cases.values())
@@ -90,9 +90,9 @@ def test_both_decoders_refuse_larger_ones_from_the_header(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("cell", [-2, 2])
 def test_a_scene_of_larger_angles_is_not_written(cell: int) -> None:
-    pack(turned(3.19, [cell]))
+    encode_mgs(turned(3.19, [cell]))
     with pytest.raises(InputError, match=r"3\.3 is too large"):
-        pack(turned(3.3, [cell]))
+        encode_mgs(turned(3.3, [cell]))
 
 
 @pytest.mark.parametrize("step", [*ANGLE_STEP_RANGE, 2 * torch.pi / 3])
@@ -108,7 +108,7 @@ def test_every_encoded_rotation_can_be_written(step: float) -> None:
         indices=coded.indices | {"rotation": codes},
         step_sizes=coded.step_sizes | {"rotation": step},
     )
-    unpack(pack(coded))
+    decode_mgs(encode_mgs(coded))
 
 
 def test_a_step_size_without_valid_angles_is_refused() -> None:

@@ -10,7 +10,7 @@ import torch
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
@@ -194,14 +194,14 @@ def test_a_single_gaussian_is_trained_and_quantised(dataset) -> None:
     student = Student(config, alone, seen_by, extent=dataset.extent, seed=0)
     train(student, dataset, 40)
     assert all(torch.isfinite(value).all() for value in student.quantized_scene().values().values())
-    assert len(unpack(pack(student.quantized_scene())).decode().gaussians) == 1
+    assert len(decode_mgs(encode_mgs(student.quantized_scene())).decode().gaussians) == 1
 
 
 def test_a_scene_of_mode_sq_round_trips_and_is_inspected() -> None:
     coded = make_scene(Case(2000, LobeShape(2, 12, (64,)), steps=StepSizes()))
-    data = pack(coded)
-    found = unpack(data)
-    assert scenes_equal(found, coded.sorted()) and pack(found) == data
+    data = encode_mgs(coded)
+    found = decode_mgs(data)
+    assert scenes_equal(found, coded.sorted()) and encode_mgs(found) == data
     assert not scenes_equal(found, replace(found, step_sizes={**found.step_sizes, "scale": 0.2}))
     report = inspect(data)
     assert report["mode"] == "sq"
@@ -231,7 +231,7 @@ def test_lobes_whose_squares_approach_the_float32_maximum_are_rendered(
     coded.lobe_decoder["weights.0"][:, :STATICS] = 0
     coded.indices["lobes"].fill_(22)  # phi^2 is 2e38
     coded.indices["lobes"][::3] = -22  # ReLUs make zeros of these
-    coded = unpack(pack(replace(coded, step_sizes={**coded.step_sizes, "lobes": 1000.0})))
+    coded = decode_mgs(encode_mgs(replace(coded, step_sizes={**coded.step_sizes, "lobes": 1000.0})))
     if not library:
         monkeypatch.setattr(binding, "supports", lambda *_: False)
     scene = coded.decode()
@@ -246,11 +246,11 @@ def test_codes_that_are_too_large_are_refused() -> None:
     coded = make_scene(Case(50, steps=StepSizes()))
     coded.indices["appearance"][3, 2] = 5000
     with pytest.raises(InputError, match="appearance codes are too large"):
-        pack(coded)
+        encode_mgs(coded)
     coded = make_scene(Case(50, steps=StepSizes()))
     coded.indices["scale"][3, 2] = 1000
     with pytest.raises(InputError, match="scale codes hold"):
-        pack(coded)
+        encode_mgs(coded)
 
 
 @pytest.mark.parametrize("steps", [{"scale": 0.0}, {"rotation": math.nan}, {"lobes": 1000.0}])
@@ -415,7 +415,9 @@ def test_a_higher_quality_divides_step_sizes_and_weakens_the_rate_term(
         assert config.quantization.bit_weight == 1 / fineness**2
         student = make_student(config)
         train(student, dataset, 40)
-        found.append((student.quantized_scene().step_sizes, len(pack(student.quantized_scene()))))
+        found.append(
+            (student.quantized_scene().step_sizes, len(encode_mgs(student.quantized_scene())))
+        )
     (coarse, small), (fine, large) = found
     assert set(fine) == {"scale", "rotation", "appearance", "opacity", "lobes"} and large > small
     for name, step in coarse.items():

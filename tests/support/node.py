@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import unpack
+from mobilegs.mgs.codec import decode_mgs
 
 WEB = Path(__file__).parents[1] / "web"
 SOURCES = Path(__file__).parents[2] / "viewer" / "src"
@@ -62,7 +62,7 @@ def refusals(folder: Path, files: list[bytes]) -> list[str | None]:
 def refused(data: bytes) -> bool:
     """Return whether the Python decoder refuses a file."""
     try:
-        unpack(data)
+        decode_mgs(data)
     except InputError:
         return True
     return False

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from torch import Tensor
 
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.mgs.container import PREFIX
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.representation.lobes import LobeShape
@@ -30,7 +30,7 @@ def tensors(scene: QuantizedScene) -> list[Tensor]:
 @pytest.fixture(scope="module")
 def data() -> bytes:
     """The file of a small scene."""
-    return pack(make_scene(SMALL))
+    return encode_mgs(make_scene(SMALL))
 
 
 def split(data: bytes) -> tuple[dict[str, Any], bytes]:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from mobilegs.pipeline.train import TrainRun, train_run
+from mobilegs.pipeline.options import TrainRun
+from mobilegs.pipeline.train import train_capture
 from mobilegs.train.recipes import Recipe
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.teacher.densify import DensifyConfig
@@ -25,5 +26,5 @@ RECIPE = Recipe(
 def finished(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run without interruption."""
     output = tmp_path_factory.mktemp("finished") / "run"
-    train_run(TrainRun(capture, output), recipe=RECIPE)
+    train_capture(TrainRun(capture, output), recipe=RECIPE)
     return output

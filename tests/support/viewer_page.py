@@ -14,7 +14,7 @@ import torch
 
 from mobilegs.camera import Camera
 from mobilegs.evaluate.metrics import psnr
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.representation.lobes import LobeShape
 from mobilegs.representation.uniform_quantizer import StepSizes
@@ -23,7 +23,7 @@ from tests.support.browser import Tab
 from tests.support.scene_cases import Case, make_scene
 
 RENDERERS = ["webgpu", "webgl"]
-MGS = pack(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)))
+MGS = encode_mgs(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)))
 # "loaded", or the message that the viewer shows; null before that
 SETTLED = """() => {
   const element = document.querySelector("mobile-gs");

@@ -12,15 +12,16 @@ from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train
-from mobilegs.pipeline.train import TrainRun, budget_of, train_run
+from mobilegs.pipeline.options import TrainRun, budget_of
+from mobilegs.pipeline.train import train_capture
 from mobilegs.train import budget, memory
 from mobilegs.train.budget import Correction, Pace, Plan, Planned, Speed, make_plan
 from mobilegs.train.distributed import SINGLE_PROCESS
 from mobilegs.train.recipes import (
     LONG_RATES,
-    cpu_recipe,
-    gpu_recipe,
+    long_recipe,
     rates_for,
+    short_recipe,
     with_method,
     with_steps,
 )
@@ -143,7 +144,7 @@ def planned(dataset: Dataset, minutes: int, monkeypatch, **options) -> Planned:
     usual = {"downscale": None, "max_splats": None, "given": 0}
     more = {"team": SINGLE_PROCESS, "started": 0.0}
     given = {**usual, **options}
-    recipe = given.pop("recipe", cpu_recipe())
+    recipe = given.pop("recipe", short_recipe())
     return make_plan(recipe, float(minutes), load, **given, **more)
 
 
@@ -164,7 +165,7 @@ def test_a_small_file_has_fewer_gaussians(
 ) -> None:
     most = planned(dataset, 120, monkeypatch).recipe.teacher.max_splats
     monkeypatch.setattr(budget, "SPLAT_BYTES", 10.0)
-    recipe = cpu_recipe()
+    recipe = short_recipe()
     quantization = replace(recipe.student.quantization, target_mb=1.5)
     small = replace(recipe, student=replace(recipe.student, quantization=quantization))
     plan = planned(dataset, 120, monkeypatch, recipe=small)
@@ -187,10 +188,10 @@ def test_more_minutes_buy_larger_photos_and_more_gaussians(
 
 def test_learning_rates_follow_the_steps_of_a_teacher_that_clones_and_splits() -> None:
     few, some, many = (rates_for(steps) for steps in (2000, 12_000, 40_000))
-    assert few == cpu_recipe().teacher.lr and many == LONG_RATES
+    assert few == short_recipe().teacher.lr and many == LONG_RATES
     assert many.scales < some.scales < few.scales and few.sh_rest > some.sh_rest > many.sh_rest
-    assert with_steps(cpu_recipe(), 24_000).teacher.lr == some
-    for recipe in (gpu_recipe(), with_method(cpu_recipe(), "mcmc")):
+    assert with_steps(short_recipe(), 24_000).teacher.lr == some
+    for recipe in (long_recipe(), with_method(short_recipe(), "mcmc")):
         assert with_steps(recipe, 24_000).teacher.lr == TeacherLearningRates()
 
 
@@ -249,7 +250,7 @@ def test_options_decide_whether_a_run_has_a_budget(tmp_path: Path) -> None:
     assert budget_of(run) == 30
     assert budget_of(replace(run, minutes=5.0)) == 5
     assert budget_of(replace(run, minutes=5.0, preset="paper")) == 5
-    for other in ({"preset": "cpu"}, {"steps": 9}, {"settings": (("student.steps=9",),)}):
+    for other in ({"preset": "short"}, {"steps": 9}, {"settings": (("student.steps=9",),)}):
         assert budget_of(replace(run, **other)) is None
     for wrong in ({"steps": 9}, {"settings": (("teacher.steps=9",),)}, {"recipe": tmp_path}):
         with pytest.raises(InputError, match="leave out --minutes"):
@@ -268,7 +269,7 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     monkeypatch.setattr(budget, "SIZE_LEAST", 16)
     settings = ("teacher.densify.min_interval=3",)
     run = TrainRun(capture, tmp_path / "a", minutes=0.1, settings=(settings,), max_splats=60)
-    train_run(run)
+    train_capture(run)
     config = json.loads((tmp_path / "a/config.json").read_text())
     assert config["plan"]["minutes"] == 0.1 and config["plan"]["corrections"]
     again = TrainRun(capture, tmp_path / "b", recipe=tmp_path / "a/config.json")
@@ -286,17 +287,17 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     with monkeypatch.context() as patched:
         patched.setattr(train.Student, "advance", advance)
         with pytest.raises(KeyboardInterrupt):
-            train_run(again)
-    train_run(replace(again, resume=True))
+            train_capture(again)
+    train_capture(replace(again, resume=True))
     for name in ("scene.mgs", "teacher.ply"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
 
 
 def test_a_recipe_excludes_what_it_decides(capture: Path, finished: Path, tmp_path: Path) -> None:
     run = TrainRun(capture, tmp_path / "run", recipe=finished / "config.json")
-    for option in ({"preset": "cpu"}, {"method": "mcmc"}, {"max_splats": 9}):
+    for option in ({"preset": "short"}, {"method": "mcmc"}, {"max_splats": 9}):
         with pytest.raises(InputError, match="decides that already"):
-            train_run(replace(run, **option))
+            train_capture(replace(run, **option))
     with pytest.raises(InputError, match="damaged"):
-        train_run(replace(run, recipe=tmp_path / "missing.json"))
+        train_capture(replace(run, recipe=tmp_path / "missing.json"))
     assert load_capture(capture).train and not (tmp_path / "run").exists()

@@ -14,7 +14,8 @@ import torch.distributed as dist
 from mobilegs.cli.main import main
 from mobilegs.data import load_capture
 from mobilegs.errors import InputError
-from mobilegs.pipeline.train import TrainRun, train_in_team
+from mobilegs.pipeline.options import TrainRun
+from mobilegs.pipeline.train import train_in_team
 from mobilegs.train import distributed
 from mobilegs.train.checkpoint import digest, load_checkpoint
 from mobilegs.train.distributed import SINGLE_PROCESS, LostProcessError, Team, join_team

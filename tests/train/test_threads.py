@@ -13,7 +13,7 @@ from mobilegs.data.dataset import Dataset
 from mobilegs.render.scene import Scene
 from mobilegs.train import threads
 from mobilegs.train.checkpoint import digest
-from mobilegs.train.recipes import cpu_recipe
+from mobilegs.train.recipes import short_recipe
 from mobilegs.train.stage import Stage
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
@@ -117,7 +117,7 @@ def many_points(dataset: Dataset) -> Dataset:
 def teachers(dataset: Dataset, strategy: str) -> Iterator[Teacher]:
     """Train two teachers of 12 steps, with other numbers of threads from step to step."""
     config = changed(
-        cpu_recipe().teacher,
+        short_recipe().teacher,
         steps=12,
         init_splats=40_000,
         max_splats=50_000,
@@ -142,7 +142,7 @@ def test_a_teacher_is_the_same_whatever_the_threads_of_its_steps(strategy, many_
 
 @pytest.mark.thorough
 def test_a_student_is_the_same_whatever_the_threads_of_its_steps(many_points) -> None:
-    recipe = changed(cpu_recipe(), student={"steps": 20})
+    recipe = changed(short_recipe(), student={"steps": 20})
     scene = Scene(next(teachers(many_points, "clone_split")).gaussians(), near=many_points.near)
     cameras = [frame.camera for frame in many_points.train]
     digests = []

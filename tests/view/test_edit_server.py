@@ -20,14 +20,14 @@ import torch
 
 from mobilegs.cli.main import main
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import pack, read_mgs, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.view.assets import editor_script, viewer_script
 from mobilegs.view.edit_server import SETTINGS_MAX, EditServer, edit_from_page
 from tests.support.viewer_page import MGS
 
 JSON = "application/json"
-COUNT = len(unpack(MGS))
+COUNT = len(decode_mgs(MGS))
 
 
 @pytest.fixture
@@ -94,19 +94,19 @@ def test_the_page_and_its_files_are_served_under_the_token(server: EditServer) -
     assert ask(server, "GET", f"{server.path}edit.js")[2].decode() == editor_script()
     assert ask(server, "GET", f"{server.path}webgl.js")[0] == 200
     found = json.loads(ask(server, "GET", f"{server.path}notes")[2])
-    assert found == {"notes": unpack(MGS).meta, "count": COUNT}
+    assert found == {"notes": decode_mgs(MGS).meta, "count": COUNT}
 
 
 def test_what_cameras_saw_is_served(server: EditServer) -> None:
     _, headers, body = ask(server, "GET", f"{server.path}cameras")
     total, *seen = np.frombuffer(body, "<u2").tolist()
-    assert total == len(unpack(MGS).views) and len(seen) == COUNT and max(seen) <= total
+    assert total == len(decode_mgs(MGS).views) and len(seen) == COUNT and max(seen) <= total
     assert "cameras of the file" in headers["X-Cameras"]
 
 
 def test_a_scene_without_cameras_says_so(tmp_path: Path) -> None:
     path = tmp_path / "scene.mgs"
-    path.write_bytes(pack(replace(unpack(MGS), views=[])))
+    path.write_bytes(encode_mgs(replace(decode_mgs(MGS), views=[])))
     with EditServer(path, None, lambda: ([], "")) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         status, _, body = ask(server, "GET", f"{server.path}cameras")
@@ -162,7 +162,7 @@ def test_saving_writes_new_files(server: EditServer, scene: Path) -> None:
     assert found["lines"][0] == "3 removed: selected"
     status, found = save(server, {"credit": "me"})
     assert status == 200 and found["file"] == "scene-edited-2.mgs"
-    whole, edited = unpack(MGS), read_mgs(scene.with_name("scene-edited.mgs"))
+    whole, edited = decode_mgs(MGS), read_mgs(scene.with_name("scene-edited.mgs"))
     rows = np.setdiff1d(np.arange(COUNT), [3, 5, COUNT - 1])
     kept = whole.select(torch.from_numpy(rows))
     expected = replace(kept, meta=whole.meta | {"title": "A garden"})

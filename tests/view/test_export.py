@@ -20,7 +20,7 @@ from PIL import Image
 from mobilegs.cli.main import main
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
-from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs
 from mobilegs.render import Weighting
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.representation.lobes import LobeShape
@@ -47,7 +47,7 @@ INSTALL = """async () => {
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("scene") / "garden.mgs"
-    path.write_bytes(pack(make_scene(Case(500, LobeShape(2, 12, (64,)), size=200))))
+    path.write_bytes(encode_mgs(make_scene(Case(500, LobeShape(2, 12, (64,)), size=200))))
     return path
 
 
@@ -275,9 +275,9 @@ def test_export_replaces_earlier_exports_but_no_other_folder(
 def test_scenes_that_the_viewer_does_not_support_are_refused(
     to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "broken.mgs").write_bytes(pack(make_scene(Case(20)))[:100])
+    (tmp_path / "broken.mgs").write_bytes(encode_mgs(make_scene(Case(20)))[:100])
     twice = replace(make_scene(Case(20)), weighting=Weighting("two_pass"))
-    (tmp_path / "two_pass.mgs").write_bytes(pack(twice))
+    (tmp_path / "two_pass.mgs").write_bytes(encode_mgs(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
     for name, sentence in (
         ("two_pass.mgs", "two_pass"),
@@ -419,7 +419,7 @@ def test_export_html_overwrites_only_exported_pages(
 
 def test_the_title_is_the_name_of_the_capture(tmp_path: Path) -> None:
     scene = make_scene(Case(60, LobeShape(2, 12, (64,)), size=20))
-    (tmp_path / "scene.mgs").write_bytes(pack(replace(scene, meta={"capture": "My <yard>"})))
+    (tmp_path / "scene.mgs").write_bytes(encode_mgs(replace(scene, meta={"capture": "My <yard>"})))
     words = ["export", str(tmp_path / "scene.mgs"), "--to", "html", "-o", str(tmp_path / "a.html")]
     assert main(words) == 0
     assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text()

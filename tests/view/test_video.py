@@ -12,7 +12,7 @@ from mobilegs.camera import look_at
 from mobilegs.cli.main import main
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_with_views
 from mobilegs.view.video import orbit_cameras
@@ -88,7 +88,7 @@ def test_the_video_is_upright(
 
 def test_an_mgs_file_has_its_training_cameras(tmp_path: Path) -> None:
     path = tmp_path / "scene.mgs"
-    path.write_bytes(pack(make_scene(Case(20))))
+    path.write_bytes(encode_mgs(make_scene(Case(20))))
     scene, views = open_with_views(path, torch.device("cpu"))
     assert scene.blend == "sortfree" and len(views) == 2
 

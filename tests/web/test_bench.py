@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from mobilegs.camera import look_at
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Tab
 from tests.support.scene_cases import Case, make_scene
@@ -25,8 +25,8 @@ CAMERAS = [
     replace(make_camera(), viewmat=look_at(torch.tensor(eye), torch.zeros(3), UP))
     for eye in ((0.0, 0.0, -3.0), (3.0, -0.5, 0.0), (0.0, 0.5, 3.0))
 ]
-SORTED = pack(replace(make_scene(Case(800, None, size=300)), blend="sorted", views=CAMERAS))
-PLAIN = pack(replace(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)), views=CAMERAS))
+SORTED = encode_mgs(replace(make_scene(Case(800, None, size=300)), blend="sorted", views=CAMERAS))
+PLAIN = encode_mgs(replace(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)), views=CAMERAS))
 DRAWN = {"project", "splat", "resolve"}
 # each draw, with the direction of the order that came since the last one; null: none came
 RECORD = """

@@ -14,7 +14,7 @@ from torch.nn.functional import normalize
 from mobilegs.camera import Camera
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import unpack
+from mobilegs.mgs.codec import decode_mgs
 from mobilegs.render import render_sorted
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
@@ -31,7 +31,7 @@ OPEN = """(wishes) => Object.entries(wishes).forEach(([name, value]) =>
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The scene that all tests open first, as a plain one."""
     path = tmp_path_factory.mktemp("plain") / "made.ply"
-    write_ply(path, unpack(MGS).decode().gaussians)
+    write_ply(path, decode_mgs(MGS).decode().gaussians)
     return path
 
 
@@ -62,7 +62,7 @@ def test_both_sides_match_the_python_renderer(
     tab: Tab, served: Any, plain: Path, renderer: str
 ) -> None:
     assert both(tab, served, plain, f"renderer={renderer}") == "loaded"
-    scenes = [unpack(MGS).decode(), Scene(read_ply(plain))]
+    scenes = [decode_mgs(MGS).decode(), Scene(read_ply(plain))]
     for side, scene in enumerate(scenes):
         decibels = nearness(tab, lambda camera, scene=scene: scene.render(camera).image, side)
         print(f"{renderer}, side {side}: {decibels:.1f} dB")
@@ -139,7 +139,7 @@ def test_cameras_of_the_second_scene_are_used_if_the_first_has_none(
 ) -> None:
     offer(tab, "other.mgs", MGS)
     visit(tab, served("scene.ply", plain.read_bytes()), "compare=/other.mgs")
-    trained = unpack(MGS).views[0]
+    trained = decode_mgs(MGS).views[0]
     camera, _ = seen(tab, 64, 48)
     torch.testing.assert_close(camera.position, trained.position, rtol=1e-4, atol=1e-4)
 
@@ -154,7 +154,7 @@ def test_one_scene_is_compared_with_itself_sorted(tab: Tab, served: Any, rendere
     # from another side too, where the far ones are others
     tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.orbit(0.7, 0)")
     tab.page.evaluate("document.querySelector('mobile-gs').viewer.redraw()")
-    scene = unpack(MGS).decode()
+    scene = decode_mgs(MGS).decode()
     assert scene.lobes is not None
     trained = scene.lobes
 
@@ -189,7 +189,7 @@ def test_a_bad_second_scene_shows_an_error_and_keeps_the_first(
     tab.page.wait_for_function("document.querySelector('mobile-gs').viewer.count > 0")
     tab.page.keyboard.press("Escape")
     assert not tab.page.get_by_role("alert").is_visible()
-    scene = unpack(MGS).decode()
+    scene = decode_mgs(MGS).decode()
     assert nearness(tab, lambda camera: scene.render(camera).image) > 45
     assert look(tab).std() > 10
     tab.ignore("status of 404")

@@ -10,7 +10,7 @@ import torch
 from PIL import Image
 
 from mobilegs.evaluate.metrics import psnr
-from mobilegs.mgs.codec import unpack
+from mobilegs.mgs.codec import decode_mgs
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, RENDERERS, frames, pose_moved, seen, until, visit
 
@@ -28,7 +28,7 @@ FOCUSED = """() => {
 
 def expected(tab: Tab, color: list[float] | None) -> torch.Tensor:
     camera, _ = seen(tab, 160, 120)
-    scene = unpack(MGS).decode()
+    scene = decode_mgs(MGS).decode()
     if color is not None:
         scene.background = torch.tensor(color, dtype=torch.float32)
     return scene.render(camera).image
@@ -64,7 +64,7 @@ def test_the_field_of_view_can_be_set(tab: Tab, served: Any) -> None:
     focal = (160 * 120) ** 0.5 / 2  # between the width's and the height's
     assert camera.K[0, 0] == pytest.approx(focal) and camera.K[1, 1] == pytest.approx(focal)
     tab.page.evaluate("document.querySelector('mobile-gs').removeAttribute('fov')")
-    trained = unpack(MGS).views[0]
+    trained = decode_mgs(MGS).views[0]
     camera, _ = seen(tab, trained.width, trained.height)
     assert camera.K[0, 0] == pytest.approx(
         (trained.K[0, 0] * trained.K[1, 1]).sqrt().item(), rel=1e-4
@@ -120,7 +120,7 @@ def test_the_settings_change_the_viewer(tab: Tab, served: Any) -> None:
     tab.page.evaluate(f"{viewer}.pose.dolly(2)")
     panel.get_by_role("button", name="Next camera").click()
     eye = tab.page.evaluate(f"{viewer}.pose.eye")
-    assert eye == pytest.approx(unpack(MGS).views[1].position.tolist(), abs=1e-4)
+    assert eye == pytest.approx(decode_mgs(MGS).views[1].position.tolist(), abs=1e-4)
 
 
 def test_every_control_has_a_name_and_is_reached_by_tab(tab: Tab, served: Any) -> None:

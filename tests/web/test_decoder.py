@@ -13,7 +13,7 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.container import VERSION
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes
@@ -25,7 +25,7 @@ from tests.support.selection import few
 
 @pytest.fixture(scope="module")
 def files() -> dict[str, bytes]:
-    return {name: pack(make_scene(case)) for name, case in CASES.items()}
+    return {name: encode_mgs(make_scene(case)) for name, case in CASES.items()}
 
 
 # --- node
@@ -43,7 +43,7 @@ def whole(files: dict[str, bytes], tmp_path_factory: pytest.TempPathFactory) -> 
 def test_both_decoders_give_the_same_scene(
     name: str, files: dict[str, bytes], whole: dict[str, Any]
 ) -> None:
-    coded, found = unpack(files[name]), whole[name]
+    coded, found = decode_mgs(files[name]), whole[name]
     scene, arrays = coded.decode(), found["arrays"]
     expected = scene.gaussians
     assert found["count"] == len(coded)
@@ -63,7 +63,7 @@ def test_both_decoders_give_the_same_scene(
 def test_both_decoders_read_the_same_header(
     name: str, files: dict[str, bytes], whole: dict[str, Any]
 ) -> None:
-    coded, header = unpack(files[name]), whole[name]["header"]
+    coded, header = decode_mgs(files[name]), whole[name]["header"]
     assert header["meta"] == coded.meta and header["near"] == coded.near
     assert {**header["weighting"], "detached": False} == vars(coded.weighting)
     assert header["network"] == (coded.network is not None)
@@ -147,13 +147,13 @@ def test_foreign_files_are_recognised(tmp_path: Path) -> None:
     found = assert_same_refusals(tmp_path, starts)
     for sentence, start in zip(found, starts, strict=True):
         with pytest.raises(InputError) as error:
-            unpack(start)
+            decode_mgs(start)
         assert sentence == str(error.value)
 
 
 def test_an_unsupported_weighting_is_refused_by_name(tmp_path: Path) -> None:
-    data = pack(replace(make_scene(Case(20)), weighting=Weighting("two_pass")))
-    assert unpack(data).weighting.name == "two_pass"
+    data = encode_mgs(replace(make_scene(Case(20)), weighting=Weighting("two_pass")))
+    assert decode_mgs(data).weighting.name == "two_pass"
     (sentence,) = refusals(tmp_path, [data])
     assert sentence is not None and "has the weighting 'two_pass': known are" in sentence
 

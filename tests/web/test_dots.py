@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from tests.support.browser import Chromium, Tab
 from tests.support.page_renderers import KINDS, Painters, in_javascript
 from tests.support.quantized_scenes import split
@@ -102,7 +102,7 @@ def test_dots_appear_first_while_the_scenes_shaders_compile(
 ) -> None:
     tab = chromium.tab(0.5)  # dots have a size in pixels
     tab.page.add_init_script(f"{{{COUNT_PIPELINES}}}")
-    data = pack(replace(leveled_scene(), background=torch.zeros(3)))
+    data = encode_mgs(replace(leveled_scene(), background=torch.zeros(3)))
     gate = Gate(monkeypatch, data)
     open_page(tab, served("scene.mgs", data), renderer)
     tab.page.wait_for_function("window.made?.length === 1", timeout=20_000)  # with nothing there
@@ -123,7 +123,7 @@ def test_dots_appear_first_while_the_scenes_shaders_compile(
     gate.let(len(data))
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate("made") == made  # the scene creates no further ones
-    whole = unpack(data).decode()
+    whole = decode_mgs(data).decode()
     assert nearness(tab, lambda view: whole.render(view).image) > 45
     tab.close()
 
@@ -132,7 +132,7 @@ def test_dots_appear_first_while_the_scenes_shaders_compile(
 def test_a_file_cut_after_its_positions_shows_dots_and_an_error(
     tab: Tab, served: Any, renderer: str
 ) -> None:
-    data = pack(replace(leveled_scene(), background=torch.zeros(3)))
+    data = encode_mgs(replace(leveled_scene(), background=torch.zeros(3)))
     open_page(tab, served("scene.mgs", data[: behind_positions(data)]), renderer)
     said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
     assert "cut short" in said and tab.page.evaluate(SHOWN) == LOD_SIZES[0]

@@ -14,7 +14,7 @@ import torch
 from mobilegs.camera import Camera
 from mobilegs.edit.notes import continued_note
 from mobilegs.edit.regions import Sphere
-from mobilegs.mgs.codec import pack, read_mgs, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
 from mobilegs.view.edit_server import EditServer
 from tests.support.browser import Tab
 from tests.support.viewer_page import MGS, visit
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.thorough
 
 VIEWER = "document.querySelector('mobile-gs').viewer"
 EDITOR = "document.querySelector('mobile-gs').editor"
-COUNT = len(unpack(MGS))
+COUNT = len(decode_mgs(MGS))
 PATH = "0 0 -3 0 0 0;1.5 0 -3 0 0 0"
 # a pixel under which there is a point of the scene
 POINT = f"""(() => {{
@@ -98,7 +98,7 @@ def difference(a: np.ndarray, b: np.ndarray) -> float:
 def test_the_viewers_means_are_in_the_order_of_the_file(tab: Tab, server: EditServer) -> None:
     open_editor(tab, server)
     means = np.array(tab.page.evaluate(f"[...{VIEWER}.means]")).reshape(-1, 3)
-    assert means == pytest.approx(unpack(MGS).decode().gaussians.means.numpy(), abs=1e-5)
+    assert means == pytest.approx(decode_mgs(MGS).decode().gaussians.means.numpy(), abs=1e-5)
 
 
 @pytest.mark.quick
@@ -111,7 +111,7 @@ def test_a_sphere_hides_removes_and_is_undone(tab: Tab, server: EditServer) -> N
     assert difference(preview, whole) > 0.002
     center = tab.page.evaluate(f"{VIEWER}.pose.target")
     section.get_by_role("button", name="Apply").click()
-    inside = Sphere(tuple(center), 1.5).contains(unpack(MGS).decode().gaussians.means)
+    inside = Sphere(tuple(center), 1.5).contains(decode_mgs(MGS).decode().gaussians.means)
     told = tab.page.locator("#edit .save p").first
     assert told.text_content() == f"{COUNT - int(inside.sum())} of {COUNT} Gaussians stay."
     section.locator("summary").click()  # the tool is put away, what it removed stays hidden
@@ -121,7 +121,7 @@ def test_a_sphere_hides_removes_and_is_undone(tab: Tab, server: EditServer) -> N
     tab.page.get_by_role("button", name="Redo").click()
     edited = read_mgs(saved(tab, server))
     assert len(edited) == COUNT - int(inside.sum())
-    kept = unpack(MGS).decode().gaussians.means[~inside]
+    kept = decode_mgs(MGS).decode().gaussians.means[~inside]
     assert edited.decode().gaussians.means.equal(kept)
     camera = tab.page.evaluate(
         f"(({{ viewmat, fx, cx, cy }}) => [...viewmat, fx, cx, cy])({VIEWER}.camera(64, 48))"
@@ -211,8 +211,8 @@ def test_notes_are_set_and_saved(tab: Tab, server: EditServer) -> None:
 
 
 def noted(notes: dict[str, Any]) -> bytes:
-    scene = unpack(MGS)
-    return pack(replace(scene, meta=scene.meta | notes))
+    scene = decode_mgs(MGS)
+    return encode_mgs(replace(scene, meta=scene.meta | notes))
 
 
 def test_the_viewer_shows_annotations(tab: Tab, served: Any) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mobilegs.formats.ply import COLUMNS
-from mobilegs.mgs.codec import unpack
+from mobilegs.mgs.codec import decode_mgs
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import (
     MGS,
@@ -62,7 +62,7 @@ TURN = """() => {
 
 
 def as_kernels(tab: Tab) -> float:
-    scene = unpack(MGS).decode()
+    scene = decode_mgs(MGS).decode()
     return nearness(tab, lambda camera: scene.render(camera).image)
 
 

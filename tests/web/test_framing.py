@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mobilegs.framing import SECTORS, Framing, Limits, Start, azimuth_of, direction_of
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.up import unit
 from mobilegs.view.orbit import Pose
 from mobilegs.view.poster import posters_of
@@ -25,9 +25,10 @@ ELEVATIONS[2:7] = -10, 40
 LIMITS = Limits(PIVOT, 0.5, 1.0, 4.0, ELEVATIONS)
 WIDE = Start(PIVOT + 3 * direction_of(60.0, 10.0, UP), PIVOT, (0.3, 0.2))
 HIGH = Start(PIVOT + 3.5 * direction_of(80.0, 20.0, UP), PIVOT, (0.2, 0.2))
-FRAMED = pack(
+FRAMED = encode_mgs(
     replace(
-        unpack(MGS), meta={"up": "0 -1 0", **Framing(WIDE, HIGH, LIMITS).notes, "title": "Framed"}
+        decode_mgs(MGS),
+        meta={"up": "0 -1 0", **Framing(WIDE, HIGH, LIMITS).notes, "title": "Framed"},
     )
 )
 
@@ -134,7 +135,7 @@ def test_it_rotates_back_at_a_limit(tab: Tab, served: Callable[[str, bytes], Any
 def test_a_poster_is_replaced_by_the_same_picture(
     chromium: Chromium, tmp_path: Path, served: Callable[[str, bytes], Any]
 ) -> None:
-    coded = unpack(MGS)
+    coded = decode_mgs(MGS)
     first, second = (
         Start(pose.eye, pose.target, box)
         for pose, box in (
@@ -142,7 +143,7 @@ def test_a_poster_is_replaced_by_the_same_picture(
             (Pose.from_views(coded.views, 1), (0.25, 0.3)),
         )
     )
-    framed = pack(replace(coded, meta=Framing(first, second).notes))
+    framed = encode_mgs(replace(coded, meta=Framing(first, second).notes))
     (tmp_path / "framed.mgs").write_bytes(framed)
     posters = posters_of(tmp_path / "framed.mgs")
     assert "orientation: portrait" in posters.style and len(posters.style) < 60_000

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Route
 
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, frames, screen, until, visit
 
@@ -378,8 +378,8 @@ def test_the_page_is_dark_from_the_first_paint(tab: Tab, served: Any, state: str
 
 
 def test_title_and_credit_come_from_the_file_or_the_attributes(tab: Tab, served: Any) -> None:
-    noted = replace(unpack(MGS), meta={"title": "A <b>pond</b>", "credit": "Ada, CC BY 4.0"})
-    visit(tab, served("scene.mgs", pack(noted)))
+    noted = replace(decode_mgs(MGS), meta={"title": "A <b>pond</b>", "credit": "Ada, CC BY 4.0"})
+    visit(tab, served("scene.mgs", encode_mgs(noted)))
     title = tab.page.locator("mobile-gs .title")
     assert title.inner_text().split("\n") == ["A <b>pond</b>", "Ada, CC BY 4.0"]
     tab.page.evaluate("document.querySelector('mobile-gs').setAttribute('heading', 'Mine')")

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Route
 
 from mobilegs.evaluate.metrics import psnr
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Chromium, Tab
 from tests.support.node import assert_same_refusals
@@ -53,7 +53,7 @@ LAYERS: list[Any] = [
 def test_bad_lod_levels_are_refused_alike(version: tuple[int, int], tmp_path: Path) -> None:
     cases = []
     for name in ("layers of scalars", "linear lobes"):
-        header, body = split(pack(make_scene(CASES[name])))
+        header, body = split(encode_mgs(make_scene(CASES[name])))
         cases.append(join(header, body, version))
         without = {key: value for key, value in header.items() if key != "layers"}
         cases.append(join(without, body, version))
@@ -67,7 +67,7 @@ def test_bad_lod_levels_are_refused_alike(version: tuple[int, int], tmp_path: Pa
 @pytest.mark.parametrize("damage", ["missing", "twice", "codec", "exchanged", "reversed"])
 def test_bad_streams_of_lod_levels_are_refused_alike(damage: str, tmp_path: Path) -> None:
     cases = []
-    header, body = split(pack(make_scene(CASES["layers of scalars"])))
+    header, body = split(encode_mgs(make_scene(CASES["layers of scalars"])))
     parts = []
     for row in header["streams"]:
         size = row["bytes"] + -row["bytes"] % 8
@@ -117,10 +117,10 @@ def ends(data: bytes) -> list[int]:
 def test_lod_levels_appear_one_after_the_other(
     tab: Tab, served: Any, renderer: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data = pack(leveled_scene(scalars=kind == "scalars", sorted=kind == "sorted"))
+    data = encode_mgs(leveled_scene(scalars=kind == "scalars", sorted=kind == "sorted"))
     gate = Gate(monkeypatch, data)
     open_page(tab, served("scene.mgs", data), renderer)
-    whole = unpack(data)
+    whole = decode_mgs(data)
     for i, end in enumerate(ends(data)):
         gate.let(end)
         count = sum(LOD_SIZES[: i + 1])
@@ -139,7 +139,7 @@ def test_lod_levels_appear_one_after_the_other(
 def test_a_poster_stays_until_the_scene_shows_more(
     tab: Tab, served: Any, moves: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data = pack(leveled_scene())
+    data = encode_mgs(leveled_scene())
     gate = Gate(monkeypatch, data)
     tab.page.set_viewport_size(SMALL)
     address = served("scene.mgs", data).address("127.0.0.1")
@@ -179,7 +179,7 @@ def test_a_slow_scene_shows_dots_until_colours_arrive(
 ) -> None:
     tab = chromium.tab()
     count = 8000
-    data = pack(make_scene(Case(count, LobeShape(2, 12, (64,)), size=300)))
+    data = encode_mgs(make_scene(Case(count, LobeShape(2, 12, (64,)), size=300)))
     gate = Gate(monkeypatch, data)
 
     def slow(route: Route) -> None:
@@ -207,11 +207,11 @@ def test_a_slow_scene_shows_dots_until_colours_arrive(
 
 
 def test_a_file_cut_after_its_colours_is_shown_in_colour(tab: Tab, served: Any) -> None:
-    data = pack(leveled_scene())
+    data = encode_mgs(leveled_scene())
     assert "cut short" in visit(tab, served("scene.mgs", data[:-8]))
     tab.page.keyboard.press("Escape")
     assert tab.page.evaluate(SHOWN) == sum(LOD_SIZES)  # the last layer lacks some of its lobes
-    whole = unpack(data).decode()
+    whole = decode_mgs(data).decode()
     assert nearness(tab, lambda camera: whole.render(camera).image, enough=20) > 20
 
 
@@ -220,7 +220,7 @@ def test_lod_levels_do_not_change_the_final_image(tab: Tab, served: Any, rendere
     pictures = []
     tab.page.set_viewport_size(SMALL)
     for name, layers in (("layers.mgs", LOD_SIZES), ("plain.mgs", ())):
-        data = pack(replace(leveled_scene(), lod_sizes=layers))
+        data = encode_mgs(replace(leveled_scene(), lod_sizes=layers))
         assert visit(tab, served(name, data), f"renderer={renderer}") == "loaded"
         pictures.append(seen(tab, 160, 120)[1])
         assert tab.page.evaluate(SHOWN) == sum(LOD_SIZES)
@@ -232,10 +232,10 @@ def test_lod_levels_do_not_change_the_final_image(tab: Tab, served: Any, rendere
 
 @pytest.mark.quick
 def test_a_file_cut_after_a_level_shows_that_level(tab: Tab, served: Any) -> None:
-    data = pack(leveled_scene())
+    data = encode_mgs(leveled_scene())
     said = visit(tab, served("scene.mgs", data[: ends(data)[0]]))
     assert "cut short" in said
     tab.page.keyboard.press("Escape")
-    some = replace(unpack(data).select(slice(0, LOD_SIZES[0])), lod_sizes=()).decode()
+    some = replace(decode_mgs(data).select(slice(0, LOD_SIZES[0])), lod_sizes=()).decode()
     assert nearness(tab, lambda camera: some.render(camera).image) > 45
     assert tab.page.evaluate(SHOWN) == LOD_SIZES[0]

@@ -17,7 +17,7 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs import __version__
-from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs
 from tests.support.browser import Tab
 from tests.support.node import assert_close, node_program
 from tests.support.npm_package import EXAMPLES, MODULES, hosted, packed, project, run, vite
@@ -150,7 +150,7 @@ def test_it_decodes_what_python_decodes(fresh: Callable[..., Path], tmp_path: Pa
     cases = [case for case in CASES.values() if case.count <= 1000]
     paths = [tmp_path / f"{i}.mgs" for i in range(len(cases))]
     for path, case in zip(paths, cases, strict=True):
-        path.write_bytes(pack(make_scene(case)))
+        path.write_bytes(encode_mgs(make_scene(case)))
     for path, (told, arrays) in zip(paths, decoded(fresh(), paths), strict=True):
         coded = read_mgs(path)
         scene = coded.decode()

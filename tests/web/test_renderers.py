@@ -12,7 +12,7 @@ import torch
 from mobilegs.evaluate.fragments import fragments_per_pixel
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
-from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import magnified, supersampling_for
 from mobilegs.representation.lobes import LobeShape
@@ -180,7 +180,7 @@ def test_a_packed_scene_matches_its_file(
     reference = coded.decode().render(view)
     assert reference.image.std() > 0.05
     painter = painters(kind, full_precision=True)
-    bytes_ = np.frombuffer(pack(coded), np.uint8)
+    bytes_ = np.frombuffer(encode_mgs(coded), np.uint8)
     for floats in (False, True):
         painter.tab.run("renderer.variant = { floats, strips };", floats=floats, strips=strips)
         found = painter.tab.run(OPEN_MGS, bytes=bytes_, camera=in_javascript(view))
@@ -199,7 +199,7 @@ def test_a_view_network_is_evaluated_in_each_frame(colors: str, painters: Painte
     coded = make_scene(Case(1200, network=True, exponent=4, spread=0.2, colors=colors))
     coded.network = {name: value.half() for name, value in view_network().state_dict().items()}
     painter = painters("webgpu", full_precision=True)
-    bytes_ = np.frombuffer(pack(coded), np.uint8)
+    bytes_ = np.frombuffer(encode_mgs(coded), np.uint8)
     scene, view = coded.decode(), camera(160, 120).to(dtype=torch.float32)
     constant = replace(scene, network=None).render(view).image
     assert psnr(constant, scene.render(view).image) < 30
@@ -237,7 +237,7 @@ def test_webgl_refuses_a_view_network(painters: Painters) -> None:
     with pytest.raises(Exception, match="takes WebGPU"):
         painters("webgl", full_precision=True).tab.run(
             OPEN_MGS,
-            bytes=np.frombuffer(pack(coded), np.uint8),
+            bytes=np.frombuffer(encode_mgs(coded), np.uint8),
             camera=in_javascript(camera()),
         )
 

@@ -10,7 +10,7 @@ import pytest
 
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Tab
@@ -58,9 +58,9 @@ def test_a_sorted_mgs_is_rendered_sorted(tab: Tab, served: Any, kind: str, rende
     if kind == "network":  # whose opacities change much with the direction
         weights = view_network().named_parameters()
         coded = replace(coded, network={name: value.half() for name, value in weights})
-    data = pack(coded)
+    data = encode_mgs(coded)
     assert visit(tab, served("scene.mgs", data), f"renderer={renderer}") == "loaded"
-    scene = unpack(data).decode()
+    scene = decode_mgs(data).decode()
     decibels = nearness(tab, lambda camera: scene.render(camera).image, enough=50)
     camera, _ = seen(tab, 160, 120)
     expected = scene.render(camera).image

@@ -10,7 +10,7 @@ import torch
 from mobilegs.camera import Camera
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import write_ply
-from mobilegs.mgs.codec import pack, read_mgs
+from mobilegs.mgs.codec import encode_mgs, read_mgs
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
@@ -379,14 +379,14 @@ def test_scenes_that_cannot_be_drawn_are_refused(pages: Pages, tmp_path: Path) -
     assert "needs sorting" in sentence
     assert "is not" in refusal(page, b"nothing of that kind", "other.mgs")
     network = make_scene(Case(30, network=True))
-    assert "takes WebGPURenderer" in refusal(page, pack(network), "network.mgs")
+    assert "takes WebGPURenderer" in refusal(page, encode_mgs(network), "network.mgs")
 
 
 def test_a_view_network_is_evaluated(pages: Pages) -> None:
     coded = make_scene(Case(800, network=True, exponent=4, spread=0.2))
     coded.network = {name: value.half() for name, value in view_network().state_dict().items()}
     page = pages("webgpu")
-    url = page.share("network.mgs", pack(coded))
+    url = page.share("network.mgs", encode_mgs(coded))
     camera = replace(view(), viewmat=torch.eye(4))
     camera.viewmat[2, 3] = 4.0
     code = """

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mobilegs.formats.ply import write_ply
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.scene_file import open_with_views
 from mobilegs.up import AXES, parsed_up, up_of_cameras
 from mobilegs.view.orbit import first_pose
@@ -34,7 +34,7 @@ def expected(path: Path, up: Any = None) -> list[float]:
 
 
 def ply(path: Path, up: list[float] | None = None) -> Path:
-    gaussians = unpack(MGS).decode().gaussians
+    gaussians = decode_mgs(MGS).decode().gaussians
     write_ply(path, gaussians, up=None if up is None else np.array(up, np.float64))
     return path
 
@@ -53,9 +53,9 @@ def test_a_ply_opens_upright(tab: Tab, served: Any, tmp_path: Path, up: list[flo
 def test_a_mgs_opens_as_its_note_says_or_else_its_cameras(
     tab: Tab, served: Any, tmp_path: Path, note: Any
 ) -> None:
-    scene = unpack(MGS)
+    scene = decode_mgs(MGS)
     path = tmp_path / "noted.mgs"
-    path.write_bytes(pack(replace(scene, meta={"up": note})))
+    path.write_bytes(encode_mgs(replace(scene, meta={"up": note})))
     visit(tab, served("scene.mgs", path.read_bytes()))
     assert pose(tab) == pytest.approx(expected(path), abs=1e-4)
     direction = parsed_up(note)

@@ -10,7 +10,7 @@ from playwright.sync_api import Route
 
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
 from tests.support.browser import Chromium, Tab
@@ -42,7 +42,7 @@ PLY_HEADER = "".join(
 def test_a_scene_matches_the_python_renderer(tab: Tab, served: Any, renderer: str) -> None:
     assert visit(tab, served("scene.mgs", MGS), f"renderer={renderer}") == "loaded"
     camera, pixels = seen(tab, 160, 120)
-    expected = unpack(MGS).decode().render(camera).image
+    expected = decode_mgs(MGS).decode().render(camera).image
     assert expected.std() > 0.05
     decibels = psnr(pixels, expected)
     print(f"{renderer}: {decibels:.1f} dB")
@@ -53,7 +53,7 @@ def test_a_scene_matches_the_python_renderer(tab: Tab, served: Any, renderer: st
 
 @pytest.mark.parametrize("renderer", RENDERERS)
 def test_a_ply_is_rendered_sorted(tab: Tab, served: Any, renderer: str, tmp_path: Path) -> None:
-    some = unpack(MGS).decode().gaussians
+    some = decode_mgs(MGS).decode().gaussians
     write_ply(tmp_path / "made.ply", some)
     content = (tmp_path / "made.ply").read_bytes()
     assert visit(tab, served("scene.ply", content), f"renderer={renderer}") == "loaded"
@@ -72,7 +72,7 @@ def with_view_network() -> QuantizedScene:
 
 def test_messages_of_a_terminated_worker_do_not_hide_an_error(tab: Tab, served: Any) -> None:
     tab.page.add_init_script("Worker.prototype.terminate = () => {}")
-    server = served("network.mgs", pack(with_view_network()))
+    server = served("network.mgs", encode_mgs(with_view_network()))
     assert "takes WebGPU" in visit(tab, server, "renderer=webgl")
     tab.page.wait_for_timeout(500)
     assert "takes WebGPU" in tab.page.evaluate(SETTLED)
@@ -81,7 +81,7 @@ def test_messages_of_a_terminated_worker_do_not_hide_an_error(tab: Tab, served: 
 @pytest.mark.thorough
 def test_a_scene_with_a_view_network_needs_webgpu(tab: Tab, served: Any) -> None:
     coded = with_view_network()
-    server = served("network.mgs", pack(coded))
+    server = served("network.mgs", encode_mgs(coded))
     assert "takes WebGPU" in visit(tab, server, "renderer=webgl")
     assert visit(tab, server, "renderer=webgpu") == "loaded"
     scene = coded.decode()
@@ -93,7 +93,7 @@ def test_a_scene_with_a_view_network_needs_webgpu(tab: Tab, served: Any) -> None
 def test_the_first_view_is_a_training_camera(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     camera, _ = seen(tab, 64, 48)
-    trained = unpack(MGS).views[0]
+    trained = decode_mgs(MGS).views[0]
     torch.testing.assert_close(camera.position, trained.position, rtol=1e-4, atol=1e-4)
     torch.testing.assert_close(camera.viewmat[2, :3], trained.viewmat[2, :3], rtol=1e-4, atol=1e-4)
 
@@ -225,7 +225,7 @@ def test_a_key_released_under_ctrl_does_not_stick(tab: Tab, served: Any) -> None
 
 
 def test_a_bad_file_keeps_the_shown_scene(tab: Tab, served: Any, tmp_path: Path) -> None:
-    write_ply(tmp_path / "made.ply", unpack(MGS).decode().gaussians)
+    write_ply(tmp_path / "made.ply", decode_mgs(MGS).decode().gaussians)
     visit(tab, served("scene.ply", (tmp_path / "made.ply").read_bytes()))
     tab.page.evaluate(
         """() => document.querySelector("mobile-gs").open(new Blob(["no scene at all"]))"""

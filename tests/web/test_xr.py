@@ -10,7 +10,7 @@ import torch
 
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.framing import Framing, Start
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from tests.support.browser import Chromium, Tab
@@ -43,7 +43,7 @@ NOTES = {
     "floor": f"0 -1 0 {-EYE[1] - HEIGHT:.3f}",
     **Framing(START, None, None).notes,
 }
-SCENE = pack(replace(unpack(MGS), meta=NOTES))
+SCENE = encode_mgs(replace(decode_mgs(MGS), meta=NOTES))
 IPD = 0.063
 NEAR = 0.1  # metres, of the emulated headset
 Served = Callable[[str, bytes], Any]
@@ -75,7 +75,7 @@ def rendered(eye: Eye, position: np.ndarray, scene: Scene, scale: float) -> Rend
 
 def standing(eye: Eye, offset: float) -> torch.Tensor:
     """What the reference draws so many metres to the right of the first view."""
-    return rendered(eye, EYE + RIGHT * offset / SCALE, unpack(SCENE).decode(), SCALE).image
+    return rendered(eye, EYE + RIGHT * offset / SCALE, decode_mgs(SCENE).decode(), SCALE).image
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
@@ -121,7 +121,7 @@ def test_a_point_has_the_parallax_of_its_depth(headset: Tab, served: Served) -> 
     meta = (
         NOTES | {"floor": f"0 -1 0 {-start.eye[1] - HEIGHT:.9f}"} | Framing(start, None, None).notes
     )
-    scene = pack(replace(one, meta=meta))
+    scene = encode_mgs(replace(one, meta=meta))
     assert visit(tab, served("scene.mgs", scene), "renderer=webgl") == "loaded"
     enter(tab, "Enter VR")
     eyes = look(tab)
@@ -139,13 +139,13 @@ def test_a_miniature_stands_in_the_room(headset: Tab, served: Served) -> None:
     tab = headset
     slope = 0.6
     start = replace(START, box=(0.7, slope))
-    content = pack(replace(unpack(MGS), meta=NOTES | Framing(start, None, None).notes))
+    content = encode_mgs(replace(decode_mgs(MGS), meta=NOTES | Framing(start, None, None).notes))
     assert visit(tab, served("scene.mgs", content), "renderer=webgl") == "loaded"
     before = page_state(tab)
     enter(tab, "View in your room")
     radius = slope * float(np.linalg.norm(START.target - START.eye))
     scale = 0.3 / radius
-    scene = unpack(SCENE).decode()
+    scene = decode_mgs(SCENE).decode()
     ends = 2 * scene.gaussians.scales.amax(1)
     shown = (scene.gaussians.means - torch.tensor(START.target)).norm(dim=1) + ends < radius
     assert 0 < shown.sum() < len(shown)
@@ -322,7 +322,7 @@ def test_a_scene_that_needs_webgpu_says_so(headset: Tab, served: Served) -> None
     tab = headset
     coded = make_scene(Case(800, network=True, size=300, layers=(200, 600)))
     coded.network = {name: value.half() for name, value in view_network().state_dict().items()}
-    assert visit(tab, served("scene.mgs", pack(coded)), "renderer=webgpu") == "loaded"
+    assert visit(tab, served("scene.mgs", encode_mgs(coded)), "renderer=webgpu") == "loaded"
     before = page_state(tab)
     tab.page.get_by_role("button", name="Enter VR").click()
     tab.page.get_by_text("takes WebGPU").wait_for(timeout=20_000)

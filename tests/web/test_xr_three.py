@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from mobilegs.evaluate.metrics import psnr
-from mobilegs.mgs.codec import unpack
+from mobilegs.mgs.codec import decode_mgs
 from mobilegs.render import Rendered
 from tests.support.browser import Chromium
 from tests.support.three_page import ThreePage
@@ -59,7 +59,7 @@ def page(chromium: Chromium) -> Iterator[ThreePage]:
 
 def expected(eye: Eye, offset: float) -> Rendered:
     """What the reference draws for an eye, so many metres to the right."""
-    scene = replace(unpack(MGS).decode(), background=torch.zeros(3))
+    scene = replace(decode_mgs(MGS).decode(), background=torch.zeros(3))
     return scene.render(eye_camera(eye, EYE + RIGHT * offset / SCALE, AHEAD, UP, scene.near))
 
 

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from mobilegs.camera import MIN_SIDE, Camera
 from mobilegs.data.dataset import View
-from mobilegs.mgs.codec import pack
+from mobilegs.mgs.codec import encode_mgs
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.quantized_scene import MetaValue, QuantizedScene
 from mobilegs.render import Rendered, Weighting
@@ -47,7 +47,10 @@ SELDOM = 4  # steps between two gradients of the rate term and of overdraw, each
 
 
 class Student:
-    """The stage that trains a quantised, sort-free scene (paper, sections 3.2 to 3.5).
+    """The training of a quantised, sort-free scene (Mobile-GS, sections 3.2 to 3.5).
+
+    A step renders photos, takes a step of Adam on `photo_loss` and the distances to the teacher's
+    images and depths, and from `schedule.quantize_from` on trains with the values of the file.
 
     Example:
 
@@ -73,7 +76,7 @@ class Student:
         """Start from the teacher.
 
         Args:
-            config: all settings.
+            config: all settings. `StudentConfig` raises InputError for values out of range.
             teacher: a scene, which gives the initial Gaussians and the targets of distillation.
             cameras: those of all training views, by their indices.
             extent: of the scene, in world units.
@@ -390,7 +393,7 @@ class Student:
         quantized_steps = (1 - self.config.schedule.quantize_from) * self.steps
         every = max(1, round(quantized_steps / RATE_UPDATES))
         if target_mb and self.done % every == 0:
-            size, values = len(pack(self.quantized_scene())), self.model.rows.tensors
+            size, values = len(encode_mgs(self.quantized_scene())), self.model.rows.tensors
             quantization.control_rate(self.model.quantizers, values, size, 1e6 * target_mb)
 
     def _lrs(self) -> dict[str, float]:

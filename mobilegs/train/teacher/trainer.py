@@ -129,7 +129,20 @@ class TeacherConfig:
 
 
 class Teacher:
-    """The stage that trains the teacher (3DGS, Kerbl et al. 2023)."""
+    """The training of a teacher: plain 3DGS with sorted blending (Kerbl et al. 2023).
+
+    A step renders photos, takes a step of Adam on `photo_loss`, and adds or removes Gaussians by
+    the strategy of `config.densify`.
+
+    Example:
+
+        dataset = load_capture("my_capture")
+        teacher = Teacher(TeacherConfig(steps=500), dataset, seed=0, device=torch.device("cpu"))
+        while teacher.done < teacher.steps:
+            index = teacher.done % len(dataset.train)
+            teacher.advance([(index, load_view(dataset.train[index]))])
+        write_ply("teacher.ply", teacher.gaussians(), footprint=teacher.config.footprint)
+    """
 
     name = "teacher"
 
@@ -143,9 +156,15 @@ class Teacher:
         team: Team = SINGLE_PROCESS,
         start: Gaussians | None = None,
     ) -> None:
-        """Start from the capture's points, or random ones; `seed` determines all random choices.
+        """Start from the capture's points, or from random ones if it has none.
 
-        `start` replaces them by trained Gaussians, whose harmonics all train from the first step.
+        Args:
+            config: all settings. `TeacherConfig` raises InputError for values out of range.
+            dataset: the capture; at least one training photo.
+            seed: of all random choices.
+            device: that trains.
+            team: the processes that share the views of a step.
+            start: trained Gaussians in place of points; all harmonics train from the first step.
         """
         self.config = config
         self.steps = config.steps
@@ -223,7 +242,11 @@ class Teacher:
         return max(1, min(divisor, self.shortest_side // MIN_SIDE))
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
-        """Take a step on the sum of the views' losses; the result has their means."""
+        """Take a step on the sum of the views' losses; the result has their means.
+
+        `views` are this process's share of the views of a step, each with its index in
+        `dataset.train`, and with images on the device: `[h, w, 3]` in [0, 1].
+        """
         for name, rate in self._lrs().items():
             self.adam.set_lr(name, rate)
         spread = self._begin_exposures()

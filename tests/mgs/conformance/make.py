@@ -14,7 +14,7 @@ from pathlib import Path
 import torch
 
 from mobilegs.camera import Camera
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.scene import Scene
@@ -96,9 +96,9 @@ def main() -> None:
         path = HERE / f"{name}.mgs"
         if path.exists():
             continue
-        data = pack(make_scene(case, seed=len(name)))
+        data = encode_mgs(make_scene(case, seed=len(name)))
         path.write_bytes(data)
-        found = expected(unpack(data), picture=name.endswith("picture"))
+        found = expected(decode_mgs(data), picture=name.endswith("picture"))
         text = json.dumps(found, separators=(",", ":"))
         path.with_suffix(".json").write_text(text.replace('],"', '],\n"') + "\n")
 

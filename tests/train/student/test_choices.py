@@ -11,7 +11,7 @@ import torch
 from bench.paper.rows import ROWS
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.render import render_sorted
 from mobilegs.render.scene import Blend, Scene
 from mobilegs.train.recipes import Recipe, with_settings
@@ -64,8 +64,8 @@ def test_the_file_of_every_form_renders_as_in_training(
 ) -> None:
     student, camera = trained(form), cameras()[0]
     rendered = render_student(student, depth=True)
-    data = pack(student.quantized_scene())
-    opened = unpack(data).decode()
+    data = encode_mgs(student.quantized_scene())
+    opened = decode_mgs(data).decode()
     assert opened.blend == FORMS[form].blend == inspect(data)["blend"]
     assert opened.gaussians.sh_degree == FORMS[form].color.degree == inspect(data)["sh_degree"]
     again = opened.render(camera, depth=True, level_sigma=student.model.level_sigma)
@@ -114,7 +114,7 @@ def test_every_form_resumes_to_the_same_bytes(
         before, resumed = resumed, make_student(FORMS[form], seed=9)
         resumed.restore(before.state())
     train(resumed, dataset, 40)
-    assert pack(resumed.quantized_scene()) == pack(trained(form).quantized_scene())
+    assert encode_mgs(resumed.quantized_scene()) == encode_mgs(trained(form).quantized_scene())
 
 
 def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
@@ -185,7 +185,7 @@ def test_opacities_come_from_the_network_only(
     recipe = with_settings(Recipe(student=STUDENT), ROWS[row].settings)
     student = make_student(recipe.student)
     train(student, dataset, 40)
-    scene = unpack(pack(student.quantized_scene())).decode()
+    scene = decode_mgs(encode_mgs(student.quantized_scene())).decode()
     assert len(scene.gaussians.logit_opacities.unique()) == 1
     opacities, _ = student.model.opacities_and_scales(cameras()[0])
     assert opacities.std() > 1e-3

@@ -7,7 +7,7 @@ import torch
 
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import pack, unpack
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
@@ -67,7 +67,7 @@ def test_the_file_stores_the_configured_number_of_latents(
         assert coded.codebooks["lobes"].shape[::2] == (3, 2)
     rendered = render_student(student)
     levels = {"level_sigma": student.model.level_sigma}
-    opened = unpack(pack(coded)).decode().render(cameras()[0], **levels)
+    opened = decode_mgs(encode_mgs(coded)).decode().render(cameras()[0], **levels)
     torch.testing.assert_close(rendered.image, opened.image, atol=1e-5, rtol=0)
 
 
@@ -91,7 +91,7 @@ def test_a_resumed_student_ends_in_the_same_bytes(
         before, resumed = resumed, make_student(config, seed=9)
         resumed.restore(before.state())
     train(resumed, dataset, 40)
-    assert pack(resumed.quantized_scene()) == pack(whole.quantized_scene())
+    assert encode_mgs(resumed.quantized_scene()) == encode_mgs(whole.quantized_scene())
 
 
 @pytest.mark.parametrize("coding", ["sq", "nvq"])

@@ -72,7 +72,7 @@ def strategy_of(teacher: Teacher) -> MiniSplatting:
 
 @pytest.fixture(scope="module")
 def papers(dataset: Dataset) -> Teacher:
-    return Teacher(RECIPES["gpu"]().teacher, dataset, seed=0, device=CPU)
+    return Teacher(RECIPES["long"]().teacher, dataset, seed=0, device=CPU)
 
 
 def test_events_fall_on_the_papers_steps(papers: Teacher) -> None:
