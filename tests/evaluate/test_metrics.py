@@ -30,7 +30,6 @@ from mobilegs.evaluate.lpips import (
     Net,
     expected_shapes,
     fetch_weights,
-    lpips_from,
 )
 from mobilegs.evaluate.metrics import (
     as_displayed,
@@ -81,11 +80,6 @@ def test_ssim_pads_with_zeros(generator: torch.Generator) -> None:
     image, target = pictures(generator)
     framed = [nn.functional.pad(picture, (0, 0, 5, 5, 5, 5)) for picture in (image, target)]
     assert torch.allclose(ssim_map(*framed)[5:-5, 5:-5], ssim_map(image, target), atol=1e-5)
-
-
-def test_ssim_is_differentiable(generator: torch.Generator) -> None:
-    image, target = (picture[:6, :7].double() for picture in pictures(generator))
-    assert torch.autograd.gradcheck(ssim_map, (image.requires_grad_(), target))
 
 
 def test_a_mask_leaves_pixels_out_of_psnr_and_ssim(generator: torch.Generator) -> None:
@@ -147,8 +141,7 @@ def torchvision_features(net: Net, folder: Path) -> nn.Sequential:
     return nn.Sequential(*layers)
 
 
-@pytest.mark.parametrize("net", ["vgg", "alex"])
-@pytest.mark.parametrize("rescale", [False, True])
+@pytest.mark.parametrize(("net", "rescale"), [("vgg", True), ("alex", False)])
 def test_lpips_agrees_with_torchmetrics(
     net: Net,
     rescale: bool,
@@ -170,21 +163,9 @@ def test_lpips_agrees_with_torchmetrics(
     assert found == pytest.approx(expected, rel=1e-4)
 
 
-def test_the_four_lpips_values_differ(weights_dir: Path, generator: torch.Generator) -> None:
-    target, image = pictures(generator)
-    [figures] = LpipsSuite(weights_dir).distances(target, [image])
-    assert tuple(figures) == LPIPS_NAMES
-    assert len(set(figures.values())) == 4
-
-
 def test_an_image_too_small_for_the_networks_has_no_lpips(weights_dir: Path) -> None:
     tiny = torch.zeros(31, 40, 3)
     assert LpipsSuite(weights_dir).distances(tiny, [tiny]) == [dict.fromkeys(LPIPS_NAMES)]
-
-
-def test_without_weights_there_is_no_lpips(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("MOBILEGS_LPIPS", raising=False)
-    assert lpips_from(None) is None
 
 
 def test_weights_of_another_network_are_refused(weights_dir: Path, tmp_path: Path) -> None:

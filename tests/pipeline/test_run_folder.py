@@ -53,7 +53,8 @@ def test_a_second_process_cannot_train_the_same_run(capture: Path, tmp_path: Pat
     ):
         train_run(run, recipe=RECIPE)
     assert not (run.output / "config.json").exists()
-    assert train_run(run, recipe=RECIPE)["student"]["gaussians"] > 0
+    with RunDir(run.output).lock():  # which is free again
+        pass
 
 
 def test_what_a_killed_process_was_writing_is_removed(tmp_path: Path) -> None:

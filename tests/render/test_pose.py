@@ -10,7 +10,7 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render import Backend, Weighting, render_sorted, render_sortfree
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
-from tests.support.golden import BASE, CASES, DETACHED, INVALID, RENDERERS, input_names, with_rows
+from tests.support.golden import CASES, DETACHED, RENDERERS
 from tests.support.golden import view_network as make_network
 from tests.support.kernels import compare_with_reference
 from tests.support.scenes import (
@@ -20,7 +20,6 @@ from tests.support.scenes import (
     camera,
     cotangents,
     gradcheck_scene,
-    near_threshold,
     random_scene,
     render_with_grads,
 )
@@ -37,9 +36,8 @@ def moved(view, twist):
     return replace(view, viewmat=torch.linalg.matrix_exp(generator) @ view.viewmat.to(twist))
 
 
-@pytest.mark.parametrize("degree", [0, 1, 3])
-def test_the_pose_of_a_sorted_image_passes_gradcheck(degree):
-    inputs, view = gradcheck_scene(SORTED, degree=degree)
+def test_the_pose_of_a_sorted_image_passes_gradcheck():
+    inputs, view = gradcheck_scene(SORTED, degree=3)
     inputs = [t.detach() for t in inputs]
 
     def outputs(twist):
@@ -67,11 +65,8 @@ def test_the_pose_of_a_sortfree_image_passes_gradcheck(name):
 
 
 @pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
-@pytest.mark.parametrize(
-    "case", ["random, degree 0", "random, degree 3", "both of degree 3", "around the camera"]
-)
-def test_the_kernel_agrees_with_the_reference(case, renderer):
-    compare_with_reference(case, renderer, pose=True)
+def test_the_kernel_agrees_with_the_reference(renderer):
+    compare_with_reference("both of degree 3", renderer, pose=True)
 
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
@@ -83,61 +78,6 @@ def test_the_kernel_agrees_in_every_case(case, renderer):
 @pytest.mark.parametrize("renderer", ["sorted", "two_pass"])
 def test_the_pose_has_a_gradient_with_features(renderer):
     compare_with_reference("several tiles", renderer, channels=5, pose=True)
-
-
-def test_the_gradient_of_the_kernels_is_that_of_finite_differences():
-    scene, view = as_float32(random_scene(50, degree=2, seed=9)), camera()
-    jumps = near_threshold(scene, view, names=SORTED, margin=1e-3)
-    target = cotangents(view, avoid=jumps)["image"]
-
-    def loss(twist, backend, dtype):
-        inputs = [scene[name].to(dtype) for name in SORTED]
-        image = render_sorted(*inputs, camera=moved(view, twist), backend=backend).image
-        return (image * target.to(dtype)).sum()
-
-    twist = torch.zeros(6, requires_grad=True)
-    loss(twist, "kernel", torch.float32).backward()
-    step, found = 1e-6, []
-    for i in range(6):
-        at = step * torch.eye(6, dtype=torch.float64)[i]
-        ends = [loss(sign * at, "reference", torch.float64) for sign in (1, -1)]
-        found.append((ends[0] - ends[1]) / (2 * step))
-    assert twist.grad is not None
-    torch.testing.assert_close(twist.grad.double(), torch.stack(found), rtol=1e-3, atol=1e-2)
-
-
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
-@pytest.mark.parametrize("bad", INVALID)
-def test_values_that_are_not_finite_do_not_reach_the_pose(bad, renderer):
-    render, options = RENDERERS[renderer]
-    view, scene = camera(), as_float32(BASE)
-    rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(INVALID[bad].values()))[0]] = False
-    rest = {name: value[rows] for name, value in scene.items()}
-    broken = with_rows(scene, **INVALID[bad])
-    given = {"cotangents": cotangents(view), "pose": True, **options}
-    for backend, dtype in BOTH:
-        expected = render_with_grads(render, rest, view, dtype=dtype, backend=backend, **given)
-        found = render_with_grads(render, broken, view, dtype=dtype, backend=backend, **given)
-        torch.testing.assert_close(found[0]["image"], expected[0]["image"], rtol=1e-5, atol=1e-6)
-        for name, value in expected[1].items():
-            part = found[1][name] if name == "viewmat" else found[1][name][rows]
-            torch.testing.assert_close(part, value, rtol=1e-4, atol=1e-4)
-            assert name == "viewmat" or (found[1][name][~rows] == 0).all(), name
-
-
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
-def test_a_pose_with_a_gradient_changes_neither_image_nor_other_gradients(renderer):
-    render, options = RENDERERS[renderer]
-    scene, view = as_float32(random_scene(80, degree=3, seed=10)), camera()
-    given = {"cotangents": cotangents(view), "dtype": torch.float32, "backend": "kernel", **options}
-    plain = render_with_grads(render, scene, view, **given)
-    posed = render_with_grads(render, scene, view, pose=True, **given)
-    for name in plain[0]:
-        torch.testing.assert_close(posed[0][name], plain[0][name], rtol=1e-5, atol=1e-6)
-    for name in input_names(renderer):
-        error = (posed[1][name] - plain[1][name]).norm() / plain[1][name].norm()
-        assert error < 1e-5, name
 
 
 @pytest.mark.parametrize(("backend", "dtype"), BOTH)

@@ -11,10 +11,9 @@ from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes, lobe_degree
 from mobilegs.render.view_network import static_inputs
-from mobilegs.representation.codebooks import Cut
 from mobilegs.representation.lobes import LobeDecoder, LobeShape
 from mobilegs.spherical_harmonics import C0, sh_basis
-from mobilegs.train.student.view_dependence import ViewDependence, constant_decoder
+from mobilegs.train.student.view_dependence import constant_decoder
 
 
 def seeded(seed: int = 0) -> torch.Generator:
@@ -59,15 +58,6 @@ def test_opacity_and_phi_are_those_of_the_harmonics(degree: int) -> None:
         assert float(opacities[i]) == pytest.approx(1 / (1 + math.exp(-logit)), abs=1e-6)
         assert float(phi[i]) == pytest.approx(max(0.0, raw_phi), abs=1e-5)
     assert lobe_degree(lobes) == degree
-
-
-def test_constant_lobes_look_the_same_from_everywhere() -> None:
-    logits = torch.linspace(-3, 3, 20)
-    lobes = constant_lobes(logits, torch.linspace(-1, 2, 20))
-    for seed in (1, 2):
-        opacities, phi = evaluate_lobes(lobes, random_directions(20, seed))
-        torch.testing.assert_close(opacities, logits.sigmoid())
-        torch.testing.assert_close(phi, torch.linspace(-1, 2, 20).clamp_min(0))
 
 
 # --- the decoder
@@ -158,27 +148,3 @@ def test_a_constant_decoder_gives_opacities_and_a_random_basis() -> None:
 
 
 # --- the choice
-
-
-@pytest.mark.parametrize(
-    ("view", "shape", "cut"),
-    [
-        (ViewDependence("network"), None, None),
-        (ViewDependence("constant"), None, None),
-        (ViewDependence("latent"), LobeShape(2, 12, (16,)), Cut(6, 2)),
-        (ViewDependence("latent", latents=6), LobeShape(2, 6, (16,)), Cut(3, 2)),
-        (ViewDependence("latent", latents=1), LobeShape(2, 0, (16,)), None),
-        (ViewDependence("latent", degree=1, latents=30), LobeShape(1, 8, (16,)), Cut(4, 2)),
-    ],
-)
-def test_the_stored_attributes_follow_from_the_view_dependence(view, shape, cut) -> None:
-    assert (view.shape, view.cut) == (shape, cut)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"degree": 4}, {"latents": 40}, {"latents": 0}, {"start_opacity": 1.5}],
-)
-def test_invalid_view_dependences_are_refused(wrong: dict) -> None:
-    with pytest.raises(InputError):
-        ViewDependence(**wrong)

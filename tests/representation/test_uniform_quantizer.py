@@ -1,6 +1,5 @@
 """Mode `sq`: canonical rotations, uniform quantisers and their step sizes, decorrelated latents."""
 
-import copy
 import math
 from dataclasses import replace
 
@@ -15,7 +14,7 @@ from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import STATICS
-from mobilegs.representation.appearance import COLORS, ColorShape, color_decoder
+from mobilegs.representation.appearance import ColorShape, color_decoder
 from mobilegs.representation.codebooks import Attribute
 from mobilegs.representation.lobes import LobeDecoder, LobeShape
 from mobilegs.representation.rotations import (
@@ -143,10 +142,12 @@ def test_the_bits_gradient_points_from_rare_codes_to_frequent_ones() -> None:
     torch.testing.assert_close(finer, 2 * slopes)
 
 
-@pytest.mark.parametrize("colors", COLORS)
-@pytest.mark.parametrize(("degree", "view_latents"), [(0, 3), (1, 3), (1, 8), (3, 3)])
+@pytest.mark.parametrize(
+    ("colors", "degree", "view_latents"),
+    [("linear", 0, 3), ("linear", 1, 8), ("networks", 1, 3), ("latent_networks", 3, 3)],
+)
 def test_decorrelated_appearance_latents_decode_to_the_same_colours(
-    degree: int, view_latents: int, colors: str
+    colors: str, degree: int, view_latents: int
 ) -> None:
     g = seeded(3)
     most = view_latents if colors == "linear" else 3
@@ -169,7 +170,7 @@ def test_decorrelated_appearance_latents_decode_to_the_same_colours(
     assert 0.008 < felt < 0.012  # a unit along any axis changes the colour by one
 
 
-@pytest.mark.parametrize("hidden", [(), (8,), (8, 5)])
+@pytest.mark.parametrize("hidden", [(), (8, 5)])
 def test_decorrelated_lobe_latents_decode_to_the_same_lobes(hidden: tuple[int, ...]) -> None:
     g = seeded(4)
     decoder = LobeDecoder(LobeShape(2, 6, hidden), g)
@@ -253,12 +254,6 @@ def test_codes_that_are_too_large_are_refused() -> None:
         pack(coded)
 
 
-@pytest.mark.parametrize("steps", [{"scale": 0.0}, {"rotation": math.nan}, {"lobes": 1000.0}])
-def test_step_sizes_out_of_range_are_refused(steps: dict[str, float]) -> None:
-    with pytest.raises(InputError, match="must lie within"):
-        StepSizes(**steps)
-
-
 def test_entropy_follows_the_shares_of_the_codes() -> None:
     codes = torch.tensor([[-3, 5], [-3, 5], [4, 5], [9, 5]])
     assert entropy(codes) == pytest.approx(1.5)
@@ -322,9 +317,6 @@ def test_step_sizes_grow_with_the_rate_term_and_shrink_with_the_distortion(
         train(student, dataset, 40)
         steps.append(math.prod(student.quantized_scene().step_sizes.values()))
     assert steps[1] > 1.1 * steps[0]
-    still = make_student(changed(STUDENT, quantization={"method": "sq"}, lr={"step_sizes": 0.0}))
-    train(still, dataset, 40)
-    assert still.quantized_scene().step_sizes["scale"] == pytest.approx(0.15)
 
 
 def test_rate_control_reaches_a_size_within_the_bounds_of_step_sizes() -> None:
@@ -370,34 +362,6 @@ def test_a_student_goes_after_the_size_asked_for(
     assert student.quantized_scene().step_sizes["scale"] == pytest.approx(
         factor * StepSizes().divided_by(config.quantization.quality).scale
     )
-
-
-def test_learned_steps_go_on_where_they_were(dataset, make_student) -> None:
-    config = changed(
-        STUDENT,
-        quantization={"method": "sq"},
-        schedule={"quantize_from": 0.3},
-        lr={"step_sizes": 0.01},
-    )
-    student, again = make_student(config), make_student(config)
-    train(student, dataset, 30)
-    again.restore(copy.deepcopy(student.state()))
-    for each in (student, again):
-        train(each, dataset, 40)
-    assert scenes_equal(student.quantized_scene(), again.quantized_scene())
-
-
-def test_a_rate_term_lowers_the_entropy(dataset, make_student) -> None:
-    bits = []
-    for price in (0.0, 4.0):
-        config = changed(
-            STUDENT, quantization={"method": "sq", "quality": 2.0, "rate_weight": price}
-        )
-        student = make_student(changed(config, schedule={"quantize_from": 0.3}))
-        train(student, dataset, 40)
-        codes = student.model.quantizers
-        bits.append([entropy(codes[name].indices) for name in codes])
-    assert sum(bits[1]) < 0.98 * sum(bits[0])
 
 
 def test_a_higher_quality_divides_step_sizes_and_weakens_the_rate_term(

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-import torch
 
 from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset
@@ -25,7 +24,6 @@ from mobilegs.train.recipes import (
     with_steps,
 )
 from mobilegs.train.student.vote_pruning import VoteConfig, VoteCounter
-from mobilegs.train.teacher.init import gaussians_at
 from mobilegs.train.teacher.trainer import TeacherLearningRates
 from tests.support.runs import RECIPE
 from tests.support.tiny import CPU
@@ -76,17 +74,6 @@ def test_the_pace_keeps_to_the_time_within_a_tenth(speeds) -> None:
     assert 400 < spent < 650
     student = Clocked(5000, "student")
     assert 900 < run(student, pace, speeds, spent) < 1100
-
-
-def test_a_change_leaves_a_quarter_of_the_steps_and_makes_at_most_four_times_as_many() -> None:
-    plan = Plan(minutes=1.0, seconds=100.0, teacher_share=1.0)
-    slow, fast = Clocked(1000), Clocked(1000)
-    for stage, seconds, until in ((slow, 1.0, 51), (fast, 1e-4, 500)):
-        pace = Pace(plan, lambda plan: None)
-        pace.before(stage)
-        for stage.done in range(1, until + 1):
-            pace.after_step(stage, seconds * stage.done, SINGLE_PROCESS)
-    assert (slow.steps, fast.steps) == (51 + 238, 2500)
 
 
 def test_a_run_that_was_killed_makes_its_last_change_before_new_ones() -> None:
@@ -145,18 +132,6 @@ def planned(dataset: Dataset, minutes: int, monkeypatch, **options) -> Planned:
     given = {**usual, **options}
     recipe = given.pop("recipe", cpu_recipe())
     return make_plan(recipe, float(minutes), load, **given, **more)
-
-
-def test_more_gaussians_cover_what_fewer_did() -> None:
-    points = torch.rand(50, 3, generator=torch.Generator().manual_seed(1))
-    gaussians = gaussians_at(points, points, opacity=0.1, sh_degree=1)
-    found = budget.divided(gaussians, 10 * len(gaussians))
-    assert len(found) == 10 * len(gaussians)
-    area, areas = (each.scales.double().pow(2).sum() for each in (gaussians, found))
-    assert areas == pytest.approx(area.item(), rel=1e-4)
-    distances = (found.means[::10] - gaussians.means).norm(dim=1)
-    assert (distances <= 6 * gaussians.scales.amax(1)).all() and (distances > 0).all()
-    assert budget.divided(gaussians, len(gaussians)) is gaussians
 
 
 def test_a_small_file_has_fewer_gaussians(

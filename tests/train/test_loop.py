@@ -60,14 +60,7 @@ def test_a_stopped_loop_resumes_bit_for_bit(dataset: Dataset, tmp_path: Path) ->
     assert resumed.done == TEACHER.steps
     for name, tensor in expected.gaussians().tensors().items():
         assert torch.equal(tensor, resumed.gaussians().tensors()[name]), name
+    assert len(list(stopped.previews.iterdir())) == 8
+    assert stopped.load_checkpoint().state["done"] == TEACHER.steps
     rows = [json.loads(line) for line in stopped.log.read_text().splitlines()]
     assert [row["step"] for row in rows if "loss" in row] == list(range(1, TEACHER.steps + 1))
-
-
-def test_the_loop_writes_eight_previews_and_a_final_checkpoint(
-    dataset: Dataset, tmp_path: Path
-) -> None:
-    run_dir = RunDir(tmp_path / "run")
-    stage = run_loop(dataset, run_dir)
-    assert len(list(run_dir.previews.iterdir())) == 8
-    assert run_dir.load_checkpoint().state["done"] == stage.done == TEACHER.steps

@@ -19,7 +19,7 @@ from mobilegs.train.memory import (
     free_memory,
     needed_memory,
 )
-from mobilegs.train.student.config import LossConfig, StudentConfig
+from mobilegs.train.student.config import StudentConfig
 
 GIB = 1 << 30
 
@@ -42,14 +42,6 @@ def test_memory_grows_with_gaussians_pixels_and_photos_up_to_the_caches() -> Non
     )
 
 
-def test_without_virtual_views_the_teacher_s_images_are_those_of_the_photos() -> None:
-    virtual = StudentConfig()
-    photos = replace(virtual, loss=LossConfig(virtual_view_every=0))
-    given = {"photos": 150, "pixels": 10_000, "splats": 0}
-    difference = needed_memory(photos, **given) - needed_memory(virtual, **given)
-    assert difference == HOLES * 150 * 10_000 * (TARGET - 2 * TARGET // 4)
-
-
 def test_a_container_s_limit_counts_and_its_cached_files_do_not(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -64,13 +56,6 @@ def test_a_container_s_limit_counts_and_its_cached_files_do_not(
     assert free_memory() == 5000 - 1000 + 100
     (tmp_path / "memory.current").write_text("9000\n")
     assert free_memory() == 0
-
-
-def test_few_photos_have_many_virtual_views() -> None:
-    without = StudentConfig(cache_mib=0)
-    given = {"photos": 30, "pixels": 10_000, "splats": 0}
-    images = needed_memory(StudentConfig(), **given) - needed_memory(without, **given)
-    assert images == HOLES * 300 * TARGET * 10_000 // 4
 
 
 FAULTS = """

@@ -10,7 +10,7 @@ from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
 from mobilegs.render import Footprint
 from mobilegs.train import sampling
-from mobilegs.train.sampling import EVERY, limit_scales, sampling_intervals
+from mobilegs.train.sampling import EVERY, sampling_intervals
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.scenes import camera, random_scene
 from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train
@@ -56,20 +56,6 @@ def test_every_built_instruction_set_agrees_with_the_reference(level, monkeypatc
             # no mean lies so close to a border that roundings decide whether it is seen
             torch.testing.assert_close(found, expected, rtol=1e-5, atol=0)
     assert expected.isinf().any() and expected.isfinite().any()
-
-
-def test_only_scales_below_the_limit_change() -> None:
-    means = random_scene(200, seed=4, spread=2.0)["means"]
-    log_scales = torch.randn(200, 3, dtype=torch.float64, generator=torch.Generator()) - 4
-    limited = log_scales.clone()
-    views = [camera(), camera(90, 74)]
-    limit_scales(limited, means, views, 0.2)
-    least = (0.2**0.5 * sampling_intervals(means, views)).log()[:, None]
-    unseen = least[:, 0].isinf()
-    assert unseen.any() and torch.equal(limited[unseen], log_scales[unseen])
-    seen = ~unseen
-    torch.testing.assert_close(limited[seen], torch.maximum(log_scales, least)[seen])
-    assert (limited[seen] > log_scales[seen]).any()
 
 
 def test_a_trained_teacher_keeps_the_limit(dataset: Dataset) -> None:

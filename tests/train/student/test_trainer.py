@@ -7,16 +7,16 @@ import torch
 
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.representation.codebooks import CUTS
+from mobilegs.train.checkpoint import digest
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.model import StudentModel
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
-from mobilegs.train.student.view_dependence import KINDS, ViewDependence
+from mobilegs.train.student.view_dependence import KINDS
 from tests.support.selection import few
 from tests.support.tiny import (
     STUDENT,
@@ -24,11 +24,9 @@ from tests.support.tiny import (
     cameras,
     changed,
     classic,
-    render_student,
     train,
     with_kind,
 )
-from tests.train.teacher.test_trainer import same_state
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -42,35 +40,6 @@ def test_the_student_starts_with_the_teachers_opacities(kind: str, make_student)
     torch.testing.assert_close(phi, torch.ones_like(phi), atol=1e-3, rtol=0)
 
 
-@pytest.mark.parametrize("kind", few(KINDS, "latent"))
-def test_training_and_evaluation_render_the_same(kind: str, dataset: Dataset, make_student) -> None:
-    student = make_student(with_kind(kind))
-    for until in (5, 20, 40):  # explicit, latents, quantized
-        train(student, dataset, until)
-        rendered = render_student(student, depth=True)
-        levels = {"level_sigma": student.model.level_sigma}
-        again = student.scene().render(cameras()[0], depth=True, **levels)
-        torch.testing.assert_close(rendered.image, again.image, atol=1e-5, rtol=0)
-    assert student.model.phase == "quantized"
-
-
-@pytest.mark.parametrize(("latents", "streams"), [(1, {"opacity"}), (6, {"opacity", "lobes"})])
-def test_the_file_stores_the_configured_number_of_latents(
-    latents: int, streams: set[str], dataset: Dataset, make_student
-) -> None:
-    view = ViewDependence("latent", latents=latents)
-    student = make_student(replace(STUDENT, view_dependence=view))
-    train(student, dataset, 40)
-    coded = student.quantized_scene()
-    assert set(coded.codebooks) == {"scale", "rotation", "appearance", *streams}
-    if "lobes" in streams:
-        assert coded.codebooks["lobes"].shape[::2] == (3, 2)
-    rendered = render_student(student)
-    levels = {"level_sigma": student.model.level_sigma}
-    opened = unpack(pack(coded)).decode().render(cameras()[0], **levels)
-    torch.testing.assert_close(rendered.image, opened.image, atol=1e-5, rtol=0)
-
-
 def test_the_loss_falls_in_every_phase(dataset: Dataset, make_student) -> None:
     config = changed(with_kind("latent"), schedule={"latents_from": 0.25, "quantize_from": 0.5})
     losses = train(make_student(classic(config)), dataset, 40)
@@ -78,24 +47,7 @@ def test_the_loss_falls_in_every_phase(dataset: Dataset, make_student) -> None:
     assert sum(losses[-6:]) < sum(losses[20:26])  # codebooks learn
 
 
-@pytest.mark.parametrize("kind", few(KINDS, "latent"))
-def test_a_resumed_student_ends_in_the_same_bytes(
-    dataset: Dataset, make_student, kind: str
-) -> None:
-    config = with_kind(kind)
-    whole, resumed = make_student(config), make_student(config)
-    train(whole, dataset, 40)
-    for stop, phase in ((3, "explicit"), (12, "latents"), (20, "latents"), (30, "quantized")):
-        train(resumed, dataset, stop)
-        assert resumed.model.phase == phase
-        before, resumed = resumed, make_student(config, seed=9)
-        resumed.restore(before.state())
-    train(resumed, dataset, 40)
-    assert pack(resumed.quantized_scene()) == pack(whole.quantized_scene())
-
-
-@pytest.mark.parametrize("coding", ["sq", "nvq"])
-@pytest.mark.parametrize("kind", ["network", "latent"])
+@pytest.mark.parametrize(("kind", "coding"), [("network", "sq"), ("latent", "nvq")])
 def test_a_restored_model_is_on_the_device_of_its_gaussians(
     dataset: Dataset, make_student, kind: str, coding: str
 ) -> None:
@@ -123,7 +75,7 @@ def test_the_size_of_the_cache_does_not_change_training(dataset: Dataset, make_s
     students = [make_student(replace(STUDENT, cache_mib=size)) for size in (0, 100)]
     for student in students:
         train(student, dataset, 12)
-    assert same_state(students[0].state(), students[1].state())
+    assert digest(students[0].state()) == digest(students[1].state())
 
 
 @pytest.mark.parametrize("kind", few(KINDS, "latent"))
@@ -244,21 +196,6 @@ def test_harmonics_of_another_degree_are_cut_or_padded(dataset: Dataset) -> None
         sh = model.gaussians()[0].sh
         assert sh.shape == (50, 4, 3)
         assert (sh[:, 1:] == (coefficients > 1)).all()
-
-
-@pytest.mark.parametrize("kind", few(KINDS, "latent"))
-def test_opacities_of_a_scene_are_the_constant_parts_of_its_lobes(
-    kind: str, dataset: Dataset, make_student
-) -> None:
-    student = make_student(with_kind(kind))
-    for until in (5, 20, 40):
-        train(student, dataset, until)
-        scene = student.scene()
-        none = student.model.network is not None or kind == "constant"
-        assert (scene.lobes is None) == none
-        if scene.lobes is not None:
-            mean = 0.28209479177387814 * scene.lobes[:, 0, 0]
-            torch.testing.assert_close(scene.gaussians.logit_opacities, mean)
 
 
 def test_phases_out_of_order_are_refused() -> None:

@@ -156,21 +156,3 @@ def test_gradients_are_the_sum_of_photo_and_distillation(
             least = max(1e-4 * float(wanted.abs().max()), 1e-7)
             torch.testing.assert_close(found, wanted, atol=least, rtol=1e-3)
     assert any((once[name] != photo[name]).any() for name in once)
-
-
-@pytest.mark.thorough
-def test_training_with_virtual_views_resumes_exactly(
-    dataset: Dataset, make_student: MakeStudent
-) -> None:
-    def made() -> Student:
-        student = make_student(VIRTUAL)
-        student.virtual_cameras = virtual_cameras(ring([0, 20, 40]), seed=0)
-        return student
-
-    whole, again = made(), made()
-    train(whole, dataset, 13)
-    again.restore(whole.state())
-    train(whole, dataset, 40)
-    train(again, dataset, 40)
-    for name, tensor in whole.model.rows.tensors.items():
-        assert torch.equal(tensor, again.model.rows.tensors[name]), name

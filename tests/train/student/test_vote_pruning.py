@@ -26,8 +26,8 @@ def test_no_vote_goes_against_equal_gaussians() -> None:
     assert not vote(torch.full((9,), 0.5), torch.ones(9, 3), quantile=0.2).any()
 
 
-@pytest.mark.parametrize("count", [1, 2, 7, 100])
-@pytest.mark.parametrize("quantile", [0.0, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("count", [1, 7, 100])
+@pytest.mark.parametrize("quantile", [0.0, 0.2, 1.0])
 def test_quantiles_match_torch(count: int, quantile: float) -> None:
     values = torch.randn(count, generator=torch.Generator().manual_seed(count))
     scales = values.exp()[:, None].expand(count, 3)
@@ -54,7 +54,7 @@ def test_a_new_interval_starts_without_votes() -> None:
     assert votes.kept().tolist() == [True, True] and votes.held == 0
 
 
-@pytest.mark.parametrize("steps", [60, 3500, 30_000])
+@pytest.mark.parametrize("steps", [60, 30_000])
 def test_prunings_scale_with_the_length_of_the_run(steps: int) -> None:
     votes = VoteCounter(VoteConfig(), steps=steps, count=1, device=CPU)
     prunings = [step for step in range(1, steps + 1) if votes.prunes_after(step)]

@@ -2,12 +2,11 @@
 
 from dataclasses import replace
 
-import pytest
 import torch
 
 from mobilegs.camera import Camera
 from mobilegs.train.optim import NamedAdam
-from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Schedule
+from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig
 from mobilegs.train.teacher.init import gaussians_at
 
 CONFIG = DensifyConfig(start=0.0, min_interval=10)
@@ -125,14 +124,7 @@ def test_max_splats_prefers_the_largest_gradients(generator: torch.Generator) ->
     pull(grows, [2, 5, 3, 9, 2, 2])
     grows.after_step(10, adam, generator)
     added = adam.tensors["means"][COUNT:, 0]
-    assert added.tolist() == [3, 9]  # of rows 1 and 3
-
-
-def test_max_splats_is_never_exceeded(generator: torch.Generator) -> None:
-    adam, grows = gaussians(), densifier(max_splats=COUNT)
-    pull(grows, [2] * COUNT)
-    grows.after_step(10, adam, generator)
-    assert len(adam.tensors["means"]) == COUNT
+    assert added.tolist() == [3, 9]  # of rows 1 and 3, and no more
 
 
 def test_faint_gaussians_are_removed_and_large_ones_later(generator: torch.Generator) -> None:
@@ -162,13 +154,6 @@ def test_a_reset_limits_all_opacities_to_a_hundredth(generator: torch.Generator)
     torch.testing.assert_close(
         adam.tensors["logit_opacities"].sigmoid(), torch.full((COUNT,), 0.01)
     )
-
-
-@pytest.mark.parametrize(("steps", "interval"), [(30_000, 100), (6_000, 50), (90_000, 300)])
-def test_the_schedule_scales_with_the_steps(steps: int, interval: int) -> None:
-    schedule = Schedule.of(DensifyConfig(), steps)
-    assert schedule.start == steps / 60 and schedule.stop == steps / 2
-    assert schedule.interval == interval
 
 
 def test_nothing_happens_outside_of_the_schedule(generator: torch.Generator) -> None:
