@@ -102,7 +102,7 @@ def coded_symbols(count: int, contextual: bool) -> bytes:
     return rans.encode(skewed_symbols(count, 40), 40, contextual=contextual)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(st.data())
 def test_symbols_equal_the_reference(data: st.DataObject) -> None:
     contextual = data.draw(st.booleans())
@@ -125,7 +125,7 @@ def test_symbols_are_decoded_with_every_number_of_lanes(count: int, contextual: 
     assert found is not None and np.array_equal(found, symbols)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(st.data())
 def test_damaged_rans_streams_have_the_results_of_the_reference(data: st.DataObject) -> None:
     counts = st.sampled_from([60, 300, 4500, 9000])
@@ -278,7 +278,7 @@ def coded_places(count: int) -> bytes:
     )
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.data())
 def test_damaged_positions_have_the_results_of_the_reference(data: st.DataObject) -> None:
     count = data.draw(st.sampled_from([1, 60, 5000]))

@@ -213,24 +213,6 @@ def test_a_failed_download_gives_an_error(tmp_path: Path, monkeypatch: pytest.Mo
     assert not list(tmp_path.rglob("*.npz"))
 
 
-def test_lpips_with_real_weights_grows_with_noise(
-    data_dir: Path, generator: torch.Generator
-) -> None:
-    photo = Image.open(data_dir / "tiny_fern" / "images" / first_photo(data_dir)).crop(
-        (0, 0, 96, 64)
-    )
-    target = torch.from_numpy(np.array(photo)).float() / 255
-    noise = torch.randn(target.shape, generator=generator)
-    images = [(target + level * noise).clamp(0, 1) for level in (0.02, 0.1, 0.3)]
-    for net in BACKBONES:
-        near, middle, far = Lpips(net, data_dir / "lpips").distances(target, images, rescale=True)
-        assert 0 < near < middle < far < 1.5
-
-
-def first_photo(data_dir: Path) -> str:
-    return min(path.name for path in (data_dir / "tiny_fern" / "images").iterdir())
-
-
 # --- the report ----------------------------------------------------------------------------------
 
 CAMERA = Camera(torch.eye(4), torch.tensor([[40.0, 0, 20], [0, 40, 16], [0, 0, 1]]), 40, 32)
@@ -294,12 +276,6 @@ def test_a_scene_equal_to_the_photo_has_the_best_metrics() -> None:
     assert 10 < results["student"]["psnr"] < 40
     assert [view["name"] for view in results["student"]["views"]] == ["photo_1.jpg", "photo_2.jpg"]
     assert results["student"]["lpips_vgg"] is None
-
-
-def test_lpips_of_the_report_is_the_mean_over_views(weights_dir: Path) -> None:
-    result = evaluate(blob(0.4), capture_of(blob(0.8)), lpips=LpipsSuite(weights_dir))
-    for name in LPIPS_NAMES:
-        assert result[name] == pytest.approx(np.mean([view[name] for view in result["views"]]))
 
 
 def test_masked_pixels_do_not_count(tmp_path: Path, generator: torch.Generator) -> None:

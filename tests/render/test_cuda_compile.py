@@ -46,15 +46,6 @@ def test_every_kernel_compiles_and_spills_nothing(arch):
     assert "warning" not in log
 
 
-@pytest.mark.thorough
-def test_spilled_registers_are_detected():
-    source = (cuda.CSRC / "cuda.cu").read_text()
-    name = "mgs_write_gradients"
-    greedy = source.replace(f"KERNEL(THREADS, 3)\n{name}", f"KERNEL(THREADS, 8)\n{name}")
-    assert greedy != source
-    assert spilling(resources(cuda.compile_kernels("sm_90", greedy)[1])) == {name}
-
-
 def test_the_sources_use_no_atomics():
     folder = cuda.CSRC
     for name in cuda.SOURCES:

@@ -67,26 +67,6 @@ def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
     check_invalid_values(bad, renderer, pose=True)
 
 
-@pytest.mark.parametrize("backend", ["reference", "kernel"])
-def test_a_pixel_without_gaussians_shows_the_background(backend):
-    scene, view = (
-        {k: v.float() for k, v in CASES["nothing in view"][0].items()},
-        camera().to(dtype=torch.float32),
-    )
-    background = torch.tensor([0.3, 0.5, 0.7])
-    options = {"camera": view, "background": background, "backend": backend, "depth": True}
-    for rendered in (
-        render_sorted(*[scene[name] for name in SORTED], **options),
-        render_sortfree(*[scene[name] for name in SORTFREE], **options),
-    ):
-        assert torch.equal(rendered.image, background.expand(view.height, view.width, 3))
-        assert (
-            (rendered.alpha == 0).all()
-            and (rendered.depth == 0).all()
-            and (rendered.radii == 0).all()
-        )
-
-
 def test_permuting_the_gaussians_leaves_the_sortfree_image_unchanged():
     scene, view = CASES["several tiles"]
     scene, view = {k: v.float() for k, v in scene.items()}, view.to(dtype=torch.float32)

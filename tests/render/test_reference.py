@@ -9,10 +9,9 @@ import torch
 from mobilegs.camera import Camera, look_at
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting, render_sorted, render_sortfree, visible_rows
-from mobilegs.render.lobes import constant_lobes, evaluate_lobes
+from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
-from mobilegs.render.view_network import ViewNetwork
 from mobilegs.spherical_harmonics import rgb_to_sh0, sh_basis
 from tests.support.golden import view_network
 from tests.support.scenes import SORTED, SORTFREE, camera, gradcheck_scene, random_scene
@@ -182,30 +181,6 @@ def test_resizing_a_camera_scales_the_projection():
     point = torch.tensor([0.3, -0.2, 3.0], dtype=torch.float64)
     full, small = view.K @ point, half.K @ point
     torch.testing.assert_close(small[:2] / small[2], full[:2] / full[2] / 2)
-
-
-def test_the_view_network_has_the_size_of_the_papers():
-    torch.manual_seed(0)
-    network = ViewNetwork(torch.Generator().manual_seed(0))
-    assert sum(p.numel() for p in network.parameters()) == 47_170
-    sh, scales = torch.randn(9, 4, 3), torch.rand(9, 3) + 0.1
-    directions = torch.nn.functional.normalize(torch.randn(9, 3), dim=1)
-    quats, logits = torch.randn(9, 4), torch.randn(9)
-    some = Gaussians(torch.randn(9, 3), quats, scales.log(), logits, sh)
-    torch.testing.assert_close(network(some, directions), constant_lobes(logits))
-    with torch.no_grad():
-        for parameter in network.parameters():
-            parameter.normal_(0, 0.2)
-        lobes = network(some, directions)
-        more = Gaussians(some.means, 2 * quats, (5 * scales).log(), logits, sh * 3)
-        unit = [torch.nn.functional.normalize(x, dim=1) for x in (sh.flatten(1), scales, quats)]
-        x = torch.cat([unit[0], directions, unit[1], unit[2]], 1)
-        x = network.hidden3(torch.relu(network.hidden2(torch.relu(network.hidden1(x)))))
-    opacities, phi = evaluate_lobes(lobes, directions)
-    torch.testing.assert_close(phi, torch.relu(network.phi(x))[:, 0])
-    torch.testing.assert_close(opacities, (logits + network.opacity(x)[:, 0]).sigmoid())
-    with torch.no_grad():
-        torch.testing.assert_close(network(more, directions), lobes)  # inputs are normalised
 
 
 @pytest.mark.parametrize("blend", ["sorted", "sortfree"])

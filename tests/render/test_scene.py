@@ -8,6 +8,7 @@ import torch
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import ViewNetwork
 from tests.support.tiny import grad_of
@@ -82,6 +83,11 @@ def test_a_network_gives_the_opacities_of_a_sorted_scene() -> None:
         h = np.maximum(least, h @ weights[f"{layer}.weight"].T + weights[f"{layer}.bias"])
     added = h @ weights["opacity.weight"][0] + weights["opacity.bias"]
     assert np.abs(added).min() > 0.01
+    assert sum(value.size for value in weights.values()) == 47_170
+    directions = torch.from_numpy(axis).expand(2, 3)
+    _, phi = evaluate_lobes(network(g, directions), directions)
+    raw = h @ weights["phi.weight"][0] + weights["phi.bias"]
+    np.testing.assert_allclose(phi.detach(), np.maximum(0, raw), atol=1e-9)
     logits = g.logit_opacities.numpy() + added
     image = scene.render(through_the_origin(eye, DOUBLE)).image
     np.testing.assert_allclose(image[8, 8].detach(), blended(1 / (1 + np.exp(-logits))), atol=1e-9)

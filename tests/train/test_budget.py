@@ -23,10 +23,8 @@ from mobilegs.train.recipes import (
     with_method,
     with_steps,
 )
-from mobilegs.train.student.vote_pruning import VoteConfig, VoteCounter
 from mobilegs.train.teacher.trainer import TeacherLearningRates
 from tests.support.runs import RECIPE
-from tests.support.tiny import CPU
 
 SPEED = Speed(per_splat=2e-7, per_pixel=1e-7)  # about two cores
 
@@ -202,21 +200,6 @@ def test_the_measured_speed_grows_with_gaussians_and_pixels(dataset: Dataset) ->
     speed = budget.measured_speed(RECIPE.teacher, dataset, SINGLE_PROCESS)
     assert speed.per_splat > 0 and speed.per_pixel > 0
     assert speed.step(10, 100) < speed.step(20, 100) < speed.step(20, 200)
-
-
-def test_the_speed_of_a_gpu_does_not_depend_on_the_gaussians() -> None:
-    cpu, gpu = (budget.speed_of((0.2, 0.14), 1000, 400, gpu=gpu) for gpu in (False, True))
-    for speed in (cpu, gpu):
-        assert speed.step(1000, 400) == pytest.approx(0.2)
-        assert speed.step(1000, 100) == pytest.approx(0.14)
-    assert cpu.step(500, 400) == pytest.approx(0.14)
-    assert gpu.step(500, 400) == pytest.approx(0.2)
-
-
-def test_votes_adapt_to_another_number_of_steps() -> None:
-    counter = VoteCounter(VoteConfig(interval=0.1, until=0.8), 1000, 4, CPU)
-    counter.set_steps(500)
-    assert (counter.interval, counter.until) == (50, 400)
 
 
 def test_options_decide_whether_a_run_has_a_budget(tmp_path: Path) -> None:

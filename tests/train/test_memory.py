@@ -3,7 +3,6 @@
 import platform
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -11,35 +10,10 @@ import pytest
 
 from mobilegs.train import memory
 from mobilegs.train.memory import (
-    HOLES,
-    PER_PIXEL,
-    PER_SPLAT,
-    PHOTO,
-    TARGET,
     free_memory,
-    needed_memory,
 )
-from mobilegs.train.student.config import StudentConfig
 
 GIB = 1 << 30
-
-
-def test_memory_grows_with_gaussians_pixels_and_photos_up_to_the_caches() -> None:
-    config = StudentConfig(cache_mib=1024)
-
-    def needed(photos: int = 300, pixels: int = 100_000, splats: int = 1000) -> int:
-        return needed_memory(config, photos=photos, pixels=pixels, splats=splats)
-
-    assert needed(splats=2000) - needed() == 1000 * PER_SPLAT
-    images = 300 * (PHOTO + 2 * TARGET // 4)  # two virtual views per photo, of half the size
-    assert needed(pixels=200_000) - needed() == 100_000 * (PER_PIXEL + HOLES * images)
-    many = needed(photos=1_000_000)
-    assert many == needed(photos=2_000_000) and many - needed() < HOLES * 3 * GIB
-    assert (
-        many
-        - needed_memory(replace(config, cache_mib=0), photos=1_000_000, pixels=100_000, splats=1000)
-        == HOLES * GIB
-    )
 
 
 def test_a_container_s_limit_counts_and_its_cached_files_do_not(

@@ -55,15 +55,6 @@ def test_a_restored_optimiser_continues_the_same(adam: NamedAdam) -> None:
         assert torch.equal(tensor, other.tensors[name])
 
 
-def test_restored_tensors_are_on_the_device_of_the_others(adam: NamedAdam) -> None:
-    other = NamedAdam({"a": torch.zeros(5, 2, device="meta")}, {"a": 0.1})
-    adam.add("c", torch.ones(5), 0.3)
-    other.restore(adam.state())
-    assert set(other.tensors) == {"a", "b", "c"}
-    held = [tensor for state in other.state().values() for tensor in state.values()]
-    assert all(tensor.is_meta for tensor in held if isinstance(tensor, Tensor))
-
-
 def test_gradients_get_the_strides_that_adam_asks_for_on_a_gpu() -> None:
     sh = torch.zeros(5, 16, 3)
     tensors = {"sh0": sh[:, :1], "sh_rest": sh[:, 1:1], "square": torch.zeros(4, 4)}

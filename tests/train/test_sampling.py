@@ -1,7 +1,5 @@
 """The lower limit of scales: what the training cameras sample."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
@@ -13,7 +11,7 @@ from mobilegs.train import sampling
 from mobilegs.train.sampling import EVERY, sampling_intervals
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.scenes import camera, random_scene
-from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train
+from tests.support.tiny import STUDENT, blobs, cameras, changed, train
 
 
 def test_intervals_are_those_of_the_finest_camera_by_numpy() -> None:
@@ -86,21 +84,6 @@ def test_a_trained_student_keeps_the_limit_in_its_file(dataset: Dataset, make_st
     assert (blobs().log_scales < first - 0.1).any()
     assert half < 0.2
     assert (scene.log_scales >= least - half - 0.01).all()  # means are rounded, too
-
-
-def test_the_footprint_goes_through_training_into_the_file(dataset: Dataset, make_student) -> None:
-    footprint = Footprint(0.1, antialiased=True, soft_edge=True)
-    student = make_student(replace(STUDENT, footprint=footprint, level_sigma=1.0))
-    for until in (5, STUDENT.steps):
-        train(student, dataset, until)
-        rendered = render_student(student, depth=True)
-        scene = student.scene()
-        assert scene.footprint == footprint
-        again = scene.render(cameras()[0], depth=True, level_sigma=1.0)
-        torch.testing.assert_close(rendered.image, again.image, atol=1e-5, rtol=0)
-        plain = replace(scene, footprint=Footprint()).render(cameras()[0])
-        assert (plain.image - again.image).abs().max() > 1e-3
-    assert student.quantized_scene().footprint == footprint
 
 
 def test_the_footprint_of_a_teacher_changes_its_training(dataset: Dataset) -> None:

@@ -9,14 +9,16 @@ import torch
 from bench.paper.rows import ROWS
 from mobilegs.data.dataset import Dataset
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.render import render_sorted
+from mobilegs.render import Rendered, render_sorted
+from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
 from mobilegs.train.recipes import Recipe, with_settings
 from mobilegs.train.student.config import StudentConfig
+from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
 from tests.support.selection import few
-from tests.support.tiny import STUDENT, blobs, cameras, changed, classic, render_student, train
+from tests.support.tiny import STUDENT, blobs, cameras, changed, train
 
 CONSTANT, NETWORK = {"kind": "constant"}, {"kind": "network"}
 SQ = {"method": "sq"}
@@ -39,6 +41,13 @@ FORMS: dict[str, StudentConfig] = {
         color={"decoder": "networks"},
     ),
 }
+
+
+def render_student(student: Student) -> Rendered:
+    """Render the first camera as training does."""
+    return SharedDecode(student.model, cameras()[:1]).render(0, background=student.background)
+
+
 PHASES = {3: "explicit", 12: "latents", 20: "latents", 30: "quantized"}
 MakeStudent = Callable[..., Student]
 
@@ -124,7 +133,8 @@ def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
 def test_a_sorted_student_learns_opacities_by_direction_and_no_phi(
     dataset: Dataset, make_student: MakeStudent
 ) -> None:
-    student = make_student(classic(FORMS["sorted, network"]))
+    as_teacher = {"footprint": CLASSIC, "least_variance": 0.0, "level_sigma": 0.0}
+    student = make_student(changed(FORMS["sorted, network"], **as_teacher))
     train(student, dataset, 40)
     network = student.model.network
     assert network is not None

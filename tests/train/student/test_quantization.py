@@ -81,16 +81,3 @@ def test_codebooks_have_no_rate_term(dataset: Dataset, make_student: MakeStudent
     late, early = found
     assert late.keys() == early.keys() and len(late) > 3
     assert all(torch.equal(late[name], early[name]) for name in late)
-
-
-def test_the_rate_term_begins_at_quantisation_at_the_latest(
-    dataset: Dataset, make_student: MakeStudent
-) -> None:
-    found = []
-    for begins in (0.3, 1.0):
-        config = changed(WITH_RATE, schedule={"quantize_from": 0.3, "rate_from": begins})
-        student = make_student(config)
-        train(student, dataset, 40)
-        found.append(student.quantized_scene())
-    for name, codes in found[0].indices.items():
-        assert torch.equal(codes, found[1].indices[name])

@@ -7,11 +7,9 @@ import torch
 
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
-from mobilegs.mgs.positions import PositionGrid
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.representation.codebooks import CUTS
-from mobilegs.train.checkpoint import digest
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.model import StudentModel
 from mobilegs.train.student.shared_decode import SharedDecode
@@ -23,7 +21,6 @@ from tests.support.tiny import (
     blobs,
     cameras,
     changed,
-    classic,
     train,
     with_kind,
 )
@@ -38,13 +35,6 @@ def test_the_student_starts_with_the_teachers_opacities(kind: str, make_student)
     torch.testing.assert_close(opacities, blobs().opacities, atol=1e-4, rtol=0)
     torch.testing.assert_close(model.opacities_and_scales(camera)[0], opacities)
     torch.testing.assert_close(phi, torch.ones_like(phi), atol=1e-3, rtol=0)
-
-
-def test_the_loss_falls_in_every_phase(dataset: Dataset, make_student) -> None:
-    config = changed(with_kind("latent"), schedule={"latents_from": 0.25, "quantize_from": 0.5})
-    losses = train(make_student(classic(config)), dataset, 40)
-    assert sum(losses[18:24]) < sum(losses[:6])
-    assert sum(losses[-6:]) < sum(losses[20:26])  # codebooks learn
 
 
 @pytest.mark.parametrize(("kind", "coding"), [("network", "sq"), ("latent", "nvq")])
@@ -69,13 +59,6 @@ def test_a_restored_model_is_on_the_device_of_its_gaussians(
             tensors += adam.tensors.values()
             tensors += [moment for of in adam.adam.state.values() for moment in of.values()]
         assert len(tensors) > 10 and all(tensor.is_meta for tensor in tensors), until
-
-
-def test_the_size_of_the_cache_does_not_change_training(dataset: Dataset, make_student) -> None:
-    students = [make_student(replace(STUDENT, cache_mib=size)) for size in (0, 100)]
-    for student in students:
-        train(student, dataset, 12)
-    assert digest(students[0].state()) == digest(students[1].state())
 
 
 @pytest.mark.parametrize("kind", few(KINDS, "latent"))
@@ -118,21 +101,6 @@ def test_a_shared_decode_renders_each_camera_as_a_decode_for_it(
         assert torch.equal(together.image, alone.render(0, **options).image)
 
 
-def test_moments_survive_the_changes_of_phase(dataset: Dataset, make_student) -> None:
-    student = make_student(with_kind("network"))
-    train(student, dataset, 6)
-    model = student.model
-    before = {n: model.rows.adam.state[model.rows.tensors[n]] for n in ("means", "quats")}
-    student._enter("latents")
-    for name, state in before.items():
-        assert model.rows.adam.state[model.rows.tensors[name]] is state
-    weights = model.shared.tensors["network.hidden1.weight"]
-    moments = model.shared.adam.state[weights]
-    student._enter("quantized")
-    assert model.shared.adam.state[weights] is moments
-    assert "quats" not in model.rows.tensors and "means" in model.rows.tensors
-
-
 def test_votes_remove_faint_and_small_gaussians(dataset: Dataset, make_student) -> None:
     student = make_student(with_kind("constant"))
     with torch.no_grad():
@@ -156,20 +124,6 @@ def test_pruning_keeps_rows_and_indices_together(dataset: Dataset, make_student)
     torch.testing.assert_close(fewer, latents[keep], atol=1e-6, rtol=0)
     for name, value in before.tensors().items():
         torch.testing.assert_close(after.tensors()[name], value[keep], atol=1e-6, rtol=0)
-
-
-def test_reassignment_takes_the_nearest_codebook_entries(make_student) -> None:
-    model = make_student(with_kind("network")).model
-    generator = torch.Generator().manual_seed(0)
-    grid = PositionGrid.around(model.shapes()[0])
-    model.use_latents(grid, regression_steps=1, generator=generator)
-    model.quantize(STUDENT.quantization.codebooks, generator=torch.Generator().manual_seed(0))
-    book = model.quantizers["scale"]
-    with torch.no_grad():
-        model.rows.tensors["scale"][7] = book.stored_centers[:, 3, 0]
-    assert book.indices[7].tolist() != [3, 3, 3]
-    model.reassign(codebooks=True)
-    assert book.indices[7].tolist() == [3, 3, 3]
 
 
 def test_a_student_of_one_step_is_quantised(dataset: Dataset, make_student) -> None:

@@ -106,19 +106,6 @@ def test_old_rows_keep_their_moments_and_new_ones_have_none(generator: torch.Gen
     adam.step()
 
 
-def test_gradients_are_in_half_image_units_and_averaged_over_views(
-    generator: torch.Generator,
-) -> None:
-    grows = densifier()
-    grads = torch.zeros(COUNT, 2)
-    grads[0] = torch.tensor([3.0, 0.0])
-    grads[1] = torch.tensor([0.0, 3.0])
-    see(grows, grads, torch.tensor([1.0, 1, 0, 0, 0, 0]))
-    see(grows, grads * 0, torch.tensor([1.0, 0, 0, 0, 0, 0]))
-    mean = grows.gradients / grows.views.clamp_min(1)
-    assert mean.tolist() == [30, 30, 0, 0, 0, 0]
-
-
 def test_max_splats_prefers_the_largest_gradients(generator: torch.Generator) -> None:
     adam, grows = gaussians(), densifier(max_splats=8)
     pull(grows, [2, 5, 3, 9, 2, 2])

@@ -71,14 +71,6 @@ def test_sampling_has_no_repetition_and_no_zero_weights(generator: torch.Generat
     assert len(sample_rows(torch.zeros(3), 2, generator)) == 0
 
 
-def test_sampling_is_proportional_to_the_weights(generator: torch.Generator) -> None:
-    weights = torch.tensor([1.0, 2.0, 5.0])
-    first = torch.bincount(
-        torch.cat([sample_rows(weights, 1, generator) for _ in range(4000)]), minlength=3
-    )
-    torch.testing.assert_close(first / 4000, weights / 8, rtol=0, atol=0.03)
-
-
 def test_the_smallest_hundredth_is_masked() -> None:
     values = torch.tensor([50.0, 0.5, 0.0, 48.9, 0.4, 0.2])
     assert importance_mask(values, 0.99).tolist() == [True, True, False, True, False, False]

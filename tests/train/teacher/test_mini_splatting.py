@@ -69,15 +69,6 @@ def test_the_learning_rate_of_the_means_rewinds_to_step_5000(papers: Teacher) ->
     assert rates[30_000] == pytest.approx(7.4e-6, rel=0.01)
 
 
-def test_the_sh_degree_rises_after_the_sampling(papers: Teacher) -> None:
-    degrees = {}
-    for step in (1, 14_999, 15_000, 15_999, 16_000, 17_000, 18_000, 29_999):
-        papers.done = step - 1
-        degrees[step] = papers.sh_degree
-    papers.done = 0
-    assert list(degrees.values()) == [0, 0, 0, 0, 1, 2, 3, 3]
-
-
 def test_before_the_sampling_there_are_no_higher_harmonics(dataset: Dataset) -> None:
     teacher, widths = started(dataset), []
     for step in (1, 10, 29, 30, 31):
@@ -101,15 +92,6 @@ def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> N
             *["densify", "reinit"] * 2,
             *["densify", "sample", "trim"],
         ]
-
-
-@pytest.mark.parametrize("steps", [2000, 30_000])
-def test_the_sampling_comes_long_after_a_restart(steps: int, dataset: Dataset) -> None:
-    strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
-    events = [strategy.event(step) for step in range(1, steps + 1)]
-    begun = [step for step, event in enumerate(events, 1) if event == "reinit"]
-    assert len(begun) == 2
-    assert events.index("sample") + 1 - begun[-1] > 0.9 * steps / 6
 
 
 # --- the events
@@ -147,18 +129,6 @@ def test_gaussians_that_dominate_much_of_an_image_are_split(
     torch.testing.assert_close(after.means[: len(kept)], kept.means)
     torch.testing.assert_close(after.scales[len(kept) :], torch.cat([parents.scales] * 2) / 1.6)
     assert not strategy.blurred.any() and len(strategy.blurred) == len(after)
-
-
-def test_near_max_splats_blurring_gaussians_are_split_first(dataset: Dataset) -> None:
-    teacher = started(dataset, peak_splats=1.0, reinit_splats=1.0)
-    strategy = strategy_of(teacher)
-    strategy.max_splats = teacher.count + 2
-    strategy.gradients += torch.linspace(1, 2, teacher.count)
-    strategy.views += 1
-    blurred = torch.zeros(teacher.count, dtype=torch.bool)
-    blurred[[1, 5]] = True
-    cloned, split = strategy._select(torch.zeros_like(blurred), blurred)
-    assert not cloned.any() and torch.equal(split, blurred)
 
 
 def test_a_restart_replaces_all_gaussians(dataset: Dataset) -> None:

@@ -43,20 +43,6 @@ def test_a_teacher_follows_the_sum_of_its_views_gradients(dataset: Dataset) -> N
         assert (tensor.grad != 0).any() or name == "sh_rest"
 
 
-def test_densification_observes_every_view_of_a_step(dataset: Dataset) -> None:
-    teacher = Teacher(replace(TEACHER, views_per_step=2), dataset, seed=0, device=CPU)
-    views = [(index, load_view(dataset.train[index])) for index in (3, 1)]
-    observed = []
-    drawn = teacher.gaussians()
-    teacher.strategy.observe = lambda *seen, **more: observed.append((*seen, *more.values()))
-    teacher.advance(views)
-    for (step, shown, camera, screen_grads, radii), (_, view) in zip(observed, views, strict=True):
-        assert step == 1 and torch.equal(camera.viewmat, view.camera.viewmat)
-        assert torch.equal(shown.means, drawn.means)  # before they move
-        assert (screen_grads != 0).any() and (radii > 0).any()
-    assert not torch.equal(observed[0][3], observed[1][3])
-
-
 def test_the_first_photos_are_small_and_grow_until_a_given_time(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -113,15 +99,6 @@ def test_fewer_steps_end_densification_sooner(
 def test_a_step_without_views_is_refused(config: type) -> None:
     with pytest.raises(InputError, match="views_per_step must be at least 1, not 0"):
         config(views_per_step=0)
-
-
-def test_harmonics_rise_with_the_run(dataset: Dataset) -> None:
-    teacher = Teacher(replace(TEACHER, steps=120), dataset, seed=0, device=CPU)
-    degrees = []
-    for done in (0, 3, 4, 8, 12, 119):
-        teacher.done = done
-        degrees.append(teacher.sh_degree)
-    assert degrees == [0, 0, 1, 2, 3, 3]
 
 
 @pytest.mark.parametrize("min_views", [1, 2])
