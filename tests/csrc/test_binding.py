@@ -146,7 +146,7 @@ def test_missing_words_and_unused_contexts_have_the_errors_of_the_reference(
     coded = rans.encode(symbols, 40, contextual=contextual)
     alphabet, contexts, table_bytes, words = rans.HEADER.unpack_from(coded)
     heard = set()
-    for _ in range(40):
+    for _ in range(20):
         kept = max(0, words - r.choice([0, 0, 1, 2, 5, 9, r.randrange(words)]))
         head = rans.HEADER.pack(alphabet, contexts, table_bytes, kept)
         changed = bytearray(head + coded[rans.HEADER.size : len(coded) - 2 * (words - kept)])
@@ -212,22 +212,6 @@ BROKEN = {
 def test_broken_rans_streams_have_every_error_of_the_reference() -> None:
     heard = {re.sub(r"\d+", "", rans_alike(data, 2, 2)) for data in BROKEN.values()}
     assert heard == sentences(rans)
-
-
-def test_a_refused_stream_is_not_decoded_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    def again(*_) -> None:
-        raise AssertionError("decoded once more")
-
-    monkeypatch.setattr(rans, "decode_reference", again)
-    monkeypatch.setattr(positions, "decode_reference", again)
-    monkeypatch.setattr(bits, "unpack_bits", again)
-    with pytest.raises(InputError, match="ends early"):
-        rans.decode(BROKEN["no word"], 2, 2)
-    with pytest.raises(InputError, match="not finite"):
-        zeros = rans.encode(np.zeros(2, dtype=np.uint16), positions.CLASSES)
-        positions.decode_positions(struct.pack("<I", len(zeros)) + zeros, 2)
-    with pytest.raises(InputError, match="packed bits take"):
-        bits.unpack_short(b"\0\0", np.array([3]))
 
 
 def test_messages_are_those_of_the_references() -> None:

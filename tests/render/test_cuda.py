@@ -6,8 +6,15 @@ import torch
 from mobilegs.render import measure_contributions, render_sorted, visible_rows
 from mobilegs.render.kernels import cuda
 from tests.support.contributions import compare_case
-from tests.support.golden import CASES, DETACHED, INVALID, RENDERERS
-from tests.support.kernels import check_invalid_values, compare_with_reference, render_all
+from tests.support.golden import CASES, INVALID
+from tests.support.kernels import (
+    CASES_OF_OTHERS,
+    EVERYTHING,
+    OTHERS,
+    check_invalid_values,
+    compare_with_reference,
+    render_all,
+)
 from tests.support.scenes import (
     SORTED,
     as_float32,
@@ -22,9 +29,15 @@ pytestmark = [
 BOTH = ["sorted", "mobile_gs"]
 
 
-@pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
+@pytest.mark.parametrize("renderer", EVERYTHING)
 @pytest.mark.parametrize("case", CASES)
 def test_the_cuda_kernel_agrees_with_the_reference(case, renderer):
+    compare_with_reference(case, renderer, device="cuda")
+
+
+@pytest.mark.parametrize("renderer", OTHERS)
+@pytest.mark.parametrize("case", CASES_OF_OTHERS)
+def test_every_weighting_and_footprint_agrees_with_the_reference(case, renderer):
     compare_with_reference(case, renderer, device="cuda")
 
 

@@ -17,14 +17,19 @@ from tests.support.cuda_on_host import COMPILER, HostKernels
 from tests.support.golden import (
     BASE,
     CASES,
-    DETACHED,
     INVALID,
     RENDERERS,
     input_names,
     isotropic_lobes,
     settings_of,
 )
-from tests.support.kernels import check_invalid_values, compare_with_reference, render_all
+from tests.support.kernels import (
+    EVERYTHING,
+    OTHERS,
+    check_invalid_values,
+    compare_with_reference,
+    render_all,
+)
 from tests.support.scenes import (
     SORTED,
     as_float32,
@@ -34,8 +39,6 @@ from tests.support.scenes import (
     random_scene,
 )
 from tests.support.selection import few
-
-EVERYTHING = ["sorted", "mobile_gs", "two_pass", "all"]
 
 
 @pytest.fixture(scope="session")
@@ -63,7 +66,7 @@ def test_the_cuda_kernel_agrees_with_the_reference(case, renderer):
     compare_with_reference(case, renderer)
 
 
-@pytest.mark.parametrize("renderer", sorted((RENDERERS | DETACHED).keys() - set(EVERYTHING)))
+@pytest.mark.parametrize("renderer", OTHERS)
 def test_the_cuda_kernel_agrees_for_every_weighting(renderer):
     compare_with_reference("several tiles", renderer)
 

@@ -47,7 +47,7 @@ def test_an_antialiased_scene_keeps_its_coverage_at_every_size():
         options = {"background": BACKGROUND.double(), "footprint": footprint}
         coverages[antialiased] = [
             render_sortfree(*inputs, camera=view.resized(*size), **options).alpha.mean().item()
-            for size in ((720, 592), (45, 37), (15, 12))
+            for size in ((360, 296), (45, 37), (15, 12))
         ]
     exact, *others = coverages[True]
     assert all(abs(other / exact - 1) < 0.06 for other in others), coverages

@@ -13,13 +13,19 @@ from mobilegs.render.kernels.kernel_view import kernel_view
 from tests.support.golden import (
     BASE,
     CASES,
-    DETACHED,
     INVALID,
     RENDERERS,
     input_names,
     settings_of,
 )
-from tests.support.kernels import check_invalid_values, compare_with_reference, render_all
+from tests.support.kernels import (
+    CASES_OF_OTHERS,
+    EVERYTHING,
+    OTHERS,
+    check_invalid_values,
+    compare_with_reference,
+    render_all,
+)
 from tests.support.scenes import (
     SORTED,
     SORTFREE,
@@ -30,9 +36,6 @@ from tests.support.scenes import (
     random_scene,
 )
 
-EVERYTHING = ["sorted", "mobile_gs", "two_pass", "all"]
-OTHERS = [name for name in (*RENDERERS, *DETACHED) if name not in EVERYTHING]
-
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
 @pytest.mark.parametrize("case", CASES)
@@ -41,9 +44,7 @@ def test_the_kernel_agrees_with_the_reference(case, renderer):
 
 
 @pytest.mark.parametrize("renderer", OTHERS)
-@pytest.mark.parametrize(
-    "case", ["several tiles", "around the camera", "opaque", "zero size", "phi below zero"]
-)
+@pytest.mark.parametrize("case", CASES_OF_OTHERS)
 def test_every_weighting_and_footprint_agrees_with_the_reference(case, renderer):
     compare_with_reference(case, renderer)
 

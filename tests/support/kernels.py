@@ -22,6 +22,10 @@ from tests.support.scenes import (
     render_with_grads,
 )
 
+EVERYTHING = ["sorted", "mobile_gs", "two_pass", "all"]  # renderers that differ most, in all cases
+OTHERS = [name for name in (*RENDERERS, *DETACHED) if name not in EVERYTHING]
+CASES_OF_OTHERS = ["several tiles", "around the camera", "opaque", "zero size", "phi below zero"]
+
 
 def compare_with_reference(
     case: str,

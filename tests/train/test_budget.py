@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train
@@ -248,13 +247,3 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     train_run(replace(again, resume=True))
     for name in ("scene.mgs", "teacher.ply"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
-
-
-def test_a_recipe_excludes_what_it_decides(capture: Path, finished: Path, tmp_path: Path) -> None:
-    run = TrainRun(capture, tmp_path / "run", recipe=finished / "config.json")
-    for option in ({"preset": "cpu"}, {"method": "mcmc"}, {"max_splats": 9}):
-        with pytest.raises(InputError, match="decides that already"):
-            train_run(replace(run, **option))
-    with pytest.raises(InputError, match="damaged"):
-        train_run(replace(run, recipe=tmp_path / "missing.json"))
-    assert load_capture(capture).train and not (tmp_path / "run").exists()
