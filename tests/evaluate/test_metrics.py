@@ -278,7 +278,7 @@ def test_a_scene_equal_to_the_photo_has_the_best_metrics() -> None:
     assert results["student"]["lpips_vgg"] is None
 
 
-def test_masked_pixels_do_not_count(tmp_path: Path, generator: torch.Generator) -> None:
+def test_masked_pixels_do_not_count(tmp_path: Path) -> None:
     photo = (blob(0.8).render(CAMERA).image * 255).round().to(torch.uint8)
     mask = torch.zeros(32, 40, dtype=torch.uint8)
     mask[:, :30] = 255

@@ -1,4 +1,4 @@
-"""The page for users of gsplat: its calls of ours run, and give the images of numpy."""
+"""The page for users of gsplat: our calls run and give the images of numpy."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Lobes: what they mean, how few numbers they come from, how they stand in for a network."""
+"""Lobes: their decoder, its gradients, and its start from constant opacities."""
 
 import pytest
 import torch
@@ -29,12 +29,6 @@ def some_gaussians(count: int = 300) -> Gaussians:
         logit_opacities=torch.randn(count, generator=g),
         sh=torch.randn(count, 4, 3, generator=g),
     )
-
-
-# --- what they mean
-
-
-# --- the decoder
 
 
 @pytest.mark.parametrize("hidden", [(), (8,), (7, 5)])
@@ -100,6 +94,3 @@ def test_a_constant_decoder_gives_opacities_and_a_random_basis() -> None:
     lobes[:, :1] = constant_lobes(some.logit_opacities)
     found = decoder(torch.zeros(300, 6), some, base=True)
     torch.testing.assert_close(found, lobes, atol=2e-3, rtol=0)
-
-
-# --- the choice

@@ -1,4 +1,4 @@
-"""The memory of a training: what is reckoned, and what is free."""
+"""The memory of a training: what is free, and that freed memory stays."""
 
 import platform
 import subprocess
@@ -9,11 +9,7 @@ import psutil
 import pytest
 
 from mobilegs.train import memory
-from mobilegs.train.memory import (
-    free_memory,
-)
-
-GIB = 1 << 30
+from mobilegs.train.memory import free_memory
 
 
 def test_a_container_s_limit_counts_and_its_cached_files_do_not(

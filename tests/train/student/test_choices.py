@@ -111,7 +111,6 @@ def test_keep_moments_false_resets_adam(dataset: Dataset, make_student: MakeStud
 
 
 def test_a_sorted_student_starts_as_the_teacher_with_fewer_harmonics(
-    dataset: Dataset,
     make_student: MakeStudent,
 ) -> None:
     given, camera = blobs(), cameras()[0]

@@ -1,4 +1,4 @@
-"""The rate term before quantisation: its gradients, its schedule and its effect."""
+"""The rate term before quantisation: its gradients and its effect."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -87,9 +87,7 @@ def gradients(student: Student, views: list[tuple[int, View]]) -> dict[str, torc
     return found
 
 
-def test_a_shared_decode_renders_each_camera_as_a_decode_for_it(
-    dataset: Dataset, make_student
-) -> None:
+def test_a_shared_decode_renders_each_camera_as_a_decode_for_it(make_student) -> None:
     student = make_student()
     near = [replace(camera, near=2.9 + 0.1 * i) for i, camera in enumerate(cameras())]
     shared = SharedDecode(student.model, near)
@@ -112,7 +110,7 @@ def test_votes_remove_faint_and_small_gaussians(dataset: Dataset, make_student) 
     assert not faint.any()
 
 
-def test_pruning_keeps_rows_and_indices_together(dataset: Dataset, make_student) -> None:
+def test_pruning_keeps_rows_and_indices_together(make_student) -> None:
     student = make_student()
     student._enter("quantized")
     assert set(student.model.quantizers) == {*CUTS, "lobes"}
@@ -143,7 +141,7 @@ def test_means_max_limits_the_learning_rate_of_the_means(dataset: Dataset) -> No
         assert float(moved.max()) == pytest.approx(expected, rel=1e-3)  # a step of Adam
 
 
-def test_harmonics_of_another_degree_are_cut_or_padded(dataset: Dataset) -> None:
+def test_harmonics_of_another_degree_are_cut_or_padded() -> None:
     for coefficients in (1, 16):
         teacher = replace(blobs(), sh=torch.ones(50, coefficients, 3))
         model = Student(STUDENT, Scene(teacher), cameras(), extent=3.0, seed=0).model

@@ -74,6 +74,10 @@ def test_a_large_gaussian_is_split_into_two_smaller_ones(generator: torch.Genera
     children = after[5:] - before[1]
     assert len(after) == 7 and (children != 0).all() and (children.abs() < 0.25).all()
     torch.testing.assert_close(adam.tensors["log_scales"][5:].exp(), torch.full((2, 3), 0.05 / 1.6))
+    for tensor in adam.tensors.values():  # moments stay with their rows
+        moments = adam.adam.state[tensor]["exp_avg"]
+        assert moments.shape == tensor.shape and tensor.is_leaf
+        assert (moments[:5] != 0).all() and (moments[5:] == 0).all()
 
 
 def test_split_gaussians_are_distributed_like_the_original(generator: torch.Generator) -> None:
@@ -92,18 +96,6 @@ def test_split_gaussians_are_distributed_like_the_original(generator: torch.Gene
         grows._grow(adam, generator, torch.zeros(len(grows.views), dtype=torch.bool))
     spread = adam.tensors["means"].detach().std(0)
     assert spread[1] > 4 and spread[0] < 0.2 and spread[2] < 0.2
-
-
-def test_old_rows_keep_their_moments_and_new_ones_have_none(generator: torch.Generator) -> None:
-    adam, grows = gaussians(scale=0.05), densifier()
-    pull(grows, [0, 2, 0, 0, 3, 0])
-    grows.after_step(10, adam, generator)
-    for tensor in adam.tensors.values():
-        moments = adam.adam.state[tensor]["exp_avg"]
-        assert moments.shape == tensor.shape and tensor.is_leaf
-        assert (moments[:4] != 0).all() and (moments[4:] == 0).all()
-        tensor.grad = torch.ones_like(tensor)
-    adam.step()
 
 
 def test_max_splats_prefers_the_largest_gradients(generator: torch.Generator) -> None:

@@ -78,7 +78,7 @@ def test_the_smallest_hundredth_is_masked() -> None:
     assert importance_mask(torch.zeros(0), 0.99).shape == (0,)
 
 
-# --- the middle of a chord
+# --- surface points
 
 
 def test_the_ray_depth_is_midway_between_both_intersections(generator: torch.Generator) -> None:

@@ -13,8 +13,6 @@ from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig, TeacherLearningRates
 from tests.support.tiny import CPU, TEACHER, train
 
-# --- the teacher
-
 
 def test_the_teacher_learns_and_grows_up_to_its_cap(dataset: Dataset) -> None:
     teacher = Teacher(TEACHER, dataset, seed=0, device=CPU)
