@@ -6,7 +6,6 @@ import torch
 
 from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
-from mobilegs.render import Footprint
 from mobilegs.train import sampling
 from mobilegs.train.sampling import EVERY, sampling_intervals
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
@@ -84,14 +83,3 @@ def test_a_trained_student_keeps_the_limit_in_its_file(dataset: Dataset, make_st
     assert (blobs().log_scales < first - 0.1).any()
     assert half < 0.2
     assert (scene.log_scales >= least - half - 0.01).all()  # means are rounded, too
-
-
-def test_the_footprint_of_a_teacher_changes_its_training(dataset: Dataset) -> None:
-    found = {}
-    for footprint in (Footprint(), Footprint(0.1, antialiased=True)):
-        config = TeacherConfig(steps=3, footprint=footprint)
-        teacher = Teacher(config, dataset, seed=0, device=torch.device("cpu"))
-        train(teacher, dataset, 3)
-        assert teacher.scene().footprint == footprint
-        found[footprint] = teacher.gaussians().means
-    assert not torch.equal(*found.values())

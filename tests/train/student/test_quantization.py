@@ -65,19 +65,3 @@ def test_the_early_rate_term_moves_values_towards_their_mean(
     late, early = spreads
     assert {"log_scales", "quats", "static", "view"} < late.keys()
     assert all(early[name] < late[name] for name in late.keys() - {"means"}), (early, late)
-
-
-def test_codebooks_have_no_rate_term(dataset: Dataset, make_student: MakeStudent) -> None:
-    found = []
-    for begins in (1.0, 0.0):
-        config = changed(
-            STUDENT,
-            quantization={"method": "nvq", "rate_weight": 1.0},
-            schedule={"rate_from": begins},
-        )
-        student = make_student(config)
-        train(student, dataset, 20)
-        found.append(student.model.rows.tensors)
-    late, early = found
-    assert late.keys() == early.keys() and len(late) > 3
-    assert all(torch.equal(late[name], early[name]) for name in late)

@@ -69,19 +69,6 @@ def test_the_learning_rate_of_the_means_rewinds_to_step_5000(papers: Teacher) ->
     assert rates[30_000] == pytest.approx(7.4e-6, rel=0.01)
 
 
-def test_before_the_sampling_there_are_no_higher_harmonics(dataset: Dataset) -> None:
-    teacher, widths = started(dataset), []
-    for step in (1, 10, 29, 30, 31):
-        train(teacher, dataset, step)
-        widths.append(teacher.adam.tensors["sh_rest"].shape[1])
-        assert teacher.gaussians().sh.shape == (teacher.count, 16, 3)
-    assert widths == [0, 0, 0, 15, 15]
-    given = Teacher(CONFIG, dataset, seed=0, device=CPU, start=teacher.gaussians())
-    assert given.adam.tensors["sh_rest"].shape[1] == 15
-    one = Teacher(replace(CONFIG, steps=1), dataset, seed=0, device=CPU)  # has no draw
-    assert one.adam.tensors["sh_rest"].shape[1] == 15
-
-
 @pytest.mark.parametrize("steps", [1, 2, 7, 60])
 def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> None:
     strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
