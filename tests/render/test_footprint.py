@@ -29,7 +29,7 @@ def test_alpha_by_numpy(case, footprint):
     opacities = evaluate_lobes(scene["lobes"], directions)[0]
     shapes = [scene[name] for name in SORTED[:3]]
     options = {"camera": view, "alpha_min": 1 / 64, "footprint": footprint}
-    projected = project(*shapes, opacities, scene["sh"], **options)
+    projected = project(*[*shapes, opacities, scene["sh"]], **options)
     size, soft = (view.height, view.width), footprint.soft_edge
     found = pair_alphas(projected, opacities, size, 1 / 64, soft_edge=soft)
     expected, _ = alphas_and_depths(scene, opacities, view, footprint, 1 / 64)

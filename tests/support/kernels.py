@@ -85,6 +85,6 @@ def check_invalid_values(bad: str, renderer: str, **more) -> None:
     for name, value in expected.items():
         is_input = name in input_names(renderer)
         part = found[name][rows] if is_input else found[name]
-        close = {"rtol": 1e-4, "atol": 1e-4} if name == "viewmat" else {"rtol": 1e-5, "atol": 1e-6}
-        torch.testing.assert_close(part, value, **close)
+        rtol, atol = (1e-4, 1e-4) if name == "viewmat" else (1e-5, 1e-6)
+        torch.testing.assert_close(part, value, rtol=rtol, atol=atol)
         assert not is_input or (found[name][~rows] == 0).all(), name

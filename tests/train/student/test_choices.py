@@ -59,12 +59,12 @@ def test_every_form_renders_as_in_training_and_resumes_to_the_same_file(
     config, camera = FORMS[form], cameras()[0]
     whole, resumed = make_student(config), make_student(config)
     train(whole, dataset, 40)
-    levels = {"level_sigma": whole.model.level_sigma}
+    sigma = whole.model.level_sigma
     for stop, phase in PHASES.items():
         train(resumed, dataset, stop)
         assert resumed.model.phase == phase
         scene = resumed.scene()
-        rendered, again = render_student(resumed), scene.render(camera, **levels)
+        rendered, again = render_student(resumed), scene.render(camera, level_sigma=sigma)
         torch.testing.assert_close(rendered.image, again.image, atol=1e-5, rtol=0)
         if scene.lobes is not None:  # opacities are the constant parts of lobes
             mean = C0 * scene.lobes[:, 0, 0]
@@ -77,7 +77,7 @@ def test_every_form_renders_as_in_training_and_resumes_to_the_same_file(
     opened = unpack(data).decode()
     assert opened.blend == config.blend == inspect(data)["blend"]
     assert opened.gaussians.sh_degree == config.color.degree == inspect(data)["sh_degree"]
-    again = opened.render(camera, **levels)
+    again = opened.render(camera, level_sigma=sigma)
     torch.testing.assert_close(render_student(whole).image, again.image, atol=2e-5, rtol=0)
     truth = Scene(blobs()).render(camera).image
     assert (again.image - truth).abs().mean() < 0.25 * truth.abs().mean()
