@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from mobilegs.train.recipes import RECIPES, PresetName
+from mobilegs.train.recipes import PAPER, RECIPES, RELEASE, PresetName
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "paper_settings.md"
 
@@ -56,3 +56,10 @@ def test_the_table_has_every_departure_of_the_default(preset: PresetName) -> Non
     for path in paths(recipe):
         if value(recipe, path) != value(default, path):
             assert path in listed, path
+
+
+def test_the_settings_of_the_presets_are_in_the_table() -> None:
+    listed = {path for path, _ in table()}
+    for setting in (*PAPER, *RELEASE):
+        path = setting.split("=")[0]
+        assert path in listed or path.startswith("student.lr."), path
