@@ -97,6 +97,7 @@ def test_compress_refuses_cameras_of_another_scene(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
+        (["missing.ply"], "missing.ply"),
         (["run/teacher.ply"], "would be overwritten"),
         (["garden.ply", "--target-mb", "-1"], "target_mb"),
         (["garden.ply", "--views", "0"], "views must lie"),
