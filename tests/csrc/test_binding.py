@@ -102,7 +102,7 @@ def coded_symbols(count: int, contextual: bool) -> bytes:
     return rans.encode(skewed_symbols(count, 40), 40, contextual=contextual)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(st.data())
 def test_symbols_equal_the_reference(data: st.DataObject) -> None:
     contextual = data.draw(st.booleans())
@@ -115,7 +115,7 @@ def test_symbols_equal_the_reference(data: st.DataObject) -> None:
     assert found is not None and np.array_equal(found, symbols)
 
 
-@pytest.mark.parametrize("count", [2047, 4096, 4097, 65_535, 131_072, 600_001])
+@pytest.mark.parametrize("count", [2047, 4097, 65_535, 600_001])
 @pytest.mark.parametrize("contextual", [False, True])
 @pytest.mark.usefixtures("level")
 def test_symbols_are_decoded_with_every_number_of_lanes(count: int, contextual: bool) -> None:
@@ -125,7 +125,7 @@ def test_symbols_are_decoded_with_every_number_of_lanes(count: int, contextual: 
     assert found is not None and np.array_equal(found, symbols)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(st.data())
 def test_damaged_rans_streams_have_the_results_of_the_reference(data: st.DataObject) -> None:
     counts = st.sampled_from([60, 300, 4500, 9000])
@@ -146,7 +146,7 @@ def test_missing_words_and_unused_contexts_have_the_errors_of_the_reference(
     coded = rans.encode(symbols, 40, contextual=contextual)
     alphabet, contexts, table_bytes, words = rans.HEADER.unpack_from(coded)
     heard = set()
-    for _ in range(40):
+    for _ in range(20):
         kept = max(0, words - r.choice([0, 0, 1, 2, 5, 9, r.randrange(words)]))
         head = rans.HEADER.pack(alphabet, contexts, table_bytes, kept)
         changed = bytearray(head + coded[rans.HEADER.size : len(coded) - 2 * (words - kept)])
@@ -208,26 +208,10 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize("name", BROKEN)
 @pytest.mark.usefixtures("level")
-def test_broken_rans_streams_have_the_errors_of_the_reference(name: str) -> None:
-    assert rans_alike(BROKEN[name], 2, 2)
-
-
-def test_a_refused_stream_is_not_decoded_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    def again(*_) -> None:
-        raise AssertionError("decoded once more")
-
-    monkeypatch.setattr(rans, "decode_reference", again)
-    monkeypatch.setattr(positions, "decode_reference", again)
-    monkeypatch.setattr(bits, "unpack_bits", again)
-    with pytest.raises(InputError, match="ends early"):
-        rans.decode(BROKEN["no word"], 2, 2)
-    with pytest.raises(InputError, match="not finite"):
-        zeros = rans.encode(np.zeros(2, dtype=np.uint16), positions.CLASSES)
-        positions.decode_positions(struct.pack("<I", len(zeros)) + zeros, 2)
-    with pytest.raises(InputError, match="packed bits take"):
-        bits.unpack_short(b"\0\0", np.array([3]))
+def test_broken_rans_streams_have_every_error_of_the_reference() -> None:
+    heard = {re.sub(r"\d+", "", rans_alike(data, 2, 2)) for data in BROKEN.values()}
+    assert heard == sentences(rans)
 
 
 def test_messages_are_those_of_the_references() -> None:
@@ -242,11 +226,6 @@ def sentences(module: ModuleType) -> set[str]:
     """Return the error messages of a module, without numbers."""
     texts = re.findall(r'raise InputError\(\s*f?"(.+?)"', inspect.getsource(module))
     return {re.sub(r"\{\w+\}|\d+", "", text) for text in texts}
-
-
-def test_the_broken_streams_cover_every_message() -> None:
-    heard = {re.sub(r"\d+", "", rans_alike(data, 2, 2)) for data in BROKEN.values()}
-    assert heard == sentences(rans)
 
 
 # --- bits and positions
@@ -283,7 +262,7 @@ def coded_places(count: int) -> bytes:
     )
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.data())
 def test_damaged_positions_have_the_results_of_the_reference(data: st.DataObject) -> None:
     count = data.draw(st.sampled_from([1, 60, 5000]))
@@ -363,8 +342,7 @@ def test_refinement_bits_equal_the_reference(level: None, step: float) -> None:
 
 
 @pytest.mark.usefixtures("level")
-@pytest.mark.parametrize("many", [1, 3, 12])
-@pytest.mark.parametrize("count", [0, 1, 1024, 5001])
+@pytest.mark.parametrize(("count", "many"), [(0, 3), (1, 12), (1024, 1), (5001, 3)])
 def test_joined_columns_equal_the_reference(
     count: int, many: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -386,8 +364,7 @@ def test_joined_columns_equal_the_reference(
 
 
 @pytest.mark.usefixtures("level")
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
-@pytest.mark.parametrize("count", [1, 64, 1000])
+@pytest.mark.parametrize(("count", "degree"), [(1, 1), (64, 2), (1000, 0), (1000, 3)])
 def test_colours_equal_the_reference(degree: int, count: int) -> None:
     decoder = AppearanceDecoder(seeded(), degree)
     decoder.significand_bits = 6 if degree == 2 else 11
@@ -443,9 +420,10 @@ def some_gaussians(count: int, degree: int) -> Gaussians:
 
 @pytest.mark.usefixtures("level")
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-@pytest.mark.parametrize("base", [True, False])
-@pytest.mark.parametrize(("count", "degree"), [(1, 1), (130, 0), (700, 3)])
-def test_lobes_equal_the_reference(shape: LobeShape, base: bool, count: int, degree: int) -> None:
+@pytest.mark.parametrize(
+    ("count", "degree", "base"), [(1, 1, True), (130, 0, False), (700, 3, True)]
+)
+def test_lobes_equal_the_reference(shape: LobeShape, count: int, degree: int, base: bool) -> None:
     decoder = LobeDecoder(shape, seeded())
     for parameter in decoder.parameters():
         parameter.data.copy_(0.3 * torch.randn(parameter.shape, generator=seeded(1)))

@@ -149,18 +149,6 @@ def test_the_scene_itself_is_never_overwritten(
     assert scene.read_bytes() == before
 
 
-def test_contradicting_options_are_refused(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    said = refusal(capsys, "export", scene, "--to", "spz", "-o", tmp_path / "scene.sog")
-    assert "does not end in .spz" in said
-    words = ["export", scene, "--to", "spz", "-o", tmp_path / "scene.spz", "--title", "A garden"]
-    assert "leave out --title" in refusal(capsys, *words)
-    said = refusal(capsys, "export", tmp_path / "gone.ply", "--to", "spz", "-o", tmp_path / "a.spz")
-    assert "gone.ply does not exist" in said
-    assert {path.name for path in tmp_path.iterdir()} == {"scene.ply"}
-
-
 def test_formats_without_a_web_viewer_get_no_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -54,7 +54,8 @@ def test_a_second_process_cannot_train_the_same_run(capture: Path, tmp_path: Pat
     ):
         train_capture(run, recipe=RECIPE)
     assert not (run.output / "config.json").exists()
-    assert train_capture(run, recipe=RECIPE)["student"]["gaussians"] > 0
+    with RunDir(run.output).lock():  # which is free again
+        pass
 
 
 def test_what_a_killed_process_was_writing_is_removed(tmp_path: Path) -> None:
@@ -102,18 +103,13 @@ def test_a_run_s_folder_stands_for_its_teacher_where_a_plain_scene_is_needed(
         read_plain_scene(tmp_path / "run")
 
 
-def test_a_run_without_a_scene_and_a_missing_file_are_refused(
+def test_a_run_without_a_scene_is_refused(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     begun = tmp_path / "begun"
     begun.mkdir()
     shutil.copy(finished / "config.json", begun)
     assert "has no scene yet: continue it with --resume" in refused(capsys, "info", begun)
-    for verb in ("info", "view"):
-        assert "nowhere.mgs does not exist" in refused(capsys, verb, tmp_path / "nowhere.mgs")
-    words = ["train", tmp_path, "-o", tmp_path / "run", "--teacher", tmp_path / "gone.ply"]
-    (tmp_path / "photo.png").write_bytes(b"")
-    assert "gone.ply does not exist" in refused(capsys, *words)
 
 
 def test_eval_and_render_take_capture_and_photo_size_of_the_run(
@@ -195,12 +191,6 @@ def test_long_presets_ask_before_they_train_on_a_cpu(capture: Path, tmp_path: Pa
             replace(run, minutes=5.0),
         ):
             resolve_recipe(answered)
-
-
-def test_a_teacher_that_is_not_there_is_found_first(capture: Path, tmp_path: Path) -> None:
-    run = TrainRun(capture, tmp_path / "run", teacher=tmp_path / "gone.ply")
-    with pytest.raises(InputError, match=r"gone\.ply does not exist"):
-        validate_run(run)
 
 
 def test_a_full_disk_is_found_first(

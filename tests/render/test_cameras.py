@@ -48,13 +48,6 @@ def test_outputs_are_stacked_and_gradients_add_up(kind, count, backend):
         torch.testing.assert_close(grad, expected, rtol=1e-4, atol=1e-3)
 
 
-def test_features_of_several_cameras_have_both_dimensions():
-    scene, colors = random_scene(40, seed=2), torch.randn(40, 4)
-    shapes = [scene[name].float() for name in SORTED[:4]]
-    found = render_sorted(*shapes, colors=colors, camera=views(2))
-    assert found.image.shape == (2, 37, 45, 4) and found.depth is None
-
-
 def test_each_camera_has_its_screen_gradients():
     scene, cameras = random_scene(40, seed=3), views(2)
     leaves = [scene[name].float().requires_grad_() for name in SORTED]

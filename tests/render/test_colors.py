@@ -13,7 +13,6 @@ from tests.support.golden import RENDERERS, input_names
 from tests.support.kernels import compare_with_reference
 from tests.support.numpy_render import alphas_and_depths, sorted_shares, sortfree_shares
 from tests.support.scenes import SORTED, SORTFREE, as_float32, camera, gradcheck_scene, random_scene
-from tests.support.selection import few
 
 BACKENDS: list[tuple[Backend, torch.dtype]] = [
     ("reference", torch.float64),
@@ -30,7 +29,7 @@ def rendered(kind, scene, view, colors, backend, dtype, **options):
 
 
 @pytest.mark.parametrize(("backend", "dtype"), BACKENDS)
-@pytest.mark.parametrize("channels", [1, 2, 3, 4, 7])
+@pytest.mark.parametrize("channels", [1, 3, 7])
 @pytest.mark.parametrize("kind", RENDER)
 def test_features_blend_as_in_numpy(kind, channels, backend, dtype):
     scene, view = as_float32(random_scene(30, seed=3, spread=0.5)), camera(23, 17)
@@ -61,17 +60,18 @@ def test_features_blend_as_in_numpy(kind, channels, backend, dtype):
     np.testing.assert_allclose(found.depth.double().ravel(), shares @ depths, atol=5 * tolerance)
 
 
-@pytest.mark.parametrize("channels", [1, 3, 5])
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "sort_free_gs", "two_pass"])
-@pytest.mark.parametrize("case", ["several tiles", "opaque", "nothing in view", "empty scene"])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
+@pytest.mark.parametrize(
+    ("case", "channels"),
+    [("several tiles", 1), ("several tiles", 3), ("opaque", 5), ("empty scene", 5)],
+)
 def test_the_kernel_agrees_with_the_reference(case, renderer, channels):
     compare_with_reference(case, renderer, channels=channels)
 
 
-@pytest.mark.parametrize("channels", few([2, 4], 2))
 @pytest.mark.parametrize("kind", RENDER)
-def test_gradients_of_features_pass_gradcheck(kind, channels):
-    render, names = RENDER[kind]
+def test_gradients_of_features_pass_gradcheck(kind):
+    (render, names), channels = RENDER[kind], 2
     inputs, view = gradcheck_scene(names)
     colors = torch.linspace(-3, 3, 4 * channels).double().reshape(4, channels)
     inputs.append(colors[torch.randperm(4)].requires_grad_())
@@ -81,22 +81,6 @@ def test_gradients_of_features_pass_gradcheck(kind, channels):
         return render(*given[:4], colors=given[4], camera=view, background=background).image
 
     assert torch.autograd.gradcheck(image, inputs)
-
-
-@pytest.mark.parametrize(("backend", "dtype"), BACKENDS)
-@pytest.mark.parametrize("kind", RENDER)
-def test_colors_of_harmonics_give_the_image_of_the_harmonics(kind, backend, dtype):
-    scene, view = random_scene(40, degree=0, seed=1), camera()
-    colors = 0.5 + 0.28209479177387814 * scene["sh"][:, 0]
-    scene["sh"][(colors < 0).any(1)] = 0.0
-    colors = colors.where((colors >= 0).all(1, keepdim=True), 0.5)
-    render, names = RENDER[kind]
-    shapes = [scene[name].to(dtype) for name in names]
-    options = {"camera": view.to(dtype=dtype), "backend": backend, "depth": True}
-    expected = render(*shapes, scene["sh"].to(dtype), **options)
-    found = rendered(kind, scene, view, colors, backend, dtype, depth=True)
-    for one, other in zip(found, expected, strict=True):
-        torch.testing.assert_close(one, other, rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.parametrize("kind", RENDER)
@@ -132,27 +116,6 @@ def test_a_feature_that_is_not_finite_takes_its_gaussian_out_of_all_channels(bac
     assert (colors.grad[7] == 0).all()
 
 
-@pytest.mark.parametrize(("backend", "dtype"), BACKENDS)
-@pytest.mark.parametrize("kind", RENDER)
-def test_without_gaussians_the_image_is_the_background(kind, backend, dtype):
-    background = torch.tensor([-3.0, 0, 5, 7], dtype=dtype)
-    found = rendered(
-        kind, random_scene(0), camera(), torch.zeros(0, 4), backend, dtype, background=background
-    )
-    assert torch.equal(found.image, background.expand(37, 45, 4))
-    assert found.radii.shape == (0,)
-
-
-def test_the_background_is_black_by_default():
-    scene, view = random_scene(20, seed=5), camera()
-    for channels in (3, 4):
-        colors = torch.rand(20, channels)
-        black = torch.zeros(channels)
-        first = rendered("sorted", scene, view, colors, "kernel", torch.float32)
-        second = rendered("sorted", scene, view, colors, "kernel", torch.float32, background=black)
-        assert torch.equal(first.image, second.image)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -165,30 +128,26 @@ def test_the_background_is_black_by_default():
         ({"sh": torch.zeros(5, 2, 3)}, "k = 1, 4, 9 or 16"),
         ({"colors": torch.zeros(5, 2), "background": torch.zeros(3)}, r"\[3\]: \[2\]"),
         ({"colors": torch.zeros(5, 4), "screen_grads": torch.zeros(5, 2)}, "three of them"),
+        (
+            {
+                "colors": torch.zeros(5, 3),
+                "screen_grads": torch.zeros(5, 2),
+                "backend": "reference",
+            },
+            "screen_grads",
+        ),
     ],
 )
-@pytest.mark.parametrize("backend", ["reference", "kernel"])
-def test_what_does_not_fit_is_refused_with_its_shape(options, message, backend):
+def test_what_does_not_fit_is_refused_with_its_shape(options, message):
     scene, view = random_scene(5), camera().to(dtype=torch.float32)
     shapes = [scene[name].float() for name in SORTED[:4]]
     with pytest.raises(InputError, match=message):
         # without the tests' own check of annotations
-        inspect.unwrap(render_sorted)(*shapes, camera=view, backend=backend, **options)
-
-
-def test_screen_gradients_of_the_reference_are_refused():
-    scene, view = random_scene(5), camera()
-    with pytest.raises(InputError, match="screen_grads"):
-        render_sorted(
-            *[scene[name] for name in SORTED],
-            camera=view,
-            screen_grads=torch.zeros(5, 2),
-            backend="reference",
-        )
+        inspect.unwrap(render_sorted)(*shapes, camera=view, **options)
 
 
 @pytest.mark.parametrize("backend", ["reference", "kernel"])
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
 def test_a_color_of_zero_has_a_gradient(renderer, backend):
     render, options = RENDERERS[renderer]
     scene, view = random_scene(30, seed=6), camera().to(dtype=torch.float32)

@@ -9,7 +9,7 @@ from mobilegs.errors import InputError
 from mobilegs.render import Backend, measure_contributions, render_sorted
 from mobilegs.render.kernels import cpu
 from tests.support.contributions import assert_agrees, compare_case, kernel_inputs
-from tests.support.golden import BASE, CASES, INVALID, with_rows
+from tests.support.golden import BASE, CASES, INVALID, finite_rows, with_rows
 from tests.support.scenes import SORTED, as_float32, camera, random_scene
 
 BOTH = ["reference", "kernel"]
@@ -57,36 +57,10 @@ def test_the_nearer_of_two_equal_shares_wins():
 
 
 @pytest.mark.parametrize("backend", BOTH)
-def test_gaussians_behind_an_opaque_wall_have_no_share(backend):
-    scene, view = as_float32(random_scene(40, seed=1)), camera()
-    axis = view.viewmat[2, :3]
-    rows = torch.arange(30)
-    scene["means"][rows] = view.position + axis * (0.5 + 0.01 * rows[:, None])
-    scene["scales"][rows], scene["opacities"][rows] = 3.0, 1.0
-    found = measured(scene, view, backend)
-    # T = 1e-2 behind the first, about 1e-4 behind the second: the third may or may not count
-    assert (found.touched[:2] == view.width * view.height).all()
-    assert (found.touched[3:] == 0).all() and (found.weights[3:] == 0).all()
-    assert (found.winner == 0).all() and found.largest[0] == view.width * view.height
-
-
-@pytest.mark.parametrize("backend", BOTH)
-@pytest.mark.parametrize("case", ["empty scene", "nothing in view"])
-def test_an_empty_image_has_no_winners(case, backend):
-    scene, view = CASES[case]
-    found = measured(scene, view, backend)
-    assert (found.winner == -1).all() and (found.alpha == 0).all()
-    assert found.winner.shape == found.alpha.shape == (view.height, view.width)
-    for counts in (found.weights, found.touched, found.largest):
-        assert counts.shape == (len(scene["means"]),) and (counts == 0).all()
-
-
-@pytest.mark.parametrize("backend", BOTH)
 @pytest.mark.parametrize("bad", [name for name in INVALID if name != "NaN colour"])
 def test_a_gaussian_with_a_value_that_is_not_finite_has_no_share(bad, backend):
     scene, view = as_float32(BASE), camera()
-    rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(INVALID[bad].values()))[0]] = False
+    rows = finite_rows(bad)
     expected = measured({name: value[rows] for name, value in scene.items()}, view, backend)
     found = measured(with_rows(scene, **INVALID[bad]), view, backend)
     torch.testing.assert_close(found.weights[rows], expected.weights)

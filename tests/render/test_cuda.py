@@ -6,15 +6,20 @@ import torch
 from mobilegs.render import measure_contributions, render_sorted, visible_rows
 from mobilegs.render.kernels import cuda
 from tests.support.contributions import compare_case
-from tests.support.golden import BASE, CASES, DETACHED, INVALID, RENDERERS, input_names, with_rows
-from tests.support.kernels import compare_with_reference
+from tests.support.golden import CASES, INVALID
+from tests.support.kernels import (
+    CASES_OF_OTHERS,
+    EVERYTHING,
+    OTHERS,
+    check_invalid_values,
+    compare_with_reference,
+    render_all,
+)
 from tests.support.scenes import (
     SORTED,
     as_float32,
     camera,
-    cotangents,
     random_scene,
-    render_with_grads,
 )
 
 pytestmark = [
@@ -24,16 +29,15 @@ pytestmark = [
 BOTH = ["sorted", "mobile_gs"]
 
 
-def render_all(scene, view, renderer, *, device="cuda"):
-    render, options = RENDERERS[renderer]
-    given = {"cotangents": cotangents(view), "backend": "kernel", "device": device, **options}
-    outputs, grads = render_with_grads(render, scene, view, dtype=torch.float32, **given)
-    return {**outputs, **grads}
-
-
-@pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
+@pytest.mark.parametrize("renderer", EVERYTHING)
 @pytest.mark.parametrize("case", CASES)
 def test_the_cuda_kernel_agrees_with_the_reference(case, renderer):
+    compare_with_reference(case, renderer, device="cuda")
+
+
+@pytest.mark.parametrize("renderer", OTHERS)
+@pytest.mark.parametrize("case", CASES_OF_OTHERS)
+def test_every_weighting_and_footprint_agrees_with_the_reference(case, renderer):
     compare_with_reference(case, renderer, device="cuda")
 
 
@@ -52,16 +56,7 @@ def test_gradients_of_the_pose_agree(case, renderer):
 @pytest.mark.parametrize("renderer", BOTH)
 @pytest.mark.parametrize("bad", INVALID)
 def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
-    view, scene = camera(), as_float32(BASE)
-    rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(INVALID[bad].values()))[0]] = False
-    expected = render_all({name: value[rows] for name, value in scene.items()}, view, renderer)
-    found = render_all(with_rows(scene, **INVALID[bad]), view, renderer)
-    for name, value in expected.items():
-        is_input = name in input_names(renderer)
-        part = found[name][rows] if is_input else found[name]
-        torch.testing.assert_close(part, value, rtol=1e-5, atol=1e-6)
-        assert not is_input or (found[name][~rows] == 0).all(), name
+    check_invalid_values(bad, renderer, device="cuda")
 
 
 @pytest.mark.parametrize("renderer", BOTH)
@@ -69,10 +64,7 @@ def test_a_large_scene_agrees_with_the_cpu_kernels(renderer):
     scene, view = as_float32(random_scene(30_000, seed=21)), camera(640, 427)
     scene["scales"][:5] = 3.0  # boxes large enough for a whole block
     scene["scales"][5:] *= 0.3
-    found, expected = (
-        render_all(scene, view, renderer),
-        render_all(scene, view, renderer, device="cpu"),
-    )
+    found, expected = (render_all(scene, view, renderer, device=d) for d in ("cuda", "cpu"))
     for name, value in expected.items():
         error = (found[name] - value).norm() / value.norm()
         print(f"{name:10s} relative L2 {error:.2e}")
@@ -83,20 +75,20 @@ def test_a_large_scene_agrees_with_the_cpu_kernels(renderer):
 def test_two_runs_give_the_same_bits(renderer):
     scene, view = as_float32(random_scene(30_000, seed=22)), camera(640, 427)
     scene["scales"][:5] = 3.0
-    first = render_all(scene, view, renderer)
+    first = render_all(scene, view, renderer, device="cuda")
     for _ in range(3):
-        for name, value in render_all(scene, view, renderer).items():
+        for name, value in render_all(scene, view, renderer, device="cuda").items():
             assert torch.equal(value, first[name]), name
 
 
 @pytest.mark.parametrize("renderer", BOTH)
 def test_another_stream_gives_the_same_image(renderer):
     scene, view = as_float32(random_scene(3000, seed=23)), camera(160, 120)
-    first = render_all(scene, view, renderer)
+    first = render_all(scene, view, renderer, device="cuda")
     stream = torch.cuda.Stream()
     stream.wait_stream(torch.cuda.current_stream())
     with torch.cuda.stream(stream):
-        second = render_all(scene, view, renderer)
+        second = render_all(scene, view, renderer, device="cuda")
     stream.synchronize()
     for name, value in first.items():
         assert torch.equal(value, second[name]), name

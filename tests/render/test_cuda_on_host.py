@@ -17,15 +17,19 @@ from tests.support.cuda_on_host import COMPILER, HostKernels
 from tests.support.golden import (
     BASE,
     CASES,
-    DETACHED,
     INVALID,
     RENDERERS,
     input_names,
     isotropic_lobes,
     settings_of,
-    with_rows,
 )
-from tests.support.kernels import compare_with_reference
+from tests.support.kernels import (
+    EVERYTHING,
+    OTHERS,
+    check_invalid_values,
+    compare_with_reference,
+    render_all,
+)
 from tests.support.scenes import (
     SORTED,
     as_float32,
@@ -33,11 +37,8 @@ from tests.support.scenes import (
     cotangents,
     near_threshold,
     random_scene,
-    render_with_grads,
 )
 from tests.support.selection import few
-
-EVERYTHING = ["sorted", "mobile_gs", "two_pass", "all"]
 
 
 @pytest.fixture(scope="session")
@@ -65,14 +66,15 @@ def test_the_cuda_kernel_agrees_with_the_reference(case, renderer):
     compare_with_reference(case, renderer)
 
 
-@pytest.mark.parametrize("renderer", sorted((RENDERERS | DETACHED).keys() - set(EVERYTHING)))
+@pytest.mark.parametrize("renderer", OTHERS)
 def test_the_cuda_kernel_agrees_for_every_weighting(renderer):
     compare_with_reference("several tiles", renderer)
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
-@pytest.mark.parametrize("channels", [3, 4])
-@pytest.mark.parametrize("case", ["several tiles", "nothing in view", "empty scene"])
+@pytest.mark.parametrize(
+    ("case", "channels"), [("several tiles", 3), ("several tiles", 4), ("empty scene", 4)]
+)
 def test_colors_in_place_of_harmonics_agree(case, channels, renderer):
     compare_with_reference(case, renderer, channels=channels)
 
@@ -81,13 +83,6 @@ def test_colors_in_place_of_harmonics_agree(case, channels, renderer):
 @pytest.mark.parametrize("case", ["both of degree 3", "around the camera"])
 def test_gradients_of_the_pose_agree(case, renderer):
     compare_with_reference(case, renderer, pose=True)
-
-
-def render_all(scene, view, renderer, **options):
-    render, more = RENDERERS[renderer]
-    given = {"cotangents": cotangents(view), "backend": "kernel", **more, **options}
-    outputs, grads = render_with_grads(render, scene, view, dtype=torch.float32, **given)
-    return {**outputs, **grads}
 
 
 @pytest.mark.parametrize("renderer", few(EVERYTHING, "mobile_gs"))
@@ -125,20 +120,10 @@ def test_results_do_not_depend_on_the_order_of_threads(renderer, kernels):
         assert torch.equal(value, second[name]), name
 
 
-@pytest.mark.parametrize("renderer", EVERYTHING)
+@pytest.mark.parametrize("renderer", ["sorted", "all"])
 @pytest.mark.parametrize("bad", INVALID)
 def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
-    view, scene = camera(), as_float32(BASE)
-    broken = with_rows(scene, **INVALID[bad])
-    rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(INVALID[bad].values()))[0]] = False
-    expected = render_all({name: value[rows] for name, value in scene.items()}, view, renderer)
-    found = render_all(broken, view, renderer)
-    for name, value in expected.items():
-        is_input = name in input_names(renderer)
-        part = found[name][rows] if is_input else found[name]
-        torch.testing.assert_close(part, value, rtol=1e-5, atol=1e-6)
-        assert not is_input or (found[name][~rows] == 0).all(), name
+    check_invalid_values(bad, renderer)
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
@@ -208,32 +193,22 @@ def test_radii_are_the_same_as_on_the_cpu():
 
 
 @pytest.mark.parametrize("renderer", EVERYTHING)
-def test_counting_a_tile_too_many_does_not_change_the_results(renderer, monkeypatch):
+def test_counting_a_tile_too_many_or_too_few_writes_no_other_slots(renderer, monkeypatch):
     scene, view = as_float32(random_scene(80, seed=15)), camera()
     expected = render_all(scene, view, renderer)
     project = cuda._project
 
-    def one_more(*arguments):
-        splats, radii, touched, center_tiles = project(*arguments)
-        return splats, radii, touched + (touched > 0).int(), center_tiles
+    def counted(change):
+        def changed(*arguments):
+            splats, radii, touched, center_tiles = project(*arguments)
+            return splats, radii, touched + change(touched).int(), center_tiles
 
-    monkeypatch.setattr(cuda, "_project", one_more)
-    for name, value in render_all(scene, view, renderer).items():
+        monkeypatch.setattr(cuda, "_project", changed)
+        return render_all(scene, view, renderer)
+
+    for name, value in counted(lambda touched: touched > 0).items():
         assert torch.equal(value, expected[name]), name
-
-
-@pytest.mark.parametrize("renderer", EVERYTHING)
-def test_counting_a_tile_too_few_writes_no_other_slots(renderer, monkeypatch):
-    scene, view = as_float32(random_scene(80, seed=15)), camera()
-    expected = render_all(scene, view, renderer)
-    project = cuda._project
-
-    def one_less(*arguments):
-        splats, radii, touched, center_tiles = project(*arguments)
-        return splats, radii, touched - (touched == touched.max()).int(), center_tiles
-
-    monkeypatch.setattr(cuda, "_project", one_less)
-    found = render_all(scene, view, renderer)
+    found = counted(lambda touched: -(touched == touched.max()).int())
     assert all(value.isfinite().all() for value in found.values())
     # only the last tiles of the widest Gaussians lose entries
     assert not torch.equal(found["image"], expected["image"])

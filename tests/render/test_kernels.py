@@ -13,14 +13,19 @@ from mobilegs.render.kernels.kernel_view import kernel_view
 from tests.support.golden import (
     BASE,
     CASES,
-    DETACHED,
     INVALID,
     RENDERERS,
     input_names,
     settings_of,
-    with_rows,
 )
-from tests.support.kernels import compare_with_reference
+from tests.support.kernels import (
+    CASES_OF_OTHERS,
+    EVERYTHING,
+    OTHERS,
+    check_invalid_values,
+    compare_with_reference,
+    render_all,
+)
 from tests.support.scenes import (
     SORTED,
     SORTFREE,
@@ -29,68 +34,38 @@ from tests.support.scenes import (
     cotangents,
     near_threshold,
     random_scene,
-    render_with_grads,
 )
 
 
-@pytest.mark.parametrize("renderer", [*RENDERERS, *DETACHED])
+@pytest.mark.parametrize("renderer", EVERYTHING)
 @pytest.mark.parametrize("case", CASES)
 def test_the_kernel_agrees_with_the_reference(case, renderer):
     compare_with_reference(case, renderer)
 
 
+@pytest.mark.parametrize("renderer", OTHERS)
+@pytest.mark.parametrize("case", CASES_OF_OTHERS)
+def test_every_weighting_and_footprint_agrees_with_the_reference(case, renderer):
+    compare_with_reference(case, renderer)
+
+
 @pytest.mark.parametrize("level", ["v4", "v3", "v2", "portable"])
 def test_every_built_instruction_set_agrees(level, monkeypatch):
-    if not binding.LEVELS[level] <= binding.cpu_flags():
-        pytest.skip(f"needs a CPU that runs {level}")
-    if binding.built_library(level) is None:
+    if not binding.LEVELS[level] <= binding.cpu_flags() or binding.built_library(level) is None:
         pytest.skip(f"needs a CPU that runs {level}")
     library = cpu.library(level)
     monkeypatch.setattr(cpu, "library", lambda: library)
-    for case in ("random, degree 3", "several tiles", "around the camera"):
-        for renderer in ("sorted", "mobile_gs", "two_pass", "all"):
-            compare_with_reference(case, renderer)
-            compare_with_reference(case, renderer, channels=3)
+    for renderer in EVERYTHING:
+        compare_with_reference("random, degree 3", renderer)
+        compare_with_reference("several tiles", renderer, channels=3)
+        compare_with_reference("around the camera", renderer, pose=True)
 
 
 @pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
 @pytest.mark.parametrize("bad", INVALID)
 def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
-    render, options = RENDERERS[renderer]
-    view, scene = camera(), as_float32(BASE)
-    broken = with_rows(scene, **INVALID[bad])
-    rows = torch.ones(60, dtype=torch.bool)
-    rows[next(iter(INVALID[bad].values()))[0]] = False
-    rest = {name: value[rows] for name, value in scene.items()}
-    given = {"cotangents": cotangents(view), **options}
-    for dtype, backend in ((torch.float64, "reference"), (torch.float32, "kernel")):
-        expected = render_with_grads(render, rest, view, dtype=dtype, backend=backend, **given)
-        found = render_with_grads(render, broken, view, dtype=dtype, backend=backend, **given)
-        for name, value in expected[0].items():
-            torch.testing.assert_close(found[0][name], value, rtol=1e-5, atol=1e-6)
-        for name, value in expected[1].items():
-            torch.testing.assert_close(found[1][name][rows], value, rtol=1e-5, atol=1e-6)
-            assert (found[1][name][~rows] == 0).all(), name
-
-
-@pytest.mark.parametrize("backend", ["reference", "kernel"])
-def test_a_pixel_without_gaussians_shows_the_background(backend):
-    scene, view = (
-        {k: v.float() for k, v in CASES["nothing in view"][0].items()},
-        camera().to(dtype=torch.float32),
-    )
-    background = torch.tensor([0.3, 0.5, 0.7])
-    options = {"camera": view, "background": background, "backend": backend, "depth": True}
-    for rendered in (
-        render_sorted(*[scene[name] for name in SORTED], **options),
-        render_sortfree(*[scene[name] for name in SORTFREE], **options),
-    ):
-        assert torch.equal(rendered.image, background.expand(view.height, view.width, 3))
-        assert (
-            (rendered.alpha == 0).all()
-            and (rendered.depth == 0).all()
-            and (rendered.radii == 0).all()
-        )
+    check_invalid_values(bad, renderer, pose=True, dtype=torch.float64, backend="reference")
+    check_invalid_values(bad, renderer, pose=True)
 
 
 def test_permuting_the_gaussians_leaves_the_sortfree_image_unchanged():
@@ -104,22 +79,18 @@ def test_permuting_the_gaussians_leaves_the_sortfree_image_unchanged():
     torch.testing.assert_close(first.alpha, second.alpha, rtol=0, atol=2e-6)
 
 
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass", "all"])
+@pytest.mark.parametrize("renderer", EVERYTHING)
 def test_results_do_not_depend_on_the_number_of_threads(renderer):
     scene, view = random_scene(3000, seed=3), camera(160, 120)
-    render, options = RENDERERS[renderer]
-    given = {"cotangents": cotangents(view), **options}
     results = []
     before = torch.get_num_threads()
     for threads in (1, 2, 3):
         torch.set_num_threads(threads)
-        results.append(
-            render_with_grads(render, scene, view, dtype=torch.float32, backend="kernel", **given)
-        )
+        results.append(render_all(scene, view, renderer))
     torch.set_num_threads(before)
-    for outputs, grads in results[1:]:
-        for name, value in (*outputs.items(), *grads.items()):
-            assert torch.equal(value, {**results[0][0], **results[0][1]}[name]), name
+    for other in results[1:]:
+        for name, value in other.items():
+            assert torch.equal(value, results[0][name]), name
 
 
 def test_screen_gradients_are_those_of_the_projected_means():

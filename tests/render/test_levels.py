@@ -6,12 +6,11 @@ import torch
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
-from mobilegs.render import Footprint, Weighting, render_sortfree
-from mobilegs.render.inputs import RenderSettings
+from mobilegs.render import Weighting, render_sortfree
 from mobilegs.render.levels import enlarge, level_sizes
 from mobilegs.render.lobes import opacity_lobes
 from mobilegs.spherical_harmonics import rgb_to_sh0
-from tests.support.golden import BACKGROUND, inputs_of, settings_of
+from tests.support.golden import BACKGROUND, settings_of
 from tests.support.scenes import SORTFREE, camera, near_threshold, random_scene
 
 
@@ -138,19 +137,6 @@ def test_gradients_by_finite_differences(renderer):
     assert torch.autograd.gradcheck(render, inputs)
 
 
-@pytest.mark.parametrize("case", ["several tiles", "large", "around the camera"])
-def test_the_image_is_nearly_that_of_one_level(case):
-    scene, view = inputs_of(case)
-    inputs = [scene[name].float() for name in SORTFREE]
-    options = {"camera": view.to(dtype=torch.float32), "background": BACKGROUND}
-    options["footprint"] = Footprint(soft_edge=True)
-    exact = render_sortfree(*inputs, **options).image
-    for level_sigma, least in ((0.8, 42.0), (1.0, 50.0), (2.0, 60.0)):
-        found = render_sortfree(*inputs, level_sigma=level_sigma, **options).image
-        psnr = -10 * (found - exact).square().mean().log10()
-        assert psnr > least, level_sigma
-
-
 def test_impossible_settings_are_refused():
     inputs, view = _one_gaussian(2.0)
     options = {"camera": view, "background": BACKGROUND.double()}
@@ -160,7 +146,3 @@ def test_impossible_settings_are_refused():
     weighting = Weighting("two_pass")
     with pytest.raises(InputError, match="'two_pass' has no levels"):
         render_sortfree(*inputs, level_sigma=1.0, weighting=weighting, **options)
-
-
-def test_the_default_has_one_level():
-    assert RenderSettings().level_sigma == 0

@@ -1,35 +1,28 @@
 """The reference: gradients by finite differences, values computed by hand, invariants."""
 
 import math
+from dataclasses import replace
 
 import pytest
 import torch
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Weighting, render_sorted, render_sortfree, visible_rows
-from mobilegs.render.lobes import constant_lobes, evaluate_lobes
-from mobilegs.render.project import project, rotation_matrices
+from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.scene import Scene
-from mobilegs.render.sortfree import WEIGHTINGS, WeightingName
-from mobilegs.render.view_network import ViewNetwork
-from mobilegs.spherical_harmonics import rgb_to_sh0, sh_basis, sh_colors
-from mobilegs.validation import check_choice
+from mobilegs.render.sortfree import WEIGHTINGS
+from mobilegs.spherical_harmonics import rgb_to_sh0
+from tests.support.golden import view_network
 from tests.support.scenes import SORTED, SORTFREE, camera, gradcheck_scene, random_scene
 from tests.support.selection import few
 
 BACKGROUND = torch.tensor([0.1, 0.2, 0.35], dtype=torch.float64)
 
 
-@pytest.mark.parametrize("degree", few([0, 1, 2, 3], 1))
-def test_projection_passes_gradcheck(degree):
+@pytest.mark.parametrize("degree", few([0, 1, 3], 1))
+def test_sorted_blending_passes_gradcheck(degree):
     inputs, view = gradcheck_scene(SORTED, degree=degree)
-    assert torch.autograd.gradcheck(lambda *x: project(*x, camera=view)[:4], inputs)
-
-
-def test_sorted_blending_passes_gradcheck():
-    inputs, view = gradcheck_scene(SORTED)
 
     def render(*x):
         rendered = render_sorted(*x, camera=view, background=BACKGROUND, depth=True)
@@ -71,7 +64,7 @@ def test_a_detached_weight_is_a_constant_for_depth_and_scale(monkeypatch):
     torch.testing.assert_close(found[3], attached[3])
 
 
-@pytest.mark.parametrize("lobe_degree", few([0, 1, 3], 1))
+@pytest.mark.parametrize("lobe_degree", few([0, 3], 0))
 def test_lobes_of_every_degree_pass_gradcheck(lobe_degree):
     inputs, view = gradcheck_scene(SORTFREE, degree=0, lobe_degree=lobe_degree)
     assert torch.autograd.gradcheck(
@@ -163,39 +156,6 @@ def test_sorted_blending_does_not_depend_on_the_order_of_rows():
     assert rendered.alpha[0, 0].item() == pytest.approx(0.9)
 
 
-def test_transmittance_is_the_same_sorted_and_sortfree():
-    scene, view = random_scene(40, seed=3), camera()
-    scene["opacities"] = scene["opacities"] * 0.3  # no early stop
-    scene["lobes"] = constant_lobes(scene["opacities"].logit())
-    options = {"camera": view, "background": BACKGROUND}
-    first = render_sorted(*[scene[name] for name in SORTED], **options).alpha
-    second = render_sortfree(*[scene[name] for name in SORTFREE], **options).alpha
-    torch.testing.assert_close(first, second)
-
-
-def test_harmonics_are_orthonormal():
-    generator = torch.Generator().manual_seed(0)
-    directions = torch.randn(400_000, 3, generator=generator, dtype=torch.float64)
-    basis = sh_basis(torch.nn.functional.normalize(directions, dim=1), 3)
-    gram = basis.T @ basis * (4 * math.pi / len(basis))
-    torch.testing.assert_close(gram, torch.eye(16, dtype=torch.float64), rtol=0, atol=0.03)
-
-
-def test_rgb_to_sh0_inverts_sh_colors():
-    rgb = torch.rand(5, 3, generator=torch.Generator().manual_seed(0))
-    directions = torch.nn.functional.normalize(torch.ones(5, 3), dim=1)
-    torch.testing.assert_close(sh_colors(rgb_to_sh0(rgb)[:, None, :], directions), rgb)
-
-
-def test_rotations_do_not_depend_on_the_quaternions_length_or_sign():
-    quats = torch.randn(6, 4, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
-    matrices = rotation_matrices(quats)
-    torch.testing.assert_close(matrices, rotation_matrices(-3 * quats))
-    torch.testing.assert_close(
-        matrices @ matrices.transpose(1, 2), torch.eye(3, dtype=torch.float64).expand(6, 3, 3)
-    )
-
-
 def test_look_at_puts_the_target_on_the_axis_and_up_upwards():
     eye, target = torch.tensor([1.0, 2.0, 3.0]), torch.tensor([-1.0, 0.5, 0.0])
     viewmat = look_at(eye, target, torch.tensor([0.0, 0.0, 1.0]))
@@ -215,53 +175,18 @@ def test_resizing_a_camera_scales_the_projection():
     torch.testing.assert_close(small[:2] / small[2], full[:2] / full[2] / 2)
 
 
-def test_an_unknown_weighting_is_refused_with_the_known_names():
-    with pytest.raises(InputError, match="unknown weighting 'alphabetical': use mobile_gs or"):
-        check_choice("weighting", "alphabetical", WeightingName)
-
-
-def test_the_view_network_has_the_size_of_the_papers():
-    torch.manual_seed(0)
-    network = ViewNetwork(torch.Generator().manual_seed(0))
-    assert sum(p.numel() for p in network.parameters()) == 47_170
-    sh, scales = torch.randn(9, 4, 3), torch.rand(9, 3) + 0.1
-    directions = torch.nn.functional.normalize(torch.randn(9, 3), dim=1)
-    quats, logits = torch.randn(9, 4), torch.randn(9)
-    some = Gaussians(torch.randn(9, 3), quats, scales.log(), logits, sh)
-    torch.testing.assert_close(network(some, directions), constant_lobes(logits))
-    with torch.no_grad():
-        for parameter in network.parameters():
-            parameter.normal_(0, 0.2)
-        lobes = network(some, directions)
-        more = Gaussians(some.means, 2 * quats, (5 * scales).log(), logits, sh * 3)
-        unit = [torch.nn.functional.normalize(x, dim=1) for x in (sh.flatten(1), scales, quats)]
-        x = torch.cat([unit[0], directions, unit[1], unit[2]], 1)
-        x = network.hidden3(torch.relu(network.hidden2(torch.relu(network.hidden1(x)))))
-    opacities, phi = evaluate_lobes(lobes, directions)
-    torch.testing.assert_close(phi, torch.relu(network.phi(x))[:, 0])
-    torch.testing.assert_close(opacities, (logits + network.opacity(x)[:, 0]).sigmoid())
-    with torch.no_grad():
-        torch.testing.assert_close(network(more, directions), lobes)  # inputs are normalised
-
-
-def test_culling_does_not_change_a_sortfree_scene():
-    torch.manual_seed(0)
-    scene, view = random_scene(200, spread=3.0, seed=2), camera().to(dtype=torch.float32)
-    scene = {name: value.float() for name, value in scene.items()}
+@pytest.mark.parametrize("blend", ["sorted", "sortfree"])
+def test_a_network_is_evaluated_for_visible_gaussians_only(blend):
+    scene, view = random_scene(200, spread=3.0, seed=2), camera()
     logits = torch.logit(scene["opacities"])
     shapes = (scene["means"], scene["quats"], scene["scales"].log(), logits, scene["sh"])
-    network = ViewNetwork(torch.Generator().manual_seed(1))
-    with torch.no_grad():
-        network.opacity.weight.normal_(0, 0.5)
-        network.phi.weight.normal_(0, 0.5)
-        rendered = Scene(Gaussians(*shapes), "sortfree", network=network).render(view, depth=True)
-        directions = torch.nn.functional.normalize(scene["means"] - view.position, dim=1)
-        lobes = network(Gaussians(*shapes), directions)
-        flat = (*shapes[:2], scene["scales"], lobes, scene["sh"])
-        whole = render_sortfree(*flat, camera=view, background=torch.zeros(3), depth=True)
+    gaussians, network = Gaussians(*shapes), view_network().double()
+    background = torch.zeros(3, dtype=torch.float64)
+    culled = Scene(gaussians, blend, network=network, background=background)
+    directions = torch.nn.functional.normalize(gaussians.means - view.position, dim=1)
+    whole = replace(culled, network=None, lobes=network(gaussians, directions))
     rows = visible_rows(scene["means"], scene["quats"], scene["scales"], camera=view)
     assert 0 < len(rows) < 200
-    for name in ("image", "alpha", "depth", "radii"):
-        torch.testing.assert_close(
-            getattr(rendered, name), getattr(whole, name), rtol=1e-4, atol=1e-5, msg=name
-        )
+    found, expected = (each.render(view, depth=True) for each in (culled, whole))
+    for name, value in expected._asdict().items():
+        torch.testing.assert_close(getattr(found, name), value, msg=name)

@@ -1,6 +1,5 @@
 """Sorted scenes whose opacity depends on the view: two Gaussians on one ray, in numpy."""
 
-from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +8,9 @@ import torch
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import ViewNetwork
-from tests.support.scenes import camera, random_scene
 from tests.support.tiny import grad_of
 
 DOUBLE = torch.float64
@@ -84,38 +83,17 @@ def test_a_network_gives_the_opacities_of_a_sorted_scene() -> None:
         h = np.maximum(least, h @ weights[f"{layer}.weight"].T + weights[f"{layer}.bias"])
     added = h @ weights["opacity.weight"][0] + weights["opacity.bias"]
     assert np.abs(added).min() > 0.01
+    assert sum(value.size for value in weights.values()) == 47_170
+    directions = torch.from_numpy(axis).expand(2, 3)
+    _, phi = evaluate_lobes(network(g, directions), directions)
+    raw = h @ weights["phi.weight"][0] + weights["phi.bias"]
+    np.testing.assert_allclose(phi.detach(), np.maximum(0, raw), atol=1e-9)
     logits = g.logit_opacities.numpy() + added
     image = scene.render(through_the_origin(eye, DOUBLE)).image
     np.testing.assert_allclose(image[8, 8].detach(), blended(1 / (1 + np.exp(-logits))), atol=1e-9)
     image.sum().backward()
     assert grad_of(network.hidden1.weight).abs().max() > 0
     assert not grad_of(network.phi.weight).any()  # phi is not used
-
-
-def test_a_network_is_evaluated_for_visible_gaussians_of_a_sorted_scene() -> None:
-    tensors = random_scene(200, spread=3.0, seed=2)
-    gaussians = Gaussians(
-        means=tensors["means"],
-        quats=tensors["quats"],
-        log_scales=tensors["scales"].log(),
-        logit_opacities=torch.logit(tensors["opacities"]),
-        sh=tensors["sh"],
-    )
-    network = ViewNetwork(torch.Generator().manual_seed(1)).double()
-    with torch.no_grad():
-        network.opacity.weight.normal_(0, 0.5, generator=torch.Generator().manual_seed(2))
-    view = camera().to(dtype=DOUBLE)
-    scene = Scene(gaussians, network=network, background=torch.zeros(3, dtype=DOUBLE))
-    with torch.no_grad():
-        directions = torch.nn.functional.normalize(gaussians.means - view.position, dim=1)
-        lobes = deepcopy(network)(gaussians, directions)
-        rendered, whole = (
-            some.render(view, depth=True)
-            for some in (scene, replace(scene, network=None, lobes=lobes))
-        )
-    assert 0 < (rendered.radii > 0).sum() < 200
-    for name, value in rendered._asdict().items():
-        torch.testing.assert_close(value, getattr(whole, name), msg=name)
 
 
 def test_a_scene_is_plain_only_without_view_dependence() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from mobilegs.render.supersampling import averaged, magnified, supersampling_for
+from mobilegs.render.supersampling import supersampling_for
 from tests.support.golden import as_scene
 from tests.support.scenes import camera, random_scene
 
@@ -26,15 +26,6 @@ def test_pixels_are_means_of_a_larger_render(renderer: str) -> None:
         drawn = getattr(found, name).numpy().reshape(24, 32, -1)
         np.testing.assert_allclose(drawn, expected, atol=1e-5)
     torch.testing.assert_close(found.radii, large.radii / 3)
-
-
-def test_one_pixel_in_place_of_one_changes_nothing() -> None:
-    scene = as_scene(random_scene(50, seed=2), "mobile_gs")
-    view = camera(32, 24).to(dtype=torch.float32)
-    assert magnified(view, 1) is view
-    drawn = scene.render(view)
-    assert averaged(drawn, 1) is drawn
-    torch.testing.assert_close(scene.render(view, supersampling=1).image, drawn.image)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,4 @@
-"""Lobes: what they mean, how few numbers they come from, how they stand in for a network."""
-
-import math
+"""Lobes: their decoder, its gradients, and its start from constant opacities."""
 
 import pytest
 import torch
@@ -9,12 +7,9 @@ from torch.nn.functional import normalize
 
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.render.lobes import constant_lobes, evaluate_lobes, lobe_degree
-from mobilegs.render.view_network import static_inputs
-from mobilegs.representation.codebooks import Cut
+from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.representation.lobes import LobeDecoder, LobeShape
-from mobilegs.spherical_harmonics import C0, sh_basis
-from mobilegs.train.student.view_dependence import ViewDependence, constant_decoder
+from mobilegs.train.student.view_dependence import constant_decoder
 
 
 def seeded(seed: int = 0) -> torch.Generator:
@@ -36,43 +31,6 @@ def some_gaussians(count: int = 300) -> Gaussians:
     )
 
 
-def some_lobes(count: int = 300, degree: int = 2, rank: int | None = None) -> Tensor:
-    """Random lobes; of `rank`, they are combinations of so few."""
-    g, size = seeded(3), 2 * (degree + 1) ** 2
-    rank = rank or size
-    rows = torch.randn(count, rank, generator=g) @ torch.randn(rank, size, generator=g)
-    rows = rows / rank**0.5 + torch.randn(size, generator=g)
-    return rows.unflatten(1, (-1, 2))
-
-
-# --- what they mean
-
-
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
-def test_opacity_and_phi_are_those_of_the_harmonics(degree: int) -> None:
-    lobes, directions = some_lobes(50, degree), random_directions(50)
-    opacities, phi = evaluate_lobes(lobes, directions)
-    basis = sh_basis(directions, degree)
-    for i in range(50):
-        logit = sum(float(basis[i, k] * lobes[i, k, 0]) for k in range(len(basis[0])))
-        raw_phi = sum(float(basis[i, k] * lobes[i, k, 1]) for k in range(len(basis[0])))
-        assert float(opacities[i]) == pytest.approx(1 / (1 + math.exp(-logit)), abs=1e-6)
-        assert float(phi[i]) == pytest.approx(max(0.0, raw_phi), abs=1e-5)
-    assert lobe_degree(lobes) == degree
-
-
-def test_constant_lobes_look_the_same_from_everywhere() -> None:
-    logits = torch.linspace(-3, 3, 20)
-    lobes = constant_lobes(logits, torch.linspace(-1, 2, 20))
-    for seed in (1, 2):
-        opacities, phi = evaluate_lobes(lobes, random_directions(20, seed))
-        torch.testing.assert_close(opacities, logits.sigmoid())
-        torch.testing.assert_close(phi, torch.linspace(-1, 2, 20).clamp_min(0))
-
-
-# --- the decoder
-
-
 @pytest.mark.parametrize("hidden", [(), (8,), (7, 5)])
 @pytest.mark.parametrize("latents", [0, 4])
 def test_a_new_decoder_gives_the_base_from_everywhere(latents: int, hidden: tuple) -> None:
@@ -82,25 +40,6 @@ def test_a_new_decoder_gives_the_base_from_everywhere(latents: int, hidden: tupl
     opacities, phi = evaluate_lobes(lobes, random_directions(300))
     torch.testing.assert_close(opacities, some.opacities)
     torch.testing.assert_close(phi, torch.ones(300), atol=1e-3, rtol=0)
-
-
-def test_decoding_follows_the_format() -> None:
-    shape = LobeShape(1, 3, (6, 5))
-    decoder = LobeDecoder(shape, seeded())
-    with torch.no_grad():
-        for parameter in decoder.parameters():
-            parameter.copy_(torch.randn(parameter.shape, generator=seeded(4)).half())
-    some, latents = some_gaussians(10), torch.randn(10, 3, generator=seeded(6))
-    named = dict(decoder.named_parameters())
-    names = ["bias", "basis", "weights.0", "weights.1", "weights.2", "offsets.0", "offsets.1"]
-    assert list(named) == names
-    hidden = torch.cat([static_inputs(some), latents], dim=1)
-    hidden = torch.relu(hidden @ named["weights.0"].T + named["offsets.0"])
-    hidden = torch.relu(hidden @ named["weights.1"].T + named["offsets.1"])
-    expected = named["bias"] + latents @ named["basis"] + hidden @ named["weights.2"].T
-    torch.testing.assert_close(decoder(latents, some, base=False).flatten(1), expected)
-    expected = torch.cat([expected[:, :1] + some.logit_opacities[:, None] / C0, expected[:, 1:]], 1)
-    torch.testing.assert_close(decoder(latents, some, base=True).flatten(1), expected)
 
 
 @pytest.mark.parametrize("latents", [0, 4])
@@ -155,30 +94,3 @@ def test_a_constant_decoder_gives_opacities_and_a_random_basis() -> None:
     lobes[:, :1] = constant_lobes(some.logit_opacities)
     found = decoder(torch.zeros(300, 6), some, base=True)
     torch.testing.assert_close(found, lobes, atol=2e-3, rtol=0)
-
-
-# --- the choice
-
-
-@pytest.mark.parametrize(
-    ("view", "shape", "cut"),
-    [
-        (ViewDependence("network"), None, None),
-        (ViewDependence("constant"), None, None),
-        (ViewDependence("latent"), LobeShape(2, 12, (16,)), Cut(6, 2)),
-        (ViewDependence("latent", latents=6), LobeShape(2, 6, (16,)), Cut(3, 2)),
-        (ViewDependence("latent", latents=1), LobeShape(2, 0, (16,)), None),
-        (ViewDependence("latent", degree=1, latents=30), LobeShape(1, 8, (16,)), Cut(4, 2)),
-    ],
-)
-def test_the_stored_attributes_follow_from_the_view_dependence(view, shape, cut) -> None:
-    assert (view.shape, view.cut) == (shape, cut)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"degree": 4}, {"latents": 40}, {"latents": 0}, {"start_opacity": 1.5}],
-)
-def test_invalid_view_dependences_are_refused(wrong: dict) -> None:
-    with pytest.raises(InputError):
-        ViewDependence(**wrong)

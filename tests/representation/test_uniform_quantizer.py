@@ -1,6 +1,5 @@
 """Mode `sq`: canonical rotations, uniform quantisers and their step sizes, decorrelated latents."""
 
-import copy
 import math
 from dataclasses import replace
 
@@ -10,12 +9,11 @@ import torch
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
-from mobilegs.mgs.quantized_scene import scenes_equal
+from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import STATICS
-from mobilegs.representation.appearance import COLORS, ColorShape, color_decoder
+from mobilegs.representation.appearance import ColorShape, color_decoder
 from mobilegs.representation.codebooks import Attribute
 from mobilegs.representation.lobes import LobeDecoder, LobeShape
 from mobilegs.representation.rotations import (
@@ -66,24 +64,6 @@ def test_canonical_pairs_are_the_same_ellipsoids_rotated_by_at_most_63_degrees()
     again = canonical_pairs(turned, renamed)
     torch.testing.assert_close(again[0], turned, atol=1e-6, rtol=0)
     assert torch.equal(again[1], renamed)
-
-
-@pytest.mark.parametrize("turn", [[1, 1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [1, 1, 1, 1]])
-def test_a_rotation_that_permutes_the_axes_becomes_the_identity(turn: list[float]) -> None:
-    log_scales = torch.tensor([[-1.0, -2.0, -3.0]])
-    turned, renamed = canonical_pairs(torch.tensor([turn]).float(), log_scales)
-    torch.testing.assert_close(turned, torch.tensor([[1.0, 0, 0, 0]]), atol=1e-6, rtol=0)
-    assert sorted(renamed[0].tolist()) == [-3, -2, -1]
-
-
-def test_rotation_vectors_round_trip() -> None:
-    quats, _ = ellipsoids(500)
-    quats[0] = torch.tensor([1.0, 0, 0, 0])
-    quats[1] = torch.tensor([1.0, 1e-12, 0, 0])
-    quats[2] = torch.tensor([0.0, 1, 0, 0])
-    unit = torch.nn.functional.normalize(quats, dim=1)
-    back = quats_of(rotation_vectors(quats))
-    assert (1 - (back * unit).sum(1).abs()).max() < 1e-6
 
 
 def test_refinement_bits_grow_with_the_elongation() -> None:
@@ -143,10 +123,12 @@ def test_the_bits_gradient_points_from_rare_codes_to_frequent_ones() -> None:
     torch.testing.assert_close(finer, 2 * slopes)
 
 
-@pytest.mark.parametrize("colors", COLORS)
-@pytest.mark.parametrize(("degree", "view_latents"), [(0, 3), (1, 3), (1, 8), (3, 3)])
+@pytest.mark.parametrize(
+    ("colors", "degree", "view_latents"),
+    [("linear", 0, 3), ("linear", 1, 8), ("networks", 1, 3), ("latent_networks", 3, 3)],
+)
 def test_decorrelated_appearance_latents_decode_to_the_same_colours(
-    degree: int, view_latents: int, colors: str
+    colors: str, degree: int, view_latents: int
 ) -> None:
     g = seeded(3)
     most = view_latents if colors == "linear" else 3
@@ -169,7 +151,7 @@ def test_decorrelated_appearance_latents_decode_to_the_same_colours(
     assert 0.008 < felt < 0.012  # a unit along any axis changes the colour by one
 
 
-@pytest.mark.parametrize("hidden", [(), (8,), (8, 5)])
+@pytest.mark.parametrize("hidden", [(), (8, 5)])
 def test_decorrelated_lobe_latents_decode_to_the_same_lobes(hidden: tuple[int, ...]) -> None:
     g = seeded(4)
     decoder = LobeDecoder(LobeShape(2, 6, hidden), g)
@@ -195,30 +177,6 @@ def test_a_single_gaussian_is_trained_and_quantised(dataset) -> None:
     train(student, dataset, 40)
     assert all(torch.isfinite(value).all() for value in student.quantized_scene().values().values())
     assert len(decode_mgs(encode_mgs(student.quantized_scene())).decode().gaussians) == 1
-
-
-def test_a_scene_of_mode_sq_round_trips_and_is_inspected() -> None:
-    coded = make_scene(Case(2000, LobeShape(2, 12, (64,)), steps=StepSizes()))
-    data = encode_mgs(coded)
-    found = decode_mgs(data)
-    assert scenes_equal(found, coded.sorted()) and encode_mgs(found) == data
-    assert not scenes_equal(found, replace(found, step_sizes={**found.step_sizes, "scale": 0.2}))
-    report = inspect(data)
-    assert report["mode"] == "sq"
-    names = [row["name"] for row in report["streams"]]
-    assert names[:3] == ["lobe-decoder", "appearance-decoder", "positions"]
-    assert names[6:11] == [
-        "rotation.0",
-        "rotation.1",
-        "rotation.2",
-        "rotation-finer",
-        "appearance.0",
-    ]
-    assert sum(row["bytes"] for row in report["streams"]) < report["file_bytes"]
-    assert all(row["used"] for row in report["streams"])
-    refinement = report["streams"][9]
-    assert refinement["raw_bytes"] == refinement["bytes"] > 0  # has no entropy coder
-    assert None not in [row["raw_bytes"] for row in report["streams"]]
 
 
 @pytest.mark.parametrize("library", [True, False])
@@ -251,18 +209,6 @@ def test_codes_that_are_too_large_are_refused() -> None:
     coded.indices["scale"][3, 2] = 1000
     with pytest.raises(InputError, match="scale codes hold"):
         encode_mgs(coded)
-
-
-@pytest.mark.parametrize("steps", [{"scale": 0.0}, {"rotation": math.nan}, {"lobes": 1000.0}])
-def test_step_sizes_out_of_range_are_refused(steps: dict[str, float]) -> None:
-    with pytest.raises(InputError, match="must lie within"):
-        StepSizes(**steps)
-
-
-def test_entropy_follows_the_shares_of_the_codes() -> None:
-    codes = torch.tensor([[-3, 5], [-3, 5], [4, 5], [9, 5]])
-    assert entropy(codes) == pytest.approx(1.5)
-    assert entropy(torch.arange(16)[:, None]) == pytest.approx(4.0)
 
 
 def test_the_step_size_gradient_follows_the_rounding_errors() -> None:
@@ -322,9 +268,6 @@ def test_step_sizes_grow_with_the_rate_term_and_shrink_with_the_distortion(
         train(student, dataset, 40)
         steps.append(math.prod(student.quantized_scene().step_sizes.values()))
     assert steps[1] > 1.1 * steps[0]
-    still = make_student(changed(STUDENT, quantization={"method": "sq"}, lr={"step_sizes": 0.0}))
-    train(still, dataset, 40)
-    assert still.quantized_scene().step_sizes["scale"] == pytest.approx(0.15)
 
 
 def test_rate_control_reaches_a_size_within_the_bounds_of_step_sizes() -> None:
@@ -370,34 +313,6 @@ def test_a_student_goes_after_the_size_asked_for(
     assert student.quantized_scene().step_sizes["scale"] == pytest.approx(
         factor * StepSizes().divided_by(config.quantization.quality).scale
     )
-
-
-def test_learned_steps_go_on_where_they_were(dataset, make_student) -> None:
-    config = changed(
-        STUDENT,
-        quantization={"method": "sq"},
-        schedule={"quantize_from": 0.3},
-        lr={"step_sizes": 0.01},
-    )
-    student, again = make_student(config), make_student(config)
-    train(student, dataset, 30)
-    again.restore(copy.deepcopy(student.state()))
-    for each in (student, again):
-        train(each, dataset, 40)
-    assert scenes_equal(student.quantized_scene(), again.quantized_scene())
-
-
-def test_a_rate_term_lowers_the_entropy(dataset, make_student) -> None:
-    bits = []
-    for price in (0.0, 4.0):
-        config = changed(
-            STUDENT, quantization={"method": "sq", "quality": 2.0, "rate_weight": price}
-        )
-        student = make_student(changed(config, schedule={"quantize_from": 0.3}))
-        train(student, dataset, 40)
-        codes = student.model.quantizers
-        bits.append([entropy(codes[name].indices) for name in codes])
-    assert sum(bits[1]) < 0.98 * sum(bits[0])
 
 
 def test_a_higher_quality_divides_step_sizes_and_weakens_the_rate_term(

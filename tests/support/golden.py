@@ -101,6 +101,15 @@ INVALID = {
     "infinite opacity or lobe": {"opacities": ([5], float("inf")), "lobes": ([5], float("inf"))},
     "NaN colour": {"sh": ([6], float("nan"))},
 }
+
+
+def finite_rows(bad: str) -> torch.Tensor:
+    """Return the rows of BASE that keep their values in the case `bad` of INVALID, a mask."""
+    rows = torch.ones(60, dtype=torch.bool)
+    rows[next(iter(INVALID[bad].values()))[0]] = False
+    return rows
+
+
 CASES = {
     "random, degree 0": (random_scene(70, degree=0, lobe_degree=3, seed=1), camera()),
     "random, degree 1": (random_scene(70, degree=1, lobe_degree=2, seed=2), camera()),

@@ -2,8 +2,29 @@
 
 import torch
 
-from tests.support.golden import DETACHED, RENDERERS, input_names, inputs_of, settings_of
-from tests.support.scenes import assert_close, cotangents, near_threshold, render_with_grads
+from tests.support.golden import (
+    BASE,
+    DETACHED,
+    INVALID,
+    RENDERERS,
+    finite_rows,
+    input_names,
+    inputs_of,
+    settings_of,
+    with_rows,
+)
+from tests.support.scenes import (
+    as_float32,
+    assert_close,
+    camera,
+    cotangents,
+    near_threshold,
+    render_with_grads,
+)
+
+EVERYTHING = ["sorted", "mobile_gs", "two_pass", "all"]  # renderers that differ most, in all cases
+OTHERS = [name for name in (*RENDERERS, *DETACHED) if name not in EVERYTHING]
+CASES_OF_OTHERS = ["several tiles", "around the camera", "opaque", "zero size", "phi below zero"]
 
 
 def compare_with_reference(
@@ -45,3 +66,25 @@ def compare_with_reference(
     floor = 1e-6 * max([1.0, *[value.norm().item() for value in expected[1].values()]])
     for name in found[1]:
         assert_close(name, expected[1][name], found[1][name], ratio=1e-3, floor=floor)
+
+
+def render_all(scene, view, renderer: str, **more) -> dict[str, torch.Tensor]:
+    """Return outputs and gradients of the kernels in float32, by name."""
+    render, options = RENDERERS[renderer]
+    given = {"cotangents": cotangents(view), "dtype": torch.float32, "backend": "kernel"}
+    outputs, grads = render_with_grads(render, scene, view, **(given | options | more))
+    return {**outputs, **grads}
+
+
+def check_invalid_values(bad: str, renderer: str, **more) -> None:
+    """Check that Gaussians with the values of `INVALID[bad]` are left out, with gradients of 0."""
+    view, scene, rows = camera(), as_float32(BASE), finite_rows(bad)
+    rest = {name: value[rows] for name, value in scene.items()}
+    expected = render_all(rest, view, renderer, **more)
+    found = render_all(with_rows(scene, **INVALID[bad]), view, renderer, **more)
+    for name, value in expected.items():
+        is_input = name in input_names(renderer)
+        part = found[name][rows] if is_input else found[name]
+        rtol, atol = (1e-4, 1e-4) if name == "viewmat" else (1e-5, 1e-6)
+        torch.testing.assert_close(part, value, rtol=rtol, atol=atol)
+        assert not is_input or (found[name][~rows] == 0).all(), name

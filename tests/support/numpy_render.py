@@ -4,15 +4,19 @@ import numpy as np
 import torch
 
 from mobilegs.camera import Camera
+from mobilegs.render.project import CLASSIC, Footprint
 
 
 def alphas_and_depths(
-    scene: dict[str, torch.Tensor], opacities: torch.Tensor, view: Camera
+    scene: dict[str, torch.Tensor],
+    opacities: torch.Tensor,
+    view: Camera,
+    footprint: Footprint = CLASSIC,
+    least: float = 1 / 255,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the alpha of every Gaussian at every pixel, `[h w, n]`, and the depths, `[n]`.
 
-    EWA splatting (3DGS, Eq. 5), with 3DGS's constants. For Gaussians near the image's centre: x/z
-    and y/z are not clamped.
+    EWA splatting (3DGS, Eq. 5), by default with 3DGS's constants.
     """
     means, quats, scales, o = (
         t.detach().numpy() for t in (scene["means"], scene["quats"], scene["scales"], opacities)
@@ -22,7 +26,7 @@ def alphas_and_depths(
     columns, rows = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
     pixels = np.stack([columns.ravel(), rows.ravel()], 1)
     alphas = np.zeros((len(pixels), len(means)))
-    for i in range(len(means)):
+    for i in np.flatnonzero(z > view.near):
         a, b, c, d = quats[i] / np.linalg.norm(quats[i])
         turn = 2 * np.array(
             [
@@ -31,18 +35,29 @@ def alphas_and_depths(
                 [b * d - a * c, c * d + a * b, 0.5 - b * b - c * c],
             ]
         )
+        # x / z and y / z are those of a place at most 0.15 image sizes outside of the image
+        u, v = (
+            np.clip(at / z[i], (-0.15 * n - c) / f, (1.15 * n - c) / f)
+            for at, n, f, c in (
+                (x[i], view.width, k[0, 0], k[0, 2]),
+                (y[i], view.height, k[1, 1], k[1, 2]),
+            )
+        )
         jacobian = np.array(
-            [
-                [k[0, 0] / z[i], 0, -k[0, 0] * x[i] / z[i] ** 2],
-                [0, k[1, 1] / z[i], -k[1, 1] * y[i] / z[i] ** 2],
-            ]
+            [[k[0, 0] / z[i], 0, -k[0, 0] * u / z[i]], [0, k[1, 1] / z[i], -k[1, 1] * v / z[i]]]
         )
         root = jacobian @ viewmat[:3, :3] @ turn @ np.diag(scales[i])
-        inverse = np.linalg.inv(root @ root.T + 0.3 * np.eye(2))
+        covariance = root @ root.T + footprint.blur * np.eye(2)
+        inverse = np.linalg.inv(covariance)
         center = np.array([k[0, 0] * x[i] / z[i] + k[0, 2], k[1, 1] * y[i] / z[i] + k[1, 2]])
         away = pixels - center
         alpha = o[i] * np.exp(-0.5 * np.einsum("pi,ij,pj->p", away, inverse, away))
-        alphas[:, i] = np.where(alpha >= 1 / 255, np.minimum(alpha, 0.99), 0)
+        counts = alpha >= least
+        if footprint.soft_edge:
+            alpha = alpha - least
+        if footprint.antialiased:
+            alpha = alpha * np.sqrt(np.linalg.det(root @ root.T) / np.linalg.det(covariance))
+        alphas[:, i] = np.where(counts, np.minimum(alpha, 0.99), 0)
     return alphas, z
 
 

@@ -12,13 +12,10 @@ from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.data.demo.capture import write_capture
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import Rendered
-from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
 from mobilegs.representation.codebooks import CodebookSizes
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.init import gaussians_at
@@ -52,11 +49,6 @@ STUDENT: StudentConfig = changed(
         "codebooks": CodebookSizes(scale=8, rotation=16, appearance=16, opacity=8),
     },
 )
-
-
-def classic(config: StudentConfig) -> StudentConfig:
-    """Return a config that covers pixels as the teacher of these tests does, that of 3DGS."""
-    return replace(config, footprint=CLASSIC, least_variance=0.0, level_sigma=0.0)
 
 
 def with_kind(kind: str) -> StudentConfig:
@@ -156,9 +148,3 @@ def grad_of(tensor: torch.Tensor) -> torch.Tensor:
     """Return the gradient of a leaf, which must have one."""
     assert tensor.grad is not None
     return tensor.grad
-
-
-def render_student(student: Student, *, depth: bool = False) -> Rendered:
-    """Render the first camera as training does."""
-    shared = SharedDecode(student.model, cameras()[:1])
-    return shared.render(0, background=student.background, depth=depth)

@@ -6,9 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-import torch
 
-from mobilegs.data import load_capture
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.pipeline import train
@@ -25,11 +23,8 @@ from mobilegs.train.recipes import (
     with_method,
     with_steps,
 )
-from mobilegs.train.student.vote_pruning import VoteConfig, VoteCounter
-from mobilegs.train.teacher.init import gaussians_at
 from mobilegs.train.teacher.trainer import TeacherLearningRates
 from tests.support.runs import RECIPE
-from tests.support.tiny import CPU
 
 SPEED = Speed(per_splat=2e-7, per_pixel=1e-7)  # about two cores
 
@@ -77,17 +72,6 @@ def test_the_pace_keeps_to_the_time_within_a_tenth(speeds) -> None:
     assert 400 < spent < 650
     student = Clocked(5000, "student")
     assert 900 < run(student, pace, speeds, spent) < 1100
-
-
-def test_a_change_leaves_a_quarter_of_the_steps_and_makes_at_most_four_times_as_many() -> None:
-    plan = Plan(minutes=1.0, seconds=100.0, teacher_share=1.0)
-    slow, fast = Clocked(1000), Clocked(1000)
-    for stage, seconds, until in ((slow, 1.0, 51), (fast, 1e-4, 500)):
-        pace = Pace(plan, lambda plan: None)
-        pace.before(stage)
-        for stage.done in range(1, until + 1):
-            pace.after_step(stage, seconds * stage.done, SINGLE_PROCESS)
-    assert (slow.steps, fast.steps) == (51 + 238, 2500)
 
 
 def test_a_run_that_was_killed_makes_its_last_change_before_new_ones() -> None:
@@ -146,18 +130,6 @@ def planned(dataset: Dataset, minutes: int, monkeypatch, **options) -> Planned:
     given = {**usual, **options}
     recipe = given.pop("recipe", short_recipe())
     return make_plan(recipe, float(minutes), load, **given, **more)
-
-
-def test_more_gaussians_cover_what_fewer_did() -> None:
-    points = torch.rand(50, 3, generator=torch.Generator().manual_seed(1))
-    gaussians = gaussians_at(points, points, opacity=0.1, sh_degree=1)
-    found = budget.divided(gaussians, 10 * len(gaussians))
-    assert len(found) == 10 * len(gaussians)
-    area, areas = (each.scales.double().pow(2).sum() for each in (gaussians, found))
-    assert areas == pytest.approx(area.item(), rel=1e-4)
-    distances = (found.means[::10] - gaussians.means).norm(dim=1)
-    assert (distances <= 6 * gaussians.scales.amax(1)).all() and (distances > 0).all()
-    assert budget.divided(gaussians, len(gaussians)) is gaussians
 
 
 def test_a_small_file_has_fewer_gaussians(
@@ -230,21 +202,6 @@ def test_the_measured_speed_grows_with_gaussians_and_pixels(dataset: Dataset) ->
     assert speed.step(10, 100) < speed.step(20, 100) < speed.step(20, 200)
 
 
-def test_the_speed_of_a_gpu_does_not_depend_on_the_gaussians() -> None:
-    cpu, gpu = (budget.speed_of((0.2, 0.14), 1000, 400, gpu=gpu) for gpu in (False, True))
-    for speed in (cpu, gpu):
-        assert speed.step(1000, 400) == pytest.approx(0.2)
-        assert speed.step(1000, 100) == pytest.approx(0.14)
-    assert cpu.step(500, 400) == pytest.approx(0.14)
-    assert gpu.step(500, 400) == pytest.approx(0.2)
-
-
-def test_votes_adapt_to_another_number_of_steps() -> None:
-    counter = VoteCounter(VoteConfig(interval=0.1, until=0.8), 1000, 4, CPU)
-    counter.set_steps(500)
-    assert (counter.interval, counter.until) == (50, 400)
-
-
 def test_options_decide_whether_a_run_has_a_budget(tmp_path: Path) -> None:
     run = TrainRun(tmp_path, tmp_path / "run", device="cpu")
     assert budget_of(run) == 30
@@ -291,13 +248,3 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     train_capture(replace(again, resume=True))
     for name in ("scene.mgs", "teacher.ply"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
-
-
-def test_a_recipe_excludes_what_it_decides(capture: Path, finished: Path, tmp_path: Path) -> None:
-    run = TrainRun(capture, tmp_path / "run", recipe=finished / "config.json")
-    for option in ({"preset": "short"}, {"method": "mcmc"}, {"max_splats": 9}):
-        with pytest.raises(InputError, match="decides that already"):
-            train_capture(replace(run, **option))
-    with pytest.raises(InputError, match="damaged"):
-        train_capture(replace(run, recipe=tmp_path / "missing.json"))
-    assert load_capture(capture).train and not (tmp_path / "run").exists()

@@ -26,32 +26,18 @@ def test_a_state_survives_bit_for_bit(tmp_path: Path) -> None:
     assert back["list"][0].dtype == torch.int32 and back["list"][1:] == [1e-300, "text", True]
 
 
-def test_a_generator_continues_its_sequence(tmp_path: Path) -> None:
-    generator = torch.Generator().manual_seed(3)
-    torch.rand(5, generator=generator)
-    save_checkpoint(tmp_path / "c", {"generator": generator.get_state()})
-    expected = torch.rand(4, generator=generator)
-    other = torch.Generator()
-    other.set_state(load_checkpoint(tmp_path / "c")["generator"])
-    assert torch.equal(torch.rand(4, generator=other), expected)
-
-
 def test_views_of_one_tensor_are_saved_separately(tmp_path: Path) -> None:
     whole = torch.arange(4.0)
     save_checkpoint(tmp_path / "c", {"a": whole, "b": whole[1:3]})
     assert load_checkpoint(tmp_path / "c")["b"].tolist() == [1, 2]
 
 
-@pytest.mark.parametrize("keep", [0, 5, 100, -1])
-def test_a_truncated_checkpoint_is_refused(tmp_path: Path, keep: int) -> None:
+@pytest.mark.parametrize("keep", [0, 100, -1, "foreign"])
+def test_a_file_that_is_no_complete_checkpoint_is_refused(tmp_path: Path, keep: int | str) -> None:
     save_checkpoint(tmp_path / "c", STATE)
-    (tmp_path / "c").write_bytes((tmp_path / "c").read_bytes()[:keep])
-    with pytest.raises(InputError, match="not a complete checkpoint"):
-        load_checkpoint(tmp_path / "c")
-
-
-def test_a_foreign_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "c").write_bytes(b"ply\nformat ascii 1.0\n" * 20)
+    content = (tmp_path / "c").read_bytes()
+    foreign = b"ply\nformat ascii 1.0\n" * 20
+    (tmp_path / "c").write_bytes(foreign if isinstance(keep, str) else content[:keep])
     with pytest.raises(InputError, match="not a complete checkpoint"):
         load_checkpoint(tmp_path / "c")
 

@@ -18,7 +18,7 @@ from mobilegs.pipeline.options import TrainRun
 from mobilegs.pipeline.train import train_in_team
 from mobilegs.train import distributed
 from mobilegs.train.checkpoint import digest, load_checkpoint
-from mobilegs.train.distributed import SINGLE_PROCESS, LostProcessError, Team, join_team
+from mobilegs.train.distributed import LostProcessError, Team, join_team
 from mobilegs.train.stage import view_order
 
 SETTINGS = (
@@ -28,17 +28,13 @@ SETTINGS = (
     "teacher.init_splats=40",
     "teacher.densify.min_interval=3",
 )
-ATTRIBUTES = ("scale", "rotation", "appearance", "opacity")
-BOOKS = (
-    "student.quantization.method=nvq",
-    *(f"student.quantization.codebooks.{name}=8" for name in ATTRIBUTES),
-)
 OPTIONS = ["--preset", "demo", "--views-per-step", "4", "--resume"]
 OPTIONS += ["--set", *SETTINGS]
 TEACHER_STEPS = 11  # of 30
-# `mobilegs` in which one process sends itself a signal during a given step
+# `mobilegs` in which one process may send itself a signal, then a list of the threads that remain
 PROGRAM = """
 import os, sys
+from pathlib import Path
 from mobilegs.cli.main import main
 from mobilegs.pipeline import train
 rank, steps, number, *words = sys.argv[1:]
@@ -51,38 +47,24 @@ for kind in (train.Teacher, train.Student):
             os.kill(os.getpid(), int(number))
         return original(stage, views)
     kind.advance = advance
-sys.exit(main(words))
-"""
-
-
-# `mobilegs` followed by a list of the threads that remain
-THREADS = """
-import sys
-from pathlib import Path
-from mobilegs.cli.main import main
-code = main(sys.argv[1:])
+code = main(words)
 print("threads", *{path.read_text().strip() for path in Path("/proc/self/task").glob("*/comm")})
 sys.exit(code)
 """
 
 
-def words(capture: Path, run: Path, settings: tuple[str, ...] = ()) -> list[str]:
-    return ["train", str(capture), "-o", str(run), *OPTIONS, *settings]
+def words(capture: Path, run: Path) -> list[str]:
+    return ["train", str(capture), "-o", str(run), *OPTIONS]
 
 
-def together(*program: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run two processes of a program with torchrun."""
-    torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
-    command = [*torchrun, "--nproc-per-node", "2", *map(str, program)]
+def together(
+    capture: Path, run: Path, *, rank: int = 0, steps: int = 0, number: int = 0
+) -> subprocess.CompletedProcess[str]:
+    """Train in two processes with torchrun, one of which gets a signal in a step."""
+    command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node"]
+    command += ["2", "--no-python", sys.executable, "-c", PROGRAM]
+    command += [str(rank), str(steps), str(number), *words(capture, run)]
     return subprocess.run(command, capture_output=True, text=True)
-
-
-def signalled(rank: int, steps: int, number: int, capture: Path, run: Path) -> str:
-    """Return the errors of two processes of which one receives a signal."""
-    program = ["--no-python", sys.executable, "-c", PROGRAM, str(rank), str(steps), str(number)]
-    done = together(*program, *words(capture, run))
-    assert done.returncode == 1
-    return done.stderr
 
 
 def sentences(said: str) -> list[str]:
@@ -98,56 +80,33 @@ def one_thread() -> Iterator[None]:
     torch.set_num_threads(before)
 
 
-@pytest.fixture(scope="module")
-def single_run(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of one process."""
-    run = tmp_path_factory.mktemp("single_run") / "run"
-    assert main(words(capture, run)) == 0
-    return run
-
-
-def assert_same(run: Path, other: Path) -> None:
+@pytest.mark.thorough
+def test_two_interrupted_and_resumed_processes_leave_the_bytes_of_one(
+    capture: Path, tmp_path: Path
+) -> None:
+    single_run, run = tmp_path / "single_run", tmp_path / "run"
+    assert main(words(capture, single_run)) == 0
+    # SIGTERM for the second process, in the student's third step
+    done = together(capture, run, rank=1, steps=TEACHER_STEPS + 3, number=15)
+    assert done.returncode == 1
+    told = f"mobilegs: interrupted: add --resume to continue {run}"
+    assert sentences(done.stderr) == [told] and "exitcode  : 130" in done.stderr
+    saved = load_checkpoint(run / "checkpoint.safetensors")
+    assert (saved["stage"], saved["state"]["done"]) == ("student", 3)
+    done = together(capture, run)
+    assert done.returncode == 0, done.stderr
     for name in ("scene.mgs", "teacher.ply", "contact_sheet.png"):
-        assert (run / name).read_bytes() == (other / name).read_bytes(), name
-    assert {path.name for path in run.iterdir()} == {path.name for path in other.iterdir()}
+        assert (run / name).read_bytes() == (single_run / name).read_bytes(), name
+    assert {path.name for path in run.iterdir()} == {path.name for path in single_run.iterdir()}
     rows, others = (
         re.sub(r'"seconds": [\d.]+', "", (folder / "metrics.jsonl").read_text())
-        for folder in (run, other)
+        for folder in (run, single_run)
     )
     assert rows == others
-
-
-@pytest.mark.thorough
-def test_two_processes_leave_the_bytes_of_one(capture: Path, tmp_path: Path) -> None:
-    single_run = tmp_path / "single_run"
-    assert main(words(capture, single_run, BOOKS)) == 0
-    program = ["--no-python", sys.executable, "-c", THREADS]
-    done = together(*program, *words(capture, tmp_path / "run", BOOKS))
-    assert done.returncode == 0, done.stderr
-    assert_same(tmp_path / "run", single_run)
     if sys.platform == "linux":  # a thread that is left, and holds a tensor, aborts Python's end
         assert "threads" in done.stdout and "gloo" not in done.stdout
     assert done.stdout.count("scene.mgs") == 1  # one of them speaks
-    assert done.stdout.count("training the teacher: finished in ") == 1
-
-
-@pytest.mark.thorough
-def test_an_interrupted_and_resumed_training_leaves_the_same_bytes(
-    capture: Path, single_run: Path, tmp_path: Path
-) -> None:
-    run = tmp_path / "run"
-    for rank, steps, number, stage, stands in (
-        (1, 7, 15, "teacher", 7),  # SIGTERM in the teacher's seventh step
-        (0, TEACHER_STEPS + 3, 2, "student", 10),  # Ctrl-C, seven steps later
-    ):
-        said = signalled(rank, steps, number, capture, run)
-        assert sentences(said) == [f"mobilegs: interrupted: add --resume to continue {run}"]
-        assert "exitcode  : 130" in said
-        saved = load_checkpoint(run / "checkpoint.safetensors")
-        assert (saved["stage"], saved["state"]["done"]) == (stage, stands)
-    done = together("-m", "mobilegs", *words(capture, run))  # to the end, with step sizes
-    assert done.returncode == 0, done.stderr
-    assert_same(run, single_run)
+    assert done.stdout.count("training the student: finished in ") == 1
 
 
 @pytest.mark.thorough
@@ -157,7 +116,7 @@ def test_an_error_in_one_process_gives_one_line_and_ends_all(capture: Path, tmp_
     second = dataset.train[view_order(len(dataset.train), 0, 2, seed=0)[1]].image_path
     assert second is not None
     second.write_bytes(second.read_bytes()[:90])
-    done = together("-m", "mobilegs", *words(broken, tmp_path / "run"))
+    done = together(broken, tmp_path / "run")
     [sentence] = sentences(done.stderr)
     assert done.returncode == 1 and str(second) in sentence
     assert "exitcode  : 2" in done.stderr and "distributed.py" not in done.stderr
@@ -232,13 +191,6 @@ def test_diverging_processes_are_refused(monkeypatch: pytest.MonkeyPatch) -> Non
     team.require_identical("after step 3", 7)
     with pytest.raises(InputError, match="no longer hold the same scene after step 3"):
         team.require_identical("after step 3", 8)
-
-
-def test_interleave_restores_the_order_of_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    team = Team(torch.device("cpu"), rank=1, world_size=2)
-    monkeypatch.setattr(team, "all_gather_ints", lambda *own: [[10, 12], list(own)])
-    assert team.interleave([11, 13]) == [10, 11, 12, 13]
-    assert SINGLE_PROCESS.interleave([11, 13]) == [11, 13]
 
 
 def test_a_digest_changes_with_any_bit() -> None:

@@ -14,7 +14,6 @@ from mobilegs.errors import InputError
 from mobilegs.train.poses import (
     PoseConfig,
     Poses,
-    common_motions,
     refined_camera,
     rotation_matrix,
     with_poses,
@@ -57,20 +56,6 @@ def test_a_camera_turns_about_itself_and_moves(dataset: Dataset) -> None:
     torch.testing.assert_close(poses.camera(2, cameras[2]).viewmat, expected.viewmat)
 
 
-def test_motions_of_the_whole_capture_are_projected_out(generator: torch.Generator) -> None:
-    """To first order: a global turn, shift or change of size changes no image."""
-    eyes = torch.randn(7, 3, generator=generator, dtype=torch.float64)
-    eyes -= eyes.mean(0)
-    basis = common_motions(eyes)
-    assert basis.shape == (42, 7)
-    torch.testing.assert_close(basis.T @ basis, torch.eye(7, dtype=torch.float64))
-    turn, shift, size = np.array([0.2, -0.1, 0.4]), np.array([1.0, 2.0, 3.0]), 0.3
-    shifts = np.cross(turn, eyes.numpy()) + shift + size * eyes.numpy()
-    motion = torch.from_numpy(np.hstack([np.tile(turn, (7, 1)), shifts])).flatten()
-    torch.testing.assert_close(basis @ (basis.T @ motion), motion)
-    assert common_motions(torch.zeros(3, 3)).shape == (18, 6)  # cameras in one place: no size
-
-
 def perturbed(dataset: Dataset) -> Dataset:
     """The capture with wrong poses, by about a pixel."""
     random, frames = np.random.default_rng(0), []
@@ -95,31 +80,19 @@ def distance(cameras: list[Camera], true: list[Camera], points: torch.Tensor) ->
 
 
 @pytest.mark.thorough
-def test_a_teacher_corrects_wrong_poses_and_resumes_exactly(
-    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_teacher_corrects_wrong_poses(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trainer, "POSE_LRS", LRS)
     monkeypatch.setattr(trainer, "POSE_START", 0.2)
     wrong = perturbed(dataset)
     pose = PoseConfig(learned=True)
     config = replace(TEACHER, steps=300, max_splats=200, init_splats=100, pose=pose)
 
-    def begun() -> Teacher:
-        return Teacher(config, wrong, seed=0, device=CPU)
-
-    def cameras(teacher: Teacher) -> list[Camera]:
-        assert teacher.poses is not None
-        return [teacher.poses.camera(i, f.camera) for i, f in enumerate(wrong.train)]
-
-    teacher, first, second = begun(), begun(), begun()
+    teacher = Teacher(config, wrong, seed=0, device=CPU)
     train(teacher, wrong, 300)
-    train(first, wrong, 120)
-    second.restore(first.state())
-    train(second, wrong, 300)
-    assert second.poses is not None and teacher.poses is not None
-    assert torch.equal(second.poses.motions, teacher.poses.motions)
+    assert teacher.poses is not None
+    refined = [teacher.poses.camera(i, f.camera) for i, f in enumerate(wrong.train)]
     true, given = ([f.camera for f in each.train] for each in (dataset, wrong))
-    before, after = (distance(each, true, dataset.points) for each in (given, cameras(teacher)))
+    before, after = (distance(each, true, dataset.points) for each in (given, refined))
     assert after < 0.7 * before
 
 

@@ -1,19 +1,16 @@
 """The lower limit of scales: what the training cameras sample."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
 
 from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
-from mobilegs.render import Footprint
 from mobilegs.train import sampling
-from mobilegs.train.sampling import EVERY, limit_scales, sampling_intervals
+from mobilegs.train.sampling import EVERY, sampling_intervals
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.scenes import camera, random_scene
-from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train
+from tests.support.tiny import STUDENT, blobs, cameras, changed, train
 
 
 def test_intervals_are_those_of_the_finest_camera_by_numpy() -> None:
@@ -58,20 +55,6 @@ def test_every_built_instruction_set_agrees_with_the_reference(level, monkeypatc
     assert expected.isinf().any() and expected.isfinite().any()
 
 
-def test_only_scales_below_the_limit_change() -> None:
-    means = random_scene(200, seed=4, spread=2.0)["means"]
-    log_scales = torch.randn(200, 3, dtype=torch.float64, generator=torch.Generator()) - 4
-    limited = log_scales.clone()
-    views = [camera(), camera(90, 74)]
-    limit_scales(limited, means, views, 0.2)
-    least = (0.2**0.5 * sampling_intervals(means, views)).log()[:, None]
-    unseen = least[:, 0].isinf()
-    assert unseen.any() and torch.equal(limited[unseen], log_scales[unseen])
-    seen = ~unseen
-    torch.testing.assert_close(limited[seen], torch.maximum(log_scales, least)[seen])
-    assert (limited[seen] > log_scales[seen]).any()
-
-
 def test_a_trained_teacher_keeps_the_limit(dataset: Dataset) -> None:
     config = TeacherConfig(steps=12, least_variance=64.0)
     seen = [frame.camera for frame in dataset.train]
@@ -100,29 +83,3 @@ def test_a_trained_student_keeps_the_limit_in_its_file(dataset: Dataset, make_st
     assert (blobs().log_scales < first - 0.1).any()
     assert half < 0.2
     assert (scene.log_scales >= least - half - 0.01).all()  # means are rounded, too
-
-
-def test_the_footprint_goes_through_training_into_the_file(dataset: Dataset, make_student) -> None:
-    footprint = Footprint(0.1, antialiased=True, soft_edge=True)
-    student = make_student(replace(STUDENT, footprint=footprint, level_sigma=1.0))
-    for until in (5, STUDENT.steps):
-        train(student, dataset, until)
-        rendered = render_student(student, depth=True)
-        scene = student.scene()
-        assert scene.footprint == footprint
-        again = scene.render(cameras()[0], depth=True, level_sigma=1.0)
-        torch.testing.assert_close(rendered.image, again.image, atol=1e-5, rtol=0)
-        plain = replace(scene, footprint=Footprint()).render(cameras()[0])
-        assert (plain.image - again.image).abs().max() > 1e-3
-    assert student.quantized_scene().footprint == footprint
-
-
-def test_the_footprint_of_a_teacher_changes_its_training(dataset: Dataset) -> None:
-    found = {}
-    for footprint in (Footprint(), Footprint(0.1, antialiased=True)):
-        config = TeacherConfig(steps=3, footprint=footprint)
-        teacher = Teacher(config, dataset, seed=0, device=torch.device("cpu"))
-        train(teacher, dataset, 3)
-        assert teacher.scene().footprint == footprint
-        found[footprint] = teacher.gaussians().means
-    assert not torch.equal(*found.values())

@@ -64,11 +64,8 @@ class Machine:
 @pytest.mark.parametrize(
     ("own", "others", "steal", "expected"),
     [
-        (4.0, 0.0, 0.0, 4),
         (0.5, 0.0, 0.0, 4),  # idle cores are free
-        (3.0, 1.0, 0.0, 3),
         (3.6, 0.4, 0.0, 4),
-        (2.0, 2.0, 0.0, 2),
         (0.3, 3.7, 0.0, 1),
         (3.0, 0.0, 1.0, 4),  # fewer threads would not help against other virtual machines
     ],
@@ -115,10 +112,10 @@ def many_points(dataset: Dataset) -> Dataset:
 
 
 def teachers(dataset: Dataset, strategy: str) -> Iterator[Teacher]:
-    """Train two teachers of 12 steps, with other numbers of threads from step to step."""
+    """Train two teachers of 8 steps, with other numbers of threads from step to step."""
     config = changed(
         short_recipe().teacher,
-        steps=12,
+        steps=8,
         init_splats=40_000,
         max_splats=50_000,
         far_splats=0,
@@ -142,7 +139,7 @@ def test_a_teacher_is_the_same_whatever_the_threads_of_its_steps(strategy, many_
 
 @pytest.mark.thorough
 def test_a_student_is_the_same_whatever_the_threads_of_its_steps(many_points) -> None:
-    recipe = changed(short_recipe(), student={"steps": 20})
+    recipe = changed(short_recipe(), student={"steps": 12})
     scene = Scene(next(teachers(many_points, "clone_split")).gaussians(), near=many_points.near)
     cameras = [frame.camera for frame in many_points.train]
     digests = []

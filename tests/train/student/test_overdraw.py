@@ -10,10 +10,7 @@ from torch.testing import assert_close
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset
-from mobilegs.errors import InputError
-from mobilegs.render.levels import choose_levels
 from mobilegs.render.project import BLUR, project
-from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.overdraw import overdraw
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.trainer import Student
@@ -78,27 +75,6 @@ def test_only_scales_receive_gradients() -> None:
     assert torch.autograd.gradcheck(of, (log_scales.detach().requires_grad_(),))
 
 
-def test_levels_count_what_they_paint() -> None:
-    view, (means, quats, log_scales, opacities) = camera(), gaussians(300, seed=2)
-    log_scales = log_scales + torch.linspace(-1.5, 1.8, 300, dtype=DOUBLE)[:, None]
-    given = (means, quats, log_scales, opacities)
-    sh = torch.zeros(300, 1, 3, dtype=DOUBLE)
-    shapes = (means, quats, log_scales.exp(), opacities, sh)
-    drawn = project(*shapes, camera=view, alpha_min=ALPHA_MIN)
-    levels = choose_levels(drawn, torch.ones(300, dtype=DOUBLE), 1.2)
-    assert all((levels == level).sum() > 20 for level in range(4))
-    areas = torch.stack(
-        [
-            overdraw(*(t[i : i + 1] for t in given), camera=view, alpha_min=ALPHA_MIN)
-            for i in range(300)
-        ]
-    )
-    painted = (areas / 4.0**levels).sum()
-    found = overdraw(*given, camera=view, alpha_min=ALPHA_MIN, level_sigma=1.2)
-    assert found == pytest.approx(float(painted), rel=0.2)
-    assert found < 0.3 * areas.sum()
-
-
 def test_gradients_with_levels_by_finite_differences() -> None:
     view, (means, quats, log_scales, opacities) = camera(), gaussians(20, seed=3)
     log_scales = (log_scales + 1.0).requires_grad_()
@@ -131,11 +107,11 @@ def test_a_gaussian_counts_at_most_the_image_and_not_from_behind() -> None:
     assert nothing.item() == 0
 
 
-@pytest.mark.parametrize("kind", ["constant", "network", "latent", "sorted", "sorted latent"])
+@pytest.mark.parametrize("kind", ["network", "latent", "sorted latent"])
 def test_overdraw_of_a_shared_decode_is_that_of_each_camera(
     make_student: Callable[..., Student], kind: str
 ) -> None:
-    config = with_kind("constant" if kind == "sorted" else kind.removeprefix("sorted "))
+    config = with_kind(kind.removeprefix("sorted "))
     blend = "sorted" if kind.startswith("sorted") else "sortfree"
     student = make_student(replace(config, blend=blend))
     shared = SharedDecode(student.model, cameras()[:3])
@@ -160,8 +136,3 @@ def test_an_overdraw_weight_reduces_overdraw(
         shared = SharedDecode(student.model, cameras())
         found.append(sum(shared.overdraw(n).item() for n in range(len(cameras()))))
     assert found[1] < 0.97 * found[0]
-
-
-def test_a_negative_overdraw_weight_is_refused() -> None:
-    with pytest.raises(InputError, match="overdraw_weight"):
-        changed(StudentConfig(), loss={"overdraw_weight": -1e-4})

@@ -1,4 +1,4 @@
-"""The rate term before quantisation: its gradients, its schedule and its effect."""
+"""The rate term before quantisation: its gradients and its effect."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,7 +7,6 @@ import pytest
 import torch
 
 from mobilegs.data.dataset import Dataset
-from mobilegs.errors import InputError
 from mobilegs.train.student.quantization import RATE_SCALE, add_early_rate_gradients
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
@@ -41,16 +40,6 @@ def test_early_rate_gradients_match_autograd(generator: torch.Generator) -> None
     torch.testing.assert_close(values.grad, expected, rtol=1e-9, atol=0)
 
 
-def test_early_rate_gradients_are_added_to_others(generator: torch.Generator) -> None:
-    values, again = leaf(50, 3, generator=generator), leaf(50, 3, generator=generator)
-    again.data.copy_(values.data)
-    add_early_rate_gradients({"lobe_latents": values}, 1.0)
-    again.grad = torch.full_like(again, 0.25)
-    add_early_rate_gradients({"lobe_latents": again}, 1.0)
-    assert values.grad is not None
-    torch.testing.assert_close(again.grad - values.grad, torch.full_like(again, 0.25))
-
-
 @pytest.mark.parametrize("rows", [1, 7])
 def test_columns_of_equal_values_have_no_rate_gradient(rows: int) -> None:
     values = torch.full((rows, 2), 3.5, requires_grad=True)
@@ -76,38 +65,3 @@ def test_the_early_rate_term_moves_values_towards_their_mean(
     late, early = spreads
     assert {"log_scales", "quats", "static", "view"} < late.keys()
     assert all(early[name] < late[name] for name in late.keys() - {"means"}), (early, late)
-
-
-def test_codebooks_have_no_rate_term(dataset: Dataset, make_student: MakeStudent) -> None:
-    found = []
-    for begins in (1.0, 0.0):
-        config = changed(
-            STUDENT,
-            quantization={"method": "nvq", "rate_weight": 1.0},
-            schedule={"rate_from": begins},
-        )
-        student = make_student(config)
-        train(student, dataset, 20)
-        found.append(student.model.rows.tensors)
-    late, early = found
-    assert late.keys() == early.keys() and len(late) > 3
-    assert all(torch.equal(late[name], early[name]) for name in late)
-
-
-def test_the_rate_term_begins_at_quantisation_at_the_latest(
-    dataset: Dataset, make_student: MakeStudent
-) -> None:
-    found = []
-    for begins in (0.3, 1.0):
-        config = changed(WITH_RATE, schedule={"quantize_from": 0.3, "rate_from": begins})
-        student = make_student(config)
-        train(student, dataset, 40)
-        found.append(student.quantized_scene())
-    for name, codes in found[0].indices.items():
-        assert torch.equal(codes, found[1].indices[name])
-
-
-@pytest.mark.parametrize("wrong", [-0.1, 1.1, float("nan")])
-def test_rate_from_outside_of_0_to_1_is_refused(wrong: float) -> None:
-    with pytest.raises(InputError, match="rate_from"):
-        changed(STUDENT, schedule={"rate_from": wrong})

@@ -8,10 +8,10 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.data.dataset import Dataset, load_view
+from mobilegs.data.dataset import Dataset
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.virtual_views import beside_the_path, virtual_cameras
-from tests.support.tiny import STUDENT, cameras, changed, grad_of, train
+from tests.support.tiny import STUDENT, cameras, changed, train
 
 MakeStudent = Callable[..., Student]
 VIRTUAL = changed(STUDENT, loss={"virtual_view_every": 2})
@@ -132,45 +132,3 @@ def test_without_virtual_cameras_distillation_is_on_photos(
     found = recorded(quiet, monkeypatch)
     train(quiet, dataset, 6)
     assert found == []
-
-
-def test_gradients_are_the_sum_of_photo_and_distillation(
-    dataset: Dataset, make_student: MakeStudent
-) -> None:
-    """Two equal views give twice the gradient, and the teacher's is proportional to its weight."""
-
-    def gradients(many: int, **weights: float) -> dict[str, torch.Tensor]:
-        student = make_student(changed(VIRTUAL, loss=weights))
-        student.virtual_cameras = virtual_cameras(ring([0, 20, 40]), seed=0)
-        views = [(2, load_view(dataset.train[2]))] * many
-        student._add_gradients([student.cameras[2]] * many, views)
-        rows = student.model.rows.tensors
-        return {name: grad_of(tensor).clone() for name, tensor in rows.items()}
-
-    once, twice = gradients(1), gradients(2)
-    stronger = gradients(1, distill_weight=3.0, depth_weight=0.3)
-    photo = gradients(1, distill_weight=0.0, depth_weight=1e-30)
-    for name, gradient in once.items():
-        pairs = ((twice[name], 2 * gradient), (stronger[name], 3 * gradient - 2 * photo[name]))
-        for found, wanted in pairs:
-            least = max(1e-4 * float(wanted.abs().max()), 1e-7)
-            torch.testing.assert_close(found, wanted, atol=least, rtol=1e-3)
-    assert any((once[name] != photo[name]).any() for name in once)
-
-
-@pytest.mark.thorough
-def test_training_with_virtual_views_resumes_exactly(
-    dataset: Dataset, make_student: MakeStudent
-) -> None:
-    def made() -> Student:
-        student = make_student(VIRTUAL)
-        student.virtual_cameras = virtual_cameras(ring([0, 20, 40]), seed=0)
-        return student
-
-    whole, again = made(), made()
-    train(whole, dataset, 13)
-    again.restore(whole.state())
-    train(whole, dataset, 40)
-    train(again, dataset, 40)
-    for name, tensor in whole.model.rows.tensors.items():
-        assert torch.equal(tensor, again.model.rows.tensors[name]), name

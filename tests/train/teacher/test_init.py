@@ -74,11 +74,6 @@ def test_a_gaussian_has_the_colour_of_its_point_and_the_given_opacity() -> None:
     assert made.quats.tolist() == [[1, 0, 0, 0]] * 5
 
 
-def test_all_points_are_used_if_they_are_few_enough() -> None:
-    points = torch.randn(30, 3)
-    assert torch.equal(start(points, 30).means, points)
-
-
 def test_too_many_points_are_sampled() -> None:
     points = torch.arange(300.0).reshape(100, 3)
     chosen = start(points, 40).means

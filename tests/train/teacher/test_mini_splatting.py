@@ -7,53 +7,26 @@ from pathlib import Path
 import pytest
 import torch
 
-from mobilegs.camera import Camera, look_at
-from mobilegs.data.dataset import Dataset, Frame, load_view
+from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.render import measure_contributions
-from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
+from mobilegs.train.checkpoint import digest, load_checkpoint, save_checkpoint
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.recipes import RECIPES, with_method
-from mobilegs.train.stage import view_order
 from mobilegs.train.teacher import mini_splatting
 from mobilegs.train.teacher.densify import DensifyConfig
-from mobilegs.train.teacher.init import gaussians_at, neighbor_distances
+from mobilegs.train.teacher.init import neighbor_distances
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig, constant_color
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.selection import few
+from tests.support.tiny import CPU, train
 
-CPU = torch.device("cpu")
 CONFIG = TeacherConfig(
     steps=60,
     max_splats=60,
     init_splats=40,
     densify=DensifyConfig("mini_splatting", min_interval=4, prune_scale=0.0),
 )
-
-
-@pytest.fixture(scope="session")
-def dataset() -> Dataset:
-    """Six photos, 24 x 24, of fifty opaque blobs, whose centres are the points."""
-    generator = torch.Generator().manual_seed(5)
-    points = torch.randn(50, 3, generator=generator) * 0.5
-    colors = torch.rand(50, 3, generator=generator)
-    truth = Scene(gaussians_at(points, colors, opacity=0.8, sh_degree=0))
-    K = torch.tensor([[28.0, 0, 12], [0, 28, 12], [0, 0, 1]])
-    frames = []
-    for index, eye in enumerate(torch.randn(6, 3, generator=generator)):
-        viewmat = look_at(3 * eye / eye.norm(), torch.zeros(3), torch.tensor([0.0, 0, 1]))
-        view = Camera(viewmat, K, 24, 24)
-        pixels = (truth.render(view).image.clamp(0, 1) * 255).round().to(torch.uint8)
-        frames.append(Frame(f"{index}.png", view, pixels=pixels))
-    black = torch.zeros(3)
-    return Dataset("blobs", frames, [], points, colors, 3.0, black, black, 0.2)
-
-
-def train(teacher: Teacher, dataset: Dataset, until: int) -> None:
-    while teacher.done < until:
-        [index] = view_order(len(dataset.train), teacher.done, 1, seed=3)
-        teacher.advance([(index, load_view(dataset.train[index]))])
 
 
 def started(dataset: Dataset, config: TeacherConfig = CONFIG, **more) -> Teacher:
@@ -83,12 +56,6 @@ def test_events_fall_on_the_papers_steps(papers: Teacher) -> None:
     assert found["sample"] == [15_000] and found["trim"] == [20_000]
 
 
-def test_numbers_are_the_papers(papers: Teacher) -> None:
-    strategy = strategy_of(papers)
-    assert strategy.reinit_splats == 3_500_000 and strategy.max_splats == 4_500_000
-    assert strategy.schedule.prune_scale_from == 3000
-
-
 def test_the_learning_rate_of_the_means_rewinds_to_step_5000(papers: Teacher) -> None:
     rates = {}
     for step in (1, 5000, 14_999, 15_000, 20_000, 30_000):
@@ -102,28 +69,6 @@ def test_the_learning_rate_of_the_means_rewinds_to_step_5000(papers: Teacher) ->
     assert rates[30_000] == pytest.approx(7.4e-6, rel=0.01)
 
 
-def test_the_sh_degree_rises_after_the_sampling(papers: Teacher) -> None:
-    degrees = {}
-    for step in (1, 14_999, 15_000, 15_999, 16_000, 17_000, 18_000, 29_999):
-        papers.done = step - 1
-        degrees[step] = papers.sh_degree
-    papers.done = 0
-    assert list(degrees.values()) == [0, 0, 0, 0, 1, 2, 3, 3]
-
-
-def test_before_the_sampling_there_are_no_higher_harmonics(dataset: Dataset) -> None:
-    teacher, widths = started(dataset), []
-    for step in (1, 10, 29, 30, 31):
-        train(teacher, dataset, step)
-        widths.append(teacher.adam.tensors["sh_rest"].shape[1])
-        assert teacher.gaussians().sh.shape == (teacher.count, 16, 3)
-    assert widths == [0, 0, 0, 15, 15]
-    given = Teacher(CONFIG, dataset, seed=0, device=CPU, start=teacher.gaussians())
-    assert given.adam.tensors["sh_rest"].shape[1] == 15
-    one = Teacher(replace(CONFIG, steps=1), dataset, seed=0, device=CPU)  # has no draw
-    assert one.adam.tensors["sh_rest"].shape[1] == 15
-
-
 @pytest.mark.parametrize("steps", [1, 2, 7, 60])
 def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> None:
     strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
@@ -134,15 +79,6 @@ def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> N
             *["densify", "reinit"] * 2,
             *["densify", "sample", "trim"],
         ]
-
-
-@pytest.mark.parametrize("steps", [2000, 5000, 8000, 10_000, 20_000, 30_000])
-def test_the_sampling_comes_long_after_a_restart(steps: int, dataset: Dataset) -> None:
-    strategy = strategy_of(started(dataset, replace(CONFIG, steps=steps)))
-    events = [strategy.event(step) for step in range(1, steps + 1)]
-    begun = [step for step, event in enumerate(events, 1) if event == "reinit"]
-    assert len(begun) == 2
-    assert events.index("sample") + 1 - begun[-1] > 0.9 * steps / 6
 
 
 # --- the events
@@ -180,28 +116,6 @@ def test_gaussians_that_dominate_much_of_an_image_are_split(
     torch.testing.assert_close(after.means[: len(kept)], kept.means)
     torch.testing.assert_close(after.scales[len(kept) :], torch.cat([parents.scales] * 2) / 1.6)
     assert not strategy.blurred.any() and len(strategy.blurred) == len(after)
-
-
-def test_near_max_splats_blurring_gaussians_are_split_first(dataset: Dataset) -> None:
-    teacher = started(dataset, peak_splats=1.0, reinit_splats=1.0)
-    strategy = strategy_of(teacher)
-    strategy.max_splats = teacher.count + 2
-    strategy.gradients += torch.linspace(1, 2, teacher.count)
-    strategy.views += 1
-    blurred = torch.zeros(teacher.count, dtype=torch.bool)
-    blurred[[1, 5]] = True
-    cloned, split = strategy._select(torch.zeros_like(blurred), blurred)
-    assert not cloned.any() and torch.equal(split, blurred)
-
-
-def test_only_the_original_of_a_clone_is_split(dataset: Dataset) -> None:
-    strategy = strategy_of(started(dataset))
-    count = len(strategy.views)
-    strategy.gradients[3], strategy.views[3] = 1.0, 1
-    blurred = torch.zeros(count, dtype=torch.bool)
-    blurred[3] = True
-    cloned, split = strategy._select(torch.zeros_like(blurred), blurred)
-    assert cloned.nonzero().tolist() == split.nonzero().tolist() == [[3]]
 
 
 def test_a_restart_replaces_all_gaussians(dataset: Dataset) -> None:
@@ -260,7 +174,7 @@ def test_trimming_removes_the_least_important_and_resets_adam(dataset: Dataset) 
     assert teacher.adam.adam.state
 
 
-@pytest.mark.parametrize("max_splats", [1, 3, 17, 60])
+@pytest.mark.parametrize("max_splats", [1, 17])
 def test_max_splats_holds_after_the_sampling_and_the_peak_before(
     dataset: Dataset, max_splats: int
 ) -> None:
@@ -285,22 +199,14 @@ def test_a_capture_with_one_view_can_be_trained(dataset: Dataset, method) -> Non
     assert teacher.count > 0 and teacher.gaussians().means.isfinite().all()
 
 
-def test_the_loss_falls(dataset: Dataset) -> None:
-    teacher = started(dataset, replace(CONFIG, steps=200))
-    view = load_view(dataset.train[0])
-    before = (teacher.scene().render(view.camera).image - view.image).square().mean()
-    train(teacher, dataset, 200)
-    assert (teacher.scene().render(view.camera).image - view.image).square().mean() < 0.5 * before
-
-
-def same_state(first, second) -> bool:
-    if isinstance(first, dict):
-        return first.keys() == second.keys() and all(same_state(first[k], second[k]) for k in first)
-    return torch.equal(first, second) if isinstance(first, torch.Tensor) else first == second
-
-
-@pytest.mark.parametrize("stop", few([1, 10, 29, 30, 40], 30))
-@pytest.mark.parametrize("method", ["3dgs", "mini-splatting", "mcmc"])
+@pytest.mark.parametrize(
+    ("method", "stop"),
+    few(
+        [("3dgs", 10), ("mcmc", 10), *(("mini-splatting", stop) for stop in (10, 30, 40))],
+        ("3dgs", 10),
+        ("mini-splatting", 30),
+    ),
+)
 def test_a_resumed_teacher_ends_bit_for_bit_the_same(
     dataset: Dataset, tmp_path: Path, method, stop: int
 ) -> None:
@@ -313,4 +219,4 @@ def test_a_resumed_teacher_ends_bit_for_bit_the_same(
     save_checkpoint(tmp_path / "saved", first.state())
     second.restore(load_checkpoint(tmp_path / "saved"))
     train(second, dataset, 42)
-    assert same_state(whole.state(), second.state())
+    assert digest(whole.state()) == digest(second.state())
