@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from playwright.sync_api import Route
 
-from mobilegs.evaluate.metrics import psnr
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Chromium, Tab
@@ -17,7 +16,6 @@ from tests.support.scene_cases import CASES, Case, make_scene
 from tests.support.viewer_page import (
     HAS_GAUSSIANS,
     LOD_SIZES,
-    RENDERERS,
     SETTLED,
     SHOWN,
     SMALL,
@@ -49,23 +47,23 @@ LAYERS: list[Any] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("version", [(2, 1), (3, 0), (3, 9), (4, 0), (1, 0)])
-def test_bad_lod_levels_are_refused_alike(version: tuple[int, int], tmp_path: Path) -> None:
+def test_bad_lod_levels_are_refused_alike(tmp_path: Path) -> None:
+    versions = [(2, 1), (3, 0), (3, 9), (4, 0), (1, 0)]
     cases = []
-    for name in ("layers of scalars", "linear lobes"):
-        header, body = split(pack(make_scene(CASES[name])))
-        cases.append(join(header, body, version))
-        without = {key: value for key, value in header.items() if key != "layers"}
-        cases.append(join(without, body, version))
-        cases += [join({**header, "layers": layers}, body, version) for layers in LAYERS]
-    found = assert_same_refusals(tmp_path, cases)
+    for version in versions:
+        for name in ("layers of scalars", "linear lobes"):
+            header, body = split(pack(make_scene(CASES[name])))
+            cases.append(join(header, body, version))
+            without = {key: value for key, value in header.items() if key != "layers"}
+            cases.append(join(without, body, version))
+            cases += [join({**header, "layers": layers}, body, version) for layers in LAYERS]
+    found, each = assert_same_refusals(tmp_path, cases), len(cases) // len(versions)
     # in version 2 the field says nothing; what counts is that there are streams for all Gaussians
-    known = {(2, 1): len(cases) // 2, (3, 0): 1, (3, 9): 1}
-    assert found.count(None) == known.get(version, 0)
+    valid = [found[i : i + each].count(None) for i in range(0, len(found), each)]
+    assert valid == [each // 2, 1, 1, 0, 0]
 
 
-@pytest.mark.parametrize("damage", ["missing", "twice", "codec", "exchanged", "reversed"])
-def test_bad_streams_of_lod_levels_are_refused_alike(damage: str, tmp_path: Path) -> None:
+def test_bad_streams_of_lod_levels_are_refused_alike(tmp_path: Path) -> None:
     cases = []
     header, body = split(pack(make_scene(CASES["layers of scalars"])))
     parts = []
@@ -74,29 +72,26 @@ def test_bad_streams_of_lod_levels_are_refused_alike(damage: str, tmp_path: Path
         parts.append((row, body[:size]))
         body = body[size:]
     for i, (row, content) in enumerate(parts):
-        changed = list(parts)
-        if damage == "missing":
-            del changed[i]
-        elif damage == "twice":
-            changed.append(changed[i])
-        elif damage == "codec":
-            changed[i] = {**row, "codec": "zip"}, content
-        elif damage == "exchanged":
-            j = (i + 7) % len(parts)
-            changed[i], changed[j] = (
-                ({**row, "name": parts[j][0]["name"]}, content),
-                ({**parts[j][0], "name": row["name"]}, parts[j][1]),
-            )
-        else:
-            changed = changed[i:] + changed[:i]
-        rows = [row for row, _ in changed]
-        content = b"".join(content for _, content in changed)
-        cases.append(join({**header, "streams": rows}, content, (3, 0)))
+        j = (i + 7) % len(parts)
+        exchanged = dict(enumerate(parts))
+        exchanged[i] = {**row, "name": parts[j][0]["name"]}, content
+        exchanged[j] = {**parts[j][0], "name": row["name"]}, parts[j][1]
+        other = {**row, "codec": "zip"}, content
+        ways = {
+            "missing": parts[:i] + parts[i + 1 :],
+            "twice": [*parts, parts[i]],
+            "codec": [*parts[:i], other, *parts[i + 1 :]],
+            "exchanged": list(exchanged.values()),
+            "in another order": parts[i:] + parts[:i],
+        }
+        for changed in ways.values():
+            rows = [row for row, _ in changed]
+            content = b"".join(content for _, content in changed)
+            cases.append(join({**header, "streams": rows}, content, (3, 0)))
     found = assert_same_refusals(tmp_path, cases)
-    if damage == "reversed":
-        assert found.count(None) == len(cases)
-    elif damage != "exchanged":
-        assert None not in found
+    missing, twice, codec, _, reordered = (found[way::5] for way in range(5))
+    assert None not in [*missing, *twice, *codec]
+    assert reordered.count(None) == len(parts)
 
 
 def ends(data: bytes) -> list[int]:
@@ -110,14 +105,11 @@ def ends(data: bytes) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("renderer", "kind"),
-    [("webgpu", "codebooks"), ("webgl", "scalars"), ("webgpu", "sorted"), ("webgl", "sorted")],
-)
+@pytest.mark.parametrize(("renderer", "kind"), [("webgpu", "codebooks"), ("webgl", "sorted")])
 def test_lod_levels_appear_one_after_the_other(
     tab: Tab, served: Any, renderer: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data = pack(leveled_scene(scalars=kind == "scalars", sorted=kind == "sorted"))
+    data = pack(leveled_scene(sorted=kind == "sorted"))
     gate = Gate(monkeypatch, data)
     open_page(tab, served("scene.mgs", data), renderer)
     whole = unpack(data)
@@ -213,21 +205,6 @@ def test_a_file_cut_after_its_colours_is_shown_in_colour(tab: Tab, served: Any) 
     assert tab.page.evaluate(SHOWN) == sum(LOD_SIZES)  # the last layer lacks some of its lobes
     whole = unpack(data).decode()
     assert nearness(tab, lambda camera: whole.render(camera).image, enough=20) > 20
-
-
-@pytest.mark.parametrize("renderer", RENDERERS)
-def test_lod_levels_do_not_change_the_final_image(tab: Tab, served: Any, renderer: str) -> None:
-    pictures = []
-    tab.page.set_viewport_size(SMALL)
-    for name, layers in (("layers.mgs", LOD_SIZES), ("plain.mgs", ())):
-        data = pack(replace(leveled_scene(), lod_sizes=layers))
-        assert visit(tab, served(name, data), f"renderer={renderer}") == "loaded"
-        pictures.append(seen(tab, 160, 120)[1])
-        assert tab.page.evaluate(SHOWN) == sum(LOD_SIZES)
-    assert pictures[1].std() > 0.05
-    decibels = psnr(*pictures)
-    print(f"{renderer}: {decibels:.1f} dB")
-    assert decibels > 80
 
 
 @pytest.mark.quick
