@@ -314,47 +314,47 @@ def pixels(page) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), np.float64)[200:, :550]
 
 
-def test_the_browser_shows_the_scene_of_the_training(training: Training, browser) -> None:
+def test_the_browser_shows_the_training_and_its_photos(training: Training, browser) -> None:
     page = browser
     page.get_by_role("checkbox", name="Cameras").click(force=True)
     until(page, lambda: not training.page.with_cameras)
-    pause(page, training)
-    found = training.clients()[0]
-    camera = found.camera(*canvas(found), training.near)
-    expected = to_bytes(training.stage.scene().render(camera).image).numpy()[200:, :550]
-    until(page, lambda: np.abs(pixels(page) - expected).mean() < 3)
-
-
-def test_pause_stops_the_training_and_resume_continues_it(training: Training, browser) -> None:
-    page = browser
     pause(page, training)
     resume = page.get_by_role("button", name="Resume")
     resume.wait_for()
     done, waits = training.stage.done, training.changed.waits
     page.get_by_text(f"{done:,} of 1,000,000").wait_for()
     assert page.get_by_text("50", exact=False).count()
+
+    found = training.clients()[0]
+    camera = found.camera(*canvas(found), training.near)
+    expected = to_bytes(training.stage.scene().render(camera).image).numpy()[200:, :550]
+    until(page, lambda: np.abs(pixels(page) - expected).mean() < 3)
+
+    pick(page, "render", "photo | render | error")
+    page.locator("strong", has_text=training.names[0]).wait_for()
+    view = load_view(training.dataset.train[0])
+    image = training.stage.scene().render(view.camera).image
+    width, height = canvas(training.clients()[0])
+    row = side_by_side([view.image, image, error_map(image, view)], width / height)
+    wide = Image.fromarray(to_bytes(letterbox(row, width, height)).numpy()).resize((width, height))
+    photos = np.asarray(wide, np.float64)[200:, :550]
+    until(page, lambda: np.abs(pixels(page) - photos).mean() < 6)
+    page.get_by_text(f"{view_psnr(image, view):.2f} dB").first.wait_for()
+
     until(page, lambda: training.changed.waits > waits + POLLS)
-    assert training.stage.done == done
+    assert training.stage.done == done  # it stood still
     resume.click()
     wait_steps(page, training, 5)
 
-
-def test_a_frame_for_a_browser_that_has_just_closed_is_dropped(
-    training: Training, browser, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    server = training.page._server
-    training.stop.requested = True  # no other frames: viser warns once per browser
-    [(number, client)] = server.get_clients().items()
-    browser.close()
-    end = time.monotonic() + 60
-    while server.get_clients():
-        assert time.monotonic() < end
-        time.sleep(0.05)
-    monkeypatch.setattr(server, "get_clients", lambda: {number: client})
-    training.page.send_frame(number, np.zeros((4, 4, 3), np.uint8))
+    # nothing comes from the internet
+    page.wait_for_load_state("networkidle")
+    own = (training.page.address, "data:", "blob:")
+    assert not [url for url in page.requested if not url.startswith(own)]
+    assert training.page.address.startswith("http://127.0.0.1:")
+    assert page.get_by_text("Share").count() == 0
 
 
-def test_only_the_user_moves_the_camera(training: Training, browser) -> None:
+def test_only_the_user_moves_the_camera_by_hand_or_to_a_photo(training: Training, browser) -> None:
     page = browser
     first = training.clients()[0]
     for before, after in pairwise(MODES):
@@ -372,9 +372,7 @@ def test_only_the_user_moves_the_camera(training: Training, browser) -> None:
     wait_steps(page, training, 20)
     assert pose(training.clients()[0]) == pose(moved)
 
-
-def test_the_camera_can_move_to_a_photo(training: Training, browser) -> None:
-    page, positions = browser, training.page.cameras.positions.numpy()
+    positions = training.page.cameras.positions.numpy()
 
     def is_at(index: int) -> Callable[[], bool]:
         return lambda: np.allclose(training.clients()[0].position, positions[index], atol=1e-3)
@@ -403,26 +401,16 @@ def test_the_camera_can_move_to_a_photo(training: Training, browser) -> None:
     assert is_at(index)()
 
 
-def test_photo_modes_show_the_nearest_photo(training: Training, browser) -> None:
-    page = browser
-    pause(page, training)
-    pick(page, "render", "photo | render | error")
-    page.locator("strong", has_text=training.names[0]).wait_for()
-    view = load_view(training.dataset.train[0])
-    image = training.stage.scene().render(view.camera).image
-    width, height = canvas(training.clients()[0])
-    row = side_by_side([view.image, image, error_map(image, view)], width / height)
-    wide = Image.fromarray(to_bytes(letterbox(row, width, height)).numpy()).resize((width, height))
-    expected = np.asarray(wide, np.float64)[200:, :550]
-    until(page, lambda: np.abs(pixels(page) - expected).mean() < 6)
-    page.get_by_text(f"{view_psnr(image, view):.2f} dB").first.wait_for()
-
-
-def test_the_page_requests_nothing_from_the_internet(training: Training, browser) -> None:
-    page = browser
-    wait_steps(page, training, 20)
-    page.wait_for_load_state("networkidle")
-    own = (training.page.address, "data:", "blob:")
-    assert not [url for url in page.requested if not url.startswith(own)]
-    assert training.page.address.startswith("http://127.0.0.1:")
-    assert page.get_by_text("Share").count() == 0
+def test_a_frame_for_a_browser_that_has_just_closed_is_dropped(
+    training: Training, browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = training.page._server
+    training.stop.requested = True  # no other frames: viser warns once per browser
+    [(number, client)] = server.get_clients().items()
+    browser.close()
+    end = time.monotonic() + 60
+    while server.get_clients():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    monkeypatch.setattr(server, "get_clients", lambda: {number: client})
+    training.page.send_frame(number, np.zeros((4, 4, 3), np.uint8))

@@ -14,7 +14,7 @@ from mobilegs.up import unit
 from mobilegs.view.orbit import Pose
 from mobilegs.view.poster import posters_of
 from tests.support.browser import Chromium, Tab
-from tests.support.viewer_page import MGS, frames, screen, visit
+from tests.support.viewer_page import MGS, frames, screen, until, visit
 
 pytestmark = pytest.mark.thorough
 
@@ -124,10 +124,15 @@ def test_the_camera_stays_inside_its_limits(tab: Tab, served: Callable[[str, byt
 
 def test_it_rotates_back_at_a_limit(tab: Tab, served: Callable[[str, bytes], Any]) -> None:
     assert visit(tab, served("scene.mgs", FRAMED), "renderer=webgl", "autorotate") == "loaded"
-    found = []
-    for _ in range(40):
-        tab.page.wait_for_timeout(400)
+    found = [place(tab)[0]]
+
+    def turned_back() -> bool:
+        tab.page.wait_for_timeout(200)
         found.append(place(tab)[0])
+        steps = np.diff(found)
+        return steps.min() < 0 < steps.max()
+
+    until(tab, turned_back, seconds=60)
     assert min(found) > 20 and max(found) < 115
 
 

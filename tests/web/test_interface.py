@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Route
 
@@ -80,10 +81,11 @@ NO_LONG_TIMERS = """{
   const { setTimeout } = window;
   window.setTimeout = (act, time, ...given) => time > 5000 ? 0 : setTimeout(act, time, ...given);
 }"""
+# the bar fades after half a second of rest
 FAST_TIMERS = """{
   const { setTimeout } = window;
-  window.setTimeout = (act, time = 0, ...given) =>
-    setTimeout(act, time > 1000 ? time / 10 : time, ...given);
+  window.setTimeout = (act, time, ...given) =>
+    setTimeout(act, time === 4000 ? 500 : time, ...given);
 }"""
 
 
@@ -260,23 +262,30 @@ def test_the_hint_goes_away_and_comes_once_per_scene(tab: Tab, served: Any) -> N
 def test_the_bar_fades_and_comes_back(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(FAST_TIMERS)
     visit(tab, served("scene.mgs", MGS), *TITLED)
-    bar, title = (tab.page.locator(f"mobile-gs .{name}") for name in ("buttons", "title"))
+    idle = f"{ROOT}.querySelector('.idle') !== null"
 
-    def opacity(part: Any) -> float:
-        return float(part.evaluate("(part) => getComputedStyle(part).opacity"))
+    def opacity(part: str) -> float:
+        shown = tab.page.locator(f"mobile-gs .{part}")
+        return float(shown.evaluate("(part) => getComputedStyle(part).opacity"))
 
-    until(tab, lambda: opacity(bar) == 0 and opacity(title) == 0)
-    tab.page.mouse.move(200, 100)
-    until(tab, lambda: opacity(bar) == 1 and opacity(title) == 1)
-    until(tab, lambda: opacity(bar) == 0)
+    until(tab, lambda: opacity("buttons") == opacity("title") == 0)
+
+    def awake() -> bool:
+        tab.page.mouse.move(*np.random.default_rng().uniform(100, 300, 2))
+        return opacity("buttons") == opacity("title") == 1
+
+    until(tab, awake)
+    until(tab, lambda: opacity("buttons") == 0)
     tab.page.keyboard.press("Tab")  # to a button, which stays visible
-    until(tab, lambda: opacity(bar) == 1)
-    tab.page.wait_for_timeout(1000)
-    assert opacity(bar) == 1
+    until(tab, lambda: opacity("buttons") == 1)
+    tab.page.wait_for_function(idle)
+    tab.page.wait_for_timeout(700)  # longer than the transition
+    assert opacity("buttons") == 1
     tab.page.keyboard.press("o")  # so does the bar while a dialog is open
     tab.page.mouse.click(60, 200)
-    tab.page.wait_for_timeout(1000)
-    assert opacity(bar) == 1
+    tab.page.wait_for_function(idle)
+    tab.page.wait_for_timeout(700)
+    assert opacity("buttons") == 1
 
 
 def test_nothing_is_wider_than_the_page(tab: Tab, served: Any, subtests: pytest.Subtests) -> None:
@@ -432,7 +441,7 @@ def test_a_failed_scene_can_be_tried_again(tab: Tab, served: Any) -> None:
 
     server = served("scene.mgs", MGS)
     tab.page.route("**/scene", answer)
-    assert "404" in visit(tab, server)
+    assert "could not be loaded: the server says 404" in visit(tab, server)
     tab.page.get_by_role("button", name="Try again").click()
     tab.page.wait_for_selector("mobile-gs[data-state=loaded]", timeout=20_000)
     assert tab.page.get_by_role("alert").is_hidden()

@@ -21,10 +21,10 @@ from tests.support.browser import Chromium, Tab
 from tests.support.golden import (
     BACKGROUND,
     BASE,
-    CASES,
     SHADER_RENDERERS,
     TRAINED,
     as_scene,
+    golden_cases,
     input_names,
     inputs_of,
     render_reference,
@@ -60,17 +60,6 @@ def decibels(found: torch.Tensor, reference: torch.Tensor) -> float:
     return -10 * torch.log10(error.square().mean().clamp_min(1e-30)).item()
 
 
-# all cases sorted and sort-free; with the other weightings, which change one formula, some
-EXAMPLES = (
-    "random, degree 2",
-    "large",
-    "around the camera",
-    "needles",
-    "phi zero",
-    "phi below zero",
-)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_renderers_match_the_reference(
     kind: str, painters: Painters, subtests: pytest.Subtests
@@ -78,7 +67,7 @@ def test_the_renderers_match_the_reference(
     painter = painters(kind, full_precision=True)
     for renderer in SHADER_RENDERERS:
         sigma = settings_of(renderer).level_sigma
-        for case in CASES if renderer in ("sorted", "mobile_gs", "all") else EXAMPLES:
+        for case in golden_cases(renderer):
             inputs, view = inputs_of(case)
             drawn = painter.paint(view, as_scene(inputs, renderer), level_sigma=sigma)
             reference, keep = definition(case, renderer), sure(case, renderer)
