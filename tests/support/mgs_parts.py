@@ -78,3 +78,12 @@ def parse_parts(data: bytes) -> Parts:
         pieces.append(Piece(row["name"], row["codec"], data[start:end]))
         start = end + -row["bytes"] % 8
     return Parts(header, pieces, (major, minor))
+
+
+def ends_of(data: bytes) -> dict[str, int]:
+    """Return the number of bytes up to the end of each stream of a valid file."""
+    found, end = {}, len(data)
+    for piece in reversed(parse_parts(data).pieces):
+        found[piece.name] = end
+        end -= len(piece.data) + -len(piece.data) % 8
+    return found

@@ -99,40 +99,27 @@ def test_the_html_file_opens_without_a_network(
     tab.close()
 
 
-def test_a_ply_can_be_exported_to_html(chromium: Chromium, scene: Path, tmp_path: Path) -> None:
-    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
-    page = tmp_path / "plain.html"
-    words = ["export", str(tmp_path / "plain.ply"), "--to", "html", "-o", str(page)]
-    assert main(words) == 0
-    tab = chromium.tab()
-    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
-    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.close()
-
-
-@pytest.mark.parametrize("to", ["html", "site"])
-def test_a_page_shows_the_axis_of_the_option_upright(
-    chromium: Chromium, scene: Path, tmp_path: Path, to: str
+def test_a_ply_becomes_a_page_with_the_axis_of_the_option_upright(
+    chromium: Chromium, scene: Path, tmp_path: Path
 ) -> None:
     write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
-    page = tmp_path / ("plain.html" if to == "html" else "site")
-    words = ["export", str(tmp_path / "plain.ply"), "--to", to, "-o", str(page), "--up", "z"]
-    assert main(words) == 0
-    text = (page if to == "html" else page / "index.html").read_text()
-    assert re.search(r'<mobile-gs[^>]* up="z"', text)
-    if to == "site":
-        return
+    for to, page in (("html", tmp_path / "plain.html"), ("site", tmp_path / "site")):
+        words = ["export", str(tmp_path / "plain.ply"), "--to", to, "-o", str(page), "--up", "z"]
+        assert main(words) == 0
+        text = (page if to == "html" else page / "index.html").read_text()
+        assert re.search(r'<mobile-gs[^>]* up="z"', text)
     tab = chromium.tab()
-    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
+    tab.page.goto(f"{(tmp_path / 'plain.html').as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.up") == [0, 0, 1]
     tab.close()
 
 
-@pytest.mark.parametrize("up", [None, "z"])
-def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path, up: Axis | None) -> None:
-    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
-    for path in (scene, tmp_path / "plain.ply"):
+def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path) -> None:
+    plain = tmp_path / "plain.ply"
+    write_ply(plain, read_mgs(scene).decode().gaussians)
+    cases: list[tuple[Path, Axis | None]] = [(scene, None), (plain, None), (plain, "z")]
+    for path, up in cases:
         opened, views = open_with_views(path)
         pose = first_pose(opened, views, up)
         camera = camera_of(pose, views[0] if views else None, 1200, 630, opened.near)
@@ -260,9 +247,13 @@ def test_export_replaces_earlier_exports_but_no_other_folder(
         mark = hashlib.sha256((folder / file).read_bytes()).hexdigest()[:8]
         assert f'{word}="{file}?{mark}"' in page  # no cached file of an earlier version
     (folder / "sw.js").unlink()  # as if it had been interrupted
-    (folder / "scene.ply").write_text("somebody's own")
+    (folder / "scene.txt").write_text("somebody's own")
     assert main([*words, str(folder)]) == 0
-    assert (folder / "sw.js").exists() and (folder / "scene.ply").exists()
+    assert (folder / "sw.js").exists()
+    plain = tmp_path / "plain.ply"
+    write_ply(plain, read_mgs(scene).decode().gaussians)
+    assert main(["export", str(plain), "--to", "site", "-o", str(folder)]) == 0
+    assert {path.name for path in folder.glob("scene.*")} == {"scene.ply", "scene.txt"}
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.txt").write_text("precious")
@@ -271,19 +262,19 @@ def test_export_replaces_earlier_exports_but_no_other_folder(
     assert [path.name for path in mine.iterdir()] == ["thesis.txt"]
 
 
-@pytest.mark.parametrize("to", ["html", "site"])
 def test_scenes_that_the_viewer_does_not_support_are_refused(
-    to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "broken.mgs").write_bytes(pack(make_scene(Case(20)))[:100])
     twice = replace(make_scene(Case(20)), weighting=Weighting("two_pass"))
     (tmp_path / "two_pass.mgs").write_bytes(pack(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
-    for name, sentence in (
-        ("two_pass.mgs", "two_pass"),
-        ("broken.mgs", "broken.mgs"),
-        ("photo.jpg", "not a scene"),
-        ("gone.mgs", "gone.mgs"),
+    for name, to, sentence in (
+        ("two_pass.mgs", "html", "two_pass"),
+        ("two_pass.mgs", "site", "two_pass"),
+        ("broken.mgs", "html", "broken.mgs"),
+        ("photo.jpg", "site", "not a scene"),
+        ("gone.mgs", "html", "gone.mgs"),
     ):
         words = ["export", str(tmp_path / name), "--to", to, "-o", str(tmp_path / "out")]
         assert main(words) in (1, 2)
@@ -405,8 +396,8 @@ def test_the_element_works_in_another_page(chromium: Chromium, site: tuple[Path,
     tab.close()
 
 
-def test_export_html_overwrites_only_exported_pages(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_export_html_overwrites_only_exported_pages_and_has_a_largest_size(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "own.mgs"
     copy.write_bytes(scene.read_bytes())
@@ -415,6 +406,9 @@ def test_export_html_overwrites_only_exported_pages(
     assert copy.read_bytes() == scene.read_bytes()
     for _ in range(2):  # the second time over its own page
         assert main(["export", str(copy), "--to", "html", "-o", str(tmp_path / "a.html")]) == 0
+    monkeypatch.setattr("mobilegs.view.export.HTML_MAX", 1000)
+    assert main(["export", str(copy), "--to", "html", "-o", str(tmp_path / "b.html")]) == 2
+    assert "use --to site" in capsys.readouterr().err
 
 
 def test_the_title_is_the_name_of_the_capture(tmp_path: Path) -> None:
@@ -423,19 +417,6 @@ def test_the_title_is_the_name_of_the_capture(tmp_path: Path) -> None:
     words = ["export", str(tmp_path / "scene.mgs"), "--to", "html", "-o", str(tmp_path / "a.html")]
     assert main(words) == 0
     assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text()
-
-
-def test_a_second_export_replaces_the_scene(scene: Path, site: tuple[Path, str]) -> None:
-    folder, _ = site
-    (folder / "scene.txt").write_bytes(b"mine")
-    plain = folder.parent / "plain.ply"
-    write_ply(plain, read_mgs(scene).decode().gaussians)
-    for file in (plain, scene):
-        assert main(["export", str(file), "--to", "site", "-o", str(folder)]) == 0
-        assert {path.name for path in folder.glob("scene.*")} == {
-            f"scene{file.suffix}",
-            "scene.txt",
-        }
 
 
 def test_file_names_that_are_not_utf8_become_titles(scene: Path, tmp_path: Path) -> None:
@@ -448,11 +429,3 @@ def test_file_names_that_are_not_utf8_become_titles(scene: Path, tmp_path: Path)
         assert main(["export", str(named), "--to", to, "-o", str(tmp_path / to)]) == 0
     for page in (tmp_path / "html", tmp_path / "site" / "index.html"):
         assert "<title>caf\ufffd</title>" in page.read_text(encoding="utf-8")
-
-
-def test_a_scene_too_large_for_a_page_is_refused(
-    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("mobilegs.view.export.HTML_MAX", 1000)
-    words = ["export", str(scene), "--to", "html", "-o", str(tmp_path / "a.html")]
-    assert main(words) == 2 and "use --to site" in capsys.readouterr().err

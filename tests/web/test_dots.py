@@ -9,8 +9,8 @@ import torch
 
 from mobilegs.mgs.codec import pack, unpack
 from tests.support.browser import Chromium, Tab
+from tests.support.mgs_parts import ends_of
 from tests.support.page_renderers import Painters, in_javascript
-from tests.support.quantized_scenes import split
 from tests.support.scenes import camera
 from tests.support.viewer_page import (
     LOD_SIZES,
@@ -77,17 +77,6 @@ def test_dots_are_squares_at_the_means(kind: str, side: float, painters: Painter
         np.testing.assert_allclose(pixels[which] - np.array(color), 0, atol=0.003)
 
 
-def behind_positions(data: bytes) -> int:
-    """Bytes up to the end of the positions of the first layer."""
-    header, body = split(data)
-    at = len(data) - len(body)
-    for row in header["streams"]:
-        at += row["bytes"] + -row["bytes"] % 8
-        if row["name"] == "positions":
-            return at
-    raise AssertionError
-
-
 @pytest.mark.parametrize(
     ("renderer", "made"),
     [
@@ -105,7 +94,7 @@ def test_dots_appear_first_while_the_scenes_shaders_compile(
     open_page(tab, served("scene.mgs", data), renderer)
     tab.page.wait_for_function("window.made?.length === 1", timeout=20_000)  # with nothing there
     assert tab.page.evaluate(SHOWN) == 0
-    gate.let(behind_positions(data))
+    gate.let(ends_of(data)["positions"])
     tab.page.wait_for_function(f"{SHOWN} === {LOD_SIZES[0]}", timeout=20_000)
     tab.page.wait_for_function(f"made.length === {len(made)}", timeout=20_000)
     assert tab.page.evaluate("made") == made
@@ -128,7 +117,7 @@ def test_dots_appear_first_while_the_scenes_shaders_compile(
 
 def test_a_file_cut_after_its_positions_shows_dots_and_an_error(tab: Tab, served: Any) -> None:
     data = pack(replace(leveled_scene(), background=torch.zeros(3)))
-    open_page(tab, served("scene.mgs", data[: behind_positions(data)]), "webgl")
+    open_page(tab, served("scene.mgs", data[: ends_of(data)["positions"]]), "webgl")
     said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
     assert "cut short" in said and tab.page.evaluate(SHOWN) == LOD_SIZES[0]
     tab.page.keyboard.press("Escape")

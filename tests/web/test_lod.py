@@ -10,8 +10,8 @@ from playwright.sync_api import Route
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.representation.lobes import LobeShape
 from tests.support.browser import Chromium, Tab
+from tests.support.mgs_parts import ends_of, parse_parts
 from tests.support.node import assert_same_refusals
-from tests.support.quantized_scenes import join, split
 from tests.support.scene_cases import CASES, Case, make_scene
 from tests.support.viewer_page import (
     HAS_GAUSSIANS,
@@ -52,11 +52,11 @@ def test_bad_lod_levels_are_refused_alike(tmp_path: Path) -> None:
     cases = []
     for version in versions:
         for name in ("layers of scalars", "linear lobes"):
-            header, body = split(pack(make_scene(CASES[name])))
-            cases.append(join(header, body, version))
-            without = {key: value for key, value in header.items() if key != "layers"}
-            cases.append(join(without, body, version))
-            cases += [join({**header, "layers": layers}, body, version) for layers in LAYERS]
+            parts = parse_parts(pack(make_scene(CASES[name])))
+            without = {key: value for key, value in parts.header.items() if key != "layers"}
+            headers = [parts.header, without]
+            headers += [{**parts.header, "layers": layers} for layers in LAYERS]
+            cases += [replace(parts, header=h, version=version).to_bytes() for h in headers]
     found, each = assert_same_refusals(tmp_path, cases), len(cases) // len(versions)
     # in version 2 the field says nothing; what counts is that there are streams for all Gaussians
     valid = [found[i : i + each].count(None) for i in range(0, len(found), each)]
@@ -64,44 +64,31 @@ def test_bad_lod_levels_are_refused_alike(tmp_path: Path) -> None:
 
 
 def test_bad_streams_of_lod_levels_are_refused_alike(tmp_path: Path) -> None:
-    cases = []
-    header, body = split(pack(make_scene(CASES["layers of scalars"])))
-    parts = []
-    for row in header["streams"]:
-        size = row["bytes"] + -row["bytes"] % 8
-        parts.append((row, body[:size]))
-        body = body[size:]
-    for i, (row, content) in enumerate(parts):
-        j = (i + 7) % len(parts)
-        exchanged = dict(enumerate(parts))
-        exchanged[i] = {**row, "name": parts[j][0]["name"]}, content
-        exchanged[j] = {**parts[j][0], "name": row["name"]}, parts[j][1]
-        other = {**row, "codec": "zip"}, content
-        ways = {
-            "missing": parts[:i] + parts[i + 1 :],
-            "twice": [*parts, parts[i]],
-            "codec": [*parts[:i], other, *parts[i + 1 :]],
-            "exchanged": list(exchanged.values()),
-            "in another order": parts[i:] + parts[:i],
-        }
-        for changed in ways.values():
-            rows = [row for row, _ in changed]
-            content = b"".join(content for _, content in changed)
-            cases.append(join({**header, "streams": rows}, content, (3, 0)))
+    parts = parse_parts(pack(make_scene(CASES["layers of scalars"])))
+    pieces, cases = parts.pieces, []
+    for i, piece in enumerate(pieces):
+        exchanged, j = list(pieces), (i + 7) % len(pieces)
+        exchanged[i] = replace(piece, name=pieces[j].name)
+        exchanged[j] = replace(pieces[j], name=piece.name)
+        for changed in (
+            [*pieces[:i], *pieces[i + 1 :]],  # a stream is missing
+            [*pieces, piece],  # is there twice
+            [*pieces[:i], replace(piece, codec="zip"), *pieces[i + 1 :]],
+            exchanged,
+            [*pieces[i:], *pieces[:i]],  # in another order
+        ):
+            cases.append(replace(parts, pieces=changed, version=(3, 0)).to_bytes())
     found = assert_same_refusals(tmp_path, cases)
     missing, twice, codec, _, reordered = (found[way::5] for way in range(5))
     assert None not in [*missing, *twice, *codec]
-    assert reordered.count(None) == len(parts)
+    assert reordered.count(None) == len(pieces)
 
 
 def ends(data: bytes) -> list[int]:
     """Bytes up to the end of each layer."""
-    header, body = split(data)
-    at, found = len(data) - len(body), [0] * len(LOD_SIZES)
-    for row in header["streams"]:
-        at += row["bytes"] + -row["bytes"] % 8
-        _, _, number = row["name"].partition("@")
-        found[int(number or 0)] = at
+    found = [0] * len(LOD_SIZES)
+    for name, end in ends_of(data).items():
+        found[int(name.partition("@")[2] or 0)] = end
     return found
 
 
@@ -157,13 +144,8 @@ def test_a_poster_stays_until_the_scene_shows_more(
 
 def behind(data: bytes, name: str) -> int:
     """Bytes up to the end of a stream, by how its name begins; of several, of the last one."""
-    header, body = split(data)
-    at, found = len(data) - len(body), 0
-    for row in header["streams"]:
-        at += row["bytes"] + -row["bytes"] % 8
-        if row["name"].startswith(name) and "@" not in row["name"]:
-            found = at
-    return found
+    ends = ends_of(data).items()
+    return max(end for each, end in ends if each.startswith(name) and "@" not in each)
 
 
 def test_a_slow_scene_shows_dots_until_colours_arrive(
