@@ -15,7 +15,6 @@ from mobilegs.cli import doctor
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply
-from mobilegs.render import Footprint
 from mobilegs.render.scene import Scene
 from mobilegs.view import wgpu_check, wgpu_device, wgpu_renderer
 from mobilegs.view.wgpu_renderer import WgpuRenderer
@@ -72,33 +71,6 @@ def test_the_gpu_agrees_with_the_reference(renderer: str, subtests: pytest.Subte
                     assert decibels >= least[full_precision]
 
 
-@GPU_FLOAT32
-@pytest.mark.parametrize(("renderer", "level_sigma"), [("sorted", 0.0), ("mobile_gs", 1.0)])
-def test_small_images_are_means_of_larger_ones(renderer: str, level_sigma: float) -> None:
-    scene = as_scene(random_scene(500, seed=5, spread=1.5), renderer)
-    view = camera(53, 31).to(dtype=torch.float32)
-    gpu = WgpuRenderer(scene, full_precision=True, level_sigma=level_sigma)
-    found = gpu.render(view, supersampling=3)
-    expected = scene.render(view, level_sigma=level_sigma, supersampling=3)
-    for name in ("image", "alpha"):
-        error = getattr(found, name) - getattr(expected, name)
-        decibels = float(-10 * error.square().mean().log10())
-        print(f"{name} {decibels:.1f} dB")
-        assert decibels >= (75 if renderer == "sorted" else 90), name
-
-
-def test_levels_of_a_trained_scene_agree_with_the_kernels() -> None:
-    scene, view = trained()
-    view = turned_around(view, 0.3)
-    exact = scene.render(view, level_sigma=1.4).image
-    assert psnr(exact, scene.render(view).image) < 75  # levels differ from none
-    for full_precision in precisions():
-        renderer = WgpuRenderer(scene, full_precision=full_precision, level_sigma=1.4)
-        decibels = psnr(renderer.render(view).image, exact)
-        print(f"{decibels:.1f} dB")
-        assert decibels >= LEAST[full_precision]
-
-
 def test_settings_that_no_renderer_has_are_refused() -> None:
     scene = as_scene(as_float32(BASE), "mobile_gs")
     with pytest.raises(InputError, match="level_sigma must be 0 or lie"):
@@ -109,15 +81,6 @@ def test_settings_that_no_renderer_has_are_refused() -> None:
     for width in (0, 100_000):
         with pytest.raises(InputError, match="each side"):
             renderer.render(replace(camera(), width=width, height=20))
-
-
-@GPU_FLOAT32
-def test_sorted_scenes_have_no_soft_edges() -> None:
-    hard, view = as_scene(as_float32(BASE), "sorted"), camera().to(dtype=torch.float32)
-    soft = replace(hard, footprint=Footprint(soft_edge=True))
-    assert torch.equal(soft.render(view).image, hard.render(view).image)
-    drawn = [WgpuRenderer(scene, full_precision=True).render(view).image for scene in (soft, hard)]
-    assert torch.equal(*drawn)
 
 
 @GPU_FLOAT32
@@ -158,30 +121,6 @@ def test_a_sorted_scene_has_the_opacities_of_its_lobes_or_network(by: str) -> No
     found = WgpuRenderer(scene, full_precision=True).render(view).image
     assert psnr(found, scene.render(view).image) > 75
     assert psnr(found, replace(scene, lobes=None, network=None).render(view).image) < 40
-
-
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs"])
-def test_float16_is_accurate_enough(renderer: str) -> None:
-    scene = as_scene(random_scene(20_000, seed=3, spread=1.5), renderer)
-    scene.gaussians.log_scales -= 1.5
-    view = camera(320, 213).to(dtype=torch.float32)
-    decibels = psnr(WgpuRenderer(scene).render(view).image, scene.render(view).image)
-    print(f"{decibels:.1f} dB")
-    assert decibels >= LEAST[False]
-
-
-def test_huge_gaussians_near_the_camera_do_not_overflow() -> None:
-    inputs = random_scene(3000, seed=4)
-    inputs["scales"][::50] = 40.0
-    view = camera(160, 120).to(dtype=torch.float32)
-    inputs["means"][::50] = view.position.double() + 0.3 * torch.randn(60, 3).double()
-    scene = as_scene(inputs, "mobile_gs")
-    scene.weighting = replace(scene.weighting, exponent_max=8.0)
-    found = WgpuRenderer(scene).render(view)
-    assert found.image.isfinite().all() and found.alpha.isfinite().all()
-    decibels = psnr(found.image.clamp(0, 1), scene.render(view).image.clamp(0, 1))
-    print(f"{decibels:.1f} dB")
-    assert decibels > 45
 
 
 def test_a_trained_student_renders_the_same() -> None:

@@ -123,22 +123,6 @@ def test_the_settings_change_the_viewer(tab: Tab, served: Any) -> None:
     assert eye == pytest.approx(unpack(MGS).views[1].position.tolist(), abs=1e-4)
 
 
-def test_every_control_has_a_name_and_is_reached_by_tab(tab: Tab, served: Any) -> None:
-    visit(tab, served("scene.mgs", MGS), "compare=/scene")
-    tab.page.get_by_role("slider").wait_for(timeout=20_000)
-    assert tab.page.evaluate(FOCUSED).startswith("3D scene")
-    tab.page.keyboard.press("o")
-    names = set()
-    for _ in range(25):
-        names.add(tab.page.evaluate(FOCUSED))  # of the panel, which is its button's too
-        tab.page.keyboard.press("Tab")
-    controls = tab.page.locator("mobile-gs").locator(
-        "button, select, input, canvas[tabindex], [role=slider]"
-    )
-    shown = [control for control in controls.all() if control.is_visible()]
-    assert "" not in names and len(names - {None}) == len(shown)
-
-
 def test_keyboard_focus_is_visible(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab(0.5)
     visit(tab, served("scene.mgs", MGS))
@@ -184,37 +168,6 @@ def test_noui_hides_buttons_and_keeps_keys(tab: Tab, served: Any) -> None:
     assert not tab.page.get_by_role("button").first.is_visible()
     tab.page.keyboard.press("h")
     assert tab.page.get_by_role("dialog").is_visible()
-
-
-def test_only_one_timer_request_is_pending(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
-    tab.page.add_init_script(
-        """const { mapAsync } = GPUBuffer.prototype;
-        window.asked = { now: 0, most: 0, all: 0, answer: () => {} };
-        GPUBuffer.prototype.mapAsync = async function (...given) {
-          asked.all += 1;
-          asked.most = Math.max(asked.most, (asked.now += 1));
-          await new Promise((resolve) => (asked.answer = resolve));
-          await mapAsync.apply(this, given);
-          asked.now -= 1;
-        };"""
-    )
-    visit(tab, served("scene.mgs", MGS), "renderer=webgpu")
-    tab.page.keyboard.press("i")
-    tab.page.mouse.move(200, 200)
-    tab.page.mouse.down()
-    for asked in (1, 2, 3):  # the second one is of the fragments
-        for x in range(10):
-            tab.page.mouse.move(200 + 5 * x, 200)
-            frames(tab, 1)
-        tab.page.wait_for_function(f"asked.all === {asked}", timeout=20_000)
-        assert tab.page.evaluate("asked.most") == 1
-        tab.page.evaluate("asked.answer()")
-    tab.page.mouse.move(200, 220)
-    stats = tab.page.locator("mobile-gs .stats")
-    stats.filter(has_text="splat").wait_for(timeout=20_000)
-    tab.page.mouse.up()
-    tab.close()
 
 
 def test_a_poster_is_shown_until_there_is_a_scene(tab: Tab, served: Any) -> None:

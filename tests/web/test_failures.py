@@ -169,18 +169,15 @@ def test_a_restored_webgl_context_shows_the_scene_again(tab: Tab, served: Any) -
     tab.page.evaluate(TURN)
     before = still(tab)
     tab.page.evaluate(
-        """async () => {
+        """() => {
           const canvas = document.querySelector("mobile-gs").shadowRoot.querySelector("canvas");
-          const lose = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
-          const happens = (name) => new Promise((done) => canvas.addEventListener(name, done));
-          const [lost, restored] = [happens("webglcontextlost"), happens("webglcontextrestored")];
-          lose.loseContext();
-          await lost;
-          await new Promise((resolve) => requestAnimationFrame(resolve));
-          lose.restoreContext();
-          await restored;
+          window.loss = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+          loss.loseContext();
         }"""
     )
+    alert = tab.page.get_by_role("alert")
+    alert.filter(has_text="the browser took the GPU away from this page").wait_for()
+    tab.page.evaluate("loss.restoreContext()")
     tab.page.wait_for_function(f"({SETTLED})() === 'loaded'", timeout=60_000)
     until(tab, lambda: bool(np.abs(screen(tab).astype(int) - before).mean() < 2))
     tab.complaints.clear()  # the browser notes that the context was lost

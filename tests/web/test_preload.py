@@ -56,34 +56,6 @@ def test_early_messages_of_the_preloaded_worker_are_kept(chromium: Chromium, ser
     tab.close()
 
 
-def test_a_preloaded_worker_with_another_scene_is_terminated(
-    chromium: Chromium, served: Any
-) -> None:
-    tab = chromium.tab()
-    server = served("scene.mgs", MGS)
-    tab.page.add_init_script(
-        "const { terminate } = Worker.prototype; window.ended = [];"
-        "let kept;"
-        "Object.defineProperty(window, 'preloadedWorker', { configurable: true,"
-        "  get: () => kept, set: (given) => { kept = given; window.first = given?.worker; } });"
-        "Worker.prototype.terminate = function () { ended.push(this); terminate.call(this); };"
-    )
-    change = "<script>history.replaceState(null, '', '?url=/scene%3Fother');</script>"
-
-    def changed(route: Any) -> None:
-        answer = route.fetch()
-        text = answer.text().replace('<script type="module"', f'{change}<script type="module"')
-        route.fulfill(response=answer, body=text)
-
-    tab.page.route(re.compile(r"/\?url="), changed)
-    tab.page.goto(server.address("127.0.0.1"))
-    tab.page.wait_for_function(LOADED, timeout=60_000)
-    assert tab.page.evaluate("[ended[0] === first, ended.length]") == [True, 2]
-    source = tab.page.evaluate("document.querySelector('mobile-gs').getAttribute('src')")
-    assert source == "/scene?other"
-    tab.close()
-
-
 def test_a_browser_without_workers_shows_an_error(chromium: Chromium, served: Any) -> None:
     tab = chromium.tab()
     tab.page.add_init_script(
