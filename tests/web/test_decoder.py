@@ -119,9 +119,3 @@ def test_an_unsupported_weighting_is_refused_by_name(tmp_path: Path) -> None:
     assert unpack(data).weighting.name == "two_pass"
     (sentence,) = refusals(tmp_path, [data])
     assert sentence is not None and "has the weighting 'two_pass': known are" in sentence
-
-
-def test_false_counts_are_refused(files: dict[str, bytes], tmp_path: Path) -> None:
-    header, body = split(files["linear lobes"])
-    cases = [join({**header, "count": count}, body) for count in (2**26, 300_000, 41, 39)]
-    assert None not in assert_same_refusals(tmp_path, cases)
