@@ -29,7 +29,7 @@ from mobilegs.up import Axis
 from mobilegs.view.assets import CHUNKS, DIST, chunk, element_script, version_of, viewer_script
 from mobilegs.view.orbit import camera_of, first_pose
 from mobilegs.view.poster import posters_of
-from tests.support.browser import Chromium
+from tests.support.browser import Chromium, Tab
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import COUNT_WORKERS, SETTLED, until
 
@@ -84,23 +84,19 @@ def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
     server.server_close()
 
 
-def test_the_html_file_opens_without_a_network(
-    chromium: Chromium, scene: Path, tmp_path: Path
-) -> None:
+def test_the_html_file_opens_without_a_network(tab: Tab, scene: Path, tmp_path: Path) -> None:
     page = tmp_path / "garden.html"
     assert main(["export", str(scene), "--to", "html", "-o", str(page)]) == 0
-    tab = chromium.tab()
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url))
     tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.title() == "garden"
     assert all(url.startswith(("file:", "blob:", "data:")) for url in asked), asked
-    tab.close()
 
 
 def test_a_ply_becomes_a_page_with_the_axis_of_the_option_upright(
-    chromium: Chromium, scene: Path, tmp_path: Path
+    tab: Tab, scene: Path, tmp_path: Path
 ) -> None:
     write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
     for to, page in (("html", tmp_path / "plain.html"), ("site", tmp_path / "site")):
@@ -108,11 +104,9 @@ def test_a_ply_becomes_a_page_with_the_axis_of_the_option_upright(
         assert main(words) == 0
         text = (page if to == "html" else page / "index.html").read_text()
         assert re.search(r'<mobile-gs[^>]* up="z"', text)
-    tab = chromium.tab()
     tab.page.goto(f"{(tmp_path / 'plain.html').as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.up") == [0, 0, 1]
-    tab.close()
 
 
 def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path) -> None:
@@ -128,9 +122,8 @@ def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path) -> None:
         assert (np.array(posters_of(path, up).preview) == expected).all()
 
 
-def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]) -> None:
+def test_a_visited_site_opens_offline(tab: Tab, site: tuple[Path, str]) -> None:
     _, address = site
-    tab = chromium.tab()
     tab.page.add_init_script(COUNT_WORKERS)
     begun = f"begun.length === 1 && begun[0].startsWith('{address}scene.mgs?')"  # by preload.js
     tab.page.goto(f"{address}?scale=1&variant=floats")
@@ -145,14 +138,11 @@ def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]
     assert tab.page.evaluate(begun)
     tab.page.goto(f"{address}index.html?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.close()
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("file", ["viewer.js", "index.html"])
-def test_files_of_another_version_are_not_kept(
-    chromium: Chromium, site: tuple[Path, str], file: str
-) -> None:
+def test_files_of_another_version_are_not_kept(tab: Tab, site: tuple[Path, str], file: str) -> None:
     """A browser may visit the site while it is being uploaded."""
     folder, address = site
     content = (folder / file).read_text()
@@ -160,7 +150,6 @@ def test_files_of_another_version_are_not_kept(
     (folder / file).write_text(
         f"{content}\n" if file == "viewer.js" else content.replace(version, "")
     )
-    tab = chromium.tab()
     tab.page.goto(f"{address}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate(INSTALL) == "redundant"
@@ -176,18 +165,15 @@ def test_files_of_another_version_are_not_kept(
             break
     tab.page.wait_for_function("navigator.serviceWorker.controller !== null", timeout=30_000)
     tab.complaints.clear()  # of the file that was refused
-    tab.close()
 
 
-def test_a_browser_would_install_it(chromium: Chromium, site: tuple[Path, str]) -> None:
-    tab = chromium.tab()
+def test_a_browser_would_install_it(tab: Tab, site: tuple[Path, str]) -> None:
     tab.page.goto(site[1])
     session = tab.page.context.new_cdp_session(tab.page)
     found = session.send("Page.getInstallabilityErrors")["installabilityErrors"]
     assert {error["errorId"] for error in found} <= {"in-incognito"}  # as test pages are
     manifest = session.send("Page.getAppManifest")
     assert manifest["errors"] == [] and "any maskable" in manifest["data"]
-    tab.close()
 
 
 def test_the_site_has_all_the_files_that_it_names(site: tuple[Path, str], scene: Path) -> None:
@@ -342,22 +328,18 @@ def test_a_script_can_stand_in_an_html_page(script: Callable[[], str]) -> None:
     assert "</script" not in script() and "<!--" not in script()
 
 
-def test_the_script_has_each_module_once_and_leaves_no_globals(
-    chromium: Chromium, scene: Path
-) -> None:
+def test_the_script_has_each_module_once_and_leaves_no_globals(tab: Tab, scene: Path) -> None:
     text = viewer_script()
     assert text.count("leaves its 48-bit grid") == 1
-    tab = chromium.tab()
     tab.page.evaluate("() => (window.before = Object.getOwnPropertyNames(window))")
     tab.page.evaluate("() => document.body.append(document.createElement('mobile-gs'))")
     tab.page.add_script_tag(content=text)  # not as a module, which has no globals anyway
     tab.page.wait_for_function("document.querySelector('mobile-gs').viewer", timeout=20_000)
     names = "() => Object.getOwnPropertyNames(window).filter((name) => !before.includes(name))"
     assert tab.page.evaluate(names) == ["before"]
-    tab.close()
 
 
-def test_the_worker_starts_from_another_worker(chromium: Chromium, scene: Path) -> None:
+def test_the_worker_starts_from_another_worker(tab: Tab, scene: Path) -> None:
     text = viewer_script()
     outer = """onmessage = ({ data: { file, text } }) => {
       const url = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
@@ -366,7 +348,6 @@ def test_the_worker_starts_from_another_worker(chromium: Chromium, scene: Path) 
       inner.onerror = () => postMessage("error");
       inner.postMessage({ file });
     };"""
-    tab = chromium.tab()
     code = """const url = URL.createObjectURL(new Blob([outer], { type: "text/javascript" }));
     const worker = new Worker(url);
     const kinds = [];
@@ -380,20 +361,17 @@ def test_the_worker_starts_from_another_worker(chromium: Chromium, scene: Path) 
     file = np.frombuffer(scene.read_bytes(), np.uint8)
     kinds = tab.run(code, outer=outer, text=text, file=file)
     assert kinds[-1] == "done" and {"dots", "scene"} <= set(kinds)
-    tab.close()
 
 
-def test_the_element_works_in_another_page(chromium: Chromium, site: tuple[Path, str]) -> None:
+def test_the_element_works_in_another_page(tab: Tab, site: tuple[Path, str]) -> None:
     folder, address = site
     (folder / "mine.html").write_text(
         '<!doctype html><meta charset="utf-8" /><link rel="icon" href="data:," />'
         '<script type="module" src="mobile-gs.js"></script>'
         '<mobile-gs src="scene.mgs" style="height: 200px"></mobile-gs>'
     )
-    tab = chromium.tab()
     tab.page.goto(f"{address}mine.html")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.close()
 
 
 def test_export_html_overwrites_only_exported_pages_and_has_a_largest_size(

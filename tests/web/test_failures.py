@@ -9,7 +9,7 @@ import pytest
 
 from mobilegs.formats.ply import COLUMNS
 from mobilegs.mgs.codec import unpack
-from tests.support.browser import Chromium, Tab
+from tests.support.browser import Tab
 from tests.support.viewer_page import (
     MGS,
     RENDERERS,
@@ -80,14 +80,13 @@ def as_kernels(tab: Tab) -> float:
     ],
 )
 def test_refused_shaders_show_an_error(
-    chromium: Chromium,
+    tab: Tab,
     served: Any,
     renderer: str,
     broken: str,
     sentence: str,
     complaint: str | None,
 ) -> None:
-    tab = chromium.tab()
     tab.page.add_init_script(f"{{{broken}}}")
     tab.page.add_init_script(COUNTED)
     visit(tab, served("scene.mgs", MGS), f"renderer={renderer}")
@@ -103,23 +102,19 @@ def test_refused_shaders_show_an_error(
     frames(tab, 10)
     assert tab.page.evaluate("window.submitted") == submitted
     tab.ignore("")
-    tab.close()
 
 
 @pytest.mark.quick
-def test_webgl_replaces_webgpu_if_shaders_are_refused(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_webgl_replaces_webgpu_if_shaders_are_refused(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(REFUSED_WGSL)
     visit(tab, served("scene.mgs", MGS))
     tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert as_kernels(tab) > 45
     tab.complaints.clear()
-    tab.close()
 
 
-def test_webgl_replaces_a_lost_webgpu_device(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_webgl_replaces_a_lost_webgpu_device(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(LOSABLE)
     assert visit(tab, served("scene.mgs", MGS)) == "loaded"
     tab.page.evaluate(TURN)
@@ -134,13 +129,9 @@ def test_webgl_replaces_a_lost_webgpu_device(chromium: Chromium, served: Any) ->
     assert as_kernels(tab) > 45
     assert [text for text in tab.complaints if "WebGL2 takes over" in text] == tab.complaints
     tab.complaints.clear()
-    tab.close()
 
 
-def test_a_lost_device_shows_an_error_if_webgpu_is_required(
-    chromium: Chromium, served: Any
-) -> None:
-    tab = chromium.tab()
+def test_a_lost_device_shows_an_error_if_webgpu_is_required(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(LOSABLE)
     assert visit(tab, served("scene.mgs", MGS), "renderer=webgpu") == "loaded"
     tab.page.evaluate("window.lose()")
@@ -161,7 +152,6 @@ def test_a_lost_device_shows_an_error_if_webgpu_is_required(
     tab.page.wait_for_function("window.vanished", timeout=20_000)  # if only for a moment
     alert.wait_for(timeout=10_000)  # another scene would not be seen either
     assert "the graphics device was lost" in alert.inner_text()
-    tab.close()
 
 
 def test_a_restored_webgl_context_shows_the_scene_again(tab: Tab, served: Any) -> None:
@@ -184,10 +174,7 @@ def test_a_restored_webgl_context_shows_the_scene_again(tab: Tab, served: Any) -
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_a_first_visit_stores_the_fastest_variant(
-    chromium: Chromium, served: Any, renderer: str
-) -> None:
-    tab = chromium.tab()
+def test_a_first_visit_stores_the_fastest_variant(tab: Tab, served: Any, renderer: str) -> None:
     server = served("scene.mgs", MGS)
     tab.page.goto(f"{server.address('127.0.0.1')}&renderer={renderer}")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
@@ -195,7 +182,6 @@ def test_a_first_visit_stores_the_fastest_variant(
     assert as_kernels(tab) > 45
     kept = tab.page.evaluate("Object.keys(localStorage)")
     assert len(kept) == 1 and kept[0].startswith("mobilegs variant")
-    tab.close()
 
 
 def test_an_impossible_benchmark_shows_an_error(tab: Tab, served: Any) -> None:
@@ -211,8 +197,7 @@ def test_an_impossible_benchmark_shows_an_error(tab: Tab, served: Any) -> None:
     assert "cannot be measured" in alert.inner_text() or said
 
 
-def test_the_report_is_copied_without_a_clipboard_api(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_the_report_is_copied_without_a_clipboard_api(tab: Tab, served: Any) -> None:
     tab.page.add_init_script("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
     visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=1,32x32")
     dialog = tab.page.get_by_role("dialog", name="Benchmark")
@@ -222,7 +207,6 @@ def test_the_report_is_copied_without_a_clipboard_api(chromium: Chromium, served
     text = tab.page.get_by_label("Results as JSON").input_value()
     area = "document.querySelector('mobile-gs').shadowRoot.querySelector('textarea')"
     assert tab.page.evaluate(f"[{area}.selectionStart, {area}.selectionEnd]") == [0, len(text)]
-    tab.close()
 
 
 def test_open_works_right_after_the_element_is_created(tab: Tab, served: Any) -> None:
@@ -285,8 +269,7 @@ def test_a_file_can_be_opened_by_keyboard(tab: Tab, served: Any) -> None:
     assert as_kernels(tab) > 45
 
 
-def test_a_device_lost_during_a_benchmark_gives_no_report(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_a_device_lost_during_a_benchmark_gives_no_report(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(LOSABLE)
     visit(tab, served("scene.mgs", MGS), "bench=3,96x64")
     tab.page.evaluate(
@@ -304,11 +287,9 @@ def test_a_device_lost_during_a_benchmark_gives_no_report(chromium: Chromium, se
     assert tab.page.evaluate("window.reported") == 0
     assert tab.page.get_by_role("dialog", name="Benchmark").is_hidden()
     tab.complaints.clear()
-    tab.close()
 
 
-def test_nothing_else_renders_during_a_benchmark(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_nothing_else_renders_during_a_benchmark(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(
         """window.frames_seen = { true: 0, false: 0 };
         const note = ({ target }) => window.frames_seen[target.viewer.measured]++;
@@ -319,7 +300,6 @@ def test_nothing_else_renders_during_a_benchmark(chromium: Chromium, served: Any
     assert tab.page.evaluate("window.frames_seen[true]") <= 1  # that was asked for before
     before = tab.page.evaluate("window.frames_seen[false]")
     tab.page.wait_for_function("(before) => window.frames_seen[false] > before + 1", arg=before)
-    tab.close()
 
 
 class Cut(http.server.BaseHTTPRequestHandler):

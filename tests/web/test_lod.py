@@ -8,7 +8,7 @@ from playwright.sync_api import Route
 
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.representation.lobes import LobeShape
-from tests.support.browser import Chromium, Tab
+from tests.support.browser import Tab
 from tests.support.mgs_parts import ends_of
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import (
@@ -105,9 +105,8 @@ def behind(data: bytes, name: str) -> int:
 
 
 def test_a_slow_scene_shows_dots_until_colours_arrive(
-    chromium: Chromium, served: Any, monkeypatch: pytest.MonkeyPatch
+    tab: Tab, served: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tab = chromium.tab()
     count = 8000
     data = pack(make_scene(Case(count, LobeShape(2, 12, (64,)), size=300)))
     gate = Gate(monkeypatch, data)
@@ -133,7 +132,6 @@ def test_a_slow_scene_shows_dots_until_colours_arrive(
     assert seen(tab, 160, 120)[1].std() > 0.05
     gate.let(len(data))
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.close()
 
 
 def test_a_file_cut_after_its_colours_is_shown_in_colour(tab: Tab, served: Any) -> None:

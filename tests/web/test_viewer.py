@@ -14,7 +14,7 @@ from mobilegs.formats.ply import read_ply, write_ply
 from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
-from tests.support.browser import Chromium, Tab
+from tests.support.browser import Tab
 from tests.support.golden import view_network
 from tests.support.node import WEB
 from tests.support.scene_cases import Case, make_scene
@@ -184,8 +184,7 @@ def test_a_malformed_file_shows_an_error(tab: Tab, served: Any, subtests: pytest
             assert said in alert.inner_text()
 
 
-def test_a_browser_without_webgpu_and_webgl_shows_an_error(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_a_browser_without_webgpu_and_webgl_shows_an_error(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(
         "Object.defineProperty(navigator, 'gpu', { get: () => undefined });"
         "HTMLCanvasElement.prototype.getContext = () => null;"
@@ -193,7 +192,6 @@ def test_a_browser_without_webgpu_and_webgl_shows_an_error(chromium: Chromium, s
     )
     said = visit(tab, served("scene.mgs", MGS))
     assert "cannot draw the scene" in said
-    tab.close()
 
 
 @pytest.mark.parametrize(
