@@ -197,6 +197,7 @@ def test_a_miniature_stands_on_a_surface_until_it_is_held(headset: Tab, served: 
 
 def test_sticks_and_hands_move_the_visitor(headset: Tab, served: Served) -> None:
     tab = headset
+    tab.page.set_viewport_size({"width": 320, "height": 240})  # for many quick frames
     assert visit(tab, served("scene.mgs", SCENE), "renderer=webgl") == "loaded"
     tab.page.evaluate(RECORD)
     enter(tab, "Enter VR")
