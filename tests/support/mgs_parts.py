@@ -82,8 +82,10 @@ def parse_parts(data: bytes) -> Parts:
 
 def ends_of(data: bytes) -> dict[str, int]:
     """Return the number of bytes up to the end of each stream of a valid file."""
-    found, end = {}, len(data)
-    for piece in reversed(parse_parts(data).pieces):
+    pieces = parse_parts(data).pieces
+    sizes = [len(piece.data) + -len(piece.data) % 8 for piece in pieces]
+    found, end = {}, len(data) - sum(sizes)
+    for piece, size in zip(pieces, sizes, strict=True):
+        end += size
         found[piece.name] = end
-        end -= len(piece.data) + -len(piece.data) % 8
     return found

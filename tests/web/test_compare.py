@@ -91,7 +91,7 @@ def test_the_handle_moves_by_hand_and_keys_and_not_the_camera(
     )
     assert cut == "inset(0px 0px 0px 25%)"
     assert handle.get_attribute("aria-valuenow") == "25"
-    tab.page.focus("mobile-gs")
+    tab.page.locator("mobile-gs canvas").first.focus()
     tab.page.keyboard.press("Tab")  # it comes right after the picture
     for key, share in (
         ("ArrowRight", 27),
@@ -236,6 +236,7 @@ def test_a_saved_picture_has_both_sides(chromium: Chromium, served: Any, plain: 
     tab = chromium.tab(device_pixel_ratio=1)
     both(tab, served, plain)
     tab.page.get_by_role("slider").press("PageDown")
+    still(tab)
     with tab.page.expect_download() as saved:
         tab.page.keyboard.press("p")
     from PIL import Image
