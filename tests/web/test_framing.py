@@ -41,19 +41,6 @@ def place(tab: Tab) -> tuple[float, float, float]:
     return *azimuth_of(unit(away), UP), float(np.linalg.norm(away))
 
 
-def place_at_rest(tab: Tab) -> tuple[float, float, float]:
-    """The place once the camera has stopped, on machines of any speed."""
-    before, found = None, place(tab)
-    for _ in range(40):
-        tab.page.wait_for_timeout(500)  # the spring waits for a moment
-        frames(tab, 2)
-        before, found = found, place(tab)
-        if found == before:
-            break
-    assert found == before, "the camera does not stop"
-    return found
-
-
 def focal(tab: Tab, width: int, height: int) -> float:
     """The focal length, in pixels, of a picture of this size."""
     size = [width, height]
@@ -107,13 +94,17 @@ def test_the_camera_stays_inside_its_limits(tab: Tab, served: Callable[[str, byt
         azimuth, elevation, _ = place(tab)  # it gives way
         assert 15 < azimuth < 120 and -25 < elevation < 55
         tab.page.mouse.up()
-        azimuth, elevation, _ = place_at_rest(tab)
-        assert 29.9 < azimuth < 105.1 and -10.1 < elevation < 40.1
+
+        def inside() -> bool:
+            azimuth, elevation, _ = place(tab)
+            return 29.9 < azimuth < 105.1 and -10.1 < elevation < 40.1
+
+        until(tab, inside)  # it springs back
     tab.page.mouse.move(150, 200)
     for amount, expected in ((4000, 4.0), (-8000, 1.0)):
         for _ in range(6):
             tab.page.mouse.wheel(0, amount / 6)
-        assert place_at_rest(tab)[2] == pytest.approx(expected, rel=0.02)
+        until(tab, lambda e=expected: place(tab)[2] == pytest.approx(e, rel=0.02))
     # the same, where an address asks for no limits
     assert visit(tab, served("free.mgs", FRAMED), "renderer=webgl", "free") == "loaded"
     drag(tab, 600, 0)

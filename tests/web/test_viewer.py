@@ -71,7 +71,7 @@ def test_a_ply_is_rendered_sorted(tab: Tab, served: Any, renderer: str, tmp_path
 
 def with_view_network() -> QuantizedScene:
     """A scene that only WebGPU renders."""
-    coded = make_scene(Case(800, network=True, size=300, layers=(200, 600)))
+    coded = make_scene(Case(300, network=True, size=300, layers=(100, 200)))
     coded.network = {name: value.half() for name, value in view_network().state_dict().items()}
     return coded
 
