@@ -1,7 +1,6 @@
 """The viewer's JavaScript decoder gives the same scenes and refusals as the Python decoder."""
 
 import struct
-import zlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,12 +10,12 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs.errors import InputError
-from mobilegs.mgs.codec import inspect, pack, unpack
+from mobilegs.mgs.codec import pack, unpack
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes
+from tests.support.mgs_parts import Piece, parse_parts
 from tests.support.node import assert_close, assert_same_refusals, decoded, refusals
-from tests.support.quantized_scenes import join, split
 from tests.support.scene_cases import CASES, Case, make_scene
 
 
@@ -73,19 +72,12 @@ def test_files_in_pieces_give_the_same_arrays(
             assert torch.equal(values, whole[name]["arrays"][key]), (name, key)
 
 
-def test_the_cases_cover_every_codec_and_context_count(
-    files: dict[str, bytes],
-) -> None:
-    codecs = {row["codec"] for data in files.values() for row in inspect(data)["streams"]}
+def test_the_cases_cover_every_codec_and_context_count(files: dict[str, bytes]) -> None:
+    parts = [parse_parts(data) for data in files.values()]
+    codecs = {piece.codec for one in parts for piece in one.pieces}
     assert codecs == {"raw", "halves", "morton-class", "bits", "rans"}
-    contexts = set()
-    for data in files.values():
-        header, body = split(data)
-        for row in header["streams"]:
-            if row["name"] == "positions":
-                contexts.add(struct.unpack_from("<H", body, 4 + 2)[0])
-            body = body[row["bytes"] + -row["bytes"] % 8 :]
-    assert contexts == {1, 49}
+    positions = [one.piece("positions").data for one in parts]
+    assert {struct.unpack_from("<H", data, 6)[0] for data in positions} == {1, 49}
 
 
 # --- refusals: those of damaged and crafted files are in tests/fuzz
@@ -95,10 +87,10 @@ def test_trailing_bytes_are_refused_and_later_minor_versions_are_read(
     files: dict[str, bytes], tmp_path: Path
 ) -> None:
     data = files["linear lobes"]
-    header, body = split(data)
-    row = {"name": "scale", "codec": "new", "bytes": 3, "crc32": zlib.crc32(b"abc")}
-    later = {**header, "new": [1], "streams": [row, *header["streams"]]}
-    cases = [data, join(later, b"abc" + bytes(5) + body, version=(2, 7)), data + b"\0", data + data]
+    parts = parse_parts(data)
+    header, pieces = {**parts.header, "new": [1]}, [Piece("scale", "new", b"abc"), *parts.pieces]
+    later = replace(parts, header=header, pieces=pieces, version=(2, 7)).to_bytes()
+    cases = [data, later, data + b"\0", data + data]
     found = assert_same_refusals(tmp_path, cases)
     assert found[:2] == [None, None]
     assert found[2] == "the .mgs file has 1 bytes too many at its end"
