@@ -122,7 +122,7 @@ def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path) -> None:
         assert (np.array(posters_of(path, up).preview) == expected).all()
 
 
-def test_a_visited_site_opens_offline(tab: Tab, site: tuple[Path, str]) -> None:
+def test_a_visited_site_opens_offline(site: tuple[Path, str], tab: Tab) -> None:
     _, address = site
     tab.page.add_init_script(COUNT_WORKERS)
     begun = f"begun.length === 1 && begun[0].startsWith('{address}scene.mgs?')"  # by preload.js
@@ -142,7 +142,7 @@ def test_a_visited_site_opens_offline(tab: Tab, site: tuple[Path, str]) -> None:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("file", ["viewer.js", "index.html"])
-def test_files_of_another_version_are_not_kept(tab: Tab, site: tuple[Path, str], file: str) -> None:
+def test_files_of_another_version_are_not_kept(site: tuple[Path, str], tab: Tab, file: str) -> None:
     """A browser may visit the site while it is being uploaded."""
     folder, address = site
     content = (folder / file).read_text()
@@ -167,7 +167,7 @@ def test_files_of_another_version_are_not_kept(tab: Tab, site: tuple[Path, str],
     tab.complaints.clear()  # of the file that was refused
 
 
-def test_a_browser_would_install_it(tab: Tab, site: tuple[Path, str]) -> None:
+def test_a_browser_would_install_it(site: tuple[Path, str], tab: Tab) -> None:
     tab.page.goto(site[1])
     session = tab.page.context.new_cdp_session(tab.page)
     found = session.send("Page.getInstallabilityErrors")["installabilityErrors"]
@@ -363,7 +363,7 @@ def test_the_worker_starts_from_another_worker(tab: Tab, scene: Path) -> None:
     assert kinds[-1] == "done" and {"dots", "scene"} <= set(kinds)
 
 
-def test_the_element_works_in_another_page(tab: Tab, site: tuple[Path, str]) -> None:
+def test_the_element_works_in_another_page(site: tuple[Path, str], tab: Tab) -> None:
     folder, address = site
     (folder / "mine.html").write_text(
         '<!doctype html><meta charset="utf-8" /><link rel="icon" href="data:," />'
