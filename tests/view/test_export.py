@@ -72,6 +72,7 @@ def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
 
         def end_headers(self) -> None:
             self.send_header("Vary", "Origin")
+            self.send_header("Access-Control-Allow-Origin", "*")
             super().end_headers()
 
         def log_message(self, format: str, *args: object) -> None:
@@ -372,6 +373,26 @@ def test_the_element_works_in_another_page(site: tuple[Path, str], tab: Tab) -> 
     )
     tab.page.goto(f"{address}mine.html")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+
+
+@pytest.mark.thorough
+def test_a_sandboxed_frame_without_an_origin_works(
+    scene: Path, site: tuple[Path, str], tab: Tab
+) -> None:
+    folder, address = site
+    assert main(["export", str(scene), "--to", "html", "-o", str(folder / "page.html")]) == 0
+    for page in (address, f"{address}page.html"):
+        tab.page.evaluate(
+            """(src) => {
+              document.body.innerHTML =
+                `<iframe sandbox="allow-scripts" src="${src}" width=400 height=300></iframe>`;
+            }""",
+            f"{page}?scale=1&variant=floats",
+        )
+        [frame] = [each for each in tab.page.frames if each != tab.page.main_frame]
+        frame.wait_for_load_state()
+        assert frame.evaluate("self.origin") == "null"
+        assert frame.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
 
 
 def test_export_html_overwrites_only_exported_pages_and_has_a_largest_size(
