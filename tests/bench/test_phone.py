@@ -106,7 +106,7 @@ def test_a_measurement_has_frames_and_power_of_each_scene(
             adb.drawing = False
 
     monkeypatch.setattr(phone, "bench", drawing)
-    found = measure(adb, scenes, 1, "64x48")
+    found = measure(adb, scenes, 2, "64x48")
     assert measurement_problems(found) == []
     assert found["phone"] == {
         "manufacturer": "Example",

@@ -389,7 +389,7 @@ def test_a_sandboxed_frame_without_an_origin_works(
             }""",
             f"{page}?scale=1&variant=floats",
         )
-        [frame] = [each for each in tab.page.frames if each != tab.page.main_frame]
+        frame = tab.page.frames[-1]
         frame.wait_for_load_state()
         assert frame.evaluate("self.origin") == "null"
         assert frame.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
