@@ -14,6 +14,7 @@ pytest_plugins = [
     "tests.support.runs",
     "tests.support.selection",
     "tests.support.tiny",
+    "tests.support.visitor",
 ]
 
 # examples are the same in every run, and a busy machine is no failure

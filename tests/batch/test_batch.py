@@ -71,14 +71,6 @@ def interrupt() -> None:
     signal.pthread_kill(main_thread, signal.SIGINT)
 
 
-@pytest.fixture(scope="module")
-def single(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The run of `mobilegs train` with the options of the rows."""
-    run = tmp_path_factory.mktemp("single") / "run"
-    train_capture(TrainRun(capture, run, steps=STEPS, device="cpu", **OPTIONS))
-    return run
-
-
 def write_list(folder: Path, rows: list[dict[str, Any]]) -> Path:
     path = folder / "list.jsonl"
     path.write_text("".join(json.dumps(row) + "\n" for row in rows))
@@ -86,10 +78,10 @@ def write_list(folder: Path, rows: list[dict[str, Any]]) -> Path:
 
 
 @pytest.mark.thorough
-def test_a_killed_training_continues_and_a_bad_row_stops_nobody(
+@pytest.mark.usefixtures("heeds_ctrl_c")
+def test_a_batch_continues_after_a_kill_a_bad_row_and_ctrl_c(
     capture: Path,
     finished: Path,
-    single: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -124,6 +116,8 @@ def test_a_killed_training_continues_and_a_bad_row_stops_nobody(
     assert [row["state"] for row in found.values()] == ["done", "failed", "done"]
     assert found["killed"]["tries"] == 3  # two trainings and an export
     assert "cannot be decoded" in found["broken"]["error"] and found["broken"]["tries"] == 1
+    single = tmp_path / "single"  # as one command makes it
+    train_capture(TrainRun(capture, single, steps=STEPS, device="cpu", **OPTIONS))
     for name in SAME:
         assert (output / "killed" / name).read_bytes() == (single / name).read_bytes()
     metrics = json.loads((output / "killed" / "metrics.json").read_text())
@@ -144,42 +138,22 @@ def test_a_killed_training_continues_and_a_bad_row_stops_nobody(
     # without --resume nothing is touched, and with it only what failed is made
     assert batch(listed, output) == 2
     shutil.copyfile(capture / "images" / photo.name, photo)
+    capsys.readouterr()
+    with once_training(RowFolder(output / "broken"), lambda pid: interrupt()):
+        assert batch(listed, output, "--resume") == 130
+    assert f"interrupted: add --resume to continue {output}" in capsys.readouterr().err
+    assert results(output)["broken"]["state"] == "waiting"
+    ended = RowFolder(output / "broken").events()[-1]
+    assert (ended["event"], ended["result"]) == ("ended", "stopped")
+    assert (output / "broken" / "checkpoint.safetensors").exists()
+    write_list(tmp_path, [rows[0], rows[1] | {"seed": 1}, rows[2]])
+    assert batch(listed, output, "--resume") == 2
+    assert "was begun with another seed: delete it" in capsys.readouterr().err
+    write_list(tmp_path, rows)
     assert batch(listed, output, "--resume") == 0
     again = results(output)
     assert again["broken"]["state"] == "done"
     assert {**again, "broken": None} == {**found, "broken": None}
-
-
-@pytest.fixture
-def heeds_ctrl_c() -> Iterator[None]:
-    """A shell's background jobs ignore Ctrl-C, and so would the batch in this process."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.thorough
-@pytest.mark.usefixtures("heeds_ctrl_c")
-def test_a_batch_continues_after_ctrl_c(
-    capture: Path, single: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    output = tmp_path / "out"
-    listed = write_list(tmp_path, [{"name": "a", "source": str(capture)}])
-    with once_training(RowFolder(output / "a"), lambda pid: interrupt()):
-        assert batch(listed, output) == 130
-    assert f"interrupted: add --resume to continue {output}" in capsys.readouterr().err
-    assert results(output)["a"]["state"] == "waiting"
-    ended = RowFolder(output / "a").events()[-1]
-    assert (ended["event"], ended["result"]) == ("ended", "stopped")
-    assert (output / "a" / "checkpoint.safetensors").exists()
-
-    write_list(tmp_path, [{"name": "a", "source": str(capture), "seed": 1}])
-    assert batch(listed, output, "--resume") == 2
-    assert "was begun with another seed: delete it" in capsys.readouterr().err
-    write_list(tmp_path, [{"name": "a", "source": str(capture)}])
-    assert batch(listed, output, "--resume") == 0
-    for name in SAME:
-        assert (output / "a" / name).read_bytes() == (single / name).read_bytes()
 
 
 def test_folders_of_something_else_are_kept(

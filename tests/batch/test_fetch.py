@@ -20,16 +20,13 @@ def bucket() -> Iterator[fsspec.AbstractFileSystem]:
     files.rm("/bucket", recursive=True)
 
 
-def test_a_folder_is_fetched_with_its_name(
+def test_a_folder_and_a_file_are_fetched_with_their_names(
     bucket: fsspec.AbstractFileSystem, tmp_path: Path
 ) -> None:
     path = fetch("memory://bucket/garden/", tmp_path)
     assert path.name == "garden"
     found = {str(file.relative_to(path)): file.read_bytes() for file in path.rglob("*.jpg")}
     assert found == {"a.jpg": b"one", str(Path("sub/b.jpg")): b"two"}
-
-
-def test_a_file_is_fetched_with_its_name(bucket: fsspec.AbstractFileSystem, tmp_path: Path) -> None:
     path = fetch("memory://bucket/garden/a.jpg", tmp_path)
     assert path.name == "a.jpg" and path.read_bytes() == b"one"
 
@@ -61,11 +58,6 @@ def test_a_fetch_that_fails_leaves_nothing_in_its_place(
         with pytest.raises(OSError, match="the network is gone"):
             fetch("memory://bucket/garden", tmp_path)
     assert (fetch("memory://bucket/garden", tmp_path) / "a.jpg").read_bytes() == b"one"
-
-
-def test_an_address_without_files_is_refused(
-    bucket: fsspec.AbstractFileSystem, tmp_path: Path
-) -> None:
     with pytest.raises(InputError, match="there is nothing at memory://bucket/nothing"):
         fetch("memory://bucket/nothing", tmp_path)
 

@@ -5,7 +5,6 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
 
 import pytest
 import torch
@@ -26,7 +25,6 @@ from bench.paper.claims import LINES
 from bench.paper.rows import ROWS
 from bench.paper.student import Method, student_class
 from mobilegs.errors import InputError
-from mobilegs.evaluate.lpips import LPIPS_NAMES
 from mobilegs.render.scene import Scene
 from mobilegs.train.recipes import short_recipe, with_method, with_settings
 from tests.support.tiny import STUDENT, blobs, cameras
@@ -38,6 +36,8 @@ SOME = (
     "no-codes",
     "no-scale-term",
     "two-pass",
+    "3dgs",
+    "quantized-3dgs",
 )
 Bench = Callable[..., dict[str, dict]]
 
@@ -66,7 +66,7 @@ def test_rows_become_cells_and_cells_a_table(bench: Bench, tmp_path: Path) -> No
     cells = bench("--rows", *SOME)
     assert set(cells) == {f"{row} 0" for row in SOME}
     for cell in cells.values():
-        assert cell["psnr"] > 10 and cell["gaussians"] > 50 and cell["frame_ms"] > 0
+        assert cell["psnr"] > 5 and cell["gaussians"] > 50 and cell["frame_ms"] > 0
     [coded] = tmp_path.glob("runs/blobs/ours-*/scene.mgs")
     assert cells["ours 0"]["bytes"] == coded.stat().st_size < cells["no-codes 0"]["bytes"]
     for row in ("ours", "codebooks"):
@@ -80,20 +80,17 @@ def test_rows_become_cells_and_cells_a_table(bench: Bench, tmp_path: Path) -> No
     assert again["ours 1"]["teacher_seed"] == 0 and again["ours 1"] != cells["ours 0"]
     assert all(path.stat().st_mtime_ns == before for path, before in written.items())
 
-    text = "\n".join(paper_report.sections(list(again.values())))
-    assert "## blobs, 24x20, 10 + 10 steps" in text
-    base, two_pass = (cells[f"{name} 0"]["psnr"] for name in ("codebooks", "two-pass"))
-    assert f"| {two_pass:.2f} | {two_pass - base:+.2f} |" in text  # codebooks of the same seed
-
-
-def test_3dgs_has_a_row_as_a_teacher_and_one_as_a_student(bench: Bench, tmp_path: Path) -> None:
-    cells = bench("--rows", "3dgs", "quantized-3dgs")
+    # 3DGS has a row as a teacher and one as a student
     [ply] = tmp_path.glob("runs/blobs/teacher-3dgs-*/teacher.ply")  # of both
     plain, coded = cells["3dgs 0"], cells["quantized-3dgs 0"]
     assert plain["bytes"] == ply.stat().st_size > coded["bytes"]
     assert plain["gaussians"] == coded["gaussians"] and plain["student_steps"] == 0
-    text = "\n".join(paper_report.sections(list(cells.values())))
+
+    text = "\n".join(paper_report.sections(list(again.values())))
     assert "| `3dgs` | 3DGS, not quantised |" in text
+    assert "## blobs, 24x20, 10 + 10 steps" in text
+    base, two_pass = (cells[f"{name} 0"]["psnr"] for name in ("codebooks", "two-pass"))
+    assert f"| {two_pass:.2f} | {two_pass - base:+.2f} |" in text  # codebooks of the same seed
 
 
 @pytest.mark.thorough
@@ -153,15 +150,6 @@ def test_every_row_of_the_papers_tables_is_another_student() -> None:
     assert recipes["no-scale-term"] == recipes["no-depth-term"] == recipes["codebooks"]
 
 
-def test_the_release_row_has_the_settings_of_all_rows_of_fixes() -> None:
-    """Row `no-distillation` is an exception: it would be another method."""
-    settings = set(ROWS["near-release"].settings)
-    for name, row in ROWS.items():
-        if row.table == "fixes" and name != "no-distillation":
-            assert set(row.settings) <= settings, name
-    assert set(ROWS["near-paper"].settings) <= settings
-
-
 def test_an_archived_row_is_refused_with_its_commit(bench: Bench) -> None:
     assert all(row in ROWS for lines in LINES.values() for line in lines for row in line.rows)
     with pytest.raises(
@@ -204,16 +192,6 @@ def place_of(scene: str, row: str = "ours", protocol: str = "paper", **more) -> 
     return str(folder_of(row, scene, place, 0, options(**more)))
 
 
-def test_folders_of_before_are_found_again() -> None:
-    short = ("student.steps=1200",)
-    assert place_of("horns-250", set=short) == "runs/horns-250/ours-11200-0"
-    assert place_of("horns-250", "teacher", set=short) == "runs/horns-250/teacher-10000-0"
-    place, row = CAPTURES["horns-250"], ROWS["ours"]
-    teacher = teacher_folder(row, "horns-250", place, 0, 10_000, options(set=short))
-    assert str(teacher) == "runs/horns-250/teacher-mini-splatting-10000-0"
-    assert place_of("garden") == "runs/garden/ours-60000-0"
-
-
 def test_whatever_is_not_the_default_has_a_folder_of_its_own() -> None:
     halves = ("teacher.steps=5000", "student.steps=5000")
     unequal = ("teacher.steps=8000", "student.steps=2000")
@@ -228,6 +206,7 @@ def test_whatever_is_not_the_default_has_a_folder_of_its_own() -> None:
         place_of("garden", set=unequal),
     ]
     assert len(set(folders)) == len(folders)
+    assert folders[0] == "runs/garden/ours-60000-0"  # as before there were others
     assert folders[6].endswith("ours-10000-0-t5000")
     # only Mip-NeRF 360 is shown at another size, and a teacher knows nothing of its students
     assert place_of("truck", protocol="standard") == place_of("truck")
@@ -244,25 +223,15 @@ def test_whatever_is_not_the_default_has_a_folder_of_its_own() -> None:
 
 def test_steps_are_shared_out_as_the_places_are() -> None:
     place = CAPTURES["horns-250"]
-    recipe = recipe_of(place, ROWS["ours"], options(steps=300))
+    recipe = recipe_of(place, ROWS["ours"], options(steps=300, set=("teacher.min_views=1",)))
     assert (recipe.teacher.steps, recipe.student.steps) == (200, 100)
     recipe = recipe_of(place, ROWS["ours"], options(steps=300, set=("teacher.steps=7",)))
     assert (recipe.teacher.steps, recipe.student.steps) == (7, 100)
-    assert recipe.teacher.max_splats == 60_000
-
-
-def test_teachers_begin_with_all_points_and_3dgs_has_no_limit() -> None:
-    for scene in ("garden", "truck", "playroom"):
-        ours, theirs = (
-            recipe_of(CAPTURES[scene], ROWS[name], options()).teacher for name in ("ours", "3dgs")
-        )
-        # kitchen comes with 241,367 points, and 3DGS leaves 6.1 million Gaussians of bicycle
-        assert ours.init_splats == theirs.init_splats > 250_000
-        assert ours.max_splats == 1_000_000 and theirs.max_splats > 7_000_000
-        assert theirs == recipe_of(CAPTURES[scene], ROWS["quantized-3dgs"], options()).teacher
-    small = recipe_of(CAPTURES["horns-250"], ROWS["quantized-3dgs"], options()).teacher
-    assert (small.init_splats, small.max_splats) == (40_000, 60_000)
-    assert place_of("garden", "3dgs") == "runs/garden/3dgs-30000-0"
+    ours, theirs = (
+        recipe_of(CAPTURES["garden"], ROWS[row], options()).teacher for row in ("ours", "3dgs")
+    )
+    # a limit that 3DGS does not reach: it leaves 6.1 million Gaussians of bicycle
+    assert ours.max_splats == 1_000_000 and theirs.max_splats > 7_000_000
 
 
 def test_cells_keep_apart_by_all_that_differs(tmp_path: Path) -> None:
@@ -307,28 +276,3 @@ def test_what_another_command_began_is_refused(tmp_path: Path) -> None:
     (wanted.folder / "cell.json").write_text(json.dumps(cell | {"teacher_seed": 1}))
     with pytest.raises(InputError, match="a cell with another teacher_seed"):
         wanted.is_done()
-
-
-def test_a_cell_says_of_how_many_photos_its_lpips_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    def evaluated(scene, dataset, *, lpips) -> dict:
-        names = dict.fromkeys(LPIPS_NAMES, None if lpips is None else len(dataset.test) / 10)
-        return {"psnr": 30.0, "ssim": 0.9, **names, "views": []}
-
-    class Anything(argparse.Namespace):
-        def __len__(self) -> int:
-            return 7
-
-    monkeypatch.setattr(paper, "evaluate", evaluated)
-    monkeypatch.setattr(paper, "frame_ms", lambda scene, cameras: 1.0)
-    monkeypatch.setattr(paper, "replace", lambda dataset, test: argparse.Namespace(test=test))
-    scene: Any = argparse.Namespace(gaussians=Anything())
-    dataset = argparse.Namespace(test=[argparse.Namespace(camera=None)] * 6)
-    counted, lpips, work = {}, cast(Any, object()), cast(Any, None)
-    for few in (False, True):
-        work = cast(
-            Any, argparse.Namespace(dataset=dataset, options=argparse.Namespace(few_lpips=few))
-        )
-        found = paper.figures(scene, work, lpips)
-        counted[few] = (found["photos"], found["lpips_photos"], found["lpips_vgg"])
-    assert counted == {False: (6, 6, 0.6), True: (6, 2, 0.2)}
-    assert "lpips_photos" not in paper.figures(scene, work, None)

@@ -1,7 +1,5 @@
 """Reports of the benchmarks: tables and pages made of their cells."""
 
-import pytest
-
 from bench.paper import report as paper_report
 from bench.paper.report import Run
 from mobilegs.train.recipes import RECIPES, with_settings
@@ -14,23 +12,16 @@ def cell(row: str, scene: str = "a", seed: int = 0, psnr: float = 30.0, **more) 
     return {"scene": scene, "row": row, "seed": seed, "psnr": psnr} | figures | where | steps | more
 
 
-def test_cells_of_other_lengths_are_no_seeds_of_each_other() -> None:
-    teacher, short, long = cell("teacher"), cell("ours", student_steps=1), cell("ours")
-    assert paper_report.runs_of([long, teacher, short]) == {
-        Run("a", 10, 1, ""): [teacher, short],
-        Run("a", 10, 5, ""): [teacher, long],
-    }
-    assert paper_report.runs_of([teacher]) == {Run("a", 10, 0, ""): [teacher]}
-
-
-def test_cells_of_other_protocols_teachers_and_settings_have_tables_of_their_own() -> None:
+def test_cells_of_other_lengths_protocols_teachers_and_settings_have_tables_of_their_own() -> None:
     plain, standard = cell("ours"), cell("ours", protocol="standard")
     seeded = cell("ours", teacher_seed=1)
     changed = cell("ours", settings={"student.pruning.quantile": "0", "teacher.min_views": "1"})
     teacher, second = cell("teacher"), cell("teacher", seed=1)
     other = cell("teacher", settings={"teacher.min_views": "1"})
-    runs = paper_report.runs_of([plain, standard, seeded, changed, teacher, second, other])
+    short = cell("ours", student_steps=1)
+    runs = paper_report.runs_of([plain, standard, seeded, changed, teacher, second, other, short])
     assert runs == {
+        Run("a", 10, 1, ""): [teacher, short],
         Run("a", 10, 5, ""): [teacher, plain],
         Run("a", 10, 5, "standard"): [standard],
         Run("a", 10, 5, "student.pruning.quantile=0, teacher.min_views=1"): [other, changed],
@@ -80,19 +71,6 @@ def test_a_group_has_means_over_the_scenes_that_have_a_row() -> None:
     assert "| 2 | 29.25 | - | - | 0.9000 | 0.200 |" in text  # seeds first, then scenes
     assert "| 1 | 27.20 | +0.20 | +0.10 | 0.9000 | - |" in text
     assert "paper, mean of Mip-NeRF 360" in text and "| `codebooks` |" in text
-
-
-@pytest.mark.parametrize(
-    "counted, told",
-    [
-        ({"photos": 5, "lpips_photos": 2}, "LPIPS is of 2 of 5 held-back photos."),
-        ({"photos": 5, "lpips_photos": 5}, None),
-        ({}, "Of how many photos LPIPS is, older cells do not say."),
-    ],
-)
-def test_it_is_said_of_how_many_photos_lpips_is(counted: dict, told: str | None) -> None:
-    text = "\n".join(paper_report.sections([cell("ours", lpips_vgg=0.1, **counted)]))
-    assert told in text if told else "LPIPS is" not in text
 
 
 def test_departures_are_the_defaults_and_not_the_papers() -> None:

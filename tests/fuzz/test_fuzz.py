@@ -28,7 +28,6 @@ from mobilegs.data.images import exif_number
 from mobilegs.errors import InputError
 from mobilegs.mgs import bits, positions, rans
 from tests.support.memory_meter import RESET
-from tests.support.mgs_parts import parse_parts
 
 CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
 MUTATIONS = 100  # of each kind
@@ -198,15 +197,6 @@ def test_a_disagreement_is_told(agreement: Agreement) -> None:
         wrong = right | {name: right[name] + np.float32(1e-3) * np.abs(right[name]).max()}
         assert f"{name} differs" in str(agreement.disagreement(data, {"wasm": wrong}))
     assert "numbers instead of" in str(difference(right | {"sh": right["sh"][1:]}, right))
-
-
-def test_a_checksum_of_one_decoder_only_would_be_told(agreement: Agreement) -> None:
-    parts = parse_parts((CONFORMANCE / "sq_constant.mgs").read_bytes())
-    parts.piece("positions").row["crc32"] = 1
-    _, _, errors = agreement([parts.to_bytes()])
-    assert errors == [None]  # all refuse it
-    told = agreement.disagreement(parts.to_bytes(), {"wasm": {}})
-    assert told is not None and told.startswith("wasm: a scene, C++: '")
 
 
 # --- C++

@@ -78,3 +78,14 @@ def parse_parts(data: bytes) -> Parts:
         pieces.append(Piece(row["name"], row["codec"], data[start:end]))
         start = end + -row["bytes"] % 8
     return Parts(header, pieces, (major, minor))
+
+
+def ends_of(data: bytes) -> dict[str, int]:
+    """Return the number of bytes up to the end of each stream of a valid file."""
+    pieces = parse_parts(data).pieces
+    sizes = [len(piece.data) + -len(piece.data) % 8 for piece in pieces]
+    found, end = {}, len(data) - sum(sizes)
+    for piece, size in zip(pieces, sizes, strict=True):
+        end += size
+        found[piece.name] = end
+    return found

@@ -17,7 +17,6 @@ from mobilegs.evaluate.metrics import psnr
 from mobilegs.mgs.codec import encode_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.representation.lobes import LobeShape
-from mobilegs.representation.uniform_quantizer import StepSizes
 from mobilegs.view.serve import Handler, Server
 from tests.support.browser import Tab
 from tests.support.scene_cases import Case, make_scene
@@ -169,13 +168,10 @@ def pose_moved(tab: Tab, eye: torch.Tensor) -> None:
     tab.page.wait_for_function(moved, arg=eye.tolist(), timeout=20_000)
 
 
-def leveled_scene(*, scalars: bool = False, sorted: bool = False) -> QuantizedScene:
+def leveled_scene(*, sorted: bool = False) -> QuantizedScene:
     """Return a scene with the LOD levels of `LOD_SIZES`."""
     shape = None if sorted else LobeShape(2, 12, (64,))
-    steps = StepSizes() if scalars else None
-    scene = replace(
-        make_scene(Case(sum(LOD_SIZES), shape, size=300, steps=steps)), lod_sizes=LOD_SIZES
-    )
+    scene = replace(make_scene(Case(sum(LOD_SIZES), shape, size=300)), lod_sizes=LOD_SIZES)
     return replace(scene, blend="sorted") if sorted else scene
 
 

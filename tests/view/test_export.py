@@ -29,7 +29,7 @@ from mobilegs.up import Axis
 from mobilegs.view.assets import CHUNKS, DIST, chunk, element_script, version_of, viewer_script
 from mobilegs.view.orbit import camera_of, first_pose
 from mobilegs.view.poster import posters_of
-from tests.support.browser import Chromium
+from tests.support.browser import Chromium, Tab
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import COUNT_WORKERS, SETTLED, until
 
@@ -72,6 +72,7 @@ def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
 
         def end_headers(self) -> None:
             self.send_header("Vary", "Origin")
+            self.send_header("Access-Control-Allow-Origin", "*")
             super().end_headers()
 
         def log_message(self, format: str, *args: object) -> None:
@@ -84,55 +85,36 @@ def site(scene: Path, tmp_path: Path) -> Iterator[tuple[Path, str]]:
     server.server_close()
 
 
-def test_the_html_file_opens_without_a_network(
-    chromium: Chromium, scene: Path, tmp_path: Path
-) -> None:
+def test_the_html_file_opens_without_a_network(tab: Tab, scene: Path, tmp_path: Path) -> None:
     page = tmp_path / "garden.html"
     assert main(["export", str(scene), "--to", "html", "-o", str(page)]) == 0
-    tab = chromium.tab()
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url))
     tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.title() == "garden"
     assert all(url.startswith(("file:", "blob:", "data:")) for url in asked), asked
-    tab.close()
 
 
-def test_a_ply_can_be_exported_to_html(chromium: Chromium, scene: Path, tmp_path: Path) -> None:
-    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
-    page = tmp_path / "plain.html"
-    words = ["export", str(tmp_path / "plain.ply"), "--to", "html", "-o", str(page)]
-    assert main(words) == 0
-    tab = chromium.tab()
-    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
-    assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.close()
-
-
-@pytest.mark.parametrize("to", ["html", "site"])
-def test_a_page_shows_the_axis_of_the_option_upright(
-    chromium: Chromium, scene: Path, tmp_path: Path, to: str
+def test_a_ply_becomes_a_page_with_the_axis_of_the_option_upright(
+    tab: Tab, scene: Path, tmp_path: Path
 ) -> None:
     write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
-    page = tmp_path / ("plain.html" if to == "html" else "site")
-    words = ["export", str(tmp_path / "plain.ply"), "--to", to, "-o", str(page), "--up", "z"]
-    assert main(words) == 0
-    text = (page if to == "html" else page / "index.html").read_text()
-    assert re.search(r'<mobile-gs[^>]* up="z"', text)
-    if to == "site":
-        return
-    tab = chromium.tab()
-    tab.page.goto(f"{page.as_uri()}?scale=1&variant=floats")
+    for to, page in (("html", tmp_path / "plain.html"), ("site", tmp_path / "site")):
+        words = ["export", str(tmp_path / "plain.ply"), "--to", to, "-o", str(page), "--up", "z"]
+        assert main(words) == 0
+        text = (page if to == "html" else page / "index.html").read_text()
+        assert re.search(r'<mobile-gs[^>]* up="z"', text)
+    tab.page.goto(f"{(tmp_path / 'plain.html').as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.up") == [0, 0, 1]
-    tab.close()
 
 
-@pytest.mark.parametrize("up", [None, "z"])
-def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path, up: Axis | None) -> None:
-    write_ply(tmp_path / "plain.ply", read_mgs(scene).decode().gaussians)
-    for path in (scene, tmp_path / "plain.ply"):
+def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path) -> None:
+    plain = tmp_path / "plain.ply"
+    write_ply(plain, read_mgs(scene).decode().gaussians)
+    cases: list[tuple[Path, Axis | None]] = [(scene, None), (plain, None), (plain, "z")]
+    for path, up in cases:
         opened, views = open_with_views(path)
         pose = first_pose(opened, views, up)
         camera = camera_of(pose, views[0] if views else None, 1200, 630, opened.near)
@@ -141,9 +123,8 @@ def test_the_poster_is_the_first_view(scene: Path, tmp_path: Path, up: Axis | No
         assert (np.array(posters_of(path, up).preview) == expected).all()
 
 
-def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]) -> None:
+def test_a_visited_site_opens_offline(site: tuple[Path, str], tab: Tab) -> None:
     _, address = site
-    tab = chromium.tab()
     tab.page.add_init_script(COUNT_WORKERS)
     begun = f"begun.length === 1 && begun[0].startsWith('{address}scene.mgs?')"  # by preload.js
     tab.page.goto(f"{address}?scale=1&variant=floats")
@@ -158,14 +139,11 @@ def test_a_visited_site_opens_offline(chromium: Chromium, site: tuple[Path, str]
     assert tab.page.evaluate(begun)
     tab.page.goto(f"{address}index.html?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.close()
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("file", ["viewer.js", "index.html"])
-def test_files_of_another_version_are_not_kept(
-    chromium: Chromium, site: tuple[Path, str], file: str
-) -> None:
+def test_files_of_another_version_are_not_kept(site: tuple[Path, str], tab: Tab, file: str) -> None:
     """A browser may visit the site while it is being uploaded."""
     folder, address = site
     content = (folder / file).read_text()
@@ -173,7 +151,6 @@ def test_files_of_another_version_are_not_kept(
     (folder / file).write_text(
         f"{content}\n" if file == "viewer.js" else content.replace(version, "")
     )
-    tab = chromium.tab()
     tab.page.goto(f"{address}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate(INSTALL) == "redundant"
@@ -189,18 +166,15 @@ def test_files_of_another_version_are_not_kept(
             break
     tab.page.wait_for_function("navigator.serviceWorker.controller !== null", timeout=30_000)
     tab.complaints.clear()  # of the file that was refused
-    tab.close()
 
 
-def test_a_browser_would_install_it(chromium: Chromium, site: tuple[Path, str]) -> None:
-    tab = chromium.tab()
+def test_a_browser_would_install_it(site: tuple[Path, str], tab: Tab) -> None:
     tab.page.goto(site[1])
     session = tab.page.context.new_cdp_session(tab.page)
     found = session.send("Page.getInstallabilityErrors")["installabilityErrors"]
     assert {error["errorId"] for error in found} <= {"in-incognito"}  # as test pages are
     manifest = session.send("Page.getAppManifest")
     assert manifest["errors"] == [] and "any maskable" in manifest["data"]
-    tab.close()
 
 
 def test_the_site_has_all_the_files_that_it_names(site: tuple[Path, str], scene: Path) -> None:
@@ -260,9 +234,13 @@ def test_export_replaces_earlier_exports_but_no_other_folder(
         mark = hashlib.sha256((folder / file).read_bytes()).hexdigest()[:8]
         assert f'{word}="{file}?{mark}"' in page  # no cached file of an earlier version
     (folder / "sw.js").unlink()  # as if it had been interrupted
-    (folder / "scene.ply").write_text("somebody's own")
+    (folder / "scene.txt").write_text("somebody's own")
     assert main([*words, str(folder)]) == 0
-    assert (folder / "sw.js").exists() and (folder / "scene.ply").exists()
+    assert (folder / "sw.js").exists()
+    plain = tmp_path / "plain.ply"
+    write_ply(plain, read_mgs(scene).decode().gaussians)
+    assert main(["export", str(plain), "--to", "site", "-o", str(folder)]) == 0
+    assert {path.name for path in folder.glob("scene.*")} == {"scene.ply", "scene.txt"}
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.txt").write_text("precious")
@@ -271,19 +249,19 @@ def test_export_replaces_earlier_exports_but_no_other_folder(
     assert [path.name for path in mine.iterdir()] == ["thesis.txt"]
 
 
-@pytest.mark.parametrize("to", ["html", "site"])
 def test_scenes_that_the_viewer_does_not_support_are_refused(
-    to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "broken.mgs").write_bytes(encode_mgs(make_scene(Case(20)))[:100])
     twice = replace(make_scene(Case(20)), weighting=Weighting("two_pass"))
     (tmp_path / "two_pass.mgs").write_bytes(encode_mgs(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
-    for name, sentence in (
-        ("two_pass.mgs", "two_pass"),
-        ("broken.mgs", "broken.mgs"),
-        ("photo.jpg", "not a scene"),
-        ("gone.mgs", "gone.mgs"),
+    for name, to, sentence in (
+        ("two_pass.mgs", "html", "two_pass"),
+        ("two_pass.mgs", "site", "two_pass"),
+        ("broken.mgs", "html", "broken.mgs"),
+        ("photo.jpg", "site", "not a scene"),
+        ("gone.mgs", "html", "gone.mgs"),
     ):
         words = ["export", str(tmp_path / name), "--to", to, "-o", str(tmp_path / "out")]
         assert main(words) in (1, 2)
@@ -351,22 +329,18 @@ def test_a_script_can_stand_in_an_html_page(script: Callable[[], str]) -> None:
     assert "</script" not in script() and "<!--" not in script()
 
 
-def test_the_script_has_each_module_once_and_leaves_no_globals(
-    chromium: Chromium, scene: Path
-) -> None:
+def test_the_script_has_each_module_once_and_leaves_no_globals(tab: Tab, scene: Path) -> None:
     text = viewer_script()
     assert text.count("leaves its 48-bit grid") == 1
-    tab = chromium.tab()
     tab.page.evaluate("() => (window.before = Object.getOwnPropertyNames(window))")
     tab.page.evaluate("() => document.body.append(document.createElement('mobile-gs'))")
     tab.page.add_script_tag(content=text)  # not as a module, which has no globals anyway
     tab.page.wait_for_function("document.querySelector('mobile-gs').viewer", timeout=20_000)
     names = "() => Object.getOwnPropertyNames(window).filter((name) => !before.includes(name))"
     assert tab.page.evaluate(names) == ["before"]
-    tab.close()
 
 
-def test_the_worker_starts_from_another_worker(chromium: Chromium, scene: Path) -> None:
+def test_the_worker_starts_from_another_worker(tab: Tab, scene: Path) -> None:
     text = viewer_script()
     outer = """onmessage = ({ data: { file, text } }) => {
       const url = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
@@ -375,7 +349,6 @@ def test_the_worker_starts_from_another_worker(chromium: Chromium, scene: Path) 
       inner.onerror = () => postMessage("error");
       inner.postMessage({ file });
     };"""
-    tab = chromium.tab()
     code = """const url = URL.createObjectURL(new Blob([outer], { type: "text/javascript" }));
     const worker = new Worker(url);
     const kinds = [];
@@ -389,24 +362,41 @@ def test_the_worker_starts_from_another_worker(chromium: Chromium, scene: Path) 
     file = np.frombuffer(scene.read_bytes(), np.uint8)
     kinds = tab.run(code, outer=outer, text=text, file=file)
     assert kinds[-1] == "done" and {"dots", "scene"} <= set(kinds)
-    tab.close()
 
 
-def test_the_element_works_in_another_page(chromium: Chromium, site: tuple[Path, str]) -> None:
+def test_the_element_works_in_another_page(site: tuple[Path, str], tab: Tab) -> None:
     folder, address = site
     (folder / "mine.html").write_text(
         '<!doctype html><meta charset="utf-8" /><link rel="icon" href="data:," />'
         '<script type="module" src="mobile-gs.js"></script>'
         '<mobile-gs src="scene.mgs" style="height: 200px"></mobile-gs>'
     )
-    tab = chromium.tab()
     tab.page.goto(f"{address}mine.html")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
-    tab.close()
 
 
-def test_export_html_overwrites_only_exported_pages(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.thorough
+def test_a_sandboxed_frame_without_an_origin_works(
+    scene: Path, site: tuple[Path, str], tab: Tab
+) -> None:
+    folder, address = site
+    assert main(["export", str(scene), "--to", "html", "-o", str(folder / "page.html")]) == 0
+    for page in (address, f"{address}page.html"):
+        tab.page.evaluate(
+            """(src) => {
+              document.body.innerHTML =
+                `<iframe sandbox="allow-scripts" src="${src}" width=400 height=300></iframe>`;
+            }""",
+            f"{page}?scale=1&variant=floats",
+        )
+        frame = tab.page.frames[-1]
+        frame.wait_for_load_state()
+        assert frame.evaluate("self.origin") == "null"
+        assert frame.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+
+
+def test_export_html_overwrites_only_exported_pages_and_has_a_largest_size(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "own.mgs"
     copy.write_bytes(scene.read_bytes())
@@ -415,6 +405,9 @@ def test_export_html_overwrites_only_exported_pages(
     assert copy.read_bytes() == scene.read_bytes()
     for _ in range(2):  # the second time over its own page
         assert main(["export", str(copy), "--to", "html", "-o", str(tmp_path / "a.html")]) == 0
+    monkeypatch.setattr("mobilegs.view.export.HTML_MAX", 1000)
+    assert main(["export", str(copy), "--to", "html", "-o", str(tmp_path / "b.html")]) == 2
+    assert "use --to site" in capsys.readouterr().err
 
 
 def test_the_title_is_the_name_of_the_capture(tmp_path: Path) -> None:
@@ -423,19 +416,6 @@ def test_the_title_is_the_name_of_the_capture(tmp_path: Path) -> None:
     words = ["export", str(tmp_path / "scene.mgs"), "--to", "html", "-o", str(tmp_path / "a.html")]
     assert main(words) == 0
     assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text()
-
-
-def test_a_second_export_replaces_the_scene(scene: Path, site: tuple[Path, str]) -> None:
-    folder, _ = site
-    (folder / "scene.txt").write_bytes(b"mine")
-    plain = folder.parent / "plain.ply"
-    write_ply(plain, read_mgs(scene).decode().gaussians)
-    for file in (plain, scene):
-        assert main(["export", str(file), "--to", "site", "-o", str(folder)]) == 0
-        assert {path.name for path in folder.glob("scene.*")} == {
-            f"scene{file.suffix}",
-            "scene.txt",
-        }
 
 
 def test_file_names_that_are_not_utf8_become_titles(scene: Path, tmp_path: Path) -> None:
@@ -448,11 +428,3 @@ def test_file_names_that_are_not_utf8_become_titles(scene: Path, tmp_path: Path)
         assert main(["export", str(named), "--to", to, "-o", str(tmp_path / to)]) == 0
     for page in (tmp_path / "html", tmp_path / "site" / "index.html"):
         assert "<title>caf\ufffd</title>" in page.read_text(encoding="utf-8")
-
-
-def test_a_scene_too_large_for_a_page_is_refused(
-    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("mobilegs.view.export.HTML_MAX", 1000)
-    words = ["export", str(scene), "--to", "html", "-o", str(tmp_path / "a.html")]
-    assert main(words) == 2 and "use --to site" in capsys.readouterr().err

@@ -12,17 +12,18 @@ from tests.support.window import event, ring
 MOVES = """
 const [{ Pose, cameraOf }, { pointUnder }] = await Promise.all([
   import(`${process.argv[1]}/viewer/pose.js`), import(`${process.argv[1]}/viewer/pick.js`)]);
-const { views, index, centers, moves, up } = JSON.parse(process.argv[2]);
+const { centers, moves, cases } = JSON.parse(process.argv[2]);
 const flat = Float32Array.from(centers.flat());
-const pose = views.length ? Pose.fromViews(views, index) : Pose.around(flat, up ?? undefined);
-const state = () => [...pose.eye, ...pose.target, ...pose.up, pose.reach, ...pose.viewmat()];
-const path = [state()];
-for (const [move, ...given] of moves) { pose[move](...given); path.push(state()); }
-const camera = cameraOf(pose, views[0] ?? null, 900, 500, 0.2);
-const { fx, fy, cx, cy } = camera;
 const logits = new Float32Array(centers.length);
-const point = pointUnder(flat, logits, camera, 450, 250);
-console.log(JSON.stringify({ path, lens: [fx, fy, cx, cy], point }));
+console.log(JSON.stringify(cases.map(({ views, up }) => {
+  const pose = views.length ? Pose.fromViews(views, 2) : Pose.around(flat, up ?? undefined);
+  const state = () => [...pose.eye, ...pose.target, ...pose.up, pose.reach, ...pose.viewmat()];
+  const path = [state()];
+  for (const [move, ...given] of moves) { pose[move](...given); path.push(state()); }
+  const camera = cameraOf(pose, views[0] ?? null, 900, 500, 0.2);
+  const { fx, fy, cx, cy } = camera;
+  return { path, lens: [fx, fy, cx, cy], point: pointUnder(flat, logits, camera, 450, 250) };
+})));
 """
 MOVED = [
     ("orbit", 0.4, 0.2), ("orbit", -1.1, 5.0), ("orbit", 0.0, -0.7), ("dolly", 0.5),
@@ -71,47 +72,48 @@ def test_a_first_pose_is_upright_and_looks_a_little_down(up: str) -> None:
     assert (pose.eye - pose.target) @ direction > 0
 
 
-@pytest.mark.parametrize("case", ["ring", "outwards", "none", *DIRECTIONS])
-def test_a_pose_moves_like_the_web_viewers(case: str) -> None:
-    views = {"ring": ring(), "outwards": ring(outwards=True)}.get(case, [])
-    index, up = (2 if views else 0), DIRECTIONS.get(case)
+def test_a_pose_moves_like_the_web_viewers(subtests: pytest.Subtests) -> None:
     centers = np.random.default_rng(3).normal(size=(400, 3)).astype(np.float32)
-    given = {
-        "views": [
-            {
-                "viewmat": view.viewmat.flatten().tolist(),
-                "K": view.K.flatten().tolist(),
-                "width": view.width,
-                "height": view.height,
-            }
-            for view in views
-        ],
-        "index": index,
-        "centers": centers.tolist(),
-        "moves": MOVED,
-        "up": up,
-    }
-    theirs = javascript(MOVES, given)
-    pose = Pose.from_views(views, index) if views else Pose.around(centers)
-    if up is not None:
-        pose = Pose.around(centers, np.array(up, np.float64))
+    cases = {"ring": (ring(), None), "outwards": (ring(outwards=True), None), "none": ([], None)}
+    cases |= {name: ([], up) for name, up in DIRECTIONS.items()}
+    given = [
+        {
+            "up": up,
+            "views": [
+                {
+                    "viewmat": view.viewmat.flatten().tolist(),
+                    "K": view.K.flatten().tolist(),
+                    "width": view.width,
+                    "height": view.height,
+                }
+                for view in views
+            ],
+        }
+        for views, up in cases.values()
+    ]
+    found = javascript(MOVES, {"centers": centers.tolist(), "moves": MOVED, "cases": given})
+    for (name, (views, up)), theirs in zip(cases.items(), found, strict=True):
+        pose = Pose.from_views(views, 2) if views else Pose.around(centers)
+        if up is not None:
+            pose = Pose.around(centers, np.array(up, np.float64))
+        ours = [state(pose)]
+        for move, *words in MOVED:
+            getattr(pose, move)(*(np.array(a) if isinstance(a, list) else a for a in words))
+            ours.append(state(pose))
+        seen = camera_of(pose, views[0] if views else None, 900, 500, 0.2)
+        lens = [seen.K[0, 0], seen.K[1, 1], seen.K[0, 2], seen.K[1, 2]]
+        place = point_under(centers, seen, 450.0, 250.0)
+        with subtests.test(name):
+            np.testing.assert_allclose(ours, theirs["path"], rtol=1e-6, atol=1e-6)
+            np.testing.assert_allclose(lens, theirs["lens"], rtol=1e-6)
+            assert (place is None) == (theirs["point"] is None)
+            if place is not None:
+                np.testing.assert_allclose(place, theirs["point"], rtol=1e-6)
 
-    def state() -> list[float]:
-        place = [*pose.eye, *pose.target, *pose.up, pose.reach]
-        return [*map(float, place), *pose.viewmat().flatten().tolist()]
 
-    ours = [state()]
-    for name, *given in MOVED:
-        getattr(pose, name)(*(np.array(a) if isinstance(a, list) else a for a in given))
-        ours.append(state())
-    np.testing.assert_allclose(ours, theirs["path"], rtol=1e-6, atol=1e-6)
-    seen = camera_of(pose, views[0] if views else None, 900, 500, 0.2)
-    lens = [seen.K[0, 0], seen.K[1, 1], seen.K[0, 2], seen.K[1, 2]]
-    np.testing.assert_allclose(lens, theirs["lens"], rtol=1e-6)
-    place = point_under(centers, seen, 450.0, 250.0)
-    assert (place is None) == (theirs["point"] is None)
-    if place is not None:
-        np.testing.assert_allclose(place, theirs["point"], rtol=1e-6)
+def state(pose: Pose) -> list[float]:
+    place = [*pose.eye, *pose.target, *pose.up, pose.reach]
+    return [*map(float, place), *pose.viewmat().flatten().tolist()]
 
 
 def test_a_single_camera_has_a_target_ahead() -> None:

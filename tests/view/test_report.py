@@ -10,7 +10,7 @@ import pytest
 from mobilegs.errors import InputError
 from mobilegs.train.run_dir import RunDir
 from mobilegs.view.report import write_report
-from tests.support.browser import Chromium
+from tests.support.browser import Tab
 from tests.support.viewer_page import SETTLED
 
 CHART = r'<svg [^>]*role="img">'
@@ -60,8 +60,7 @@ def test_a_report_needs_no_log_and_names_a_damaged_file(run: RunDir) -> None:
         write_report(run)
 
 
-def test_a_report_shows_the_scene_without_a_network(chromium: Chromium, run: RunDir) -> None:
-    tab = chromium.tab()
+def test_a_report_shows_the_scene_without_a_network(tab: Tab, run: RunDir) -> None:
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url))
     tab.page.goto(f"{write_report(run).as_uri()}?scale=1&variant=floats")
@@ -69,4 +68,3 @@ def test_a_report_shows_the_scene_without_a_network(chromium: Chromium, run: Run
     assert all(url.startswith(("file:", "blob:", "data:")) for url in asked), asked
     box = tab.page.locator("mobile-gs").bounding_box()
     assert box is not None and box["height"] > 100
-    tab.close()

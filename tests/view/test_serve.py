@@ -1,13 +1,11 @@
 """The web server of the viewer: what it serves and what not."""
 
-import _thread
 import errno
 import gzip
 import http.client
 import io
 import os
 import re
-import signal
 import socket
 import sys
 import threading
@@ -180,30 +178,15 @@ def test_truncating_a_scene_during_transfer_closes_the_connection(tmp_path: Path
         server.shutdown()
 
 
-def test_a_browser_command_that_blocks_gets_the_page(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_browser_command_that_blocks_gets_the_page(tmp_path: Path, visited: list[int]) -> None:
     """Some commands end only when their browser does."""
     scene = tmp_path / "a.mgs"
     scene.write_bytes(b"scene")
-    found: list[int] = []
-
-    def browse(address: str) -> None:
-        connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=20)
-        connection.request("GET", "/")
-        found.append(connection.getresponse().status)
-        connection.close()
-        _thread.interrupt_main()  # as Ctrl-C does
-
-    monkeypatch.setattr("webbrowser.open", browse)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs may ignore it
-    try:
-        serve(scene, None, lan=False, port=0, browser=True)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert found == [302]
+    serve(scene, None, lan=False, port=0, browser=True)
+    assert visited == [302]
 
 
+@pytest.mark.usefixtures("visited")
 def test_lan_prints_an_address_and_its_qr_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -211,21 +194,8 @@ def test_lan_prints_an_address_and_its_qr_code(
     scene.write_bytes(b"scene")
     monkeypatch.setattr("mobilegs.view.serve.own_address", lambda: "192.0.2.7")
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-
-    def browse(address: str) -> None:
-        connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=20)
-        connection.request("GET", "/")
-        connection.getresponse()
-        connection.close()
-        _thread.interrupt_main()  # as Ctrl-C does
-
-    monkeypatch.setattr("webbrowser.open", browse)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with printed_log():
-            serve(scene, None, lan=True, port=0, browser=True)
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with printed_log():
+        serve(scene, None, lan=True, port=0, browser=True)
     said = capsys.readouterr().out
     [address] = re.findall(r"in this network at (http://192\.0\.2\.7:\d+/\?url=/scene)", said)
     drawn = io.StringIO()
@@ -302,26 +272,11 @@ def test_the_script_of_the_page_is_served(server: Server) -> None:
     assert len(packed) < 64_000
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        "/scene/secret.mgs",
-        "/scene/",
-        "/other",
-        "/serve.py",
-        "/dist/../serve.py",
-        "/dist/%2e%2e/serve.py",
-        "/../../pyproject.toml",
-        "//etc/passwd",
-        "/dist/",
-        "/dist",
-        "/dist/viewer.js",
-        "/viewer.js/",
-        "/dist/nul\\..\\..\\serve.py",
-    ],
-)
-def test_nothing_else_is_served(server: Server, path: str) -> None:
-    assert get(server, path)[0] == 404
+def test_nothing_else_is_served(server: Server) -> None:
+    paths = ["/scene/secret.mgs", "/scene/", "/other", "/serve.py", "/dist/../serve.py"]
+    paths += ["/dist/%2e%2e/serve.py", "/../../pyproject.toml", "//etc/passwd", "/dist/", "/dist"]
+    paths += ["/dist/viewer.js", "/viewer.js/", "/dist/nul\\..\\..\\serve.py"]
+    assert {path: get(server, path)[0] for path in paths} == dict.fromkeys(paths, 404)
 
 
 def test_a_deleted_scene_is_not_found(tmp_path: Path) -> None:
@@ -334,9 +289,7 @@ def test_a_deleted_scene_is_not_found(tmp_path: Path) -> None:
         server.shutdown()
 
 
-@pytest.mark.parametrize(
-    "name", ["a & b.mgs", "scene (1).mgs", "100%.mgs", "a+b,c.mgs", "it's#1.mgs", "ä?.mgs"]
-)
+@pytest.mark.parametrize("name", ["a & b (1).mgs", "100% a+b,c 'it's#1 ä?.mgs"])
 def test_two_scenes_are_compared(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"first")
     (tmp_path / "b.ply").write_bytes(b"second")
@@ -367,8 +320,6 @@ def test_a_port_in_use_is_reported(server: Server, tmp_path: Path) -> None:
 def test_view_refuses_bad_options_with_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["view", str(tmp_path / "gone.mgs")]) == 2
-    assert "gone.mgs does not exist" in capsys.readouterr().err
     assert main(["view", str(tmp_path / "gone.mgs"), "--port", "70000"]) == 2
     assert "gone.mgs does not exist" in capsys.readouterr().err
     (tmp_path / "a.mgs").write_bytes(b"x")
@@ -376,29 +327,20 @@ def test_view_refuses_bad_options_with_one_sentence(
     assert "between 0 and 65535" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "sentence"),
-    [
-        ("empty.mgs", b"", "is empty"),
-        ("notes.txt", b"text", "not a scene"),
-        ("folder.mgs", None, "it is a folder"),
-        ("text.ply", ply("ascii", "float"), "not a .ply that the web viewer"),
-        ("big.ply", ply("binary_big_endian", "float"), "not a .ply that the web viewer"),
-        ("double.ply", ply("binary_little_endian", "double"), "not a .ply that the web viewer"),
-        (
-            "mesh.ply",
-            b"ply\nformat ascii 1.0\nelement face 1\nend_header\n",
-            "not a .ply that the web",
-        ),
-    ],
-)
-def test_files_that_are_not_scenes_are_refused(
-    tmp_path: Path, name: str, content: bytes | None, sentence: str
-) -> None:
-    path = tmp_path / name
-    if content is None:
-        path.mkdir()
-    else:
-        path.write_bytes(content)
-    with pytest.raises(InputError, match=sentence):
-        serve(path, None, lan=False, port=0, browser=False)
+def test_files_that_are_not_scenes_are_refused(tmp_path: Path) -> None:
+    mesh = b"ply\nformat ascii 1.0\nelement face 1\nend_header\n"
+    cases = {
+        "empty.mgs": (b"", "is empty"),
+        "notes.txt": (b"text", "not a scene"),
+        "text.ply": (ply("ascii", "float"), "not a .ply that the web viewer"),
+        "big.ply": (ply("binary_big_endian", "float"), "not a .ply that the web viewer"),
+        "double.ply": (ply("binary_little_endian", "double"), "not a .ply that the web viewer"),
+        "mesh.ply": (mesh, "not a .ply that the web viewer"),
+    }
+    for name, (content, sentence) in cases.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=sentence):
+            serve(tmp_path / name, None, lan=False, port=0, browser=False)
+    (tmp_path / "folder.mgs").mkdir()
+    with pytest.raises(InputError, match="it is a folder"):
+        serve(tmp_path / "folder.mgs", None, lan=False, port=0, browser=False)

@@ -72,8 +72,7 @@ def expected(window: windows.Window) -> np.ndarray:
 
 
 @GPU
-@pytest.mark.parametrize("kind", ["mobile_gs", "sorted"])
-@pytest.mark.parametrize("density", [1.0, 2.0])
+@pytest.mark.parametrize(("kind", "density"), [("mobile_gs", 1.0), ("sorted", 2.0)])
 def test_a_window_shows_the_renderers_image(opened: Any, kind: str, density: float) -> None:
     window = opened(kind, density=density)
     first = shown(window)
@@ -344,17 +343,13 @@ def test_an_error_in_a_frame_or_a_key_ends_view_with_a_sentence(
         assert toolkit.canvases[-1].get_closed()
 
 
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("gone.mgs", "gone.mgs does not exist"),
-        ("scene.obj", "a .mgs, .ply, .spz"),
-        ("gone.ply", "gone.ply does not exist"),
-    ],
-)
 def test_a_file_that_is_not_a_scene_opens_no_window(
-    toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, sentence: str
+    toolkit: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "scene.obj").touch()
-    assert sentence in refusal(capsys, "view", tmp_path / name, "--native")
+    for name, sentence in (
+        ("gone.mgs", "gone.mgs does not exist"),
+        ("scene.obj", "a .mgs, .ply, .spz"),
+    ):
+        assert sentence in refusal(capsys, "view", tmp_path / name, "--native")
     assert not toolkit.canvases

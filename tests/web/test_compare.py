@@ -72,10 +72,13 @@ def test_both_sides_match_the_python_renderer(
     assert handle.inner_text().split() == ["scene", "plain.ply"]
 
 
-def test_dragging_the_handle_does_not_move_the_camera(tab: Tab, served: Any, plain: Path) -> None:
+def test_the_handle_moves_by_hand_and_keys_and_not_the_camera(
+    tab: Tab, served: Any, plain: Path
+) -> None:
     both(tab, served, plain)
     before, _ = seen(tab, 64, 48)
-    box = tab.page.get_by_role("slider").bounding_box()
+    handle = tab.page.get_by_role("slider")
+    box = handle.bounding_box()
     width = tab.page.viewport_size["width"]
     assert box["x"] + box["width"] / 2 == pytest.approx(width / 2, abs=1)
     tab.page.mouse.move(width / 2, 300)
@@ -87,20 +90,12 @@ def test_dragging_the_handle_does_not_move_the_camera(tab: Tab, served: Any, pla
         "document.querySelector('mobile-gs').shadowRoot.querySelector('.over').style.clipPath"
     )
     assert cut == "inset(0px 0px 0px 25%)"
-    assert tab.page.get_by_role("slider").get_attribute("aria-valuenow") == "25"
-    torch.testing.assert_close(seen(tab, 64, 48)[0].viewmat, before.viewmat)
-
-
-def test_keys_move_the_handle(tab: Tab, served: Any, plain: Path) -> None:
-    both(tab, served, plain)
-    before, _ = seen(tab, 64, 48)
-    handle = tab.page.get_by_role("slider")
-    tab.page.focus("mobile-gs")
+    assert handle.get_attribute("aria-valuenow") == "25"
+    tab.page.locator("mobile-gs canvas").first.focus()
     tab.page.keyboard.press("Tab")  # it comes right after the picture
     for key, share in (
-        ("ArrowRight", 52),
-        ("ArrowLeft", 50),
-        ("PageUp", 60),
+        ("ArrowRight", 27),
+        ("PageUp", 37),
         ("End", 100),
         ("Home", 0),
         ("ArrowLeft", 0),
@@ -111,12 +106,9 @@ def test_keys_move_the_handle(tab: Tab, served: Any, plain: Path) -> None:
     torch.testing.assert_close(seen(tab, 64, 48)[0].viewmat, before.viewmat)
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
-def test_both_sides_follow_one_camera(tab: Tab, served: Any, renderer: str) -> None:
+def test_both_sides_follow_one_camera(tab: Tab, served: Any) -> None:
     # the same scene on both sides has to look the same wherever it is cut
-    assert (
-        visit(tab, served("scene.mgs", MGS), "compare=/scene", f"renderer={renderer}") == "loaded"
-    )
+    assert visit(tab, served("scene.mgs", MGS), "compare=/scene") == "loaded"
     handle = tab.page.get_by_role("slider")
     handle.wait_for(timeout=20_000)
     still(tab)
@@ -174,8 +166,8 @@ def test_one_scene_is_compared_with_itself_sorted(tab: Tab, served: Any, rendere
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
-    [(b"hello" * 100, "not a"), (MGS[: len(MGS) // 2], "cut off|ends|truncated"), (None, "404")],
-    ids=["foreign", "truncated", "missing"],
+    [(MGS[: len(MGS) // 2], "cut off|ends|truncated"), (None, "404")],
+    ids=["truncated", "missing"],
 )
 def test_a_bad_second_scene_shows_an_error_and_keeps_the_first(
     tab: Tab, served: Any, content: bytes | None, sentence: str
@@ -215,20 +207,6 @@ def test_a_bad_file_keeps_the_comparison_with_sorted(tab: Tab, served: Any) -> N
     handle.wait_for(timeout=20_000)
 
 
-def test_file_names_are_not_interpreted_as_html(tab: Tab, served: Any) -> None:
-    visit(tab, served("scene.mgs", MGS))
-    name = "<img src=x onerror=alert(1)>.mgs"
-    tab.page.evaluate(
-        """([bytes, name]) => document.querySelector("mobile-gs").compareWith(
-          new File([Uint8Array.from(bytes)], name))""",
-        [list(MGS), name],
-    )
-    handle = tab.page.get_by_role("slider")
-    handle.wait_for(timeout=20_000)
-    assert handle.inner_text().split("\n")[1] == name
-    assert handle.locator("img").count() == 0
-
-
 def test_a_comparison_can_be_ended_and_restarted(tab: Tab, served: Any, plain: Path) -> None:
     both(tab, served, plain)
     tab.page.evaluate("document.querySelector('mobile-gs').removeAttribute('compare')")
@@ -243,12 +221,22 @@ def test_a_comparison_can_be_ended_and_restarted(tab: Tab, served: Any, plain: P
     tab.page.wait_for_function(SETTLED, timeout=20_000)
     handle.wait_for(timeout=20_000)
     assert canvases.count() == 2 and handle.inner_text().split() == ["scene"] * 2
+    # names of files are no HTML
+    name = "<img src=x onerror=alert(1)>.mgs"
+    tab.page.evaluate(
+        """([bytes, name]) => document.querySelector("mobile-gs").compareWith(
+          new File([Uint8Array.from(bytes)], name))""",
+        [list(MGS), name],
+    )
+    handle.get_by_text(name).wait_for()
+    assert handle.locator("img").count() == 0
 
 
 def test_a_saved_picture_has_both_sides(chromium: Chromium, served: Any, plain: Path) -> None:
     tab = chromium.tab(device_pixel_ratio=1)
     both(tab, served, plain)
     tab.page.get_by_role("slider").press("PageDown")
+    still(tab)
     with tab.page.expect_download() as saved:
         tab.page.keyboard.press("p")
     from PIL import Image

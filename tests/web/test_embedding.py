@@ -1,17 +1,12 @@
-"""Elements in other pages: many of them, without a height, in a sandbox; their cameras."""
+"""Elements in other pages: many of them, and without a height; walking."""
 
-import http.server
-import threading
-from collections.abc import Callable, Iterator
-from functools import partial
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from mobilegs.cli.main import main
 from tests.support.browser import Tab
-from tests.support.viewer_page import MGS, SETTLED, frames, visit
+from tests.support.viewer_page import MGS, frames, visit
 
 pytestmark = pytest.mark.thorough
 
@@ -113,85 +108,17 @@ def test_elements_in_sight_wait_until_somebody_asks(tab: Tab) -> None:
     assert sum(tab.page.evaluate(HOLDERS)) == 4
 
 
-@pytest.mark.parametrize(
-    ("style", "width", "height"),
-    [
-        ("display: block; width: 320px", 320, 200),
-        ("display: block; width: 320px; height: 100px", 320, 120),  # the least
-        ("display: block; width: 320px; height: 300px", 320, 300),
-        ("position: fixed; inset: 0", 640, 400),
-    ],
-)
-def test_an_element_has_a_height(tab: Tab, style: str, width: int, height: int) -> None:
-    gallery(tab, 1, style)
-    box = tab.page.evaluate(
-        "(({ width, height }) => [width, height])"
-        "(document.querySelector('mobile-gs').getBoundingClientRect())"
-    )
-    assert box == [width, height]
-
-
-@pytest.mark.quick
-def test_the_camera_is_an_attribute_and_a_property(tab: Tab) -> None:
-    gallery(tab, 1, "display: block; height: 300px")
-    wanted = "eye=1,2,-3&at=0,0.5,0&up=0,-1,0"
-    tab.page.evaluate("(text) => (document.querySelector('mobile-gs').camera = text)", wanted)
-    assert tab.page.evaluate("document.querySelector('mobile-gs').camera") == wanted
-    other = wanted.replace("eye=1", "eye=2")
-    tab.page.evaluate(
-        "(text) => document.querySelector('mobile-gs').setAttribute('camera', text)", other
-    )
-    assert tab.page.evaluate("document.querySelector('mobile-gs').camera") == other
-    tab.page.evaluate("(document.querySelector('mobile-gs').camera = 'nonsense')")
-    assert tab.page.evaluate("document.querySelector('mobile-gs').camera") == other
-
-
-class Open(http.server.SimpleHTTPRequestHandler):
-    """Serves a folder to pages of any origin."""
-
-    def end_headers(self) -> None:
-        self.send_header("Access-Control-Allow-Origin", "*")
-        super().end_headers()
-
-    def log_message(self, format: str, *args: Any) -> None:
-        pass
-
-
-@pytest.fixture
-def exported(tmp_path: Path) -> Iterator[Callable[[str], str]]:
-    """A function that exports the scene and returns the address of its page."""
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), partial(Open, directory=tmp_path))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    (tmp_path / "scene.mgs").write_bytes(MGS)
-
-    def export(to: str) -> str:
-        output = tmp_path / ("page.html" if to == "html" else "site")
-        words = ["export", str(tmp_path / "scene.mgs"), "--to", to, "--output", str(output)]
-        assert main(words) == 0
-        return f"http://127.0.0.1:{server.server_port}/{output.name}"
-
-    yield export
-    server.shutdown()
-    server.server_close()
-
-
-@pytest.mark.parametrize("to", ["html", "site"])
-def test_a_sandboxed_frame_without_an_origin_works(
-    tab: Tab, exported: Callable[[str], str], to: str
-) -> None:
-    address = exported(to)
-    tab.page.evaluate(
-        """(address) => {
-          const src = `${address}?scale=1&variant=floats`;
-          document.body.innerHTML =
-            `<iframe sandbox="allow-scripts" src="${src}" width=400 height=300></iframe>`;
-        }""",
-        address,
-    )
-    [frame] = [each for each in tab.page.frames if each != tab.page.main_frame]
-    frame.wait_for_load_state()
-    assert frame.evaluate("self.origin") == "null"
-    assert frame.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+def test_an_element_has_a_height(tab: Tab) -> None:
+    sizes = {
+        "display: block; width: 320px": [320, 200],
+        "display: block; width: 320px; height: 100px": [320, 120],  # the least
+        "display: block; width: 320px; height: 300px": [320, 300],
+        "position: fixed; inset: 0": [640, 400],
+    }
+    for style, size in sizes.items():
+        gallery(tab, 1, style)
+        box = tab.page.locator("mobile-gs").bounding_box()
+        assert [box["width"], box["height"]] == size, style
 
 
 def test_walking_keeps_the_height(tab: Tab, served: Callable[[str, bytes], Any]) -> None:

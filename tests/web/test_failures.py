@@ -9,7 +9,7 @@ import pytest
 
 from mobilegs.formats.ply import COLUMNS
 from mobilegs.mgs.codec import decode_mgs
-from tests.support.browser import Chromium, Tab
+from tests.support.browser import Tab
 from tests.support.viewer_page import (
     MGS,
     RENDERERS,
@@ -33,18 +33,6 @@ REFUSED_WGSL = """const { createShaderModule } = GPUDevice.prototype;
 GPUDevice.prototype.createShaderModule = function (given) {
   return createShaderModule.call(this, { ...given, code: `${given.code} this is no shader` });
 };"""
-# counts what WebGPU is given to do, and what WebGL draws
-COUNTED = """window.submitted = 0;
-for (const [{ prototype }, name] of [
-  [GPUQueue, "submit"],
-  [WebGL2RenderingContext, "drawArrays"],
-]) {
-  const original = prototype[name];
-  prototype[name] = function (...given) {
-    window.submitted += 1;
-    return original.apply(this, given);
-  };
-}"""
 LOSABLE = """const { requestDevice } = GPUAdapter.prototype;
 GPUAdapter.prototype.requestDevice = async function (...given) {
   const device = await requestDevice.apply(this, given);
@@ -67,59 +55,35 @@ def as_kernels(tab: Tab) -> float:
 
 
 @pytest.mark.parametrize(
-    ("renderer", "broken", "sentence", "complaint"),
+    ("renderer", "broken", "sentence"),
     [
-        ("webgl", REFUSED_GLSL, "this GPU refuses a shader", None),
-        ("webgpu", REFUSED_WGSL, "this GPU cannot draw the scene", "[Invalid CommandBuffer]"),
-        (
-            "auto",
-            f"{REFUSED_WGSL}{REFUSED_GLSL}",
-            "this GPU refuses a shader",
-            "Error while parsing WGSL",
-        ),
+        ("webgl", REFUSED_GLSL, "this GPU refuses a shader"),
+        ("webgpu", REFUSED_WGSL, "this GPU cannot draw the scene"),
+        ("auto", f"{REFUSED_WGSL}{REFUSED_GLSL}", "this GPU refuses a shader"),
     ],
 )
 def test_refused_shaders_show_an_error(
-    chromium: Chromium,
-    served: Any,
-    renderer: str,
-    broken: str,
-    sentence: str,
-    complaint: str | None,
+    tab: Tab, served: Any, renderer: str, broken: str, sentence: str
 ) -> None:
-    tab = chromium.tab()
+    tab.ignore("")  # the browser complains, too, when it likes
     tab.page.add_init_script(f"{{{broken}}}")
-    tab.page.add_init_script(COUNTED)
     visit(tab, served("scene.mgs", MGS), f"renderer={renderer}")
-    alert = tab.page.get_by_role("alert")
-    alert.filter(has_text=sentence).wait_for(timeout=20_000)
+    tab.page.get_by_role("alert").filter(has_text=sentence).wait_for(timeout=20_000)
     state = "document.querySelector('mobile-gs').dataset.state === 'failed'"
     tab.page.wait_for_function(state)
-    if complaint:  # of the browser; it may come after the viewer's message
-        until(tab, lambda: any(text.startswith(complaint) for text in tab.complaints))
-    # frames submitted before the first error came back complain too, and late: hence the count
-    submitted = tab.page.evaluate("window.submitted")
-    tab.page.mouse.wheel(0, 100)  # requests another frame, which must not be drawn
-    frames(tab, 10)
-    assert tab.page.evaluate("window.submitted") == submitted
-    tab.ignore("")
-    tab.close()
 
 
 @pytest.mark.quick
-def test_webgl_replaces_webgpu_if_shaders_are_refused(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_webgl_replaces_webgpu_if_shaders_are_refused(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(REFUSED_WGSL)
     visit(tab, served("scene.mgs", MGS))
     tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert as_kernels(tab) > 45
     tab.complaints.clear()
-    tab.close()
 
 
-def test_webgl_replaces_a_lost_webgpu_device(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_webgl_replaces_a_lost_webgpu_device(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(LOSABLE)
     assert visit(tab, served("scene.mgs", MGS)) == "loaded"
     tab.page.evaluate(TURN)
@@ -134,13 +98,9 @@ def test_webgl_replaces_a_lost_webgpu_device(chromium: Chromium, served: Any) ->
     assert as_kernels(tab) > 45
     assert [text for text in tab.complaints if "WebGL2 takes over" in text] == tab.complaints
     tab.complaints.clear()
-    tab.close()
 
 
-def test_a_lost_device_shows_an_error_if_webgpu_is_required(
-    chromium: Chromium, served: Any
-) -> None:
-    tab = chromium.tab()
+def test_a_lost_device_shows_an_error_if_webgpu_is_required(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(LOSABLE)
     assert visit(tab, served("scene.mgs", MGS), "renderer=webgpu") == "loaded"
     tab.page.evaluate("window.lose()")
@@ -161,7 +121,6 @@ def test_a_lost_device_shows_an_error_if_webgpu_is_required(
     tab.page.wait_for_function("window.vanished", timeout=20_000)  # if only for a moment
     alert.wait_for(timeout=10_000)  # another scene would not be seen either
     assert "the graphics device was lost" in alert.inner_text()
-    tab.close()
 
 
 def test_a_restored_webgl_context_shows_the_scene_again(tab: Tab, served: Any) -> None:
@@ -169,28 +128,22 @@ def test_a_restored_webgl_context_shows_the_scene_again(tab: Tab, served: Any) -
     tab.page.evaluate(TURN)
     before = still(tab)
     tab.page.evaluate(
-        """async () => {
+        """() => {
           const canvas = document.querySelector("mobile-gs").shadowRoot.querySelector("canvas");
-          const lose = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
-          const happens = (name) => new Promise((done) => canvas.addEventListener(name, done));
-          const [lost, restored] = [happens("webglcontextlost"), happens("webglcontextrestored")];
-          lose.loseContext();
-          await lost;
-          await new Promise((resolve) => requestAnimationFrame(resolve));
-          lose.restoreContext();
-          await restored;
+          window.loss = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+          loss.loseContext();
         }"""
     )
+    alert = tab.page.get_by_role("alert")
+    alert.filter(has_text="the browser took the GPU away from this page").wait_for()
+    tab.page.evaluate("loss.restoreContext()")
     tab.page.wait_for_function(f"({SETTLED})() === 'loaded'", timeout=60_000)
     until(tab, lambda: bool(np.abs(screen(tab).astype(int) - before).mean() < 2))
     tab.complaints.clear()  # the browser notes that the context was lost
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
-def test_a_first_visit_stores_the_fastest_variant(
-    chromium: Chromium, served: Any, renderer: str
-) -> None:
-    tab = chromium.tab()
+def test_a_first_visit_stores_the_fastest_variant(tab: Tab, served: Any, renderer: str) -> None:
     server = served("scene.mgs", MGS)
     tab.page.goto(f"{server.address('127.0.0.1')}&renderer={renderer}")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
@@ -198,7 +151,6 @@ def test_a_first_visit_stores_the_fastest_variant(
     assert as_kernels(tab) > 45
     kept = tab.page.evaluate("Object.keys(localStorage)")
     assert len(kept) == 1 and kept[0].startswith("mobilegs variant")
-    tab.close()
 
 
 def test_an_impossible_benchmark_shows_an_error(tab: Tab, served: Any) -> None:
@@ -214,16 +166,8 @@ def test_an_impossible_benchmark_shows_an_error(tab: Tab, served: Any) -> None:
     assert "cannot be measured" in alert.inner_text() or said
 
 
-@pytest.mark.parametrize("clipboard", ["as it is", "none"])
-def test_the_report_is_copied_without_a_clipboard_api(
-    chromium: Chromium, served: Any, clipboard: str
-) -> None:
-    tab = chromium.tab()
-    if clipboard == "none":
-        tab.page.add_init_script(
-            "Object.defineProperty(navigator, 'clipboard', { value: undefined })"
-        )
-    tab.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+def test_the_report_is_copied_without_a_clipboard_api(tab: Tab, served: Any) -> None:
+    tab.page.add_init_script("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
     visit(tab, served("scene.mgs", MGS), "renderer=webgl", "bench=1,32x32")
     dialog = tab.page.get_by_role("dialog", name="Benchmark")
     dialog.wait_for(timeout=60_000)
@@ -232,7 +176,6 @@ def test_the_report_is_copied_without_a_clipboard_api(
     text = tab.page.get_by_label("Results as JSON").input_value()
     area = "document.querySelector('mobile-gs').shadowRoot.querySelector('textarea')"
     assert tab.page.evaluate(f"[{area}.selectionStart, {area}.selectionEnd]") == [0, len(text)]
-    tab.close()
 
 
 def test_open_works_right_after_the_element_is_created(tab: Tab, served: Any) -> None:
@@ -295,13 +238,9 @@ def test_a_file_can_be_opened_by_keyboard(tab: Tab, served: Any) -> None:
     assert as_kernels(tab) > 45
 
 
-@pytest.mark.parametrize("renderer", ["webgpu", "auto"])
-def test_a_device_lost_during_a_benchmark_gives_no_report(
-    chromium: Chromium, served: Any, renderer: str
-) -> None:
-    tab = chromium.tab()
+def test_a_device_lost_during_a_benchmark_gives_no_report(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(LOSABLE)
-    visit(tab, served("scene.mgs", MGS), f"renderer={renderer}", "bench=3,96x64")
+    visit(tab, served("scene.mgs", MGS), "bench=3,96x64")
     tab.page.evaluate(
         """() => {
           window.reported = window.refused = 0;
@@ -311,18 +250,15 @@ def test_a_device_lost_during_a_benchmark_gives_no_report(
         }"""
     )
     tab.page.evaluate("window.lose()")
-    if renderer == "auto":
-        tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
+    tab.page.wait_for_function(f"{DEVICE} === 'WebGL2'")
     tab.page.wait_for_function("refused === 1", timeout=20_000)
     frames(tab, 10)
     assert tab.page.evaluate("window.reported") == 0
     assert tab.page.get_by_role("dialog", name="Benchmark").is_hidden()
     tab.complaints.clear()
-    tab.close()
 
 
-def test_nothing_else_renders_during_a_benchmark(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_nothing_else_renders_during_a_benchmark(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(
         """window.frames_seen = { true: 0, false: 0 };
         const note = ({ target }) => window.frames_seen[target.viewer.measured]++;
@@ -333,7 +269,6 @@ def test_nothing_else_renders_during_a_benchmark(chromium: Chromium, served: Any
     assert tab.page.evaluate("window.frames_seen[true]") <= 1  # that was asked for before
     before = tab.page.evaluate("window.frames_seen[false]")
     tab.page.wait_for_function("(before) => window.frames_seen[false] > before + 1", arg=before)
-    tab.close()
 
 
 class Cut(http.server.BaseHTTPRequestHandler):
@@ -370,10 +305,10 @@ def test_a_failing_host_shows_an_error(
     tab.complaints.clear()  # the browser itself notes what became of the request
 
 
-@pytest.mark.parametrize("rows", [0, 3])
-def test_an_empty_scene_shows_an_error(tab: Tab, served: Any, rows: int) -> None:
-    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {rows}"]
-    lines += [f"property float {name}" for name in COLUMNS]
-    header = "\n".join([*lines, "end_header", ""]).encode()
-    content = header + np.full(rows * len(COLUMNS), np.nan, "<f4").tobytes()
-    assert "no Gaussian" in visit(tab, served("scene.ply", content))
+def test_an_empty_scene_shows_an_error(tab: Tab, served: Any) -> None:
+    for rows in (0, 3):
+        lines = ["ply", "format binary_little_endian 1.0", f"element vertex {rows}"]
+        lines += [f"property float {name}" for name in COLUMNS]
+        header = "\n".join([*lines, "end_header", ""]).encode()
+        content = header + np.full(rows * len(COLUMNS), np.nan, "<f4").tobytes()
+        assert "no Gaussian" in visit(tab, served(f"{rows}.ply", content))

@@ -14,7 +14,7 @@ from mobilegs.up import unit
 from mobilegs.view.orbit import Pose
 from mobilegs.view.poster import posters_of
 from tests.support.browser import Chromium, Tab
-from tests.support.viewer_page import MGS, frames, screen, visit
+from tests.support.viewer_page import MGS, frames, screen, until, visit
 
 pytestmark = pytest.mark.thorough
 
@@ -40,19 +40,6 @@ def place(tab: Tab) -> tuple[float, float, float]:
     )
     away = np.array(eye) - np.array(target)
     return *azimuth_of(unit(away), UP), float(np.linalg.norm(away))
-
-
-def place_at_rest(tab: Tab) -> tuple[float, float, float]:
-    """The place once the camera has stopped, on machines of any speed."""
-    before, found = None, place(tab)
-    for _ in range(40):
-        tab.page.wait_for_timeout(500)  # the spring waits for a moment
-        frames(tab, 2)
-        before, found = found, place(tab)
-        if found == before:
-            break
-    assert found == before, "the camera does not stop"
-    return found
 
 
 def focal(tab: Tab, width: int, height: int) -> float:
@@ -108,13 +95,17 @@ def test_the_camera_stays_inside_its_limits(tab: Tab, served: Callable[[str, byt
         azimuth, elevation, _ = place(tab)  # it gives way
         assert 15 < azimuth < 120 and -25 < elevation < 55
         tab.page.mouse.up()
-        azimuth, elevation, _ = place_at_rest(tab)
-        assert 29.9 < azimuth < 105.1 and -10.1 < elevation < 40.1
+
+        def inside() -> bool:
+            azimuth, elevation, _ = place(tab)
+            return 29.9 < azimuth < 105.1 and -10.1 < elevation < 40.1
+
+        until(tab, inside)  # it springs back
     tab.page.mouse.move(150, 200)
     for amount, expected in ((4000, 4.0), (-8000, 1.0)):
         for _ in range(6):
             tab.page.mouse.wheel(0, amount / 6)
-        assert place_at_rest(tab)[2] == pytest.approx(expected, rel=0.02)
+        until(tab, lambda e=expected: place(tab)[2] == pytest.approx(e, rel=0.02))
     # the same, where an address asks for no limits
     assert visit(tab, served("free.mgs", FRAMED), "renderer=webgl", "free") == "loaded"
     drag(tab, 600, 0)
@@ -125,10 +116,15 @@ def test_the_camera_stays_inside_its_limits(tab: Tab, served: Callable[[str, byt
 
 def test_it_rotates_back_at_a_limit(tab: Tab, served: Callable[[str, bytes], Any]) -> None:
     assert visit(tab, served("scene.mgs", FRAMED), "renderer=webgl", "autorotate") == "loaded"
-    found = []
-    for _ in range(40):
-        tab.page.wait_for_timeout(400)
+    found = [place(tab)[0]]
+
+    def turned_back() -> bool:
+        tab.page.wait_for_timeout(200)
         found.append(place(tab)[0])
+        steps = np.diff(found)
+        return steps.min() < 0 < steps.max()
+
+    until(tab, turned_back, seconds=60)
     assert min(found) > 20 and max(found) < 115
 
 

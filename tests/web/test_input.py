@@ -94,19 +94,6 @@ def test_fingers_turn_pinch_and_pan(tab: Tab, served: Any) -> None:
     assert np.allclose(pose(tab)[1], aim, atol=0.1 * near)
 
 
-def test_a_trackpad_pinch_zooms(tab: Tab, served: Any) -> None:
-    visit(tab, served("scene.mgs", MGS))
-    tab.page.mouse.move(200, 150)
-    far = reach(tab)
-    pinch = """([x, y]) => document.querySelector("mobile-gs").shadowRoot.querySelector("canvas")
-      .dispatchEvent(new WheelEvent("wheel", {
-        deltaY: -3, ctrlKey: true, clientX: x, clientY: y, cancelable: true,
-      }))"""
-    taken = [not tab.page.evaluate(pinch, [200, 150]) for _ in range(20)]
-    assert all(taken)  # or the page would be zoomed, too
-    assert 0.4 < reach(tab) / far < 0.7
-
-
 def test_a_polite_element_lets_the_page_scroll(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
     tab.page.evaluate(
@@ -175,8 +162,9 @@ def test_the_viewer_works_in_a_srcdoc_frame(tab: Tab, served: Any) -> None:
     assert frame.evaluate("window.tried")  # an error would be a complaint
 
 
-def test_a_pinch_flies_in_fly_mode(tab: Tab, served: Any) -> None:
+def test_pinches_full_screen_and_keyboard_layouts(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
+    # fingers fly in fly mode
     pinch = """(mode) => {
       const { viewer, shadowRoot } = document.querySelector("mobile-gs");
       const canvas = shadowRoot.querySelector("canvas");
@@ -201,6 +189,33 @@ def test_a_pinch_flies_in_fly_mode(tab: Tab, served: Any) -> None:
     tab.page.mouse.up()
     # it comes nearer to what it looks at
     assert tab.page.evaluate(pinch, "orbit")[0] == pytest.approx(1 / 16)
+    # a trackpad zooms
+    tab.page.mouse.move(200, 150)
+    far = reach(tab)
+    wheel = """([x, y]) => document.querySelector("mobile-gs").shadowRoot.querySelector("canvas")
+      .dispatchEvent(new WheelEvent("wheel", {
+        deltaY: -3, ctrlKey: true, clientX: x, clientY: y, cancelable: true,
+      }))"""
+    taken = [not tab.page.evaluate(wheel, [200, 150]) for _ in range(20)]
+    assert all(taken)  # or the page would be zoomed, too
+    assert 0.4 < reach(tab) / far < 0.7
+    # full screen
+    tab.page.keyboard.press("f")
+    tab.page.wait_for_function("document.fullscreenElement?.localName === 'mobile-gs'")
+    tab.page.keyboard.press("f")
+    tab.page.wait_for_function("document.fullscreenElement === null")
+    # shortcuts on other layouts
+    press = """([key, code]) => {
+      const { shadowRoot, viewer } = document.querySelector("mobile-gs");
+      shadowRoot.querySelector("canvas").dispatchEvent(
+        new KeyboardEvent("keydown", { key, code, bubbles: true, cancelable: true }));
+      return [viewer.mode, shadowRoot.querySelector(".settings").hidden];
+    }"""
+    # French, Russian, then Dvorak, whose O lies where others fly backwards
+    assert tab.page.evaluate(press, ["m", "Semicolon"])[0] == "fly"
+    assert tab.page.evaluate(press, ["ь", "KeyM"])[0] == "walk"
+    assert tab.page.evaluate(press, ["m", "KeyM"])[0] == "orbit"
+    assert tab.page.evaluate(press, ["o", "KeyS"])[1]
 
 
 def test_files_can_be_dropped(tab: Tab, served: Any) -> None:
@@ -222,29 +237,6 @@ def test_files_can_be_dropped(tab: Tab, served: Any) -> None:
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
     assert tab.page.evaluate(COUNT) == 800
     tab.page.get_by_role("slider").wait_for()  # the other one is compared with it
-
-
-def test_full_screen_is_toggled(tab: Tab, served: Any) -> None:
-    visit(tab, served("scene.mgs", MGS))
-    tab.page.keyboard.press("f")
-    tab.page.wait_for_function("document.fullscreenElement?.localName === 'mobile-gs'")
-    tab.page.keyboard.press("f")
-    tab.page.wait_for_function("document.fullscreenElement === null")
-
-
-def test_shortcuts_work_on_other_keyboard_layouts(tab: Tab, served: Any) -> None:
-    visit(tab, served("scene.mgs", MGS))
-    press = """([key, code]) => {
-      const { shadowRoot, viewer } = document.querySelector("mobile-gs");
-      shadowRoot.querySelector("canvas").dispatchEvent(
-        new KeyboardEvent("keydown", { key, code, bubbles: true, cancelable: true }));
-      return [viewer.mode, shadowRoot.querySelector(".settings").hidden];
-    }"""
-    # French, Russian, then Dvorak, whose O lies where others fly backwards
-    assert tab.page.evaluate(press, ["m", "Semicolon"])[0] == "fly"
-    assert tab.page.evaluate(press, ["ь", "KeyM"])[0] == "walk"
-    assert tab.page.evaluate(press, ["m", "KeyM"])[0] == "orbit"
-    assert tab.page.evaluate(press, ["o", "KeyS"])[1]
 
 
 def test_a_frame_keeps_the_focus_and_two_elements_render(tab: Tab, served: Any) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.browser import Chromium
+from tests.support.browser import Tab
 from tests.support.viewer_page import COUNT_WORKERS, MGS, SETTLED, visit
 
 pytestmark = pytest.mark.thorough
@@ -14,8 +14,7 @@ LOADED = "document.querySelector('mobile-gs').dataset.state === 'loaded'"
 
 
 @pytest.mark.quick
-def test_the_preloaded_worker_loads_the_scene_once(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_the_preloaded_worker_loads_the_scene_once(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(COUNT_WORKERS)
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url))
@@ -30,11 +29,9 @@ def test_the_preloaded_worker_loads_the_scene_once(chromium: Chromium, served: A
     tab.page.wait_for_function("begun.length === 2")
     tab.page.wait_for_function(SETTLED)
     assert tab.page.evaluate("begun") == [scene, ""]
-    tab.close()
 
 
-def test_early_messages_of_the_preloaded_worker_are_kept(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_early_messages_of_the_preloaded_worker_are_kept(tab: Tab, served: Any) -> None:
     server = served("scene.mgs", MGS)
     # the viewer's script comes late for the page, and in time for the thread
     held: list[Any] = []
@@ -53,52 +50,18 @@ def test_early_messages_of_the_preloaded_worker_are_kept(chromium: Chromium, ser
     held[0].continue_()
     tab.page.wait_for_function(LOADED, timeout=60_000)
     assert tab.page.evaluate("document.querySelector('mobile-gs').viewer.count") == 800
-    tab.close()
 
 
-def test_a_preloaded_worker_with_another_scene_is_terminated(
-    chromium: Chromium, served: Any
-) -> None:
-    tab = chromium.tab()
-    server = served("scene.mgs", MGS)
-    tab.page.add_init_script(
-        "const { terminate } = Worker.prototype; window.ended = [];"
-        "let kept;"
-        "Object.defineProperty(window, 'preloadedWorker', { configurable: true,"
-        "  get: () => kept, set: (given) => { kept = given; window.first = given?.worker; } });"
-        "Worker.prototype.terminate = function () { ended.push(this); terminate.call(this); };"
-    )
-    change = "<script>history.replaceState(null, '', '?url=/scene%3Fother');</script>"
-
-    def changed(route: Any) -> None:
-        answer = route.fetch()
-        text = answer.text().replace('<script type="module"', f'{change}<script type="module"')
-        route.fulfill(response=answer, body=text)
-
-    tab.page.route(re.compile(r"/\?url="), changed)
-    tab.page.goto(server.address("127.0.0.1"))
-    tab.page.wait_for_function(LOADED, timeout=60_000)
-    assert tab.page.evaluate("[ended[0] === first, ended.length]") == [True, 2]
-    source = tab.page.evaluate("document.querySelector('mobile-gs').getAttribute('src')")
-    assert source == "/scene?other"
-    tab.close()
-
-
-def test_a_browser_without_workers_shows_an_error(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_a_browser_without_workers_shows_an_error(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(
         "window.Worker = class { constructor() { throw new Error('none'); } };"
     )
     visit(tab, served("scene.mgs", MGS))
     alert = tab.page.get_by_role("alert")
     alert.filter(has_text="the scene cannot be opened: none").wait_for(timeout=20_000)
-    tab.close()
 
 
-def test_the_viewer_starts_a_worker_if_a_policy_forbids_preloading(
-    chromium: Chromium, served: Any
-) -> None:
-    tab = chromium.tab()
+def test_the_viewer_starts_a_worker_if_a_policy_forbids_preloading(tab: Tab, served: Any) -> None:
 
     def strict(route: Any) -> None:
         answer = route.fetch()
@@ -110,11 +73,9 @@ def test_the_viewer_starts_a_worker_if_a_policy_forbids_preloading(
     assert tab.page.evaluate("globalThis.preloadedWorker") is None
     assert tab.complaints and all("Content Security Policy" in text for text in tab.complaints)
     tab.complaints.clear()
-    tab.close()
 
 
-def test_a_preloaded_worker_that_fails_is_replaced(chromium: Chromium, served: Any) -> None:
-    tab = chromium.tab()
+def test_a_preloaded_worker_that_fails_is_replaced(tab: Tab, served: Any) -> None:
     tab.page.add_init_script(
         """{
           const Own = Worker;
@@ -135,4 +96,3 @@ def test_a_preloaded_worker_that_fails_is_replaced(chromium: Chromium, served: A
     held[0].fulfill(status=404)
     tab.page.wait_for_function(LOADED, timeout=60_000)
     tab.ignore("status of 404")
-    tab.close()

@@ -63,7 +63,7 @@ def expected(eye: Eye, offset: float) -> Rendered:
     return scene.render(eye_camera(eye, EYE + RIGHT * offset / SCALE, AHEAD, UP, scene.near))
 
 
-def test_both_eyes_see_the_scene_again_and_again(page: ThreePage) -> None:
+def test_both_eyes_see_the_scene_again_and_again_and_what_hides_it(page: ThreePage) -> None:
     tab = page.tab
     tab.run(PLACE, url=page.share("scene.mgs", MGS), scale=SCALE, eye=EYE.tolist())
     tab.page.evaluate(f"headset.ipd = {IPD}")
@@ -85,10 +85,7 @@ def test_both_eyes_see_the_scene_again_and_again(page: ThreePage) -> None:
         tab.run(LEAVE)
         assert (tab.run(draw) == before).all()
 
-
-def test_meshes_hide_what_is_behind_them_in_both_eyes(page: ThreePage) -> None:
-    tab = page.tab
-    tab.run(PLACE, url=page.share("scene.mgs", MGS), scale=SCALE, eye=EYE.tolist())
+    # a mesh hides what is behind it
     distance, side = 0.4, 0.1
     code = """const { THREE, scene } = three;
     const material = new THREE.MeshBasicMaterial({ color: 0xff0000 });
@@ -96,7 +93,6 @@ def test_meshes_hide_what_is_behind_them_in_both_eyes(page: ThreePage) -> None:
     box.position.set(0, 1.6, -distance);
     scene.add(box);"""
     tab.run(code, distance=distance, side=side)
-    tab.page.evaluate(f"headset.ipd = {IPD}")
     tab.run(ENTER, mode="immersive-vr")
     for eye, offset in zip(look(tab), (-IPD / 2, IPD / 2), strict=True):
         fx, cx, cy = eye.lens()[0, 0].item(), eye.lens()[0, 2].item(), eye.lens()[1, 2].item()
