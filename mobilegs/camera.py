@@ -77,10 +77,10 @@ class Camera:
         turns = Rotation.from_matrix(
             torch.stack([self.viewmat[:3, :3].T, other.viewmat[:3, :3].T]).double().cpu().numpy()
         )
-        found = Slerp([0, 1], turns)(share)
+        between = Slerp([0, 1], turns)(share)
         if turn is not None:
-            found = found * Rotation.from_rotvec(turn.double().cpu().numpy())
-        rotation = torch.from_numpy(found.as_matrix()).T.to(self.viewmat)
+            between = between * Rotation.from_rotvec(turn.double().cpu().numpy())
+        rotation = torch.from_numpy(between.as_matrix()).T.to(self.viewmat)
         viewmat = torch.eye(4).to(self.viewmat)
         viewmat[:3, :3] = rotation
         viewmat[:3, 3] = -rotation @ torch.lerp(self.position, other.position, share)

@@ -39,11 +39,11 @@ def kmeans(
     if not np.isfinite(values).all():
         raise InputError("k-means was given values that are not finite: training has diverged")
     if values.shape[1] == 1:
-        centers = _kmeans_line(np.sort(values[:, 0]), k)[:, None]
+        places = _kmeans_line(np.sort(values[:, 0]), k)[:, None]
     else:
-        centers = _kmeans_space(values, k, iterations, generator)
-    found = torch.from_numpy(centers).to(points)
-    return found, nearest_centers(points, found)
+        places = _kmeans_space(values, k, iterations, generator)
+    centers = torch.from_numpy(places).to(points)
+    return centers, nearest_centers(points, centers)
 
 
 def nearest_centers(

@@ -22,9 +22,9 @@ from mobilegs.synthetic_capture.render import (
     CaptureOptions,
     render_synthetic_capture,
 )
-from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.train.recipes import PresetName
 from mobilegs.up import Axis
+from mobilegs.viewpoints.visibility import validate_visibility
 
 # For a trained scene and renders of it: means move little, colours need more latents for their view
 # dependence, and coarse, early quantisation costs no quality (docs/explanation/compression.md,

@@ -31,7 +31,6 @@ from mobilegs.mgs.quantized_scene import MetaValue
 from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import read_plain_scene
-from mobilegs.synthetic_capture.first_view import find_framing
 from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.exposure import exposures_for
@@ -59,6 +58,7 @@ from mobilegs.train.stage import Stage
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 from mobilegs.up import up_of_cameras, written_up
+from mobilegs.viewpoints.first_view import find_framing
 
 MINUTES = (1.0, 10_000)  # that --minutes takes
 USUAL_MINUTES = {"cpu": 30.0, "cuda": 10.0}

@@ -53,10 +53,10 @@ def _axis_permutations() -> tuple[Float[Tensor, "24 4"], Int[Tensor, "24 3"]]:
     """Return the rotations that map axes to axes, as quaternions, and the source of each axis."""
     half = 0.5**0.5
     eighths = itertools.product((-half, 0.0, half), repeat=4)
-    found = [torch.tensor(q) for q in itertools.product((-0.5, 0.5), repeat=4)]
-    found += [q for q in map(torch.tensor, eighths) if abs(float(q @ q) - 1) < 1e-6]
-    found += [row for row in torch.eye(4)]
-    quats = torch.stack([q for q in found if (q[q.abs() > 1e-6][0] > 0)])
+    units = [torch.tensor(q) for q in itertools.product((-0.5, 0.5), repeat=4)]
+    units += [q for q in map(torch.tensor, eighths) if abs(float(q @ q) - 1) < 1e-6]
+    units += [row for row in torch.eye(4)]
+    quats = torch.stack([q for q in units if (q[q.abs() > 1e-6][0] > 0)])
     matrices = rotation_matrices(quats)  # columns are the images of the axes
     return quats, matrices.abs().argmax(dim=1)
 
@@ -110,11 +110,11 @@ def refinement_bits_of(codes: Int[Tensor, "n 3"], step_size: float) -> UInt8[Ten
     fast = binding.refinement_bits(codes, step_size, _bits_table())
     if fast is not None:
         return fast
-    found = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
+    bits = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
     for start in range(0, len(codes), BLOCK):
         rows = slice(start, start + BLOCK)
-        found[rows] = refinement_bits(codes[rows].float() * step_size)
-    return found
+        bits[rows] = refinement_bits(codes[rows].float() * step_size)
+    return bits
 
 
 @cache

@@ -164,7 +164,7 @@ def column_ranges(codes: Int[Tensor, "n s"]) -> tuple[Int[Tensor, "s"], Int[Tens
     parts = [codes[many:]]
     if many:
         long = codes[:many].reshape(many // 64, -1)
-        parts += [found.view(64, -1) for found in (long.amin(0), long.amax(0))]
+        parts += [ends.view(64, -1) for ends in (long.amin(0), long.amax(0))]
     ends = torch.cat(parts)
     return ends.amin(0), ends.amax(0)
 

@@ -31,10 +31,10 @@ def save_checkpoint(path: Path | str, state: dict[str, Any]) -> None:
 def digest(state: dict[str, Any]) -> int:
     """Return a CRC-32 of all tensors and values in `state`, to compare states bit by bit."""
     tensors: dict[str, torch.Tensor] = {}
-    found = zlib.crc32(json.dumps(_without_tensors(state, "", tensors)).encode())
+    crc = zlib.crc32(json.dumps(_without_tensors(state, "", tensors)).encode())
     for tensor in tensors.values():
-        found = zlib.crc32(tensor.numpy().tobytes(), found)
-    return found
+        crc = zlib.crc32(tensor.numpy().tobytes(), crc)
+    return crc
 
 
 def load_checkpoint(path: Path | str) -> dict[str, Any]:

@@ -172,5 +172,5 @@ class NamedAdam:
 
 
 def _leaf(value: Tensor) -> Tensor:
-    found = torch.empty(value.shape, dtype=value.dtype, device=value.device)
-    return found.copy_(value.detach()).requires_grad_()
+    leaf = torch.empty(value.shape, dtype=value.dtype, device=value.device)
+    return leaf.copy_(value.detach()).requires_grad_()

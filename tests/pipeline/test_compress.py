@@ -13,7 +13,7 @@ from mobilegs.mgs.codec import read_mgs
 from mobilegs.render.scene import Scene
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import CaptureOptions, render_synthetic_capture
-from mobilegs.synthetic_capture.visibility import validate_visibility
+from mobilegs.viewpoints.visibility import validate_visibility
 from tests.support.garden import cameras_json, garden
 
 

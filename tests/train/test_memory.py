@@ -11,11 +11,11 @@ import pytest
 
 from mobilegs.train import memory
 from mobilegs.train.memory import (
-    HOLES,
-    PER_PIXEL,
-    PER_SPLAT,
-    PHOTO,
-    TARGET,
+    BYTES_PER_PIXEL,
+    BYTES_PER_SPLAT,
+    CACHE_RATIO,
+    PHOTO_BYTES,
+    TARGET_BYTES,
     free_memory,
     needed_memory,
 )
@@ -30,15 +30,15 @@ def test_memory_grows_with_gaussians_pixels_and_photos_up_to_the_caches() -> Non
     def needed(photos: int = 300, pixels: int = 100_000, splats: int = 1000) -> int:
         return needed_memory(config, photos=photos, pixels=pixels, splats=splats)
 
-    assert needed(splats=2000) - needed() == 1000 * PER_SPLAT
-    images = 300 * (PHOTO + 2 * TARGET // 4)  # two virtual views per photo, of half the size
-    assert needed(pixels=200_000) - needed() == 100_000 * (PER_PIXEL + HOLES * images)
+    assert needed(splats=2000) - needed() == 1000 * BYTES_PER_SPLAT
+    images = 300 * (PHOTO_BYTES + 2 * TARGET_BYTES // 4)  # two virtual views of half the size
+    assert needed(pixels=200_000) - needed() == 100_000 * (BYTES_PER_PIXEL + CACHE_RATIO * images)
     many = needed(photos=1_000_000)
-    assert many == needed(photos=2_000_000) and many - needed() < HOLES * 3 * GIB
+    assert many == needed(photos=2_000_000) and many - needed() < CACHE_RATIO * 3 * GIB
     assert (
         many
         - needed_memory(replace(config, cache_mib=0), photos=1_000_000, pixels=100_000, splats=1000)
-        == HOLES * GIB
+        == CACHE_RATIO * GIB
     )
 
 
@@ -47,7 +47,7 @@ def test_without_virtual_views_the_teacher_s_images_are_those_of_the_photos() ->
     photos = replace(virtual, loss=LossConfig(virtual_view_every=0))
     given = {"photos": 150, "pixels": 10_000, "splats": 0}
     difference = needed_memory(photos, **given) - needed_memory(virtual, **given)
-    assert difference == HOLES * 150 * 10_000 * (TARGET - 2 * TARGET // 4)
+    assert difference == CACHE_RATIO * 150 * 10_000 * (TARGET_BYTES - 2 * TARGET_BYTES // 4)
 
 
 def test_a_container_s_limit_counts_and_its_cached_files_do_not(
@@ -70,7 +70,7 @@ def test_few_photos_have_many_virtual_views() -> None:
     without = StudentConfig(cache_mib=0)
     given = {"photos": 30, "pixels": 10_000, "splats": 0}
     images = needed_memory(StudentConfig(), **given) - needed_memory(without, **given)
-    assert images == HOLES * 300 * TARGET * 10_000 // 4
+    assert images == CACHE_RATIO * 300 * TARGET_BYTES * 10_000 // 4
 
 
 FAULTS = """

@@ -10,7 +10,7 @@ from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
 from mobilegs.render import Footprint
 from mobilegs.train import sampling
-from mobilegs.train.sampling import EVERY, limit_scales, sampling_intervals
+from mobilegs.train.sampling import LIMIT_EVERY, limit_scales, sampling_intervals
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.scenes import camera, random_scene
 from tests.support.tiny import STUDENT, blobs, cameras, changed, render_student, train
@@ -87,7 +87,7 @@ def test_a_trained_teacher_keeps_the_limit(dataset: Dataset) -> None:
 
 
 def test_a_trained_student_keeps_the_limit_in_its_file(dataset: Dataset, make_student) -> None:
-    assert EVERY > STUDENT.steps  # it is applied in the last step
+    assert LIMIT_EVERY > STUDENT.steps  # it is applied in the last step
     config = changed(STUDENT, least_variance=9.0, quantization={"method": "sq"})
     student = make_student(config)
     train(student, dataset, STUDENT.steps)

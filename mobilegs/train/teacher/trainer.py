@@ -21,7 +21,7 @@ from mobilegs.train.optim import NamedAdam, exponential_lr
 from mobilegs.train.poses import LRS as POSE_LRS
 from mobilegs.train.poses import START as POSE_START
 from mobilegs.train.poses import PoseConfig, Poses
-from mobilegs.train.sampling import EVERY, limit_scales
+from mobilegs.train.sampling import LIMIT_EVERY, limit_scales
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.teacher.far import hidden_far
@@ -31,7 +31,7 @@ from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingCo
 from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, check
 
 INIT_OPACITY = 0.1  # of initial Gaussians, and after restarts of mini_splatting
-MEANS_FALL = 100  # learning rate of the means at the start, in that at the end
+MEANS_LR_RATIO = 100  # of the means' learning rate at the start to that at the end
 DECAY_FROM = 0.5  # time from which the other learning rates fall
 FULL_SIZE_FROM = 0.4  # time from which on photos have their full size
 FAR_CHECKED = 0.3  # time at which `far_visibility` is checked
@@ -251,7 +251,7 @@ class Teacher:
         self.strategy.after_step(self.done, self.adam, self.generator)
         if self.done == self.far_check:
             self._remove_far()
-        if self.config.least_variance and (self.done % EVERY == 0 or self.done == self.steps):
+        if self.config.least_variance and (self.done % LIMIT_EVERY == 0 or self.done == self.steps):
             tensors, cameras = self.adam.tensors, [frame.camera for frame in self.frames]
             scales = tensors["log_scales"].detach()
             limit_scales(scales, tensors["means"], cameras, self.config.least_variance)
@@ -331,10 +331,9 @@ class Teacher:
         self.strategy.restore(state["strategy"])
         if self.poses is not None:
             self.poses.restore(state["poses"])
-        found = state["exposures"]
-        if found is not None:
+        if (exposures := state["exposures"]) is not None:
             device = self.background.device
-            self.exposures = Exposures.restored(self.config.exposure, found, device)
+            self.exposures = Exposures.restored(self.config.exposure, exposures, device)
 
     def _strategy(self, count: int, device: torch.device) -> Fixed:
         config, densify = self.config, self.config.densify
@@ -386,7 +385,7 @@ class Teacher:
     def _lrs(self) -> dict[str, float]:
         lr = self.config.lr
         progress = self.strategy.lr_step(self.done) / self.steps
-        position = exponential_lr(lr.means, lr.means / MEANS_FALL, progress)
+        position = exponential_lr(lr.means, lr.means / MEANS_LR_RATIO, progress)
         share = (self.done / self.steps - DECAY_FROM) / (1 - DECAY_FROM)
         decay = exponential_lr(1.0, lr.final_factor, share)
         return {

@@ -151,7 +151,7 @@ def test_the_sampling_comes_long_after_a_restart(steps: int, dataset: Dataset) -
 def test_gaussians_that_dominate_much_of_an_image_are_split(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mini_splatting, "BLUR", 1 / 50)  # 11.5 of 576 pixels
+    monkeypatch.setattr(mini_splatting, "BLUR_AREA", 1 / 50)  # 11.5 of 576 pixels
     teacher = started(dataset)
     strategy = strategy_of(teacher)
     train(teacher, dataset, 2)

@@ -8,13 +8,13 @@ import pytest
 import torch
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.framing import SECTORS, Framing, azimuth_between, azimuth_of
 from mobilegs.mgs.codec import inspect_mgs
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.first_view import Coverage, find_framing, find_subject
 from mobilegs.up import unit
-from mobilegs.view.orbit import Pose, camera_of
-from mobilegs.view.video import orbit_cameras
+from mobilegs.viewpoints.first_view import Coverage, find_framing, find_subject
+from mobilegs.viewpoints.framing import SECTORS, Framing, azimuth_between, azimuth_of
+from mobilegs.viewpoints.orbit import orbit_cameras
+from mobilegs.viewpoints.pose import Pose, camera_of
 from tests.support.garden import garden
 
 UP = torch.tensor([0.0, 0, 1])
@@ -74,7 +74,7 @@ def _sees(camera: Camera, reach: np.ndarray, point: np.ndarray) -> bool:
 @torch.no_grad()
 def test_unseen_pixels_are_those_that_no_camera_sees() -> None:
     coverage = Coverage(scene(), ring([0, 40]))
-    coverage.alone = False
+    coverage.isolated = False
     (other,) = ring([150])
     camera = other.resized(24, 18)
     share = float(coverage.unseen(camera).float().mean())
@@ -113,7 +113,9 @@ def test_limits_are_where_the_cameras_were() -> None:
     for azimuth in open_sectors * 360 / SECTORS + 180 / SECTORS:
         towards = [azimuth_of(unit(_away(angle)), up)[0] for angle in range(-40, 41, 10)]
         assert min(abs(azimuth_between(azimuth, each)) for each in towards) < 32
-    cameras = orbit_cameras(Scene(garden(50), up=up, framing=found), [], 24, width=64, height=48)
+    cameras = orbit_cameras(
+        Scene(garden(50), up=up, notes=found.notes), [], 24, width=64, height=48
+    )
     azimuths = [
         azimuth_of(unit((camera.position - MIDDLE).double().numpy()), up)[0] for camera in cameras
     ]
