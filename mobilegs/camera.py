@@ -1,8 +1,8 @@
 """A pinhole camera, and the conventions of the whole package.
 
-Conventions: OpenCV axes (x right, y down, z forward), world-to-camera
-`viewmat`, pixel centres at +0.5 (the pixel in column 3 covers [3, 4), its centre is 3.5). Depth is
-the z of camera space, not the distance to the camera.
+OpenCV axes (x right, y down, z forward), world-to-camera `viewmat`, pixel centres at +0.5 (the
+pixel in column 3 covers [3, 4), its centre is 3.5). Depth is the z of camera space, not the
+distance to the camera.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 NEAR = 0.2  # near plane of 3DGS, in units in which the cameras spread over about 1
-MIN_SIDE = 64  # pixels of the shorter side below which training reduces no image
+MIN_SIDE = 64  # pixels of the shorter side that training keeps when it reduces images
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,11 @@ class Camera:
             device=self.K.device,
         )
         return replace(self, K=self.K * factor[:, None], width=width, height=height)
+
+    def scaled(self, factor: float, least: int = 1) -> "Camera":
+        """Return the same view with sides times `factor`, rounded, of at least `least` pixels."""
+        sides = (max(least, round(factor * side)) for side in (self.width, self.height))
+        return self.resized(*sides)
 
     def reduced(self, n: int) -> "Camera":
         """Return the view with one pixel in place of n x n, without rows and columns left over."""

@@ -15,7 +15,7 @@ from mobilegs.live.frame_budget import Detail, FrameBudget
 from mobilegs.live.frames import BrowserCamera
 from mobilegs.live.page import PHOTO_MODES, Page
 from mobilegs.render.scene import Scene
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import StopRequest
 from mobilegs.train.stage import Stage
 

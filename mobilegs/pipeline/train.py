@@ -35,8 +35,8 @@ from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.exposure import exposures_for
 from mobilegs.train.loop import CHECKPOINT_SECONDS, train_stage
+from mobilegs.train.monitor import Monitor, exposures_of
 from mobilegs.train.poses import with_poses, write_poses
-from mobilegs.train.progress import Monitor, exposures_of
 from mobilegs.train.recipes import (
     RECIPES,
     MethodName,
@@ -304,7 +304,7 @@ def train_teacher(job: Job) -> None:
     if team.is_main:
         if stage.poses is not None:
             write_poses(job.run_dir.poses, stage.poses.refined(job.dataset, stage.scene()))
-        footprint, note = job.recipe.teacher.footprint, offset_note(job.dataset.offset)
+        footprint, note = job.recipe.teacher.scene_footprint, offset_note(job.dataset.offset)
         options = {"footprint": footprint, "up": up_of_frames(job.dataset.train), "note": note}
         write_ply(job.run_dir.teacher, stage.gaussians(), **options)
     team.barrier()

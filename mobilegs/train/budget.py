@@ -18,7 +18,7 @@ import torch
 from mobilegs.data.dataset import Dataset, ViewLoader
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.progress_display import StageLines, line_stream
+from mobilegs.progress_display import ProgressLines, line_stream
 from mobilegs.train.distributed import Team
 from mobilegs.train.memory import free_memory, needed_memory
 from mobilegs.train.recipes import Recipe, with_length
@@ -241,7 +241,7 @@ def make_plan(
     with FairThreads() as threads:
         dataset = load(downscale)
         threads.adapt()
-        with StageLines("timing a few steps", line_stream() if team.is_main else None):
+        with ProgressLines("timing a few steps", line_stream() if team.is_main else None):
             speed = measured_speed(recipe.teacher, dataset, team)
     seconds = 60 * minutes - (time.monotonic() - started)
     [[seconds], *_] = team.all_gather_ints(round(seconds))

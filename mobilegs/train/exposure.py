@@ -96,10 +96,10 @@ class Exposures:
         return PENALTY_WEIGHT * (self.changes[index] - self.same).square().sum()
 
     @torch.no_grad()
-    def step(self, progress: float) -> None:
-        """Take an Adam step with the gradients; `progress` is the time, 0 to 1."""
+    def step(self, time: float) -> None:
+        """Take an Adam step with the gradients; `time` is 0 to 1."""
         for name in self.adam.tensors:
-            self.adam.set_lr(name, exponential_lr(LR, LR_END, progress))
+            self.adam.set_lr(name, exponential_lr(LR, LR_END, time))
         self.adam.step()
         self.changes.sub_(self.changes.mean(0) - self.same)
 

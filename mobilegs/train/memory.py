@@ -66,7 +66,7 @@ def free_memory() -> int:
         stat = (CGROUP / "memory.stat").read_text().split()
     except (OSError, ValueError):  # no container, or one without a limit
         return free
-    # files that were read count as used, but give way
+    # the cache of files counts as used, but can be reclaimed
     values = dict(zip(stat[::2], stat[1::2], strict=True))
-    giving = int(values.get("inactive_file", 0))
-    return max(0, min(free, limit - used + giving))
+    reclaimable = int(values.get("inactive_file", 0))
+    return max(0, min(free, limit - used + reclaimable))

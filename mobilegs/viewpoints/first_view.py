@@ -53,7 +53,9 @@ class Coverage:
         step = max(1, len(views) / VIEWS_MAX)
         chosen = [views[int(i * step)] for i in range(min(len(views), VIEWS_MAX))]
         self.scene = scene
-        self.cameras = [_small(view, SIDE).to(device) for view in chosen]
+        self.cameras = [
+            view.scaled(SIDE / max(view.width, view.height), 8).to(device) for view in chosen
+        ]
         drawn = [depth_of(scene, camera) for camera in self.cameras]
         self.depths = [depth for depth, _ in drawn]
         # an object without surroundings: there is nothing to see past it
@@ -352,11 +354,6 @@ def _camera(
     x, y = width / (2 * half[0]), height / (2 * half[1])
     K = torch.tensor([[x, 0, width / 2], [0, y, height / 2], [0, 0, 1]]).to(eye)
     return Camera(look_at(eye, target, up), K, width, height, near)
-
-
-def _small(view: Camera, side: int) -> Camera:
-    share = side / max(view.width, view.height)
-    return view.resized(*(max(8, round(share * size)) for size in (view.width, view.height)))
 
 
 def _numbers(points: Tensor) -> np.ndarray:

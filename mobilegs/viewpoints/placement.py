@@ -1,6 +1,7 @@
 """Places cameras around or inside a scene, or between given cameras."""
 
 import math
+from dataclasses import replace
 
 import torch
 from jaxtyping import Float
@@ -159,7 +160,11 @@ def interpolate_cameras(
     is the longer side of every image in pixels. If there are more than `count` given
     cameras, the result is an even selection of them.
     """
-    sized = [_sized(camera, size, NEAR * bounds.radius) for camera in given]
+    near = NEAR * bounds.radius
+    sized = [
+        replace(camera.scaled(size / max(camera.width, camera.height)), near=near)
+        for camera in given
+    ]
     if len(sized) > count:
         chosen = torch.linspace(0, len(sized) - 1, count).round().long().tolist()
         return [sized[i] for i in chosen]
@@ -170,18 +175,7 @@ def interpolate_cameras(
         first = int(torch.randint(len(sized), (1,), generator=generator))
         nearest = apart[first].argsort()[: NEIGHBOURS + 1]
         second = int(nearest[torch.randint(len(nearest), (1,), generator=generator)])
-        cameras.append(_blended(sized[first], sized[second], generator))
+        share = float(torch.rand(1, generator=generator))
+        turn = math.radians(TURN_STD) * torch.randn(3, generator=generator, dtype=torch.float64)
+        cameras.append(sized[first].interpolate(sized[second], share, turn=turn))
     return cameras
-
-
-def _sized(camera: Camera, size: int, near: float) -> Camera:
-    factor = size / max(camera.width, camera.height)
-    sides = (max(1, round(factor * side)) for side in (camera.width, camera.height))
-    resized = camera.resized(*sides)
-    return Camera(resized.viewmat, resized.K, resized.width, resized.height, near)
-
-
-def _blended(one: Camera, other: Camera, generator: torch.Generator) -> Camera:
-    share = float(torch.rand(1, generator=generator))
-    turn = math.radians(TURN_STD) * torch.randn(3, generator=generator, dtype=torch.float64)
-    return one.interpolate(other, share, turn=turn)

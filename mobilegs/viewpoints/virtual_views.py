@@ -10,15 +10,15 @@ from mobilegs.camera import Camera
 
 DIVISOR = 2  # of the photos' width and height
 OFF_PATH_SHARE = 0.5  # of the views that lie off the path of the photos, not on it
-NEIGHBOURS = 4
+NEIGHBOURS = 4  # nearest cameras towards which a camera is interpolated
 MIN_COSINE = 0.7  # between the directions of cameras that look at the same things
 MIN_SHARE, MAX_SHARE = 0.25, 0.75  # of the way from one camera to the other
-MIN_TOTAL, MIN_PER_CAMERA = 300, 2
+MIN_TOTAL, MIN_PER_CAMERA = 300, 2  # virtual views
 POINTS = 10_000  # of the scene, from which its distance from a camera is measured
-# Shift of a camera off the path, in median distances of the points that it sees: the standard
+# Shift of a camera off the path, in median depths of the points that it sees: the standard
 # deviation to the sides and up or down, and the range forwards.
 SHIFT_STD, FORWARD_MIN, FORWARD_MAX = 0.12, -0.25, 0.4
-NEAREST_RATIO = 0.5  # of a shift forwards to the distance of the nearest twentieth of these points
+NEAREST_RATIO = 0.5  # of the greatest shift forwards to the 0.05 quantile of their depths
 
 
 def views_per_camera(photos: int) -> int:

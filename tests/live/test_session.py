@@ -32,7 +32,7 @@ from mobilegs.live.frames import (
 )
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.progress_display import printed_log
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import StopRequest
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.densify import DensifyConfig

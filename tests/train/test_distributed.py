@@ -16,9 +16,9 @@ from mobilegs.data import load_capture
 from mobilegs.errors import InputError
 from mobilegs.pipeline.train import TrainRun, train_in_team
 from mobilegs.train import distributed
-from mobilegs.train.checkpoint import digest, load_checkpoint
 from mobilegs.train.distributed import SINGLE_PROCESS, LostProcessError, Team, join_team
 from mobilegs.train.stage import view_order
+from mobilegs.train.state_file import digest, read_state
 
 SETTINGS = (
     "teacher.steps=11",
@@ -142,7 +142,7 @@ def test_an_interrupted_and_resumed_training_leaves_the_same_bytes(
         said = signalled(rank, steps, number, capture, run)
         assert sentences(said) == [f"mobilegs: interrupted: add --resume to continue {run}"]
         assert "exitcode  : 130" in said
-        saved = load_checkpoint(run / "checkpoint.safetensors")
+        saved = read_state(run / "checkpoint.safetensors")
         assert (saved["stage"], saved["state"]["done"]) == (stage, stands)
     done = together("-m", "mobilegs", *words(capture, run))  # to the end, with step sizes
     assert done.returncode == 0, done.stderr

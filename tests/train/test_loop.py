@@ -9,7 +9,7 @@ import torch
 from mobilegs.data.dataset import Dataset, ViewLoader
 from mobilegs.train.distributed import SINGLE_PROCESS
 from mobilegs.train.loop import LiveView, train_stage
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import RunDir, StopRequest
 from mobilegs.train.stage import Stage
 from mobilegs.train.teacher.trainer import Teacher

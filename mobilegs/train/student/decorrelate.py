@@ -13,7 +13,7 @@ from mobilegs.representation.lobes import LobeDecoder
 
 SAMPLES = 65536
 DIFFERENCE = 1e-2  # of the finite differences, in standard deviations
-RIDGE = 1e-6  # of the mean sensitivity: latents without an effect still have a scale
+RIDGE = 1e-6  # relative to the mean sensitivity; gives latents without an effect a scale
 
 
 @torch.no_grad()

@@ -69,15 +69,13 @@ def fit_uniform_quantizers(
 ) -> dict[Attribute, Quantizer]:
     """Return uniform quantisers for every attribute of decorrelated `values`."""
     scales = UniformQuantizer.fit(values["scale"], step_size=step_sizes.scale)
-    quantizers: dict[Attribute, Quantizer] = {}
-    for name, value in values.items():
-        size = getattr(step_sizes, name)
-        if name == "rotation":
-            quantizers[name] = RotationQuantizer.fit(value, scales=scales, step_size=size)
-        else:
-            quantizers[name] = (
-                scales if name == "scale" else UniformQuantizer.fit(value, step_size=size)
-            )
+    rotations = RotationQuantizer.fit(
+        values["rotation"], scales=scales, step_size=step_sizes.rotation
+    )
+    quantizers: dict[Attribute, Quantizer] = {"scale": scales, "rotation": rotations}
+    for name in (name for name in values if name not in quantizers):
+        step_size = getattr(step_sizes, name)
+        quantizers[name] = UniformQuantizer.fit(values[name], step_size=step_size)
     return quantizers
 
 

@@ -44,9 +44,9 @@ from mobilegs.viewpoints.virtual_views import (
 
 RATE_UPDATES = 50  # of rate control in a run
 REGRESSION_STEPS = 400  # that fit colour networks to harmonics, at most a fifth of the run's
-# learning rates of the codebooks; those of the lobe latents have a quarter of these latents' rate
+# learning rates of the codebooks; for those of the lobe latents, the ratio to these latents' rate
 CODEBOOK_LRS = {"scale": 1e-3, "opacity": 1e-3, "rotation": 5e-4, "appearance": 1e-3}
-LOBE_CODEBOOK_SHARE = 0.25
+LOBE_CODEBOOK_LR_RATIO = 0.25
 COLOR_DECODER_LR = 1e-3
 SPARSE_EVERY = 4  # steps between two gradients of the rate term, and of overdraw, times 4
 
@@ -150,10 +150,10 @@ class Student:
     @property
     def phase(self) -> Phase:
         """The phase of the next step: `explicit`, `latents` or `quantized`."""
-        progress, schedule = self.done / self.steps, self.config.schedule
-        if progress >= schedule.quantize_from:
+        time, schedule = self.done / self.steps, self.config.schedule
+        if time >= schedule.quantize_from:
             return "quantized"
-        return "latents" if progress >= schedule.latents_from else "explicit"
+        return "latents" if time >= schedule.latents_from else "explicit"
 
     @property
     def count(self) -> int:
@@ -179,11 +179,9 @@ class Student:
             bit_weight = SPARSE_EVERY * config.quantization.bit_weight
             self.model.add_rate_gradients(len(cameras) * bit_weight)
         self.model.step()
-        if config.least_variance and (
-            (self.done + 1) % LIMIT_EVERY == 0 or self.done + 1 == self.steps
-        ):
-            self.model.limit_scales(self.cameras, config.least_variance)
         self.done += 1
+        if config.least_variance and (self.done % LIMIT_EVERY == 0 or self.done == self.steps):
+            self.model.limit_scales(self.cameras, config.least_variance)
         if self.model.phase == "quantized":
             self._control_rate()
             every = config.schedule.reassign_every
@@ -285,7 +283,7 @@ class Student:
                 generator=self.generator,
             )
             if not config.schedule.keep_moments:
-                self.model.rows.replace_all(self.model.rows.tensors)
+                self.model.rows.reset_all_moments()
         if phase == "quantized" and self.model.phase == "latents":
             self.model.quantize(config.quantization.codebooks, generator=self.generator)
 
@@ -402,8 +400,8 @@ class Student:
 
     def _lrs(self) -> dict[str, float]:
         """Return the learning rates of the next step, as `StudentModel.set_lrs` takes them."""
-        config, lr, progress = self.config, self.config.lr, self.done / self.steps
-        decay_share = (progress - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
+        config, lr, time = self.config, self.config.lr, self.done / self.steps
+        decay_share = (time - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
         decay = exponential_lr(1.0, lr.final_factor, decay_share)
         lrs = {
             "means": self.means_lr,
@@ -419,7 +417,7 @@ class Student:
             "network": lr.network,
             "decoder": COLOR_DECODER_LR,
             **{name: value * lr.codebook_factor for name, value in CODEBOOK_LRS.items()},
-            "lobes": LOBE_CODEBOOK_SHARE * lr.lobes * lr.codebook_factor,
+            "lobes": LOBE_CODEBOOK_LR_RATIO * lr.lobes * lr.codebook_factor,
             "scale_values": lr.scales * lr.quantized_factor,
             "opacity_values": lr.opacities * lr.quantized_factor,
             "rotation_values": lr.quats * lr.quantized_factor,

@@ -9,9 +9,9 @@ from torch.nn.functional import pad
 
 from mobilegs.camera import MIN_SIDE
 from mobilegs.data.dataset import Dataset, View
-from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Footprint, render_sorted, visible_rows
+from mobilegs.render.project import SortedFootprint
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.exposure import START as EXPOSURE_START
@@ -94,7 +94,9 @@ class TeacherConfig:
     every thirtieth of the run; mini_splatting counts from its sampling."""
     ssim_weight: float = 0.2
     """Weight of 1 - SSIM in the loss; the rest is L1."""
-    footprint: Footprint = field(default_factory=lambda: Footprint(0.1, antialiased=True))
+    footprint: SortedFootprint = field(
+        default_factory=lambda: SortedFootprint(0.1, antialiased=True)
+    )
     """Blur of Gaussians on the image, in training and in the scene: that of Mip-Splatting. 3DGS has
     a blur of 0.3 and no compensation."""
     least_variance: float = 0.2
@@ -124,8 +126,11 @@ class TeacherConfig:
             **dict.fromkeys(("ssim_weight", "far_visibility"), FRACTION),
             sh_degree=DEGREE,
         )
-        if self.footprint.soft_edge:
-            raise InputError("teacher.footprint.soft_edge: sorted blending has no soft edge")
+
+    @property
+    def scene_footprint(self) -> Footprint:
+        """The footprint of the teacher's scene."""
+        return Footprint(self.footprint.blur, self.footprint.antialiased)
 
 
 class Teacher:
@@ -286,7 +291,7 @@ class Teacher:
             shown.sh,
             camera=camera,
             background=self.background,
-            footprint=self.config.footprint,
+            footprint=self.config.scene_footprint,
             screen_grads=screen_grads,
         )
         image = drawn.image
@@ -309,7 +314,7 @@ class Teacher:
             "sorted",
             background=self.background,
             near=self.near,
-            footprint=self.config.footprint,
+            footprint=self.config.scene_footprint,
         )
 
     def state(self) -> dict:
@@ -346,13 +351,15 @@ class Teacher:
         if densify.strategy == "clone_split":
             return CloneSplit(densify, **run, **start)
         begin = {"frames": self.frames, "opacity": INIT_OPACITY}
-        begin |= {"sh_degree": self.degree_max, "footprint": config.footprint}
+        begin |= {"sh_degree": self.degree_max, "footprint": config.scene_footprint}
         return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
 
     def _remove_far(self) -> None:
         """Remove Gaussians of the far sphere that the photos hardly show."""
         config = self.config
-        keep = ~hidden_far(self.gaussians(), self.dataset, config.footprint, config.far_visibility)
+        keep = ~hidden_far(
+            self.gaussians(), self.dataset, config.scene_footprint, config.far_visibility
+        )
         if not keep.all():
             self.adam.keep_rows(keep)
             self.strategy.keep_rows(keep)
@@ -364,7 +371,7 @@ class Teacher:
         for frame in self.frames:
             camera = frame.camera.to(views.device)
             shapes = (gaussians.means, gaussians.quats, gaussians.scales)
-            views[visible_rows(*shapes, camera=camera, footprint=self.config.footprint)] += 1
+            views[visible_rows(*shapes, camera=camera, footprint=self.config.scene_footprint)] += 1
         keep = views >= min(self.config.min_views, len(self.frames))
         if keep.any() and not keep.all():
             self.adam.keep_rows(keep)
@@ -384,8 +391,8 @@ class Teacher:
 
     def _lrs(self) -> dict[str, float]:
         lr = self.config.lr
-        progress = self.strategy.lr_step(self.done) / self.steps
-        position = exponential_lr(lr.means, lr.means / MEANS_LR_RATIO, progress)
+        time = self.strategy.lr_step(self.done) / self.steps
+        position = exponential_lr(lr.means, lr.means / MEANS_LR_RATIO, time)
         share = (self.done / self.steps - DECAY_FROM) / (1 - DECAY_FROM)
         decay = exponential_lr(1.0, lr.final_factor, share)
         return {

@@ -12,10 +12,10 @@ from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.render import measure_contributions
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.recipes import RECIPES, with_method
 from mobilegs.train.stage import view_order
+from mobilegs.train.state_file import read_state, write_state
 from mobilegs.train.teacher import mini_splatting
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.init import gaussians_at, neighbor_distances
@@ -310,7 +310,7 @@ def test_a_resumed_teacher_ends_bit_for_bit_the_same(
     )
     train(whole, dataset, 42)
     train(first, dataset, stop)
-    save_checkpoint(tmp_path / "saved", first.state())
-    second.restore(load_checkpoint(tmp_path / "saved"))
+    write_state(tmp_path / "saved", first.state())
+    second.restore(read_state(tmp_path / "saved"))
     train(second, dataset, 42)
     assert same_state(whole.state(), second.state())
