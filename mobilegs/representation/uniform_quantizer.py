@@ -133,7 +133,6 @@ class UniformQuantizer(StepSizeQuantizer):
 
     @staticmethod
     def nearest(values: Tensor, step_size: Float[Tensor, ""]) -> Int[Tensor, "n s"]:
-        """Return the codes nearest to `values`."""
         return (values / step_size).round().clamp(-CODE_LIMIT, CODE_LIMIT).int()
 
     @torch.no_grad()

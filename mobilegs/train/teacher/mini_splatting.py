@@ -155,16 +155,13 @@ class MiniSplatting(CloneSplit):
             adam.replace_all({name: tensor[keep] for name, tensor in adam.tensors.items()})
 
     def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
-        """Keep what is known of the Gaussians that are left."""
         super().keep_rows(rows)
         self.blurred = self.blurred[rows]
 
     def state(self) -> dict:
-        """Return the averages so far, and the Gaussians that blur."""
         return {**super().state(), "blurred": self.blurred}
 
     def restore(self, state: dict) -> None:
-        """Restore a result of `state()`."""
         super().restore(state)
         self.blurred = state["blurred"].to(self.gradients.device)
 
