@@ -73,9 +73,10 @@ def fit_uniform_quantizers(
         values["rotation"], scales=scales, step_size=step_sizes.rotation
     )
     quantizers: dict[Attribute, Quantizer] = {"scale": scales, "rotation": rotations}
-    for name in (name for name in values if name not in quantizers):
-        step_size = getattr(step_sizes, name)
-        quantizers[name] = UniformQuantizer.fit(values[name], step_size=step_size)
+    for name, value in values.items():
+        if name not in quantizers:
+            step_size = getattr(step_sizes, name)
+            quantizers[name] = UniformQuantizer.fit(value, step_size=step_size)
     return quantizers
 
 
