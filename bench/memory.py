@@ -22,7 +22,7 @@ from PIL import Image
 from bench.record import RESULTS, Figures, data_folder
 from mobilegs.train import memory
 from mobilegs.train.recipes import short_recipe
-from mobilegs.train.student.virtual_views import DIVISOR
+from mobilegs.viewpoints.virtual_views import DIVISOR
 
 SIZES = ((400, 267), (800, 533), (1600, 1067))
 SPLATS = (100_000, 500_000)
@@ -58,7 +58,7 @@ def cell(capture: Path, size: tuple[int, int], splats: int, runs: Path) -> dict:
     needed = memory.needed_memory(config, photos=PHOTOS, pixels=pixels, splats=splats)
     virtual = STUDENT // student.loss.virtual_view_every
     smaller = DIVISOR**2
-    needed += round(memory.HOLES * memory.TARGET * virtual * pixels / smaller)
+    needed += round(memory.CACHE_RATIO * memory.TARGET_BYTES * virtual * pixels / smaller)
     return {
         "size": list(size),
         "splats": splats,

@@ -19,8 +19,8 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from bench.viewers.chromium import launched
-from mobilegs.view.orbit import turned
 from mobilegs.view.serve import Server
+from mobilegs.viewpoints.pose import turned
 
 OUTPUT = Path(__file__).parent.parent / "docs/images/viewer.webp"
 PHONE = {"width": 390, "height": 844}  # CSS pixels

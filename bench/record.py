@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from mobilegs.atomic import atomic_write
-from mobilegs.csrc.binding import kernel_level
+from mobilegs.csrc.binding import kernel_build
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "bench/results"
@@ -24,7 +24,7 @@ def machine() -> str:
     listed = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
     names = [line.partition(":")[2].strip() for line in listed.splitlines() if "model name" in line]
     name = names[0] if names else platform.machine()
-    return f"{name}, {os.cpu_count()} cores, kernels {kernel_level()}"
+    return f"{name}, {os.cpu_count()} cores, kernels {kernel_build()}"
 
 
 def commit() -> str:

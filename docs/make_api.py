@@ -458,10 +458,11 @@ def preset_rows() -> Iterator[str]:
 def rows_of(path: str, configs: dict[str, Any]) -> Iterator[str]:
     """Return a table row per field, nested dataclasses included."""
     first = next(iter(configs.values()))
-    module = type(first).__module__.removeprefix("mobilegs.")
-    node = definition(module, type(first).__name__)
-    assert isinstance(node, ast.ClassDef)
-    said = {ast.unparse(field.target): text for field, text in fields_of(node)}
+    said = {}
+    for kind in type(first).__mro__[:-1]:
+        node = definition(kind.__module__.removeprefix("mobilegs."), kind.__name__)
+        assert isinstance(node, ast.ClassDef)
+        said |= {ast.unparse(field.target): text for field, text in fields_of(node)}
     for field in dataclasses.fields(first):
         values = {name: getattr(config, field.name) for name, config in configs.items()}
         if dataclasses.is_dataclass(values["demo"]):

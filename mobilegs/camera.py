@@ -1,8 +1,8 @@
 """A pinhole camera, and the conventions of the whole package.
 
-Conventions: OpenCV axes (x right, y down, z forward), world-to-camera
-`viewmat`, pixel centres at +0.5 (the pixel in column 3 covers [3, 4), its centre is 3.5). Depth is
-the z of camera space, not the distance to the camera.
+OpenCV axes (x right, y down, z forward), world-to-camera `viewmat`, pixel centres at +0.5 (the
+pixel in column 3 covers [3, 4), its centre is 3.5). Depth is the z of camera space, not the
+distance to the camera.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 NEAR = 0.2  # near plane of 3DGS, in units in which the cameras spread over about 1
-MIN_SIDE = 64  # pixels of the shorter side below which training reduces no image
+MIN_SIDE = 64  # pixels of the shorter side that training keeps when it reduces images
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,11 @@ class Camera:
         )
         return replace(self, K=self.K * factor[:, None], width=width, height=height)
 
+    def scaled(self, factor: float, least: int = 1) -> "Camera":
+        """Return the same view with sides times `factor`, rounded, of at least `least` pixels."""
+        sides = (max(least, round(factor * side)) for side in (self.width, self.height))
+        return self.resized(*sides)
+
     def reduced(self, n: int) -> "Camera":
         """Return the view with one pixel in place of n x n, without rows and columns left over."""
         if n == 1:
@@ -77,10 +82,10 @@ class Camera:
         turns = Rotation.from_matrix(
             torch.stack([self.viewmat[:3, :3].T, other.viewmat[:3, :3].T]).double().cpu().numpy()
         )
-        found = Slerp([0, 1], turns)(share)
+        between = Slerp([0, 1], turns)(share)
         if turn is not None:
-            found = found * Rotation.from_rotvec(turn.double().cpu().numpy())
-        rotation = torch.from_numpy(found.as_matrix()).T.to(self.viewmat)
+            between = between * Rotation.from_rotvec(turn.double().cpu().numpy())
+        rotation = torch.from_numpy(between.as_matrix()).T.to(self.viewmat)
         viewmat = torch.eye(4).to(self.viewmat)
         viewmat[:3, :3] = rotation
         viewmat[:3, 3] = -rotation @ torch.lerp(self.position, other.position, share)

@@ -8,9 +8,9 @@ from torch import Tensor
 
 from mobilegs.errors import InputError
 
-LLOYD_POINTS = 65536  # sample size of Lloyd's algorithm; the last iterations use all points
+LLOYD_POINTS = 65536  # sample size of Lloyd's algorithm
 SEED_POINTS = 16384  # sample size of k-means++
-FULL_ITERATIONS = 2  # on all points, after those on the sample
+SAMPLE_ITERATIONS, FULL_ITERATIONS = 25, 2  # on the sample, then on all points
 LINE_ITERATIONS = 200  # an iteration on a line takes microseconds: usually runs to convergence
 BINS = 4096
 CHUNK = 16384  # points per matrix of distances
@@ -22,7 +22,6 @@ def kmeans(
     k: int,
     *,
     generator: torch.Generator,
-    iterations: int = 25,
 ) -> tuple[Float[Tensor, "k d"], Int[Tensor, "n"]]:
     """Return `k` centres that minimise the mean squared distance, and each point's nearest centre.
 
@@ -39,11 +38,11 @@ def kmeans(
     if not np.isfinite(values).all():
         raise InputError("k-means was given values that are not finite: training has diverged")
     if values.shape[1] == 1:
-        centers = _kmeans_line(np.sort(values[:, 0]), k)[:, None]
+        places = _kmeans_line(np.sort(values[:, 0]), k)[:, None]
     else:
-        centers = _kmeans_space(values, k, iterations, generator)
-    found = torch.from_numpy(centers).to(points)
-    return found, nearest_centers(points, found)
+        places = _kmeans_space(values, k, generator)
+    centers = torch.from_numpy(places).to(points)
+    return centers, nearest_centers(points, centers)
 
 
 def nearest_centers(
@@ -126,14 +125,14 @@ def _seed_line(ordered: Float64[np.ndarray, "n"], k: int) -> Float64[np.ndarray,
 
 
 def _kmeans_space(
-    points: Float64[np.ndarray, "n d"], k: int, iterations: int, generator: torch.Generator
+    points: Float64[np.ndarray, "n d"], k: int, generator: torch.Generator
 ) -> Float64[np.ndarray, "k d"]:
     """Run Lloyd's algorithm on a sample, then a few iterations on all points."""
     order = torch.randperm(len(points), generator=generator).numpy()
     sample = points[order[:LLOYD_POINTS]]
     centers = _seed_space(sample[:SEED_POINTS], k, generator)
-    for iteration in range(iterations + FULL_ITERATIONS):
-        seen = sample if iteration < iterations else points
+    for iteration in range(SAMPLE_ITERATIONS + FULL_ITERATIONS):
+        seen = sample if iteration < SAMPLE_ITERATIONS else points
         distances, nearest = _assign(seen, centers)
         counts = np.bincount(nearest, minlength=k)
         sums = np.stack(

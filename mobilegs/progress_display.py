@@ -1,7 +1,7 @@
-"""The progress of long stages, and notes: bars on a terminal, lines in a log.
+"""The progress of long work, and notes: bars on a terminal, lines in a log.
 
 Bars go to standard error, if that is a terminal. Lines go to standard output, if that is not a
-terminal or if no bar is shown: one at the start of a stage, one every 30 seconds, and one at its
+terminal or if no bar is shown: one at the start of the work, one every 30 seconds, and one at its
 end. A verb that prints data to standard output has its lines on standard error.
 
 Modules log their notes (INFO) and warnings. `printed_log` prints them while a command runs.
@@ -16,9 +16,9 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from threading import Event, Thread
 from typing import Protocol, runtime_checkable
 
-INTERVAL = 30.0  # seconds between two lines of a stage
+INTERVAL = 30.0  # seconds between two lines
 Advance = Callable[[int, int], None]  # called with what is done and the total
-# opens a stage by its title
+# opens a piece of work by its title
 Progress = Callable[[str], AbstractContextManager[Advance]]
 
 
@@ -107,10 +107,10 @@ def clock(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
-class StageLines:
-    """The lines of a stage; use it in a `with` block.
+class ProgressLines:
+    """The lines of a piece of work; use it in a `with` block.
 
-    A thread prints them, so that stages without updates have lines, too.
+    A thread prints them, so that work without updates has lines, too.
     """
 
     def __init__(
@@ -133,7 +133,7 @@ class StageLines:
         if again or self._first is None:
             self._first = (done, time.monotonic())
 
-    def __enter__(self) -> "StageLines":
+    def __enter__(self) -> "ProgressLines":
         self._started = time.monotonic()
         if self.stream is not None:
             self._print("started")
@@ -171,11 +171,11 @@ class StageLines:
 
 @contextmanager
 def show_progress(title: str, *, data: bool = False) -> Iterator[Advance]:
-    """Show the progress of a stage; yields a function to call with done and total.
+    """Show the progress of a piece of work; yields a function to call with done and total.
 
     `data` says that standard output is for data, such as JSON.
     """
-    with StageLines(title, line_stream(data=data)) as lines:
+    with ProgressLines(title, line_stream(data=data)) as lines:
         if not shows_bars():
             yield lines.update
             return

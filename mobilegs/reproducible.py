@@ -8,7 +8,7 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.autograd.function import FunctionCtx
 
-ROWS = 64  # that are added apart: a sum of several columns at once is divided by columns only
+ROWS = 64  # that become columns of one sum, because threads divide its columns, not its terms
 GROUP = 256  # rows of a product
 
 
@@ -25,14 +25,14 @@ def sigmoid(values: Float[Tensor, "..."]) -> Float[Tensor, "..."]:
 class _Sigmoid(torch.autograd.Function):
     @staticmethod
     def forward(ctx: FunctionCtx, values: Tensor) -> Tensor:
-        found = values.neg().exp_().add_(1).reciprocal_()
-        ctx.save_for_backward(found)
-        return found
+        result = values.neg().exp_().add_(1).reciprocal_()
+        ctx.save_for_backward(result)
+        return result
 
     @staticmethod
     def backward(ctx: FunctionCtx, grad: Tensor) -> Tensor:  # pyright: ignore[reportIncompatibleMethodOverride]
-        [found] = ctx.saved_tensors  # pyright: ignore[reportAttributeAccessIssue]
-        return grad * (found * (1 - found))
+        [result] = ctx.saved_tensors  # pyright: ignore[reportAttributeAccessIssue]
+        return grad * (result * (1 - result))
 
 
 def column_means(values: Float[Tensor, "n ..."]) -> Float[Tensor, "..."]:
@@ -106,18 +106,18 @@ class _Product(torch.autograd.Function):
 
 
 def _product(values: Tensor, matrix: Tensor, added: Tensor) -> Tensor:
-    found = values.new_empty(len(values), matrix.shape[1])
+    result = values.new_empty(len(values), matrix.shape[1])
     whole = _whole_groups(values)
     rest = slice(whole, None)
-    added = added.expand_as(found)
+    added = added.expand_as(result)
     if whole:
         groups = _groups(values[:whole])
         each = matrix.expand(len(groups), *matrix.shape)
-        torch.baddbmm(_groups(added[:whole]), groups, each, out=_groups(found[:whole]))
+        torch.baddbmm(_groups(added[:whole]), groups, each, out=_groups(result[:whole]))
     if whole < len(values):
         products = torch.bmm(_padded(values[rest]), matrix.expand(2, *matrix.shape))
-        found[rest] = products.flatten(0, 1)[: len(values) - whole] + added[rest]
-    return found
+        result[rest] = products.flatten(0, 1)[: len(values) - whole] + added[rest]
+    return result
 
 
 def _product_of_columns(first: Tensor, second: Tensor) -> Tensor:

@@ -43,8 +43,8 @@ def up_of_cameras(viewmats: Float[np.ndarray, "n 4 4"]) -> Vector:
     up = mean = unit(-downs.sum(0))
     # power iteration: largest eigenvector of `(1 + TRUST) I - mean(r r^T) + TRUST mean mean^T`
     for _ in range(200):
-        level = rights.T @ (rights @ up) / len(rights)
-        up = unit((1 + TRUST) * up - level + TRUST * (mean @ up) * mean)
+        across = rights.T @ (rights @ up) / len(rights)
+        up = unit((1 + TRUST) * up - across + TRUST * (mean @ up) * mean)
     return up
 
 

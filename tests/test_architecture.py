@@ -9,9 +9,10 @@ PACKAGE = Path(__file__).parent.parent / "mobilegs"
 LEVELS: list[set[str]] = [
     {"errors", "atomic", "validation", "progress_display"},
     {"reproducible", "device"},
-    {"camera", "gaussians", "spherical_harmonics", "up", "framing", "kmeans"},
+    {"camera", "gaussians", "spherical_harmonics", "up", "kmeans"},
     {"csrc"},
     {"render"},
+    {"viewpoints"},
     {"data"},
     {"capture"},
     {"formats"},

@@ -95,7 +95,7 @@ def test_printed_signatures_are_the_real_ones() -> None:
 def test_a_name_with_two_values_is_printed_with_that_of_its_module() -> None:
     assert MAKER["spelled_out"]("camera", "NEAR") == "0.2"
     assert MAKER["spelled_out"]("render.scene", "NEAR") == "0.2"
-    assert MAKER["spelled_out"]("synthetic_capture.placement", "NEAR") == "0.02"
+    assert MAKER["spelled_out"]("viewpoints.placement", "NEAR") == "0.02"
 
 
 def test_importing_the_package_imports_nothing_heavy() -> None:

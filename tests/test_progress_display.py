@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from mobilegs import progress_display
-from mobilegs.progress_display import INTERVAL, StageLines, clock, print_line
+from mobilegs.progress_display import INTERVAL, ProgressLines, clock, print_line
 
 STAGE = """
 import sys
@@ -79,7 +79,7 @@ def test_a_stage_has_a_line_at_its_start_every_30_seconds_and_at_its_end(now: li
     timer = Timer(
         now, lambda: None, update(0, 128), update(32, 128), update(128, 128), update(0, 9)
     )
-    lines = StageLines("finding features", log, ended=timer)
+    lines = ProgressLines("finding features", log, ended=timer)
     with lines:
         assert timer.called.wait(60)
         for done in range(1, 9):
@@ -100,7 +100,7 @@ def test_a_stage_has_a_line_at_its_start_every_30_seconds_and_at_its_end(now: li
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
 def test_a_stage_that_fails_does_not_finish(error: type[BaseException]) -> None:
     log = io.StringIO()
-    with pytest.raises(error), StageLines("matching", log):
+    with pytest.raises(error), ProgressLines("matching", log):
         raise error
     assert log.getvalue() == "matching: started\nmatching: stopped after 0:00\n"
 

@@ -4,7 +4,7 @@
     make wheel TARGETS=linux-x86_64      # some
 
 This needs Linux on x86-64, whose wheel is built by its GCC: with Clang, sort-free images with their
-gradients take 1.28 times as long at level v3. The other platforms have Zig's Clang, a package
+gradients take 1.28 times as long in the build v3. The other platforms have Zig's Clang, a package
 of PyPI. The library is loaded by ctypes, so that a wheel serves all versions of Python.
 """
 
@@ -33,7 +33,7 @@ class Target:
     system: str
     processor: str
     tag: str
-    levels: tuple[str, ...]  # of csrc/binding.py
+    builds: tuple[str, ...]  # of csrc/binding.py
     needs: str  # libraries that each such system has, as a pattern
 
 
@@ -81,7 +81,7 @@ def check_wheel(wheel: Path, target: Target) -> None:
     Raises:
         AssertionError: something is wrong; the message says what.
     """
-    libraries = {f"mobilegs/csrc/libmobilegs_{level}.so" for level in target.levels}
+    libraries = {f"mobilegs/csrc/libmobilegs_{build}.so" for build in target.builds}
     expected = libraries | {
         path.relative_to(HOME).as_posix()
         for path in (HOME / "mobilegs").rglob("*")

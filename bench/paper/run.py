@@ -50,7 +50,7 @@ from bench.paper.rows import ARCHIVED, BASE, ROWS, Row
 from bench.paper.student import student_class
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
-from mobilegs.csrc.binding import kernel_level
+from mobilegs.csrc.binding import kernel_build
 from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.device import choose_device
 from mobilegs.errors import InputError
@@ -63,7 +63,7 @@ from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team
 from mobilegs.train.loop import train_stage
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import RunDir
 from mobilegs.train.stage import Stage
 from mobilegs.train.teacher.trainer import Teacher
@@ -120,7 +120,7 @@ def teacher_of(row: Row, seed: int, work: Work) -> tuple[Scene, float, Path]:
         stage = Teacher(recipe.teacher, work.dataset, seed=seed, device=device)
         seconds = trained(stage, folder, work, order_seed=2 * seed)
         atomic_write(note, json.dumps(seconds))
-        write_ply(ply, stage.gaussians(), footprint=recipe.teacher.footprint)
+        write_ply(ply, stage.gaussians(), footprint=recipe.teacher.scene_footprint)
         RunDir(folder).remove_checkpoint()
     gaussians, footprint = read_ply_scene(ply)
     scene = Scene(
@@ -340,7 +340,7 @@ def device_name(team: Team) -> str:
     """Return the name of the device."""
     if team.device.type == "cuda":
         return torch.cuda.get_device_name(team.device)
-    return f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_level()}"
+    return f"{platform.machine()}, {os.cpu_count()} cores, kernels {kernel_build()}"
 
 
 def main() -> None:

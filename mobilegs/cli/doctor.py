@@ -89,13 +89,13 @@ def compiler() -> Finding:
 
 def cpu_kernels() -> Finding:
     """Check which of the compiled libraries this processor runs."""
-    from mobilegs.csrc.binding import LEVELS, cpu_flags, kernel_level
+    from mobilegs.csrc.binding import BUILDS, cpu_flags, kernel_build
 
     flags = cpu_flags()
-    able = [level for level, needed in LEVELS.items() if needed and needed <= flags]
+    able = [build for build, needed in BUILDS.items() if needed and needed <= flags]
     runs = f"this CPU runs {', '.join(able)}" if able else "instruction sets unknown"
     try:
-        return Finding("CPU kernels", "yes", f"using {kernel_level()}; {runs}")
+        return Finding("CPU kernels", "yes", f"using {kernel_build()}; {runs}")
     except ImportError as error:
         return Finding("CPU kernels", "no", f"not built; {runs}", str(error))
 

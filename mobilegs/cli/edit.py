@@ -232,7 +232,7 @@ def start_note(text: str, option: str, scene: Path) -> str:
 
     from mobilegs.edit.notes import start_text
     from mobilegs.edit.regions import numbers_of
-    from mobilegs.framing import Start
+    from mobilegs.viewpoints.framing import Start
 
     shape = "six or eight numbers: eye, target and, if wanted, tangents"
     if "eye=" in text and "at=" in text:  # the address of the viewer

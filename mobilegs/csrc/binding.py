@@ -3,7 +3,7 @@
 The functions that decode a `.mgs` (decode.cpp, networks.cpp) have a reference in `rans`, `bits`,
 `positions`, `codebooks`, `rotations`, `appearance` and `lobes`, which runs if the package was
 installed without the library. The renderers' functions are called by `render/kernels/cpu.py`, the
-loss by `train/ssim.py`.
+loss by `train/losses.py`.
 """
 
 import ctypes
@@ -24,7 +24,7 @@ from mobilegs.gaussians import Gaussians
 INTERFACE = 3  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
-LEVELS = {
+BUILDS = {
     "v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
     "v3": {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"},
     "v2": {"sse4_2", "ssse3", "popcnt"},
@@ -65,21 +65,21 @@ def cpu_flags() -> set[str]:
     return set()
 
 
-def built_library(level: str) -> Path | None:
-    """Return the path of the library for `level`; an editable install keeps it in site-packages."""
+def built_library(build: str) -> Path | None:
+    """Return the path of a build; an editable install keeps it in site-packages."""
     installed = Path(sysconfig.get_path("platlib"), "mobilegs", "csrc")
     for folder in (Path(__file__).parent, installed):
-        if (folder / f"libmobilegs_{level}.so").exists():
-            return folder / f"libmobilegs_{level}.so"
+        if (folder / f"libmobilegs_{build}.so").exists():
+            return folder / f"libmobilegs_{build}.so"
     return None
 
 
-def kernel_level() -> str:
-    """Return the newest built level that this CPU runs; raises ImportError if none was built."""
+def kernel_build() -> str:
+    """Return the newest build that this CPU runs; raises ImportError if there is none."""
     flags = cpu_flags()
-    for level, needed in LEVELS.items():
-        if needed <= flags and built_library(level):
-            return level
+    for build, needed in BUILDS.items():
+        if needed <= flags and built_library(build):
+            return build
     raise LibraryMissingError(
         "mobilegs was installed without its CPU kernels: reinstall it where a C++ compiler is "
         "at hand (pip install --force-reinstall mobilegs)"
@@ -87,17 +87,17 @@ def kernel_level() -> str:
 
 
 @cache
-def library(level: str | None = None) -> ctypes.CDLL:
-    """Load the library for `level`; without it, for the newest level that this CPU runs.
+def library(build: str | None = None) -> ctypes.CDLL:
+    """Load a build of the library, by default the newest that this CPU runs.
 
     Raises:
         LibraryMissingError: it was not built.
         ImportError: it belongs to another version of the package.
     """
-    level = level or kernel_level()
-    path = built_library(level)
+    build = build or kernel_build()
+    path = built_library(build)
     if path is None:
-        raise LibraryMissingError(f"the kernels of level {level} were not built on this machine")
+        raise LibraryMissingError(f"the build {build} of the kernels is not installed")
     loaded = ctypes.CDLL(str(path))
     if not hasattr(loaded, "mgs_interface") or loaded.mgs_interface() != INTERFACE:
         raise ImportError(

@@ -15,9 +15,9 @@ import numpy as np
 
 from mobilegs.edit.regions import Triple
 from mobilegs.errors import InputError
-from mobilegs.framing import Start
 from mobilegs.mgs.container import short_text
 from mobilegs.mgs.limits import META_MAX, TEXT_MAX
+from mobilegs.viewpoints.framing import Start
 
 TITLE_MAX = 200  # characters of a title or credit
 ANNOTATION_MAX = 1000  # characters of an annotation's text

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.train.loop import LiveView
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 
 ADDRESS = "127.0.0.1:8080"
 

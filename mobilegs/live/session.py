@@ -14,7 +14,7 @@ from mobilegs.live.frames import BrowserCamera
 from mobilegs.live.page import PHOTO_MODES, FrameRequest, Page, Visitor
 from mobilegs.render.scene import Scene
 from mobilegs.train.memory import return_freed_memory
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import StopRequest
 from mobilegs.train.stage import Stage
 

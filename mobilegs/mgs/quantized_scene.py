@@ -14,7 +14,6 @@ from torch import Tensor
 from mobilegs.camera import NEAR, Camera
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
-from mobilegs.framing import parsed_framing
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.limits import check_footprint, check_meta, check_ranges, check_views
 from mobilegs.mgs.positions import PositionGrid, morton_codes
@@ -219,7 +218,7 @@ class QuantizedScene:
             background=self.background.to(device),
             near=self.near,
             up=self.up,
-            framing=parsed_framing(self.meta),
+            notes=self.meta,
         )
 
     def check(self) -> None:

@@ -15,14 +15,14 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.project import CLASSIC
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
 from mobilegs.synthetic_capture.render import ASPECT_RATIO
-from mobilegs.synthetic_capture.scene_bounds import find_scene_bounds
-from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.train.run_dir import stop_between_steps
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig, TeacherLearningRates
+from mobilegs.viewpoints.placement import interpolate_cameras, place_cameras
+from mobilegs.viewpoints.scene_bounds import find_scene_bounds
+from mobilegs.viewpoints.visibility import validate_visibility
 
 STEPS = 800
 SIDE_MAX = 640  # pixels of an image's longer side

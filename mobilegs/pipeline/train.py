@@ -42,14 +42,12 @@ from mobilegs.pipeline.options import (
 from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import read_plain_scene
-from mobilegs.synthetic_capture.first_view import find_framing
-from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.train.budget import Pace, Plan, make_plan
 from mobilegs.train.distributed import Team, join_team
 from mobilegs.train.exposure import exposures_for
 from mobilegs.train.loop import train_stage
+from mobilegs.train.monitor import Monitor, exposures_of
 from mobilegs.train.poses import with_poses, write_poses
-from mobilegs.train.progress import Monitor, exposures_of
 from mobilegs.train.recipes import Recipe
 from mobilegs.train.run_dir import (
     Checkpoint,
@@ -62,6 +60,8 @@ from mobilegs.train.stage import Stage
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 from mobilegs.up import up_of_cameras, written_up
+from mobilegs.viewpoints.first_view import find_framing
+from mobilegs.viewpoints.visibility import validate_visibility
 
 TARGET_TOLERANCE = 0.05  # share of target_mb by which a file may miss it without a message
 FIRST_LOOKS = 4  # cameras in the file, for a first look
@@ -241,7 +241,7 @@ def train_teacher(job: Job) -> None:
     if team.is_main:
         if stage.poses is not None:
             write_poses(job.run_dir.poses, stage.poses.refined(job.dataset, stage.scene()))
-        footprint, note = job.recipe.teacher.footprint, offset_note(job.dataset.offset)
+        footprint, note = job.recipe.teacher.scene_footprint, offset_note(job.dataset.offset)
         options = {"footprint": footprint, "up": up_of_frames(job.dataset.train), "note": note}
         write_ply(job.run_dir.teacher, stage.gaussians(), **options)
     team.barrier()

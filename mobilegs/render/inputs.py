@@ -9,7 +9,7 @@ from mobilegs.errors import InputError
 from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.sortfree import Weighting
 
-LEVEL_SIGMA_MIN = 0.6  # below, a Gaussian is narrower than what enlarging adds
+LEVEL_SIGMA_MIN = 0.6  # below it, a Gaussian is narrower than the blur that enlarging adds
 
 
 class RenderInputs(NamedTuple):

@@ -23,7 +23,7 @@ from torch import Tensor
 from mobilegs.render.project import Projected, box_touches
 
 LEVELS = 4
-WEIGHT_UNIT = 10.0  # a Gaussian whose weight w is above needs more pixels
+WEIGHT_UNIT = 10.0  # weight w above which a Gaussian needs more pixels
 
 
 def usual_level_sigma(*, soft_edge: bool) -> float:

@@ -25,11 +25,8 @@ JACOBIAN_MARGIN = 0.3  # the linearisation point stays within 1.3 times the half
 
 
 @dataclass(frozen=True)
-class Footprint:
-    """Blur and edge of Gaussians on the image; part of a scene and of its file.
-
-    Raises InputError for a blur outside its range.
-    """
+class SortedFootprint:
+    """Blur of Gaussians on the image. Raises InputError for a blur outside its range."""
 
     blur: float = BLUR
     """Variance added along x and y, in px^2, in (0, 4] (gsplat's `eps2d`)."""
@@ -38,13 +35,19 @@ class Footprint:
     the one after it (Mip-Splatting, Eq. 10; gsplat's `rasterize_mode="antialiased"`). A Gaussian
     smaller than a pixel then covers as much as before the blur, so that a scene keeps its look in
     images of any size."""
-    soft_edge: bool = False
-    """Subtract alpha_min from every alpha, so that alpha falls to 0 at the ellipse's edge and does
-    not end in a step. Sort-free blending only."""
 
     def __post_init__(self) -> None:
         if not 0 < self.blur <= BLUR_MAX:
             raise InputError(f"blur must lie in (0, {BLUR_MAX:g}] px^2, not {self.blur}")
+
+
+@dataclass(frozen=True)
+class Footprint(SortedFootprint):
+    """Blur and edge of Gaussians on the image; part of a scene and of its file."""
+
+    soft_edge: bool = False
+    """Subtract alpha_min from every alpha, so that alpha falls to 0 at the ellipse's edge and does
+    not end in a step. Sort-free blending only."""
 
     def drawn(self, blend: str) -> "Footprint":
         """Return the footprint as a blending draws it: `sorted` has no soft edge."""

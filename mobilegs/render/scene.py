@@ -1,5 +1,6 @@
 """A scene that can be rendered: Gaussians and how to blend them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -12,7 +13,6 @@ from torch import Tensor
 from torch.nn.functional import normalize
 
 from mobilegs.camera import NEAR, Camera
-from mobilegs.framing import Framing
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import (
     Footprint,
@@ -49,7 +49,7 @@ class Scene:
         background: sRGB in [0, 1], `[3]`.
         near: near plane with which the scene was trained, in world units.
         up: upward direction that the file tells, length 1; None if it tells none.
-        framing: first views and limits that the file tells; None if it tells none.
+        notes: notes of the file by name, such as its first view (`viewpoints.framing`).
         file: from which `open_scene` read the scene; None for a scene made or changed in memory.
     """
 
@@ -62,7 +62,7 @@ class Scene:
     near: float = NEAR
     footprint: Footprint = CLASSIC
     up: Float[np.ndarray, "3"] | None = None
-    framing: Framing | None = None
+    notes: Mapping[str, object] = field(default_factory=dict)
     file: Path | None = field(default=None, init=False, compare=False)
 
     def _repr_html_(self) -> str:

@@ -57,16 +57,13 @@ class Weighting:
     each with weight 1. Training uses `mobile_gs`; the others open files of before and serve
     bench/paper."""
     exponent_max: float = 4.0
-    """Upper limit of `s_max / d` in the exponential, in (0, 80]. It keeps float16 renderers from
-    overflow, and a large faint Gaussian from outweighing the whole image when a camera passes close
-    to it: 8 shows such flashes between training views, 4 costs no quality."""
+    """Upper limit of `s_max / d` in the exponential, in (0, 80] (see `WeightingConfig`)."""
     sigma: float = 10.0
     """Depth in world units at which the weight of `sort_free_gs` reaches 0. Infinite: w = phi."""
     background_weight: float = 0.0
     """Weight of the background in the mean of `sort_free_gs`; 0 for all others."""
     alpha_min: float = ALPHA_MIN
-    """Alpha at which an ellipse ends, in [0.0001, 0.1]. The area of the ellipses takes most of a
-    frame's time, so a higher limit renders faster."""
+    """Alpha at which an ellipse ends, in [0.0001, 0.1]; a higher one renders faster."""
     detached: bool = False
     """Cut the gradients of depth and scale through w, as in the paper's release. It changes no
     image, and files do not store it."""
@@ -114,15 +111,7 @@ def surface_limits(
     """Return the depth up to which Gaussians count at each pixel, infinite without a surface.
 
     The surface is the nearest Gaussian with an alpha of at least 0.5 there. It stands in for the
-    depth image of GES (Gaussian-enhanced surfels, Ye et al. 2025), from which it differs:
-
-    | | GES | here |
-    |---|---|---|
-    | surface | opaque 2D surfels, a set of their own | the scene's Gaussians where alpha >= 0.5 |
-    | first pass | depth and colour image of the surfels | the depth only |
-    | second pass | Gaussians that pass the depth test | Gaussians up to 5 % behind the surface |
-    | colour | the surfels' colours, with the Gaussians added | mean of the Gaussians by alpha |
-    | training | surfels turn opaque, then Gaussians are added | one set, distilled |
+    depth image of GES (Ye et al. 2025), whose opaque surfels are a set of their own with colours.
     """
     opaque = torch.where(alphas >= SURFACE_ALPHA, depths, math.inf)
     nearest = torch.nn.functional.pad(opaque, (0, 1), value=math.inf).amin(1, keepdim=True)

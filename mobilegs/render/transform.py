@@ -9,7 +9,7 @@ from mobilegs.render.project import rotation_matrices
 from mobilegs.spherical_harmonics import rotated_sh
 
 BLOCK = 1 << 15  # Gaussians that are transformed at a time
-EVEN = 1e-4  # relative difference of factors that count as equal; files have float32
+EVEN_TOLERANCE = 1e-4  # relative difference of factors that count as equal; files have float32
 SCALE_MIN = 1e-30  # a scale of 0 has no logarithm
 
 Matrix = Float[np.ndarray, "3 3"]
@@ -33,7 +33,7 @@ def transformed(gaussians: Gaussians, linear: Matrix, offset: Float[np.ndarray, 
 def is_even(linear: Matrix) -> bool:
     """Return True if a matrix is a rotation or reflection times a factor above 0."""
     factors = np.linalg.svd(linear, compute_uv=False)
-    return bool(factors[0] - factors[2] <= EVEN * factors[0] and factors[0] > 0)
+    return bool(factors[0] - factors[2] <= EVEN_TOLERANCE * factors[0] and factors[0] > 0)
 
 
 def _block(gaussians: Gaussians, linear: Matrix, offset: Float[np.ndarray, "3"]) -> Gaussians:

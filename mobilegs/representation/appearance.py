@@ -82,7 +82,12 @@ def _make_linear(
     last: Float[Tensor, "o h"],
     out: Float[Tensor, "o 3"],
 ) -> None:
-    """Make a network the map `out` of its latents, whose columns of `first` are `latents`."""
+    """Make a network the map `out` of its latents, whose columns of `first` are `latents`.
+
+    A pair of hidden units with opposite signs makes a leaky ReLU linear:
+    `leaky(a) - leaky(-a) = (1 + slope) a`. Six of the 64 units form such pairs; the others keep
+    random input weights, and their output weights are 0.
+    """
     pair = torch.cat([torch.eye(LATENTS), -torch.eye(LATENTS)]).to(first)
     first[: 2 * LATENTS] = 0
     latents[: 2 * LATENTS] = pair
@@ -90,11 +95,55 @@ def _make_linear(
     last[:, : 2 * LATENTS] = out.to(last) @ pair.T / (1 + SLOPE)
 
 
-class LinearDecoder(nn.Module):
+class ColorDecoder(nn.Module):
+    """A decoder from latents, and positions, to spherical harmonics of the colour.
+
+    There are no biases. Weights are rounded to float16, as a file stores them.
+    """
+
+    significand_bits = SIGNIFICAND_BITS  # of the weights; networks have fewer with mode `sq`
+
+    def forward(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n v"],
+    ) -> Float[Tensor, "n k 3"]:
+        """Return the harmonics.
+
+        `positions` are normalised (`PositionGrid.normalised`) and get no gradient. Only
+        `AppearanceDecoder` uses them.
+        """
+        raise NotImplementedError
+
+    @torch.no_grad()
+    def decode(
+        self,
+        positions: Float[Tensor, "n 3"],
+        static: Float[Tensor, "n 3"],
+        view: Float[Tensor, "n v"],
+    ) -> Float[Tensor, "n k 3"]:
+        """Compute `forward` without gradients, in chunks that bound the memory."""
+        chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
+        return torch.cat([self(*chunk) for chunk in chunks])
+
+    def init_linear(self, directions: Float[Tensor, "d v"]) -> None:
+        """Set the weights so that the output is `[static, directions @ view]` everywhere."""
+        raise NotImplementedError
+
+    @property
+    def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ v"]]:
+        """The matrices that static and view latents are multiplied by."""
+        raise NotImplementedError
+
+    def _rounded(self, weights: Float[Tensor, "..."]) -> Float[Tensor, "..."]:
+        return round_float16(weights, self.significand_bits)
+
+
+class LinearDecoder(ColorDecoder):
     """Two matrices: static latents -> degree 0, view latents -> the other harmonics.
 
-    There are no biases: codes can hold a mean. The matrices are rounded to float16, as a file
-    stores them. (This project; the paper has networks.)
+    Codes can hold a mean, in place of biases. (This project; the paper has networks.)
     """
 
     def __init__(self, degree: int = 1, view: int = LATENTS) -> None:
@@ -110,7 +159,6 @@ class LinearDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
-        """Return the spherical harmonics of the colour; `positions` have no effect."""
         latents, matrix = torch.cat([static, view], dim=1), self._matrix().T
         return product(latents, matrix, matrix.new_zeros(matrix.shape[1])).unflatten(1, (-1, 3))
 
@@ -130,21 +178,19 @@ class LinearDecoder(nn.Module):
 
     def _matrix(self) -> Float[Tensor, "o l"]:
         """Both matrices as one: the product is bound by memory, not by arithmetic."""
-        return torch.block_diag(round_float16(self.static2), round_float16(self.view2))
+        return torch.block_diag(self._rounded(self.static2), self._rounded(self.view2))
 
     @torch.no_grad()
     def init_linear(self, directions: Float[Tensor, "d v"]) -> None:
-        """Set the weights so that the output is `[static, directions @ view]`."""
         self.static2.copy_(torch.eye(3, LATENTS))
         self.view2.copy_(directions)
 
     @property
     def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ v"]]:
-        """The matrices that static and view latents are multiplied by."""
         return self.static2, self.view2
 
 
-class AppearanceDecoder(nn.Module):
+class AppearanceDecoder(ColorDecoder):
     """Networks from position and latents to harmonics, as in the paper's release.
 
     | input | hidden | output |
@@ -153,17 +199,14 @@ class AppearanceDecoder(nn.Module):
     | context and static latents, 16 | 64 LeakyReLU | degree 0, 3 |
     | context and view latents, 16 | 64 LeakyReLU | other degrees, 9 for degree 1 |
 
-    Outputs are coefficient-major; degree 2 has 24 others, degree 3 has 45. There are no biases:
-    9,792 weights for degree 1, Xavier-uniform at the start. Weights are rounded to float16, as a
-    file stores them.
+    Outputs are coefficient-major; degree 2 has 24 others, degree 3 has 45. The 9,792 weights for
+    degree 1 are Xavier-uniform at the start.
     """
 
     def __init__(self, generator: torch.Generator, degree: int = 1) -> None:
         """Draw the weights from `generator`; `degree` is 0 to 3."""
         super().__init__()
-        self.significand_bits = SIGNIFICAND_BITS  # of the weights; mode `sq` has fewer
         self.degree = degree
-
         weights = partial(_xavier, generator, 1)
         self.context1 = weights(HIDDEN, ENCODED)
         self.context2 = weights(CONTEXT, HIDDEN)
@@ -178,13 +221,9 @@ class AppearanceDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
     ) -> Float[Tensor, "n k 3"]:
-        """Return the spherical harmonics of the colour.
-
-        `positions` are normalised (`PositionGrid.normalised`) and get no gradient.
-        """
         encoded = encode_frequencies(contract(positions.detach()))
-        hidden = torch.relu_(linear(encoded, round_float16(self.context1, self.significand_bits)))
-        context = linear(hidden, round_float16(self.context2, self.significand_bits))
+        hidden = torch.relu_(linear(encoded, self._rounded(self.context1)))
+        context = linear(hidden, self._rounded(self.context2))
         # both heads as one of twice the width: this is bound by memory, not by arithmetic
         of_static = self.static1.split([CONTEXT, LATENTS], dim=1)
         of_view = self.view1.split([CONTEXT, LATENTS], dim=1)
@@ -193,12 +232,8 @@ class AppearanceDecoder(nn.Module):
             [torch.cat([of_static[0], of_view[0]]), latent_weights], dim=1
         )  # [128, 19]
         last = torch.block_diag(self.static2, self.view2)  # [12, 128] for degree 1
-        hidden = linear(
-            torch.cat([context, static, view], dim=1), round_float16(first, self.significand_bits)
-        )
-        out = linear(
-            leaky_relu(hidden, SLOPE, inplace=True), round_float16(last, self.significand_bits)
-        )
+        hidden = linear(torch.cat([context, static, view], dim=1), self._rounded(first))
+        out = linear(leaky_relu(hidden, SLOPE, inplace=True), self._rounded(last))
         return out.unflatten(1, (-1, 3))
 
     @torch.no_grad()
@@ -208,36 +243,27 @@ class AppearanceDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
     ) -> Float[Tensor, "n k 3"]:
-        """Compute `forward` without gradients, in C++ or in chunks that bound the memory."""
+        """Compute `forward` without gradients, in C++ where that is possible."""
         if binding.supports(positions, static, view, self.context1):
-            weights = [round_float16(matrix, self.significand_bits) for matrix in self.parameters()]
+            weights = [self._rounded(matrix) for matrix in self.parameters()]
             return binding.decode_colors(positions, static, view, weights=weights)
-        chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
-        return torch.cat([self(*chunk) for chunk in chunks])
+        return super().decode(positions, static, view)
 
     @torch.no_grad()
     def init_linear(self, directions: Float[Tensor, "d 3"]) -> None:
-        """Set the weights so that the output is `[static, directions @ view]` at any position.
-
-        A pair of hidden units with opposite signs makes a leaky ReLU linear:
-        `leaky(a) - leaky(-a) = (1 + slope) a`. Six of the 64 units form such pairs; the others
-        keep random input weights, and their output weights are 0.
-        """
         _make_linear(self.static1[:, CONTEXT:], self.static1, self.static2, torch.eye(3))
         _make_linear(self.view1[:, CONTEXT:], self.view1, self.view2, directions)
 
     @property
     def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
-        """The matrices that static and view latents are multiplied by."""
         return self.static1[:, CONTEXT:], self.view1[:, CONTEXT:]
 
 
-class LatentDecoder(nn.Module):
+class LatentDecoder(ColorDecoder):
     """Networks from all latents to harmonics: the paper's Eq. 6.
 
     `MLP_d` gives degree 0 and `MLP_v` the others, each from static and view latents together, with
-    64 hidden units and leaky ReLUs. There are no biases: 1,536 weights for degree 1,
-    Xavier-uniform at the start, rounded to float16, as a file stores them.
+    64 hidden units and leaky ReLUs. The 1,536 weights for degree 1 are Xavier-uniform at the start.
 
     Attributes:
         both1: the first layers, `[128, 6]`: 64 rows of `MLP_d`, then 64 of `MLP_v`.
@@ -247,9 +273,7 @@ class LatentDecoder(nn.Module):
     def __init__(self, generator: torch.Generator, degree: int = 1) -> None:
         """Draw the weights from `generator`; `degree` is 0 to 3."""
         super().__init__()
-        self.significand_bits = SIGNIFICAND_BITS  # of the weights; mode `sq` has fewer
         self.degree = degree
-
         self.both1 = _xavier(generator, 2, HIDDEN, 2 * LATENTS)
         self.static2 = _xavier(generator, 1, 3, HIDDEN)
         self.view2 = _xavier(generator, 1, 3 * (degree + 1) ** 2 - 3, HIDDEN)
@@ -260,42 +284,20 @@ class LatentDecoder(nn.Module):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n 3"],
     ) -> Float[Tensor, "n k 3"]:
-        """Return the spherical harmonics of the colour; `positions` have no effect."""
-        first = round_float16(self.both1, self.significand_bits)
-        last = torch.block_diag(
-            *(round_float16(part, self.significand_bits) for part in (self.static2, self.view2))
-        )
+        first = self._rounded(self.both1)
+        last = torch.block_diag(*(self._rounded(part) for part in (self.static2, self.view2)))
         hidden = leaky_relu(linear(torch.cat([static, view], dim=1), first), SLOPE, inplace=True)
         return linear(hidden, last).unflatten(1, (-1, 3))
 
     @torch.no_grad()
-    def decode(
-        self,
-        positions: Float[Tensor, "n 3"],
-        static: Float[Tensor, "n 3"],
-        view: Float[Tensor, "n 3"],
-    ) -> Float[Tensor, "n k 3"]:
-        """Compute `forward` without gradients, in chunks that bound the memory."""
-        chunks = zip(positions.split(CHUNK), static.split(CHUNK), view.split(CHUNK), strict=True)
-        return torch.cat([self(*chunk) for chunk in chunks])
-
-    @torch.no_grad()
     def init_linear(self, directions: Float[Tensor, "d 3"]) -> None:
-        """Set the weights so that the output is `[static, directions @ view]`.
-
-        As in `AppearanceDecoder.init_linear`, six of the 64 units of a network make it linear.
-        """
         first = self.both1
         _make_linear(first[:HIDDEN, :LATENTS], first[:HIDDEN], self.static2, torch.eye(3))
         _make_linear(first[HIDDEN:, LATENTS:], first[HIDDEN:], self.view2, directions)
 
     @property
     def latent_weights(self) -> tuple[Float[Tensor, "_ 3"], Float[Tensor, "_ 3"]]:
-        """The matrices that static and view latents are multiplied by."""
         return self.both1[:, :LATENTS], self.both1[:, LATENTS:]
-
-
-ColorDecoder = LinearDecoder | AppearanceDecoder | LatentDecoder
 
 
 def color_decoder(shape: ColorShape, generator: torch.Generator) -> ColorDecoder:

@@ -154,11 +154,11 @@ class SubVectorCodebooks(nn.Module):
     def reassign(self, values: Float[Tensor, "n d"]) -> None:
         """Assign every row the entries nearest to its new value."""
         parts = values.split(self.centers.shape[2], dim=1)
-        found = [
+        columns = [
             nearest_centers(part, centers)
             for part, centers in zip(parts, self.stored_centers, strict=True)
         ]
-        self.indices = torch.stack(found, dim=1)
+        self.indices = torch.stack(columns, dim=1)
 
     def select(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"]) -> None:
         """Keep only the rows that `rows` picks; the centres stay."""

@@ -4,7 +4,7 @@ from typing import Any
 
 import torch
 from jaxtyping import Float
-from torch import Tensor, nn
+from torch import Tensor
 
 FLOAT16_MAX = 65504.0  # the largest finite number
 SIGNIFICAND_BITS = 11  # of float16, the implicit one included
@@ -42,12 +42,3 @@ def round_float16(
     With this straight-through estimator, training computes with the numbers that a file holds.
     """
     return _RoundFloat16.apply(values, significand_bits)  # pyright: ignore[reportReturnType]
-
-
-def rounded_parameters(module: nn.Module) -> dict[str, Tensor]:
-    """Return the parameters of `module` by name, rounded to float16.
-
-    `torch.func.functional_call(module, rounded_parameters(module), inputs)` computes with the
-    weights that a file holds and trains the unrounded ones.
-    """
-    return {name: round_float16(value) for name, value in module.named_parameters()}

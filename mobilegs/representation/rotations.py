@@ -1,21 +1,19 @@
 """Rotation quantisation: three angles, with more bits where a Gaussian is elongated."""
 
 import itertools
-import math
 from functools import cache
 
 import torch
 from jaxtyping import Float, Int, Integer, UInt8
-from torch import Tensor, nn
+from torch import Tensor
 
 from mobilegs.csrc import binding
 from mobilegs.render.project import rotation_matrices
 from mobilegs.representation.codebooks import canonical_quats
 from mobilegs.representation.uniform_quantizer import (
     ANGLE_STEP_RANGE,
-    STEP_RATIO,
+    StepSizeQuantizer,
     UniformQuantizer,
-    entropy,
     scale_multiples,
 )
 
@@ -53,10 +51,10 @@ def _axis_permutations() -> tuple[Float[Tensor, "24 4"], Int[Tensor, "24 3"]]:
     """Return the rotations that map axes to axes, as quaternions, and the source of each axis."""
     half = 0.5**0.5
     eighths = itertools.product((-half, 0.0, half), repeat=4)
-    found = [torch.tensor(q) for q in itertools.product((-0.5, 0.5), repeat=4)]
-    found += [q for q in map(torch.tensor, eighths) if abs(float(q @ q) - 1) < 1e-6]
-    found += [row for row in torch.eye(4)]
-    quats = torch.stack([q for q in found if (q[q.abs() > 1e-6][0] > 0)])
+    units = [torch.tensor(q) for q in itertools.product((-0.5, 0.5), repeat=4)]
+    units += [q for q in map(torch.tensor, eighths) if abs(float(q @ q) - 1) < 1e-6]
+    units += [row for row in torch.eye(4)]
+    quats = torch.stack([q for q in units if (q[q.abs() > 1e-6][0] > 0)])
     matrices = rotation_matrices(quats)  # columns are the images of the axes
     return quats, matrices.abs().argmax(dim=1)
 
@@ -110,11 +108,11 @@ def refinement_bits_of(codes: Int[Tensor, "n 3"], step_size: float) -> UInt8[Ten
     fast = binding.refinement_bits(codes, step_size, _bits_table())
     if fast is not None:
         return fast
-    found = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
+    bits = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
     for start in range(0, len(codes), BLOCK):
         rows = slice(start, start + BLOCK)
-        found[rows] = refinement_bits(codes[rows].float() * step_size)
-    return found
+        bits[rows] = refinement_bits(codes[rows].float() * step_size)
+    return bits
 
 
 @cache
@@ -124,33 +122,20 @@ def _bits_table() -> UInt8[Tensor, "m"]:
     return torch.bucketize(differences, torch.tensor(LIMITS, dtype=torch.int32), right=True).byte()
 
 
-class RotationQuantizer(nn.Module):
+class RotationQuantizer(StepSizeQuantizer):
     """Quaternions `[n, 4]` as three integers each, for the scales of the quantiser `scales`.
 
     About an axis with `b` refinement bits the integer `k` stands for the angle
-    `((k + 1/2) / 2^b - 1/2) step_size`.
-
-    Attributes:
-        log_step_offset: logarithm of the step size (radians) relative to its initial value, a
-            parameter.
-        indices: the integers, `[n, 3]`, a buffer.
+    `((k + 1/2) / 2^b - 1/2) step_size`, in radians.
     """
 
-    indices: Tensor
+    step_size_range = ANGLE_STEP_RANGE
 
     def __init__(
         self, scales: UniformQuantizer, step_size: float, indices: Int[Tensor, "n 3"]
     ) -> None:
-        super().__init__()
-        self.initial_step_size = step_size
-        self.log_step_offset = nn.Parameter(torch.zeros((), device=indices.device))
+        super().__init__(step_size, indices)
         self._scales = (scales,)  # a tuple, so that it is not a submodule
-        self.register_buffer("indices", indices.detach().int())
-
-    @property
-    def step_size(self) -> Float[Tensor, ""]:
-        """The current step size, radians."""
-        return (self.initial_step_size * self.log_step_offset.exp()).clamp(*ANGLE_STEP_RANGE)
 
     @classmethod
     def fit(
@@ -179,19 +164,10 @@ class RotationQuantizer(nn.Module):
         """Assign the nearest codes of new quaternions; reassign the scales first."""
         self.indices = encode_rotations(quats, self._scales[0](), self.step_size)
 
-    def select(self, rows: Tensor) -> None:
-        """Keep only the rows that `rows` picks; the scales select theirs themselves."""
-        self.indices = self.indices[rows]
-
-    @torch.no_grad()
-    def log_step_gradient(self, quats: Float[Tensor, "n 4"]) -> float:
-        """Return the derivative of the bits per row with respect to `log_step_offset`.
-
-        Refinement bits do not depend on the step size of rotations.
-        """
-        vectors, step = rotation_vectors(quats), self.step_size
-        fine, coarse = (entropy(_cells(vectors, step * f)) for f in (1 / STEP_RATIO, STEP_RATIO))
-        return (coarse - fine) / (2 * math.log(STEP_RATIO))
+    @staticmethod
+    def nearest(values: Float[Tensor, "n 4"], step_size: Float[Tensor, ""]) -> Int[Tensor, "n 3"]:
+        """Return the integers without refinement bits, which do not depend on the step size."""
+        return torch.floor(rotation_vectors(values) / step_size + 0.5).int()
 
 
 def encode_rotations(
@@ -215,7 +191,3 @@ def decode_rotations(
 
 def _multiples(indices: Int[Tensor, "n 3"], bits: Integer[Tensor, "n 3"]) -> Tensor:
     return (indices.float() + 0.5) / torch.exp2(bits.float()) - 0.5
-
-
-def _cells(vectors: Float[Tensor, "n 3"], step_size: Tensor) -> Int[Tensor, "n 3"]:
-    return torch.floor(vectors / step_size + 0.5).int()

@@ -60,15 +60,16 @@ class StepSizes:
             raise InputError(f"with a quality of {quality:g} {error}") from None
 
 
-class UniformQuantizer(nn.Module):
-    """Numbers `[n, s]` as integer multiples of a learned step size.
+class StepSizeQuantizer(nn.Module):
+    """Numbers as integers, in units of a learned step size.
 
     Attributes:
         log_step_offset: logarithm of the step size relative to its initial value, a parameter.
-        indices: the multiples, `[n, s]`, a buffer.
+        indices: the integers, `[n, s]`, a buffer.
     """
 
     indices: Tensor
+    step_size_range = STEP_SIZE_MIN, STEP_SIZE_MAX
 
     def __init__(self, step_size: float, indices: Int[Tensor, "n s"]) -> None:
         super().__init__()
@@ -80,7 +81,32 @@ class UniformQuantizer(nn.Module):
     def step_size(self) -> Float[Tensor, ""]:
         """The current step size."""
         grown = self.initial_step_size * self.log_step_offset.exp()
-        return grown.clamp(STEP_SIZE_MIN, STEP_SIZE_MAX)
+        return grown.clamp(*self.step_size_range)
+
+    def select(self, rows: Tensor) -> None:
+        """Keep only the rows that `rows` picks."""
+        self.indices = self.indices[rows]
+
+    @staticmethod
+    def nearest(values: Tensor, step_size: Float[Tensor, ""]) -> Int[Tensor, "n s"]:
+        """Return the integers nearest to `values`."""
+        raise NotImplementedError
+
+    @torch.no_grad()
+    def log_step_gradient(self, values: Tensor) -> float:
+        """Return the derivative of the bits per row with respect to `log_step_offset`.
+
+        Each doubling of the step size takes about one bit per column.
+        """
+        step = self.step_size
+        fine, coarse = (
+            entropy(self.nearest(values, step * f)) for f in (1 / STEP_RATIO, STEP_RATIO)
+        )
+        return (coarse - fine) / (2 * math.log(STEP_RATIO))
+
+
+class UniformQuantizer(StepSizeQuantizer):
+    """Numbers `[n, s]` as integer multiples of a learned step size."""
 
     @classmethod
     def fit(cls, values: Float[Tensor, "n s"], *, step_size: float) -> "UniformQuantizer":
@@ -107,12 +133,7 @@ class UniformQuantizer(nn.Module):
 
     @staticmethod
     def nearest(values: Tensor, step_size: Float[Tensor, ""]) -> Int[Tensor, "n s"]:
-        """Return the codes nearest to `values`."""
         return (values / step_size).round().clamp(-CODE_LIMIT, CODE_LIMIT).int()
-
-    def select(self, rows: Tensor) -> None:
-        """Keep only the rows that `rows` picks."""
-        self.indices = self.indices[rows]
 
     @torch.no_grad()
     def bits_gradient(self, values: Float[Tensor, "n s"]) -> Float[Tensor, "n s"]:
@@ -128,18 +149,6 @@ class UniformQuantizer(nn.Module):
             at = (column - least).long().clamp(0, len(lengths) - 2)
             gradients.append((lengths[at + 1] - lengths[at]) / self.step_size)
         return torch.stack(gradients, dim=1)
-
-    @torch.no_grad()
-    def log_step_gradient(self, values: Float[Tensor, "n s"]) -> float:
-        """Return the derivative of the bits per row with respect to `log_step_offset`.
-
-        Each doubling of the step size takes about one bit per column.
-        """
-        step = self.step_size
-        fine, coarse = (
-            entropy(self.nearest(values, step * f)) for f in (1 / STEP_RATIO, STEP_RATIO)
-        )
-        return (coarse - fine) / (2 * math.log(STEP_RATIO))
 
 
 def scale_multiples(
@@ -164,7 +173,7 @@ def column_ranges(codes: Int[Tensor, "n s"]) -> tuple[Int[Tensor, "s"], Int[Tens
     parts = [codes[many:]]
     if many:
         long = codes[:many].reshape(many // 64, -1)
-        parts += [found.view(64, -1) for found in (long.amin(0), long.amax(0))]
+        parts += [ends.view(64, -1) for ends in (long.amin(0), long.amax(0))]
     ends = torch.cat(parts)
     return ends.amin(0), ends.amax(0)
 

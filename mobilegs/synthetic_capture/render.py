@@ -21,10 +21,10 @@ from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import sh_colors
 from mobilegs.synthetic_capture.cameras_json import read_cameras_json
-from mobilegs.synthetic_capture.placement import interpolate_cameras, place_cameras
-from mobilegs.synthetic_capture.scene_bounds import SceneBounds, find_scene_bounds
-from mobilegs.synthetic_capture.visibility import validate_visibility
 from mobilegs.up import AXES, Axis, up_text
+from mobilegs.viewpoints.placement import interpolate_cameras, place_cameras
+from mobilegs.viewpoints.scene_bounds import SceneBounds, find_scene_bounds
+from mobilegs.viewpoints.visibility import validate_visibility
 
 log = logging.getLogger(__name__)
 

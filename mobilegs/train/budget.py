@@ -18,7 +18,7 @@ import torch
 from mobilegs.data.dataset import Dataset, ViewLoader
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
-from mobilegs.progress_display import StageLines, line_stream
+from mobilegs.progress_display import ProgressLines, line_stream
 from mobilegs.train.distributed import Team
 from mobilegs.train.memory import free_memory, needed_memory
 from mobilegs.train.recipes import Recipe, with_length
@@ -29,34 +29,34 @@ from mobilegs.train.threads import FairThreads
 
 TEACHER_SHARE = {"cpu": 0.45, "cuda": 0.35}  # of the time
 # Fractions of a stage's steps or of its time, whichever comes first, after which the number of
-# steps is set anew. Afterwards the student quantises, and the teacher has no more than a tenth of
-# its time left.
-CHECKS = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
-SPLATS_PER_PIXEL = 0.6  # most Gaussians for pixels that are not transparent; limits below
-SPLATS_LEAST, SPLATS_MOST = 20_000, 500_000  # a file of 5 MB
-SPLAT_BYTES = 9.5  # of the file, for each of the teacher's Gaussians; some are pruned
-FRACTIONS = (1.0, 0.7, 0.5, 0.35)  # of these that are tried
-SIZE_LEAST = 300 * 200  # pixels of a photo
-# Steps of the student, times the square root of the minutes, from which on more pixels or Gaussians
-# are better than more steps.
+# steps is corrected. Later the student quantises, and the teacher has a tenth of its time left.
+CORRECTION_TIMES = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
+SPLATS_PER_PIXEL = 0.6  # maximum number of Gaussians per pixel that is not transparent
+SPLATS_MIN, SPLATS_MAX = 20_000, 500_000  # limits of this maximum; 500,000 are a file of 5 MB
+FILE_BYTES_PER_SPLAT = 9.5  # per Gaussian of the teacher, of which the student prunes some
+SPLAT_FRACTIONS = (1.0, 0.7, 0.5, 0.35)  # of the maximum, in the order in which they are tried
+PIXELS_MIN = 300 * 200  # of a photo
+# Steps of the student per square root of a minute. A plan with more of them gives its time to
+# pixels and Gaussians instead.
 ENOUGH_STEPS = 650
-FEWEST_STEPS = 500  # of each stage
+STEPS_MIN = 500  # of each stage
 MEMORY_SHARE = 0.8  # of the free memory that a plan uses
-MEMORY_MOST = 1 << 50  # bytes
-INITIAL = 0.7  # of the most Gaussians that the teacher starts with
-TRAINED = {"cpu": 0.7, "cuda": 1.3}  # seconds of a step, in those of the first steps
-STUDENT = {"cpu": 1.4, "cuda": 3.5}  # seconds of a student's step, in those of the teacher's
-MEASURED = 2.0  # seconds of measuring a held-back photo, in those of a step
-# Finding the first view, sorting into levels and writing: the time of so many steps without pixels,
-# with so many Gaussians more than the scene has.
-FINISHED_STEPS = {"cpu": 220, "cuda": 1000}
-FINISHED_SPLATS = 50_000
+MEMORY_MAX = 1 << 50  # bytes
+INIT_SHARE = 0.7  # ratio of initial Gaussians to their maximum
+# Ratios of times: a teacher's step (mean over the run) to a timed one, a student's step to a
+# teacher's, and the evaluation of a held-back photo to a timed step.
+TEACHER_STEP_RATIO = {"cpu": 0.7, "cuda": 1.3}
+STUDENT_STEP_RATIO = {"cpu": 1.4, "cuda": 3.5}
+EVALUATION_RATIO = 2.0
+# Finding the first view, sorting into LOD levels and writing take the time of FINISH_STEPS steps
+# on images without pixels, of a scene with FINISH_SPLATS more Gaussians.
+FINISH_STEPS = {"cpu": 220, "cuda": 1000}
+FINISH_SPLATS = 50_000
 TIMED_STEPS = 5  # at each of two sizes, after one that warms up
 TIMED_SPLATS = 150_000  # at least
-WINDOW = 100  # steps whose time predicts that of the others
-LEAST_WINDOW = 50  # of them that a change needs if time asks for it
-FEWEST = 0.25  # of the remaining steps that a change leaves at least
-MOST = 4.0  # times the remaining steps that a change makes of them at most
+SPEED_STEPS = 100  # last steps, whose mean time predicts that of the others
+SPEED_STEPS_MIN = 50  # timed steps before the time can cause a correction
+LEFT_RATIO_MIN, LEFT_RATIO_MAX = 0.25, 4.0  # of the steps left after a correction to those before
 
 
 @dataclass(frozen=True)
@@ -183,11 +183,11 @@ def divided(gaussians: Gaussians, count: int) -> Gaussians:
     parts = math.ceil(count / len(gaussians))
     if parts == 1:
         return gaussians
-    found = gaussians.select(torch.arange(len(gaussians)).repeat_interleave(parts))
-    offsets = torch.randn(found.means.shape, generator=torch.Generator().manual_seed(0))
-    found.means += found.log_scales.exp() * offsets
-    found.log_scales -= 0.5 * math.log(parts)
-    return found
+    copies = gaussians.select(torch.arange(len(gaussians)).repeat_interleave(parts))
+    offsets = torch.randn(copies.means.shape, generator=torch.Generator().manual_seed(0))
+    copies.means += copies.log_scales.exp() * offsets
+    copies.log_scales -= 0.5 * math.log(parts)
+    return copies
 
 
 def _now(device: torch.device) -> float:
@@ -237,19 +237,19 @@ def make_plan(
         given: number of Gaussians of a trained teacher, or 0 if there is none.
         team: the processes that train.
     """
-    kind = team.device.type
+    device = team.device.type
     with FairThreads() as threads:
         dataset = load(downscale)
         threads.adapt()
-        with StageLines("timing a few steps", line_stream() if team.is_main else None):
+        with ProgressLines("timing a few steps", line_stream() if team.is_main else None):
             speed = measured_speed(recipe.teacher, dataset, team)
     seconds = 60 * minutes - (time.monotonic() - started)
     [[seconds], *_] = team.all_gather_ints(round(seconds))
-    free = math.inf if kind == "cuda" else MEMORY_SHARE * free_memory() / team.on_this_machine
-    [[free], *_] = team.all_gather_ints(round(min(free, MEMORY_MOST)))
+    free = math.inf if device == "cuda" else MEMORY_SHARE * free_memory() / team.on_this_machine
+    [[free], *_] = team.all_gather_ints(round(min(free, MEMORY_MAX)))
     target = recipe.student.quantization.target_mb
-    limit = min(SPLATS_MOST, 1e6 * target / SPLAT_BYTES) if target else SPLATS_MOST
-    share = 0.0 if given else TEACHER_SHARE[kind]
+    limit = min(SPLATS_MAX, 1e6 * target / FILE_BYTES_PER_SPLAT) if target else SPLATS_MAX
+    share = 0.0 if given else TEACHER_SHARE[device]
     sizes = [(downscale, pixels_of(dataset))]
     if downscale is None and not given:
         sizes += smaller_sizes(load, sizes[0][1])
@@ -258,16 +258,16 @@ def make_plan(
     views = [max(1, stage.views_per_step // team.world_size) for stage in stages]
     choices = []
     for n, pixels in sizes:
-        most = round(min(max(per_pixel * pixels, SPLATS_LEAST), limit))
+        most = round(min(max(per_pixel * pixels, SPLATS_MIN), limit))
         fixed = given or max_splats
-        counts = [fixed] if fixed else [round(f * most) for f in FRACTIONS]
+        counts = [fixed] if fixed else [round(f * most) for f in SPLAT_FRACTIONS]
         for splats in counts:
-            reserve = MEASURED * len(dataset.test) * speed.step(splats, pixels)
-            reserve += FINISHED_STEPS[kind] * speed.step(splats + FINISHED_SPLATS, 0)
+            reserve = EVALUATION_RATIO * len(dataset.test) * speed.step(splats, pixels)
+            reserve += FINISH_STEPS[device] * speed.step(splats + FINISH_SPLATS, 0)
             left = max(seconds - reserve, 0.5 * seconds)
-            each = TRAINED[kind] * speed.step(splats, pixels)
+            each = TEACHER_STEP_RATIO[device] * speed.step(splats, pixels)
             teacher = share * left / (each * views[0])
-            student = (1 - share) * left / (STUDENT[kind] * each * views[1])
+            student = (1 - share) * left / (STUDENT_STEP_RATIO[device] * each * views[1])
             bytes = needed_memory(
                 recipe.student, photos=len(dataset.train), pixels=pixels, splats=splats
             )
@@ -279,8 +279,8 @@ def make_plan(
         next((c for c in some if c.student >= enough), some[-1]) for some in (choices, fitting)
     )
     left, n, splats = chosen.seconds, chosen.downscale, chosen.splats
-    teacher, student = (max(FEWEST_STEPS, round(c)) for c in (chosen.teacher, chosen.student))
-    initial = max(1, round(INITIAL * splats))
+    teacher, student = (max(STEPS_MIN, round(c)) for c in (chosen.teacher, chosen.student))
+    initial = max(1, round(INIT_SHARE * splats))
     sized = replace(recipe.teacher, max_splats=splats, init_splats=initial)
     planned = Recipe(with_length(sized, teacher), replace(recipe.student, steps=student))
     limited = chosen != best or chosen.bytes > free
@@ -307,7 +307,7 @@ def smaller_sizes(
     original, sizes = load(1).train[0].camera, []
     for n in range(2, 17):
         width, height = original.width // n, original.height // n
-        if width * height < SIZE_LEAST:
+        if width * height < PIXELS_MIN:
             break
         if width * height < 0.9 * pixels:
             sizes.append((n, width * height))
@@ -333,13 +333,13 @@ class Pace:
     def __init__(self, plan: Plan, save: Callable[[Plan], None]) -> None:
         """Begin with `plan`; `save` receives each plan with one more correction."""
         self.plan, self.save = plan, save
-        self.times: deque[float] = deque(maxlen=WINDOW + 1)
+        self.times: deque[float] = deque(maxlen=SPEED_STEPS + 1)
 
     def before(self, stage: Paced) -> None:
         """Begin or resume a stage."""
         self.times.clear()
         self.began: float | None = None
-        self.checks = list(CHECKS[stage.name])
+        self.checks = list(CORRECTION_TIMES[stage.name])
         for each in self.plan.corrections:
             if each.stage == stage.name and each.at <= stage.done:
                 self._apply(stage, each)
@@ -359,7 +359,7 @@ class Pace:
             return  # changes of a run that was killed come first
         deadline = self.plan.deadline(stage.name)
         spent = (elapsed - self.began) / max(deadline - self.began, 1e-9)
-        late = spent >= self.checks[0] and len(self.times) > LEAST_WINDOW
+        late = spent >= self.checks[0] and len(self.times) > SPEED_STEPS_MIN
         [[late], *_] = team.all_gather_ints(late)
         if stage.done < self.checks[0] * stage.steps:
             if not late:
@@ -368,12 +368,14 @@ class Pace:
         each = (self.times[-1] - self.times[0]) / (len(self.times) - 1)
         left = stage.steps - stage.done
         fitting = math.floor((deadline - elapsed) / max(each, 1e-9))
-        steps = stage.done + min(max(fitting, math.ceil(FEWEST * left)), math.floor(MOST * left))
+        steps = stage.done + min(
+            max(fitting, math.ceil(LEFT_RATIO_MIN * left)), math.floor(LEFT_RATIO_MAX * left)
+        )
         [[steps], *_] = team.all_gather_ints(max(steps, stage.done + 1))
-        found = Correction(stage.name, stage.done, steps)
-        self.plan = replace(self.plan, corrections=(*self.plan.corrections, found))
+        correction = Correction(stage.name, stage.done, steps)
+        self.plan = replace(self.plan, corrections=(*self.plan.corrections, correction))
         self.save(self.plan)
-        self._apply(stage, found)
+        self._apply(stage, correction)
 
     def _apply(self, stage: Paced, correction: Correction) -> None:
         stage.set_steps(correction.steps)

@@ -53,15 +53,15 @@ class Team:
         """Return the tensors of every process, by rank; shapes and dtypes must agree."""
         if self.world_size == 1:
             return [tensors]
-        found = []
+        gathered = []
         for tensor in tensors:
             own = tensor.detach().contiguous()
-            found.append([torch.empty_like(own) for _ in range(self.world_size)])
+            gathered.append([torch.empty_like(own) for _ in range(self.world_size)])
             try:
-                dist.all_gather(found[-1], own)
+                dist.all_gather(gathered[-1], own)
             except RuntimeError as error:
                 raise LostProcessError(str(error)) from error
-        return list(zip(*found, strict=True))
+        return list(zip(*gathered, strict=True))
 
     def all_gather_ints(self, *own: int) -> list[list[int]]:
         """Return the numbers of every process, by rank; at least one. Acts as a barrier."""
@@ -86,12 +86,12 @@ class Team:
         still write to `extra`.
         """
         gradients = torch.autograd.grad(loss, leaves, materialize_grads=True)
-        found = self.all_gather(*(g.contiguous() for g in gradients), loss.detach(), *extra)
-        for each in found:
+        gathered = self.all_gather(*(g.contiguous() for g in gradients), loss.detach(), *extra)
+        for each in gathered:
             for leaf, gradient in zip(leaves, each, strict=False):
                 # not in place: autograd may give one tensor to two leaves
                 leaf.grad = gradient if leaf.grad is None else leaf.grad + gradient
-        return [each[len(leaves) :] for each in found]
+        return [each[len(leaves) :] for each in gathered]
 
     def barrier(self) -> None:
         """Wait until every process has reached this call."""

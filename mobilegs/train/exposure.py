@@ -27,13 +27,13 @@ from mobilegs.validation import check_choice
 When = Literal["auto", "always", "never"]
 POINTS = 8192  # whose colours are compared between photos
 IMAGE_SIDE = 300  # pixels of the longer side of images in which they are looked up
-NEARNESS = 0.05  # of its depth by which a point may miss the surface
-UNCLIPPED = (0.02, 0.98)  # colours that tell an exposure
-OFFSET = 0.055  # of sRGB: with it, colours are proportional to a power of light
-ROUNDS = 8  # of reweighted least squares
-DOUBT = 0.05  # a residual in log2 from which on an observation counts less
-PULL = 1e-3  # of gains to a first guess, in observations
-SLOPE = 1 / 2.4  # log2 of the gain for twice the light: sRGB's exponent
+DEPTH_TOLERANCE = 0.05  # relative difference of depth between a point and the surface
+COLOR_RANGE = (0.02, 0.98)  # of colours that are compared: others are clipped, or too dark
+SRGB_OFFSET = 0.055  # added to an sRGB colour, it makes it proportional to a power of the light
+ITERATIONS = 8  # of reweighted least squares
+RESIDUAL_SCALE = 0.05  # of Geman-McClure's weights, in log2: larger residuals count less
+PRIOR_WEIGHT = 1e-3  # of the first guess; an observation has weight 1
+SRGB_EXPONENT = 1 / 2.4  # log2 of the gain for twice the light
 # Spread of the photos' gains from which on `auto` learns them: the root mean square over photos and
 # channels of log2 of the gain over that of the photo's neighbours.
 LEAST_SPREAD = 0.12
@@ -41,7 +41,7 @@ LEAST_SPREAD = 0.12
 # opacities (the student begins in its first step)
 START = 0.18
 LR, LR_END = 1e-3, 1e-4  # learning rate at the start and at the end; it falls geometrically
-WEIGHT = 0.01  # of the squared distance to no change, in the loss
+PENALTY_WEIGHT = 0.01  # of the squared distance to no change, in the loss
 NEIGHBOURS = 16  # nearest photos, whose mean gain is left to the scene
 
 
@@ -67,7 +67,7 @@ class Exposures:
         self.config = config
         self.same = torch.eye(3, 4, device=gains.device)
         factors = gains.exp2()
-        offsets = OFFSET * (factors - 1)
+        offsets = SRGB_OFFSET * (factors - 1)
         changes = torch.cat([torch.diag_embed(factors), offsets[:, :, None]], dim=2)
         tensors = {"changes": changes - changes.mean(0) + self.same}
         if config.vignetting:
@@ -93,13 +93,13 @@ class Exposures:
 
     def penalty(self, index: int) -> Float[Tensor, ""]:
         """Return the term of the loss that keeps the change of photo `index` small."""
-        return WEIGHT * (self.changes[index] - self.same).square().sum()
+        return PENALTY_WEIGHT * (self.changes[index] - self.same).square().sum()
 
     @torch.no_grad()
-    def step(self, progress: float) -> None:
-        """Take an Adam step with the gradients; `progress` is the time, 0 to 1."""
+    def step(self, time: float) -> None:
+        """Take an Adam step with the gradients; `time` is 0 to 1."""
         for name in self.adam.tensors:
-            self.adam.set_lr(name, exponential_lr(LR, LR_END, progress))
+            self.adam.set_lr(name, exponential_lr(LR, LR_END, time))
         self.adam.step()
         self.changes.sub_(self.changes.mean(0) - self.same)
 
@@ -110,9 +110,9 @@ class Exposures:
     @classmethod
     def restored(cls, config: ExposureConfig, state: dict, device: torch.device) -> "Exposures":
         """Return the exposures whose `state()` is given."""
-        found = cls(config, torch.zeros(len(state["changes"]["value"]), 3, device=device))
-        found.adam.restore(state)
-        return found
+        exposures = cls(config, torch.zeros(len(state["changes"]["value"]), 3, device=device))
+        exposures.adam.restore(state)
+        return exposures
 
 
 def exposures_for(
@@ -163,8 +163,10 @@ def exposure_gains(frames: Sequence[Frame]) -> Float[Tensor, "photos"] | None:
     None unless the exposure of each photo is known.
     """
     known = [exposure_of(frame) for frame in frames]
-    found = torch.tensor([each for each in known if each is not None])
-    return (found - found.mean()) * SLOPE if len(found) == len(frames) else None
+    exposures = torch.tensor([each for each in known if each is not None])
+    if len(exposures) < len(frames):
+        return None
+    return (exposures - exposures.mean()) * SRGB_EXPONENT
 
 
 def exposure_of(frame: Frame) -> float | None:
@@ -191,12 +193,12 @@ def _colors_at(
     shown &= (y >= 0) & (y < view.camera.height)
     x, y = torch.where(shown, x, 0), torch.where(shown, y, 0)
     surface = drawn.depth[y, x] / drawn.alpha[y, x].clamp_min(1e-6)
-    shown &= (drawn.alpha[y, x] > 0.5) & ((z - surface).abs() < NEARNESS * surface)
+    shown &= (drawn.alpha[y, x] > 0.5) & ((z - surface).abs() < DEPTH_TOLERANCE * surface)
     color = view.image[y, x]
-    shown &= (color > UNCLIPPED[0]).all(1) & (color < UNCLIPPED[1]).all(1)
+    shown &= (color > COLOR_RANGE[0]).all(1) & (color < COLOR_RANGE[1]).all(1)
     if view.mask is not None:
         shown &= view.mask[y, x] > 0.5
-    return (color + OFFSET).log2(), shown.float()
+    return (color + SRGB_OFFSET).log2(), shown.float()
 
 
 def solve_gains(
@@ -208,23 +210,23 @@ def solve_gains(
 
     Each point has a colour a of its own. Least squares, reweighted so that observations far from
     the rest count little (Geman-McClure); `weights` are 0 where a photo does not show a point.
-    Gains are pulled a little towards `guess`, 0 without it.
+    `guess`, 0 if it is None, is a prior of the gains with a small weight.
     """
     gains = colors.new_zeros(colors.shape[1:]).double()
     eye = torch.eye(len(gains), dtype=gains.dtype, device=gains.device)
-    pull = gains if guess is None else guess.to(gains)[:, None].expand_as(gains)
+    prior = gains if guess is None else guess.to(gains)[:, None].expand_as(gains)
     colors, visible = colors.double(), weights.double()
-    trust = visible
-    for _ in range(ROUNDS):
-        own = _weighted_mean(colors, trust)
+    weights = visible
+    for _ in range(ITERATIONS):
+        own = _weighted_mean(colors, weights)
         # normal equations of the gains, without the points' colours
-        each = trust.sum(1).clamp_min(1e-9)
-        matrix = torch.diag(trust.sum(0)) - trust.T @ (trust / each[:, None])
-        right = (trust[:, :, None] * (colors - own)).sum(0)
-        gains = torch.linalg.solve(matrix + PULL * eye, right + PULL * pull)
+        each = weights.sum(1).clamp_min(1e-9)
+        matrix = torch.diag(weights.sum(0)) - weights.T @ (weights / each[:, None])
+        right = (weights[:, :, None] * (colors - own)).sum(0)
+        gains = torch.linalg.solve(matrix + PRIOR_WEIGHT * eye, right + PRIOR_WEIGHT * prior)
         left = colors - gains
-        left = left - _weighted_mean(left, trust)
-        trust = visible / (1 + left.square().mean(2) / DOUBT**2).square()
+        left = left - _weighted_mean(left, weights)
+        weights = visible / (1 + left.square().mean(2) / RESIDUAL_SCALE**2).square()
     return gains.float()
 
 

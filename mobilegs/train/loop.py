@@ -10,11 +10,11 @@ from mobilegs.atomic import atomic_path
 from mobilegs.data.dataset import Frame, View, ViewLoader, load_view
 from mobilegs.evaluate.metrics import displayed_colors, psnr, to_bytes
 from mobilegs.train.budget import Pace
-from mobilegs.train.checkpoint import digest
 from mobilegs.train.distributed import Team
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import Checkpoint, RunDir, StopRequest, stop_between_steps
 from mobilegs.train.stage import Stage, view_order
+from mobilegs.train.state_file import digest
 from mobilegs.train.threads import FairThreads
 
 PREVIEWS = 8  # per stage

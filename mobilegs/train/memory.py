@@ -8,20 +8,20 @@ import psutil
 
 from mobilegs.data.dataset import CACHE_BYTES
 from mobilegs.train.student.config import StudentConfig
-from mobilegs.train.student.virtual_views import DIVISOR, views_per_camera
+from mobilegs.viewpoints.virtual_views import DIVISOR, views_per_camera
 
 # Measured by bench/memory.py, rounded up.
-PROCESS = 700e6  # bytes of the process itself: torch, and the photo that is decoded
-PER_PIXEL = 200  # bytes of a step per pixel of a photo
-PER_SPLAT = 2200  # bytes of the Gaussians, their gradients and moments, each
-# bytes for each byte of a cache: in a run of an hour on bonsai, cached images left holes in between
-HOLES = 1.5
-PHOTO, TARGET = 3, 8  # bytes per pixel of a cached photo, and of a cached image of the teacher
+PROCESS_BYTES = 700e6  # of the process itself: torch, and the photo that is decoded
+BYTES_PER_PIXEL = 200  # of a step
+BYTES_PER_SPLAT = 2200  # of a Gaussian, its gradients and moments
+# Ratio of a cache's memory to its content: in an hour on bonsai, it was fragmented.
+CACHE_RATIO = 1.5
+PHOTO_BYTES, TARGET_BYTES = 3, 8  # per pixel of a cached photo, of a cached image of the teacher
 CGROUP = Path("/sys/fs/cgroup")  # limits of a container under Linux
 
 # Parameters of glibc's mallopt: its malloc.h.
 TRIM_THRESHOLD, TOP_PAD, MMAP_MAX = -1, -2, -4
-GROWTH = 64 << 20  # bytes that the heap grows by at least
+HEAP_GROWTH = 64 << 20  # bytes, at least
 
 
 def keep_freed_memory() -> bool:
@@ -34,7 +34,7 @@ def keep_freed_memory() -> bool:
     if platform.libc_ver()[0] != "glibc":
         return False
     mallopt = ctypes.CDLL(None).mallopt
-    return all([mallopt(MMAP_MAX, 0), mallopt(TRIM_THRESHOLD, -1), mallopt(TOP_PAD, GROWTH)])
+    return all([mallopt(MMAP_MAX, 0), mallopt(TRIM_THRESHOLD, -1), mallopt(TOP_PAD, HEAP_GROWTH)])
 
 
 def return_freed_memory() -> bool:
@@ -57,9 +57,11 @@ def needed_memory(config: StudentConfig, *, photos: int, pixels: int, splats: in
     images, smaller = photos, 1
     if loss.virtual_view_every:
         images, smaller = views_per_camera(photos) * photos, DIVISOR**2
-    caches = min(CACHE_BYTES, PHOTO * pixels * photos)
-    caches += min(config.cache_mib << 20, TARGET * pixels * images // smaller)
-    return round(PROCESS + PER_PIXEL * pixels + PER_SPLAT * splats + HOLES * caches)
+    caches = min(CACHE_BYTES, PHOTO_BYTES * pixels * photos)
+    caches += min(config.cache_mib << 20, TARGET_BYTES * pixels * images // smaller)
+    return round(
+        PROCESS_BYTES + BYTES_PER_PIXEL * pixels + BYTES_PER_SPLAT * splats + CACHE_RATIO * caches
+    )
 
 
 def free_memory() -> int:
@@ -71,7 +73,7 @@ def free_memory() -> int:
         stat = (CGROUP / "memory.stat").read_text().split()
     except (OSError, ValueError):  # no container, or one without a limit
         return free
-    # files that were read count as used, but give way
+    # the cache of files counts as used, but can be reclaimed
     values = dict(zip(stat[::2], stat[1::2], strict=True))
-    giving = int(values.get("inactive_file", 0))
-    return max(0, min(free, limit - used + giving))
+    reclaimable = int(values.get("inactive_file", 0))
+    return max(0, min(free, limit - used + reclaimable))

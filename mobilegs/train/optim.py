@@ -28,9 +28,7 @@ class NamedAdam:
     have another.
     """
 
-    def __init__(
-        self, tensors: Mapping[str, Tensor], lrs: Mapping[str, float], *, eps: float = EPS
-    ) -> None:
+    def __init__(self, tensors: Mapping[str, Tensor], lrs: Mapping[str, float]) -> None:
         """Take `nn.Parameter`s as they are, so that networks keep theirs, and copy other tensors.
 
         `lrs` holds a learning rate for each name.
@@ -44,7 +42,7 @@ class NamedAdam:
             for name, tensor in self.tensors.items()
         ]
         nothing = [{"params": [], "name": ""}]  # torch needs at least one group
-        self.adam = torch.optim.Adam(groups or nothing, eps=eps, fused=True)
+        self.adam = torch.optim.Adam(groups or nothing, eps=EPS, fused=True)
 
     def set_lr(self, name: str, lr: float) -> None:
         """Set the learning rate of one tensor."""
@@ -172,5 +170,5 @@ class NamedAdam:
 
 
 def _leaf(value: Tensor) -> Tensor:
-    found = torch.empty(value.shape, dtype=value.dtype, device=value.device)
-    return found.copy_(value.detach()).requires_grad_()
+    leaf = torch.empty(value.shape, dtype=value.dtype, device=value.device)
+    return leaf.copy_(value.detach()).requires_grad_()

@@ -27,7 +27,7 @@ START = 0.1  # time at which learning begins
 LRS = (4e-4, 4e-6)
 HELD_BACK_STEPS = 100  # that refine the pose of a held-back photo
 HELD_BACK_LRS = (3e-3, 3e-5)
-TINY = 1e-12  # below the square of an angle that a turn can have in float32
+ANGLE_EPS = 1e-12  # added to squared angles; smaller than those of any turn in float32
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,9 @@ class Poses:
         return replace(camera, viewmat=torch.cat([top, camera.viewmat[3:]]))
 
     @torch.no_grad()
-    def step(self, progress: float) -> None:
-        """Take an Adam step with the gradients; `progress` is the time, 0 to 1."""
-        self.adam.set_lr("motions", exponential_lr(*self.lrs, progress))
+    def step(self, time: float) -> None:
+        """Take an Adam step with the gradients; `time` is 0 to 1."""
+        self.adam.set_lr("motions", exponential_lr(*self.lrs, time))
         self.adam.step()
         flat = self.motions.view(-1)
         flat.sub_(self.common @ (self.common.T @ flat))
@@ -144,7 +144,7 @@ def rotation_matrix(turn: Float[Tensor, "3"]) -> Float[Tensor, "3 3"]:
     x, y, z = turn.unbind()
     zero = torch.zeros_like(x)
     cross = torch.stack([zero, -z, y, z, zero, -x, -y, x, zero]).view(3, 3)
-    squares = turn.square().sum() + TINY
+    squares = turn.square().sum() + ANGLE_EPS
     angle = squares.sqrt()
     first, second = torch.sinc(angle / torch.pi), torch.sinc(angle / (2 * torch.pi)).square() / 2
     return torch.eye(3).to(turn) + first * cross + second * cross @ cross

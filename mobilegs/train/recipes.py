@@ -23,8 +23,8 @@ from mobilegs.train.teacher.trainer import TeacherConfig, TeacherLearningRates
 
 PresetName = Literal["demo", "short", "long", "paper", "release"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
-SHORT, LONG_STEPS = 5000, 30_000  # steps of a teacher
-# For teachers of up to SHORT steps: they reach 30.12 dB on bonsai at 400x267 with 60,000 Gaussians.
+SHORT_STEPS, LONG_STEPS = 5000, 30_000  # steps of a teacher
+# For teachers of up to SHORT_STEPS: they reach 30.12 dB on bonsai at 400x267 with 60,000 Gaussians.
 # The rates of 3DGS, which are for LONG_STEPS, reach 28.69 dB, and 29.75 dB after 10,000 steps.
 SHORT_RATES = TeacherLearningRates(
     means=8e-4,
@@ -253,7 +253,7 @@ def rates_for(steps: int) -> TeacherLearningRates:
 
     They lie between SHORT_RATES and LONG_RATES, evenly in the logarithms of steps and rates.
     """
-    share = math.log(max(steps, 1) / SHORT) / math.log(LONG_STEPS / SHORT)
+    share = math.log(max(steps, 1) / SHORT_STEPS) / math.log(LONG_STEPS / SHORT_STEPS)
     few, many = SHORT_RATES, LONG_RATES
     if not 0 < share < 1:
         return few if share <= 0 else many

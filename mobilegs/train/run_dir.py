@@ -19,8 +19,8 @@ from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.evaluate.report import RunMetrics
 from mobilegs.train.budget import Plan
-from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
 from mobilegs.train.recipes import Recipe, from_json
+from mobilegs.train.state_file import read_state, write_state
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class RunDir:
     def save_checkpoint(self, checkpoint: Checkpoint) -> None:
         """Write the state of the current stage."""
         crc = self._teacher_crc() if checkpoint.stage == "student" else None
-        save_checkpoint(self.checkpoint, {**vars(checkpoint), "teacher_crc": crc})
+        write_state(self.checkpoint, {**vars(checkpoint), "teacher_crc": crc})
 
     def load_checkpoint(self) -> Checkpoint:
         """Return the last checkpoint, or the state of a new run if there is none.
@@ -183,7 +183,7 @@ class RunDir:
         """
         if not self.checkpoint.exists():
             return Checkpoint()
-        content = load_checkpoint(self.checkpoint)
+        content = read_state(self.checkpoint)
         teacher_crc = content.pop("teacher_crc")
         if content["stage"] == "student" and teacher_crc != self._teacher_crc():
             raise InputError(

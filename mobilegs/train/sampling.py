@@ -7,7 +7,7 @@ from torch import Tensor
 from mobilegs.camera import Camera
 from mobilegs.csrc.binding import address, library, supports
 
-EVERY = 100  # steps between two applications of the limit
+LIMIT_EVERY = 100  # steps between two applications of the limit
 MARGIN = 0.15  # of the image's sides: Gaussians a little outside of it count as seen
 ROWS = 1 << 16  # Gaussians at a time
 

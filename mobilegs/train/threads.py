@@ -7,9 +7,8 @@ from contextlib import contextmanager
 import psutil
 import torch
 
-SECONDS = 1.0  # between two looks at the machine
-NOT_OTHERS = ("idle", "iowait", "steal")  # times of a core that no other program uses
-
+ADAPT_SECONDS = 1.0  # between two choices of the number
+FREE_TIMES = ("idle", "iowait", "steal")  # of a core that no other program uses
 
 _open: list["FairThreads"] = []
 
@@ -59,7 +58,7 @@ class FairThreads:
     def adapt(self) -> None:
         """Choose the number of threads anew, if a second has passed since the last time."""
         passed = time.monotonic() - self.at
-        if passed < SECONDS:
+        if passed < ADAPT_SECONDS:
             return
         now = self._core_seconds()
         cores = (now - self.before) / passed
@@ -74,6 +73,6 @@ class FairThreads:
         if hasattr(self.process, "cpu_affinity"):  # Linux and Windows
             usable = self.process.cpu_affinity()
             cores = [cores[index] for index in usable if index < len(cores)]
-        free = sum(getattr(core, name, 0.0) for core in cores for name in NOT_OTHERS)
+        free = sum(getattr(core, name, 0.0) for core in cores for name in FREE_TIMES)
         own = self.process.cpu_times()
         return free + own.user + own.system

@@ -26,7 +26,6 @@ from mobilegs.edit import notes as n
 from mobilegs.edit.camera_counts import CameraCounts, count_cameras
 from mobilegs.edit.scene_edit import EditReport, SceneEdit, edit_file, free_name, validate_output
 from mobilegs.errors import InputError
-from mobilegs.framing import Start
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.up import unit, written_up
 from mobilegs.view.assets import (
@@ -40,6 +39,7 @@ from mobilegs.view.assets import (
 from mobilegs.view.export import ELEMENT, page_with
 from mobilegs.view.private_server import PrivateHandler, PrivateServer
 from mobilegs.view.serve import Handler, Server, validate_scene_file
+from mobilegs.viewpoints.framing import Start
 
 log = logging.getLogger(__name__)
 SETTINGS_MAX = 1 << 20  # bytes that a page may post besides the mask

@@ -12,12 +12,11 @@ from PIL import Image
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.framing import parsed_framing
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views
 from mobilegs.up import Axis
-from mobilegs.view.orbit import Pose, camera_of, first_pose
+from mobilegs.viewpoints.pose import Pose, camera_of, first_pose
 
 SIZE = (1200, 630)  # pixels, the size that services which preview links expect
 INLINE = 440  # pixels of the longer side of posters inside of a page
@@ -51,7 +50,7 @@ def posters_of(
     """
     scene, views = open_with_views(path)
     if notes:
-        scene = replace(scene, framing=parsed_framing(notes))
+        scene = replace(scene, notes=notes)
     if not len(scene.gaussians):
         raise InputError(f"{path} has no Gaussians: there is nothing to show")
     if scene.weighting.name == "two_pass":

@@ -1,22 +1,19 @@
 """A video of a scene: one turn around the point that its cameras look at."""
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
 
 from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
-from mobilegs.framing import azimuth_of, direction_of
 from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 from mobilegs.up import Axis
-from mobilegs.view.orbit import camera_of, first_pose
+from mobilegs.viewpoints.orbit import orbit_cameras
 
 RATE = 30  # frames per second
 CODECS = ("libx264", "mpeg4")  # the first one available
@@ -24,50 +21,6 @@ QUALITY = {"libx264": {"crf": "18", "preset": "medium"}, "mpeg4": {"qscale": "2"
 INSTALL = "pip install 'mobilegs[capture]'"
 SECONDS_MAX = 600.0
 SIDE_MAX = 4096
-
-
-def orbit_cameras(
-    scene: Scene,
-    views: list[Camera],
-    count: int,
-    *,
-    width: int,
-    height: int,
-    up: Axis | None = None,
-) -> list[Camera]:
-    """Return `count` cameras of one turn around the target of the first view.
-
-    Distance and height are those of the first view (`first_pose`), as far as the scene's limits
-    allow. Where they do not allow a whole turn, the cameras swing from one end to the other and
-    back.
-    """
-    pose = first_pose(scene, views, up, size=(width, height))
-    limits = (
-        None if scene.framing is None or up is not None else scene.framing.limits_for(width, height)
-    )
-    away = pose.eye - pose.target
-    distance = float(np.linalg.norm(away))
-    start, height_angle = azimuth_of(away / distance, pose.up)
-    ends = None if limits is None else limits.ends_around(start)
-    cameras = []
-    for step in range(count):
-        azimuth = start - 360 * step / count
-        elevation = height_angle
-        if ends is not None:
-            azimuth = swing(start, *ends, step / count)
-        if limits is not None:
-            azimuth, low, high = limits.range_at(azimuth)
-            elevation = min(max(elevation, low), high)
-        pose.eye = pose.target + distance * direction_of(azimuth, elevation, pose.up)
-        cameras.append(camera_of(pose, views[0] if views else None, width, height, scene.near))
-    return cameras
-
-
-def swing(start: float, low: float, high: float, time: float) -> float:
-    """Return the azimuth at a time, 0 to 1, of a swing from `start` to both ends and back."""
-    half = max((high - low) / 2, 1e-6)
-    phase = math.asin(min(1.0, max(-1.0, (start - (low + high) / 2) / half)))
-    return (low + high) / 2 + half * math.sin(phase - math.tau * time)
 
 
 def write_orbit(

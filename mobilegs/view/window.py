@@ -24,9 +24,10 @@ from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views, up_source
 from mobilegs.up import AXES, USUAL, Axis, next_axis
-from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, first_pose, point_under
+from mobilegs.view.input import COMMAND, Input, point_under
 from mobilegs.view.wgpu_device import INSTALL, translated_errors
 from mobilegs.view.wgpu_renderer import WgpuRenderer
+from mobilegs.viewpoints.pose import Pose, camera_of, first_pose
 
 log = logging.getLogger(__name__)
 SIZE = (1280, 720)  # logical pixels

@@ -15,9 +15,9 @@ from mobilegs.data.dataset import Dataset
 from mobilegs.data.demo.capture import write_capture
 from mobilegs.edit.scene_edit import kept_rows
 from mobilegs.formats.ply import read_ply, write_ply
-from mobilegs.framing import parsed_start
 from mobilegs.mgs.codec import decode_mgs, read_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene, scenes_equal
+from mobilegs.viewpoints.framing import parsed_start
 from tests.support.viewer_page import MGS
 
 NOTES = [

@@ -37,11 +37,11 @@ from tests.support.codec_inputs import in_morton_order, random_means, skewed_sym
 from tests.support.scene_cases import CASES, make_scene
 from tests.support.selection import few
 
-LEVELS = [level for level in binding.LEVELS if binding.LEVELS[level] <= binding.cpu_flags()]
+BUILDS = [build for build in binding.BUILDS if binding.BUILDS[build] <= binding.cpu_flags()]
 
 
-@pytest.fixture(params=[level for level in LEVELS if binding.built_library(level)])
-def level(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(params=[build for build in BUILDS if binding.built_library(build)])
+def build(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Decode with each of the libraries that this CPU runs."""
     loaded = cpu.library(request.param)
     monkeypatch.setattr(binding, "decoders", lambda: loaded)
@@ -117,7 +117,7 @@ def test_symbols_equal_the_reference(data: st.DataObject) -> None:
 
 @pytest.mark.parametrize("count", [2047, 4097, 65_535, 600_001])
 @pytest.mark.parametrize("contextual", [False, True])
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 def test_symbols_are_decoded_with_every_number_of_lanes(count: int, contextual: bool) -> None:
     symbols = skewed_symbols(count, 49)
     coded = memoryview(b"?" + rans.encode(symbols, 49, contextual=contextual))[1:]  # unaligned
@@ -133,7 +133,7 @@ def test_damaged_rans_streams_have_the_results_of_the_reference(data: st.DataObj
     rans_alike(damaged(data, coded_symbols(count, contextual)), count, 40)
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 @pytest.mark.parametrize("contextual", [False, True])
 def test_missing_words_and_unused_contexts_have_the_errors_of_the_reference(
     contextual: bool,
@@ -208,7 +208,7 @@ BROKEN = {
 }
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 def test_broken_rans_streams_have_every_error_of_the_reference() -> None:
     heard = {re.sub(r"\d+", "", rans_alike(data, 2, 2)) for data in BROKEN.values()}
     assert heard == sentences(rans)
@@ -243,7 +243,7 @@ def test_bits_equal_the_reference(data: st.DataObject) -> None:
         bits_alike(packed[:-1] + b"\xff", widths)
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 @pytest.mark.parametrize("count", [1, 2, 60, 9000])
 def test_positions_equal_the_reference(count: int) -> None:
     halves = np.random.default_rng(count).integers(0, 1 << 16, (count, 3), dtype=np.uint16)
@@ -303,7 +303,7 @@ def test_broken_positions_cover_every_message() -> None:
 # --- dequantisation and networks
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 @pytest.mark.parametrize(("books", "size", "length"), [(3, 64, 1), (1, 1, 1), (6, 4096, 2)])
 def test_gathered_entries_equal_the_reference(books: int, size: int, length: int) -> None:
     centers = torch.randn(books, size, length, generator=seeded())
@@ -328,7 +328,7 @@ def numbers(*shape: int, seed: int) -> torch.Tensor:
 
 
 @pytest.mark.parametrize("step", [0.0373, 1 / 256, 1e-5, 1e3])
-def test_refinement_bits_equal_the_reference(level: None, step: float) -> None:
+def test_refinement_bits_equal_the_reference(build: None, step: float) -> None:
     step = float(np.float32(step))
     g = seeded()
     codes = torch.randint(-2047, 2048, (70_001, 3), generator=g, dtype=torch.int32)
@@ -341,7 +341,7 @@ def test_refinement_bits_equal_the_reference(level: None, step: float) -> None:
         assert torch.equal(refinement_bits_of(rows.long(), step), expected)
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 @pytest.mark.parametrize(("count", "many"), [(0, 3), (1, 12), (1024, 1), (5001, 3)])
 def test_joined_columns_equal_the_reference(
     count: int, many: int, monkeypatch: pytest.MonkeyPatch
@@ -363,7 +363,7 @@ def test_joined_columns_equal_the_reference(
     assert np.array_equal(by_reference, expected)
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 @pytest.mark.parametrize(("count", "degree"), [(1, 1), (64, 2), (1000, 0), (1000, 3)])
 def test_colours_equal_the_reference(degree: int, count: int) -> None:
     decoder = AppearanceDecoder(seeded(), degree)
@@ -376,7 +376,7 @@ def test_colours_equal_the_reference(degree: int, count: int) -> None:
     assert torch.equal(decoder.decode(places, *latents.T.contiguous().T.split(3, dim=1)), found)
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 def test_positions_are_contracted_to_the_last_bit() -> None:
     # a network that outputs the highest octave of each axis, where an error of one bit is a third
     # of a degree
@@ -418,7 +418,7 @@ def some_gaussians(count: int, degree: int) -> Gaussians:
     return Gaussians(quats[:, 1:], quats, log_scales, numbers(count, seed=6), sh)
 
 
-@pytest.mark.usefixtures("level")
+@pytest.mark.usefixtures("build")
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 @pytest.mark.parametrize(
     ("count", "degree", "base"), [(1, 1, True), (130, 0, False), (700, 3, True)]

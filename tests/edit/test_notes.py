@@ -16,8 +16,8 @@ from mobilegs.edit.notes import (
     start_text,
 )
 from mobilegs.errors import InputError
-from mobilegs.framing import Start, parsed_start
 from mobilegs.mgs.limits import TEXT_MAX, check_meta
+from mobilegs.viewpoints.framing import Start, parsed_start
 
 
 def test_a_start_view_parses_back() -> None:

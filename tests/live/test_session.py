@@ -34,7 +34,7 @@ from mobilegs.live.session import LiveSession
 from mobilegs.pipeline.options import TrainRun
 from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import printed_log
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import StopRequest
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.densify import DensifyConfig

@@ -92,11 +92,11 @@ def test_results_do_not_depend_on_the_number_of_threads():
         assert all(torch.equal(a, b) for a, b in zip(found[0], other, strict=True))
 
 
-@pytest.mark.parametrize("level", ["v4", "v3", "v2", "portable"])
-def test_every_built_instruction_set_agrees(level, monkeypatch):
-    if not binding.LEVELS[level] <= binding.cpu_flags() or binding.built_library(level) is None:
-        pytest.skip(f"needs a CPU that runs {level}")
-    library = cpu.library(level)
+@pytest.mark.parametrize("build", ["v4", "v3", "v2", "portable"])
+def test_every_built_instruction_set_agrees(build, monkeypatch):
+    if not binding.BUILDS[build] <= binding.cpu_flags() or binding.built_library(build) is None:
+        pytest.skip(f"needs a CPU that runs {build}")
+    library = cpu.library(build)
     monkeypatch.setattr(cpu, "library", lambda: library)
     for case in ("several tiles", "around the camera", "opaque"):
         compare_case(case, cpu.measure_contributions)

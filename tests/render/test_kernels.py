@@ -51,7 +51,7 @@ def test_every_weighting_and_footprint_agrees_with_the_reference(case, renderer)
 
 @pytest.mark.parametrize("level", ["v4", "v3", "v2", "portable"])
 def test_every_built_instruction_set_agrees(level, monkeypatch):
-    if not binding.LEVELS[level] <= binding.cpu_flags() or binding.built_library(level) is None:
+    if not binding.BUILDS[level] <= binding.cpu_flags() or binding.built_library(level) is None:
         pytest.skip(f"needs a CPU that runs {level}")
     library = cpu.library(level)
     monkeypatch.setattr(cpu, "library", lambda: library)

@@ -136,7 +136,7 @@ def test_a_small_file_has_fewer_gaussians(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     most = planned(dataset, 120, monkeypatch).recipe.teacher.max_splats
-    monkeypatch.setattr(budget, "SPLAT_BYTES", 10.0)
+    monkeypatch.setattr(budget, "FILE_BYTES_PER_SPLAT", 10.0)
     recipe = short_recipe()
     quantization = replace(recipe.student.quantization, target_mb=1.5)
     small = replace(recipe, student=replace(recipe.student, quantization=quantization))
@@ -222,8 +222,8 @@ def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(train, "MINUTES", (0.01, 10_000))
-    monkeypatch.setattr(budget, "FEWEST_STEPS", 20)
-    monkeypatch.setattr(budget, "SIZE_LEAST", 16)
+    monkeypatch.setattr(budget, "STEPS_MIN", 20)
+    monkeypatch.setattr(budget, "PIXELS_MIN", 16)
     settings = ("teacher.densify.min_interval=3",)
     run = TrainRun(capture, tmp_path / "a", minutes=0.1, settings=(settings,), max_splats=60)
     train_capture(run)

@@ -17,9 +17,9 @@ from mobilegs.errors import InputError
 from mobilegs.pipeline.options import TrainRun
 from mobilegs.pipeline.train import train_in_team
 from mobilegs.train import distributed
-from mobilegs.train.checkpoint import digest, load_checkpoint
 from mobilegs.train.distributed import LostProcessError, Team, join_team
 from mobilegs.train.stage import view_order
+from mobilegs.train.state_file import digest, read_state
 
 SETTINGS = (
     "teacher.steps=11",
@@ -35,7 +35,6 @@ TEACHER_STEPS = 11  # of 30
 PROGRAM = """
 import os, sys
 from pathlib import Path
-from mobilegs.cli.main import main
 from mobilegs.pipeline import train
 rank, steps, number, *words = sys.argv[1:]
 taken = 0
@@ -91,7 +90,7 @@ def test_two_interrupted_and_resumed_processes_leave_the_bytes_of_one(
     assert done.returncode == 1
     told = f"mobilegs: interrupted: add --resume to continue {run}"
     assert sentences(done.stderr) == [told] and "exitcode  : 130" in done.stderr
-    saved = load_checkpoint(run / "checkpoint.safetensors")
+    saved = read_state(run / "checkpoint.safetensors")
     assert (saved["stage"], saved["state"]["done"]) == ("student", 3)
     done = together(capture, run)
     assert done.returncode == 0, done.stderr

@@ -63,7 +63,7 @@ def test_a_photo_s_colours_are_an_affine_change_of_the_render(generator: torch.G
     expected = np.einsum("ij,hwj->hwi", change[:, :3], image.numpy()) + change[:, 3]
     found = exposures.apply(1, image)
     np.testing.assert_allclose(found.detach().numpy(), expected, atol=1e-6)
-    penalty = exposure.WEIGHT * ((change - np.eye(3, 4)) ** 2).sum()
+    penalty = exposure.PENALTY_WEIGHT * ((change - np.eye(3, 4)) ** 2).sum()
     assert float(exposures.penalty(1).detach()) == pytest.approx(penalty, rel=1e-5)
     (found.sum() + exposures.penalty(1)).backward()
     assert exposures.changes.grad is not None

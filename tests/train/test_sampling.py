@@ -7,7 +7,7 @@ import torch
 from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
 from mobilegs.train import sampling
-from mobilegs.train.sampling import EVERY, sampling_intervals
+from mobilegs.train.sampling import LIMIT_EVERY, sampling_intervals
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.scenes import camera, random_scene
 from tests.support.tiny import STUDENT, blobs, cameras, changed, train
@@ -32,11 +32,11 @@ def test_intervals_are_those_of_the_finest_camera_by_numpy() -> None:
     np.testing.assert_allclose(found, expected)
 
 
-@pytest.mark.parametrize("level", ["v4", "v3", "v2", "portable"])
-def test_every_built_instruction_set_agrees_with_the_reference(level, monkeypatch) -> None:
-    if not binding.LEVELS[level] <= binding.cpu_flags() or binding.built_library(level) is None:
-        pytest.skip(f"needs a CPU that runs {level}")
-    library = binding.library(level)
+@pytest.mark.parametrize("build", ["v4", "v3", "v2", "portable"])
+def test_every_built_instruction_set_agrees_with_the_reference(build, monkeypatch) -> None:
+    if not binding.BUILDS[build] <= binding.cpu_flags() or binding.built_library(build) is None:
+        pytest.skip(f"needs a CPU that runs {build}")
+    library = binding.library(build)
     monkeypatch.setattr(sampling, "library", lambda: library)
     view = camera()
     eye = -view.viewmat[:3, :3].T @ view.viewmat[:3, 3]
@@ -70,7 +70,7 @@ def test_a_trained_teacher_keeps_the_limit(dataset: Dataset) -> None:
 
 
 def test_a_trained_student_keeps_the_limit_in_its_file(dataset: Dataset, make_student) -> None:
-    assert EVERY > STUDENT.steps  # it is applied in the last step
+    assert LIMIT_EVERY > STUDENT.steps  # it is applied in the last step
     config = changed(STUDENT, least_variance=9.0, quantization={"method": "sq"})
     student = make_student(config)
     train(student, dataset, STUDENT.steps)

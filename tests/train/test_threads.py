@@ -12,9 +12,9 @@ import torch
 from mobilegs.data.dataset import Dataset
 from mobilegs.render.scene import Scene
 from mobilegs.train import threads
-from mobilegs.train.checkpoint import digest
 from mobilegs.train.recipes import short_recipe
 from mobilegs.train.stage import Stage
+from mobilegs.train.state_file import digest
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 from mobilegs.train.threads import FairThreads

@@ -27,7 +27,6 @@ from mobilegs.representation.lobes import LobeShape
 from mobilegs.scene_file import open_with_views
 from mobilegs.up import Axis
 from mobilegs.view.assets import CHUNKS, DIST, chunk, element_script, version_of, viewer_script
-from mobilegs.view.orbit import camera_of, first_pose
 from mobilegs.view.poster import posters_of
 from tests.support.browser import Chromium, Tab
 from tests.support.scene_cases import Case, make_scene

@@ -14,7 +14,7 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_with_views
-from mobilegs.view.video import orbit_cameras
+from mobilegs.viewpoints.orbit import orbit_cameras
 from tests.support.garden import garden
 from tests.support.scene_cases import Case, make_scene
 

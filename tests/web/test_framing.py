@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mobilegs.framing import SECTORS, Framing, Limits, Start, azimuth_of, direction_of
 from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.up import unit
-from mobilegs.view.orbit import Pose
 from mobilegs.view.poster import posters_of
+from mobilegs.viewpoints.framing import SECTORS, Framing, Limits, Start, azimuth_of, direction_of
+from mobilegs.viewpoints.pose import Pose
 from tests.support.browser import Chromium, Tab
 from tests.support.viewer_page import MGS, frames, screen, until, visit
 

@@ -11,7 +11,7 @@ from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.scene_file import open_with_views
 from mobilegs.up import AXES, Axis, parsed_up, up_of_cameras
-from mobilegs.view.orbit import first_pose
+from mobilegs.viewpoints.pose import first_pose
 from tests.support.browser import Tab
 from tests.support.node import javascript
 from tests.support.viewer_page import MGS, visit

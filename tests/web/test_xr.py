@@ -9,10 +9,10 @@ import pytest
 import torch
 
 from mobilegs.evaluate.metrics import psnr
-from mobilegs.framing import Framing, Start
 from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
+from mobilegs.viewpoints.framing import Framing, Start
 from tests.support.browser import Chromium, Tab
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import MGS, still, until, visit

@@ -30,12 +30,12 @@ class Gradients(_Pointers):
 
 
 @cache
-def library(level: str | None = None) -> ctypes.CDLL:
-    """Load the kernels of `level` (by default the best for this CPU).
+def library(build: str | None = None) -> ctypes.CDLL:
+    """Load a build of the kernels, by default the newest that this CPU runs.
 
     Raises ImportError if they are missing or of another version.
     """
-    loaded = binding.library(level)
+    loaded = binding.library(build)
     if (loaded.mgs_view_bytes(), loaded.mgs_splat_bytes()) != (
         ctypes.sizeof(KernelView),
         SPLAT_BYTES,

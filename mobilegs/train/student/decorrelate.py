@@ -13,7 +13,7 @@ from mobilegs.representation.lobes import LobeDecoder
 
 SAMPLES = 65536
 DIFFERENCE = 1e-2  # of the finite differences, in standard deviations
-RIDGE = 1e-6  # of the mean sensitivity: latents without an effect still have a scale
+RIDGE = 1e-6  # relative to the mean sensitivity; gives latents without an effect a scale
 
 
 @torch.no_grad()
@@ -24,7 +24,7 @@ def decorrelate_appearance(
     view: Float[Tensor, "n v"],
 ) -> tuple[Float[Tensor, "n 3"], Float[Tensor, "n v"]]:
     """Transform static and view latents, and the weights of `decoder` inversely."""
-    found = []
+    decorrelated = []
     for latents, columns in zip((static, view), decoder.latent_weights, strict=True):
 
         def decode(changed: Tensor, rows: slice, of_static: bool = latents is static) -> Tensor:
@@ -33,8 +33,8 @@ def decorrelate_appearance(
 
         transform, inverse = _decorrelation(latents, decode)
         columns.copy_(columns @ inverse.T)
-        found.append(latents @ transform)
-    return found[0], found[1]
+        decorrelated.append(latents @ transform)
+    return decorrelated[0], decorrelated[1]
 
 
 @torch.no_grad()

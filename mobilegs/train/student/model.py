@@ -31,7 +31,7 @@ from mobilegs.representation.codebooks import (
     SubVectorCodebooks,
     canonical_quats,
 )
-from mobilegs.representation.float16 import rounded_parameters
+from mobilegs.representation.float16 import round_float16
 from mobilegs.representation.lobes import LobeDecoder
 from mobilegs.representation.rotations import canonical_pairs
 from mobilegs.representation.uniform_quantizer import StepSizes
@@ -195,7 +195,9 @@ class StudentModel:
             directions = normalize(gaussians.means - camera.position, dim=1)
             if self.phase != "quantized":
                 return self.network(gaussians, directions)
-            weights = rounded_parameters(self.network)
+            weights = {
+                name: round_float16(value) for name, value in self.network.named_parameters()
+            }
             return functional_call(self.network, weights, (gaussians, directions))
         if self.lobe_decoder is None:
             return constant_lobes(gaussians.logit_opacities)

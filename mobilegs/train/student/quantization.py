@@ -51,17 +51,17 @@ def fit_codebooks(
 ) -> dict[Attribute, Quantizer]:
     """Return codebooks for every attribute, by k-means."""
     weights = apparent_size(values["scale"]) if sizes.weight_by_size else None
-    found: dict[Attribute, Quantizer] = {}
+    quantizers: dict[Attribute, Quantizer] = {}
     for name, value in values.items():
         size = CODEBOOK_SIZE if name == "lobes" else getattr(sizes, name)
-        found[name] = SubVectorCodebooks.fit(
+        quantizers[name] = SubVectorCodebooks.fit(
             value,
             length=SUBVECTOR_LENGTH if name == "lobes" else sizes.cuts[name].length,
             size=min(size, len(value)),
             generator=generator,
             weights=weights if name == "scale" else None,
         )
-    return found
+    return quantizers
 
 
 def fit_uniform_quantizers(
@@ -69,14 +69,15 @@ def fit_uniform_quantizers(
 ) -> dict[Attribute, Quantizer]:
     """Return uniform quantisers for every attribute of decorrelated `values`."""
     scales = UniformQuantizer.fit(values["scale"], step_size=step_sizes.scale)
-    found: dict[Attribute, Quantizer] = {}
+    rotations = RotationQuantizer.fit(
+        values["rotation"], scales=scales, step_size=step_sizes.rotation
+    )
+    quantizers: dict[Attribute, Quantizer] = {"scale": scales, "rotation": rotations}
     for name, value in values.items():
-        size = getattr(step_sizes, name)
-        if name == "rotation":
-            found[name] = RotationQuantizer.fit(value, scales=scales, step_size=size)
-        else:
-            found[name] = scales if name == "scale" else UniformQuantizer.fit(value, step_size=size)
-    return found
+        if name not in quantizers:
+            step_size = getattr(step_sizes, name)
+            quantizers[name] = UniformQuantizer.fit(value, step_size=step_size)
+    return quantizers
 
 
 def restore_quantizer(
@@ -192,7 +193,7 @@ def decorrelate(
 
     From then on these weights have shorter significands. `positions` are normalised.
     """
-    found = dict(values)
+    decorrelated = dict(values)
     static, of_view = values["appearance"].tensor_split([LATENTS], dim=1)
     if "lobes" in values:
         assert lobe_decoder is not None
@@ -203,8 +204,10 @@ def decorrelate(
             values["opacity"][:, 0],
             decoder.decode(positions, static, of_view),
         )
-        found["lobes"] = decorrelate_lobes(lobe_decoder, values["lobes"], gaussians, base=True)
+        decorrelated["lobes"] = decorrelate_lobes(
+            lobe_decoder, values["lobes"], gaussians, base=True
+        )
     changed = decorrelate_appearance(decoder, positions, static, of_view)
-    found["appearance"] = torch.cat(changed, dim=1)
+    decorrelated["appearance"] = torch.cat(changed, dim=1)
     shorten_weights(decoder, lobe_decoder)
-    return found
+    return decorrelated

@@ -25,7 +25,7 @@ from mobilegs.train.losses import (
     raw_depth_loss,
 )
 from mobilegs.train.optim import exponential_lr
-from mobilegs.train.sampling import EVERY
+from mobilegs.train.sampling import LIMIT_EVERY
 from mobilegs.train.stage import StepResult
 from mobilegs.train.student import quantization
 from mobilegs.train.student.config import StudentConfig
@@ -33,17 +33,22 @@ from mobilegs.train.student.distill import TeacherImages, release_depth
 from mobilegs.train.student.model import Phase, StudentModel
 from mobilegs.train.student.position_grid import choose_grid
 from mobilegs.train.student.shared_decode import SharedDecode
-from mobilegs.train.student.virtual_views import BESIDE, DIVISOR, beside_the_path, virtual_cameras
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
 from mobilegs.train.threads import first_threads
+from mobilegs.viewpoints.virtual_views import (
+    DIVISOR,
+    OFF_PATH_SHARE,
+    move_off_path,
+    virtual_cameras,
+)
 
 RATE_UPDATES = 50  # of rate control in a run
 REGRESSION_STEPS = 400  # that fit colour networks to harmonics, at most a fifth of the run's
-# learning rates of the codebooks; those of the lobe latents have a quarter of these latents' rate
+# learning rates of the codebooks; for those of the lobe latents, the ratio to these latents' rate
 CODEBOOK_LRS = {"scale": 1e-3, "opacity": 1e-3, "rotation": 5e-4, "appearance": 1e-3}
-LOBE_CODEBOOK_SHARE = 0.25
+LOBE_CODEBOOK_LR_RATIO = 0.25
 COLOR_DECODER_LR = 1e-3
-SELDOM = 4  # steps between two gradients of the rate term and of overdraw, each 4 times as large
+SPARSE_EVERY = 4  # steps between two gradients of the rate term, and of overdraw, times 4
 
 
 class Student:
@@ -104,10 +109,10 @@ class Student:
         self.team = team
         self.virtual_cameras: list[Camera] = []
         if config.loss.virtual_view_every and self._distils:
-            between = virtual_cameras(self.cameras, seed)
+            on_path = virtual_cameras(self.cameras, seed)
             self.virtual_cameras = [
                 camera.reduced(max(1, min(DIVISOR, min(camera.width, camera.height) // MIN_SIDE)))
-                for camera in beside_the_path(between, gaussians.means, BESIDE, seed)
+                for camera in move_off_path(on_path, gaussians.means, OFF_PATH_SHARE, seed)
             ]
         if start := config.view_dependence.start_opacity:
             opacities = torch.full_like(gaussians.logit_opacities, start)
@@ -148,10 +153,10 @@ class Student:
     @property
     def phase(self) -> Phase:
         """The phase of the next step: `explicit`, `latents` or `quantized`."""
-        progress, schedule = self.done / self.steps, self.config.schedule
-        if progress >= schedule.quantize_from:
+        time, schedule = self.done / self.steps, self.config.schedule
+        if time >= schedule.quantize_from:
             return "quantized"
-        return "latents" if progress >= schedule.latents_from else "explicit"
+        return "latents" if time >= schedule.latents_from else "explicit"
 
     @property
     def count(self) -> int:
@@ -173,13 +178,13 @@ class Student:
         self.model.set_lrs(self._lrs())
         cameras = [self.cameras[index] for index in self.team.interleave([i for i, _ in views])]
         results = self._add_gradients(cameras, views)
-        if self._has_rate_term and self.done % SELDOM == 0:
-            bit_weight = SELDOM * config.quantization.bit_weight
+        if self._has_rate_term and self.done % SPARSE_EVERY == 0:
+            bit_weight = SPARSE_EVERY * config.quantization.bit_weight
             self.model.add_rate_gradients(len(cameras) * bit_weight)
         self.model.step()
-        if config.least_variance and ((self.done + 1) % EVERY == 0 or self.done + 1 == self.steps):
-            self.model.limit_scales(self.cameras, config.least_variance)
         self.done += 1
+        if config.least_variance and (self.done % LIMIT_EVERY == 0 or self.done == self.steps):
+            self.model.limit_scales(self.cameras, config.least_variance)
         if self.model.phase == "quantized":
             self._control_rate()
             every = config.schedule.reassign_every
@@ -258,10 +263,10 @@ class Student:
         self.generator.set_state(state["generator"])
         self.model.restore(state["model"])
         self.votes.restore(state["votes"])
-        found, device = state["exposures"], self.background.device
-        self.exposures = (
-            None if found is None else Exposures.restored(self.config.exposure, found, device)
-        )
+        self.exposures = None
+        if (exposures := state["exposures"]) is not None:
+            device = self.background.device
+            self.exposures = Exposures.restored(self.config.exposure, exposures, device)
 
     # --- phases
 
@@ -281,7 +286,7 @@ class Student:
                 generator=self.generator,
             )
             if not config.schedule.keep_moments:
-                self.model.rows.replace_all(self.model.rows.tensors)
+                self.model.rows.reset_all_moments()
         if phase == "quantized" and self.model.phase == "latents":
             self.model.quantize(config.quantization.codebooks, generator=self.generator)
 
@@ -317,8 +322,8 @@ class Student:
                 at, background=self.background, depth=depth and not self.virtual_cameras
             )
             loss, error = self._view_loss(drawn, index, view)
-            if config.loss.overdraw_weight and self.done % SELDOM == SELDOM // 2:
-                loss = loss + SELDOM * config.loss.overdraw_weight * shared.overdraw(at)
+            if config.loss.overdraw_weight and self.done % SPARSE_EVERY == SPARSE_EVERY // 2:
+                loss = loss + SPARSE_EVERY * config.loss.overdraw_weight * shared.overdraw(at)
             results += team.accumulate_gradients([*shared.leaves, *photos], loss, error)
         if self.exposures is not None:
             self.exposures.step((self.done + 1) / self.steps)
@@ -398,8 +403,8 @@ class Student:
 
     def _lrs(self) -> dict[str, float]:
         """Return the learning rates of the next step, as `StudentModel.set_lrs` takes them."""
-        config, lr, progress = self.config, self.config.lr, self.done / self.steps
-        decay_share = (progress - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
+        config, lr, time = self.config, self.config.lr, self.done / self.steps
+        decay_share = (time - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
         decay = exponential_lr(1.0, lr.final_factor, decay_share)
         lrs = {
             "means": self.means_lr,
@@ -415,7 +420,7 @@ class Student:
             "network": lr.network,
             "decoder": COLOR_DECODER_LR,
             **{name: value * lr.codebook_factor for name, value in CODEBOOK_LRS.items()},
-            "lobes": LOBE_CODEBOOK_SHARE * lr.lobes * lr.codebook_factor,
+            "lobes": LOBE_CODEBOOK_LR_RATIO * lr.lobes * lr.codebook_factor,
             "scale_values": lr.scales * lr.quantized_factor,
             "opacity_values": lr.opacities * lr.quantized_factor,
             "rotation_values": lr.quats * lr.quantized_factor,

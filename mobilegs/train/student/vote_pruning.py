@@ -8,7 +8,7 @@ from torch import Tensor
 
 from mobilegs.validation import COUNT, FRACTION, check
 
-SHARE = 0.6  # of an interval's votes above which a Gaussian is removed (paper: 0.6)
+VOTE_SHARE = 0.6  # of an interval's votes above which a Gaussian is removed (paper: 0.6)
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ class VoteCounter:
         self.held += 1
 
     def kept(self) -> Bool[Tensor, "n"]:
-        """Return the Gaussians with at most `SHARE` of the votes against them."""
-        return self.against <= SHARE * self.held
+        """Return the Gaussians with at most `VOTE_SHARE` of the votes against them."""
+        return self.against <= VOTE_SHARE * self.held
 
     def reset(self, count: int) -> None:
         """Begin the next interval, with `count` Gaussians."""

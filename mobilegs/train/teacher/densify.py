@@ -167,7 +167,6 @@ class CloneSplit(Fixed):
         screen_grads: Float[Tensor, "n 2"],
         radii: Float[Tensor, "n"],
     ) -> None:
-        """Add the gradients of a view to the averages."""
         if step >= self.stop:
             return
         half = screen_grads.new_tensor([camera.width / 2, camera.height / 2])
@@ -188,15 +187,12 @@ class CloneSplit(Fixed):
             adam.reset("logit_opacities", adam.tensors["logit_opacities"].clamp_max(faint))
 
     def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
-        """Keep the averages of the Gaussians that are left."""
         self.gradients, self.views = self.gradients[rows], self.views[rows]
 
     def state(self) -> dict:
-        """Return the averages so far."""
         return {"gradients": self.gradients, "views": self.views}
 
     def restore(self, state: dict) -> None:
-        """Restore a result of `state()`."""
         device = self.gradients.device
         self.gradients, self.views = state["gradients"].to(device), state["views"].to(device)
 

@@ -12,9 +12,9 @@ from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Footprint, measure_contributions
 
-FAR = 20.0  # extents: radius of the far sphere
+FAR_RADIUS = 20.0  # of the far sphere, in extents
 FAR_PHOTOS = 32  # photos from which it takes colours
-SIDE = 200  # pixels: shorter side of the images in which visibility is measured
+SIDE = 200  # pixels of the shorter side of images in which visibility is measured
 
 
 def far_points(
@@ -29,7 +29,7 @@ def far_points(
     number = torch.arange(count) + 0.5
     polar, turn = (1 - 2 * number / count).acos(), math.pi * (1 + math.sqrt(5)) * number
     away = torch.stack([polar.sin() * turn.cos(), polar.cos(), polar.sin() * turn.sin()], dim=1)
-    points = center + FAR * extent * away
+    points = center + FAR_RADIUS * extent * away
     sums, seen = torch.zeros(count, 3), torch.zeros(count)
     for frame in frames[:: math.ceil(len(frames) / FAR_PHOTOS)]:
         view = load_view(frame)
@@ -57,15 +57,17 @@ def hidden_far(
     lies in [0, 1]. Hidden are those with a visibility below `least`.
     """
     center = dataset.center.to(gaussians.means)
-    far = (gaussians.means - center).norm(dim=1) > FAR / 2 * dataset.extent
+    far = (gaussians.means - center).norm(dim=1) > FAR_RADIUS / 2 * dataset.extent
     shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
-    alone = tuple(values[far] for values in shapes)
-    seen, open_to_view = torch.zeros_like(shapes[3]), torch.zeros_like(alone[3])
+    far_shapes = tuple(values[far] for values in shapes)
+    seen, unobstructed = torch.zeros_like(shapes[3]), torch.zeros_like(far_shapes[3])
     for frame in dataset.train[:: math.ceil(len(dataset.train) / FAR_PHOTOS)]:
         camera = frame.camera
         camera = camera.reduced(max(1, min(camera.width, camera.height) // SIDE)).to(seen.device)
         seen += measure_contributions(*shapes, camera=camera, footprint=footprint).weights
-        open_to_view += measure_contributions(*alone, camera=camera, footprint=footprint).weights
+        unobstructed += measure_contributions(
+            *far_shapes, camera=camera, footprint=footprint
+        ).weights
     hidden = torch.zeros_like(far)
-    hidden[far] = seen[far] < least * open_to_view
+    hidden[far] = seen[far] < least * unobstructed
     return hidden

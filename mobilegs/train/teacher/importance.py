@@ -34,12 +34,13 @@ def importance(
     wins = torch.zeros_like(total, dtype=torch.bool)
     shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
     for camera in cameras:
-        found = measure_contributions(*shapes, camera=camera.to(total.device), footprint=footprint)
-        first = found.largest > 0
+        view = camera.to(total.device)
+        contributions = measure_contributions(*shapes, camera=view, footprint=footprint)
+        weights, first = contributions.weights, contributions.largest > 0
         if metric == "indoor":
-            total += found.weights
+            total += weights
         else:
-            total += torch.where(first, found.weights / found.touched.clamp_min(1), 0.0)
+            total += torch.where(first, weights / contributions.touched.clamp_min(1), 0.0)
         wins |= first
     return torch.where(wins, total, 0.0)
 

@@ -36,12 +36,12 @@ def initial_gaussians(
     sphere instead (`far_points`), unless the photos are transparent around an object.
     """
     points, colors = dataset.points, dataset.colors
-    shell = points[:0], colors[:0]
+    sphere = points[:0], colors[:0]
     if far and not any(frame.alpha == "over" for frame in dataset.train):
-        shell = far_points(
+        sphere = far_points(
             dataset.train, dataset.center, dataset.extent, count=min(far, count // 2)
         )
-        count -= len(shell[0])
+        count -= len(sphere[0])
     if len(points) == 0:
         cameras = [frame.camera for frame in dataset.train]
         center, extent = dataset.center, dataset.extent
@@ -55,7 +55,7 @@ def initial_gaussians(
     elif len(points) > count:
         chosen = torch.randperm(len(points), generator=generator)[:count].sort().values
         points, colors = points[chosen], colors[chosen]
-    points, colors = torch.cat([points, shell[0]]), torch.cat([colors, shell[1]])
+    points, colors = torch.cat([points, sphere[0]]), torch.cat([colors, sphere[1]])
     return gaussians_at(points, colors, opacity=opacity, sh_degree=sh_degree)
 
 

@@ -16,7 +16,7 @@ GROWTH = 0.05  # share by which the number of Gaussians grows each time, up to m
 DEAD_OPACITY = 0.005  # Gaussians of at most this opacity are relocated; noise acts below it
 NOISE = 5e5  # of the means, relative to their learning rate and covariance
 OPACITY_WEIGHT, SCALE_WEIGHT = 0.01, 0.01  # of the mean opacity and scale, in the loss
-GATE = 100.0  # steepness of the sigmoid that limits noise to faint Gaussians
+SIGMOID_SLOPE = 100.0  # of the sigmoid that limits noise to faint Gaussians
 
 
 class Mcmc(Fixed):
@@ -100,7 +100,7 @@ class Mcmc(Fixed):
             device=tensors["means"].device,
         )
         opacities = sigmoid(tensors["logit_opacities"])
-        gate = sigmoid(GATE * (DEAD_OPACITY - opacities))
+        gate = sigmoid(SIGMOID_SLOPE * (DEAD_OPACITY - opacities))
         length = NOISE * adam.lr("means") * gate
         turn = rotation_matrices(tensors["quats"])
         variances = (2 * tensors["log_scales"]).exp()[:, :, None]

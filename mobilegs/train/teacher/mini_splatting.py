@@ -20,7 +20,7 @@ from mobilegs.train.teacher.surface_points import surface_points
 from mobilegs.validation import POSITIVE, SHARE, check, check_choice
 
 Event = Literal["", "densify", "reinit", "sample", "trim"]
-BLUR = 1 / 5000  # a Gaussian with the largest weight in more of an image than this is split
+BLUR_AREA = 1 / 5000  # share of an image: a Gaussian with the largest weight in more is split
 # the following are times, fractions of the run
 REINIT_INTERVAL = 1 / 6  # between two restarts during densification (5,000 of 30,000)
 TRIM_AT = 2 / 3  # when the least important Gaussians are removed (20,000 of 30,000)
@@ -137,8 +137,8 @@ class MiniSplatting(CloneSplit):
         if step >= self.stop:
             return
         shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
-        found = measure_contributions(*shapes, camera=camera, footprint=self.footprint)
-        self.blurred |= found.largest > BLUR * camera.width * camera.height
+        contributions = measure_contributions(*shapes, camera=camera, footprint=self.footprint)
+        self.blurred |= contributions.largest > BLUR_AREA * camera.width * camera.height
 
     @torch.no_grad()
     def after_step(self, step: int, adam: NamedAdam, generator: torch.Generator) -> None:
@@ -155,16 +155,13 @@ class MiniSplatting(CloneSplit):
             adam.replace_all({name: tensor[keep] for name, tensor in adam.tensors.items()})
 
     def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
-        """Keep what is known of the Gaussians that are left."""
         super().keep_rows(rows)
         self.blurred = self.blurred[rows]
 
     def state(self) -> dict:
-        """Return the averages so far, and the Gaussians that blur."""
         return {**super().state(), "blurred": self.blurred}
 
     def restore(self, state: dict) -> None:
-        """Restore a result of `state()`."""
         super().restore(state)
         self.blurred = state["blurred"].to(self.gradients.device)
 

@@ -14,10 +14,10 @@ from mobilegs.data.dataset import Frame
 
 log = logging.getLogger(__name__)
 
-PHOTOS = 40  # that are read at most
+PHOTOS_MAX = 40  # that are read
 CELL = 8  # pixels of a photo across and down that are one of its silhouette
-TRIES = 50  # draws of random points
-LEAST = 0.1  # of the wanted points that the draws must find
+DRAWS_MAX = 50  # of random points
+POINTS_SHARE_MIN = 0.1  # ratio of points within the silhouettes to those wanted
 
 
 class Silhouette(NamedTuple):
@@ -34,14 +34,14 @@ def read_silhouettes(frames: Sequence[Frame]) -> list[Silhouette]:
     `InputError` if a photo cannot be decoded.
     """
     over = [frame for frame in frames if frame.alpha == "over" and frame.photo is None]
-    found = []
-    for frame in over[:: max(1, -(-len(over) // PHOTOS))]:
+    silhouettes = []
+    for frame in over[:: max(1, -(-len(over) // PHOTOS_MAX))]:
         if frame.image_path is not None:
             camera = frame.camera
             width, height = -(-camera.width // CELL), -(-camera.height // CELL)
             shown = torch.from_numpy(images.read_opaque(frame.image_path, width, height))
-            found.append(Silhouette(camera.resized(width, height), shown))
-    return found
+            silhouettes.append(Silhouette(camera.resized(width, height), shown))
+    return silhouettes
 
 
 def shown_share(frames: Sequence[Frame]) -> float:
@@ -80,13 +80,13 @@ def draw_within(
     If 50 draws find fewer than a tenth of `count`, the silhouettes contradict one another, or the
     object is too thin: the result is a single draw, and a warning says so.
     """
-    found: list[Tensor] = []
-    for _ in range(TRIES):
-        found.append(within(draw(count), silhouettes))
-        if sum(map(len, found)) >= count:
+    inside: list[Tensor] = []
+    for _ in range(DRAWS_MAX):
+        inside.append(within(draw(count), silhouettes))
+        if sum(map(len, inside)) >= count:
             break
-    points = torch.cat(found)[:count]
-    if len(points) < LEAST * count:
+    points = torch.cat(inside)[:count]
+    if len(points) < POINTS_SHARE_MIN * count:
         log.warning(
             "transparent pixels leave almost no place for an object: wrong poses, or a thin "
             "object; training starts from Gaussians all around it"

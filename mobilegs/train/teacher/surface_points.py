@@ -63,12 +63,14 @@ def surface_points(
     for frame in frames[::every]:
         view = load_view(frame).to(gaussians.means.device)
         shapes = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities)
-        found = measure_contributions(*shapes, camera=view.camera, footprint=footprint)
-        weights = found.alpha if view.mask is None else found.alpha * (view.mask > 0.5)
-        weights = torch.where(found.winner >= 0, weights, 0.0)
+        contributions = measure_contributions(*shapes, camera=view.camera, footprint=footprint)
+        weights, winner = contributions.alpha, contributions.winner
+        if view.mask is not None:
+            weights = weights * (view.mask > 0.5)
+        weights = torch.where(winner >= 0, weights, 0.0)
         pixels = sample_rows(weights.flatten(), each, generator).to(weights.device)
         directions = pixel_rays(view.camera)[pixels]
-        winners = gaussians.select(found.winner.flatten()[pixels].long())
+        winners = gaussians.select(winner.flatten()[pixels].long())
         depths = ray_depths(view.camera.position, directions, winners)
         ahead = depths.isfinite() & (depths > 0)
         points.append((view.camera.position + depths[:, None] * directions)[ahead])

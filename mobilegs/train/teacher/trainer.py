@@ -9,9 +9,9 @@ from torch.nn.functional import pad
 
 from mobilegs.camera import MIN_SIDE
 from mobilegs.data.dataset import Dataset, View
-from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render import Footprint, render_sorted, visible_rows
+from mobilegs.render.project import SortedFootprint
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.exposure import START as EXPOSURE_START
@@ -21,7 +21,7 @@ from mobilegs.train.optim import NamedAdam, exponential_lr
 from mobilegs.train.poses import LRS as POSE_LRS
 from mobilegs.train.poses import START as POSE_START
 from mobilegs.train.poses import PoseConfig, Poses
-from mobilegs.train.sampling import EVERY, limit_scales
+from mobilegs.train.sampling import LIMIT_EVERY, limit_scales
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.teacher.far import hidden_far
@@ -31,7 +31,7 @@ from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingCo
 from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, check
 
 INIT_OPACITY = 0.1  # of initial Gaussians, and after restarts of mini_splatting
-MEANS_FALL = 100  # learning rate of the means at the start, in that at the end
+MEANS_LR_RATIO = 100  # of the means' learning rate at the start to that at the end
 DECAY_FROM = 0.5  # time from which the other learning rates fall
 FULL_SIZE_FROM = 0.4  # time from which on photos have their full size
 FAR_CHECKED = 0.3  # time at which `far_visibility` is checked
@@ -94,7 +94,9 @@ class TeacherConfig:
     every thirtieth of the run; mini_splatting counts from its sampling."""
     ssim_weight: float = 0.2
     """Weight of 1 - SSIM in the loss; the rest is L1."""
-    footprint: Footprint = field(default_factory=lambda: Footprint(0.1, antialiased=True))
+    footprint: SortedFootprint = field(
+        default_factory=lambda: SortedFootprint(0.1, antialiased=True)
+    )
     """Blur of Gaussians on the image, in training and in the scene: that of Mip-Splatting. 3DGS has
     a blur of 0.3 and no compensation."""
     least_variance: float = 0.2
@@ -124,8 +126,11 @@ class TeacherConfig:
             **dict.fromkeys(("ssim_weight", "far_visibility"), FRACTION),
             sh_degree=DEGREE,
         )
-        if self.footprint.soft_edge:
-            raise InputError("teacher.footprint.soft_edge: sorted blending has no soft edge")
+
+    @property
+    def scene_footprint(self) -> Footprint:
+        """The footprint of the teacher's scene."""
+        return Footprint(self.footprint.blur, self.footprint.antialiased)
 
 
 class Teacher:
@@ -274,7 +279,7 @@ class Teacher:
         self.strategy.after_step(self.done, self.adam, self.generator)
         if self.done == self.far_check:
             self._remove_far()
-        if self.config.least_variance and (self.done % EVERY == 0 or self.done == self.steps):
+        if self.config.least_variance and (self.done % LIMIT_EVERY == 0 or self.done == self.steps):
             tensors, cameras = self.adam.tensors, [frame.camera for frame in self.frames]
             scales = tensors["log_scales"].detach()
             limit_scales(scales, tensors["means"], cameras, self.config.least_variance)
@@ -309,7 +314,7 @@ class Teacher:
             shown.sh,
             camera=camera,
             background=self.background,
-            footprint=self.config.footprint,
+            footprint=self.config.scene_footprint,
             screen_grads=screen_grads,
         )
         image = drawn.image
@@ -332,7 +337,7 @@ class Teacher:
             "sorted",
             background=self.background,
             near=self.near,
-            footprint=self.config.footprint,
+            footprint=self.config.scene_footprint,
         )
 
     def state(self) -> dict:
@@ -354,10 +359,9 @@ class Teacher:
         self.strategy.restore(state["strategy"])
         if self.poses is not None:
             self.poses.restore(state["poses"])
-        found = state["exposures"]
-        if found is not None:
+        if (exposures := state["exposures"]) is not None:
             device = self.background.device
-            self.exposures = Exposures.restored(self.config.exposure, found, device)
+            self.exposures = Exposures.restored(self.config.exposure, exposures, device)
 
     def _strategy(self, count: int, device: torch.device) -> Fixed:
         config, densify = self.config, self.config.densify
@@ -370,13 +374,15 @@ class Teacher:
         if densify.strategy == "clone_split":
             return CloneSplit(densify, **run, **start)
         begin = {"frames": self.frames, "opacity": INIT_OPACITY}
-        begin |= {"sh_degree": self.degree_max, "footprint": config.footprint}
+        begin |= {"sh_degree": self.degree_max, "footprint": config.scene_footprint}
         return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
 
     def _remove_far(self) -> None:
         """Remove Gaussians of the far sphere that the photos hardly show."""
         config = self.config
-        keep = ~hidden_far(self.gaussians(), self.dataset, config.footprint, config.far_visibility)
+        keep = ~hidden_far(
+            self.gaussians(), self.dataset, config.scene_footprint, config.far_visibility
+        )
         if not keep.all():
             self.adam.keep_rows(keep)
             self.strategy.keep_rows(keep)
@@ -388,7 +394,7 @@ class Teacher:
         for frame in self.frames:
             camera = frame.camera.to(views.device)
             shapes = (gaussians.means, gaussians.quats, gaussians.scales)
-            views[visible_rows(*shapes, camera=camera, footprint=self.config.footprint)] += 1
+            views[visible_rows(*shapes, camera=camera, footprint=self.config.scene_footprint)] += 1
         keep = views >= min(self.config.min_views, len(self.frames))
         if keep.any() and not keep.all():
             self.adam.keep_rows(keep)
@@ -408,8 +414,8 @@ class Teacher:
 
     def _lrs(self) -> dict[str, float]:
         lr = self.config.lr
-        progress = self.strategy.lr_step(self.done) / self.steps
-        position = exponential_lr(lr.means, lr.means / MEANS_FALL, progress)
+        time = self.strategy.lr_step(self.done) / self.steps
+        position = exponential_lr(lr.means, lr.means / MEANS_LR_RATIO, time)
         share = (self.done / self.steps - DECAY_FROM) / (1 - DECAY_FROM)
         decay = exponential_lr(1.0, lr.final_factor, share)
         return {

@@ -10,9 +10,9 @@ import torch
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.render import measure_contributions
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.checkpoint import digest, load_checkpoint, save_checkpoint
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.recipes import RECIPES, with_method
+from mobilegs.train.state_file import digest, read_state, write_state
 from mobilegs.train.teacher import mini_splatting
 from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.init import neighbor_distances
@@ -87,7 +87,7 @@ def test_short_runs_have_every_event_in_order(steps: int, dataset: Dataset) -> N
 def test_gaussians_that_dominate_much_of_an_image_are_split(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mini_splatting, "BLUR", 1 / 50)  # 11.5 of 576 pixels
+    monkeypatch.setattr(mini_splatting, "BLUR_AREA", 1 / 50)  # 11.5 of 576 pixels
     teacher = started(dataset)
     strategy = strategy_of(teacher)
     train(teacher, dataset, 2)
@@ -216,7 +216,7 @@ def test_a_resumed_teacher_ends_bit_for_bit_the_same(
     )
     train(whole, dataset, 42)
     train(first, dataset, stop)
-    save_checkpoint(tmp_path / "saved", first.state())
-    second.restore(load_checkpoint(tmp_path / "saved"))
+    write_state(tmp_path / "saved", first.state())
+    second.restore(read_state(tmp_path / "saved"))
     train(second, dataset, 42)
     assert digest(whole.state()) == digest(second.state())

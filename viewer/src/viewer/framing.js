@@ -1,4 +1,4 @@
-/** First views and limits of the camera that a file's notes tell; as mobilegs/framing.py. */
+/** First views and limits of the camera that a file's notes tell; as mobilegs/viewpoints/framing.py. */
 
 import { turnedFromUsual } from "./up.js";
 import { dot, length, minus, plus, unit } from "./vector.js";

@@ -463,7 +463,7 @@ export class Viewer {
     this.redraw();
   }
 
-  /** As `first_pose` in mobilegs/view/orbit.py. */
+  /** As `first_pose` in mobilegs/viewpoints/pose.py. */
   #firstPose() {
     const { views } = this;
     if (this.#up === null) {

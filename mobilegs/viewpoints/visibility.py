@@ -26,8 +26,8 @@ def validate_visibility(
     blind = 0
     for camera in some:
         factor = min(1.0, SIDE / max(camera.width, camera.height))
-        small = camera.resized(*(max(1, round(factor * s)) for s in (camera.width, camera.height)))
-        alpha = scene.render(small.to(scene.gaussians.means.device)).alpha
+        small = camera.scaled(factor).to(scene.gaussians.means.device)
+        alpha = scene.render(small).alpha
         blind += float(alpha.mean()) < COVERED_MIN
     if blind > len(some) / 2:
         raise InputError(f"{blind} of {len(some)} {described} show nothing of this scene: {remedy}")

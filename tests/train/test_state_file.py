@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from mobilegs.errors import InputError
-from mobilegs.train.checkpoint import load_checkpoint, save_checkpoint
+from mobilegs.train.state_file import read_state, write_state
 
 STATE = {
     "step": 7,
@@ -18,8 +18,8 @@ STATE = {
 
 
 def test_a_state_survives_bit_for_bit(tmp_path: Path) -> None:
-    save_checkpoint(tmp_path / "c.safetensors", STATE)
-    back = load_checkpoint(tmp_path / "c.safetensors")
+    write_state(tmp_path / "c.safetensors", STATE)
+    back = read_state(tmp_path / "c.safetensors")
     assert back["step"] == 7 and back["rate"] == 0.1 + 0.2 and back["nothing"] is None
     assert torch.equal(back["nested"]["x"], STATE["nested"]["x"])
     assert back["nested"]["empty"].shape == (0, 3)
@@ -28,28 +28,28 @@ def test_a_state_survives_bit_for_bit(tmp_path: Path) -> None:
 
 def test_views_of_one_tensor_are_saved_separately(tmp_path: Path) -> None:
     whole = torch.arange(4.0)
-    save_checkpoint(tmp_path / "c", {"a": whole, "b": whole[1:3]})
-    assert load_checkpoint(tmp_path / "c")["b"].tolist() == [1, 2]
+    write_state(tmp_path / "c", {"a": whole, "b": whole[1:3]})
+    assert read_state(tmp_path / "c")["b"].tolist() == [1, 2]
 
 
 @pytest.mark.parametrize("keep", [0, 100, -1, "foreign"])
 def test_a_file_that_is_no_complete_checkpoint_is_refused(tmp_path: Path, keep: int | str) -> None:
-    save_checkpoint(tmp_path / "c", STATE)
+    write_state(tmp_path / "c", STATE)
     content = (tmp_path / "c").read_bytes()
     foreign = b"ply\nformat ascii 1.0\n" * 20
     (tmp_path / "c").write_bytes(foreign if isinstance(keep, str) else content[:keep])
     with pytest.raises(InputError, match="not a complete checkpoint"):
-        load_checkpoint(tmp_path / "c")
+        read_state(tmp_path / "c")
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no checkpoint at"):
-        load_checkpoint(tmp_path / "c")
+        read_state(tmp_path / "c")
 
 
 def test_a_failed_save_keeps_the_previous_checkpoint(tmp_path: Path) -> None:
-    save_checkpoint(tmp_path / "c", {"step": 1})
+    write_state(tmp_path / "c", {"step": 1})
     with pytest.raises(TypeError):
-        save_checkpoint(tmp_path / "c", {"step": object()})
-    assert load_checkpoint(tmp_path / "c") == {"step": 1}
+        write_state(tmp_path / "c", {"step": object()})
+    assert read_state(tmp_path / "c") == {"step": 1}
     assert [path.name for path in tmp_path.iterdir()] == ["c"]

@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from mobilegs.atomic import atomic_write
 from mobilegs.progress_display import (
-    StageLines,
+    ProgressLines,
     clock,
     is_terminal,
     line_stream,
@@ -80,7 +80,7 @@ class Monitor:
     def __exit__(self, *_: object) -> None:
         self.display.stop()
 
-    def begin(self, stage: Stage) -> StageLines:
+    def begin(self, stage: Stage) -> ProgressLines:
         """Start the display of a stage; its clock continues from `seconds`.
 
         Returns a context manager that prints lines where there is no terminal.
@@ -140,9 +140,9 @@ class Monitor:
         if not self.silent:
             log.info(text)
 
-    def lines_of(self, title: str) -> StageLines:
+    def lines_of(self, title: str) -> ProgressLines:
         """Return a context manager for work between the stages: lines, and no bar."""
-        return StageLines(title, self.stream)
+        return ProgressLines(title, self.stream)
 
     def _write_row(self, stage: Stage) -> None:
         loss = float(torch.stack(self.losses).mean())

@@ -1,4 +1,4 @@
-"""Virtual cameras between and beside the photos, where only the teacher gives a target."""
+"""Virtual cameras between the photos and off their path, where only the teacher gives a target."""
 
 from dataclasses import replace
 
@@ -9,16 +9,16 @@ from torch import Tensor
 from mobilegs.camera import Camera
 
 DIVISOR = 2  # of the photos' width and height
-BESIDE = 0.5  # share of the views beside the path of the photos; the others are between two cameras
-NEIGHBOURS = 4
-MIN_COSINE = 0.7  # of the angle between the directions of cameras that look at the same things
+OFF_PATH_SHARE = 0.5  # of the views that lie off the path of the photos, not on it
+NEIGHBOURS = 4  # nearest cameras towards which a camera is interpolated
+MIN_COSINE = 0.7  # between the directions of cameras that look at the same things
 MIN_SHARE, MAX_SHARE = 0.25, 0.75  # of the way from one camera to the other
-MIN_TOTAL, MIN_PER_CAMERA = 300, 2
-POINTS = 10_000  # of the scene, that tell its distance from a camera
-# Of a camera beside the path, in median distances of what it sees: the standard deviation of its
-# shift to the sides and up or down, and the range of its shift forwards.
-SIDEWAYS, BACK, FORTH = 0.12, -0.25, 0.4
-FREE = 0.5  # of the distance to the nearest twentieth of what it sees, that a camera may advance
+MIN_TOTAL, MIN_PER_CAMERA = 300, 2  # virtual views
+POINTS = 10_000  # of the scene, from which its distance from a camera is measured
+# Shift of a camera off the path, in median depths of the points that it sees: the standard
+# deviation to the sides and up or down, and the range forwards.
+SHIFT_STD, FORWARD_MIN, FORWARD_MAX = 0.12, -0.25, 0.4
+NEAREST_RATIO = 0.5  # of the greatest shift forwards to the 0.05 quantile of their depths
 
 
 def views_per_camera(photos: int) -> int:
@@ -38,7 +38,7 @@ def virtual_cameras(cameras: list[Camera], seed: int) -> list[Camera]:
     distances = torch.cdist(positions, positions)
     distances[forward @ forward.T < MIN_COSINE] = torch.inf
     distances.fill_diagonal_(torch.inf)
-    found: list[Camera] = []
+    virtual: list[Camera] = []
     for camera, row in zip(cameras, distances, strict=True):
         near = row.argsort(stable=True)[:NEIGHBOURS]
         near = near[row[near].isfinite()]
@@ -47,11 +47,11 @@ def virtual_cameras(cameras: list[Camera], seed: int) -> list[Camera]:
         for _ in range(views_per_camera(len(cameras))):
             other = int(near[torch.randint(len(near), (1,), generator=generator)])
             share = MIN_SHARE + (MAX_SHARE - MIN_SHARE) * float(torch.rand(1, generator=generator))
-            found.append(camera.interpolate(cameras[other], share))
-    return found
+            virtual.append(camera.interpolate(cameras[other], share))
+    return virtual
 
 
-def beside_the_path(
+def move_off_path(
     cameras: list[Camera], means: Float[Tensor, "n 3"], share: float, seed: int
 ) -> list[Camera]:
     """Move about `share` of the cameras off the path of the photos, in all directions.
@@ -65,11 +65,14 @@ def beside_the_path(
     points, moved = means[:: max(1, len(means) // POINTS)], []
     for camera in cameras:
         chosen, along = torch.rand(2, generator=generator).tolist()
-        sideways = SIDEWAYS * torch.randn(2, generator=generator)
+        sideways = SHIFT_STD * torch.randn(2, generator=generator)
         depths = _depths_in_view(points, camera) if chosen < share else means[:0, 0]
         if len(depths):
             distance, nearest = depths.median(), depths.quantile(0.05)
-            forwards = min((BACK + (FORTH - BACK) * along) * distance, FREE * nearest)
+            forwards = min(
+                (FORWARD_MIN + (FORWARD_MAX - FORWARD_MIN) * along) * distance,
+                NEAREST_RATIO * nearest,
+            )
             shift = torch.stack([*(sideways.to(means) * distance), forwards])
             viewmat = camera.viewmat.clone()
             viewmat[:3, 3] -= shift

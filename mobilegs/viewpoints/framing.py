@@ -147,13 +147,13 @@ class Framing:
     @property
     def notes(self) -> dict[str, str]:
         """The notes of a file, by name."""
-        found = {
+        parts = {
             "start": self.start,
             "start_portrait": self.portrait,
             "limits": self.limits,
             "limits_portrait": self.portrait_limits,
         }
-        notes = {name: value.text for name, value in found.items() if value is not None}
+        notes = {name: value.text for name, value in parts.items() if value is not None}
         return notes | ({"limits": FREE} if self.free else {})
 
 
@@ -205,8 +205,8 @@ def azimuth_of(direction: Vector, up: Vector) -> tuple[float, float]:
 def direction_of(azimuth: float, elevation: float, up: Vector) -> Vector:
     """Return the direction of length 1 with this azimuth and elevation, in degrees."""
     a, e = math.radians(azimuth), math.radians(elevation)
-    level = np.array([math.cos(a) * math.cos(e), -math.sin(e), math.sin(a) * math.cos(e)])
-    return turn_from_usual(up) @ level
+    usual = np.array([math.cos(a) * math.cos(e), -math.sin(e), math.sin(a) * math.cos(e)])
+    return turn_from_usual(up) @ usual
 
 
 def azimuth_between(azimuth: float, other: float) -> float:

@@ -1,6 +1,7 @@
 """Places cameras around or inside a scene, or between given cameras."""
 
 import math
+from dataclasses import replace
 
 import torch
 from jaxtyping import Float
@@ -10,24 +11,23 @@ from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.scene_bounds import SceneBounds
+from mobilegs.viewpoints.scene_bounds import SceneBounds
 
 FIELD_OF_VIEW = 60  # degrees, horizontal
 RADII = (0.6, 6.0)  # range of distances from the centre, in scene radii
-# cameras stand no nearer than where a typical Gaussian's standard deviation covers this share of
-# the image's width, but that limit is at most DETAIL_RADII away
-DETAIL = 1 / 500
-DETAIL_RADII = 2.0
+# Cameras stand no nearer than where a typical Gaussian's standard deviation covers DETAIL of the
+# image's width, but this limit is at most DETAIL_RADII scene radii.
+DETAIL, DETAIL_RADII = 1 / 500, 2.0
 RADII_INSIDE = (0.2, 1.5)  # range of distances if the scene surrounds its centre
 ELEVATIONS = (-4.0, 62.0)  # degrees above the horizon
 TEST_WIDTH = 64  # pixels, of the render that decides on a place
 COVERED_MIN = 0.2  # mean alpha of the test render
-# depths as shares of the distance to the target
-CLEAR = 0.3  # pixels nearer than this are in the way ...
-CLOSE_PIXELS_MAX = 0.02  # ... and may be at most this share
-OCCLUDED = 0.6  # a target is hidden if the middle of the render is nearer than this
+# Ratios of a depth to the distance of the target: nearer pixels obstruct the view, and a nearer
+# middle of the render hides the target.
+CLOSE_RATIO, OCCLUDED_RATIO = 0.3, 0.6
+CLOSE_PIXELS_MAX = 0.02  # share of pixels that may obstruct the view
 TRIES = 60  # places that are tried per camera
-ENCLOSED = 0.6  # coverage all around from which on a place is inside a scene
+ENCLOSED_COVERAGE = 0.6  # mean alpha all around a place that is inside a scene
 WALL_RADII = 0.5  # distance, in scene radii, from which on surroundings count as walls
 INSIDE_PROBES = 16  # places near the centre that decide whether the scene has an inside
 NEIGHBOURS = 4  # nearest given cameras towards which a camera is interpolated
@@ -79,9 +79,9 @@ def place_cameras(
         max(RADII[0], focal / width / DETAIL * bounds.detail / bounds.radius), DETAIL_RADII
     )
     around = [_coverage_around(scene, somewhere(0.2, 1.0), bounds) for _ in range(INSIDE_PROBES)]
-    inside = sorted(around)[INSIDE_PROBES // 2] > ENCLOSED
+    inside = sorted(around)[INSIDE_PROBES // 2] > ENCLOSED_COVERAGE
     reach = RADII_INSIDE if inside else (nearest, RADII[1])
-    found: list[Camera] = []
+    cameras: list[Camera] = []
     for _ in range(TRIES * count):
         eye, target = somewhere(*reach), bounds.center.cpu()
         if float(torch.rand(1, generator=generator)) < TARGETS_ANYWHERE:
@@ -93,13 +93,13 @@ def place_cameras(
             continue
         camera = Camera(viewmat, K, width, height, NEAR * bounds.radius)
         good = _is_good_view(scene, camera, float((target - eye).norm()))
-        if good and not (inside and _coverage_around(scene, eye, bounds) < ENCLOSED):
-            found.append(camera)
-            progress(len(found), count)
-            if len(found) == count:
-                return found
+        if good and not (inside and _coverage_around(scene, eye, bounds) < ENCLOSED_COVERAGE):
+            cameras.append(camera)
+            progress(len(cameras), count)
+            if len(cameras) == count:
+                return cameras
     raise InputError(
-        f"only {len(found)} of {TRIES * count} random places show this scene, and {count} are "
+        f"only {len(cameras)} of {TRIES * count} random places show this scene, and {count} are "
         "needed: give the photos that it was made from (--capture), or to compress it their "
         "cameras (--cameras cameras.json)"
     )
@@ -115,11 +115,11 @@ def _is_good_view(scene: Scene, camera: Camera, distance: float) -> bool:
     if float(alpha.mean()) < COVERED_MIN:
         return False
     depth = torch.where(alpha > 0.5, drawn.depth.flatten() / alpha.clamp_min(1e-6), math.inf)
-    if float((depth < CLEAR * distance).float().mean()) > CLOSE_PIXELS_MAX:
+    if float((depth < CLOSE_RATIO * distance).float().mean()) > CLOSE_PIXELS_MAX:
         return False
     row, column = small.height // 2, small.width // 2
     middle = depth.reshape(small.height, -1)[row - 2 : row + 2, column - 2 : column + 2]
-    return float(middle.median()) >= OCCLUDED * distance
+    return float(middle.median()) >= OCCLUDED_RATIO * distance
 
 
 def _coverage_around(scene: Scene, eye: Float[Tensor, "3"], bounds: SceneBounds) -> float:
@@ -160,29 +160,22 @@ def interpolate_cameras(
     is the longer side of every image in pixels. If there are more than `count` given
     cameras, the result is an even selection of them.
     """
-    sized = [_sized(camera, size, NEAR * bounds.radius) for camera in given]
+    near = NEAR * bounds.radius
+    sized = [
+        replace(camera.scaled(size / max(camera.width, camera.height)), near=near)
+        for camera in given
+    ]
     if len(sized) > count:
         chosen = torch.linspace(0, len(sized) - 1, count).round().long().tolist()
         return [sized[i] for i in chosen]
     eyes = torch.stack([camera.position for camera in sized])
     apart = torch.cdist(eyes, eyes)
-    found = list(sized)
-    while len(found) < count:
+    cameras = list(sized)
+    while len(cameras) < count:
         first = int(torch.randint(len(sized), (1,), generator=generator))
         nearest = apart[first].argsort()[: NEIGHBOURS + 1]
         second = int(nearest[torch.randint(len(nearest), (1,), generator=generator)])
-        found.append(_blended(sized[first], sized[second], generator))
-    return found
-
-
-def _sized(camera: Camera, size: int, near: float) -> Camera:
-    factor = size / max(camera.width, camera.height)
-    sides = (max(1, round(factor * side)) for side in (camera.width, camera.height))
-    resized = camera.resized(*sides)
-    return Camera(resized.viewmat, resized.K, resized.width, resized.height, near)
-
-
-def _blended(one: Camera, other: Camera, generator: torch.Generator) -> Camera:
-    share = float(torch.rand(1, generator=generator))
-    turn = math.radians(TURN_STD) * torch.randn(3, generator=generator, dtype=torch.float64)
-    return one.interpolate(other, share, turn=turn)
+        share = float(torch.rand(1, generator=generator))
+        turn = math.radians(TURN_STD) * torch.randn(3, generator=generator, dtype=torch.float64)
+        cameras.append(sized[first].interpolate(sized[second], share, turn=turn))
+    return cameras

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from mobilegs.up import USUAL, Axis, next_axis, turn_from_usual
-from mobilegs.view.orbit import Input, Pose, camera_of, point_under
+from mobilegs.view.input import Input, point_under
+from mobilegs.viewpoints.pose import Pose, camera_of
 from tests.support.node import javascript
 from tests.support.window import event, ring
 

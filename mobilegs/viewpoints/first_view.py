@@ -15,30 +15,33 @@ from torch import Tensor
 from torch.nn.functional import max_pool2d
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.framing import SECTORS, Framing, Limits, Start, direction_of
 from mobilegs.render.scene import Scene
+from mobilegs.viewpoints.framing import SECTORS, Framing, Limits, Start, direction_of
 
-VIEWS = 48  # training cameras that are used, at most
+VIEWS_MAX = 48  # training cameras that are used
 SIDE = 96  # pixels of the longer side of depth images
-BEHIND = 1.05  # of the surface's depth up to which a point is seen
-EMPTY = 0.2  # share of pixels without a surface from which on an object has no surroundings
-SOLID = 0.5  # coverage of a pixel from which on it has a surface
-MIDDLE = 0.7  # of half the picture: radius of its middle
-POINTS = 6000  # of surfaces, among which the subject is found
-FRONT = 1.5  # of the depth of the nearest quarter of a picture's middle: depth of the subject
-ATTENTION = (0.15, 0.6)  # share of cameras that look at the subject; of the greatest share
+SEEN_DEPTH_RATIO = 1.05  # of the depth of a seen point to that of the surface, at most
+EMPTY_SHARE = 0.2  # of pixels without a surface, above which an object has no surroundings
+SOLID_ALPHA = 0.5  # above which a pixel has a surface
+MIDDLE_RADIUS = 0.7  # of a picture's middle, as a share of half the picture
+POINTS = 6000  # of surfaces, from which those of the subject are chosen
+# Ratio of the subject's greatest depth to that of the nearest quarter of a picture's middle.
+SUBJECT_DEPTH_RATIO = 1.5
+# Share of cameras that have a point of the subject in the middle: the least for the best point, and
+# the least ratio of another point's share to that of the best.
+LOOKING_MIN, LOOKING_RATIO = 0.15, 0.6
 CANDIDATES = 12  # training cameras from which the first view may be
-STEPS_BACK = (1.0, 1.2)  # distance to the subject, of that camera's
-GROWTH = (0.55, 0.7, 0.9, 1.1, 1.3, 1.5, 1.8)  # of the picture's box over the subject's
-ROOM = 1.5  # the growth that is best where everything was seen
+DISTANCE_RATIOS = (1.0, 1.2)  # of the distance to the subject to that camera's
+BOX_RATIOS = (0.55, 0.7, 0.9, 1.1, 1.3, 1.5, 1.8)  # of the picture's box to the subject's
+BOX_RATIO_BEST = 1.5  # where everything was seen
 SHAPES = {"start": (1.33, 2.16), "portrait": (0.46, 0.75)}  # width over height of screens
-EXTENT = 0.98  # share of the subject's points that its box holds, on each axis
-UNSEEN = 0.02  # share of a first view that no camera saw, above which a view loses
+BOX_SHARE = 0.98  # of the subject's points that its box holds, on each axis
+UNSEEN_START_MAX = 0.02  # share of a first view that no camera saw; more lowers its score
 ELEVATION_STEP = 8  # degrees between pictures in which limits are tested
-NEARBY = 24.0  # degrees from the nearest camera, as seen from the subject, that are tested
-FARTHEST = 1.1  # of the median distance of cameras
-UNSEEN_MAX = 0.12  # share of a picture at the limits that no camera saw
-NEAREST = 0.25  # of the least distance of a camera
+CAMERA_ANGLE_MAX = 24.0  # degrees between a tested direction from the subject and a camera's
+FARTHEST_RATIO = 1.1  # of the greatest distance to the median one of cameras
+UNSEEN_LIMITS_MAX = 0.12  # share of a picture at the limits that no camera saw
+NEAREST_RATIO = 0.25  # of the least distance to the least one of cameras
 
 
 class Coverage:
@@ -47,15 +50,17 @@ class Coverage:
     def __init__(self, scene: Scene, views: Sequence[Camera]) -> None:
         """Render the depth of some of the views, at least one."""
         device = scene.gaussians.means.device
-        step = max(1, len(views) / VIEWS)
-        chosen = [views[int(i * step)] for i in range(min(len(views), VIEWS))]
+        step = max(1, len(views) / VIEWS_MAX)
+        chosen = [views[int(i * step)] for i in range(min(len(views), VIEWS_MAX))]
         self.scene = scene
-        self.cameras = [_small(view, SIDE).to(device) for view in chosen]
+        self.cameras = [
+            view.scaled(SIDE / max(view.width, view.height), 8).to(device) for view in chosen
+        ]
         drawn = [depth_of(scene, camera) for camera in self.cameras]
         self.depths = [depth for depth, _ in drawn]
         # an object without surroundings: there is nothing to see past it
         empty = torch.stack([~solid for _, solid in drawn]).float().mean()
-        self.alone = bool(empty > EMPTY)
+        self.isolated = bool(empty > EMPTY_SHARE)
         self.viewmats = torch.stack([camera.viewmat for camera in self.cameras])
         self.K = torch.stack([camera.K for camera in self.cameras])
         sizes = [(camera.width, camera.height) for camera in self.cameras]
@@ -89,7 +94,7 @@ class Coverage:
             seen &= z < front[:, None]
         column, row = torch.where(seen[..., None], place, 0.0).long().unbind(2)
         number = torch.arange(len(self.sizes), device=points.device)[:, None]
-        return seen & (z < BEHIND * self.reach[number, row, column])
+        return seen & (z < SEEN_DEPTH_RATIO * self.reach[number, row, column])
 
     def unseen(self, camera: Camera) -> Bool[Tensor, "h w"]:
         """Return the pixels of a camera whose surface no training camera sees.
@@ -100,7 +105,7 @@ class Coverage:
         depth, solid = depth_of(self.scene, camera)
         seen = self.seen(unprojected(camera, depth).reshape(-1, 3)).any(0)
         unseen = ~seen.reshape(depth.shape)
-        return unseen & solid if self.alone else unseen
+        return unseen & solid if self.isolated else unseen
 
 
 def depth_of(scene: Scene, camera: Camera) -> tuple[Float[Tensor, "h w"], Bool[Tensor, "h w"]]:
@@ -110,7 +115,7 @@ def depth_of(scene: Scene, camera: Camera) -> tuple[Float[Tensor, "h w"], Bool[T
     """
     drawn = scene.render(camera, depth=True)
     assert drawn.depth is not None
-    solid = drawn.alpha > SOLID
+    solid = drawn.alpha > SOLID_ALPHA
     return torch.where(solid, drawn.depth / drawn.alpha.clamp_min(1e-6), 1e6 * camera.near), solid
 
 
@@ -153,21 +158,21 @@ def find_subject(coverage: Coverage) -> Float[Tensor, "n 3"] | None:
     points = []
     count = math.ceil(POINTS / len(coverage.cameras))
     for camera, depth in zip(coverage.cameras, coverage.depths, strict=True):
-        found = unprojected(camera, depth)[depth < 1e5 * camera.near]
-        points.append(found[:: max(1, len(found) // count)])
+        visible = unprojected(camera, depth)[depth < 1e5 * camera.near]
+        points.append(visible[:: max(1, len(visible) // count)])
     surface = torch.cat(points)
     if not len(surface):
         return None
     fronts = []
     for depth in coverage.depths:
         y, x = len(depth) // 4, depth.shape[1] // 4
-        fronts.append(FRONT * depth[y:-y, x:-x].quantile(0.25))
-    seen = coverage.seen(surface, radius=MIDDLE, front=torch.stack(fronts))
-    attention = seen.float().mean(0)
-    most = float(attention.max())
-    if most < ATTENTION[0]:
+        fronts.append(SUBJECT_DEPTH_RATIO * depth[y:-y, x:-x].quantile(0.25))
+    seen = coverage.seen(surface, radius=MIDDLE_RADIUS, front=torch.stack(fronts))
+    looking = seen.float().mean(0)
+    most = float(looking.max())
+    if most < LOOKING_MIN:
         return None
-    return surface[attention >= ATTENTION[1] * most]
+    return surface[looking >= LOOKING_RATIO * most]
 
 
 def _best_start(
@@ -184,31 +189,31 @@ def _best_start(
     middle, spread = heights.median(), heights.std(unbiased=False).clamp_min(0.05)
     best: tuple[float, Start] | None = None
     for index in _spread_out(eyes, CANDIDATES):
-        for factor in STEPS_BACK:
+        for factor in DISTANCE_RATIOS:
             eye = pivot + factor * (eyes[index] - pivot)
             if abs(float(torch.nn.functional.normalize(eye - pivot, dim=0) @ up)) > 0.98:
                 continue
             target, box = _aimed(eye, pivot, up, subject)
             # one picture that holds those of all shapes and sizes
             side = max(max(box[0], box[1] * shapes[1]), max(box[1], box[0] / shapes[0]))
-            whole = GROWTH[-1] * side
+            whole = BOX_RATIOS[-1] * side
             camera = _camera(eye, target, up, (whole, whole), coverage.scene.near)
             unseen = coverage.unseen(camera.to(pivot.device)).float()
-            for growth in GROWTH:
+            for ratio in BOX_RATIOS:
                 share = max(
-                    float(_middle(unseen, _shown(box, growth, shape), whole).mean())
+                    float(_middle(unseen, _shown(box, ratio, shape), whole).mean())
                     for shape in shapes
                 )
                 score = (
-                    -60 * max(0.0, share - UNSEEN)
+                    -60 * max(0.0, share - UNSEEN_START_MAX)
                     - share
-                    - 0.5 * abs(math.log(growth / ROOM))
+                    - 0.5 * abs(math.log(ratio / BOX_RATIO_BEST))
                     - 0.5 * abs(math.log(factor))
                     - 0.3 * abs(float((heights[index] - middle) / spread))
                     - 0.6 * float((directions[index] @ directions[0]).clamp(-1, 1).acos()) / math.pi
                 )
                 if best is None or score > best[0]:
-                    grown = (growth * box[0], growth * box[1])
+                    grown = (ratio * box[0], ratio * box[1])
                     best = score, Start(_numbers(eye), _numbers(target), grown)
     assert best is not None
     return best[1]
@@ -234,7 +239,7 @@ def _find_limits(
     targets = eyes + forwards * ((pivot - eyes) * forwards).sum(1, keepdim=True).clamp_min(0)
     pan = float((targets - pivot).norm(dim=1).quantile(0.75))
     reach = float(np.linalg.norm(start.eye - start.target))
-    farthest = max(reach, FARTHEST * float(distances.median()))
+    farthest = max(reach, FARTHEST_RATIO * float(distances.median()))
     elevations = np.tile([90.0, -90.0], (SECTORS, 1))
     angles = np.arange(-80, 81, ELEVATION_STEP)
     for sector in range(SECTORS):
@@ -242,12 +247,14 @@ def _find_limits(
         shown = []
         for angle in angles:
             direction = torch.from_numpy(direction_of(azimuth, float(angle), up)).to(pivot)
-            near = float((directions @ direction).max()) > math.cos(math.radians(NEARBY))
+            near = float((directions @ direction).max()) > math.cos(math.radians(CAMERA_ANGLE_MAX))
             shown.append(near and _is_shown(coverage, pivot, farthest * direction, half))
         if run := _longest_run(shown):
             elevations[sector] = angles[run[0]], angles[run[1]]
-    found = Limits(_numbers(pivot), pan, NEAREST * float(distances.min()), farthest, elevations)
-    return found if any(found.open) else None
+    limits = Limits(
+        _numbers(pivot), pan, NEAREST_RATIO * float(distances.min()), farthest, elevations
+    )
+    return limits if any(limits.open) else None
 
 
 def _is_shown(
@@ -261,7 +268,7 @@ def _is_shown(
     up = torch.from_numpy(coverage.scene.up).to(pivot)
     near = coverage.scene.near
     camera = _camera(pivot + away, pivot, up, half, near, side=SIDE // 2)
-    return float(coverage.unseen(camera).float().mean()) <= UNSEEN_MAX
+    return float(coverage.unseen(camera).float().mean()) <= UNSEEN_LIMITS_MAX
 
 
 def _longest_run(shown: list[bool]) -> tuple[int, int] | None:
@@ -309,13 +316,13 @@ def _ends(
     """Return the least and greatest tangents of most points to the right and downwards."""
     local = points @ viewmat[:3, :3].T + viewmat[:3, 3]
     slopes = local[:, :2] / local[:, 2:].clamp_min(1e-6)
-    least = (1 - EXTENT) / 2
+    least = (1 - BOX_SHARE) / 2
     return slopes.quantile(least, dim=0), slopes.quantile(1 - least, dim=0)
 
 
-def _shown(box: tuple[float, float], growth: float, shape: float) -> tuple[float, float]:
+def _shown(box: tuple[float, float], ratio: float, shape: float) -> tuple[float, float]:
     """Return the tangents of half the picture in which a screen of a shape shows the box."""
-    half = growth * max(box[1], box[0] / shape)
+    half = ratio * max(box[1], box[0] / shape)
     return half * shape, half
 
 
@@ -347,11 +354,6 @@ def _camera(
     x, y = width / (2 * half[0]), height / (2 * half[1])
     K = torch.tensor([[x, 0, width / 2], [0, y, height / 2], [0, 0, 1]]).to(eye)
     return Camera(look_at(eye, target, up), K, width, height, near)
-
-
-def _small(view: Camera, side: int) -> Camera:
-    share = side / max(view.width, view.height)
-    return view.resized(*(max(8, round(share * size)) for size in (view.width, view.height)))
 
 
 def _numbers(points: Tensor) -> np.ndarray:

@@ -10,8 +10,7 @@ import pytest
 import torch
 from rich.console import Console
 
-from mobilegs.train import progress
-from mobilegs.train.progress import Monitor
+from mobilegs.train.monitor import Monitor
 from mobilegs.train.stage import StepResult
 
 
@@ -41,7 +40,7 @@ def counted() -> Any:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     now = [0.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr("mobilegs.train.monitor.time.monotonic", lambda: now[0])
     return now
 
 
@@ -70,8 +69,8 @@ def test_a_terminal_of_80_columns_shows_the_time_left(
 ) -> None:
     with (tmp_path / "screen").open("w+") as screen:
         narrow = Console(file=screen, width=80, force_terminal=True, color_system=None)
-        monkeypatch.setattr(progress, "Console", lambda **options: narrow)
-        monkeypatch.setattr(progress, "shows_bars", lambda: True)
+        monkeypatch.setattr("mobilegs.train.monitor.Console", lambda **options: narrow)
+        monkeypatch.setattr("mobilegs.train.monitor.shows_bars", lambda: True)
         stage = counted()
         with Monitor(tmp_path / "log", [], {}) as monitor:
             monitor.begin(stage)
@@ -100,7 +99,7 @@ def test_a_log_has_the_state_of_the_training(
 ) -> None:
     log, stage = Log(), counted()
     monkeypatch.setattr("mobilegs.progress_display.INTERVAL", 0.01)
-    monkeypatch.setattr(progress, "line_stream", lambda: log)
+    monkeypatch.setattr("mobilegs.train.monitor.line_stream", lambda: log)
     with Monitor(tmp_path / "log", [], {}) as monitor:
         with monitor.begin(stage):
             advance(monitor, stage, clock, 301, 0.1)

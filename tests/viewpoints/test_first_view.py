@@ -8,13 +8,13 @@ import pytest
 import torch
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.framing import SECTORS, Framing, azimuth_between, azimuth_of
 from mobilegs.mgs.codec import inspect_mgs
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.first_view import Coverage, find_framing, find_subject
 from mobilegs.up import unit
-from mobilegs.view.orbit import Pose, camera_of
-from mobilegs.view.video import orbit_cameras
+from mobilegs.viewpoints.first_view import Coverage, find_framing, find_subject
+from mobilegs.viewpoints.framing import SECTORS, Framing, azimuth_between, azimuth_of
+from mobilegs.viewpoints.orbit import orbit_cameras
+from mobilegs.viewpoints.pose import Pose, camera_of
 from tests.support.garden import garden
 
 UP = torch.tensor([0.0, 0, 1])
@@ -43,7 +43,7 @@ def scene() -> Scene:
 @torch.no_grad()
 def test_pixels_are_unseen_where_no_camera_looked() -> None:
     coverage = Coverage(scene(), ring([0, 40]))
-    coverage.alone = False
+    coverage.isolated = False
     own, beside, behind = (
         float(coverage.unseen(camera.resized(24, 18)).float().mean())
         for camera in ring([0, 40, 150])
@@ -82,7 +82,9 @@ def test_limits_are_where_the_cameras_were() -> None:
     for azimuth in open_sectors * 360 / SECTORS + 180 / SECTORS:
         towards = [azimuth_of(unit(_away(angle)), up)[0] for angle in range(-40, 41, 10)]
         assert min(abs(azimuth_between(azimuth, each)) for each in towards) < 32
-    cameras = orbit_cameras(Scene(garden(50), up=up, framing=found), [], 24, width=64, height=48)
+    cameras = orbit_cameras(
+        Scene(garden(50), up=up, notes=found.notes), [], 24, width=64, height=48
+    )
     azimuths = [
         azimuth_of(unit((camera.position - MIDDLE).double().numpy()), up)[0] for camera in cameras
     ]

@@ -12,8 +12,8 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.up import USUAL
 
 UP_ANGLE_MAX = 25  # degrees between the ground's normal and `USUAL` or its opposite
-FLAT = 0.5  # there is a ground if the least variance is at most this share of the middle one
-ROUNDS = 8  # of the search for the centre
+FLATNESS_RATIO = 0.5  # of the least variance to the middle one, up to which there is a ground
+CENTER_ITERATIONS = 8  # of the search for the centre
 AREA_MAX = 10  # times the median area: limits the weight of a sky
 
 
@@ -65,7 +65,7 @@ def find_scene_bounds(
     means = torch.where(fine[:, None], gaussians.means, 0.0)
 
     near, center, radius = weights, means[0], 0.0
-    for _ in range(ROUNDS):
+    for _ in range(CENTER_ITERATIONS):
         center = torch.stack([_median(means[:, axis], near) for axis in range(3)])
         distances = (means - center).norm(dim=1)
         radius = float(_median(distances, near))
@@ -95,12 +95,10 @@ def _vertical(offsets: Float[Tensor, "n 3"], weights: Float[Tensor, "n"]) -> Flo
     variances, axes = torch.linalg.eigh(offsets.T @ (share * offsets))
     usual = torch.from_numpy(USUAL).to(offsets)
     normal = axes[:, 0]
-    if variances[0] > FLAT * variances[1]:
+    if variances[0] > FLATNESS_RATIO * variances[1]:
         return usual.float()
     if abs(float(normal @ usual)) > torch.cos(torch.deg2rad(torch.tensor(float(UP_ANGLE_MAX)))):
         return torch.sign(normal @ usual).float() * normal.float()
     heights = offsets @ normal
-    rises = float(
-        (share[:, 0] * heights**3).sum()
-    )  # the distribution's long tail is above the ground
+    rises = float((share[:, 0] * heights**3).sum())  # the distribution's long tail is above ground
     return (normal if rises >= 0 else -normal).float()

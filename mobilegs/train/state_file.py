@@ -1,4 +1,4 @@
-"""Checkpoints: the whole state of a run in one safetensors file with JSON in its header."""
+"""The file of a state: one safetensors file with JSON in its header."""
 
 import json
 import zlib
@@ -16,7 +16,7 @@ VERSION = 1
 TENSOR = "$tensor"  # in the JSON, {"$tensor": name} stands for a tensor
 
 
-def save_checkpoint(path: Path | str, state: dict[str, Any]) -> None:
+def write_state(path: Path | str, state: dict[str, Any]) -> None:
     """Write `state`, nested dicts and lists of tensors and JSON values, to `path` atomically.
 
     Keys are strings. Floats keep every bit. If the process is killed, either the previous file or
@@ -31,14 +31,14 @@ def save_checkpoint(path: Path | str, state: dict[str, Any]) -> None:
 def digest(state: dict[str, Any]) -> int:
     """Return a CRC-32 of all tensors and values in `state`, to compare states bit by bit."""
     tensors: dict[str, torch.Tensor] = {}
-    found = zlib.crc32(json.dumps(_without_tensors(state, "", tensors)).encode())
+    crc = zlib.crc32(json.dumps(_without_tensors(state, "", tensors)).encode())
     for tensor in tensors.values():
-        found = zlib.crc32(tensor.numpy().tobytes(), found)
-    return found
+        crc = zlib.crc32(tensor.numpy().tobytes(), crc)
+    return crc
 
 
-def load_checkpoint(path: Path | str) -> dict[str, Any]:
-    """Return the state that `save_checkpoint` wrote, with its tensors on the CPU.
+def read_state(path: Path | str) -> dict[str, Any]:
+    """Return the state that `write_state` wrote, with its tensors on the CPU.
 
     Raises InputError if the file is missing, damaged, or of another version.
     """

@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from mobilegs.framing import (
+from mobilegs.up import USUAL, unit
+from mobilegs.viewpoints.framing import (
     FREE,
     SECTORS,
     Framing,
@@ -15,7 +16,6 @@ from mobilegs.framing import (
     direction_of,
     parsed_framing,
 )
-from mobilegs.up import USUAL, unit
 from tests.support.node import javascript
 
 ALL = np.tile([-20.0, 50.0], (SECTORS, 1))

@@ -1,11 +1,9 @@
-"""The viewer's pose and its input: orbit, look around, pan, dolly, fly.
+"""The pose of a viewer, and the one in which a scene is shown first.
 
-The same as pose.js, input.js and pick.js of the web viewer, so that a window and a browser move
-alike; a test compares the numbers. World axes and units, angles in radians, pointer positions in
-logical pixels, events of rendercanvas.
+The same as pose.js of the web viewer; a test compares the numbers. World axes and units, angles in
+radians.
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,36 +11,14 @@ import torch
 from jaxtyping import Float
 
 from mobilegs.camera import Camera
-from mobilegs.framing import Start, meeting_point
 from mobilegs.render.scene import Scene
 from mobilegs.up import AXES, USUAL, Axis, Vector, turn_from_usual, unit, up_of_cameras
+from mobilegs.viewpoints.framing import Start, meeting_point, parsed_framing
 
 POLE = 0.02  # smallest angle between the view and straight up or down, radians
 NEAREST = 1e-3  # smallest distance to the target, in starting distances
-NEARBY = 12.0  # pixels around the pointer
 FIELD = 50.0  # field of view in degrees, without a training camera
 AROUND = (0.42, 0.42)  # box of the pose for a scene without cameras
-TURN = 0.006  # radians per pixel
-WHEEL = 0.0012  # change of the log distance per unit of the wheel
-SPEED = 0.9  # starting distances per second, when flying with keys
-TURN_SPEED = 1.5  # radians per second, when turning with keys
-TAP = 0.03  # seconds for which the shortest key press counts
-DOUBLE = (0.35, 20.0)  # seconds and pixels within which two clicks are a double click
-FLYING = {
-    "w": (0.0, 0.0, 1.0),
-    "s": (0.0, 0.0, -1.0),
-    "a": (-1.0, 0.0, 0.0),
-    "d": (1.0, 0.0, 0.0),
-    "q": (0.0, 1.0, 0.0),
-    "e": (0.0, -1.0, 0.0),
-}
-TURNING = {
-    "arrowleft": (-1.0, 0.0),
-    "arrowright": (1.0, 0.0),
-    "arrowup": (0.0, -1.0),
-    "arrowdown": (0.0, 1.0),
-}
-COMMAND = {"Control", "Meta", "Alt"}  # with these, keys do not move
 
 
 class Pose:
@@ -160,92 +136,6 @@ class Pose:
         return turned(turned(back, self.right, swing), self.up, -across)
 
 
-class Input:
-    """Pointer, wheel and keys, which move a pose.
-
-    Attributes:
-        pose: the pose.
-        mode: `orbit` to turn around the target by dragging, `fly` to turn the viewing direction.
-    """
-
-    def __init__(self, pose: Pose) -> None:
-        self.pose = pose
-        self.mode = "orbit"
-        self._keys: set[str] = set()
-        self._fast = False
-        self._at: tuple[float, float] | None = None  # the pointer, while a button is down
-        self._clicked = (0.0, 0.0, -math.inf)  # position and time of the last click
-
-    @property
-    def busy(self) -> bool:
-        """True while keys that move the pose are held down."""
-        return bool(self._keys)
-
-    def advance(self, seconds: float) -> None:
-        """Move by the keys that are held down."""
-        step = SPEED * self.pose.reach * seconds * (4 if self._fast else 1)
-        for key in self._keys:
-            if direction := FLYING.get(key):
-                self.pose.move(*(step * part for part in direction))
-            if turn := TURNING.get(key):
-                self._turn(*(TURN_SPEED * seconds * part for part in turn))
-
-    def press(self, event: dict) -> bool:
-        """Handle a button press. Returns True for the second click of a double click."""
-        x, y, when = event["x"], event["y"], event["time_stamp"]
-        last_x, last_y, last = self._clicked
-        near = math.hypot(x - last_x, y - last_y) < DOUBLE[1]
-        self._at, self._clicked = (x, y), (x, y, when)
-        return near and when - last < DOUBLE[0]
-
-    def release(self, event: dict) -> None:
-        """Handle the release of a button."""
-        if not event["buttons"]:
-            self._at = None
-
-    def drag(self, event: dict, height: float) -> bool:
-        """Handle pointer motion in a window of the given height. Returns True if the pose moved."""
-        if self._at is None:
-            return False
-        dx, dy = event["x"] - self._at[0], event["y"] - self._at[1]
-        self._at = event["x"], event["y"]
-        if {2, 3} & set(event["buttons"]) or {"Shift", "Control"} & set(event["modifiers"]):
-            away = float(np.linalg.norm(self.pose.target - self.pose.eye)) / max(height, 1)
-            self.pose.move(-dx * away, -dy * away, 0.0)
-        else:
-            self._turn(TURN * dx, TURN * dy)
-        return True
-
-    def wheel(self, event: dict) -> None:
-        """Handle the wheel: move towards the target or away."""
-        amount = WHEEL * event["dy"]
-        if self.mode == "orbit":
-            self.pose.dolly(math.exp(amount))
-        else:
-            self.pose.move(0.0, 0.0, -amount * self.pose.reach)
-
-    def key(self, event: dict, down: bool) -> bool:
-        """Handle a key press or release. Returns True if the key moves the pose."""
-        key, modifiers = event["key"].lower(), set(event["modifiers"])
-        self._fast = "Shift" in modifiers
-        if key not in FLYING and key not in TURNING:
-            return False
-        if down and modifiers & COMMAND:
-            return False
-        if down and key not in self._keys:
-            self._keys.add(key)
-            self.advance(TAP)  # a key may be up again before the next frame
-        if not down:
-            self._keys.discard(key)
-        return True
-
-    def _turn(self, across: float, down: float) -> None:
-        if self.mode == "orbit":
-            self.pose.orbit(across, down)
-        else:
-            self.pose.look(across, down)
-
-
 def first_pose(
     scene: Scene,
     views: Sequence[Camera],
@@ -259,7 +149,7 @@ def first_pose(
     side. If `up` is given, it replaces the scene's upward direction, and a pose from the side is
     shown.
     """
-    start = None if scene.framing is None else scene.framing.start_for(*size)
+    start = parsed_framing(scene.notes).start_for(*size)
     if up is None and start is not None:
         return Pose.from_start(start, USUAL if scene.up is None else scene.up)
     if views and up is None:
@@ -286,21 +176,6 @@ def camera_of(pose: Pose, view: Camera | None, width: int, height: int, near: fl
         focal = min(width / (2 * pose.box[0]), height / (2 * pose.box[1]))
     k = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
     return Camera(torch.from_numpy(pose.viewmat()).float(), k, width, height, near)
-
-
-def point_under(
-    means: Float[np.ndarray, "n 3"], camera: Camera, x: float, y: float
-) -> Vector | None:
-    """Return the nearest of `means` within 12 pixels of (x, y), or None."""
-    viewmat, k = camera.viewmat.double().numpy(), camera.K.double().numpy()
-    points = means @ viewmat[:3, :3].T + viewmat[:3, 3]
-    ahead = np.flatnonzero(points[:, 2] > camera.near)
-    points = points[ahead]
-    offsets = points @ k.T / points[:, 2:] - (x, y, 1)
-    close = np.flatnonzero(np.square(offsets).sum(1) <= NEARBY**2)
-    if not len(close):
-        return None
-    return means[ahead[close[points[close, 2].argmin()]]]
 
 
 def turned(a: Vector, axis: Vector, angle: float) -> Vector:

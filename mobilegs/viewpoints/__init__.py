@@ -1,0 +1,1 @@
+"""Choice of viewpoints: first views and limits, placed cameras, and cameras between others."""
