@@ -85,10 +85,10 @@ def file_size(path: Path) -> int:
     Raises InputError for a folder, a device or a pipe, which could block or never end, and OSError
     if `path` does not exist.
     """
-    found = path.stat()
-    if not stat.S_ISREG(found.st_mode):
+    status = path.stat()
+    if not stat.S_ISREG(status.st_mode):
         raise InputError(f"cannot read {path}: it is a folder, a device or a pipe")
-    return found.st_size
+    return status.st_size
 
 
 def read_if(path: Path, starts: tuple[bytes, ...]) -> bytes:

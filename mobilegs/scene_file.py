@@ -145,10 +145,10 @@ def inspect_scene(path: Path) -> dict[str, Any]:
     """
     if path.suffix.lower() == ".mgs":
         coded = read_mgs(path)
-        found, huffman = inspect_mgs(path), huffman_bytes(coded)
-        for row in found["streams"]:
+        report, huffman = inspect_mgs(path), huffman_bytes(coded)
+        for row in report["streams"]:
             row["huffman_bytes"] = huffman.get(row["name"])
-        return {"file": str(path), **found, "up": None if coded.up is None else coded.up.tolist()}
+        return {"file": str(path), **report, "up": None if coded.up is None else coded.up.tolist()}
     scene = open_scene(path)
     gaussians = scene.gaussians
     size = size_of(path)
@@ -197,10 +197,10 @@ def write_gaussians(
     with atomic_path(output) as path:
         written = write(path, gaussians, **{name: values[name] for name in values if name in held})
         gaussians = gaussians if written is None else written  # in another order
-        found = PLAIN[f".{kind}"](path)
-        if len(found) < len(gaussians):
+        reread = PLAIN[f".{kind}"](path)
+        if len(reread) < len(gaussians):
             raise InputError(f"a .{kind} cannot hold numbers as large as in this scene")
-        loss = measure_fidelity(gaussians, found)
+        loss = measure_fidelity(gaussians, reread)
         if 2 * loss.lost > loss.count:
             raise InputError(f"a .{kind} cannot hold this scene: {loss}; write a .ply or .glb")
         if str(loss):

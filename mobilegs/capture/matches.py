@@ -110,10 +110,10 @@ def similar_pairs(names: Sequence[str], looks: Float[np.ndarray, "n d"]) -> list
 
 def grouped(names: Sequence[str], key: Callable[[str], str]) -> list[list[int]]:
     """Return the indices of the names with each key, in order."""
-    found: dict[str, list[int]] = {}
+    groups: dict[str, list[int]] = {}
     for index, name in enumerate(names):
-        found.setdefault(key(name), []).append(index)
-    return list(found.values())
+        groups.setdefault(key(name), []).append(index)
+    return list(groups.values())
 
 
 def read_descriptors(database: Path, names: Sequence[str]) -> list[UInt8[np.ndarray, "_ 128"]]:

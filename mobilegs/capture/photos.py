@@ -69,37 +69,37 @@ def list_photos(path: Path) -> list[Path]:
     of masks, depths and models, and those that this program wrote.
     """
     for folder in (path / "images", path):
-        found = [file for file in _files(folder) if file.suffix.lower() in PHOTOS]
-        if found:
-            return found
+        photos = [file for file in _files(folder) if file.suffix.lower() in PHOTOS]
+        if photos:
+            return photos
     return []
 
 
 def other_files(photos: list[Path]) -> dict[str, int]:
     """Return the files beside `photos` that are no photos: their number by suffix."""
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for folder in sorted({photo.parent for photo in photos}):
         for file in sorted(each for each in folder.iterdir() if each.is_file()):
             kind = file.suffix.lower() or file.name
             if kind not in PHOTOS and file.name[0] != ".":
-                found[kind] = found.get(kind, 0) + 1
-    return found
+                counts[kind] = counts.get(kind, 0) + 1
+    return counts
 
 
 def _files(folder: Path) -> list[Path]:
     """Return the files in a folder and in the folders in it, sorted."""
     if not folder.is_dir():
         return []
-    found = []
+    files = []
     for each in sorted(folder.iterdir()):
         if each.name[0] == ".":
             continue
         if each.is_file():
-            found.append(each)
+            files.append(each)
         elif each.name.lower() not in OTHER_FOLDERS and not each.is_symlink():
             if not any((each / name).is_file() for name in OUR_FILES):
-                found += _files(each)
-    return found
+                files += _files(each)
+    return files
 
 
 def relative_names(sources: list[Path]) -> list[str]:
@@ -147,7 +147,7 @@ def prepare_photos(
     of the same name, and if more photos are damaged than not.
     """
     make_folder(folder)
-    found, damaged, read = [], [], 0
+    prepared, damaged, read = [], [], 0
     names = prepared_names(sources, rig=rig)
     originals = relative_names(sources)
     for done, (source, name) in enumerate(names.items(), start=1):
@@ -159,14 +159,14 @@ def prepare_photos(
                 photos = [
                     replace(prepare_photo(source, folder / name, max_size=max_size), name=name)
                 ]
-            found += [asdict(replace(photo, source=original)) for photo in photos]
+            prepared += [asdict(replace(photo, source=original)) for photo in photos]
             read += 1
         except InputError as error:
             damaged.append(str(error))
         progress(done, len(sources))
     if read < max(PHOTOS_MIN, len(damaged)):
         raise InputError(damaged[0])
-    return {"photos": found, "unreadable": damaged}
+    return {"photos": prepared, "unreadable": damaged}
 
 
 def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto:
@@ -243,8 +243,8 @@ def upright(image: Image.Image) -> Image.Image:
 
 def _xmp(image: Image.Image) -> bytes:
     """Return the XMP metadata of a photo, where 360-degree cameras name the projection."""
-    found = image.info.get("xmp", b"")
-    return found if isinstance(found, bytes) else b""
+    xmp = image.info.get("xmp", b"")
+    return xmp if isinstance(xmp, bytes) else b""
 
 
 def open_photo(path: Path) -> Image.Image:

@@ -137,8 +137,8 @@ def run_stages(given: StageInputs, keys: dict[str, str]) -> dict[str, Any]:
         workspace.forget("matches")
         given.process.call("forgetting matches", forget_matches, workspace.database)
     workspace.run("matches", keys["matches"], lambda: matches(given, photos))
-    found = workspace.run("model", keys["model"], lambda: model(given, photos))
-    validate_placed(len(placed(photos, found)), left_out(photos, found), given)
+    mapped = workspace.run("model", keys["model"], lambda: model(given, photos))
+    validate_placed(len(placed(photos, mapped)), left_out(photos, mapped), given)
     return workspace.run("capture", keys["capture"], lambda: finish(given, photos))
 
 
@@ -181,7 +181,7 @@ def prepare(given: StageInputs) -> dict[str, Any]:
     if run.rig:
         validate_rig(list(prepared_names(given.inputs, rig=True).values()), run.source)
     with given.progress("preparing photos") as advance:
-        found = prepare_photos(
+        prepared = prepare_photos(
             given.inputs,
             folder,
             max_size=run.max_size,
@@ -189,13 +189,13 @@ def prepare(given: StageInputs) -> dict[str, Any]:
             panorama=panorama,
             progress=advance,
         )
-    spheres = [photo["source"] for photo in found["photos"] if photo["sphere"]]
+    spheres = [photo["source"] for photo in prepared["photos"] if photo["sphere"]]
     if spheres:
         raise InputError(
             f"{spheres[0]} in {run.source} is a panorama by its metadata: add --lens panorama to "
             "`mobilegs capture` if all photos are, or take it out"
         )
-    return found
+    return prepared
 
 
 def features(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
@@ -231,7 +231,7 @@ def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Compute poses and points, and draw their coverage even if they are too few."""
     workspace, panorama = given.workspace, given.run.lens == "panorama"
     with given.progress("computing poses") as advance:
-        found = given.process.call(
+        mapped = given.process.call(
             "computing poses",
             map_photos,
             workspace.database,
@@ -243,21 +243,21 @@ def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
             enough=enough_photos(given.run, len(photos)),
             rig="faces" if panorama else "cameras" if given.run.rig else "none",
         )
-    if given.run.rig and not found["rig"]:
+    if given.run.rig and not mapped["rig"]:
         log.warning(
             "the photos do not show how the cameras sit on the rig: they are placed one by one"
         )
-    if found["models"]:
+    if mapped["models"]:
         draw_coverage(
             workspace.coverage,
             given.process.call("reading poses", read_geometry, workspace.models / "best"),
-            title=f"poses for {len(placed(photos, found))} of {len(sources(photos))} photos, "
-            f"{found['points']:,} points, {found['reprojection_error']:.2f} px reprojection error",
+            title=f"poses for {len(placed(photos, mapped))} of {len(sources(photos))} photos, "
+            f"{mapped['points']:,} points, {mapped['reprojection_error']:.2f} px reprojection error",
             points_of_photos={
-                photo.name: found["points_of_photos"].get(photo.name, 0) for photo in photos
+                photo.name: mapped["points_of_photos"].get(photo.name, 0) for photo in photos
             },
         )
-    return found
+    return mapped
 
 
 def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
@@ -278,23 +278,23 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     records = {
         name: workspace.read(name) or {} for name in ("photos", "features", "matches", "model")
     }
-    found, compared = records["model"], records["matches"]
+    mapped, compared = records["model"], records["matches"]
     return {
         "source": given.run.source.name,
         "photos": len(sources(photos)),
-        "registered": len(placed(photos, found)),
-        "left_out": left_out(photos, found),
+        "registered": len(placed(photos, mapped)),
+        "left_out": left_out(photos, mapped),
         "hdr": records["photos"].get("hdr", ""),
         "unreadable": records["photos"].get("unreadable", []),
         "other_files": {} if is_video(given.run.source) else other_files(given.inputs),
         "features_a_photo": records["features"]["features"],
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
-        "tried": found.get("tried", [found["mapper"]]),
-        **{name: found[name] for name in ("mapper", "models", "reprojection_error", "points")},
-        **{name: found[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
+        "tried": mapped.get("tried", [mapped["mapper"]]),
+        **{name: mapped[name] for name in ("mapper", "models", "reprojection_error", "points")},
+        **{name: mapped[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
         "exposures": {photo.name: photo.exposure for photo in photos if photo.exposure is not None},
-        "rig": found.get("rig", False),
-        "misplaced": found["misplaced"],
+        "rig": mapped.get("rig", False),
+        "misplaced": mapped["misplaced"],
         "seconds_of": {name: record["seconds"] for name, record in records.items()},
     }
 
@@ -317,24 +317,24 @@ def list_inputs(source: Path) -> list[Path]:
         raise InputError(
             f"{source} is not a video ({', '.join(VIDEOS)}): give one, or a folder of photos"
         )
-    found = list_photos(source)
-    if not found:
+    photos = list_photos(source)
+    if not photos:
         raise InputError(f"{source} has no photos in it ({', '.join(PHOTOS)})")
-    if len(found) < PHOTOS_MIN:
+    if len(photos) < PHOTOS_MIN:
         raise InputError(
-            f"{source} holds {len(found)} photo{'s' * (len(found) > 1)}: a scene needs at least "
+            f"{source} holds {len(photos)} photo{'s' * (len(photos) > 1)}: a scene needs at least "
             f"{PHOTOS_MIN}, and 30 or more to look good"
         )
-    return found
+    return photos
 
 
 def digest_inputs(inputs: list[Path], progress: Advance) -> list[tuple[str, str]]:
     """Return (name, SHA-256) of every input."""
-    found = []
+    digests = []
     for done, (path, name) in enumerate(zip(inputs, relative_names(inputs), strict=True), start=1):
-        found.append((name, file_digest(path)))
+        digests.append((name, file_digest(path)))
         progress(done, len(inputs))
-    return found
+    return digests
 
 
 def sources(photos: list[PreparedPhoto]) -> list[str]:
@@ -342,15 +342,15 @@ def sources(photos: list[PreparedPhoto]) -> list[str]:
     return list(dict.fromkeys(photo.source for photo in photos))
 
 
-def placed(photos: list[PreparedPhoto], found: dict[str, Any]) -> list[str]:
+def placed(photos: list[PreparedPhoto], mapped: dict[str, Any]) -> list[str]:
     """Return the original names of photos with a pose."""
-    names = set(found["registered"])
+    names = set(mapped["registered"])
     return sources([photo for photo in photos if photo.name in names])
 
 
-def left_out(photos: list[PreparedPhoto], found: dict[str, Any]) -> list[str]:
+def left_out(photos: list[PreparedPhoto], mapped: dict[str, Any]) -> list[str]:
     """Return the original names of photos without a pose."""
-    names = set(placed(photos, found))
+    names = set(placed(photos, mapped))
     return [source for source in sources(photos) if source not in names]
 
 

@@ -54,7 +54,7 @@ def prepare_video(
     first, last = time_span(video)
     count = frames or max(PHOTOS_MIN, min(FRAMES_MAX, round((last - first) * FRAMES_PER_SECOND)))
     make_folder(folder)
-    found: list[dict[str, Any]] = []
+    photos: list[dict[str, Any]] = []
     saved, current, sharpest, best, kind = 0, -1, -1.0, None, ""
 
     def save_best() -> None:
@@ -66,11 +66,11 @@ def prepare_video(
         picture = upright(best)
         if panorama:
             faces = save_faces(picture, folder, name, source=video, max_size=max_size)
-            found.extend(asdict(replace(face, source=source)) for face in faces)
+            photos.extend(asdict(replace(face, source=source)) for face in faces)
         else:
             picture = reduced(picture, max_size)
             save_photo(picture, folder / name)
-            found.append(asdict(PreparedPhoto(name, source, *picture.size)))
+            photos.append(asdict(PreparedPhoto(name, source, *picture.size)))
 
     for frame in decoded(video):
         part = min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
@@ -89,7 +89,7 @@ def prepare_video(
             f"{video} has only {saved} frames: a scene needs at least {PHOTOS_MIN}, and 30 or "
             "more to look good"
         )
-    return {"photos": found, "hdr": kind}
+    return {"photos": photos, "hdr": kind}
 
 
 def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:

@@ -72,13 +72,13 @@ class Workspace:
             return record
         started = time.monotonic()
         try:
-            found = do()
+            items = do()
         finally:
             seconds = round(record["seconds"] + time.monotonic() - started, 1)
             record = {**record, "seconds": seconds}
             if stage != STAGES[-1]:
                 self._write(stage, record)
-        record = {**record, "done": True, **found}
+        record = {**record, "done": True, **items}
         self._write(stage, record)
         return record
 

@@ -39,9 +39,9 @@ log = logging.getLogger(__name__)
 def find_models(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> dict[Path, int]:
     """Return the COLMAP models of a capture that lie side by side, with their numbers of photos."""
     for folder in (path / name for name in folders):
-        found = [each for each in (*_subfolders(folder), folder) if _is_model(each)]
-        if found:
-            return {each: _photo_count(each) if len(found) > 1 else 0 for each in found}
+        models = [each for each in (*_subfolders(folder), folder) if _is_model(each)]
+        if models:
+            return {each: _photo_count(each) if len(models) > 1 else 0 for each in models}
     return {}
 
 

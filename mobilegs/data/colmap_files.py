@@ -149,15 +149,15 @@ def read_images(path: Path) -> list[ColmapImage]:
 
     Raises `InputError` for a damaged file.
     """
-    found = list(_binary_images(path) if path.suffix == ".bin" else _text_images(path))
-    for image in found:
+    images = list(_binary_images(path) if path.suffix == ".bin" else _text_images(path))
+    for image in images:
         if not image.name.isprintable() or not image.name:
             raise InputError(
                 f"{path} has the file name {quoted(image.name)}, which is empty or not printable"
             )
         if not np.isfinite([*image.quat, *image.translation]).all() or not any(image.quat):
             raise InputError(f"{path}: the pose of {image.name} is not finite, or has no rotation")
-    return found
+    return images
 
 
 def count_images(path: Path) -> int:
@@ -384,16 +384,16 @@ def _text_moments(path: Path) -> Iterator[list[int]]:
         fields = line.split()
         kinds, photos = fields[10::3], fields[12::3]
         try:
-            found = [
+            cameras = [
                 int(photo) for kind, photo in zip(kinds, photos, strict=True) if kind == "CAMERA"
             ]
             complete = int(fields[9]) == len(photos) and len(fields) == 10 + 3 * len(photos)
         except (ValueError, IndexError):
-            found, complete = [], False
+            cameras, complete = [], False
         if not complete:
             layout = "FRAME_ID RIG_ID QW QX QY QZ TX TY TZ NUM_DATA_IDS (TYPE SENSOR_ID DATA_ID)..."
             raise _bad_line(path, number, layout)
-        yield found
+        yield cameras
 
 
 def _text_points(path: Path) -> ColmapPoints:

@@ -66,10 +66,10 @@ def exposure_of(image: Image.Image) -> float | None:
 def exif_number(value: object) -> float:
     """Return an EXIF value as a number in (1e-9, 1e5), or 0 if it is not one."""
     try:
-        found = float(value[0] if isinstance(value, tuple) else value)  # pyright: ignore
+        number = float(value[0] if isinstance(value, tuple) else value)  # pyright: ignore
     except (TypeError, ValueError, ZeroDivisionError, IndexError):
         return 0.0
-    return found if 1e-9 < found < 1e5 else 0.0
+    return number if 1e-9 < number < 1e5 else 0.0
 
 
 def has_alpha(path: Path) -> bool:

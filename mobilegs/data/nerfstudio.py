@@ -111,12 +111,12 @@ def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
         name = frame.get("file_path")
         if not isinstance(name, str) or not name:
             raise InputError(f"{source}: frame {index} has no file_path")
-        found = find_file(path, name, ALL_SUFFIXES)
-        if found is None:
+        file = find_file(path, name, ALL_SUFFIXES)
+        if file is None:
             raise InputError(
                 f"{source}: the photo {quoted(name)} of frame {index} is not in {path}"
             )
-        files.append(found)
+        files.append(file)
     return files
 
 
@@ -289,10 +289,10 @@ def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
     name = entry.get("mask_path")
     if name is None:
         return None
-    found = find_file(path, name) if isinstance(name, str) and name else None
-    if found is None:
+    file = find_file(path, name) if isinstance(name, str) and name else None
+    if file is None:
         raise InputError(f"{where} names the mask {quoted(name)}, which is not in {path}")
-    return found
+    return file
 
 
 def _named(
@@ -318,9 +318,9 @@ def _points(
     name = meta.get("ply_file_path")
     if name is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    found = find_file(path, name) if isinstance(name, str) and name else None
-    if found is None:
+    file = find_file(path, name) if isinstance(name, str) and name else None
+    if file is None:
         raise InputError(
             f"{path / 'transforms.json'} names the points {quoted(name)}, which are not in {path}"
         )
-    return read_points_ply(found)
+    return read_points_ply(file)

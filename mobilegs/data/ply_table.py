@@ -174,8 +174,8 @@ def read_text(
                     f"{path} has a value among its vertices that is not a number"
                 ) from None
         with np.errstate(over="ignore"):  # doubles beyond float32 become infinite
-            found = table[:, places].astype(dtype)
-        yield found
+            block_rows = table[:, places].astype(dtype)
+        yield block_rows
 
 
 def cut_off(path: Path, count: int) -> InputError:

@@ -44,8 +44,8 @@ class Fidelity:
             "sizes of {:,} change by more than a quarter": self.resized,
             "colours of {:,} change by more than a quarter of the range": self.recolored,
         }
-        found = ", ".join(words.format(number) for words, number in parts.items() if number)
-        return f"{found}, out of {self.count:,} Gaussians" if found else ""
+        changes = ", ".join(words.format(number) for words, number in parts.items() if number)
+        return f"{changes}, out of {self.count:,} Gaussians" if changes else ""
 
 
 def measure_fidelity(before: Gaussians, after: Gaussians) -> Fidelity:

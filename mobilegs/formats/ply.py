@@ -69,15 +69,15 @@ def upward(header: Header) -> Vector | None:
     nerfstudio writes `Vertical Axis: z`, and `write_ply` a direction: `mobilegs up X Y Z`. Brush
     writes `Vertical axis: y` for scenes of COLMAP, whose up is -y. Other words name none.
     """
-    found = None
+    up = None
     for words in header.comments:
         match [word.lower() for word in words]:
             case ["vertical", "axis:", name] if name in VERTICAL_AXES:
-                found = AXES[VERTICAL_AXES[name]]
+                up = AXES[VERTICAL_AXES[name]]
             case ["mobilegs", "up", *numbers]:
                 given = parsed_up(" ".join(numbers))
-                found = found if given is None else given
-    return found
+                up = up if given is None else given
+    return up
 
 
 def coverage(header: Header, path: Path) -> tuple[str, float]:

@@ -58,19 +58,19 @@ def read_compressed(file: BinaryIO, tables: dict[str, Table], path: Path) -> Gau
     assert chunk is not None
     count = vertex.count
     shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, len(rest) // 3 + 1, 3)]
-    found = [np.empty(shape, np.float32) for shape in shapes]
+    tensors = [np.empty(shape, np.float32) for shape in shapes]
     for first in range(0, count, BLOCK):
         rows = vertex.rows(file, first, BLOCK)
         chunks = chunk.rows(file, first // CHUNK, -(-len(rows) // CHUNK))
         block = slice(first, first + len(rows))
         with np.errstate(all="ignore"):  # `finite` drops such rows
             decoded = _decoded(rows, np.repeat(chunks, CHUNK)[: len(rows)])
-            for whole, values in zip(found[:4], decoded, strict=False):
+            for whole, values in zip(tensors[:4], decoded, strict=False):
                 whole[block] = values
-            found[4][block, 0] = decoded[4]
+            tensors[4][block, 0] = decoded[4]
         if rest:
-            found[4][block, 1:] = _higher_sh(tables["sh"].rows(file, first, len(rows)), rest)
-    return Gaussians(*(torch.from_numpy(whole) for whole in found)).finite(path)
+            tensors[4][block, 1:] = _higher_sh(tables["sh"].rows(file, first, len(rows)), rest)
+    return Gaussians(*(torch.from_numpy(whole) for whole in tensors)).finite(path)
 
 
 def _validate(vertex: Table, chunk: Table | None, sh: Table | None, path: Path) -> list[str]:
@@ -131,12 +131,12 @@ def _quaternions(words: np.ndarray) -> np.ndarray:
     """Decode rotations wxyz: two bits give the largest component, the other three follow."""
     small = (_fields(words & (1 << 30) - 1, (10, 10, 10)) - 0.5) * math.sqrt(2)
     largest = (words >> 30).astype(np.int64)
-    found = np.empty((len(words), 4))
-    found[:, 0] = np.sqrt(np.clip(1 - (small**2).sum(1), 0, None))
-    found[:, 1:] = small
+    parts = np.empty((len(words), 4))
+    parts[:, 0] = np.sqrt(np.clip(1 - (small**2).sum(1), 0, None))
+    parts[:, 1:] = small
     # move the largest component from column 0 to its own column
     order = np.array([[0, 1, 2, 3], [1, 0, 2, 3], [1, 2, 0, 3], [1, 2, 3, 0]])
-    return np.take_along_axis(found, order[largest], axis=1)
+    return np.take_along_axis(parts, order[largest], axis=1)
 
 
 def _higher_sh(rows: np.ndarray, names: list[str]) -> np.ndarray:

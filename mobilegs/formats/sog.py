@@ -269,29 +269,29 @@ def _decode_webp(data: bytes, pixels_min: int, pixels_max: int, name: str) -> np
         raise InputError(f"{name} has {width} x {height} pixels for {pixels_min} values")
     try:
         with Image.open(io.BytesIO(data), formats=["WEBP"]) as image:
-            found = np.asarray(image.convert("RGBA"))
+            pixels = np.asarray(image.convert("RGBA"))
     except (OSError, ValueError, SyntaxError, EOFError, RuntimeError):
         raise InputError(f"{name} is damaged: the image cannot be decoded") from None
-    if found.shape != (height, width, 4):
+    if pixels.shape != (height, width, 4):
         raise InputError(f"{name} is damaged: the image has another size than its header says")
-    return found
+    return pixels
 
 
 def _means(low: np.ndarray, high: np.ndarray, tables: Tables) -> np.ndarray:
-    found = np.empty((len(low), 3), np.float32)
+    means = np.empty((len(low), 3), np.float32)
     span = tables.bounds[1] - tables.bounds[0]
     for first in range(0, len(low), BLOCK):
         rows = slice(first, first + BLOCK)
         with np.errstate(all="ignore"):  # `finite` drops bad rows
             share = (low[rows, :3] + high[rows, :3] * 256.0) / 65535
             signed = tables.bounds[0] + span * share
-            found[rows] = np.sign(signed) * np.expm1(np.abs(signed))
-    return found
+            means[rows] = np.sign(signed) * np.expm1(np.abs(signed))
+    return means
 
 
 def _quaternions(rows: np.ndarray) -> np.ndarray:
     """Decode rotations wxyz: the fourth byte, 252 to 255, gives the largest component."""
-    found = np.empty((len(rows), 4), np.float32)
+    quats = np.empty((len(rows), 4), np.float32)
     order = np.array([[0, 1, 2, 3], [1, 0, 2, 3], [1, 2, 0, 3], [1, 2, 3, 0]])
     for first in range(0, len(rows), BLOCK):
         block = rows[first : first + BLOCK]
@@ -301,8 +301,8 @@ def _quaternions(rows: np.ndarray) -> np.ndarray:
         valid = block[:, 3] >= 252
         parts[~valid] = [1, 0, 0, 0]  # no rotation, as in other tools
         largest = np.where(valid, block[:, 3], 252) - 252
-        found[first : first + BLOCK] = np.take_along_axis(parts, order[largest], axis=1)
-    return found
+        quats[first : first + BLOCK] = np.take_along_axis(parts, order[largest], axis=1)
+    return quats
 
 
 def _look_up(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -400,11 +400,11 @@ def _encode_webp(pixels: np.ndarray) -> bytes:
 
 def _pack_quaternions(quats: torch.Tensor) -> np.ndarray:
     """Encode rotations as bytes `[n, 4]`, which `_quaternions` decodes."""
-    found = torch.nn.functional.normalize(quats.double(), dim=1)
-    largest = found.abs().argmax(1, keepdim=True)
-    found = found * torch.where(found.gather(1, largest) < 0, -1, 1)
+    unit_quats = torch.nn.functional.normalize(quats.double(), dim=1)
+    largest = unit_quats.abs().argmax(1, keepdim=True)
+    unit_quats = unit_quats * torch.where(unit_quats.gather(1, largest) < 0, -1, 1)
     others = torch.tensor([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])[largest[:, 0]]
-    small = ((found.gather(1, others) * math.sqrt(2) + 1) * 127.5).round().clamp(0, 255)
+    small = ((unit_quats.gather(1, others) * math.sqrt(2) + 1) * 127.5).round().clamp(0, 255)
     return torch.cat([small, 252 + largest], dim=1).to(torch.uint8).numpy()
 
 

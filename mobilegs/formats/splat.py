@@ -38,15 +38,15 @@ def read_splat(path: Path | str) -> Gaussians:
         if rest:
             raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
         shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, 1, 3)]
-        found = [np.empty(shape, np.float32) for shape in shapes]
+        tensors = [np.empty(shape, np.float32) for shape in shapes]
         with path.open("rb") as file:
             for first in range(0, count, BLOCK):
                 rows = np.fromfile(file, ROW, min(BLOCK, count - first))
-                for whole, values in zip(found, _decoded(rows), strict=True):
+                for whole, values in zip(tensors, _decoded(rows), strict=True):
                     whole[first : first + len(rows)] = values
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    return Gaussians(*(torch.from_numpy(whole) for whole in found)).finite(path)
+    return Gaussians(*(torch.from_numpy(whole) for whole in tensors)).finite(path)
 
 
 def _decoded(rows: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -180,15 +180,17 @@ def _gaussians(header: Header, parts: list[np.ndarray], path: Path) -> Gaussians
     count = header.count
     kept = min(SH_COEFFICIENTS[header.degree], SH_KEPT)
     shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, kept + 1, 3)]
-    found = [np.empty(shape, np.float32) for shape in shapes]
+    tensors = [np.empty(shape, np.float32) for shape in shapes]
     tables = [part.reshape(count, width) for part, width in zip(parts, header.widths, strict=True)]
     for start in range(0, count, BLOCK):  # intermediate arrays are several times as large
         rows = slice(start, start + BLOCK)
-        for whole, values in zip(found, _decoded(header, *(t[rows] for t in tables)), strict=True):
+        for whole, values in zip(
+            tensors, _decoded(header, *(t[rows] for t in tables)), strict=True
+        ):
             whole[rows] = values
-    if not np.isfinite(found[0]).all():
+    if not np.isfinite(tensors[0]).all():
         raise _damaged(path)
-    return Gaussians(*(torch.from_numpy(whole) for whole in found))
+    return Gaussians(*(torch.from_numpy(whole) for whole in tensors))
 
 
 def _decoded(
@@ -241,16 +243,16 @@ def _smallest_three(data: np.ndarray) -> np.ndarray:
     words = np.ascontiguousarray(data).view("<u4")[:, 0]
     largest = words >> 30
     rows = np.arange(len(words))
-    found = np.zeros((len(words), 4))  # x, y, z, w
+    quats = np.zeros((len(words), 4))  # x, y, z, w
     place = np.zeros(len(words), np.int64)
     for shift in (20, 10, 0):
         place += place == largest
         part = words >> shift
         size = (part & 511) / 511 * math.sqrt(0.5)
-        found[rows, place] = np.where(part & 512, -size, size)
+        quats[rows, place] = np.where(part & 512, -size, size)
         place += 1
-    found[rows, largest] = np.sqrt(np.clip(1 - (found**2).sum(1), 0, None))
-    return found[:, [3, 0, 1, 2]]
+    quats[rows, largest] = np.sqrt(np.clip(1 - (quats**2).sum(1), 0, None))
+    return quats[:, [3, 0, 1, 2]]
 
 
 def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC) -> None:
@@ -290,10 +292,10 @@ def _fraction_bits(gaussians: Gaussians) -> int:
     small = float(sizes.kthvalue(max(1, round(SMALL * len(sizes)))).values)
     needed = math.ceil((math.log(STEPS_PER_SIZE) - small) / math.log(2))
     wanted = max(FRACTION_BITS, POSITION_BITS_MIN - integer_bits, needed)
-    found = min(23 - integer_bits, wanted, FRACTION_BITS_MAX)
-    if found < 0:
+    bits = min(23 - integer_bits, wanted, FRACTION_BITS_MAX)
+    if bits < 0:
         raise InputError("a Gaussian is too far away for a .spz: 2^23 is the limit")
-    return found
+    return bits
 
 
 def _encoded(header: Header, gaussians: Gaussians) -> list[np.ndarray]:

@@ -64,7 +64,7 @@ class Page:
 
     def clients(self) -> dict[int, BrowserCamera]:
         """Return the camera of each browser by its permanent number."""
-        found = {}
+        browsers = {}
         for number, client in self._server.get_clients().items():
             camera = client.camera
             x, y, z = map(float, camera.position)
@@ -76,8 +76,8 @@ class Page:
                 int(camera.image_height),
             )
             if browser.is_valid:
-                found[number] = browser
-        return found
+                browsers[number] = browser
+        return browsers
 
     def send_frame(self, number: int, frame: UInt8[np.ndarray, "h w 3"]) -> None:
         """Fill the canvas of browser `number` if it is still connected."""

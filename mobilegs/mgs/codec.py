@@ -102,11 +102,11 @@ def _decode_indices(
 ) -> None:
     """Fill the `codes` of one LOD level."""
     for name, cut in header.cuts.items():
-        found = codes[name].numpy()
+        table = codes[name].numpy()
         streams = [stream(f"{name}.{i}") for i in range(cut.count)]
-        columns = pool.map(decode_indices, streams, repeat(len(found)), repeat(header.sizes[name]))
+        columns = pool.map(decode_indices, streams, repeat(len(table)), repeat(header.sizes[name]))
         for i, column in enumerate(columns):
-            found[:, i] = column
+            table[:, i] = column
 
 
 def _decode_rows(
@@ -137,13 +137,13 @@ def _decode_rows(
                 raise InputError(
                     f"the .mgs file has the unknown codec '{coded.codec}' of positions"
                 )
-            found = pool.submit(decode_positions, coded.data, size)
+            decoded = pool.submit(decode_positions, coded.data, size)
             codes: dict[Attribute, Tensor] = {name: part[rows] for name, part in indices.items()}
             if header.codings:
                 decode_columns(header.codings, codes, stream_of, pool)
             else:
                 _decode_indices(header, codes, stream_of, pool)
-            positions[rows] = found.result()
+            positions[rows] = decoded.result()
     return positions, indices
 
 

@@ -162,8 +162,8 @@ class QuantizedScene:
             rows = rows.to(device)
             if not self.step_sizes:
                 centers = self.codebooks[name].to(device).float()
-                found = binding.gather_entries(centers, rows)
-                values[name] = gather_entries(centers, rows) if found is None else found
+                gathered = binding.gather_entries(centers, rows)
+                values[name] = gather_entries(centers, rows) if gathered is None else gathered
             elif name == "rotation":
                 bits = self.refinement_bits.to(device)
                 values[name] = decode_rotations(rows, bits, self.step_sizes[name])

@@ -71,9 +71,9 @@ def check_header(data: bytes | memoryview, count: int, alphabet: int) -> tuple[i
     """Return the contexts, bytes of tables and lanes of a stream; InputError if invalid."""
     if len(data) < HEADER.size:
         raise InputError("a rANS stream is too short to hold its header")
-    found, contexts, table_bytes, word_count = HEADER.unpack_from(data)
-    if found != alphabet:
-        raise InputError(f"a rANS stream has an alphabet of {found} symbols instead of {alphabet}")
+    stored, contexts, table_bytes, word_count = HEADER.unpack_from(data)
+    if stored != alphabet:
+        raise InputError(f"a rANS stream has an alphabet of {stored} symbols instead of {alphabet}")
     if contexts not in (1, alphabet) or contexts > CONTEXTS_MAX:
         raise InputError(f"a rANS stream has {contexts} contexts")
     if 8 * table_bytes > contexts * (5 + SYMBOL_BITS * alphabet) + 7:

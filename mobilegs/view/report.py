@@ -109,10 +109,12 @@ def _figures(metrics: Mapping[str, Any]) -> str:
     head = ["", "Gaussians", "MB", "minutes", *(name for name, _ in shown.values())]
     rows = []
     for stage in stages:
-        found, seconds = metrics[stage], metrics["seconds"].get(stage)
-        values = [f"{metrics[stage]['gaussians']:,}", f"{found['file_bytes'] / 1e6:.2f}"]
+        stage_metrics, seconds = metrics[stage], metrics["seconds"].get(stage)
+        values = [f"{metrics[stage]['gaussians']:,}", f"{stage_metrics['file_bytes'] / 1e6:.2f}"]
         values.append("-" if seconds is None else f"{seconds / 60:.1f}")
-        rows.append([stage, *values, *(_text(found.get(key), d) for key, (_, d) in shown.items())])
+        rows.append(
+            [stage, *values, *(_text(stage_metrics.get(key), d) for key, (_, d) in shown.items())]
+        )
     views, size = metrics["views"], metrics["image_size"]
     memory = metrics.get("peak_memory_mib")
     about = f"{views['train']} photos of {size[0]}x{size[1]} trained, {views['test']} held back"

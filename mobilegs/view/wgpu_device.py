@@ -42,12 +42,12 @@ def gpus() -> list[Any]:
         ) from None
     name = os.environ.get("WGPUPY_WGPU_ADAPTER_NAME", "")
     try:
-        found = [gpu for gpu in wgpu.gpu.enumerate_adapters_sync() if name in gpu.summary]
+        adapters = [gpu for gpu in wgpu.gpu.enumerate_adapters_sync() if name in gpu.summary]
     except (wgpu.GPUError, RuntimeError) as error:
         raise InputError(f"the drivers of GPUs do not load ({reason(error)}): {REMEDY}") from error
-    if not found:
+    if not adapters:
         raise InputError(f"no GPU was found: {REMEDY}")
-    return sorted(found, key=_rank)
+    return sorted(adapters, key=_rank)
 
 
 def _rank(gpu: Any) -> tuple[bool, bool, int]:

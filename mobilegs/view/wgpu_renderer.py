@@ -68,8 +68,8 @@ def usable_gpu(blend_sorted: bool, full_precision: bool) -> Any:
     for gpu in gpus():
         try:
             program_of(gpu, blend_sorted, full_precision)
-            if draws_by_opengl(gpu) and (found := agreement(gpu)) < AGREEMENT:
-                raise InputError(f"{name_of(gpu)} renders wrong images ({found:.0f} dB)")
+            if draws_by_opengl(gpu) and (decibels := agreement(gpu)) < AGREEMENT:
+                raise InputError(f"{name_of(gpu)} renders wrong images ({decibels:.0f} dB)")
             return gpu
         except InputError as error:
             lacking.append(str(error))
