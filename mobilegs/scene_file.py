@@ -21,7 +21,6 @@ from mobilegs.formats.fidelity import measure_fidelity
 from mobilegs.formats.ply import read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
-from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.scene import Scene
 from mobilegs.render.transform import transformed
@@ -137,18 +136,18 @@ def near_of(means: Float[Tensor, "n 3"]) -> float:
 def inspect_scene(path: Path) -> dict[str, Any]:
     """Report the content of a scene file as JSON-ready values; for a .mgs see `mgs.codec.inspect`.
 
-    `up` is the upward direction that the file or its cameras tell, or None. `streams` of a .mgs
-    also list `huffman_bytes` (`mgs.huffman`), None if a stream has no indices.
+    `up` is the upward direction that the file or its cameras tell, or None.
 
     Raises:
         InputError: as `open_scene`.
     """
     if path.suffix.lower() == ".mgs":
-        coded = read_mgs(path)
-        report, huffman = inspect_mgs(path), huffman_bytes(coded)
-        for row in report["streams"]:
-            row["huffman_bytes"] = huffman.get(row["name"])
-        return {"file": str(path), **report, "up": None if coded.up is None else coded.up.tolist()}
+        up = read_mgs(path).up
+        return {
+            "file": str(path),
+            **inspect_mgs(path),
+            "up": None if up is None else up.tolist(),
+        }
     scene = open_scene(path)
     gaussians = scene.gaussians
     size = size_of(path)

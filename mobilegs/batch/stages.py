@@ -16,8 +16,8 @@ from mobilegs.pipeline.export_sorted import SortedExport, export_sorted
 from mobilegs.pipeline.train import TrainRun, train_run
 from mobilegs.progress_display import show_progress
 from mobilegs.train.run_dir import RunDir
-from mobilegs.view.export import export_html, export_site, jpeg, title_of
-from mobilegs.view.poster import posters_of
+from mobilegs.view.export import export_html, export_site, title_of
+from mobilegs.view.poster import jpeg, posters_of
 from mobilegs.view.report import write_report
 
 POSTER = (800, 420)  # pixels

@@ -4,16 +4,15 @@ This module imports nothing heavy: the machines of a cluster load it for every t
 """
 
 import json
-import os
 import signal
 import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from mobilegs.batch.row_folder import RowFolder
+from mobilegs.child_process import module_command
 
 Stage = Literal["fetch", "poses", "train", "export"]
 STAGES: tuple[Stage, ...] = ("fetch", "poses", "train", "export")
@@ -74,14 +73,15 @@ def run_task(task: Task, stopping: Callable[[], bool] = lambda: False) -> Outcom
     also ends, with a checkpoint, once `stopping` is true or after KeyboardInterrupt.
     """
     folder = RowFolder(Path(task.folder))
+    command, environment = module_command("mobilegs.batch.worker")
     threads = {"OMP_NUM_THREADS": str(task.cores)}
     with folder.log.open("ab") as log:
         process = subprocess.Popen(
-            [sys.executable, "-m", "mobilegs.batch.worker"],
+            command,
             stdin=subprocess.PIPE,
             stdout=log,
             stderr=log,
-            env=os.environ | task.environment | threads,
+            env=environment | task.environment | threads,
             start_new_session=True,  # Ctrl-C in a terminal is for the batch, not for its tasks
         )
     assert process.stdin is not None

@@ -174,22 +174,18 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
 
     Raises InputError if it cannot be read.
     """
-    image = open_photo(source)
-    try:
-        with image:
-            exif = image.getexif()
-            details = exif.get_ifd(images.EXIF)
-            exposure = images.exposure_of(image)
-            sphere = b"equirectangular" in _xmp(image)
-            if not target.exists():
-                image.load()  # raises for a photo that is cut off
-                if target.suffix == ".jpg" and is_ready(image, max_size):
-                    with atomic_path(target) as temporary:
-                        shutil.copyfile(source, temporary)
-                else:
-                    save_photo(reduced(upright(image), max_size), target)
-    except images.PIL_ERRORS as error:
-        raise InputError(f"{source} cannot be decoded ({error})") from error
+    with open_photo(source) as image, images.decoding(source):
+        exif = image.getexif()
+        details = exif.get_ifd(images.EXIF)
+        exposure = images.exposure_of(image)
+        sphere = b"equirectangular" in _xmp(image)
+        if not target.exists():
+            image.load()  # raises for a photo that is cut off
+            if target.suffix == ".jpg" and is_ready(image, max_size):
+                with atomic_path(target) as temporary:
+                    shutil.copyfile(source, temporary)
+            else:
+                save_photo(reduced(upright(image), max_size), target)
     width, height = images.image_size(target)
     focal = images.exif_number(details.get(_FOCAL_35MM))
     focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
@@ -203,11 +199,8 @@ def prepare_panorama(
     source: Path, folder: Path, name: str, *, max_size: int
 ) -> list[PreparedPhoto]:
     """Write the faces of a panorama. Raises InputError if it is none, or cannot be read."""
-    with open_photo(source) as image:
-        try:
-            picture = upright(image)
-        except images.PIL_ERRORS as error:
-            raise InputError(f"{source} cannot be decoded ({error})") from error
+    with open_photo(source) as image, images.decoding(source):
+        picture = upright(image)
     return save_faces(picture, folder, name, source=source, max_size=max_size)
 
 

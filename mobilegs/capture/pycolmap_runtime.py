@@ -9,7 +9,6 @@ import os
 import pickle
 import signal
 import subprocess
-import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -18,6 +17,7 @@ from threading import Thread
 from typing import IO, Any
 
 from mobilegs.atomic import make_folder
+from mobilegs.child_process import module_command
 from mobilegs.errors import InputError
 from mobilegs.progress_display import Advance
 
@@ -111,15 +111,14 @@ class PycolmapProcess:
     def _started(self) -> subprocess.Popen[bytes]:
         if self._process is None:
             make_folder(self._log.parent)
-            paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
+            command, environment = module_command("mobilegs.capture.pycolmap_worker")
             with self._log.open("ab") as log:
                 self._process = subprocess.Popen(
-                    # -P: a file of the user's called random.py must not be imported
-                    [sys.executable, "-P", "-m", "mobilegs.capture.pycolmap_worker"],
+                    command,
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=log,
-                    env={**os.environ, "PYTHONPATH": paths},
+                    env=environment,
                 )
             self._answers = SimpleQueue()
             arguments = (_pipe(self._process.stdout), self._answers)

@@ -252,7 +252,8 @@ def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
             workspace.coverage,
             given.process.call("reading poses", read_geometry, workspace.models / "best"),
             title=f"poses for {len(placed(photos, mapped))} of {len(sources(photos))} photos, "
-            f"{mapped['points']:,} points, {mapped['reprojection_error']:.2f} px reprojection error",
+            f"{mapped['points']:,} points, "
+            f"{mapped['reprojection_error']:.2f} px reprojection error",
             points_of_photos={
                 photo.name: mapped["points_of_photos"].get(photo.name, 0) for photo in photos
             },

@@ -200,9 +200,6 @@ def _topics(contents: dict[str, Any]) -> dict[str, str]:
         parts += ["antialiased"] if footprint["antialiased"] else []
         parts += ["soft edges"] if footprint["soft_edge"] else []
         topics["footprint"] = ", ".join(parts)
-    indices = [row for row in contents["streams"] if row["huffman_bytes"] is not None]
-    taken, huffman = (sum(row[key] for row in indices) for key in ("bytes", "huffman_bytes"))
-    topics["indices"] = f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}"
     if "layers" in contents:
         topics["LOD levels"] = " + ".join(f"{n:,}" for n in contents["layers"]) + " Gaussians"
     topics["cameras"] = f"{contents['views']} for a first look"

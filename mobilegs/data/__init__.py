@@ -7,10 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from mobilegs.data import images
-from mobilegs.data.blender import load_blender
 from mobilegs.data.colmap import BESIDE_PHOTOS, find_models, load_colmap
 from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_view
-from mobilegs.data.nerfstudio import load_nerfstudio
+from mobilegs.data.nerfstudio import load_blender, load_nerfstudio
 from mobilegs.errors import InputError
 
 __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture", "load_view"]
@@ -110,11 +109,7 @@ def _with_near(dataset: Dataset, file: Path) -> Dataset:
         raise InputError(
             f"{file} has no valid near plane: write one number above 0, in world units"
         )
-    train, test = (
-        [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
-        for frames in (dataset.train, dataset.test)
-    )
-    return replace(dataset, train=train, test=test, near=near)
+    return dataset.with_near(near)
 
 
 def _no_poses(path: Path) -> str:

@@ -38,6 +38,10 @@ MODELS = {  # id: (name, number of parameters)
     16: ("EUCM", 6),
     17: ("EQUIRECTANGULAR", 2),
 }
+ONE_FOCAL_LENGTH = (
+    "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_FISHEYE", "SIMPLE_RADIAL_FISHEYE",
+    "RADIAL_FISHEYE",
+)  # fmt: skip
 CAMERA_SENSOR = 0  # type of a rig's sensor; others are no cameras
 SIDE_MAX = 1 << 16  # pixels
 
@@ -190,44 +194,35 @@ def _camera(
 ) -> ColmapCamera:
     if not np.isfinite(parameters).all():
         raise InputError(f"{where} has parameters that are not finite numbers")
-    p = parameters
+    if model in ONE_FOCAL_LENGTH:
+        parameters = (parameters[0], *parameters)
+    intrinsics, p = parameters[:4], (*parameters[4:], *(0.0,) * 8)
     match model:
-        case "SIMPLE_PINHOLE":
-            intrinsics, lens = (p[0], p[0], p[1], p[2]), Distortion()
-        case "PINHOLE":
-            intrinsics, lens = (p[0], p[1], p[2], p[3]), Distortion()
-        case "SIMPLE_RADIAL" | "RADIAL":
-            k2 = p[4] if model == "RADIAL" else 0.0
-            intrinsics, lens = (p[0], p[0], p[1], p[2]), Distortion((p[3], k2, 0.0, 0.0))
-        case "OPENCV":
-            intrinsics = (p[0], p[1], p[2], p[3])
-            lens = Distortion((p[4], p[5], 0.0, 0.0), tangential=(p[6], p[7]))
-        case "FULL_OPENCV":
-            intrinsics = (p[0], p[1], p[2], p[3])
-            lens = Distortion((p[4], p[5], p[8], 0.0), (p[9], p[10], p[11]), (p[6], p[7]))
-        case "SIMPLE_FISHEYE" | "SIMPLE_RADIAL_FISHEYE" | "RADIAL_FISHEYE":
-            intrinsics = (p[0], p[0], p[1], p[2])
-            k1, k2 = (*p[3:], 0.0, 0.0)[:2]
-            lens = Distortion((k1, k2, 0.0, 0.0), projection="equidistant")
-        case "FISHEYE" | "OPENCV_FISHEYE":
-            intrinsics = (p[0], p[1], p[2], p[3])
-            k1, k2, k3, k4 = p[4:] or (0.0,) * 4
-            lens = Distortion((k1, k2, k3, k4), projection="equidistant")
+        case "SIMPLE_PINHOLE" | "PINHOLE" | "SIMPLE_RADIAL" | "RADIAL":
+            lens = Distortion((p[0], p[1], 0.0, 0.0))
+        case "OPENCV" | "FULL_OPENCV":
+            lens = Distortion((p[0], p[1], p[4], 0.0), (p[5], p[6], p[7]), (p[2], p[3]))
+        case (
+            "SIMPLE_FISHEYE"
+            | "SIMPLE_RADIAL_FISHEYE"
+            | "RADIAL_FISHEYE"
+            | "FISHEYE"
+            | "OPENCV_FISHEYE"
+        ):
+            lens = Distortion((p[0], p[1], p[2], p[3]), projection="equidistant")
         case "THIN_PRISM_FISHEYE":
-            intrinsics = (p[0], p[1], p[2], p[3])
             lens = Distortion(
-                (p[4], p[5], p[8], p[9]),
-                tangential=(p[6], p[7]),
-                prism=(p[10], p[11]),
+                (p[0], p[1], p[4], p[5]),
+                tangential=(p[2], p[3]),
+                prism=(p[6], p[7]),
                 projection="equidistant",
             )
         case "FOV":
-            if not 0 < p[4] < math.pi:
+            if not 0 < p[0] < math.pi:
                 raise InputError(f"{where} has a field of view that is not between 0 and pi")
-            intrinsics = (p[0], p[1], p[2], p[3])
-            lens = Distortion(projection="fov", omega=p[4])
+            lens = Distortion(projection="fov", omega=p[0])
         case "EQUIRECTANGULAR":
-            if (round(p[0]), round(p[1])) != (width, height):
+            if (round(parameters[0]), round(parameters[1])) != (width, height):
                 raise InputError(f"{where} is a panorama of another size than its photos")
             intrinsics, lens = sphere_intrinsics(width, height), EQUIRECTANGULAR
         case _:
@@ -236,9 +231,10 @@ def _camera(
                 "image_undistorter --image_path images --input_path sparse/0 --output_path DIR` "
                 "in the capture's folder and give DIR"
             )
-    if min(intrinsics[:2]) <= 0:
+    fx, fy, cx, cy = intrinsics
+    if min(fx, fy) <= 0:
         raise InputError(f"{where} has a focal length that is not positive")
-    return ColmapCamera(width, height, intrinsics, lens)
+    return ColmapCamera(width, height, (fx, fy, cx, cy), lens)
 
 
 _RawCamera = tuple[int, str, int, int, tuple[float, ...]]

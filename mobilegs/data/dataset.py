@@ -20,8 +20,9 @@ from mobilegs.data.pinhole_views import fields_of_view, pinhole_views
 from mobilegs.errors import InputError
 
 CACHE_BYTES = 2 << 30  # of decoded photos that a loader keeps
+THREADS = 2  # of a loader
 TEST_EVERY = 8  # views 0, 8, 16, ... in order of their names are held back
-FAR = 1000.0  # spreads of the cameras from the origin, from which on they are recentred
+RECENTRED_FROM = 1000.0  # distance of the cameras from the origin, in their spreads
 Color = tuple[float, float, float]
 Offset = tuple[float, float, float]
 log = logging.getLogger(__name__)
@@ -132,6 +133,14 @@ class Dataset:
     near: float
     offset: Offset = (0.0, 0.0, 0.0)
 
+    def with_near(self, near: float) -> "Dataset":
+        """Return the dataset with another near plane of every camera."""
+        train, test = (
+            [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
+            for frames in (self.train, self.test)
+        )
+        return replace(self, train=train, test=test, near=near)
+
 
 def assemble(
     name: str,
@@ -158,12 +167,7 @@ def assemble(
     kept = torch.from_numpy(np.concatenate([points, colors], axis=1)).float()
     kept = kept[kept.isfinite().all(1)]
     center, extent = center_and_extent([frame.camera for frame in train], kept[:, :3])
-    near = NEAR * min(1.0, extent)
-    train, test = (
-        [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
-        for frames in (train, test)
-    )
-    return Dataset(
+    dataset = Dataset(
         name=name,
         train=train,
         test=test,
@@ -172,9 +176,10 @@ def assemble(
         extent=extent,
         center=center,
         background=torch.tensor(background, dtype=torch.float32),
-        near=near,
+        near=NEAR,
         offset=offset,
     )
+    return dataset.with_near(NEAR * min(1.0, extent))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # cameras that are not finite are refused later
@@ -191,7 +196,7 @@ def recentred(
     middle = np.median(eyes, axis=0) if len(eyes) else np.zeros(3)
     near = np.abs(points - middle)[np.isfinite(points).all(1)]
     spread = max(np.abs(eyes - middle).max(initial=0.0), float(np.median(near)) if near.size else 0)
-    if not np.isfinite(eyes).all() or not 0 < FAR * spread < np.abs(middle).max():
+    if not np.isfinite(eyes).all() or not 0 < RECENTRED_FROM * spread < np.abs(middle).max():
         return list(viewmats), points, (0.0, 0.0, 0.0)
     offset = np.round(middle)
     moved = [v.copy() for v in viewmats]
@@ -297,14 +302,11 @@ class ViewLoader:
     Close the loader, or use it in a `with` block.
     """
 
-    def __init__(
-        self, frames: Sequence[Frame], *, cache_bytes: int = CACHE_BYTES, threads: int = 2
-    ) -> None:
+    def __init__(self, frames: Sequence[Frame], *, cache_bytes: int = CACHE_BYTES) -> None:
         self._frames = list(frames)
         self._left = cache_bytes
         self._cache: dict[int, _Decoded] = {}
         self._pending: dict[int, Future[_Decoded]] = {}
-        self._threads = threads
         self._pool: ThreadPoolExecutor | None = None
 
     def __len__(self) -> int:
@@ -332,12 +334,12 @@ class ViewLoader:
         decodes any others.
         """
         for index in indices:
-            if len(self._pending) >= 4 * self._threads:
+            if len(self._pending) >= 4 * THREADS:
                 return
             if index in self._cache or index in self._pending:
                 continue
             if self._pool is None:
-                self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="views")
+                self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="views")
             self._pending[index] = self._pool.submit(_decode, self._frames[index])
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Reads captures with a `transforms.json`: those of nerfstudio, instant-ngp and Blender.
+"""Reads captures with a `transforms.json`, of nerfstudio and instant-ngp, and NeRF-synthetic ones.
 
 Poses are camera-to-world with OpenGL axes (x right, y up, z back). An `applied_transform` is
 ignored: poses and points already include it. The format is documented at
@@ -87,6 +87,31 @@ def load_nerfstudio(
     )
 
 
+def load_blender(
+    path: Path,
+    *,
+    downscale: int | None = None,
+    background: Color | None = None,
+    masks: bool = True,
+) -> Dataset:
+    """Read a NeRF-synthetic capture: renders with alpha over `background`, white by default.
+
+    Its poses are in `transforms_train.json` and `_test.json`; without the latter every eighth view
+    by name is held back. It has no points. `load_capture` describes the arguments. Raises
+    `InputError`.
+    """
+    background = background or (1.0, 1.0, 1.0)
+    options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
+    train = read_frames(path, "transforms_train.json", **options)
+    if (path / "transforms_test.json").is_file():
+        test = read_frames(path, "transforms_test.json", **options)
+    else:
+        train, test = split_every_eighth(train)
+    none = np.zeros((0, 3))
+    name = path.resolve().name
+    return assemble(name, train, test, points=none, colors=none, background=background)
+
+
 def read_transforms(path: Path) -> dict[str, Any]:
     """Read the JSON object of a transforms file. Raises `InputError` without a list `frames`."""
     try:
@@ -137,21 +162,9 @@ def find_file(path: Path, name: str, suffixes: Sequence[str] = ("",)) -> Path | 
     return None
 
 
-def read_frames(
-    path: Path,
-    file: str,
-    *,
-    downscale: int | None,
-    background: Color,
-    masks: bool = True,
-    offset: Offset = (0.0, 0.0, 0.0),
-) -> list[Frame]:
-    """Read the frames of the transforms file `file` in `path`, in the file's order.
-
-    `offset` is subtracted from the positions of the cameras.
-    """
-    options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
-    return list(chain.from_iterable(frames_of_photos(path, file, offset=offset, **options)))
+def read_frames(path: Path, file: str, **options: Any) -> list[Frame]:
+    """Read the frames of a transforms file, in its order; as `frames_of_photos`."""
+    return list(chain.from_iterable(frames_of_photos(path, file, **options)))
 
 
 def frames_of_photos(
@@ -160,29 +173,31 @@ def frames_of_photos(
     *,
     downscale: int | None,
     background: Color,
-    masks: bool,
-    offset: Offset,
+    masks: bool = True,
+    offset: Offset = (0.0, 0.0, 0.0),
 ) -> list[list[Frame]]:
-    """Read the frames of each photo of a transforms file: six of a panorama, one of any other."""
+    """Read the frames of each photo of the transforms file `file` in `path`.
+
+    A panorama has six frames, any other photo one. `offset` is subtracted from the positions of
+    the cameras.
+    """
     source = path / file
     meta = read_transforms(source)
     photos = frame_files(path, meta, source)
     root = Path(commonpath([photo.parent for photo in photos]))
-    reduced = images.reduced_files(
-        root, [photo.relative_to(root).as_posix() for photo in photos], downscale
-    )
+    names = [photo.relative_to(root).as_posix() for photo in photos]
+    reduced = images.reduced_files(root, names, downscale)
     frames = []
-    for index, (entry, photo) in enumerate(zip(meta["frames"], photos, strict=True)):
-        name = photo.relative_to(root).as_posix()
+    for index, (entry, photo, name) in enumerate(zip(meta["frames"], photos, names, strict=True)):
         where = f"{source}: frame {index} ({name})"
-        values = {**meta, **entry}
+        values, mask = {**meta, **entry}, entry.get("mask_path") if masks else None
         frames.append(
             posed_frames(
                 name,
                 _camera(where, values, images.image_size(photo), offset),
                 image_path=photo if reduced is None else reduced[name],
                 downscale=downscale if reduced is None else 1,
-                mask_path=_mask(where, path, entry) if masks else None,
+                mask_path=None if mask is None else _named_file(where, path, "mask", mask),
                 distortion=_distortion(where, values),
                 alpha="over",
                 background=background,
@@ -285,13 +300,11 @@ def _distortion(where: str, values: dict[str, Any]) -> Distortion:
     return Distortion((k1, k2, k3, k4), projection="equidistant")  # which has no p1 and p2
 
 
-def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
-    name = entry.get("mask_path")
-    if name is None:
-        return None
+def _named_file(where: str, path: Path, noun: str, name: Any) -> Path:
+    """Return the file of `noun` that a transforms file calls `name`. Raises `InputError`."""
     file = find_file(path, name) if isinstance(name, str) and name else None
     if file is None:
-        raise InputError(f"{where} names the mask {quoted(name)}, which is not in {path}")
+        raise InputError(f"{where} names the {noun} {quoted(name)}, which is not in {path}")
     return file
 
 
@@ -318,9 +331,4 @@ def _points(
     name = meta.get("ply_file_path")
     if name is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    file = find_file(path, name) if isinstance(name, str) and name else None
-    if file is None:
-        raise InputError(
-            f"{path / 'transforms.json'} names the points {quoted(name)}, which are not in {path}"
-        )
-    return read_points_ply(file)
+    return read_points_ply(_named_file(str(path / "transforms.json"), path, "points file", name))

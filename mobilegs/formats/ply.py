@@ -19,12 +19,10 @@ from mobilegs.atomic import atomic_path
 from mobilegs.data.ply_table import (
     Element,
     Header,
-    check_size,
     cut_off,
     find_vertex,
-    read_binary,
     read_header,
-    read_text,
+    vertex_rows,
 )
 from mobilegs.errors import InputError
 from mobilegs.formats.ply_compressed import SH_DEGREES, Table, read_compressed
@@ -121,21 +119,15 @@ def read_ply(path: Path | str) -> Gaussians:
             path,
             mode,
         )
-    vertex, before = find_vertex(header, path)
+    vertex, _ = find_vertex(header, path)
     if "packed_position" in vertex.columns:
         with path.open("rb") as file:
             return read_compressed(file, tables_of(header, vertex, size, path), path)
     rest = check_properties(vertex, path)
-    start = check_size(header, vertex, before, size, path)
     flat = FLAT_AXIS not in vertex.columns
     names = [FLAT_FROM if name == FLAT_AXIS and flat else name for name in (*COLUMNS, *rest)]
-    with path.open("rb") as file:
-        file.seek(start)
-        if header.ascii:
-            blocks = read_text(file, vertex, sum(e.count for e in before), names, path)
-        else:
-            blocks = read_binary(file, vertex, header.order, names)
-        return gaussians_from_rows(flattened(blocks) if flat else blocks, vertex.count, rest, path)
+    blocks = vertex_rows(header, size, names, path)
+    return gaussians_from_rows(flattened(blocks) if flat else blocks, vertex.count, rest, path)
 
 
 def check_properties(vertex: Element, path: Path) -> list[str]:

@@ -13,7 +13,6 @@ import json
 import logging
 import secrets
 import threading
-import webbrowser
 from collections.abc import Callable, Sequence
 from http import HTTPStatus
 from pathlib import Path
@@ -31,14 +30,7 @@ from mobilegs.errors import InputError
 from mobilegs.framing import Start
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.up import unit, written_up
-from mobilegs.view.assets import (
-    CHUNKS,
-    SCRIPT,
-    TITLE,
-    editor_script,
-    escaped,
-    script_tags,
-)
+from mobilegs.view.assets import CHUNKS, SCRIPT, TITLE, editor_script, escaped, script_tags
 from mobilegs.view.export import ELEMENT, page_with
 from mobilegs.view.serve import Handler, Server, validate_scene_file
 
@@ -50,17 +42,11 @@ SECURITY = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
 }
+UNSTORED = {"Cache-Control": "no-store"}
 FIELDS = {
-    "title",
-    "credit",
-    "up",
-    "start",
-    "start_portrait",
-    "floor",
-    "annotations",
-    "path",
-    "free",
-}
+    "title", "credit", "up", "start", "start_portrait", "floor", "annotations", "path", "free",
+    "removed",
+}  # fmt: skip
 Cameras = Callable[[], tuple[Sequence[Camera], str]]
 
 
@@ -140,12 +126,12 @@ class EditHandler(Handler):
         if asked is None:
             return
         if asked == "":
-            self._answer("text/html", editor_page(self.server))
+            self._answer_text("text/html", editor_page(self.server))
         elif asked in ("viewer.js", "scene", *CHUNKS):
             self.path = f"/{asked}?{urlsplit(self.path).query}"
             super().do_GET()
         elif asked == "edit.js":
-            self._answer("text/javascript", editor_script())
+            self._answer_text("text/javascript", editor_script())
         elif asked == "notes":
             notes = inspect_mgs(self.server.edited)["meta"]
             self._answer_json({"notes": notes, "count": self.server.count})
@@ -211,25 +197,11 @@ class EditHandler(Handler):
             self._answer_json({"error": str(error)}, HTTPStatus.NOT_FOUND)
             return
         body = np.array([counts.cameras, *counts.seen.tolist()], "<u2").tobytes()
-        self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", "application/octet-stream")
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Cameras", source.encode("ascii", "replace").decode())
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(body)
+        cameras = source.encode("ascii", "replace").decode()
+        self._answer("application/octet-stream", body, {**UNSTORED, "X-Cameras": cameras})
 
     def _answer_json(self, content: Any, status: HTTPStatus = HTTPStatus.OK) -> None:
-        body = json.dumps(content).encode()
-        self.send_response(status)
-        self.send_header("Content-Type", "application/json")
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Content-Type-Options", "nosniff")
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(body)
+        self._answer("application/json", json.dumps(content).encode(), UNSTORED, status)
 
 
 def editor_page(server: EditServer) -> str:
@@ -253,7 +225,7 @@ def edit_from_page(posted: Any, count: int) -> SceneEdit:
     Gaussian, lowest first). An empty text or list, or null, removes a note. Raises InputError for
     anything else.
     """
-    if not isinstance(posted, dict) or not posted.keys() <= {*FIELDS, "removed"}:
+    if not isinstance(posted, dict) or not posted.keys() <= FIELDS:
         raise InputError("the page sent something else than settings")
     changes: dict[str, str] = {}
     for name in ("title", "credit"):
@@ -298,13 +270,8 @@ def serve_editor(
     with EditServer(scene, output, cameras, port=port) as server:
         address = server.address("127.0.0.1")
         log.info("%s can be edited at %s", scene, address)
-        log.info("the address is a secret of this machine; Ctrl-C ends it")
-        if browser:
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            log.info("")
+        log.info("the address is a secret of this machine")
+        server.run(address, browser=browser)
 
 
 def _start(numbers: Sequence[float]) -> Start:

@@ -3,7 +3,6 @@
 import base64
 import hashlib
 import html
-import io
 import json
 import re
 from collections.abc import Mapping
@@ -28,7 +27,7 @@ from mobilegs.view.assets import (
     service_worker,
     viewer_script,
 )
-from mobilegs.view.poster import SIZE, Posters, posters_of
+from mobilegs.view.poster import SIZE, Posters, data_url, encoded, jpeg, posters_of
 from mobilegs.view.serve import KINDS, validate_scene_file
 
 ICON = 512  # pixels
@@ -90,21 +89,28 @@ def export_html(
             "use --to site"
         )
     posters = posters_of(scene, up, notes)
-    image = base64.b64encode(jpeg(posters.preview)).decode()
-    attribute = "" if posters.style else f"data:image/jpeg;base64,{image}"
-    data = base64.b64encode(scene.read_bytes()).decode()
+    poster = "" if posters.style else data_url(jpeg(posters.preview), "image/jpeg")
+    element, script = embedded(scene, poster, _attributes(up, heading, notes))
     page = page_with(
         {
             TITLE: f"<title>{escaped(title)}</title>",
             **_styled(posters),
-            ELEMENT: f'<mobile-gs page{_attributes(up, heading, notes)} poster="{attribute}">'
-            "</mobile-gs>",
-            SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
-            f'    <script type="module">\n{element_script()}</script>',
+            ELEMENT: element,
+            SCRIPT: script,
         }
     )
     atomic_write(output, page)
     return len(page.encode())
+
+
+def embedded(scene: Path, poster: str, attributes: str = "") -> tuple[str, str]:
+    """Return the element and the scripts of a page that holds the viewer and a scene."""
+    data = base64.b64encode(scene.read_bytes()).decode()
+    return (
+        f'<mobile-gs page{attributes} poster="{poster}"></mobile-gs>',
+        f'<script type="application/octet-stream" id="scene">{data}</script>\n'
+        f'    <script type="module">\n{element_script()}</script>',
+    )
 
 
 def export_site(
@@ -281,15 +287,6 @@ def _digest(content: bytes) -> str:
 
 def _icon(image: Image.Image) -> bytes:
     """Return the square middle of the poster as a PNG."""
-    out = io.BytesIO()
     edge = (SIZE[0] - SIZE[1]) // 2
     square = image.crop((edge, 0, edge + SIZE[1], SIZE[1])).resize((ICON, ICON))
-    square.save(out, format="PNG")
-    return out.getvalue()
-
-
-def jpeg(image: Image.Image) -> bytes:
-    """Return the image as a JPEG of quality 80."""
-    out = io.BytesIO()
-    image.save(out, format="JPEG", quality=80, optimize=True)
-    return out.getvalue()
+    return encoded(square, "png")

@@ -5,6 +5,7 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import torch
 from PIL import Image
@@ -79,18 +80,33 @@ def _rule(scene: Scene, views: list[Camera], pose: Pose, shape: float) -> str:
     whole = pose.copy()
     whole.box = (width, height)
     image = _render(scene, camera_of(whole, None, *size, scene.near), views)
-    out = io.BytesIO()
-    image.save(out, format="WEBP", quality=QUALITY, method=6)
-    data = base64.b64encode(out.getvalue()).decode()
+    poster = data_url(encoded(image, "webp", quality=QUALITY, method=6), "image/webp")
     # the viewer's focal length, twice: min(width / x, height / y)
     sizes = "".join(
         f"background-size: calc(min(100vw / {x:.5f}, 100{unit} / {y:.5f}) * {width:.5f}) auto; "
         for unit in ("vh", "dvh")  # browsers that do not know the second keep the first
     )
-    place = f"background: {WALL} url(data:image/webp;base64,{data}) center no-repeat; {sizes}"
+    place = f"background: {WALL} url({poster}) center no-repeat; {sizes}"
     return f"mobile-gs {{ {place}}}"
 
 
 def _render(scene: Scene, camera: Camera, views: list[Camera]) -> Image.Image:
     rendered = scene.render(camera, supersampling=supersampling_for(camera, views))
     return Image.fromarray(to_bytes(rendered.image).numpy())
+
+
+def jpeg(image: Image.Image, quality: int = 80) -> bytes:
+    """Return the image as a JPEG."""
+    return encoded(image, "jpeg", quality=quality, optimize=True)
+
+
+def encoded(image: Image.Image, kind: str, **options: Any) -> bytes:
+    """Return the bytes of an image file."""
+    out = io.BytesIO()
+    image.save(out, format=kind, **options)
+    return out.getvalue()
+
+
+def data_url(data: bytes, kind: str) -> str:
+    """Return an address that holds the data itself, of a media type."""
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"

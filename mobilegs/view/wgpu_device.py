@@ -18,7 +18,7 @@ from mobilegs.view import assets
 
 PASSES = ("network", "project", "splat", "resolve")
 FLOATS = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
-KINDS = ("DiscreteGPU", "IntegratedGPU")  # of adapters; others come after them
+ADAPTER_TYPES = ("DiscreteGPU", "IntegratedGPU")  # the preferred ones, in this order
 FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
 INSTALL = "pip install 'mobilegs[native]'"
 REMEDY = (
@@ -52,7 +52,7 @@ def gpus() -> list[Any]:
 
 def _rank(gpu: Any) -> tuple[bool, bool, int]:
     kind = gpu.info["adapter_type"]
-    place = KINDS.index(kind) if kind in KINDS else len(KINDS)
+    place = ADAPTER_TYPES.index(kind) if kind in ADAPTER_TYPES else len(ADAPTER_TYPES)
     return kind == "CPU", draws_by_opengl(gpu), place
 
 
@@ -186,8 +186,7 @@ class Program:
         enable = "enable f16;\n" if number == "f16" else ""
         code = f"{enable}alias Num = {number};\n{shader(rows, 'network')}"
         module = self.device.create_shader_module(code=code)
-        stage = {"module": module, "entry_point": "evaluate_network"}
-        return self.device.create_compute_pipeline(layout="auto", compute=stage)
+        return self._compute_pipeline(module, "evaluate_network")
 
     def resolve(self, target_format: str, *, levels: bool = False) -> Any:
         """Return the pipeline of the last pass, into a texture of the given format.
@@ -197,38 +196,36 @@ class Program:
         key = (target_format, levels)
         if key not in self._resolve:
             kind = "sorted" if self.sorted else "levels" if levels else "sortfree"
-            self._resolve[key] = self.device.create_render_pipeline(
-                layout="auto",
-                vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
-                primitive={"topology": "triangle-list"},
-                fragment={
-                    "module": self._resolve_code,
-                    "entry_point": f"resolve_{kind}",
-                    "targets": [{"format": target_format}],
-                },
+            self._resolve[key] = self._full_size_pipeline(
+                f"resolve_{kind}", [{"format": target_format}]
             )
         return self._resolve[key]
 
+    def _compute_pipeline(self, module: Any, entry_point: str) -> Any:
+        function = {"module": module, "entry_point": entry_point}
+        return self.device.create_compute_pipeline(layout="auto", compute=function)
+
     def _splat_of(self, vertex: str, fragment: str) -> Any:
         targets = [{"format": name, "blend": self._blend} for name in self.formats]
-        return self.device.create_render_pipeline(
-            layout="auto",
-            vertex={"module": self._splat_code, "entry_point": vertex},
-            primitive={"topology": "triangle-list"},
-            fragment={"module": self._splat_code, "entry_point": fragment, "targets": targets},
-        )
+        return self._render_pipeline(self._splat_code, vertex, fragment, targets)
 
     def _enlarge_of(self, level: int) -> Any:
+        targets = [{"format": name} for name in self.formats]
+        return self._full_size_pipeline("add_enlarged", targets, constants={"LEVEL": level})
+
+    def _full_size_pipeline(self, fragment: str, targets: list[dict], **options: Any) -> Any:
+        code = self._resolve_code
+        return self._render_pipeline(code, "whole_picture", fragment, targets, **options)
+
+    def _render_pipeline(
+        self, module: Any, vertex: str, fragment: str, targets: list[dict], **options: Any
+    ) -> Any:
+        function = {"module": module, "entry_point": fragment, "targets": targets, **options}
         return self.device.create_render_pipeline(
             layout="auto",
-            vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
+            vertex={"module": module, "entry_point": vertex},
             primitive={"topology": "triangle-list"},
-            fragment={
-                "module": self._resolve_code,
-                "entry_point": "add_enlarged",
-                "constants": {"LEVEL": level},
-                "targets": [{"format": name} for name in self.formats],
-            },
+            fragment=function,
         )
 
     def stamps(self, name: str, *, begin: bool = True, end: bool = True) -> dict[str, Any] | None:
@@ -263,8 +260,7 @@ class Program:
     def _make_pipelines(self) -> None:
         code = self.device.create_shader_module(code=shader("wide", "project"))
         entry = "project_sorted" if self.sorted else "project_sortfree"
-        stage = {"module": code, "entry_point": entry}
-        self.project = self.device.create_compute_pipeline(layout="auto", compute=stage)
+        self.project = self._compute_pipeline(code, entry)
         self._splat_code = self.device.create_shader_module(code=shader("wide", "splat"))
         color = {"src_factor": "one", "dst_factor": "one", "operation": "add"}
         alpha = {"src_factor": "zero", "dst_factor": "one-minus-src-alpha", "operation": "add"}

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench.paper.huffman import code_lengths, huffman_bytes
 from mobilegs.mgs.codec import inspect, pack, unpack
-from mobilegs.mgs.huffman import code_lengths, huffman_bytes
 from tests.support.scene_cases import CASES, make_scene
 
 COUNTS = st.lists(st.integers(0, 10**6), min_size=1, max_size=300).filter(any).map(np.array)

@@ -1,6 +1,6 @@
 """The bytes that Huffman codes would take for the indices, which the file has in rANS or bits.
 
-The paper codes indices by Huffman; `mobilegs info` and bench/paper report these bytes.
+The paper codes indices by Huffman.
 """
 
 import heapq
