@@ -7,7 +7,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "mobilegs"
 # in the order of docs/explanation/architecture.md
 LEVELS: list[set[str]] = [
-    {"errors", "atomic", "validation", "progress_display", "child_process"},
+    {"errors", "atomic", "validation", "progress_display", "child_process", "extras"},
     {"reproducible", "device"},
     {"camera", "gaussians", "spherical_harmonics", "up", "framing", "kmeans"},
     {"csrc"},

@@ -51,7 +51,7 @@ class Engine(Protocol):
 
 
 class LocalEngine:
-    """Runs tasks in processes of this machine."""
+    """An `Engine` whose tasks are processes of this machine."""
 
     name = "this machine"
 
@@ -64,15 +64,12 @@ class LocalEngine:
         self._stopping = threading.Event()
 
     def nodes(self) -> list[Node]:
-        """Return this machine."""
         return [self._node]
 
     def accepts(self, task: Task) -> bool:
-        """Return True if there are free cores and GPUs for the task."""
         return task.cores <= self._cores and task.gpus <= len(self._gpus)
 
     def submit(self, task: Task) -> None:
-        """Start a task in a process."""
         self._cores -= task.cores
         gpu = self._gpus.pop() if task.gpus else None
         visible = "" if gpu is None else gpu
@@ -94,7 +91,6 @@ class LocalEngine:
         self._threads.append(thread)
 
     def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
-        """Return tasks that ended; wait for one for at most some seconds."""
         try:
             ended = [self._ended.get(timeout=seconds)]
         except queue.Empty:
@@ -107,13 +103,12 @@ class LocalEngine:
         return ended
 
     def stop(self) -> None:
-        """Stop all tasks, with their checkpoints, and wait for them."""
         self._stopping.set()
         for thread in self._threads:
             thread.join()
 
     def close(self) -> None:
-        """Nothing is to be left."""
+        pass
 
 
 def available_cores() -> int:

@@ -7,7 +7,7 @@ from typing import Any
 
 from mobilegs.batch.engine import Node
 from mobilegs.batch.task import GRACE, Outcome, Task, run_task
-from mobilegs.errors import InputError
+from mobilegs.extras import extra_module
 
 AHEAD = 1.25  # share of the cluster that is asked for, so that no machine waits for the batch
 
@@ -19,7 +19,7 @@ def _run(line: str) -> tuple[str, str]:
 
 
 class RayEngine:
-    """Runs tasks on the Ray cluster of RAY_ADDRESS or of this machine."""
+    """An `Engine` that runs tasks on the Ray cluster of RAY_ADDRESS or of this machine."""
 
     def __init__(self, *, start: bool) -> None:
         """Join the cluster; if there is none, `start` one on this machine.
@@ -29,13 +29,8 @@ class RayEngine:
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # sends nothing to anybody
         # a task without GPUs shall see none, now and in later versions
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "1")
-        try:
-            import ray
-        except ImportError:
-            raise InputError(
-                "Ray is not installed: pip install 'mobilegs[batch]', or add --engine local"
-            ) from None
-        self._ray: Any = ray
+        needed = "a batch without --engine local needs Ray"
+        self._ray = ray = extra_module("ray", needed, "batch")
         address = os.environ.get("RAY_ADDRESS") or (None if start else "auto")
         ray.init(address, log_to_driver=False, logging_level=logging.CRITICAL)
         self.name = f"Ray {ray.__version__}"
@@ -43,7 +38,6 @@ class RayEngine:
         self._running: dict[Any, Task] = {}
 
     def nodes(self) -> list[Node]:
-        """Return the machines of the cluster that are alive."""
         alive = [
             Node(node["NodeName"], int(own.get("CPU", 0)), int(own.get("GPU", 0)))
             for node in self._ray.nodes()
@@ -52,7 +46,6 @@ class RayEngine:
         return [node for node in alive if node.cores]  # a head may leave the work to others
 
     def accepts(self, task: Task) -> bool:
-        """Return True while little more than the whole cluster is asked for."""
         nodes = self.nodes()
         cores = sum(other.cores for other in self._running.values())
         gpus = sum(other.gpus for other in self._running.values())
@@ -61,13 +54,11 @@ class RayEngine:
         return cores < max(1, AHEAD * sum(node.cores for node in nodes))
 
     def submit(self, task: Task) -> None:
-        """Queue a task; Ray chooses the machine."""
         options = {"num_cpus": task.cores, "num_gpus": task.gpus, "max_retries": 0}
         function = self._function.options(scheduling_strategy="SPREAD", **options)
         self._running[function.remote(task.as_json())] = task
 
     def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
-        """Return tasks that ended; wait for one for at most some seconds."""
         if not self._running:
             time.sleep(seconds)
             return []
@@ -91,7 +82,6 @@ class RayEngine:
         return Outcome(result, message)
 
     def stop(self) -> None:
-        """Stop all tasks, with their checkpoints, and wait for them."""
         for reference in self._running:
             self._ray.cancel(reference)
         if self._running:
@@ -99,5 +89,4 @@ class RayEngine:
         self._running = {}
 
     def close(self) -> None:
-        """Leave the cluster."""
         self._ray.shutdown()

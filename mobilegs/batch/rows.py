@@ -141,12 +141,16 @@ def _validated(row: Row) -> Row:
     return replace(row, options=options)
 
 
-def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
+def _text_in(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not text in UTF-8") from None
-    reader = csv.DictReader(io.StringIO(text, newline=""), restkey="", strict=True)
+
+
+def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
+    text = io.StringIO(_text_in(path), newline="")
+    reader = csv.DictReader(text, restkey="", strict=True)
     try:
         names = [name.strip() for name in reader.fieldnames or []]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -165,11 +169,7 @@ def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def _of_json_lines(path: Path) -> Iterator[dict[str, Any]]:
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not text in UTF-8") from None
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(_text_in(path).splitlines(), start=1):
         if not line.strip():
             continue
         try:

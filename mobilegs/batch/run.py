@@ -2,13 +2,10 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
-
-from filelock import FileLock, Timeout
 
 from mobilegs.atomic import make_folder
 from mobilegs.batch.columns import kind_of
@@ -17,7 +14,7 @@ from mobilegs.batch.fetch import is_address
 from mobilegs.batch.forecast import Effort, Forecast, Share, forecast
 from mobilegs.batch.page import write_page
 from mobilegs.batch.results import Entry, State, entry_of, read_effort, write_results
-from mobilegs.batch.row_folder import RowFolder, RowKind
+from mobilegs.batch.row_folder import RowFolder, RowKind, locked
 from mobilegs.batch.rows import Row, refuse
 from mobilegs.batch.task import STAGES, Outcome, Stage, Task
 from mobilegs.errors import InputError
@@ -169,7 +166,9 @@ def run_batch(
     once all tasks have written their checkpoints.
     """
     open_folder(options, rows)
-    with _lock(options.output):
+    output = options.output
+    busy = InputError(f"another batch works in {output}: wait for it to end")
+    with locked(output / ".lock", busy):
         engine = open_engine()
         try:
             nodes = engine.nodes()
@@ -274,7 +273,7 @@ class Batch:
         """Say which tasks have begun, and where."""
         for each in self.rows:
             if each.state == "running" and each.started is None:
-                event = each.folder.started(each.attempt)
+                event = each.folder.find("started", each.attempt)
                 if event is not None:
                     each.started = event["time"]
                     again = f", try {each.tries}" if each.tries > 1 else ""
@@ -287,8 +286,8 @@ class Batch:
 
     def _note_ended(self, each: TrackedRow, task: Task, outcome: Outcome) -> None:
         """Bring a row to its next stage, to another try, or to its end."""
-        if each.folder.ended(task.attempt) is None:  # its machine could not say so itself
-            started = each.folder.started(task.attempt) or {"time": time.time(), "host": ""}
+        if each.folder.find("ended", task.attempt) is None:  # its machine could not say so itself
+            started = each.folder.find("started", task.attempt) or {"time": time.time(), "host": ""}
             about = {"stage": task.stage, "cores": task.cores, "gpus": task.gpus}
             each.folder.append(
                 "ended",
@@ -341,7 +340,8 @@ class Batch:
         """Return a line about the whole batch: done, failed, time left, hours and cost."""
         states = [each.state for each in self.rows]
         parts = [f"{states.count('done')} of {len(states)} done"]
-        parts += [f"{states.count(state)} {state}" for state in ("failed",) if state in states]
+        if "failed" in states:
+            parts.append(f"{states.count('failed')} failed")
         text = ", ".join(parts) + f" after {clock(time.monotonic() - self.begun)}"
         expected = self.forecast()
         if expected is None:
@@ -393,17 +393,3 @@ def open_after(stage: Stage | None, kind: RowKind | None) -> list[Stage]:
         return []
     skipped = () if kind == "photos" else ("poses",)
     return [each for each in STAGES[STAGES.index(stage) :] if each not in skipped]
-
-
-@contextmanager
-def _lock(output: Path) -> Iterator[None]:
-    """Keep other batches from a folder. Raises InputError if one has it."""
-    lock = FileLock(output / ".lock")
-    try:
-        lock.acquire(blocking=False)
-    except Timeout:
-        raise InputError(f"another batch works in {output}: wait for it to end") from None
-    try:
-        yield
-    finally:
-        lock.release()

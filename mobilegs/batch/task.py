@@ -97,7 +97,7 @@ def run_task(task: Task, stopping: Callable[[], bool] = lambda: False) -> Outcom
         pass
     finally:
         _end(process)
-    ended = folder.ended(task.attempt)
+    ended = folder.find("ended", task.attempt)
     if ended is not None:
         return Outcome(ended["result"], ended["message"])
     return Outcome("lost", _why(process.returncode))

@@ -53,9 +53,7 @@ def _run(task: Task, folder: RowFolder) -> tuple[Result, str]:
     try:
         with printed_log():
             run_stage(task, folder)
-    except InputError as error:
-        result, message = "refused", str(error)
-    except FloatingPointError as error:  # a training that diverged does so again
+    except (InputError, FloatingPointError) as error:  # a training that diverged does so again
         result, message = "refused", str(error)
     except KeyboardInterrupt:
         result, message = "stopped", "it was stopped"

@@ -12,13 +12,13 @@ import numpy as np
 import torch
 from PIL import Image, ImageOps
 
-from mobilegs.atomic import atomic_path, make_folder
+from mobilegs.atomic import atomic_path, make_folder, reading
 from mobilegs.camera import Camera
-from mobilegs.capture.pycolmap_runtime import INSTALL
 from mobilegs.data import images
 from mobilegs.data.distortion import undistort
 from mobilegs.data.pinhole_views import panorama_views
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module
 from mobilegs.progress_display import Advance
 
 HEIC = (".heic", ".heif")
@@ -247,20 +247,12 @@ def open_photo(path: Path) -> Image.Image:
     """
     if path.suffix.lower() in RAW:
         return _open_raw(path)
-    try:
-        with path.open("rb") as file:
-            head = file.read(12)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    with reading(path), path.open("rb") as file:
+        head = file.read(12)
     if head[4:8] != b"ftyp" or head[8:12] not in HEIC_BRANDS:
         return images.open_image(path)
-    try:
-        import pi_heif
-    except ImportError:
-        raise InputError(
-            f"{path} is HEIC, which needs pi-heif, which is not installed: {INSTALL}; or "
-            "export the photos as JPEG"
-        ) from None
+    needed = f"{path} is HEIC: export the photos as JPEG, or use pi-heif"
+    pi_heif = extra_module("pi_heif", needed, "capture")
     try:
         return pi_heif.open_heif(path).to_pillow()
     except (*images.PIL_ERRORS, RuntimeError) as error:
@@ -269,13 +261,8 @@ def open_photo(path: Path) -> Image.Image:
 
 def _open_raw(path: Path) -> Image.Image:
     """Develop a camera raw with the white balance of the camera."""
-    try:
-        import rawpy
-    except ImportError:
-        raise InputError(
-            f"{path} is a camera raw, which needs rawpy: pip install 'mobilegs[raw]', or export "
-            "the photos as JPEG"
-        ) from None
+    needed = f"{path} is a camera raw: export the photos as JPEG, or use rawpy"
+    rawpy = extra_module("rawpy", needed, "raw")
     try:
         with rawpy.imread(str(path)) as raw:
             return Image.fromarray(raw.postprocess(use_camera_wb=True, output_bps=8))

@@ -19,9 +19,10 @@ from typing import IO, Any
 from mobilegs.atomic import make_folder
 from mobilegs.child_process import module_command
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module, not_installed
 from mobilegs.progress_display import Advance
 
-INSTALL = "pip install 'mobilegs[capture]'"
+NEEDED = "computing camera poses needs pycolmap"
 SEED = 0  # of all random choices
 POLL_SECONDS = 0.25  # between two chances for Ctrl-C, which Windows does not deliver to a wait
 
@@ -31,10 +32,7 @@ def load_pycolmap() -> Any:
     """Return the module pycolmap. Raises InputError if it is not installed."""
     import PIL.Image  # noqa: F401  # first: with pycolmap's own zlib it aborts when it writes PNG
 
-    try:
-        import pycolmap
-    except ImportError:
-        raise InputError(_not_installed()) from None
+    pycolmap = extra_module("pycolmap", NEEDED, "capture")
     pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
     return pycolmap
 
@@ -42,11 +40,7 @@ def load_pycolmap() -> Any:
 def validate_pycolmap() -> None:
     """Raise InputError if pycolmap is not installed. Does not load it."""
     if importlib.util.find_spec("pycolmap") is None:
-        raise InputError(_not_installed())
-
-
-def _not_installed() -> str:
-    return f"computing camera poses needs pycolmap, which is not installed: {INSTALL}"
+        raise not_installed(NEEDED, "capture")
 
 
 def threads() -> int:

@@ -3,6 +3,7 @@
 import logging
 import math
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -43,6 +44,10 @@ from mobilegs.progress_display import Advance, Progress, no_progress
 
 VERSION = 1  # of the stages; a change makes them run again
 SIZE_MIN = 64  # pixels, longer side of a photo
+REPORTED = (  # of the record of the stage `model`
+    "mapper", "models", "reprojection_error", "points", "photos_a_point", "cameras",
+    "points_of_photos", "misplaced",
+)  # fmt: skip
 NAMES_MAX = 5  # photos that an error message names
 
 log = logging.getLogger(__name__)
@@ -94,6 +99,13 @@ class StageInputs:
     workspace: Workspace
     progress: Progress
     process: PycolmapProcess
+
+    def call(
+        self, doing: str, function: Callable[..., Any], *arguments: Any, **options: Any
+    ) -> Any:
+        """Return the result of a function in the process of pycolmap, and show its progress."""
+        with self.progress(doing) as advance:
+            return self.process.call(doing, function, *arguments, progress=advance, **options)
 
 
 def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> dict[str, Any]:
@@ -200,49 +212,38 @@ def prepare(given: StageInputs) -> dict[str, Any]:
 
 def features(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write features of the photos into the database."""
-    with given.progress("finding features") as advance:
-        return given.process.call(
-            "finding features",
-            extract_features,
-            given.workspace.database,
-            given.workspace.photos,
-            photos,
-            lens=given.run.lens,
-            progress=advance,
-        )
+    workspace = given.workspace
+    arguments = (workspace.database, workspace.photos, photos)
+    return given.call("finding features", extract_features, *arguments, lens=given.run.lens)
 
 
 def matches(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write matches of the photos into the database."""
     names = [photo.name for photo in photos]
-    with given.progress("matching photos") as advance:
-        return given.process.call(
-            "matching photos",
-            match_photos,
-            given.workspace.database,
-            names,
-            pairs=given.run.pairs,
-            apart=given.run.lens == "panorama",
-            progress=advance,
-        )
+    return given.call(
+        "matching photos",
+        match_photos,
+        given.workspace.database,
+        names,
+        pairs=given.run.pairs,
+        apart=given.run.lens == "panorama",
+    )
 
 
 def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Compute poses and points, and draw their coverage even if they are too few."""
     workspace, panorama = given.workspace, given.run.lens == "panorama"
-    with given.progress("computing poses") as advance:
-        mapped = given.process.call(
-            "computing poses",
-            map_photos,
-            workspace.database,
-            workspace.photos,
-            workspace.models,
-            mapper=given.run.mapper,
-            total=len(sources(photos)),
-            progress=advance,
-            enough=enough_photos(given.run, len(photos)),
-            rig="faces" if panorama else "cameras" if given.run.rig else "none",
-        )
+    mapped = given.call(
+        "computing poses",
+        map_photos,
+        workspace.database,
+        workspace.photos,
+        workspace.models,
+        mapper=given.run.mapper,
+        total=len(sources(photos)),
+        enough=enough_photos(given.run, len(photos)),
+        rig="faces" if panorama else "cameras" if given.run.rig else "none",
+    )
     if given.run.rig and not mapped["rig"]:
         log.warning(
             "the photos do not show how the cameras sit on the rig: they are placed one by one"
@@ -291,11 +292,9 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
         "features_a_photo": records["features"]["features"],
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
         "tried": mapped.get("tried", [mapped["mapper"]]),
-        **{name: mapped[name] for name in ("mapper", "models", "reprojection_error", "points")},
-        **{name: mapped[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
+        **{name: mapped[name] for name in REPORTED},
         "exposures": {photo.name: photo.exposure for photo in photos if photo.exposure is not None},
         "rig": mapped.get("rig", False),
-        "misplaced": mapped["misplaced"],
         "seconds_of": {name: record["seconds"] for name, record in records.items()},
     }
 

@@ -19,8 +19,8 @@ from mobilegs.capture.photos import (
     save_faces,
     save_photo,
 )
-from mobilegs.capture.pycolmap_runtime import INSTALL
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module
 from mobilegs.progress_display import Advance
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
@@ -115,9 +115,9 @@ def time_span(video: Path) -> tuple[float, float]:
                 for packet in container.demux(container.streams.video[0])
                 if packet.pts is not None and packet.time_base is not None
             ]
+    except InputError:
+        raise
     except (av.FFmpegError, OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(f"{video} cannot be read as a video ({error})") from error
     if not times:
         raise InputError(f"{video} has no frames; record it again")
@@ -158,8 +158,4 @@ def upright(frame: Any) -> Image.Image:
 
 def library() -> Any:
     """Return the module av (PyAV). Raises InputError if it is not installed."""
-    try:
-        import av
-    except ImportError:
-        raise InputError(f"reading videos needs PyAV, which is not installed: {INSTALL}") from None
-    return av
+    return extra_module("av", "reading videos needs PyAV", "capture")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mobilegs.atomic import atomic_write
+from mobilegs.atomic import atomic_write, reading
 from mobilegs.errors import InputError
 
 STAGES = ("photos", "features", "matches", "model", "capture")
@@ -149,8 +149,5 @@ def digest(*parts: Any) -> str:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file's content. Raises InputError if it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    with reading(path), path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

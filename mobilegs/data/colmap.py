@@ -30,6 +30,7 @@ from mobilegs.data.dataset import (
     split_every_eighth,
 )
 from mobilegs.errors import InputError, quoted
+from mobilegs.render.project import rotation_matrices
 
 BESIDE_PHOTOS = ("sparse",)
 MODEL_FOLDERS = (*BESIDE_PHOTOS, "colmap/sparse")  # and folders in them, mostly called 0, 1, ...
@@ -208,14 +209,9 @@ def _frames(
 
 def _viewmat(image: ColmapImage) -> Float[np.ndarray, "4 4"]:
     """Return the world-to-camera matrix; COLMAP uses OpenCV's axes."""
-    quat = np.array(image.quat)
-    quat = quat / np.abs(quat).max()  # squares of huge values stay finite
-    w, x, y, z = quat / np.linalg.norm(quat)
+    quat = torch.tensor([image.quat], dtype=torch.float64)
+    quat /= quat.abs().max()  # squares of huge values stay finite
     viewmat = np.eye(4)
-    viewmat[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
+    viewmat[:3, :3] = rotation_matrices(quat)[0]
     viewmat[:3, 3] = image.translation
     return viewmat

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from mobilegs.atomic import reading
 from mobilegs.data.distortion import Distortion
 from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.errors import InputError, quoted
@@ -126,10 +127,8 @@ _POINT = np.dtype(
 
 def read_bytes(path: Path) -> bytes:
     """Return the content of a file. Raises `InputError` if it cannot be read."""
-    try:
+    with reading(path):
         return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
 
 
 def read_cameras(path: Path) -> dict[int, ColmapCamera]:

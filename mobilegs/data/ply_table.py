@@ -15,7 +15,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import DTypeLike
 
-from mobilegs.atomic import file_size
+from mobilegs.atomic import file_size, reading
 from mobilegs.errors import InputError
 
 HEADER_MAX = 1 << 16  # bytes; a 3DGS header has about 1500
@@ -66,12 +66,9 @@ def read_header(path: Path) -> tuple[Header, int]:
 
     Raises InputError if the file cannot be read, or has no complete PLY header.
     """
-    try:
-        size = file_size(path)
-        with path.open("rb") as file:
-            return parse_header(file.read(HEADER_MAX), path), size
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    size = file_size(path)
+    with reading(path), path.open("rb") as file:
+        return parse_header(file.read(HEADER_MAX), path), size
 
 
 def parse_header(head: bytes, path: Path) -> Header:

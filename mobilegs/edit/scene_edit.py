@@ -7,6 +7,7 @@ same bits. A plain 3DGS scene keeps its numbers as well, and has no notes.
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from torch import Tensor
 
 from mobilegs.atomic import atomic_path, read_if
 from mobilegs.camera import Camera
-from mobilegs.edit.camera_counts import CameraCounts, count_cameras, floaters
+from mobilegs.edit.camera_counts import count_cameras, floaters
 from mobilegs.edit.notes import merged_notes
 from mobilegs.edit.regions import Box, HalfSpace, Region
 from mobilegs.errors import InputError
@@ -105,7 +106,6 @@ def edit_file(
     *,
     cameras: Sequence[Camera] = (),
     camera_source: str = "",
-    counts: CameraCounts | None = None,
     progress: Advance | None = None,
 ) -> EditReport:
     """Write an edited copy of a scene file to a new file, atomically.
@@ -118,7 +118,6 @@ def edit_file(
         edit: what to remove and which notes to set.
         cameras: cameras that are counted; those of the file if there are none.
         camera_source: what `cameras` are, in words, for the report.
-        counts: what the cameras saw, if it is already known.
         progress: called with the cameras that are counted and their number.
 
     Raises:
@@ -127,14 +126,14 @@ def edit_file(
     """
     validate_output(scene, output)
     if scene.suffix.lower() == ".mgs":
-        return _edit_mgs(scene, output, edit, cameras, camera_source, counts, progress)
+        return _edit_mgs(scene, output, edit, cameras, camera_source, progress)
     if edit.notes:
         raise InputError(
             f"{scene} is not a .mgs and holds no notes ({', '.join(edit.notes)}): make a .mgs of "
             "it first (`mobilegs compress`)"
         )
     opened = open_scene(scene)
-    keep, removed = _kept(opened, edit, list(cameras), camera_source, counts, progress, scene)
+    keep, removed = _kept(opened, edit, list(cameras), camera_source, progress, scene)
     write_gaussians(
         output,
         opened.gaussians.select(keep),
@@ -166,13 +165,9 @@ def free_name(scene: Path) -> Path:
     """
     suffix = scene.suffix.lower()
     suffix = suffix if suffix == ".mgs" or suffix in KINDS else ".ply"
-    number = 1
-    while True:
-        ending = "-edited" if number == 1 else f"-edited-{number}"
-        path = scene.with_name(f"{scene.stem}{ending}{suffix}")
-        if not path.exists():
-            return path
-        number += 1
+    names = (f"-{number}" if number > 1 else "" for number in count(1))
+    paths = (scene.with_name(f"{scene.stem}-edited{name}{suffix}") for name in names)
+    return next(path for path in paths if not path.exists())
 
 
 def kept_rows(scene: QuantizedScene, keep: Bool[Tensor, "n"]) -> QuantizedScene:
@@ -208,12 +203,11 @@ def _edit_mgs(
     edit: SceneEdit,
     cameras: Sequence[Camera],
     camera_source: str,
-    counts: CameraCounts | None,
     progress: Advance | None,
 ) -> EditReport:
     data = read_if(path, (MAGIC,))
     try:
-        count = inspect(data)["gaussians"]
+        gaussians = inspect(data)["gaussians"]
         coded = unpack(data) if edit.removes else None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -223,7 +217,7 @@ def _edit_mgs(
         opened = coded.decode()
         used = list(cameras) or coded.views
         source = camera_source if cameras else f"the {len(used)} cameras that the file stores"
-        keep, removed = _kept(opened, edit, used, source, counts, progress, path)
+        keep, removed = _kept(opened, edit, used, source, progress, path)
         if not keep.all():
             edited = pack(kept_rows(coded, keep))
     if edit.notes:
@@ -231,7 +225,7 @@ def _edit_mgs(
     with atomic_path(output) as temporary:
         temporary.write_bytes(edited)
     sizes = len(data), len(edited)
-    return EditReport(count, removed, *sizes, notes=tuple(edit.notes))
+    return EditReport(gaussians, removed, *sizes, notes=tuple(edit.notes))
 
 
 def _kept(
@@ -239,7 +233,6 @@ def _kept(
     edit: SceneEdit,
     cameras: list[Camera],
     camera_source: str,
-    counts: CameraCounts | None,
     progress: Advance | None,
     path: Path,
 ) -> tuple[Bool[Tensor, "n"], dict[str, int]]:
@@ -251,12 +244,11 @@ def _kept(
     if edit.rows is not None:
         reasons.append(("selected", _mask_of(edit.rows, len(gaussians))))
     if edit.counts:
-        if counts is None:
-            if not cameras:
-                raise InputError(
-                    f"{path} has no cameras to count: give --capture CAPTURE, photos with poses"
-                )
-            counts = count_cameras(scene, cameras, progress=progress)
+        if not cameras:
+            raise InputError(
+                f"{path} has no cameras to count: give --capture CAPTURE, photos with poses"
+            )
+        counts = count_cameras(scene, cameras, progress=progress)
         if edit.min_cameras > counts.cameras:
             raise InputError(
                 f"{edit.min_cameras} cameras cannot have seen a Gaussian: there are only "

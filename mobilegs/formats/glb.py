@@ -158,10 +158,7 @@ def read_glb(path: Path | str) -> Gaussians:
             compression.
     """
     path = Path(path)
-    try:
-        data = read_if(path, (MAGIC,))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    data = read_if(path, (MAGIC,))
     content, body = _chunks(data, path)
     sets, count = [], 0
     try:

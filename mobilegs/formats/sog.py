@@ -27,7 +27,7 @@ import torch
 from PIL import Image
 
 from mobilegs import __version__
-from mobilegs.atomic import atomic_path, file_size
+from mobilegs.atomic import atomic_path, file_size, reading
 from mobilegs.errors import InputError
 from mobilegs.formats.sog_palette import codebook, palette
 from mobilegs.gaussians import Gaussians
@@ -90,13 +90,11 @@ def read_sog_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     """
     path = Path(path)
     try:
-        with _opened(path) as (read_file, size):
+        with reading(path), _opened(path) as (read_file, size):
             meta = _read_meta(read_file, path)
             return _read(meta, read_file, size, path).finite(path), _footprint(meta, path)
     except InputError:
         raise
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError):
         raise InputError(f"{path} is damaged: its parts are not consistent") from None
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from mobilegs.atomic import file_size
+from mobilegs.atomic import file_size, reading
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import C0
@@ -30,22 +30,19 @@ def read_splat(path: Path | str) -> Gaussians:
         InputError: the file is missing or empty, or its size is not a multiple of 32 bytes.
     """
     path = Path(path)
-    try:
-        size = file_size(path)
-        count, rest = divmod(size, ROW.itemsize)
-        if not size:
-            raise InputError(f"{path} is empty")
-        if rest:
-            raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
-        shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, 1, 3)]
-        tensors = [np.empty(shape, np.float32) for shape in shapes]
-        with path.open("rb") as file:
-            for first in range(0, count, BLOCK):
-                rows = np.fromfile(file, ROW, min(BLOCK, count - first))
-                for whole, values in zip(tensors, _decoded(rows), strict=True):
-                    whole[first : first + len(rows)] = values
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    size = file_size(path)
+    count, rest = divmod(size, ROW.itemsize)
+    if not size:
+        raise InputError(f"{path} is empty")
+    if rest:
+        raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
+    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, 1, 3)]
+    tensors = [np.empty(shape, np.float32) for shape in shapes]
+    with reading(path), path.open("rb") as file:
+        for first in range(0, count, BLOCK):
+            rows = np.fromfile(file, ROW, min(BLOCK, count - first))
+            for whole, values in zip(tensors, _decoded(rows), strict=True):
+                whole[first : first + len(rows)] = values
     return Gaussians(*(torch.from_numpy(whole) for whole in tensors)).finite(path)
 
 

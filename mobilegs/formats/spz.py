@@ -87,10 +87,7 @@ def read_spz_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
         InputError: the file is missing, not an `.spz` of version 1 to 4, damaged or cut off.
     """
     path = Path(path)
-    try:
-        data = read_if(path, (GZIP, MAGIC))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    data = read_if(path, (GZIP, MAGIC))
     if data[:2] == GZIP:
         header, parts = _decompress_gzip(data, path)
     else:

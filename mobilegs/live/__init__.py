@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
+from mobilegs.extras import not_installed
 from mobilegs.train.loop import LiveView
 from mobilegs.train.progress import Monitor
 
@@ -27,7 +28,7 @@ def validate_live_options(live: bool, address: str) -> None:
     if int(os.environ.get("WORLD_SIZE", "1")) > 1:
         raise InputError("--live shows a training in one process: leave out --live or torchrun")
     if importlib.util.find_spec("viser") is None:
-        raise InputError("--live needs viser, which is not installed: pip install 'mobilegs[live]'")
+        raise not_installed("--live needs viser", "live")
     host, _ = parse_address(address)
     with socket.socket() as probe:
         try:

@@ -289,13 +289,10 @@ def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
 
 def _read_bytes(path: Path | str) -> bytes:
     path = Path(path)
-    try:
-        size = file_size(path)
-        if size > FILE_MAX:
-            raise InputError(f"{path}: {size} bytes are more than a .mgs file may have")
-        return read_if(path, (MAGIC,))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    size = file_size(path)
+    if size > FILE_MAX:
+        raise InputError(f"{path}: {size} bytes are more than a .mgs file may have")
+    return read_if(path, (MAGIC,))
 
 
 def _encode_tensors(name: str, parts: Mapping[Any, Tensor], order: Iterable[str]) -> Stream:

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
+from mobilegs.atomic import reading
 from mobilegs.data.ply_table import parse_header
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, read_ply_up
@@ -266,13 +267,8 @@ def validate_scene_file(path: Path) -> None:
         raise InputError(f"cannot read {path}: it is a folder")
     if path.suffix.lower() not in KINDS:
         raise InputError(f"{path} is not a scene: give a .mgs, .ply or .spz file{CONVERT}")
-    try:
-        with path.open("rb") as file:
-            head = file.read(1 << 16)
-    except FileNotFoundError:
-        raise InputError(f"cannot read {path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    with reading(path), path.open("rb") as file:
+        head = file.read(1 << 16)
     if not head:
         raise InputError(f"{path} is empty")
     if head.startswith(b"ply"):

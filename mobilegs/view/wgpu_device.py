@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module
 from mobilegs.view import assets
 
 PASSES = ("network", "project", "splat", "resolve")
 FLOATS = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
 ADAPTER_TYPES = ("DiscreteGPU", "IntegratedGPU")  # the preferred ones, in this order
 FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
-INSTALL = "pip install 'mobilegs[native]'"
 REMEDY = (
     "install or update the GPU's Vulkan driver (on Debian and Ubuntu mesa-vulkan-drivers, which "
     "also draws without a GPU), or use the web viewer or --renderer kernels, which need none"
@@ -34,12 +34,7 @@ def gpus() -> list[Any]:
     before integrated ones. wgpu's variable WGPUPY_WGPU_ADAPTER_NAME leaves those whose summary
     contains it.
     """
-    try:
-        import wgpu
-    except ImportError:
-        raise InputError(
-            f"rendering with WebGPU needs wgpu, which is not installed: {INSTALL}"
-        ) from None
+    wgpu = extra_module("wgpu", "rendering with WebGPU needs wgpu", "native")
     name = os.environ.get("WGPUPY_WGPU_ADAPTER_NAME", "")
     try:
         adapters = [gpu for gpu in wgpu.gpu.enumerate_adapters_sync() if name in gpu.summary]

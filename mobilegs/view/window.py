@@ -20,12 +20,13 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.extras import extra_module
 from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views, up_source
 from mobilegs.up import AXES, USUAL, Axis, next_axis
 from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, first_pose, point_under
-from mobilegs.view.wgpu_device import INSTALL, translated_errors
+from mobilegs.view.wgpu_device import translated_errors
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 
 log = logging.getLogger(__name__)
@@ -82,13 +83,8 @@ def show(path: Path, up: Axis | None = None) -> None:
 
 def _toolkit() -> Any:
     """Return the module that opens windows. Raises InputError if it cannot."""
-    try:
-        import glfw
-        from rendercanvas import glfw as toolkit
-    except ImportError:
-        raise InputError(
-            f"a window needs rendercanvas and glfw, which are not installed: {INSTALL}"
-        ) from None
+    glfw = extra_module("glfw", "a window needs glfw", "native")
+    toolkit = extra_module("rendercanvas.glfw", "a window needs rendercanvas", "native")
     with warnings.catch_warnings():  # the error below replaces its warning
         warnings.simplefilter("ignore")
         ready = glfw.init()

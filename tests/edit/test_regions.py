@@ -11,10 +11,8 @@ from mobilegs.edit.regions import (
     parsed_boxes,
     parsed_plane,
     parsed_spheres,
-    rotation_matrix,
 )
 from mobilegs.errors import InputError
-from mobilegs.render.project import rotation_matrices
 
 POINTS = torch.tensor([[0.0, 0, 0], [0.9, 0, 0], [0.9, 0.9, 0], [0, 2, 0], [1, 1, 1]])
 
@@ -30,13 +28,6 @@ def test_a_box_turns_around_its_centre() -> None:
     assert turned.contains(POINTS).tolist() == [True, True, False, False, False]
     moved = Box((4, -1, -1), (6, 1, 1), eighth)
     assert moved.contains(POINTS + torch.tensor([5.0, 0, 0])).tolist() == [True] * 2 + [False] * 3
-
-
-def test_a_quaternion_gives_the_rotation_that_gaussians_have() -> None:
-    quat = torch.tensor([[0.3, -0.5, 0.7, 0.1]])
-
-    expected = rotation_matrices(torch.nn.functional.normalize(quat, dim=1))[0]
-    assert rotation_matrix(quat[0].tolist()) == pytest.approx(expected.numpy(), abs=1e-6)
 
 
 def test_spheres_and_half_spaces() -> None:
