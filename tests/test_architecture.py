@@ -10,6 +10,7 @@ LEVELS: list[set[str]] = [
     {"errors", "atomic", "validation", "progress_display", "child_process", "extras"},
     {"reproducible", "device"},
     {"camera", "gaussians", "spherical_harmonics", "up", "framing", "kmeans"},
+    {"packed_gaussians"},
     {"csrc"},
     {"render"},
     {"data"},

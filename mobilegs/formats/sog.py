@@ -31,6 +31,7 @@ from mobilegs.atomic import atomic_path, file_size, reading
 from mobilegs.errors import InputError
 from mobilegs.formats.sog_palette import codebook, palette
 from mobilegs.gaussians import Gaussians
+from mobilegs.packed_gaussians import BLOCK, SMALL_MAX, logits_of, quats_of_smallest_three
 from mobilegs.render.project import BLUR, CLASSIC, Footprint
 
 log = logging.getLogger(__name__)
@@ -43,8 +44,6 @@ INDEX_MAX = 1 << 16  # bytes of a zip's list of files; parsed, it needs many tim
 SH_COEFFICIENTS = (0, 3, 8, 15)  # per channel above degree 0, by degree
 PALETTE_MAX = 1 << 16
 PALETTE_COLUMNS = 64  # palette entries per row of its image
-OPACITY_MIN = 1e-6  # opacities 0 and 1 have no logit: clip to this and 1 - this
-BLOCK = 1 << 15  # Gaussians that are decoded at a time
 MORTON_BITS = 10  # per axis
 
 # the errors of `zipfile` for damaged, encrypted or unsupported archives
@@ -235,8 +234,7 @@ def _tables(meta: dict[str, Any], version: int) -> Tables:
         for book in books:
             if np.isnan(book[0]):  # null in files of 2025; PlayCanvas extrapolates it like this
                 book[0] = book[1] + (book[1] - book[255]) / 255
-        opacity = np.clip(byte / 255, OPACITY_MIN, 1 - OPACITY_MIN)
-        logits = np.log(opacity / (1 - opacity))
+        logits = logits_of(byte / 255)
         scales, colors = (np.repeat(book[:, None], 3, axis=1) for book in books[:2])
         higher_sh = books[2] if rest else np.zeros(256, np.float32)
         return Tables(bounds, scales, colors, logits.astype(np.float32), higher_sh)
@@ -290,16 +288,14 @@ def _means(low: np.ndarray, high: np.ndarray, tables: Tables) -> np.ndarray:
 def _quaternions(rows: np.ndarray) -> np.ndarray:
     """Decode rotations wxyz: the fourth byte, 252 to 255, gives the largest component."""
     quats = np.empty((len(rows), 4), np.float32)
-    order = np.array([[0, 1, 2, 3], [1, 0, 2, 3], [1, 2, 0, 3], [1, 2, 3, 0]])
     for first in range(0, len(rows), BLOCK):
         block = rows[first : first + BLOCK]
-        parts = np.empty((len(block), 4))
-        parts[:, 1:] = (block[:, :3] / 127.5 - 1) * math.sqrt(0.5)
-        parts[:, 0] = np.sqrt(np.clip(1 - (parts[:, 1:] ** 2).sum(1), 0, None))
+        small = (block[:, :3] / 127.5 - 1) * SMALL_MAX
         valid = block[:, 3] >= 252
-        parts[~valid] = [1, 0, 0, 0]  # no rotation, as in other tools
         largest = np.where(valid, block[:, 3], 252) - 252
-        quats[first : first + BLOCK] = np.take_along_axis(parts, order[largest], axis=1)
+        decoded = quats_of_smallest_three(small, largest)
+        decoded[~valid] = [1, 0, 0, 0]  # no rotation, as in other tools
+        quats[first : first + BLOCK] = decoded
     return quats
 
 

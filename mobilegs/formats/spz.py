@@ -23,6 +23,12 @@ import torch
 from mobilegs.atomic import atomic_path, read_if
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.packed_gaussians import (
+    SMALL_MAX,
+    gaussians_in_blocks,
+    logits_of,
+    quats_of_smallest_three,
+)
 from mobilegs.render.project import BLUR, CLASSIC, Footprint
 
 log = logging.getLogger(__name__)
@@ -43,7 +49,6 @@ STEPS_PER_SIZE = 4  # of positions, in the size of a small Gaussian
 SMALL = 0.01  # share of the Gaussians that are smaller than it
 SH_STEPS = (8, 16)  # steps of a byte: 5 bits for degree 1 and 4 for higher ones, as is usual
 GZIP_LEVEL = 6  # 9 saves 2 % and takes five times as long
-BLOCK = 1 << 15  # rows that are decoded at a time
 # signs of the SH coefficients above degree 0 when y and z change sign
 SH_SIGNS = np.array([-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1], np.float32)
 
@@ -176,18 +181,13 @@ def _decompress_streams(header: Header, data: bytes, path: Path) -> list[np.ndar
 def _gaussians(header: Header, parts: list[np.ndarray], path: Path) -> Gaussians:
     count = header.count
     kept = min(SH_COEFFICIENTS[header.degree], SH_KEPT)
-    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, kept + 1, 3)]
-    tensors = [np.empty(shape, np.float32) for shape in shapes]
     tables = [part.reshape(count, width) for part, width in zip(parts, header.widths, strict=True)]
-    for start in range(0, count, BLOCK):  # intermediate arrays are several times as large
-        rows = slice(start, start + BLOCK)
-        for whole, values in zip(
-            tensors, _decoded(header, *(t[rows] for t in tables)), strict=True
-        ):
-            whole[rows] = values
-    if not np.isfinite(tensors[0]).all():
+    gaussians = gaussians_in_blocks(
+        count, kept + 1, lambda rows: _decoded(header, *(table[rows] for table in tables))
+    )
+    if not gaussians.means.isfinite().all():
         raise _damaged(path)
-    return Gaussians(*(torch.from_numpy(whole) for whole in tensors))
+    return gaussians
 
 
 def _decoded(
@@ -207,13 +207,11 @@ def _decoded(
     unpack = _first_three if header.version < 3 else _smallest_three
     quats = unpack(rotations)
     quats[:, 2:] *= -1  # y and z
-    # opacities 0 and 1 have no logit
-    opacity = np.clip(opacities[:, 0] / 255, 1e-6, 1 - 1e-6)
     sh = np.empty((len(means), kept + 1, 3), np.float32)
     sh[:, 0] = (colors / 255 - 0.5) / COLOR_SCALE
     rest = coefficients.reshape(len(means), stored, 3)[:, :kept].astype(np.float32) - 128
     sh[:, 1:] = rest / 128 * SH_SIGNS[:kept, None]
-    return means, quats, scales / 16 - 10, np.log(opacity / (1 - opacity)), sh
+    return means, quats, scales / 16 - 10, logits_of(opacities[:, 0] / 255), sh
 
 
 def _positions(header: Header, data: np.ndarray) -> np.ndarray:
@@ -238,18 +236,10 @@ def _smallest_three(data: np.ndarray) -> np.ndarray:
     Two bits give the largest of x, y, z, w; the others have a sign and nine bits each.
     """
     words = np.ascontiguousarray(data).view("<u4")[:, 0]
-    largest = words >> 30
-    rows = np.arange(len(words))
-    quats = np.zeros((len(words), 4))  # x, y, z, w
-    place = np.zeros(len(words), np.int64)
-    for shift in (20, 10, 0):
-        place += place == largest
-        part = words >> shift
-        size = (part & 511) / 511 * math.sqrt(0.5)
-        quats[rows, place] = np.where(part & 512, -size, size)
-        place += 1
-    quats[rows, largest] = np.sqrt(np.clip(1 - (quats**2).sum(1), 0, None))
-    return quats[:, [3, 0, 1, 2]]
+    parts = words[:, None] >> np.array([20, 10, 0], np.uint32)
+    size = (parts & 511) / 511 * SMALL_MAX
+    small = np.where(parts & 512, -size, size)
+    return quats_of_smallest_three(small, words >> 30)[:, [3, 0, 1, 2]]  # from x, y, z, w
 
 
 def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC) -> None:
