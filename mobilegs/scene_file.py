@@ -71,8 +71,8 @@ def plain_scene_at(path: Path) -> Path:
 def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
     """Read a plain 3DGS scene of any format; of a run's folder, its teacher.
 
-    Raises:
-        InputError: the file is a .mgs or another kind of file, is damaged, or has no Gaussians.
+    Raises InputError if the file is a .mgs or another kind of file, is damaged, or has no
+    Gaussians.
     """
     path = plain_scene_at(path)
     if path.suffix.lower() == ".mgs":
@@ -89,10 +89,7 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     A .mgs names its blending, footprint, background and near plane, and its training cameras tell
     which way is up. The others are blended sorted over black, with the near plane of `near_of`; a
     .ply, .spz or .sog may be antialiased, a .ply may name its upward direction, and that of a .glb
-    is glTF's.
-
-    Raises:
-        InputError: the file is of another kind, is damaged, or cannot be read.
+    is glTF's. Raises InputError if the file is of another kind, is damaged, or cannot be read.
     """
     path = scene_at(Path(path))
     kind = path.suffix.lower()
@@ -136,10 +133,8 @@ def near_of(means: Float[Tensor, "n 3"]) -> float:
 def inspect_scene(path: Path) -> dict[str, Any]:
     """Report the content of a scene file as JSON-ready values; for a .mgs see `mgs.codec.inspect`.
 
-    `up` is the upward direction that the file or its cameras tell, or None.
-
-    Raises:
-        InputError: as `open_scene`.
+    `up` is the upward direction that the file or its cameras tell, or None. Raises InputError as
+    `open_scene`.
     """
     if path.suffix.lower() == ".mgs":
         up = read_mgs(path).up
@@ -173,13 +168,11 @@ def write_gaussians(
 ) -> int:
     """Write a scene for sorted blending in the format `kind`, atomically; returns its bytes.
 
-    A .ply names the upward direction `up`. The other formats have one, to which the scene is
-    turned (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for
-    it. A .glb has no place for an antialiased footprint. This, Gaussians that are not finite, and
-    what the file does not hold of the others (`formats.fidelity`) are named in logged warnings.
-
-    Raises:
-        InputError: the format cannot hold the scene, or most of its Gaussians would be lost.
+    A .ply names the upward direction `up`. The other formats have one, to which the scene is turned
+    (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for it. A
+    .glb has no place for an antialiased footprint. This, Gaussians that are not finite, and what
+    the file does not hold of the others (`formats.fidelity`) are named in logged warnings. Raises
+    InputError if the format cannot hold the scene, or most of its Gaussians would be lost.
     """
     if kind == "ply":
         write_ply(output, gaussians, footprint=footprint, up=up, note=note)

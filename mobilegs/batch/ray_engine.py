@@ -6,10 +6,12 @@ import time
 from typing import Any
 
 from mobilegs.batch.engine import Node
-from mobilegs.batch.task import GRACE, Outcome, Task, run_task
+from mobilegs.batch.task import GRACE_SECONDS, Outcome, Task, run_task
 from mobilegs.extras import extra_module
 
-AHEAD = 1.25  # share of the cluster that is asked for, so that no machine waits for the batch
+SUBMITTED_SHARE = (
+    1.25  # share of the cluster that is asked for, so that no machine waits for the batch
+)
 
 
 def _run(line: str) -> tuple[str, str]:
@@ -50,8 +52,8 @@ class RayEngine:
         cores = sum(other.cores for other in self._running.values())
         gpus = sum(other.gpus for other in self._running.values())
         if task.gpus:
-            return gpus < max(1, AHEAD * sum(node.gpus for node in nodes))
-        return cores < max(1, AHEAD * sum(node.cores for node in nodes))
+            return gpus < max(1, SUBMITTED_SHARE * sum(node.gpus for node in nodes))
+        return cores < max(1, SUBMITTED_SHARE * sum(node.cores for node in nodes))
 
     def submit(self, task: Task) -> None:
         options = {"num_cpus": task.cores, "num_gpus": task.gpus, "max_retries": 0}
@@ -85,7 +87,9 @@ class RayEngine:
         for reference in self._running:
             self._ray.cancel(reference)
         if self._running:
-            self._ray.wait(list(self._running), num_returns=len(self._running), timeout=GRACE)
+            self._ray.wait(
+                list(self._running), num_returns=len(self._running), timeout=GRACE_SECONDS
+            )
         self._running = {}
 
     def close(self) -> None:

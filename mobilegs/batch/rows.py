@@ -24,7 +24,7 @@ from mobilegs.errors import InputError
 
 NAME = re.compile(r"[\w][\w.+-]{0,99}")
 # names in a batch's folder that no row can have
-TAKEN = ("cache", "index.html", "results.jsonl")
+RESERVED_NAMES = ("cache", "index.html", "results.jsonl")
 FAULTS_MAX = 20  # that are printed
 
 
@@ -108,7 +108,7 @@ def _row(number: int, cells: Mapping[str, Any], defaults: Mapping[str, str], fol
             f"'{name}' cannot be the name of a folder: use letters, digits, '.', '_' and '-' in "
             "the column 'name'"
         )
-    if name.lower() in TAKEN:
+    if name.lower() in RESERVED_NAMES:
         raise InputError(f"the name '{name}' is taken by the batch: give another one")
     return Row(number, name, source, texts, sorted(own.keys() & texts.keys()))
 

@@ -21,7 +21,7 @@ from mobilegs.errors import InputError
 from mobilegs.progress_display import INTERVAL, clock
 from mobilegs.train.run_dir import RunDir
 
-POLL = 0.5  # seconds between two looks at the tasks
+POLL_SECONDS = 0.5  # seconds between two looks at the tasks
 PUBLISH_SECONDS = 5.0  # between two versions of results and page
 CORES_MAX = 8  # of a task, unless more are asked for: trainings gain little from more
 GPU_CORES_MAX = 4  # beside a GPU
@@ -227,7 +227,7 @@ class Batch:
             while any(each.state in ("waiting", "running") for each in self.rows):
                 self._submit()
                 self._note_started()
-                for task, outcome in self.engine.ended(POLL):
+                for task, outcome in self.engine.ended(POLL_SECONDS):
                     self._note_ended(self.by_folder[task.folder], task, outcome)
                 self._publish()
         finally:

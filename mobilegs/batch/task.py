@@ -17,8 +17,8 @@ from mobilegs.child_process import module_command
 Stage = Literal["fetch", "poses", "train", "export"]
 STAGES: tuple[Stage, ...] = ("fetch", "poses", "train", "export")
 Result = Literal["done", "refused", "lost", "stopped"]
-POLL = 0.5  # seconds between two looks at a process
-GRACE = 60.0  # seconds in which a stopped process writes its checkpoint
+POLL_SECONDS = 0.5  # seconds between two looks at a process
+GRACE_SECONDS = 60.0  # seconds in which a stopped process writes its checkpoint
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def run_task(task: Task, stopping: Callable[[], bool] = lambda: False) -> Outcom
         process.stdin.flush()
         while process.poll() is None and not stopping():
             try:
-                process.wait(POLL)
+                process.wait(POLL_SECONDS)
             except subprocess.TimeoutExpired:
                 continue
     except (KeyboardInterrupt, BrokenPipeError):
@@ -111,7 +111,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     except BrokenPipeError:
         pass
     try:
-        process.wait(GRACE)
+        process.wait(GRACE_SECONDS)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()

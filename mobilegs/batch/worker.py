@@ -13,7 +13,7 @@ import traceback
 from pathlib import Path
 
 from mobilegs.batch.row_folder import RowFolder
-from mobilegs.batch.task import GRACE, Result, Task
+from mobilegs.batch.task import GRACE_SECONDS, Result, Task
 from mobilegs.errors import InputError
 from mobilegs.progress_display import printed_log
 
@@ -83,7 +83,7 @@ def _end_with_parent() -> None:
     while os.read(0, BLOCK):
         pass
     signal.raise_signal(signal.SIGTERM)
-    time.sleep(GRACE)
+    time.sleep(GRACE_SECONDS)
     os._exit(1)
 
 

@@ -113,11 +113,9 @@ def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> dict
 
     Results of an earlier call with the same input and options are kept: an interrupted capture
     continues, a finished one stays. `progress` opens a stage by its title. Returns the content of
-    `capture.json`.
-
-    Raises:
-        InputError: the input or an option is not valid, pycolmap is not installed or crashes, or
-            too few photos get a pose; then neither `images/` nor `sparse/` is written.
+    `capture.json`. Raises InputError if the input or an option is not valid, pycolmap is not
+    installed or crashes, or too few photos get a pose; then neither `images/` nor `sparse/` is
+    written.
     """
     validate_options(run)
     validate_pycolmap()

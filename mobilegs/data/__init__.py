@@ -15,9 +15,9 @@ from mobilegs.errors import InputError
 __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture", "load_view"]
 
 NEAR_PLANE = "near_plane.txt"
-MADE_FROM = "capture.json"  # written by `mobilegs capture`
-# the errors of a `MADE_FROM` that is missing or says nothing
-UNKNOWN = (OSError, ValueError, LookupError, TypeError, OverflowError, RecursionError)
+CAPTURE_FILE = "capture.json"  # written by `mobilegs capture`
+# the errors of a `CAPTURE_FILE` that is missing or says nothing
+CAPTURE_FILE_ERRORS = (OSError, ValueError, LookupError, TypeError, OverflowError, RecursionError)
 TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 
@@ -68,7 +68,7 @@ def load_capture(
     else:
         raise InputError(_no_poses(path))
     dataset = load(path, downscale=downscale, background=background, masks=masks)
-    dataset = _with_exposures(replace(dataset, name=_name_of(path)), path / MADE_FROM)
+    dataset = _with_exposures(replace(dataset, name=_name_of(path)), path / CAPTURE_FILE)
     return _with_near(dataset, path / NEAR_PLANE) if (path / NEAR_PLANE).is_file() else dataset
 
 
@@ -78,8 +78,8 @@ def _name_of(path: Path) -> str:
     Else it is the folder's, or that of the folder around one called `capture`.
     """
     try:
-        return Path(json.loads((path / MADE_FROM).read_bytes())["source"]).stem
-    except UNKNOWN:
+        return Path(json.loads((path / CAPTURE_FILE).read_bytes())["source"]).stem
+    except CAPTURE_FILE_ERRORS:
         folder = path.resolve()
         return folder.parent.name if folder.name == "capture" else folder.name
 
@@ -89,7 +89,7 @@ def _with_exposures(dataset: Dataset, file: Path) -> Dataset:
     try:
         known = json.loads(file.read_bytes())["exposures"]
         exposures = {name: float(known[name]) for name in known}
-    except UNKNOWN:
+    except CAPTURE_FILE_ERRORS:
         return dataset
     if not all(map(math.isfinite, exposures.values())):
         return dataset

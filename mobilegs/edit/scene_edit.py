@@ -30,7 +30,7 @@ from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene, size_of, write_gaussians
 
-KINDS: dict[str, Kind] = {f".{kind}": kind for kind in WRITTEN}
+WRITTEN_SUFFIXES: dict[str, Kind] = {f".{kind}": kind for kind in WRITTEN}
 log = logging.getLogger(__name__)
 
 
@@ -137,7 +137,7 @@ def edit_file(
     write_gaussians(
         output,
         opened.gaussians.select(keep),
-        KINDS[output.suffix.lower()],
+        WRITTEN_SUFFIXES[output.suffix.lower()],
         footprint=opened.footprint,
         up=opened.up,
     )
@@ -154,8 +154,10 @@ def validate_output(scene: Path, output: Path) -> None:
     suffix = output.suffix.lower()
     if scene.suffix.lower() == ".mgs" and suffix != ".mgs":
         raise InputError(f"{output} does not end in .mgs: give the file such a name")
-    if scene.suffix.lower() != ".mgs" and suffix not in KINDS:
-        raise InputError(f"{output} does not end in {', '.join(KINDS)}: give the file such a name")
+    if scene.suffix.lower() != ".mgs" and suffix not in WRITTEN_SUFFIXES:
+        raise InputError(
+            f"{output} does not end in {', '.join(WRITTEN_SUFFIXES)}: give the file such a name"
+        )
 
 
 def free_name(scene: Path) -> Path:
@@ -164,7 +166,7 @@ def free_name(scene: Path) -> Path:
     A .splat and an unpacked .sog, which are only read, become a .ply.
     """
     suffix = scene.suffix.lower()
-    suffix = suffix if suffix == ".mgs" or suffix in KINDS else ".ply"
+    suffix = suffix if suffix == ".mgs" or suffix in WRITTEN_SUFFIXES else ".ply"
     names = (f"-{number}" if number > 1 else "" for number in count(1))
     paths = (scene.with_name(f"{scene.stem}-edited{name}{suffix}") for name in names)
     return next(path for path in paths if not path.exists())

@@ -58,10 +58,8 @@ def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
 
     `COLOR_0` holds the view-independent colours, in linear RGB as glTF requires, for viewers that
     show points but not splats. `note` goes into the asset's extras. Gaussians that are not finite
-    are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: no Gaussian is left, which glTF does not allow, or the file would be too large.
+    are left out, and counted in a logged warning. Raises InputError if no Gaussian is left, which
+    glTF does not allow, or the file would be too large.
     """
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     if not len(gaussians):
@@ -149,13 +147,10 @@ def _attributes(gaussians: Gaussians) -> dict[str, np.ndarray]:
 def read_glb(path: Path | str) -> Gaussians:
     """Read the splats of a `.glb` as float32 on the CPU.
 
-    The sets of splats in all nodes of the file's scene become one, each transformed by its nodes.
-    A node that stretches splats unevenly, sets that are in no node, and Gaussians that are not
-    finite, which are left out, are named in logged warnings.
-
-    Raises:
-        InputError: the file is missing, not a `.glb`, damaged or cut off, has no splats, or uses
-            compression.
+    The sets of splats in all nodes of the file's scene become one, each transformed by its nodes. A
+    node that stretches splats unevenly, sets that are in no node, and Gaussians that are not
+    finite, which are left out, are named in logged warnings. Raises InputError if the file is
+    missing, not a `.glb`, damaged or cut off, has no splats, or uses compression.
     """
     path = Path(path)
     data = read_if(path, (MAGIC,))

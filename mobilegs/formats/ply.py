@@ -105,10 +105,8 @@ def read_ply(path: Path | str) -> Gaussians:
     of the smaller scale as the third. Properties that 3DGS does not use are skipped; the SH degree
     (0 to 3) follows from the number of `f_rest_*`. Infinite logits of opacities, and logarithms of
     scales of 0, become large finite ones. Rows with other values that are not finite are left out,
-    and counted in a logged warning.
-
-    Raises:
-        InputError: the file is missing, not a PLY, cut off, or lacks a property of 3DGS.
+    and counted in a logged warning. Raises InputError if the file is missing, not a PLY, cut off,
+    or lacks a property of 3DGS.
     """
     path = Path(path)
     header, size = read_header(path)

@@ -46,10 +46,8 @@ def read_compressed(file: BinaryIO, tables: dict[str, Table], path: Path) -> Gau
     """Read the Gaussians of a compressed `.ply` as float32 on the CPU.
 
     `tables` has the elements by name, all of them within the file; `path` is used in messages.
-    Gaussians that are not finite are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: an element or property is missing, or there are too few chunks.
+    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
+    if an element or property is missing, or there are too few chunks.
     """
     vertex, chunk = tables["vertex"], tables.get("chunk")
     rest = _validate(vertex, chunk, tables.get("sh"), path)

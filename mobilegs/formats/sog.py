@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import torch
@@ -82,10 +82,8 @@ def read_sog_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     The second result says how the Gaussians cover pixels: the field `model` of newer files. That
     of 2D Gaussians (`2dgs`) is drawn as plain 3DGS, with a logged warning.
 
-    Gaussians that are not finite are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: a file is missing, not a `.sog` of version 1 or 2, damaged or cut off.
+    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
+    if a file is missing, not a `.sog` of version 1 or 2, damaged or cut off.
     """
     path = Path(path)
     try:
@@ -132,10 +130,7 @@ def _from_zip(archive: zipfile.ZipFile, path: Path) -> ReadFile:
         if archive.getinfo(name).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise NotImplementedError  # other methods ignore the limit of read()
         with archive.open(name) as file:
-            content = file.read(size_max + 1)
-        if len(content) > size_max:
-            raise InputError(f"{path} is damaged: its {name} is too large")
-        return content
+            return _content(file, size_max, f"{path}: {name}")
 
     return read_file
 
@@ -144,12 +139,16 @@ def _from_folder(folder: Path) -> ReadFile:
     def read_file(name: str, size_max: int) -> bytes:
         file_size(folder / name)
         with (folder / name).open("rb") as file:
-            content = file.read(size_max + 1)
-        if len(content) > size_max:
-            raise InputError(f"{folder / name} is too large")
-        return content
+            return _content(file, size_max, str(folder / name))
 
     return read_file
+
+
+def _content(file: IO[bytes], size_max: int, name: str) -> bytes:
+    content = file.read(size_max + 1)
+    if len(content) > size_max:
+        raise InputError(f"{name} is too large: the scene is damaged")
+    return content
 
 
 def _read_meta(read_file: ReadFile, path: Path) -> dict[str, Any]:

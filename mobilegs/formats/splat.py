@@ -22,10 +22,8 @@ SCALE_MIN = np.float32(1e-30)  # a scale of 0 has no logarithm
 def read_splat(path: Path | str) -> Gaussians:
     """Read a `.splat` scene, SH degree 0, as float32 on the CPU.
 
-    Gaussians that are not finite are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: the file is missing or empty, or its size is not a multiple of 32 bytes.
+    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
+    if the file is missing or empty, or its size is not a multiple of 32 bytes.
     """
     path = Path(path)
     size = file_size(path)

@@ -46,7 +46,7 @@ WINDOW_MAX = 1 << 27  # bytes of a Zstandard window
 FRACTION_BITS, FRACTION_BITS_MAX = 12, 24  # of positions: usual and largest number
 POSITION_BITS_MIN = 16  # of the farthest position
 STEPS_PER_SIZE = 4  # of positions, in the size of a small Gaussian
-SMALL = 0.01  # share of the Gaussians that are smaller than it
+SMALL_SHARE = 0.01  # share of the Gaussians that are smaller than it
 SH_STEPS = (8, 16)  # steps of a byte: 5 bits for degree 1 and 4 for higher ones, as is usual
 GZIP_LEVEL = 6  # 9 saves 2 % and takes five times as long
 # signs of the SH coefficients above degree 0 when y and z change sign
@@ -86,10 +86,8 @@ def read_spz(path: Path | str) -> Gaussians:
 def read_spz_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     """Read an `.spz` as float32 on the CPU, and how its Gaussians cover pixels.
 
-    SH of degree 4 are cut to degree 3.
-
-    Raises:
-        InputError: the file is missing, not an `.spz` of version 1 to 4, damaged or cut off.
+    SH of degree 4 are cut to degree 3. Raises InputError if the file is missing, not an `.spz` of
+    version 1 to 4, damaged or cut off.
     """
     path = Path(path)
     data = read_if(path, (GZIP, MAGIC))
@@ -247,10 +245,8 @@ def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = 
 
     Gaussians that are not finite are left out, and counted in a logged warning. An antialiased
     footprint becomes the format's flag, and readers draw a blur of 0.3: another blur is named in a
-    logged warning.
-
-    Raises:
-        InputError: there are more than 10 million Gaussians, or a coordinate reaches 2^23.
+    logged warning. Raises InputError if there are more than 10 million Gaussians, or a coordinate
+    reaches 2^23.
     """
     if footprint.blur != BLUR:
         log.warning("a .spz has no place for the blur %g: readers draw 0.3", footprint.blur)
@@ -276,7 +272,7 @@ def _fraction_bits(gaussians: Gaussians) -> int:
     """
     integer_bits = math.frexp(float(gaussians.means.abs().max()))[1]  # of the farthest position
     sizes = gaussians.log_scales.amax(1)
-    small = float(sizes.kthvalue(max(1, round(SMALL * len(sizes)))).values)
+    small = float(sizes.kthvalue(max(1, round(SMALL_SHARE * len(sizes)))).values)
     needed = math.ceil((math.log(STEPS_PER_SIZE) - small) / math.log(2))
     wanted = max(FRACTION_BITS, POSITION_BITS_MIN - integer_bits, needed)
     bits = min(23 - integer_bits, wanted, FRACTION_BITS_MAX)

@@ -20,11 +20,11 @@ from mobilegs.live.frames import BrowserCamera, TrainingCameras
 MODES = ("render", "depth", "error", "photo", "photo | render | error")
 PHOTO_MODES = MODES[2:]  # seen from the nearest photo's camera instead of the browser's
 CHOOSE = "choose one"
-FRUSTUM = 0.04  # size of a camera, in extents of the scene
-BALL = 0.01  # radius of the clickable ball behind it
+FRUSTUM_SIZE = 0.04  # size of a camera, in extents of the scene
+BALL_RADIUS = 0.01  # radius of the clickable ball behind it
 ORANGE = (250, 150, 50)
 QUALITY = 85  # of JPEG
-CLOSED = r"Queued a \w+ on a closed connection"
+CLOSED_WARNING = r"Queued a \w+ on a closed connection"
 
 
 class LocalServer(viser.ViserServer):
@@ -85,7 +85,7 @@ class Page:
         if client is None:
             return
         with warnings.catch_warnings():  # viser warns if a browser disconnects now
-            warnings.filterwarnings("ignore", CLOSED)
+            warnings.filterwarnings("ignore", CLOSED_WARNING)
             client.scene.set_background_image(frame, "jpeg", jpeg_quality=QUALITY)
 
     def set_status(self, rows: dict[str, str]) -> None:
@@ -134,7 +134,7 @@ class Page:
                 f"/cameras/{index}",
                 fov=cameras.fov(index, camera.width / camera.height),
                 aspect=camera.width / camera.height,
-                scale=FRUSTUM * cameras.extent,
+                scale=FRUSTUM_SIZE * cameras.extent,
                 thickness=1.5,
                 thickness_units="screen",
                 color=ORANGE,
@@ -143,9 +143,9 @@ class Page:
             )
             ball = scene.add_icosphere(
                 f"/cameras/{index}/ball",
-                radius=BALL * cameras.extent,
+                radius=BALL_RADIUS * cameras.extent,
                 color=ORANGE,
-                position=(0.0, 0.0, -2 * BALL * cameras.extent),
+                position=(0.0, 0.0, -2 * BALL_RADIUS * cameras.extent),
                 subdivisions=1,
                 cast_shadow=False,
                 receive_shadow=False,

@@ -57,8 +57,7 @@ GAUSSIANS_PER_BYTE = 1
 def pack(scene: QuantizedScene) -> bytes:
     """Return the bytes of a `.mgs` file; equal scenes give equal bytes.
 
-    Raises:
-        InputError: a file cannot hold the scene (see `QuantizedScene.check`).
+    Raises InputError if a file cannot hold the scene (see `QuantizedScene.check`).
     """
     scene.check()
     scene = scene.sorted()
@@ -150,8 +149,7 @@ def _decode_rows(
 def unpack(data: bytes) -> QuantizedScene:
     """Return the scene in the bytes of a `.mgs`; `unpack(pack(scene))` equals `scene.sorted()`.
 
-    Raises:
-        InputError: the bytes are not a `.mgs`, are damaged, or need a newer program.
+    Raises InputError if the bytes are not a `.mgs`, are damaged, or need a newer program.
     """
     fields, streams = read_container(data)
     header = parse_header(fields)
@@ -203,10 +201,8 @@ def inspect(data: bytes) -> dict[str, Any]:
 
     `streams` lists name, codec, bytes, bytes per Gaussian, `used` (False for a stream that the
     header does not need) and `raw_bytes` (the size without an entropy coder; None if not used).
-    With `header_bytes` and `padding_bytes` their bytes add up to `file_bytes`.
-
-    Raises:
-        InputError: the bytes are not a `.mgs`, or the header is not valid.
+    With `header_bytes` and `padding_bytes` their bytes add up to `file_bytes`. Raises InputError if
+    the bytes are not a `.mgs`, or the header is not valid.
     """
     fields, streams = read_container(data)
     header = parse_header(fields)
@@ -257,8 +253,7 @@ def inspect(data: bytes) -> dict[str, Any]:
 def read_mgs(path: Path | str) -> QuantizedScene:
     """Read the scene in a `.mgs` file.
 
-    Raises:
-        InputError: the file cannot be read, or is not a valid `.mgs`.
+    Raises InputError if the file cannot be read, or is not a valid `.mgs`.
     """
     data = _read_bytes(path)
     try:
@@ -279,8 +274,7 @@ def inspect_mgs(path: Path | str) -> dict[str, Any]:
 def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
     """Write a scene to a `.mgs` file atomically; returns its size in bytes.
 
-    Raises:
-        InputError: a file cannot hold the scene.
+    Raises InputError if a file cannot hold the scene.
     """
     data = pack(scene)
     atomic_write(path, data)

@@ -124,9 +124,8 @@ def weighting_fields(weighting: Weighting) -> dict[str, Any]:
 def parse_header(fields: dict[str, Any]) -> Header:
     """Parse what `header_fields` wrote; unknown fields are ignored.
 
-    Raises:
-        InputError: a field is missing, has a wrong type, is out of range, or names something
-            that this program does not support.
+    Raises InputError if a field is missing, has a wrong type, is out of range, or names something
+    that this program does not support.
     """
     colors = fields.get("colors", "networks")
     for name, value, known in (

@@ -59,8 +59,7 @@ def encode(symbols: UInt16[np.ndarray, "n"], alphabet: int, *, contextual: bool 
 def decode(data: bytes | memoryview, count: int, alphabet: int) -> UInt16[np.ndarray, "n"]:
     """Decode the `count` symbols below `alphabet` that `encode` wrote.
 
-    Raises:
-        InputError: the bytes are not a complete stream of `count` symbols of this alphabet.
+    Raises InputError if the bytes are not a complete stream of `count` symbols of this alphabet.
     """
     check_header(data, count, alphabet)
     symbols = binding.decode_rans(data, count, alphabet)

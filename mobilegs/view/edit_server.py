@@ -36,7 +36,7 @@ from mobilegs.view.serve import Handler, Server, validate_scene_file
 
 log = logging.getLogger(__name__)
 SETTINGS_MAX = 1 << 20  # bytes that a page may post besides the mask
-SECURITY = {
+SECURITY_HEADERS = {
     "Referrer-Policy": "no-referrer",  # the address has the token
     "Content-Security-Policy": "frame-ancestors 'none'",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -174,7 +174,7 @@ class EditHandler(Handler):
         self._answer_json({"file": output.name, "lines": report.lines})
 
     def end_headers(self) -> None:
-        for name, value in SECURITY.items():
+        for name, value in SECURITY_HEADERS.items():
             self.send_header(name, value)
         super().end_headers()
 

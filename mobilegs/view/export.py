@@ -28,7 +28,7 @@ from mobilegs.view.assets import (
     viewer_script,
 )
 from mobilegs.view.poster import SIZE, Posters, data_url, encoded, jpeg, posters_of
-from mobilegs.view.serve import KINDS, validate_scene_file
+from mobilegs.view.serve import SUFFIXES, validate_scene_file
 
 ICON = 512  # pixels
 DESCRIPTION = "A scene in 3D, exported by mobilegs"
@@ -38,7 +38,7 @@ SIGNATURES = {
     "manifest.webmanifest": DESCRIPTION,
     "sw.js": "`mobilegs ${",  # the name of its cache
 }
-COSMETIC = ("manifest.webmanifest", "poster.jpg", "icon.png")
+UNVERIFIED = ("manifest.webmanifest", "poster.jpg", "icon.png")
 HTML_MAX = 400_000_000  # bytes of a scene: strings in browsers end at 2^29 characters
 # parts of index.html that exported pages replace
 LINK = '<link rel="icon" href="data:," />'
@@ -156,7 +156,7 @@ def export_site(
     files |= {"index.html": page.encode(), "sw.js": _service_worker(files, name, version)}
     for file, data in files.items():
         atomic_write(output / file, data)
-    for old in (f"scene{kind}" for kind in KINDS):  # of an earlier export
+    for old in (f"scene{kind}" for kind in SUFFIXES):  # of an earlier export
         if old != name and json.dumps(old) in before:
             (output / old).unlink(missing_ok=True)
     return sum(map(len, files.values()))
@@ -231,7 +231,7 @@ def _manifest(title: str) -> bytes:
 def _service_worker(files: dict[str, bytes], name: str, version: str) -> bytes:
     """Return sw.js, which knows the version and the SHA-256 of the files that it keeps."""
     # no digests of pages and images, which hosts may change
-    expected = {".": version, "index.html": version, **dict.fromkeys(COSMETIC, "")}
+    expected = {".": version, "index.html": version, **dict.fromkeys(UNVERIFIED, "")}
     kept = ("viewer.js", *CHUNKS, name)
     expected |= {file: hashlib.sha256(files[file]).hexdigest() for file in kept}
     changes = {

@@ -21,10 +21,10 @@ from mobilegs.up import Axis
 from mobilegs.view.orbit import Pose, camera_of, first_pose
 
 SIZE = (1200, 630)  # pixels, the size that services which preview links expect
-INLINE = 440  # pixels of the longer side of posters inside of a page
-WIDEST = 2.3  # width over height of screens that a poster fills; as high in portrait
+INLINE_SIDE = 440  # pixels of the longer side of posters inside of a page
+ASPECT_MAX = 2.3  # width over height of screens that a poster fills; as high in portrait
 QUALITY = 40  # of WebP
-WALL = "#0d0f12"  # colour of the page around posters
+PAGE_COLOR = "#0d0f12"  # colour of the page around posters
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,8 @@ def posters_of(
     if pose.box is None:
         return Posters(preview, "")
     upright = first_pose(scene, views, up, size=(1, 2))
-    wide = _rule(scene, views, pose, WIDEST)
-    high = _rule(scene, views, upright, 1 / WIDEST)
+    wide = _rule(scene, views, pose, ASPECT_MAX)
+    high = _rule(scene, views, upright, 1 / ASPECT_MAX)
     return Posters(preview, f"{wide}\n@media (orientation: portrait) {{ {high} }}")
 
 
@@ -75,7 +75,7 @@ def _rule(scene: Scene, views: list[Camera], pose: Pose, shape: float) -> str:
     shapes = (1.0, shape)
     width = max(max(x, y * each) for each in shapes)  # tangents of half the poster
     height = max(max(y, x / each) for each in shapes)
-    share = INLINE / max(width, height)
+    share = INLINE_SIDE / max(width, height)
     size = max(16, round(share * width)), max(16, round(share * height))
     whole = pose.copy()
     whole.box = (width, height)
@@ -86,7 +86,7 @@ def _rule(scene: Scene, views: list[Camera], pose: Pose, shape: float) -> str:
         f"background-size: calc(min(100vw / {x:.5f}, 100{unit} / {y:.5f}) * {width:.5f}) auto; "
         for unit in ("vh", "dvh")  # browsers that do not know the second keep the first
     )
-    place = f"background: {WALL} url({poster}) center no-repeat; {sizes}"
+    place = f"background: {PAGE_COLOR} url({poster}) center no-repeat; {sizes}"
     return f"mobile-gs {{ {place}}}"
 
 

@@ -36,8 +36,8 @@ SCENE, OTHER = "/scene", "/other"  # the viewer recognises a format by its first
 VIEWER = "/viewer.js"
 BLOCK = 1 << 20
 UNDECODED = "surrogateescape"  # file names may be any bytes
-KINDS = (".mgs", ".ply", ".spz")
-CONVERT = " (`mobilegs export --to ply` converts scenes of other tools)"
+SUFFIXES = (".mgs", ".ply", ".spz")
+CONVERT_HINT = " (`mobilegs export --to ply` converts scenes of other tools)"
 log = logging.getLogger(__name__)
 
 
@@ -265,8 +265,8 @@ def validate_scene_file(path: Path) -> None:
     """
     if path.is_dir():
         raise InputError(f"cannot read {path}: it is a folder")
-    if path.suffix.lower() not in KINDS:
-        raise InputError(f"{path} is not a scene: give a .mgs, .ply or .spz file{CONVERT}")
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path} is not a scene: give a .mgs, .ply or .spz file{CONVERT_HINT}")
     with reading(path), path.open("rb") as file:
         head = file.read(1 << 16)
     if not head:
@@ -274,7 +274,7 @@ def validate_scene_file(path: Path) -> None:
     if head.startswith(b"ply"):
         if b" packed_position" in head:
             raise InputError(
-                f"{path} is a compressed .ply, which the web viewer does not show{CONVERT}"
+                f"{path} is a compressed .ply, which the web viewer does not show{CONVERT_HINT}"
             )
         header = parse_header(head, path)
         names = [element.name for element in header.elements]
@@ -282,7 +282,7 @@ def validate_scene_file(path: Path) -> None:
         if not plain or any(header.elements[0].columns.get(name) != "f4" for name in COLUMNS):
             raise InputError(
                 f"{path} is not a .ply that the web viewer shows: it needs the vertices first, as "
-                f"binary little-endian floats{CONVERT}"
+                f"binary little-endian floats{CONVERT_HINT}"
             )
 
 

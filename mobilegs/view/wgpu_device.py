@@ -18,7 +18,7 @@ from mobilegs.extras import extra_module
 from mobilegs.view import assets
 
 PASSES = ("network", "project", "splat", "resolve")
-FLOATS = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
+FLOAT32_FEATURES = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
 ADAPTER_TYPES = ("DiscreteGPU", "IntegratedGPU")  # the preferred ones, in this order
 FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
 REMEDY = (
@@ -152,11 +152,11 @@ class Program:
         features = wanted & set(gpu.features)
         self.number = "f16" if "shader-f16" in features else "f32"
         if full_precision:
-            if not FLOATS <= set(gpu.features):
+            if not FLOAT32_FEATURES <= set(gpu.features):
                 raise InputError(
                     f"{self.gpu} cannot blend and filter 32-bit floats, which full_precision needs"
                 )
-            features |= FLOATS
+            features |= FLOAT32_FEATURES
         limits = ("max-buffer-size", "max-storage-buffer-binding-size")
         try:
             self.device = gpu.request_device_sync(

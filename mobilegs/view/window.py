@@ -25,7 +25,7 @@ from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views, up_source
 from mobilegs.up import AXES, USUAL, Axis, next_axis
-from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, first_pose, point_under
+from mobilegs.view.orbit import COMMAND_KEYS, Input, Pose, camera_of, first_pose, point_under
 from mobilegs.view.wgpu_device import translated_errors
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 
@@ -35,7 +35,7 @@ FPS_MAX = 120
 SORT_ANGLE = math.cos(math.radians(0.5))  # sort again after a larger turn than this
 SECONDS_MAX = 0.1  # longest time step of flying
 TITLE_EVERY = 0.25  # seconds between updates of the title
-LINGER = 0.15  # seconds after an input for which frame times still count
+LINGER_SECONDS = 0.15  # seconds after an input for which frame times still count
 HELP = """\
   drag                  turn around the scene
   right drag, Shift     move sideways
@@ -223,7 +223,7 @@ class Window:
         order = self._order_for(camera) if self._renderer.program.sorted else None
         n = supersampling_for(camera, self._views)
         self._renderer.render_into(target, self._format, camera, order=order, supersampling=n)
-        moving = self.input.busy or now - self._touched < LINGER
+        moving = self.input.busy or now - self._touched < LINGER_SECONDS
         self._last_frame = now if moving else None
         if self.timed and now - self._titled > TITLE_EVERY:
             self._titled = now
@@ -279,7 +279,7 @@ class Window:
             self._touch()
         elif down:
             key = event["key"].lower()
-            if not COMMAND & set(event["modifiers"]):
+            if not COMMAND_KEYS & set(event["modifiers"]):
                 self._act(key)
             elif key == "q":
                 self.canvas.close()

@@ -44,7 +44,7 @@ from tests.support.tiny import CPU, cameras
 
 pytest.importorskip("viser", reason="needs the extra live")
 
-from mobilegs.live.page import BALL, CHOOSE, MODES, Page
+from mobilegs.live.page import BALL_RADIUS, CHOOSE, MODES, Page
 from mobilegs.live.session import LiveSession
 
 FREE_PORT = "127.0.0.1:0"
@@ -296,7 +296,7 @@ def on_screen(browser: BrowserCamera, point: np.ndarray) -> tuple[float, float]:
 
 def visible_balls(browser: BrowserCamera, views: TrainingCameras) -> list[tuple[int, float, float]]:
     """Cameras whose balls are on the page, not under the panel, and their pixels."""
-    points = (views.positions - 2 * BALL * views.extent * views.forwards).numpy()
+    points = (views.positions - 2 * BALL_RADIUS * views.extent * views.forwards).numpy()
     places = [(index, *on_screen(browser, point)) for index, point in enumerate(points)]
     width = canvas(browser)[0]
     return [(index, x, y) for index, x, y in places if 20 < x < width - 20 and 200 < y < 580]
