@@ -6,6 +6,7 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 
 from mobilegs.errors import InputError
@@ -67,6 +68,12 @@ def atomic_write(path: Path | str, content: bytes | str) -> None:
     """Write `content` to `path` atomically, text as UTF-8. Raises as `atomic_path`."""
     with atomic_path(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def free_path(path: Path) -> Path:
+    """Return the first of NAME, NAME-2, NAME-3, ... beside `path` that no file has."""
+    numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+    return next(each for each in chain([path], numbered) if not each.exists())
 
 
 def remove_unfinished(path: Path) -> None:

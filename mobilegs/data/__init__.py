@@ -38,15 +38,10 @@ def load_capture(
     Photos are not decoded yet. A file near_plane.txt in the folder, with one number in world
     units, replaces the near plane that follows from the spread of the cameras.
 
-    Args:
-        path: the folder.
-        downscale: divides the size of the photos, at least 1; a folder `images_N` is used if it
-            exists. None makes photos at most 1600 pixels wide.
-        background: RGB in [0, 1]; None is white for transparent renders and black otherwise.
-        masks: False ignores the masks of the photos.
-
-    Raises:
-        InputError: an argument is out of range, or the folder is not a valid capture.
+    `downscale` divides the size of the photos, and uses a folder `images_N` if it exists; None
+    makes photos at most 1600 pixels wide. `background` is RGB in [0, 1]; None is white for
+    transparent renders and black otherwise. `masks` False ignores the masks of the photos. Raises
+    InputError if an argument is out of range, or the folder is not a valid capture.
     """
     path = Path(os.path.abspath(path))
     if downscale is not None and downscale < 1:

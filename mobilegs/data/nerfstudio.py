@@ -53,20 +53,21 @@ def load_nerfstudio(
     eighth by name. Transparent photos are composited over `background`: by default white if any
     photo is transparent, else black. `load_capture` describes the arguments. Raises `InputError`.
     """
-    meta = read_transforms(path / "transforms.json")
-    files = frame_files(path, meta, path / "transforms.json")
+    source = path / "transforms.json"
+    meta = read_transforms(source)
+    files = frame_files(path, meta, source)
     if background is None:
         see_through = any(images.has_alpha(file) for file in files)
         background = (1.0, 1.0, 1.0) if see_through else (0.0, 0.0, 0.0)
     points, colors = _points(path, meta)
     poses = [
-        _viewmat(f"{path / 'transforms.json'}: frame {index}", entry.get("transform_matrix"))
+        _viewmat(f"{source}: frame {index}", entry.get("transform_matrix"))
         for index, entry in enumerate(meta["frames"])
     ]
     _, points, offset = recentred(poses, points)
     options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
     options["offset"] = offset
-    photos = frames_of_photos(path, "transforms.json", **options)
+    photos = _frames_of_photos(path, source, meta, files, **options)
     frames = list(chain.from_iterable(photos))
     if (path / "transforms_test.json").is_file():
         train, test = frames, read_frames(path, "transforms_test.json", **options)
@@ -163,27 +164,28 @@ def find_file(path: Path, name: str, suffixes: Sequence[str] = ("",)) -> Path | 
 
 
 def read_frames(path: Path, file: str, **options: Any) -> list[Frame]:
-    """Read the frames of a transforms file, in its order; as `frames_of_photos`."""
-    return list(chain.from_iterable(frames_of_photos(path, file, **options)))
+    """Read the frames of a transforms file, in its order; options as `_frames_of_photos` has."""
+    meta = read_transforms(path / file)
+    files = frame_files(path, meta, path / file)
+    return list(chain.from_iterable(_frames_of_photos(path, path / file, meta, files, **options)))
 
 
-def frames_of_photos(
+def _frames_of_photos(
     path: Path,
-    file: str,
+    source: Path,
+    meta: dict[str, Any],
+    photos: list[Path],
     *,
     downscale: int | None,
     background: Color,
     masks: bool = True,
     offset: Offset = (0.0, 0.0, 0.0),
 ) -> list[list[Frame]]:
-    """Read the frames of each photo of the transforms file `file` in `path`.
+    """Return the frames of each of `photos` of the capture `path`, which `source` describes.
 
     A panorama has six frames, any other photo one. `offset` is subtracted from the positions of
     the cameras.
     """
-    source = path / file
-    meta = read_transforms(source)
-    photos = frame_files(path, meta, source)
     root = Path(commonpath([photo.parent for photo in photos]))
     names = [photo.relative_to(root).as_posix() for photo in photos]
     reduced = images.reduced_files(root, names, downscale)

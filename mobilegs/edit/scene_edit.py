@@ -7,7 +7,6 @@ same bits. A plain 3DGS scene keeps its numbers as well, and has no notes.
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ import torch
 from jaxtyping import Bool, Int
 from torch import Tensor
 
-from mobilegs.atomic import atomic_path, read_if
+from mobilegs.atomic import atomic_path, free_path, read_if
 from mobilegs.camera import Camera
 from mobilegs.edit.camera_counts import count_cameras, floaters
 from mobilegs.edit.notes import merged_notes
@@ -111,18 +110,10 @@ def edit_file(
     """Write an edited copy of a scene file to a new file, atomically.
 
     A `.mgs` becomes a `.mgs`; a plain 3DGS scene becomes the format that the output's suffix names.
-
-    Args:
-        scene: a .mgs, .ply, .spz, .sog, .splat or .glb.
-        output: the file to write, which must not exist.
-        edit: what to remove and which notes to set.
-        cameras: cameras that are counted; those of the file if there are none.
-        camera_source: what `cameras` are, in words, for the report.
-        progress: called with the cameras that are counted and their number.
-
-    Raises:
-        InputError: the output exists or is the scene, no Gaussian would stay, the file cannot be
-            read, has no cameras to count, or cannot hold the notes.
+    `cameras` are counted, or those of the file if there are none; `camera_source` says what they
+    are. `progress` is called with the cameras that are counted and their number. Raises InputError
+    if the output exists, no Gaussian would stay, or the scene cannot be read, has no cameras to
+    count, or cannot hold the notes.
     """
     validate_output(scene, output)
     if scene.suffix.lower() == ".mgs":
@@ -167,9 +158,7 @@ def free_name(scene: Path) -> Path:
     """
     suffix = scene.suffix.lower()
     suffix = suffix if suffix == ".mgs" or suffix in WRITTEN_SUFFIXES else ".ply"
-    names = (f"-{number}" if number > 1 else "" for number in count(1))
-    paths = (scene.with_name(f"{scene.stem}-edited{name}{suffix}") for name in names)
-    return next(path for path in paths if not path.exists())
+    return free_path(scene.with_name(f"{scene.stem}-edited{suffix}"))
 
 
 def kept_rows(scene: QuantizedScene, keep: Bool[Tensor, "n"]) -> QuantizedScene:

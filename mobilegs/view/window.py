@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from PIL import Image
 
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, free_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
@@ -187,10 +187,7 @@ class Window:
 
     def save(self) -> Path:
         """Write the current view to a new PNG file in the working folder. Returns its path."""
-        path, number = Path(f"{self._name}.png"), 1
-        while path.exists():
-            number += 1
-            path = Path(f"{self._name}-{number}.png")
+        path = free_path(Path(f"{self._name}.png"))
         camera = self.camera(*self.canvas.get_physical_size())
         n = supersampling_for(camera, self._views)
         image = self._renderer.render(camera, supersampling=n)
