@@ -91,7 +91,6 @@ def run_columns() -> dict[str, PrimitiveConstructorSpec]:
 
 
 def all_columns() -> list[str]:
-    """Return the names of all columns of a list."""
     return [*LIST_COLUMNS, *EXPORT_COLUMNS, *run_columns()]
 
 

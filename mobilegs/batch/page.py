@@ -60,7 +60,6 @@ def _head() -> str:
 
 
 def _row(each: Entry) -> str:
-    """Return a row of the table."""
     page = None if each.page is None else quote(each.page)
     poster = (
         "" if each.poster is None else f'<img src="{quote(each.poster)}" alt="" loading="lazy" />'

@@ -64,7 +64,6 @@ class RowFolder:
         return (path, place["kind"]) if path.exists() else None
 
     def append(self, event: str, attempt: int, **about: Any) -> None:
-        """Append an event with the time."""
         row = {"event": event, "attempt": attempt, "time": round(time.time(), 3), **about}
         with self.events_file.open("a") as file:
             file.write(json.dumps(row) + "\n")
@@ -89,7 +88,6 @@ class RowFolder:
         return None
 
     def done_stages(self) -> set[str]:
-        """Return the stages that are done."""
         return {row["stage"] for row in self.events() if row.get("result") == "done"}
 
     def attempts(self) -> int:

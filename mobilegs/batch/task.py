@@ -43,12 +43,10 @@ class Task:
     environment: dict[str, str] = field(default_factory=dict)
 
     def as_json(self) -> str:
-        """Return the task as a line of JSON."""
         return json.dumps(asdict(self))
 
     @staticmethod
     def from_json(line: str) -> "Task":
-        """Return the task of `as_json`."""
         return Task(**json.loads(line))
 
 

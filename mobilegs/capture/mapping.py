@@ -149,7 +149,6 @@ class Geometry(NamedTuple):
 
 
 def read_geometry(model: Path) -> Geometry:
-    """Read cameras and points of the reconstruction in the folder `model`."""
     reconstruction = load_pycolmap().Reconstruction(model)
     placed = sorted(
         (reconstruction.image(number) for number in reconstruction.reg_image_ids()), key=_name

@@ -117,7 +117,6 @@ def grouped(names: Sequence[str], key: Callable[[str], str]) -> list[list[int]]:
 
 
 def read_descriptors(database: Path, names: Sequence[str]) -> list[UInt8[np.ndarray, "_ 128"]]:
-    """Read the SIFT descriptors of each photo."""
     with load_pycolmap().Database.open(database) as content:
         numbers = {image.name: image.image_id for image in content.read_all_images()}
         return [content.read_descriptors(numbers[name]).data for name in names]

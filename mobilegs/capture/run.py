@@ -353,7 +353,6 @@ def left_out(photos: list[PreparedPhoto], mapped: dict[str, Any]) -> list[str]:
 
 
 def validate_options(run: CaptureRun) -> None:
-    """Raise InputError for an option out of range."""
     if run.max_size < SIZE_MIN:
         raise InputError(f"--max-size must be {SIZE_MIN} pixels or more, got {run.max_size}")
     if run.frames is not None and run.frames < PHOTOS_MIN:

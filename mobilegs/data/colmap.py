@@ -23,7 +23,6 @@ from mobilegs.data.colmap_files import (
 from mobilegs.data.dataset import (
     Color,
     Dataset,
-    Frame,
     assemble,
     posed_frames,
     recentred,
@@ -88,23 +87,27 @@ def load_colmap(
         raise InputError(f"{model} has no registered photo; reconstruct it again with more overlap")
     points = read_points(_model_file(model, "points3D"))
     viewmats, xyz, offset = recentred([_viewmat(image) for image in registered], points.xyz)
-    files, factor = _photo_files(path, [image.name for image in registered], downscale)
+    files, downscale = _photo_files(path, [image.name for image in registered], downscale)
+    background = background or (0.0, 0.0, 0.0)
     groups = _moments(model)
-    frames = [
-        frame
-        for image, viewmat in zip(registered, viewmats, strict=True)
-        for frame in _frames(
-            image,
-            cameras,
-            files[image.name],
-            downscale=factor,
+    frames = []
+    for image, viewmat in zip(registered, viewmats, strict=True):
+        if image.camera_id not in cameras:
+            raise InputError(
+                f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not "
+                "exist"
+            )
+        lens = cameras[image.camera_id]
+        frames += posed_frames(
+            image.name,
+            _camera(lens, viewmat),
+            image_path=files[image.name],
+            downscale=downscale,
             mask_path=mask_file(path / "masks", image.name) if masks else None,
-            background=background or (0.0, 0.0, 0.0),
-            model=model,
-            viewmat=viewmat,
+            distortion=lens.distortion,
             group=groups.get(image.number, ""),
+            background=background,
         )
-    ]
     train, test = split_every_eighth(frames)
     return assemble(
         path.resolve().name,
@@ -113,7 +116,7 @@ def load_colmap(
         points=xyz,
         offset=offset,
         colors=points.rgb / 255,
-        background=background or (0.0, 0.0, 0.0),
+        background=background,
     )
 
 
@@ -171,40 +174,10 @@ def _moments(model: Path) -> dict[int, str]:
     }
 
 
-def _frames(
-    image: ColmapImage,
-    cameras: dict[int, ColmapCamera],
-    file: Path,
-    *,
-    downscale: int | None,
-    mask_path: Path | None,
-    background: Color,
-    model: Path,
-    viewmat: Float[np.ndarray, "4 4"],
-    group: str,
-) -> list[Frame]:
-    if image.camera_id not in cameras:
-        raise InputError(
-            f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not exist"
-        )
-    lens = cameras[image.camera_id]
+def _camera(lens: ColmapCamera, viewmat: Float[np.ndarray, "4 4"]) -> Camera:
     fx, fy, cx, cy = lens.intrinsics
-    camera = Camera(
-        viewmat=torch.from_numpy(viewmat).float(),
-        K=torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
-        width=lens.width,
-        height=lens.height,
-    )
-    return posed_frames(
-        image.name,
-        camera,
-        image_path=file,
-        downscale=downscale,
-        mask_path=mask_path,
-        distortion=lens.distortion,
-        group=group,
-        background=background,
-    )
+    K = torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+    return Camera(torch.from_numpy(viewmat).float(), K, lens.width, lens.height)
 
 
 def _viewmat(image: ColmapImage) -> Float[np.ndarray, "4 4"]:

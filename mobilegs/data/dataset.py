@@ -77,7 +77,6 @@ class View:
     mask: Float[Tensor, "h w"] | None = None
 
     def to(self, device: torch.device | str) -> "View":
-        """Return the view on `device`."""
         mask = None if self.mask is None else self.mask.to(device)
         return View(self.name, self.camera.to(device), self.image.to(device), mask)
 

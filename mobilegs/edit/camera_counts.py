@@ -117,7 +117,6 @@ def _isolated(scene: Scene) -> Bool[Tensor, "n"]:
 
 
 def _selected(scene: Scene, rows: Bool[Tensor, "n"]) -> Scene:
-    """Return the scene with the Gaussians at `rows` only."""
     rows = rows.to(scene.gaussians.means.device)
     lobes = None if scene.lobes is None else scene.lobes[rows]
     return replace(scene, gaussians=scene.gaussians.select(rows), lobes=lobes)

@@ -31,7 +31,6 @@ class Box:
     quaternion: tuple[Number, Number, Number, Number] = (1.0, 0.0, 0.0, 0.0)
 
     def contains(self, means: Float[Tensor, "n 3"]) -> Bool[Tensor, "n"]:
-        """Return which points lie inside or on the box."""
         low, high = (torch.tensor(end, dtype=torch.float64) for end in (self.low, self.high))
         turn = rotation_matrices(torch.tensor([self.quaternion], dtype=torch.float64))[0]
         inside = (means.double() - (low + high) / 2) @ turn  # row vectors: the inverse turn
@@ -46,7 +45,6 @@ class Sphere:
     radius: Number
 
     def contains(self, means: Float[Tensor, "n 3"]) -> Bool[Tensor, "n"]:
-        """Return which points lie inside or on the sphere."""
         away = means.double() - torch.tensor(self.center, dtype=torch.float64)
         return away.norm(dim=1) <= self.radius
 
@@ -64,7 +62,6 @@ class HalfSpace:
     offset: Number
 
     def contains(self, means: Float[Tensor, "n 3"]) -> Bool[Tensor, "n"]:
-        """Return which points lie below the plane."""
         return means.double() @ torch.tensor(self.normal, dtype=torch.float64) < self.offset
 
 

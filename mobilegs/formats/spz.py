@@ -74,7 +74,6 @@ class Header:
 
     @property
     def sizes(self) -> list[int]:
-        """Bytes of each attribute."""
         return [self.count * width for width in self.widths]
 
 
@@ -145,7 +144,6 @@ def _decompress_gzip(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]
 
 
 def _decompress_streams(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
-    """Decompress the streams of version 4."""
     import zstandard
 
     end = header.table + 16 * header.streams

@@ -31,7 +31,6 @@ class LocalServer(viser.ViserServer):
     """viser's server without its tunnel into the internet, which any page could request."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Return no address."""
         return None
 
 
@@ -95,13 +94,11 @@ class Page:
             self._status.content = text
 
     def pause(self, paused: bool) -> None:
-        """Pause the training or continue it."""
         self.paused = paused
         self._button.label = "Resume" if paused else "Pause"
         self.changed.set()
 
     def set_mode(self, mode: str) -> None:
-        """Switch to one of `MODES`."""
         self.mode = mode
         self._frustums.visible = self.with_cameras and mode not in PHOTO_MODES
         self.changed.set()
@@ -115,7 +112,6 @@ class Page:
             client.camera.fov = self.cameras.fov(index, client.camera.aspect)
 
     def close(self) -> None:
-        """Stop listening."""
         with redirect_stdout(io.StringIO()):
             self._server.stop()
 

@@ -135,8 +135,11 @@ class LiveSession:
             size = self.budget.size(request.detail, *request.canvas)
             camera = request.source.camera(*size, near=self._dataset.near)
             camera = camera.to(self._scene.background.device)
-            render = frames.render_depth if request.mode == "depth" else frames.render_color
-            image, self._photo_status = render(self._scene, camera), {}
+            self._photo_status = {}
+            if request.mode == "depth":
+                image = frames.render_depth(self._scene, camera)
+            else:
+                image = self._scene.render(camera).image
             self.page.send_frame(number, to_bytes(image).cpu().numpy())
             self.budget.record_speed(request.detail, size[0] * size[1], time.monotonic() - began)
         else:

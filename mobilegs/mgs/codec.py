@@ -6,7 +6,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import asdict, replace
 from itertools import repeat
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -41,6 +41,8 @@ from mobilegs.mgs.uniform_streams import (
 )
 from mobilegs.render.project import CLASSIC
 from mobilegs.representation.codebooks import Attribute
+
+Result = TypeVar("Result")
 
 FILE_MAX = 1 << 32
 # stream of the colour decoder, by the header's field `colors`
@@ -255,20 +257,12 @@ def read_mgs(path: Path | str) -> QuantizedScene:
 
     Raises InputError if the file cannot be read, or is not a valid `.mgs`.
     """
-    data = _read_bytes(path)
-    try:
-        return unpack(data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return _parsed(path, unpack)
 
 
 def inspect_mgs(path: Path | str) -> dict[str, Any]:
     """Report the content of a `.mgs` file as `inspect` does; raises like `read_mgs`."""
-    data = _read_bytes(path)
-    try:
-        return inspect(data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return _parsed(path, inspect)
 
 
 def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
@@ -281,12 +275,16 @@ def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
     return len(data)
 
 
-def _read_bytes(path: Path | str) -> bytes:
+def _parsed(path: Path | str, parse: Callable[[bytes], Result]) -> Result:
     path = Path(path)
     size = file_size(path)
     if size > FILE_MAX:
         raise InputError(f"{path}: {size} bytes are more than a .mgs file may have")
-    return read_if(path, (MAGIC,))
+    data = read_if(path, (MAGIC,))
+    try:
+        return parse(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _encode_tensors(name: str, parts: Mapping[Any, Tensor], order: Iterable[str]) -> Stream:

@@ -105,12 +105,10 @@ def header_fields(scene: QuantizedScene) -> dict[str, Any]:
 
 
 def lobe_fields(shape: LobeShape | None) -> dict[str, Any] | None:
-    """Return the header's field `lobes`."""
     return None if shape is None else {**asdict(shape), "hidden": list(shape.hidden)}
 
 
 def weighting_fields(weighting: Weighting) -> dict[str, Any]:
-    """Return the header's field `weighting`."""
     return {
         "background_weight": weighting.background_weight,
         "exponent_max": weighting.exponent_max,

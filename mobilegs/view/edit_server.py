@@ -146,25 +146,12 @@ class EditHandler(Handler):
         asked = self._asked()
         if asked is None:
             return
-        origin = urlsplit(self.headers.get("Origin", ""))
-        if origin.scheme != "http" or origin.netloc not in self.server.hosts:
-            self.send_error(HTTPStatus.FORBIDDEN, "only the editor's own page may save")
-            return
-        if asked != "save":
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
-            return
-        if self.headers.get("Content-Type", "").split(";")[0] != "application/json":
-            self.send_error(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "JSON is needed")
-            return
-        length = self.headers.get("Content-Length", "")
-        if "Transfer-Encoding" in self.headers or not length.isdecimal():
-            self.send_error(HTTPStatus.LENGTH_REQUIRED, "the length is not known")
-            return
-        if len(length) > 12 or int(length) > SETTINGS_MAX + self.server.count // 4:
-            self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "this is too much")
+        refusal = self._refusal(asked)
+        if refusal is not None:
+            self.send_error(*refusal)
             return
         try:
-            posted = json.loads(self.rfile.read(int(length)))
+            posted = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
             output, report = self.server.save(posted)
         except (InputError, RecursionError, ValueError) as error:
             sentence = str(error) if isinstance(error, InputError) else "this is not JSON"
@@ -172,6 +159,22 @@ class EditHandler(Handler):
             return
         log.info("\n".join([*report.lines, f"{output} is written"]))
         self._answer_json({"file": output.name, "lines": report.lines})
+
+    def _refusal(self, asked: str) -> tuple[HTTPStatus, str] | None:
+        """Return why what is posted to an address will not be read, or None."""
+        origin = urlsplit(self.headers.get("Origin", ""))
+        if origin.scheme != "http" or origin.netloc not in self.server.hosts:
+            return HTTPStatus.FORBIDDEN, "only the editor's own page may save"
+        if asked != "save":
+            return HTTPStatus.NOT_FOUND, "there is no such file here"
+        if self.headers.get("Content-Type", "").split(";")[0] != "application/json":
+            return HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "JSON is needed"
+        length = self.headers.get("Content-Length", "")
+        if "Transfer-Encoding" in self.headers or not length.isdecimal():
+            return HTTPStatus.LENGTH_REQUIRED, "the length is not known"
+        if len(length) > 12 or int(length) > SETTINGS_MAX + self.server.count // 4:
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "this is too much"
+        return None
 
     def end_headers(self) -> None:
         for name, value in SECURITY_HEADERS.items():
@@ -205,7 +208,6 @@ class EditHandler(Handler):
 
 
 def editor_page(server: EditServer) -> str:
-    """Return the viewer's page with the tools."""
     return page_with(
         {
             TITLE: f"<title>Edit {escaped(server.title)}</title>",

@@ -113,7 +113,6 @@ class Pose:
         return unit(np.cross(self.forward, self.up))
 
     def copy(self) -> "Pose":
-        """Return an independent copy."""
         made = Pose(self.eye, self.target, self.up)
         made.reach, made.box = self.reach, self.box
         return made
@@ -199,7 +198,6 @@ class Input:
         return near and when - last < DOUBLE_CLICK[0]
 
     def release(self, event: dict) -> None:
-        """Handle the release of a button."""
         if not event["buttons"]:
             self._at = None
 

@@ -96,12 +96,10 @@ def _render(scene: Scene, camera: Camera, views: list[Camera]) -> Image.Image:
 
 
 def jpeg(image: Image.Image, quality: int = 80) -> bytes:
-    """Return the image as a JPEG."""
     return encoded(image, "jpeg", quality=quality, optimize=True)
 
 
 def encoded(image: Image.Image, kind: str, **options: Any) -> bytes:
-    """Return the bytes of an image file."""
     out = io.BytesIO()
     image.save(out, format=kind, **options)
     return out.getvalue()
