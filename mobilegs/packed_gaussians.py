@@ -38,12 +38,13 @@ def gaussians_in_blocks(
     """Return `count` Gaussians with some SH coefficients per channel, decoded in blocks of rows.
 
     `decode` returns means, quaternions, log-scales, logits and SH of the rows of a slice; it gets
-    the slices in order.
+    the slices in order. Numbers that float32 does not hold become infinite or NaN.
     """
     shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, coefficients, 3)]
     tensors = [np.empty(shape, np.float32) for shape in shapes]
-    for first in range(0, count, BLOCK):
-        rows = slice(first, min(first + BLOCK, count))
-        for whole, values in zip(tensors, decode(rows), strict=True):
-            whole[rows] = values
+    with np.errstate(all="ignore"):
+        for first in range(0, count, BLOCK):
+            rows = slice(first, min(first + BLOCK, count))
+            for whole, values in zip(tensors, decode(rows), strict=True):
+                whole[rows] = values
     return Gaussians(*(torch.from_numpy(whole) for whole in tensors))

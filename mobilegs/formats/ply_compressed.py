@@ -57,8 +57,7 @@ def read_compressed(file: BinaryIO, tables: dict[str, Table], path: Path) -> Gau
         first, length = rows.start, rows.stop - rows.start
         chunks = chunk.rows(file, first // CHUNK, -(-length // CHUNK))
         bounds = np.repeat(chunks, CHUNK)[:length]
-        with np.errstate(all="ignore"):  # `finite` drops such rows
-            *others, base = _decoded(vertex.rows(file, first, length), bounds)
+        *others, base = _decoded(vertex.rows(file, first, length), bounds)
         sh = base[:, None]
         if rest:
             sh = np.concatenate([sh, _higher_sh(tables["sh"].rows(file, first, length), rest)], 1)

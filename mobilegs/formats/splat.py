@@ -44,6 +44,5 @@ def _decoded(rows: np.ndarray) -> tuple[np.ndarray, ...]:
     length = np.linalg.norm(quats, axis=1, keepdims=True)
     quats = np.where(length > 0, quats / np.maximum(length, 1e-9), [1.0, 0, 0, 0])
     colors = rows["color"] / 255
-    with np.errstate(invalid="ignore"):  # `finite` drops such rows
-        scales = np.log(np.maximum(rows["scale"], SCALE_MIN))
+    scales = np.log(np.maximum(rows["scale"], SCALE_MIN))
     return rows["mean"], quats, scales, logits_of(colors[:, 3]), (colors[:, None, :3] - 0.5) / C0

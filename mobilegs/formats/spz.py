@@ -198,8 +198,7 @@ def _decoded(
     """Decode rows of bytes: means, quaternions, log-scales, logits, SH."""
     stored = SH_COEFFICIENTS[header.degree]
     kept = min(stored, SH_KEPT)
-    with np.errstate(invalid="ignore"):  # NaN is rejected later
-        means = _positions(header, positions) * np.array([1, -1, -1], np.float32)
+    means = _positions(header, positions) * np.array([1, -1, -1], np.float32)
     unpack = _first_three if header.version < 3 else _smallest_three
     quats = unpack(rotations)
     quats[:, 2:] *= -1  # y and z
