@@ -182,7 +182,7 @@ def write_gaussians(
         assert up is not None
         gaussians = transformed(gaussians, turn_from_usual(up).T, np.zeros(3))
     write = WRITERS[kind]
-    held = signature(write).parameters  # `footprint`, `note`: what the file has a place for
+    held = signature(write).parameters  # `footprint`, `note`, if the file has a place for them
     if "footprint" not in held and footprint != CLASSIC:
         log.warning("a .%s has no place for the scene's footprint: readers draw 3DGS's", kind)
     values = {"footprint": footprint, "note": note}

@@ -29,7 +29,7 @@ class RayEngine:
         Raises ConnectionError if there is none, and InputError if Ray is not installed.
         """
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # sends nothing to anybody
-        # a task without GPUs shall see none, now and in later versions
+        # a task without GPUs sees none, also in later versions of Ray
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "1")
         needed = "a batch without --engine local needs Ray"
         self._ray = ray = extra_module("ray", needed, "batch")

@@ -198,7 +198,7 @@ class Batch:
         say: Callable[[str], None],
         summarize: Callable[[str], None],
     ) -> None:
-        """Read how far earlier sessions brought the rows. Arguments as in `run_batch`."""
+        """Read the states of the rows from their folders. Arguments as in `run_batch`."""
         self.options, self.engine, self.shares = options, engine, shares
         self.say, self.summarize = say, summarize
         self.cache = (options.cache or options.output / "cache").resolve()
@@ -209,7 +209,7 @@ class Batch:
         self.changed = True
 
     def _begin(self, row: Row) -> TrackedRow:
-        """Return a row with its state, as far as earlier sessions brought it."""
+        """Return a row with the state that its folder tells."""
         folder = RowFolder((self.options.output / row.name).resolve())
         folder.create(row.source, row.options, row.own)
         if not is_address(row.source):
@@ -221,7 +221,7 @@ class Batch:
     def run(self) -> list[Entry]:
         """Work until every row is done or failed; return what became of them.
 
-        After KeyboardInterrupt all tasks have stopped, and another session can continue.
+        After KeyboardInterrupt all tasks have stopped, and another call can continue.
         """
         try:
             while any(each.state in ("waiting", "running") for each in self.rows):
@@ -262,7 +262,7 @@ class Batch:
                 if share.gpus:
                     gpus_taken = True
                     continue  # other stages may use cores
-                break  # else small tasks would keep the cores from a large one for ever
+                break  # small tasks would keep the cores from a large one
             each.attempt, each.state, each.started = task.attempt, "running", None
             each.tries += 1
             self.engine.submit(task)

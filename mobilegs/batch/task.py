@@ -27,7 +27,7 @@ class Task:
 
     Attributes:
         folder: of the row.
-        attempt: number of the try, from 1, over all stages and sessions.
+        attempt: number of the try, from 1, over all stages and calls.
         cores: processor cores, which is also the number of threads.
         gpus: 1 if the stage runs on a GPU.
         cache: folder for fetched sources.

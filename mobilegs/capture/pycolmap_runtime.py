@@ -160,7 +160,7 @@ class PycolmapProcess:
             _pipe(self._process.stdout).close()
             try:
                 _pipe(self._process.stdin).close()
-            except OSError:  # what was not sent has no reader any more
+            except OSError:  # unsent bytes have no reader any more
                 pass
             self._process = None
 

@@ -51,7 +51,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All points x with `normal . x < offset`: what lies below a floor whose normal points up.
+    """All points x with `normal . x < offset`: those below a floor whose normal points up.
 
     Attributes:
         normal: length 1.

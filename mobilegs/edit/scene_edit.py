@@ -1,7 +1,7 @@
 """An edit of a scene file: Gaussians that stay, notes that change, and the new file.
 
-Codes and streams are carried over, never quantised again: what stays of a `.mgs` decodes to the
-same bits. A plain 3DGS scene keeps its numbers as well, and has no notes.
+Codes and streams are carried over, never quantised again: the Gaussians that stay in a `.mgs`
+decode to the same bits. A plain 3DGS scene keeps its numbers as well, and has no notes.
 """
 
 import logging

@@ -54,7 +54,7 @@ class EditServer(Server):
     """The viewer's server, with the editor, its settings and a place to save to.
 
     Attributes:
-        token: what every address begins with.
+        token: the beginning of every address.
         edited: the scene, a `.mgs`.
         saved: files that were written, in order.
     """
@@ -141,7 +141,7 @@ class EditHandler(Handler):
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
 
     def do_POST(self) -> None:
-        # what was posted is not always read: the connection cannot be used again
+        # a refused body is not read: the connection cannot be used again
         self.close_connection = True
         asked = self._asked()
         if asked is None:

@@ -11,7 +11,6 @@ from functools import cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from types import MappingProxyType
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from mobilegs.atomic import reading
@@ -187,7 +186,7 @@ class Handler(BaseHTTPRequestHandler):
         self,
         kind: str,
         size: int,
-        headers: Mapping[str, str] = MappingProxyType({}),
+        headers: Mapping[str, str] | None = None,
         status: HTTPStatus = HTTPStatus.OK,
     ) -> None:
         self.send_response(status)
@@ -198,7 +197,7 @@ class Handler(BaseHTTPRequestHandler):
             "Vary": "Accept-Encoding",
             "X-Content-Type-Options": "nosniff",
         }
-        for name, value in {**usual, **headers}.items():
+        for name, value in {**usual, **(headers or {})}.items():
             self.send_header(name, value)
         self.end_headers()
 

@@ -264,7 +264,7 @@ class Program:
         self._blend = {"color": color, "alpha": alpha}
         self._resolve_code = self.device.create_shader_module(code=shader("resolve"))
         self._resolve: dict[tuple[str, bool], Any] = {}
-        # what a GPU lacks shows here, not in the first frame
+        # a GPU that lacks something fails here, not in the first frame
         self.resolve(self.target)
         if self.sorted:
             self.splat = self._splat_of("corner_sorted", "cover")
