@@ -148,17 +148,15 @@ def prepare_photos(
     """
     make_folder(folder)
     prepared, damaged, read = [], [], 0
-    names = prepared_names(sources, rig=rig)
-    originals = relative_names(sources)
-    for done, (source, name) in enumerate(names.items(), start=1):
-        original = originals[done - 1]
+    names = prepared_names(sources, rig=rig).values()
+    files = zip(sources, names, relative_names(sources), strict=True)
+    for done, (source, name, original) in enumerate(files, start=1):
         try:
             if panorama:
                 photos = prepare_panorama(source, folder, name, max_size=max_size)
             else:
-                photos = [
-                    replace(prepare_photo(source, folder / name, max_size=max_size), name=name)
-                ]
+                photo = prepare_photo(source, folder / name, max_size=max_size)
+                photos = [replace(photo, name=name)]
             prepared += [asdict(replace(photo, source=original)) for photo in photos]
             read += 1
         except InputError as error:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -55,34 +56,24 @@ def prepare_video(
     count = frames or max(PHOTOS_MIN, min(FRAMES_MAX, round((last - first) * FRAMES_PER_SECOND)))
     make_folder(folder)
     photos: list[dict[str, Any]] = []
-    saved, current, sharpest, best, kind = 0, -1, -1.0, None, ""
+    saved, kind = 0, ""
 
-    def save_best() -> None:
-        nonlocal saved
-        if best is None:
-            return
-        saved += 1
+    def interval_of(frame: Any) -> int:
+        return min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
+
+    for interval, frames_of_interval in groupby(decoded(video), interval_of):
+        progress(interval, count)
+        best = max(frames_of_interval, key=lambda frame: sharpness(small_grey(frame)))
+        saved, kind = saved + 1, kind or hdr_kind(best)
         name, source = f"frame_{saved:04d}.jpg", f"{video.name} at {best.time:.2f} s"
         picture = upright(best)
         if panorama:
             faces = save_faces(picture, folder, name, source=video, max_size=max_size)
-            photos.extend(asdict(replace(face, source=source)) for face in faces)
+            photos += [asdict(replace(face, source=source)) for face in faces]
         else:
             picture = reduced(picture, max_size)
             save_photo(picture, folder / name)
             photos.append(asdict(PreparedPhoto(name, source, *picture.size)))
-
-    for frame in decoded(video):
-        part = min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
-        if part > current:
-            save_best()
-            current, sharpest, best = part, -1.0, None
-            progress(part, count)
-        kind = kind or hdr_kind(frame)
-        value = sharpness(small_grey(frame))
-        if value > sharpest:
-            sharpest, best = value, frame
-    save_best()
     progress(count, count)
     if saved < PHOTOS_MIN:
         raise InputError(

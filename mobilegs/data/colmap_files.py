@@ -349,15 +349,13 @@ def _text_images(path: Path) -> Iterator[ColmapImage]:
     for line_number, line in _lines(path):
         if not line or _are_observations(line):  # some tools write no observations
             continue
-        fields = line.split(maxsplit=9)
         try:
-            number, *pose, camera_id, name = fields
-            values = tuple(map(float, pose))
-            image = ColmapImage(int(number), name, int(camera_id), values[:4], values[4:])
+            number, *pose, camera_id, name = line.split(maxsplit=9)
+            w, x, y, z, *translation = map(float, pose)
+            tx, ty, tz = translation
+            image = ColmapImage(int(number), name, int(camera_id), (w, x, y, z), (tx, ty, tz))
         except ValueError as error:
             raise _bad_line(path, line_number, layout) from error
-        if len(values) != 7:
-            raise _bad_line(path, line_number, layout)
         yield image
 
 
@@ -379,15 +377,14 @@ def _text_moments(path: Path) -> Iterator[list[int]]:
         fields = line.split()
         kinds, photos = fields[10::3], fields[12::3]
         try:
+            if len(fields) != 10 + 3 * int(fields[9]):
+                raise ValueError
             cameras = [
                 int(photo) for kind, photo in zip(kinds, photos, strict=True) if kind == "CAMERA"
             ]
-            complete = int(fields[9]) == len(photos) and len(fields) == 10 + 3 * len(photos)
-        except (ValueError, IndexError):
-            cameras, complete = [], False
-        if not complete:
+        except (ValueError, IndexError) as error:
             layout = "FRAME_ID RIG_ID QW QX QY QZ TX TY TZ NUM_DATA_IDS (TYPE SENSOR_ID DATA_ID)..."
-            raise _bad_line(path, number, layout)
+            raise _bad_line(path, number, layout) from error
         yield cameras
 
 
@@ -398,13 +395,11 @@ def _text_points(path: Path) -> ColmapPoints:
             continue
         fields = line.split(maxsplit=8)
         try:
-            position, color = [float(value) for value in fields[1:4]], bytes(map(int, fields[4:7]))
+            red, green, blue = bytes(map(int, fields[4:7]))
+            xyz.append([float(value) for value in fields[1:4]])
         except ValueError as error:
             raise _bad_line(path, number, "POINT3D_ID X Y Z R G B ERROR TRACK...") from error
-        if len(color) != 3:
-            raise _bad_line(path, number, "POINT3D_ID X Y Z R G B ERROR TRACK...")
-        xyz.append(position)
-        rgb.append(tuple(color))
+        rgb.append((red, green, blue))
     return ColmapPoints(
         np.array(xyz, np.float64).reshape(-1, 3), np.array(rgb, np.uint8).reshape(-1, 3)
     )
