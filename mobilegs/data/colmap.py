@@ -63,11 +63,7 @@ def _photo_count(folder: Path) -> int:
 
 
 def load_colmap(
-    path: Path,
-    *,
-    downscale: int | None = None,
-    background: Color | None = None,
-    masks: bool = True,
+    path: Path, *, downscale: int | None, background: Color | None, masks: bool
 ) -> Dataset:
     """Read a COLMAP capture; every eighth photo by name is held back.
 

@@ -402,11 +402,11 @@ def posed_frames(
     *,
     image_path: Path,
     downscale: int | None,
-    mask_path: Path | None = None,
-    distortion: Distortion | None = None,
+    mask_path: Path | None,
+    distortion: Distortion,
+    background: Color,
     group: str = "",
     alpha: Literal["mask", "over"] = "mask",
-    background: Color = (0.0, 0.0, 0.0),
 ) -> list[Frame]:
     """Return the frames of a photo at its size divided by `downscale` (None: at most 1600 wide).
 
@@ -427,9 +427,7 @@ def posed_frames(
         raise InputError(f"mask {mask_path} has another aspect ratio than its photo {image_path}")
     if not bool(camera.viewmat.isfinite().all() and camera.K.isfinite().all()):
         raise InputError(f"the camera of {name} has numbers that are not finite")
-    views = pinhole_views(
-        str(image_path), camera, size, distortion=distortion or Distortion(), downscale=downscale
-    )
+    views = pinhole_views(str(image_path), camera, size, distortion=distortion, downscale=downscale)
     path = PurePosixPath(name)
     return [
         Frame(

@@ -41,11 +41,7 @@ PANORAMA = "EQUIRECTANGULAR"
 
 
 def load_nerfstudio(
-    path: Path,
-    *,
-    downscale: int | None = None,
-    background: Color | None = None,
-    masks: bool = True,
+    path: Path, *, downscale: int | None, background: Color | None, masks: bool
 ) -> Dataset:
     """Read `transforms.json`.
 
@@ -89,11 +85,7 @@ def load_nerfstudio(
 
 
 def load_blender(
-    path: Path,
-    *,
-    downscale: int | None = None,
-    background: Color | None = None,
-    masks: bool = True,
+    path: Path, *, downscale: int | None, background: Color | None, masks: bool
 ) -> Dataset:
     """Read a NeRF-synthetic capture: renders with alpha over `background`, white by default.
 

@@ -42,7 +42,7 @@ class Stream:
     data: bytes | memoryview
 
 
-def write_container(header: dict[str, Any], streams: list[Stream], *, major: int = 2) -> bytes:
+def write_container(header: dict[str, Any], streams: list[Stream], *, major: int) -> bytes:
     """Return the bytes of a file: `header` with the table of streams, then the streams.
 
     Raises InputError if the header exceeds 1 MiB, or there are more than 256 streams.
