@@ -9,9 +9,7 @@ from mobilegs.batch.engine import Node
 from mobilegs.batch.task import GRACE_SECONDS, Outcome, Task, run_task
 from mobilegs.extras import extra_module
 
-SUBMITTED_SHARE = (
-    1.25  # share of the cluster that is asked for, so that no machine waits for the batch
-)
+SUBMITTED_SHARE = 1.25  # of the cluster, so that no machine waits for the batch
 
 
 def _run(line: str) -> tuple[str, str]:

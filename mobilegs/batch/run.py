@@ -16,12 +16,11 @@ from mobilegs.batch.page import write_page
 from mobilegs.batch.results import Entry, State, entry_of, read_effort, write_results
 from mobilegs.batch.row_folder import RowFolder, RowKind, locked
 from mobilegs.batch.rows import Row, refuse
-from mobilegs.batch.task import STAGES, Outcome, Stage, Task
+from mobilegs.batch.task import POLL_SECONDS, STAGES, Outcome, Stage, Task
 from mobilegs.errors import InputError
 from mobilegs.progress_display import INTERVAL, clock
 from mobilegs.train.run_dir import RunDir
 
-POLL_SECONDS = 0.5  # seconds between two looks at the tasks
 PUBLISH_SECONDS = 5.0  # between two versions of results and page
 CORES_MAX = 8  # of a task, unless more are asked for: trainings gain little from more
 GPU_CORES_MAX = 4  # beside a GPU

@@ -17,8 +17,8 @@ from mobilegs.child_process import module_command
 Stage = Literal["fetch", "poses", "train", "export"]
 STAGES: tuple[Stage, ...] = ("fetch", "poses", "train", "export")
 Result = Literal["done", "refused", "lost", "stopped"]
-POLL_SECONDS = 0.5  # seconds between two looks at a process
-GRACE_SECONDS = 60.0  # seconds in which a stopped process writes its checkpoint
+POLL_SECONDS = 0.5  # between two looks at a process
+GRACE_SECONDS = 60.0  # in which a stopped process writes its checkpoint
 
 
 @dataclass(frozen=True)

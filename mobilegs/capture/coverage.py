@@ -20,10 +20,7 @@ SEEN_BY = (  # fewest photos, colour, legend
     (3, (215, 175, 40), "3 or 4"),
     (5, (70, 150, 80), "5 or more"),
 )
-FRAME_PERCENTILES = (
-    5.0,
-    95.0,
-)  # percentiles of the points inside the frame; cameras are always inside
+FRAME_PERCENTILES = (5.0, 95.0)  # of the points; cameras are always inside the frame
 SMALL_DOTS_FROM = 30_000  # points, from which on each is one pixel instead of 2 x 2
 FRUSTUM_LENGTH = 0.035  # of a panel's width: length of a camera's wedge
 CAMERAS_FULL_SIZE = 40  # cameras, above which wedges shrink

@@ -16,13 +16,13 @@ from mobilegs.render.scene import Scene
 SIDE = 256  # pixels, longer side of the renders that are counted
 SEEN_MIN = 0.02  # sum of blending weights, in pixels of such a render, from which a camera sees
 CAMERAS_MAX = 400  # of a capture with more, evenly spread ones are counted
-NEIGHBOURS = 8  # of a Gaussian, whose distance tells how isolated it is
-ISOLATED_FROM = 3.0  # standard deviations, along the longest axis, to the farthest of them
-SEEN_SHARE_MAX = 0.1  # share of the cameras that have the Gaussian in their picture and see it
-SURFACE_ALPHA = 0.1  # alpha of a pixel from which it has a surface
-AHEAD_DEPTH = 0.7  # share of the depth of a pixel, before which a Gaussian floats
-AHEAD_SHARE_MIN = 0.6  # share of the cameras, in whose pictures a floater floats
-WEIGHT_MAX = 5e-4  # share of all blending weights that floaters may have together
+NEIGHBOURS = 8  # nearest Gaussians, whose distances tell whether one is isolated
+ISOLATED_FROM = 3.0  # distance to the farthest of them, in the largest standard deviation
+SEEN_SHARE_MAX = 0.1  # of the cameras that frame a floater, those that see it
+SURFACE_ALPHA = 0.1  # of a pixel, from which it has a surface
+AHEAD_DEPTH = 0.7  # of the depth of the surface: nearer Gaussians are ahead of it
+AHEAD_SHARE_MIN = 0.6  # of the cameras that frame a floater, those in which it is ahead
+WEIGHT_MAX = 5e-4  # of all blending weights, those that floaters may have together
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import C0
 
 SIZE_MIN = 1e-4  # of the extent of nine in ten Gaussians
-MOVED_FROM = 1.0  # sizes
-RESIZED_FROM, RECOLORED_FROM = 0.25, 0.25  # sizes, and parts of the range from black to white
-LOST_FROM = 0.5  # sizes by which a Gaussian that is lost has grown or shrunk
+MOVED_FROM = 1.0  # of the size: distance from which a Gaussian is moved
+RESIZED_FROM, RECOLORED_FROM = 0.25, 0.25  # of the size, of the range from black to white
+LOST_FROM = 0.5  # of the size: change of it from which a Gaussian is lost
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ WINDOW_MAX = 1 << 27  # bytes of a Zstandard window
 FRACTION_BITS, FRACTION_BITS_MAX = 12, 24  # of positions: usual and largest number
 POSITION_BITS_MIN = 16  # of the farthest position
 STEPS_PER_SIZE = 4  # of positions, in the size of a small Gaussian
-SMALL_SHARE = 0.01  # share of the Gaussians that are smaller than it
+SMALL_SHARE = 0.01  # of the Gaussians, those that are smaller than a small one
 SH_STEPS = (8, 16)  # steps of a byte: 5 bits for degree 1 and 4 for higher ones, as is usual
 GZIP_LEVEL = 6  # 9 saves 2 % and takes five times as long
 # signs of the SH coefficients above degree 0 when y and z change sign

@@ -8,7 +8,7 @@ from typing import Literal
 TIME_SHARE = 0.1  # of the training time goes into frames in the long run
 BUDGET_MAX = 1.0  # seconds of rendering that can be saved up
 RESERVE = 0.5  # seconds of the budget kept for camera movements
-FRAME_SECONDS = {"moving": 0.05, "resting": 0.25}  # seconds per frame
+FRAME_SECONDS = {"moving": 0.05, "resting": 0.25}  # that a frame may take
 PIXELS_MIN = {"moving": 160 * 120, "resting": 320 * 240}
 PIXELS_MAX = 1920 * 1200
 FIRST_SPEED = 1e6  # pixels per second that the first frame is assumed to reach

@@ -19,11 +19,11 @@ from mobilegs.up import AXES, USUAL, Axis, Vector, turn_from_usual, unit, up_of_
 
 POLE_ANGLE_MIN = 0.02  # smallest angle between the view and straight up or down, radians
 DISTANCE_MIN = 1e-3  # smallest distance to the target, in starting distances
-PICK_RADIUS = 12.0  # pixels around the pointer
-FIELD_OF_VIEW = 50.0  # field of view in degrees, without a training camera
+PICK_RADIUS = 12.0  # pixels around the pointer, for a double click
+FIELD_OF_VIEW = 50.0  # degrees, without a training camera
 DEFAULT_BOX = (0.42, 0.42)  # box of the pose for a scene without cameras
-TURN = 0.006  # radians per pixel
-WHEEL = 0.0012  # change of the log distance per unit of the wheel
+DRAG_ANGLE = 0.006  # radians per pixel
+WHEEL_STEP = 0.0012  # change of the log distance per unit of the wheel
 SPEED = 0.9  # starting distances per second, when flying with keys
 TURN_SPEED = 1.5  # radians per second, when turning with keys
 TAP_SECONDS = 0.03  # seconds for which the shortest key press counts
@@ -211,12 +211,12 @@ class Input:
             away = float(np.linalg.norm(self.pose.target - self.pose.eye)) / max(height, 1)
             self.pose.move(-dx * away, -dy * away, 0.0)
         else:
-            self._turn(TURN * dx, TURN * dy)
+            self._turn(DRAG_ANGLE * dx, DRAG_ANGLE * dy)
         return True
 
     def wheel(self, event: dict) -> None:
         """Handle the wheel: move towards the target or away."""
-        amount = WHEEL * event["dy"]
+        amount = WHEEL_STEP * event["dy"]
         if self.mode == "orbit":
             self.pose.dolly(math.exp(amount))
         else:
