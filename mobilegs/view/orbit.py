@@ -17,17 +17,17 @@ from mobilegs.framing import Start, meeting_point
 from mobilegs.render.scene import Scene
 from mobilegs.up import AXES, USUAL, Axis, Vector, turn_from_usual, unit, up_of_cameras
 
-POLE_ANGLE_MIN = 0.02  # smallest angle between the view and straight up or down, radians
-DISTANCE_MIN = 1e-3  # smallest distance to the target, in starting distances
-PICK_RADIUS = 12.0  # pixels around the pointer, for a double click
-FIELD_OF_VIEW = 50.0  # degrees, without a training camera
-DEFAULT_BOX = (0.42, 0.42)  # box of the pose for a scene without cameras
-DRAG_ANGLE = 0.006  # radians per pixel
-WHEEL_STEP = 0.0012  # change of the log distance per unit of the wheel
+POLE = 0.02  # smallest angle between the view and straight up or down, radians
+NEAREST = 1e-3  # smallest distance to the target, in starting distances
+NEARBY = 12.0  # pixels around the pointer
+FIELD = 50.0  # field of view in degrees, without a training camera
+AROUND = (0.42, 0.42)  # box of the pose for a scene without cameras
+TURN = 0.006  # radians per pixel
+WHEEL = 0.0012  # change of the log distance per unit of the wheel
 SPEED = 0.9  # starting distances per second, when flying with keys
 TURN_SPEED = 1.5  # radians per second, when turning with keys
-TAP_SECONDS = 0.03  # seconds for which the shortest key press counts
-DOUBLE_CLICK = (0.35, 20.0)  # seconds and pixels within which two clicks are a double click
+TAP = 0.03  # seconds for which the shortest key press counts
+DOUBLE = (0.35, 20.0)  # seconds and pixels within which two clicks are a double click
 FLYING = {
     "w": (0.0, 0.0, 1.0),
     "s": (0.0, 0.0, -1.0),
@@ -42,7 +42,7 @@ TURNING = {
     "arrowup": (0.0, -1.0),
     "arrowdown": (0.0, 1.0),
 }
-COMMAND_KEYS = {"Control", "Meta", "Alt"}  # with these, keys do not move
+COMMAND = {"Control", "Meta", "Alt"}  # with these, keys do not move
 
 
 class Pose:
@@ -85,7 +85,7 @@ class Pose:
         distance = float((meeting_point(eyes, axes[:, 2]) - eye) @ forward)
         # cameras that look outwards or in parallel have no common target: take one ahead
         spread = float(np.linalg.norm(eyes - eye, axis=1).max()) or 1.0
-        if not distance > DISTANCE_MIN * spread:
+        if not distance > NEAREST * spread:
             distance = spread
         return cls(eye, eye + forward * distance, up_of_cameras(mats) if up is None else up)
 
@@ -99,7 +99,7 @@ class Pose:
         size = float((high - low).max()) or 1.0
         away = turn_from_usual(up) @ np.array([0, -0.3, -1])
         made = cls(target + 1.5 * size * away, target, up)
-        made.box = DEFAULT_BOX
+        made.box = AROUND
         return made
 
     @property
@@ -113,6 +113,7 @@ class Pose:
         return unit(np.cross(self.forward, self.up))
 
     def copy(self) -> "Pose":
+        """Return an independent copy."""
         made = Pose(self.eye, self.target, self.up)
         made.reach, made.box = self.reach, self.box
         return made
@@ -135,7 +136,7 @@ class Pose:
     def dolly(self, factor: float) -> None:
         """Multiply the distance to the target by `factor`."""
         back = self.eye - self.target
-        distance = max(float(np.linalg.norm(back)) * factor, DISTANCE_MIN * self.reach)
+        distance = max(float(np.linalg.norm(back)) * factor, NEAREST * self.reach)
         self.eye = self.target + unit(back) * distance
 
     def focus(self, place: Vector) -> None:
@@ -155,7 +156,7 @@ class Pose:
         """Return the vector from target to eye after a turn, which stops before the poles."""
         back = self.eye - self.target
         polar = float(np.arccos(np.clip(unit(back) @ self.up, -1, 1)))
-        swing = float(np.clip(polar - down, POLE_ANGLE_MIN, np.pi - POLE_ANGLE_MIN)) - polar
+        swing = float(np.clip(polar - down, POLE, np.pi - POLE)) - polar
         return turned(turned(back, self.right, swing), self.up, -across)
 
 
@@ -193,11 +194,12 @@ class Input:
         """Handle a button press. Returns True for the second click of a double click."""
         x, y, when = event["x"], event["y"], event["time_stamp"]
         last_x, last_y, last = self._clicked
-        near = math.hypot(x - last_x, y - last_y) < DOUBLE_CLICK[1]
+        near = math.hypot(x - last_x, y - last_y) < DOUBLE[1]
         self._at, self._clicked = (x, y), (x, y, when)
-        return near and when - last < DOUBLE_CLICK[0]
+        return near and when - last < DOUBLE[0]
 
     def release(self, event: dict) -> None:
+        """Handle the release of a button."""
         if not event["buttons"]:
             self._at = None
 
@@ -211,12 +213,12 @@ class Input:
             away = float(np.linalg.norm(self.pose.target - self.pose.eye)) / max(height, 1)
             self.pose.move(-dx * away, -dy * away, 0.0)
         else:
-            self._turn(DRAG_ANGLE * dx, DRAG_ANGLE * dy)
+            self._turn(TURN * dx, TURN * dy)
         return True
 
     def wheel(self, event: dict) -> None:
         """Handle the wheel: move towards the target or away."""
-        amount = WHEEL_STEP * event["dy"]
+        amount = WHEEL * event["dy"]
         if self.mode == "orbit":
             self.pose.dolly(math.exp(amount))
         else:
@@ -228,11 +230,11 @@ class Input:
         self._fast = "Shift" in modifiers
         if key not in FLYING and key not in TURNING:
             return False
-        if down and modifiers & COMMAND_KEYS:
+        if down and modifiers & COMMAND:
             return False
         if down and key not in self._keys:
             self._keys.add(key)
-            self.advance(TAP_SECONDS)  # a key may be up again before the next frame
+            self.advance(TAP)  # a key may be up again before the next frame
         if not down:
             self._keys.discard(key)
         return True
@@ -274,7 +276,7 @@ def camera_of(pose: Pose, view: Camera | None, width: int, height: int, near: fl
     length is the geometric mean of the two that match the width and the height. Without a view
     either, the field of view is 50 degrees.
     """
-    slope = np.tan(np.radians(FIELD_OF_VIEW / 2))
+    slope = np.tan(np.radians(FIELD / 2))
     by_width, by_height = width / (2 * slope), height / (2 * slope)
     if view is not None:
         by_width = width * float(view.K[0, 0]) / view.width
@@ -295,7 +297,7 @@ def point_under(
     ahead = np.flatnonzero(points[:, 2] > camera.near)
     points = points[ahead]
     offsets = points @ k.T / points[:, 2:] - (x, y, 1)
-    close = np.flatnonzero(np.square(offsets).sum(1) <= PICK_RADIUS**2)
+    close = np.flatnonzero(np.square(offsets).sum(1) <= NEARBY**2)
     if not len(close):
         return None
     return means[ahead[close[points[close, 2].argmin()]]]

@@ -25,7 +25,7 @@ from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views, up_source
 from mobilegs.up import AXES, USUAL, Axis, next_axis
-from mobilegs.view.orbit import COMMAND_KEYS, Input, Pose, camera_of, first_pose, point_under
+from mobilegs.view.orbit import COMMAND, Input, Pose, camera_of, first_pose, point_under
 from mobilegs.view.wgpu_device import translated_errors
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 
@@ -276,7 +276,7 @@ class Window:
             self._touch()
         elif down:
             key = event["key"].lower()
-            if not COMMAND_KEYS & set(event["modifiers"]):
+            if not COMMAND & set(event["modifiers"]):
                 self._act(key)
             elif key == "q":
                 self.canvas.close()
