@@ -198,7 +198,7 @@ def _edit_mgs(
 ) -> EditReport:
     data = read_if(path, (MAGIC,))
     try:
-        gaussians = inspect(data)["gaussians"]
+        count = inspect(data)["gaussians"]
         coded = unpack(data) if edit.removes else None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -216,7 +216,7 @@ def _edit_mgs(
     with atomic_path(output) as temporary:
         temporary.write_bytes(edited)
     sizes = len(data), len(edited)
-    return EditReport(gaussians, removed, *sizes, notes=tuple(edit.notes))
+    return EditReport(count, removed, *sizes, notes=tuple(edit.notes))
 
 
 def _kept(
