@@ -35,17 +35,7 @@ DOING = {
 
 @dataclass(frozen=True)
 class BatchOptions:
-    """Options of a batch.
-
-    Attributes:
-        output: folder of the batch, on storage that all machines share.
-        resume: continue a batch in that folder.
-        device: of the trainings: auto, cpu or cuda.
-        cores: of each pose finding, and of each training without a GPU; None is a usual number.
-        retries: further tries of a stage after the first.
-        cache: folder for fetched sources; None is one in `output`.
-        prices: of a core-hour and a GPU-hour, or None.
-    """
+    """Options of a batch: those of `mobilegs batch` with the same names."""
 
     output: Path
     resume: bool = False

@@ -55,7 +55,7 @@ def load_nerfstudio(
     if background is None:
         see_through = any(images.has_alpha(file) for file in files)
         background = (1.0, 1.0, 1.0) if see_through else (0.0, 0.0, 0.0)
-    points, colors = _points(path, meta)
+    points, colors = _points(source, meta)
     poses = [
         _viewmat(f"{source}: frame {index}", entry.get("transform_matrix"))
         for index, entry in enumerate(meta["frames"])
@@ -68,9 +68,9 @@ def load_nerfstudio(
     if (path / "transforms_test.json").is_file():
         train, test = frames, read_frames(path, "transforms_test.json", **options)
     elif "train_filenames" in meta and ("test_filenames" in meta or "val_filenames" in meta):
-        train = _named(path, meta, "train_filenames", files, photos)
+        train = _named(source, meta, "train_filenames", files, photos)
         held = "test_filenames" if meta.get("test_filenames") else "val_filenames"
-        test = _named(path, meta, held, files, photos)
+        test = _named(source, meta, held, files, photos)
     else:
         train, test = split_every_eighth(frames)
     return assemble(
@@ -303,26 +303,25 @@ def _named_file(where: str, path: Path, noun: str, name: Any) -> Path:
 
 
 def _named(
-    path: Path, meta: dict[str, Any], key: str, files: Sequence[Path], photos: list[list[Frame]]
+    source: Path, meta: dict[str, Any], key: str, files: Sequence[Path], photos: list[list[Frame]]
 ) -> list[Frame]:
     """Return the frames of the photos that the list `meta[key]` names, in the file's order."""
-    names = meta[key]
+    names, path = meta[key], source.parent
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{path / 'transforms.json'} has a {key} that is not a list of file names")
+        raise InputError(f"{source} has a {key} that is not a list of file names")
     listed = {find_file(path, name, ALL_SUFFIXES) or path / name for name in names if name}
     picked = [frames for frames, file in zip(photos, files, strict=True) if file in listed]
     if len(picked) < len(listed):
         raise InputError(
-            f"{path / 'transforms.json'}: {key} names {len(listed)} photos, but only "
-            f"{len(picked)} of them are frames"
+            f"{source}: {key} names {len(listed)} photos, but only {len(picked)} of them are frames"
         )
     return list(chain.from_iterable(picked))
 
 
 def _points(
-    path: Path, meta: dict[str, Any]
+    source: Path, meta: dict[str, Any]
 ) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
     name = meta.get("ply_file_path")
     if name is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    return read_points_ply(_named_file(str(path / "transforms.json"), path, "points file", name))
+    return read_points_ply(_named_file(str(source), source.parent, "points file", name))

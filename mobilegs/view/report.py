@@ -114,7 +114,9 @@ def _figures(metrics: Mapping[str, Any]) -> str:
 
 def _photos(metrics: Mapping[str, Any]) -> str:
     """Return a table of all held-back photos, the worst first."""
-    views = sorted(metrics["student"]["views"], key=lambda view: _order(view["psnr"]))
+    views = sorted(
+        metrics["student"]["views"], key=lambda v: math.inf if v["psnr"] is None else v["psnr"]
+    )
     keys = [key for key in ("psnr", "cc_psnr", "ssim") if key in views[0]]
     head = ["photo, student", *(FIGURES[key][0] for key in keys)]
     rows = [[v["name"], *(_text(v[key], FIGURES[key][1]) for key in keys)] for v in views]
@@ -180,10 +182,6 @@ def _chart(rows: Sequence[Mapping[str, Any]], key: str, title: str, scale: float
 
 def _known(value: Any) -> bool:
     return isinstance(value, int | float) and math.isfinite(value)
-
-
-def _order(value: float | None) -> float:
-    return math.inf if value is None else value
 
 
 def _text(value: Any, decimals: int) -> str:
